@@ -2,7 +2,9 @@
 
 import os
 
-os.environ["OMP_NUM_THREADS"] = "1"  # before what reads it is loaded; files run side by side
+# Before numpy is loaded, which reads it once. Files run side by side: threads that wait for each
+# other on a busy machine take ten times as long as one.
+os.environ["OMP_NUM_THREADS"] = "1"
 
 import numba
 import pytest

@@ -413,3 +413,13 @@ def test_what_rules_read_is_light():
 
 def test_what_is_heavy_is_noticed():
     assert "numba" in loaded("breaker.mechanism.curves")
+
+
+@pytest.mark.parametrize(("plugins", "expected"), [((), False), (("-p", "zarr.testing"), True)])
+def test_no_plugin_of_pytest_loads_numpy(plugins, expected):
+    """It would have as many threads as there are cores before tests/conftest.py says one."""
+    options = ["--markers", "--noconftest", *plugins]
+    code = f"import pytest, sys; pytest.main({options}); print('numpy' in sys.modules)"
+    command = [sys.executable, "-c", code]
+    result = subprocess.run(command, capture_output=True, text=True, check=True, cwd=ROOT)
+    assert result.stdout.split()[-1] == str(expected)

@@ -2,9 +2,12 @@
 
 import multiprocessing
 import os
+import runpy
+import subprocess
 import sys
 import tempfile
 from pathlib import Path
+from typing import Any
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -12,6 +15,11 @@ ROOT = Path(__file__).resolve().parents[2]
 # that has loaded them. It has nothing of the package, which each command takes from its folder.
 FORKS = multiprocessing.get_context("forkserver")
 FORKS.set_forkserver_preload(["snakemake.cli", "yte", "jsonschema", "xarray", "numba", "scipy"])
+
+# So are jobs of a command, each of one process that has loaded what takes half the time of most.
+OF_JOBS = ["matplotlib.backends.backend_agg", "matplotlib.backends.backend_pdf"]
+OF_JOBS += ["scipy.special", "snakemake.iocontainers", "snakemake.logging", "xarray", "zarr"]
+LEAST = 670  # MiB that a job reserves which draws no figure, and yet has memory for all of these
 
 
 def command(arguments: list[str], folder: Path, source: str, environment: dict, said: str) -> None:
@@ -25,8 +33,41 @@ def command(arguments: list[str], folder: Path, source: str, environment: dict, 
     os.dup2(file, sys.stdout.fileno())
     os.dup2(file, sys.stderr.fileno())
     from snakemake.cli import main
+    from snakemake.script import PythonScript
 
+    FORKS.set_forkserver_preload(OF_JOBS)
+    anew = PythonScript._execute_cmd
+
+    def execute(script: PythonScript, template: str, *, fname: str, **more: Any) -> None:
+        if ".figure" in fname or script.resources.get("mem_mb", 0) >= LEAST:
+            fork(fname, script.bench_record)
+        else:
+            anew(script, template, fname=fname, **more)
+
+    PythonScript._execute_cmd = execute
     main()
+
+
+def fork(file: str, record: object) -> None:
+    """Run the script of a job, and keep a record of its time and memory as Snakemake does."""
+    from snakemake.benchmark import benchmarked
+
+    process = FORKS.Process(target=job, args=(file,))
+    process.start()
+    with benchmarked(process.pid if record else False, record):
+        process.join()
+    if process.exitcode:
+        raise subprocess.CalledProcessError(process.exitcode, file)
+
+
+def job(file: str) -> None:
+    """Be a job: its script as the main module, an uncaught exception as it has it logged."""
+    sys.argv = [file]
+    try:
+        runpy.run_path(file, run_name="__main__")
+    except Exception:
+        sys.excepthook(*sys.exc_info())
+        sys.exit(1)
 
 
 def snakemake(*arguments: str | Path, folder: Path = ROOT, fails: bool = False) -> str:

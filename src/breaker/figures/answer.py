@@ -5,7 +5,6 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from scipy.stats import gaussian_kde
 
 from breaker.answers import Curve, Shown
 from breaker.figures import style
@@ -98,12 +97,22 @@ def _densities(
         right = min(max(ends[1], high), high + _PRIOR * (high - low))
     at = np.linspace(left, right, _POINTS)
     if prior is not None:
-        axis.fill_between(at, gaussian_kde(prior)(at), **_BAND)
+        axis.fill_between(at, _density(prior, at), **_BAND)
     for of, some in posteriors.items():
         for i, draws in enumerate(some):
             look = {"lw": 1.8} if i == 0 else {"lw": 0.6, "alpha": 0.6}
-            axis.plot(at, gaussian_kde(draws)(at), color=_COLOURS.get(of, _BOTH), **look)
+            axis.plot(at, _density(draws, at), color=_COLOURS.get(of, _BOTH), **look)
     axis.set(xlim=(left, right), ylim=(0.0, None))
+
+
+def _density(draws: np.ndarray, at: np.ndarray) -> np.ndarray:
+    """Return a density at points from draws, by Gaussian kernels of Scott's width.
+
+    As ``scipy.stats.gaussian_kde``, which takes a third of a command to load.
+    """
+    width = draws.std(ddof=1) * draws.size**-0.2
+    kernels = np.exp(-0.5 * np.square((at[:, None] - draws) / width))
+    return kernels.mean(axis=1) / (width * np.sqrt(2.0 * np.pi))
 
 
 def _keys(data: Shown) -> list:

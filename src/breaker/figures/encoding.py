@@ -9,7 +9,6 @@ from functools import cache
 from io import BytesIO
 
 import matplotlib as mpl
-from matplotlib.backends.backend_pdf import PdfPages
 from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties, findfont, fontManager, get_font
 from matplotlib.text import Text
@@ -72,6 +71,8 @@ def encoded(figures: Sequence[Figure], form: str) -> bytes:
     file, about = BytesIO(), _DATES.get(form, {})
     with quiet(), mpl.rc_context({"svg.hashsalt": "breaker"}):
         if form == "pdf":
+            from matplotlib.backends.backend_pdf import PdfPages  # loads all of fontTools
+
             with PdfPages(file, metadata=about) as pdf:
                 for each in figures:
                     pdf.savefig(each)
