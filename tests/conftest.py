@@ -5,6 +5,8 @@ import os
 # Before numpy is loaded, which reads it once. Files run side by side: threads that wait for each
 # other on a busy machine take ten times as long as one.
 os.environ["OMP_NUM_THREADS"] = "1"
+# Workers, commands and jobs load the same modules again and again: compiled once, as is usual.
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 
 import numba
 import pytest
