@@ -5,9 +5,10 @@ The studies, a wing beside it, use the house, which knows nothing of them.
 
 import ast
 import importlib
+import re
 import subprocess
 import sys
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from functools import cache
 from pathlib import Path
 from typing import NamedTuple
@@ -55,6 +56,9 @@ MORE_PARAMETERS = {
     "src/breaker/networks/summary.py": {"TimeSeriesNetwork.__init__"},
     # To be split with its room.
 }
+# Names of parameters that are nothing else, and of the sources of limits.
+PARAMETER = re.compile(r"\b(?:k_[ab]|gamma_[ab])\b")
+SOURCE = {"model", "record", "change"}
 HEAVY = {"torch", "numba", "xarray", "scipy", "pandas", "zarr", "matplotlib"}
 
 
@@ -317,6 +321,36 @@ def torch_elsewhere(code: Mapping[str, str]) -> list[str]:
     ]
 
 
+@cache
+def told_apart(text: str) -> list[tuple[int, str]]:
+    """Lines that name a parameter of the model, or ask what a limit is read from."""
+    tree, found = ast.parse(text), []
+    docs = {node.value for node in ast.walk(tree) if isinstance(node, ast.Expr)}
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Constant) and node not in docs and isinstance(node.value, str):
+            found += [(node.lineno, name) for name in PARAMETER.findall(node.value)]
+        if isinstance(node, ast.Compare):
+            asked = [node.left, *node.comparators]
+            of = [each for each in asked if isinstance(each, ast.Attribute) and each.attr == "of"]
+            found += [(node.lineno, ast.unparse(node))] if of and SOURCE & constants(asked) else []
+    return found
+
+
+def constants(nodes: Sequence[ast.expr]) -> set:
+    """Values of those nodes that are constants."""
+    return {each.value for each in nodes if isinstance(each, ast.Constant)}
+
+
+def known_elsewhere(code: Mapping[str, str]) -> list[str]:
+    """What ``mechanism`` alone knows: parameters by name, and what limits are read from."""
+    return [
+        f"{file}: line {line}: {what}"
+        for file, text in code.items()
+        if room_of(file) not in (None, "mechanism")
+        for line, what in told_apart(text)
+    ]
+
+
 def of_a_study(code: Mapping[str, str]) -> list[str]:
     """Imports of studies, which the product does without, and of tests."""
     return [str(each) for each in imports(code) if each.module.split(".")[0] in BESIDE]
@@ -355,6 +389,11 @@ CHECKS = {
         {"networks/a.py": "from breaker.mechanism import NAMES"},
     ),
     "torch in the wear": (torch_elsewhere, {"wear/a.py": "import torch.nn"}),
+    "a parameter by its name": (known_elsewhere, {"wear/a.py": "WORSE = {'k_a': -1}"}),
+    "a limit by its source": (
+        known_elsewhere,
+        {"wear/a.py": "def f(limit):\n    return limit.of == 'change'"},
+    ),
     "a study in a room": (
         of_a_study,
         {"wear/a.py": "def f():\n    from studies.lives import Life"},

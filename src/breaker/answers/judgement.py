@@ -143,7 +143,7 @@ class _Single:
 
     def of_record(self, limit: Limit, name: str) -> Told:
         if not self.answer.alone(name):
-            of_model = name not in QUANTITIES or "model" in QUANTITIES[name].of
+            of_model = name not in QUANTITIES or QUANTITIES[name].modelled
             takes = ", and of: model takes the inferred one" * of_model
             event = EVENTS[limit.motion]
             return Told(reason=f"no contact channel: {event} was not measured{takes}")

@@ -54,6 +54,11 @@ class Quantity(Parameter):
     motions: tuple[str, ...] = MOTIONS
     of: tuple[str, ...] = (*_MODEL, *_RECORD)
 
+    @property
+    def modelled(self) -> bool:
+        """Whether the model has it."""
+        return "model" in self.of
+
 
 def _time(name: str, meaning: str, motions: tuple[str, ...] = MOTIONS, **more) -> Quantity:
     """A time, of which more is the worse."""
