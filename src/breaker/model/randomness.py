@@ -38,8 +38,8 @@ def systematic(weights: np.ndarray, n: int, start: float, rng: np.random.Generat
         rng: Of the order.
 
     Example:
-        >>> sorted(systematic(np.array([0.0, 3.0, 1.0]), 4, 0.5, np.random.default_rng(1)))
-        [1, 1, 1, 2]
+        >>> np.sort(systematic(np.array([0.0, 3.0, 1.0]), 4, 0.5, np.random.default_rng(1)))
+        array([1, 1, 1, 2])
     """
     edges = np.cumsum(weights)
     positions = (start + np.arange(n)) / n * edges[-1]
