@@ -52,12 +52,13 @@ FIGURES = [
     "pairs",
     "posterior_predictive",
     "endurance_predictive",
+    "evolution",
     "sbc",
     "contraction",
     "exactness",
     "identifiability",
 ]
-LIFE = ["verdict", "health", "remaining_life", "changepoint", "evolution"]
+LIFE = ["verdict", "health", "remaining_life", "changepoint", "changes"]
 
 
 OF_ONE = [

@@ -9,8 +9,9 @@ network of any arm has a part in it. What proposes the draws does not bias the e
 import numpy as np
 
 from breaker.model import generator
-from breaker.posterior import approximate, correct
+from breaker.posterior import correct
 from studies.peers.common import held_out, parser, read_settings, restart, write_json
+from studies.peers.mode import approximate
 
 _START = 1000  # draws about the mode, that the first map is fitted to; as many exact ones
 

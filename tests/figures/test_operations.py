@@ -5,9 +5,13 @@ import pytest
 import xarray as xr
 
 from breaker.figures.changepoint import changepoint
+from breaker.figures.changes import changes
 from breaker.figures.evolution import evolution
 from breaker.figures.health import health
 from breaker.figures.remaining_life import remaining_life
+from breaker.mechanism.parameters import NAMES
+from breaker.model.randomness import generator
+from breaker.validation.evolution import blocks_of
 from tests.figures.drawn import assert_drawn, words, written
 from tests.lives import LIMITS, life_data, standing_data
 
@@ -48,10 +52,39 @@ def test_changes_evidence_and_weights_are_drawn_and_told():
     assert_drawn(changepoint(life_data(60, ())), "changes, none")
 
 
-def test_evolution_shows_changes_since_new(life):
+def test_changes_since_new_are_drawn(life):
     truth = life.changed.sel(quantile=0.5).rename(asked="operation") * 1.5
-    assert_drawn(evolution(life, truth, {"opening": truth * 40.0}), "evolution")
-    assert "stand-in" not in words(evolution(life))
+    assert_drawn(changes(life, truth), "changes since new")
+    assert "stand-in" not in words(changes(life))
+
+
+def inferred(count, shift, width):
+    """Draws of operations that drift by their width, the third block without any."""
+    rng = generator(1, "test evolution", str(shift))
+    theta = np.array([2.0, 0.045, 0.04, 0.3, 0.12, 0.75, 10.0])
+    logs = shift + width * rng.standard_normal((count, 50, 7))
+    logs += width * np.linspace(0.0, 1.0, count)[:, None, None]
+    logs[2 * count // 40 : 3 * count // 40] = np.nan
+    coords = {"operation": np.arange(1, count + 1), "output": list(NAMES)}
+    return xr.Dataset({"draws": (("operation", "draw", "output"), theta * np.exp(logs))}, coords)
+
+
+def test_evolution_shows_values_of_both_and_cuts_nothing_off():
+    blocks = {
+        "paper": blocks_of(inferred(200, 0.3, 0.05)),
+        "family": blocks_of(inferred(200, 0.0, 0.1)),
+    }
+    theta = np.array([2.0, 0.045, 0.04, 0.3, 0.12, 0.75, 10.0]) * np.ones((200, 1))
+    coords = {"operation": np.arange(1, 201), "parameter": list(NAMES)}
+    truth = xr.DataArray(theta, coords, ("operation", "parameter"))
+    figure = evolution(blocks, truth, motion="closing")
+    assert_drawn(figure, "evolution")
+    for k, axis in enumerate(figure.axes):
+        low, high = axis.get_ylim()
+        drawn = [one["value"][:, k] for one in blocks.values()] + [truth[:, k]]
+        assert low < min(np.nanmin(each) for each in drawn)
+        assert high > max(np.nanmax(each) for each in drawn)
+    assert "stand-in" not in words(evolution(blocks, motion="opening"))
 
 
 @pytest.mark.parametrize(
@@ -65,7 +98,7 @@ def test_evolution_shows_changes_since_new(life):
 def test_parameters_that_are_not_told_are_a_sentence(life, family, agreement, why):
     life["changed"][:] = np.nan
     life.attrs |= {"family": family, "agreement": agreement}
-    figure = evolution(life)
+    figure = changes(life)
     assert figure.axes == []
     assert figure.texts[-1].get_text().startswith(why)
     assert written(changepoint(life).axes[0])[0].startswith(why)

@@ -56,26 +56,6 @@ def test_limit_in_plain_matrices(prior, sensor, motion, changes):
         np.testing.assert_allclose(limit, expected, rtol=0, atol=1e-5)
 
 
-@pytest.mark.parametrize("motion", MOTIONS)
-def test_missing_samples_tell_nothing(prior, sensor, motion):
-    """The information is that of the samples that are there, by their own covariance.
-
-    Planted fault: the zero taken as known from the whole record.
-    """
-    model = model_of(prior, sensor, motion)
-    z, rng = outputs_of(model, 5), generator(1, "test", "missing", motion)
-    records = np.where(rng.random((5, sensor.samples)) < 0.4, np.nan, 0.0)
-    slopes = sensor.noise_sd * linearise(model_of(prior, sensor, motion, zero_sd=0.0), z)[1]
-    found, whole = linearise(model, z, records)[1], linearise(model, z)[1]
-    for k, there in enumerate(~np.isnan(records)):
-        assert not found[k][:, ~there].any()
-        inverse = np.linalg.inv(covariance(model.sensor)[np.ix_(there, there)])
-        fisher = slopes[k][:, there] @ inverse @ slopes[k][:, there].T
-        np.testing.assert_allclose(found[k] @ found[k].T, fisher, rtol=1e-9, atol=1e-9)
-        faulty = whole[k][:, there] @ whole[k][:, there].T
-        assert np.abs(faulty / fisher - 1.0).max() > 1e-3
-
-
 @pytest.mark.parametrize("changes", [{}, PAPER], ids=["default", "paper"])
 def test_limit_over_the_prior(prior, sensor, changes):
     """At draws of parameters and onsets, in this order."""

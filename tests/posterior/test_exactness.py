@@ -5,31 +5,20 @@ the divergence and efficiency of a Gaussian too wide or too narrow are formulas.
 """
 
 import numpy as np
-import pandas as pd
 import pytest
 import xarray as xr
 from scipy.stats import multivariate_normal
 
-from breaker.mechanism.curves import Motion
 from breaker.model.joint import Model
 from breaker.model.prior import Prior
 from breaker.model.randomness import generator
 from breaker.model.sensor import Sensor
-from breaker.posterior.exactness import correct_operations, correct_validation, judge, p_values
-from breaker.posterior.predictive import coordinates, summaries
-from breaker.posterior.tables import (
-    ABSENT,
-    select_posterior,
-    stack_posteriors,
-    summary,
-    table,
-    table_of_both,
-)
+from breaker.posterior.corrections import correct
+from breaker.posterior.exactness import correct_validation, judge
+from breaker.posterior.tables import summary
 from breaker.posterior.weights import importance
 from tests.corrections import SETTINGS, errors_p_value, from_prior, means_p_value
-from tests.networks_fixtures import operations_of
 
-UNREACHED = SETTINGS | {"smallest_size": 2000, "rounds": 1}  # no weights are that even
 Q, SAMPLES = 8, 15
 SLOPES = 0.12 * generator(1, "test exactness", "slopes").standard_normal((SAMPLES, Q))
 SENSOR = Sensor(start=-2.0, stop=54.0, samples=SAMPLES, noise_sd=0.1, onset_sd=0.3, zero_sd=0.1)
@@ -43,8 +32,8 @@ SCALES = {
 class Linear(Model):
     """The condition f > k_a L is 13 prior sds away, so that its posteriors are Gaussian."""
 
-    def expected(self, values):
-        return Motion(self.standardise(values) @ SLOPES.T, np.full(len(values), np.inf), None)
+    def curves(self, values):
+        return self.standardise(values) @ SLOPES.T
 
     def exact(self, record):
         """Mean, covariance and log evidence, of the samples that are there."""
@@ -57,10 +46,6 @@ class Linear(Model):
 
 
 MODEL = Linear(Prior(**SCALES), SENSOR, "closing")
-# The condition cuts posteriors in two: their exact forms are not known, their support is.
-CUT = Linear(
-    Prior(SCALES["medians"] * [1, 1, 1, 1, 1, 0.11, 1], SCALES["log_sds"]), SENSOR, "closing"
-)
 
 
 def records_of(model, n, name):
@@ -149,9 +134,12 @@ def corrected(shifted):
 
 
 def test_what_is_added_and_what_stays(shifted, corrected):
-    for name, absent in ABSENT.items():
-        assert np.issubdtype(corrected[name].dtype, np.dtype(type(absent)).type), name
-    rest = corrected.drop_vars([*ABSENT, "draws"])
+    added = set(corrected.variables) - set(shifted.variables)
+    assert added == {
+        *("resolved", "why_unresolved", "rounds", "effective_size", "efficiency"),
+        *("pareto_k", "faulty_weights", "log_evidence", "log_evidence_se"),
+    }
+    rest = corrected.drop_vars([*added, "draws"])
     xr.testing.assert_identical(rest, shifted.drop_vars("draws"))
     assert corrected.draws.dims == shifted.draws.dims
     assert not np.any(corrected.draws.values == shifted.draws.values)
@@ -173,144 +161,21 @@ def test_a_record_does_not_depend_on_those_beside_it(shifted, corrected):
     assert not np.any(opening.draws.values == corrected.draws.values[:1])
 
 
-# ---- operations ----------------------------------------------------------------------------------
+def test_an_error_is_the_reason_of_its_record_and_stops_no_other(shifted, corrected, monkeypatch):
+    def fails(model, record, *rest):
+        if np.array_equal(record, shifted.measured.values[1]):
+            raise ZeroDivisionError("a planted fault")
+        return correct(model, record, *rest)
 
-OPERATIONS = np.arange(4, 25, 4)
-REJECTED, FAILED, BUMP = 1, 3, 4  # by the reader, by the network, and one that fits no curve
-
-
-@pytest.fixture(scope="module")
-def inferred():
-    """Six operations in the layout of ``infer``, from a network that is one sd off."""
-    _, travel = records_of(CUT, 6, "endurance")
-    travel[BUMP, 7] += 1.5
-    draws = gaussian_draws(CUT, travel, 100, "endurance", shift=1.0)
-    draws[[REJECTED, FAILED]] = np.nan
-    travel[REJECTED] = np.nan
-    reasons = np.array(["", "line 40: travel is missing", "", "close_16.csv: no posterior", "", ""])
-    distance = np.where(np.arange(6) == REJECTED, np.nan, [0.4, 0.0, 0.7, 2.0, 1.3, 0.2])
-    data = operations_of(travel, SENSOR.times).assign(
-        accepted=("operation", reasons == ""),
-        reason=("operation", reasons),
-        first_motion=("operation", np.where(np.arange(6) == REJECTED, np.nan, 20.0)),
-        distance=("operation", distance),
-        outside_prior=("operation", distance > 1.0),
-        operation=OPERATIONS,
-        **summaries(CUT, draws, p_values(CUT, travel, draws), 1e-3),
+    monkeypatch.setattr("breaker.posterior.exactness.correct", fails)
+    found = correct_validation(MODEL, shifted, SETTINGS, seed=1)
+    assert found.why_unresolved.values[1] == (
+        "no exact posterior: ZeroDivisionError: a planted fault"
     )
-    return data.assign_coords(coordinates(CUT)).assign_attrs(motion="closing", title="test")
-
-
-def correct_these(data, *, settings=SETTINGS, misfit_p_value=1e-3):
-    return correct_operations(CUT, data, settings, seed=1, misfit_p_value=misfit_p_value)
-
-
-@pytest.fixture(scope="module")
-def operations(inferred):
-    return correct_these(inferred)
-
-
-def test_operations_without_a_posterior_stay_so(inferred, operations):
-    absent = np.isin(np.arange(6), [REJECTED, FAILED])
-    for name in ("draws", "median", "interval_50", "interval_95", "p_value", "outside_support"):
-        missing = np.isnan(operations[name].values.reshape(6, -1))
-        assert missing[absent].all(), name
-        assert not missing[~absent].any(), name
-    assert operations.resolved.values.tolist() == (~absent).tolist()
-    assert (operations.rounds.values > 0).tolist() == (~absent).tolist()
-    assert np.isnan(operations.effective_size.values).tolist() == absent.tolist()
-    # Nobody tried: what is wrong with them stands in ``reason``.
-    assert (operations.why_unresolved == "").all()
-    assert not operations.misfit.values[absent].any()
-    # What does not follow from draws stays.
-    for name in ("travel", "accepted", "reason", "file", "first_motion", "distance"):
-        np.testing.assert_array_equal(operations[name].values, inferred[name].values)
-    np.testing.assert_array_equal(operations.outside_prior, inferred.outside_prior)
-    assert set(operations.variables) == {*inferred.variables, *ABSENT}
-    assert operations.attrs == inferred.attrs
-
-
-def test_all_that_follows_from_draws_is_of_the_corrected_ones(inferred, operations):
-    """Recomputed from the corrected draws, which are stored in float32."""
-    kept = operations.isel(operation=np.flatnonzero(operations.accepted.values))
-    before = inferred.sel(operation=kept.operation)
-    draws = kept.draws.values.astype(np.float64)
-    by_hand = summaries(CUT, draws, p_values(CUT, kept.travel.values, draws), 1e-3)
-    for name in ("median", "interval_50", "interval_95", "p_value"):
-        np.testing.assert_allclose(kept[name], by_hand[name], rtol=1e-4, atol=1e-6, err_msg=name)
-        assert not np.any(kept[name].values == before[name].values), name
-    # The network's draws leave the support, weighted ones cannot.
-    assert before.outside_support.max() > 0.2
-    assert (kept.outside_support == 0).all()
-    assert kept.misfit.values.tolist() == [False, False, True, False]
-    assert kept.resolved.values.all()  # an exact posterior of a curve that the model cannot make
-    strict = correct_these(inferred.isel(operation=[0]), misfit_p_value=1.0)
-    assert strict.misfit.item()
-    assert strict.p_value.item() == kept.p_value.values[0]
-
-
-def test_an_operation_does_not_depend_on_those_beside_it(inferred, operations):
-    """Bit for bit, in any order; its number names its generator."""
-    rows = [4, 1, 2]
-    xr.testing.assert_identical(
-        correct_these(inferred.isel(operation=rows)), operations.isel(operation=rows)
-    )
-    renamed = inferred.isel(operation=[2]).assign_coords(operation=[99])
-    assert not np.any(correct_these(renamed).draws.values == operations.draws.values[2])
-
-
-def test_unresolved_operations_keep_what_follows_from_their_best_draws(inferred):
-    data = inferred.copy(deep=True)
-    data.draws[0] = data.draws[0, 0]
-    result = correct_these(data, settings=UNREACHED)
-    assert not result.resolved.any()
-    tried = np.array(["effective size" in why for why in result.why_unresolved.values])
-    # The first has draws of no map, and is reached from the mode of its posterior alone.
-    assert tried.tolist() == [True, False, True, False, True, True]
-    assert np.isfinite(result["median"].values).all(axis=1).tolist() == tried.tolist()
-    assert np.isfinite(result.p_value.values).tolist() == tried.tolist()
-    assert result.accepted.values.tolist() == data.accepted.values.tolist()
-
-
-# ---- both posteriors -----------------------------------------------------------------------------
-
-DRAWN = ["draws", "median", "interval_50", "interval_95", "p_value", "misfit", "outside_support"]
-DRAWN += ["far_onset"]
-
-
-@pytest.fixture(scope="module")
-def both(inferred, operations):
-    return stack_posteriors(inferred, operations)
-
-
-def test_either_posterior_is_given_back(inferred, operations, both):
-    """What follows from draws alone is there twice."""
-    assert {name for name in both.data_vars if "posterior" in both[name].dims} == set(DRAWN)
-    assert both.posterior.values.tolist() == ["amortised", "corrected"]
-    assert both.attrs == operations.attrs
-    for posterior, expected in (("amortised", inferred), ("corrected", operations)):
-        found = select_posterior(both, posterior)
-        assert found.posterior.item() == posterior
-        xr.testing.assert_identical(found.drop_vars("posterior"), expected)
-    with pytest.raises(KeyError):
-        select_posterior(both, "exact")
-    with pytest.raises(ValueError, match="operation"):
-        stack_posteriors(inferred.isel(operation=slice(4)), operations)
-
-
-def test_table_of_both_is_tidy(inferred, operations, both):
-    rows = table_of_both(both)
-    operation, *others = table(operations).columns
-    assert rows.columns.tolist() == [operation, "posterior", *others]
-    assert others[-3:] == ["resolved", "effective_size", "pareto_k"]
-    assert rows.operation.tolist() == np.repeat(OPERATIONS, 2 * Q).tolist()
-    assert rows.posterior.tolist() == 6 * (Q * ["amortised"] + Q * ["corrected"])
-    for posterior, alone in (("amortised", inferred), ("corrected", operations)):
-        part = rows[rows.posterior == posterior].drop(columns="posterior").reset_index(drop=True)
-        expected = table(alone)
-        pd.testing.assert_frame_equal(part[expected.columns], expected, check_dtype=False)
-    amortised = rows[rows.posterior == "amortised"]
-    assert amortised[["resolved", "effective_size", "pareto_k"]].isna().all(axis=None)
+    assert not found.resolved.values[1]
+    assert np.isnan(found.draws.values[1]).all()
+    others = [0, 2, 3, 4, 5]
+    xr.testing.assert_identical(found.isel(curve=others), corrected.isel(curve=others))
 
 
 # ---- the judge -----------------------------------------------------------------------------------

@@ -7,11 +7,8 @@ from scipy.stats import kstest
 
 from breaker.model.randomness import generator
 from breaker.posterior.batches import Rows
-from breaker.posterior.corrections import correct
-from breaker.posterior.exactness import correct_operations
-from breaker.posterior.missing import completed
+from breaker.posterior.exactness import correct_validation
 from breaker.posterior.predictive import infer, predict_stages, summaries
-from breaker.posterior.tables import table
 from tests.corrections import SETTINGS
 from tests.networks_fixtures import (
     COMBINATIONS,
@@ -71,34 +68,20 @@ def test_records_that_nothing_is_known_of_are_refused(sets, series, method):
     assert np.isfinite(ask(sets[0], lose(whole, 0.5))).all()
 
 
-def test_there_is_no_density_of_completed_records(sets, series):
+@pytest.mark.parametrize("method", ["sample", "log_prob", "distance"])
+def test_records_that_a_network_was_not_trained_for_are_refused(sets, series, method):
     """The message has the remedy."""
     whole, values = sets[1], np.ones((5, 1, 8))
     few = lose(whole, 0.5)
     few[3, np.flatnonzero(~np.isnan(few[3]))[:2]] = np.nan
-    train = "has no density; train it with (a larger )?network.closing.summary"
+    train = "does not take; train it with (a larger )?network.closing.summary"
     for posterior, records, message in (
-        (sets[0], few, rf"1 of 5 records miss more than 50% .* {train}.deep_set.missing"),
-        (series[0], lose(whole, 0.1), rf"5 of 5 .* more than 0% .* {train}.kind: deep_set"),
+        (sets[0], few, rf"1 of 5 records miss more than 50% of .* {train}.deep_set.missing"),
+        (series[0], lose(whole, 0.1), rf"5 of 5 records have missing .* {train}.kind: deep_set"),
     ):
+        more = {"sample": [records, noise_of(posterior, 5, 2)], "log_prob": [values, records]}
         with pytest.raises(ValueError, match=message):
-            posterior.log_prob(values, records)
-
-
-@pytest.mark.parametrize("draws", [7, 250])
-def test_a_network_of_whole_records_draws_from_completed_ones(series, draws):
-    """As many draws from each, whatever their number; those of whole records stay as they are."""
-    posterior, whole = series
-    records, noise = whole.copy(), noise_of(posterior, 5, draws)
-    records[1, 4:20:3] = np.nan
-    found = posterior.sample(records, noise)
-    assert posterior.completes(records).tolist() == [False, True, False, False, False]
-    others = [0, 2, 3, 4]
-    np.testing.assert_array_equal(found[others], posterior.sample(whole, noise)[others])
-    each = completed(posterior.model, records[1], 100)
-    for k in (0, 1, draws - 1):
-        alone = posterior.sample(each[k % 100][None], noise[1:2, k : k + 1])[0]
-        np.testing.assert_allclose(found[1, k], alone[0], rtol=1e-4)
+            getattr(posterior, method)(*more.get(method, [records]))
 
 
 def test_distance_of_records_with_missing_samples(sets, series):
@@ -108,17 +91,13 @@ def test_distance_of_records_with_missing_samples(sets, series):
     plain = series[0].distance(records)
     # Whole records: the same as without a deep set, for both banks are the same.
     np.testing.assert_array_equal(posterior.distance(records), plain)
+    # Of others their envelope alone: fewer samples stay closer, and nothing of the bank is far.
     irregular = lose(records, 0.4)
     found = posterior.distance(irregular)
-    assert np.corrcoef(found, plain)[0, 1] > 0.8
-    # The farthest that the bank produces is for whole records, and fewer samples stay closer.
+    assert (found <= plain).all()
     assert (found > 1).mean() < 0.02
-    # Planted: three times the travel, and a bump, on the samples that are left.
-    bump = 3 * np.exp(-np.square((posterior.sensor.times - 20) / 6))
-    for strange in (3 * fresh, records + bump):
-        assert (posterior.distance(lose(strange, 0.4)) > 1).mean() > 0.75
-    # One sample outside of the envelope, where the components may see little of it.
-    spike = irregular.copy()
+    assert (posterior.distance(lose(3 * fresh, 0.4)) > 1).mean() > 0.75  # planted
+    spike = irregular.copy()  # one sample outside of the envelope
     for record in spike:
         last = np.flatnonzero(~np.isnan(record))[-1]
         record[last] = posterior.highest[last] + 1.5 * posterior.margin
@@ -139,41 +118,25 @@ def pair(sets):
     return operations_of(records, times)
 
 
-def test_a_network_of_whole_records_answers_and_says_that_it_approximates(pair, series):
-    posterior, _ = series
-    lost = np.isnan(pair.travel.values).sum(axis=1)
-    found = infer(
-        posterior, pair.assign(missing=("operation", lost)), draws=30, seed=1, misfit_p_value=1e-3
+def test_a_network_of_whole_records_leaves_others_to_the_family_and_says_why(pair, series):
+    found = infer(series[0], pair, draws=30, seed=1, misfit_p_value=1e-3)
+    assert found.accepted.values.tolist() == [True, False]
+    assert found.reason.values[1] == (
+        "close_1.csv: no posterior: 1 of 1 records have missing samples, which the network of "
+        "closing does not take; train it with network.closing.summary.kind: deep_set"
     )
-    assert found.accepted.all(), found.reason.values
-    assert found.completed.values.tolist() == [False, True]
-    assert np.isfinite(found.draws.values).all()
-    rows = table(found)
-    assert rows.missing.tolist() == np.repeat(lost, 8).tolist()
-    assert rows.completed.tolist() == [False] * 8 + [True] * 8
+    assert np.isfinite(found.draws.values[0]).all()
+    assert np.isnan(found.draws.values[1]).all()
 
 
-def test_a_deep_set_infers_them_and_the_exact_posterior_is_wider(pair, sets):
-    """Of the same noise, less is known: the log determinant of the covariance is larger.
-
-    From 2,000 draws of eight outputs its difference has an error of sqrt(2 * 2 * 8 / 2000) = 0.13,
-    so that equal posteriors would differ by 0.5 with a probability of 4e-5.
-    """
+def test_a_deep_set_infers_them_and_predicts_them_without_gaps(pair, sets):
     posterior, _ = sets
-    found = infer(posterior, pair, draws=2000, seed=1, misfit_p_value=1e-3)
+    found = infer(posterior, pair, draws=60, seed=1, misfit_p_value=1e-3)
     assert found.accepted.all()
-    settings = SETTINGS | {"draws": 3000, "rounds": 40, "efficiency": 0.5}
-    exact = correct_operations(posterior.model, found, settings, seed=1, misfit_p_value=1e-3)
-    assert exact.resolved.all()
-    assert ((exact.p_value > 1e-3) & (exact.p_value < 1 - 1e-3)).all()
-    z = posterior.model.standardise(exact.draws.values.astype(np.float64))
-    whole, lacking = (np.linalg.slogdet(np.cov(draws.T))[1] for draws in z)
-    assert lacking > whole + 0.5
-    # Predicted records have no gaps, and samples that are missing are not outside of the band.
-    stages = predict_stages(posterior.model, exact, stages=2, seed=1)
+    stages = predict_stages(posterior.model, found, stages=2, seed=1)
     assert np.isfinite(stages.lower.values).all()
     np.testing.assert_array_equal(stages.travel, pair.travel)
-    assert (stages.share_inside.values > 0.7).all()
+    assert np.isfinite(stages.share_inside.values).all()
 
 
 # ---- exact posteriors ---------------------------------------------------------------------------
@@ -203,40 +166,22 @@ def test_no_odd_record_stops_the_others():
     odd = odd_records(whole[0])
     records = np.array([whole[1], *odd.values(), whole[2]])
     curves = operations_of(records, posterior.sensor.times, ["first", *odd, "last"])
-    settings = SETTINGS | {"rounds": 3, "round_draws": 200, "draws": 500}
-    common = {"seed": 1, "misfit_p_value": 1e-3}
-    found = infer(posterior, curves, draws=60, **common)
-    exact = correct_operations(posterior.model, found, settings, **common)
+    found = infer(posterior, curves, draws=60, seed=1, misfit_p_value=1e-3)
     for i, name in enumerate(found.file.values):
         answered = np.isfinite(found.draws.values[i]).all()
         assert answered == found.accepted.values[i] == (found.reason.values[i] == "")
-        if answered:
-            assert exact.resolved.values[i] == (exact.why_unresolved.values[i] == ""), name
-        else:
+        if not answered:
             assert found.reason.values[i].startswith(f"{name}: no posterior: ")
-    assert found.accepted.values[[0, 5, 6, -1]].all()
-    assert not found.accepted.values[[8, 9]].any()
-    ends = infer(posterior, curves.isel(operation=[0, -1]), draws=60, **common)
+    assert found.accepted.values[[0, -1]].all()
+    assert not found.accepted.values[5:10].any()
+    ends = infer(posterior, curves.isel(operation=[0, -1]), draws=60, seed=1, misfit_p_value=1e-3)
     np.testing.assert_array_equal(found.draws[[0, -1]], ends.draws)
-    predict_stages(posterior.model, exact, stages=len(records), seed=1)
-
-
-def test_an_error_in_the_correction_is_its_reason(pair, series, monkeypatch):
-    posterior, _ = series
-    found = infer(posterior, pair, draws=30, seed=1, misfit_p_value=1e-3)
-
-    def fails(model, record, *rest):
-        if np.isnan(record).any():
-            raise ZeroDivisionError("a planted fault")
-        return correct(model, record, *rest)
-
-    monkeypatch.setattr("breaker.posterior.exactness.correct", fails)
-    exact = correct_operations(posterior.model, found, SETTINGS, seed=1, misfit_p_value=1e-3)
-    assert not exact.resolved.values[1]
-    assert exact.why_unresolved.values[1] == (
-        "no exact posterior: ZeroDivisionError: a planted fault"
-    )
-    assert np.isfinite(exact.draws.values[0]).all()
+    predict_stages(posterior.model, found, stages=len(records), seed=1)
+    # The judge, too: what it cannot correct has a reason.
+    settings = SETTINGS | {"rounds": 3, "round_draws": 200, "draws": 500}
+    some = found.isel(operation=found.accepted.values).rename(operation="curve", travel="measured")
+    exact = correct_validation(posterior.model, some, settings, seed=1)
+    assert (exact.resolved.values == (exact.why_unresolved.values == "")).all()
 
 
 def test_an_onset_far_from_the_time_that_was_read_is_a_flag(series):

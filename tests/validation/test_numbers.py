@@ -52,26 +52,30 @@ def tables():
     exactness |= {"gap_nats": 0.0686, "gap_se": 0.0215, "c2st_median": 0.546}
     operations = draws("operation", 2000).assign(
         accepted=("operation", np.arange(2000) != 5),
-        resolved=("operation", np.arange(2000) >= 10),
         misfit=("operation", np.arange(2000) < 1240),
         travel=(("operation", "time"), np.array([[0.5, 0.5, 0.5, 3.0]]).repeat(2000, axis=0)),
     )
     prior = xr.Dataset({"travel": (("curve", "time"), np.linspace([0] * 4, [1] * 4, 50))})
-    truth = np.ones((3, 7)) * np.array([[1.0], [1.5], [1.0]])
-    width = operations.draws.isel(output=5).std("draw").median().item()
-    truth[2, 5] = 1.0 - 1.7 * width
+    truth = np.ones((2000, 7))
+    truth[-50:, 5] = 0.93
     stand_in = {
         "value": (("operation", "parameter"), truth),
-        "difference": ("operation", [1.2, 1.58, 1.4]),
+        "difference": ("operation", np.linspace(1.2, 1.58, 2000)),
     }
+    operations, family = (
+        each.assign_coords(operation=np.arange(2000))
+        for each in (operations, draws("operation", 2000).sel(output=NAMES))
+    )
+    family["draws"] = family.draws + 100.0 * (np.arange(2000) >= 1000)[:, None, None]
     return (
         quality(),
         pd.DataFrame([exactness]),
         prior,
         draws("curve", 100, correlated=-0.8),
         operations,
+        family.assign(misfit=("operation", np.arange(2000) < 200)),
         xr.Dataset({"share_inside": ("stage", [0.97, 0.884, 1.0])}),
-        xr.Dataset(stand_in, {"parameter": list(NAMES)}),
+        xr.Dataset(stand_in, {"operation": np.arange(2000), "parameter": list(NAMES)}),
     )
 
 
@@ -98,13 +102,15 @@ def found(tables):
         ("efficiency_median", "93"),
         ("curves_resolved", "999"),
         ("operations", "2,000"),
-        ("operations_resolved", "1,990"),
         ("misfit", "62"),
+        ("family_misfit", "10"),
+        ("paper_holds.f", "100"),
+        ("family_holds.f", "50"),
         ("prior_inside", "75"),
         ("inside.lowest", "88"),
         ("inside.highest", "100"),
-        ("drift.f", "1.7"),
-        ("drift.L", "0.0"),
+        ("true_change.f", "-7.0"),
+        ("true_change.L", "0.0"),
         ("difference.highest", "1.6"),
     ],
 )
@@ -122,9 +128,13 @@ def test_real_records_have_no_truth(found, tables):
     measured = numbers_of_motion(MotionResults(*tables[:-1]))
     assert set(found) - set(measured) == {
         *("difference.lowest", "difference.highest"),
-        *(f"drift.{name}" for name in NAMES),
+        *(f"{by}_change.{name}" for by in ("true", "paper", "family") for name in NAMES),
+        *(f"{by}_holds.{name}" for by in ("paper", "family") for name in NAMES),
     }
     assert all(found[name] == value for name, value in measured.items())
+    # Of the first and the last block with answers: of 100 more than once the last is.
+    assert float(found["family_change.f"]) == pytest.approx(1e4, rel=0.1)
+    assert abs(float(found["paper_change.f"])) < 10.0
 
 
 def test_when_a_life_changed_and_what_was_decided():

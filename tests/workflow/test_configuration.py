@@ -382,8 +382,9 @@ known: {touch: [9.5, 0.1], L: [10.0, 0]}
     Known of opening: mu, k_a
     has L: [10.0, 0], which has the standard deviation 0, but must have one above 0
 known: {mu: [2.4, 0.1]}
-endurance: {posterior: amortised}
-    known names mu, which networks do not know, but endurance.posterior is amortised. Set it to
+    known has mu, but no step of the workflow takes facts. Leave it empty, and give them to
+endurance: {posterior: corrected}
+    endurance.posterior is no key any more: of measured operations, figures and tables show the
 endurance: {curves: nowhere}
     endurance.curves cannot be used: nowhere/closing/ has no file of a record (.csv
     nowhere/opening/ has no file of a record

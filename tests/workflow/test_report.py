@@ -14,7 +14,7 @@ from breaker.workflow import read
 
 ROOT = Path(__file__).parents[2]
 # Of the drive, from all its motions.
-TOGETHER = {"verdict", "health", "remaining_life", "changepoint", "evolution"}
+TOGETHER = {"verdict", "health", "remaining_life", "changepoint", "changes"}
 TOGETHER |= {"fleet", *(f"{n}_table" for n in ("decisions", "limits", "changes", "fleet"))}
 PAGES = {
     path.stem: path

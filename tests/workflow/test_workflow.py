@@ -45,9 +45,9 @@ ENDURANCE_FIGURES = [
 ]
 PAGES = ["figure_verdict", "first_page", "figure_health", "figure_remaining_life"]
 DECISIONS = ["decide", *PAGES]
-LIFE = ["life", *DECISIONS, "figure_changepoint", "figure_evolution", "numbers"]
+LIFE = ["life", *DECISIONS, "figure_changepoint", "figure_changes", "numbers"]
 MEASURING = ["read_curves", *LIFE]
-FROM_INFERENCE = ["correct_operations", "gather", *ENDURANCE_FIGURES]
+FROM_INFERENCE = ["gather", *ENDURANCE_FIGURES]
 TRAINING = ["train", "figure_loss", *VALIDATION, "infer", *FROM_INFERENCE]
 PRIOR_PREDICTIVE = ["prior_predictive", "figure_prior_predictive"]
 PRIOR_DRAWS = [*PRIOR_PREDICTIVE, "figure_pairs_family"]
@@ -55,7 +55,7 @@ FAMILY_FIGURES = ("sbc", "contraction", "recovery", "pairs")
 FAMILY = ["family_quality", *(f"figure_{name}_family" for name in FAMILY_FIGURES)]
 # For both motions together.
 ONCE = {*LIFE, "rig_truth", *FAMILY}
-READING = [*MEASURING, "figure_prior_predictive", "infer", *FROM_INFERENCE]
+READING = [*MEASURING, "figure_prior_predictive", "infer", "infer_family", *FROM_INFERENCE]
 
 
 def run(folder: Path, *arguments: str, fails: bool = False) -> str:
@@ -141,9 +141,9 @@ def edit_of(file: str, line: str = "# an edit") -> Callable[[Path], None]:
 
 # Edit, and rules that run again. The same table stands in docs/development.md.
 FIGURE = ["figure_pairs", "figure_pairs_family"]
-NOISE = [*MEASURING, "figure_prior_predictive", *TRAINING, "identifiability"]
+NOISE = [*READING, *TRAINING, "identifiability"]
 BANK = ["bank_shard", *TRAINING, "identifiability"]
-CORRECTION = ["correct_validation", *FROM_CORRECTION, *FROM_INFERENCE]
+CORRECTION = ["correct_validation", *FROM_CORRECTION]
 TIRED = {"name": "tired", "of": "change", "lower": {"f": "-5 %"}}
 SLOWER = {"f": {"median": 0.8, "log_sd": 0.1}}
 EDITS = {
@@ -160,7 +160,10 @@ EDITS = {
     "sensor.onset_sd": (setting(sensor={"onset_sd": 0.2}), [*PRIOR_DRAWS, *BANK]),
     "prior": (setting(prior=SLOWER), [*PRIOR_PREDICTIVE, *BANK]),
     "validation.posterior": (setting(validation={"posterior": "corrected"}), VALIDATION_FIGURES),
-    "endurance.posterior": (setting(endurance={"posterior": "amortised"}), ENDURANCE_FIGURES),
+    "endurance.draws": (
+        setting(endurance={"draws": 60}),
+        ["infer", "infer_family", *FROM_INFERENCE],
+    ),
     "correction": (setting(correction={"largest_k": 0.6}), CORRECTION),
     "endurance.curves": (put_own_curves, READING),
     "limits": (setting(limits=[TIRED]), LIFE),
@@ -169,7 +172,7 @@ EDITS = {
     "mechanism.py": (
         edit_of("src/breaker/mechanism/curves.py"),
         # The reader takes the names of quantities from where curves are read, too.
-        [*PRIOR_DRAWS, *BANK, "rig_truth", *MEASURING],
+        [*PRIOR_DRAWS, *BANK, "rig_truth", *READING],
     ),
     "README.md": (edit_of("README.md", "A comment."), []),
 }
@@ -180,7 +183,7 @@ TOGETHER = [
     (
         "style of one figure",
         "style of another figure",
-        "endurance.posterior",
+        "endurance.draws",
         "planning",
         "README.md",
     ),
@@ -189,7 +192,7 @@ TOGETHER = [
 ]
 ALONE = [(name,) for name in EDITS if name not in {each for names in TOGETHER for each in names}]
 # Shards, chunks and sources are several jobs; everything else is one a motion, or one.
-SEVERAL = {"bank_shard", "read_curves", "infer", "correct_operations", "validate_family"}
+SEVERAL = {"bank_shard", "read_curves", "infer", "infer_family", "validate_family"}
 
 
 @pytest.mark.parametrize("names", [*TOGETHER, *ALONE], ids=" and ".join)
@@ -235,7 +238,7 @@ def test_every_job_reserves_what_it_takes(workflow):
 def test_every_figure_is_there(workflow):
     figures = sorted(path.name for path in (workflow / "figures").glob("*.png"))
     # Of both motions, of the life; and those of shipped networks, and of the family's.
-    assert len(figures) == 22 + 5 + 4 + 4
+    assert len(figures) == 24 + 5 + 4 + 4
     assert all((workflow / "figures" / name).stat().st_size > 10_000 for name in figures)
 
 
@@ -254,7 +257,7 @@ def test_stores_open_with_one_call_and_say_what_made_them(workflow, motion):
         results / "standing.zarr",
         *results.glob(f"identifiability/{motion}*.zarr"),
     ]
-    assert len(stores) == 2 + 1 + 4 + 2 + 2 + 1 + 1 + 2 + 1
+    assert len(stores) == 2 + 1 + 4 + 2 + 3 + 1 + 1 + 2 + 1
     for store in stores:
         data = xr.open_zarr(store)
         assert {"title", "settings", "breaker_version"} <= set(data.attrs), store
@@ -291,7 +294,7 @@ def test_appended_operations_run_their_own_chunk_and_what_follows(workflow):
                 shutil.copy(last, last.with_name(f"{motion}_{number:05d}.csv"))
         jobs = [planned(workflow, target) for target in targets]
     # Two chunks of 20 and 10 operations: the second one alone; a life as a whole.
-    assert jobs[0] == dict.fromkeys(("read_curves", "infer", "correct_operations", "gather"), 1)
+    assert jobs[0] == dict.fromkeys(("read_curves", "infer", "infer_family", "gather"), 1)
     assert jobs[1] == {"read_curves": 2, "life": 1}
 
 

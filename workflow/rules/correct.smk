@@ -1,8 +1,8 @@
 """The exact judge: networks held against the exact posterior, and brought to it.
 
 Needs the draws of networks, and for the judgement the model file. Makes corrected posteriors of the
-validation curves and of every operation, and the figures that show how far the network was from
-them and what the curves can say at all.
+validation curves, and the figures that show how far the network was from them and what the curves
+can say at all. Of simulated curves alone: for no measured one is the model right.
 """
 
 
@@ -42,26 +42,6 @@ rule judge:
         curves=config["validation"]["judged_curves"],
     script:
         "../scripts/judge.py"
-
-
-rule correct_operations:
-    """The exact posteriors of some operations, from the network's draws."""
-    input:
-        inferred="results/endurance/{motion}/inferred_{chunk}.zarr",
-    output:
-        directory("results/endurance/{motion}/corrected_{chunk}.zarr"),
-    log:
-        "logs/correct_operations/{motion}_{chunk}.log",
-    params:
-        seed=config["seed"],
-        prior=config["prior"],
-        sensor=config["sensor"],
-        known=config["known"],
-        speeds={name: SPEEDS[name] for name in config["known"] if name in SPEEDS},
-        correction=config["correction"],
-        misfit_p_value=config["endurance"]["misfit_p_value"],
-    script:
-        "../scripts/correct_operations.py"
 
 
 # How far the network's posteriors are from the exact ones, curve by curve.

@@ -93,13 +93,5 @@ figure(
     **STANDING,
 )
 
-# Fig. 10: the parameters over all operations, as changes since new.
-figure(
-    "evolution",
-    "5 Endurance test",
-    of="",
-    params={"posterior": config["endurance"]["posterior"], "motions": MOTIONS},
-    life="results/life.zarr",
-    truth=TRUTH,
-    singles=expand("results/endurance/{motion}.zarr", motion=MOTIONS),
-)
+# The changes of the parameters since new.
+figure("changes", "6 Decisions", of="", life="results/life.zarr", truth=TRUTH)

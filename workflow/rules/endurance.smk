@@ -1,8 +1,9 @@
 """The endurance test: curves from files, inferred operation by operation.
 
 Needs the model file, and curve files: those of the stand-in, which is simulated here, or a folder
-of one's own (`endurance.curves`). Makes draws, intervals and flags of all operations as one Zarr
-store and one tidy CSV a motion, and the figures of the paper's Sec. 7.
+of one's own (`endurance.curves`). Makes draws, intervals and flags of all operations, by the paper's
+networks and by the families that ship, as Zarr stores and one tidy CSV a motion, and the figures of
+the paper's Sec. 7.
 """
 
 
@@ -57,7 +58,7 @@ rule read_curves:
 
 
 rule infer:
-    """Infer some operations."""
+    """Infer some operations by the paper's network."""
     input:
         model="results/models/{motion}.safetensors",
         curves="results/endurance/{motion}/curves_{chunk}.zarr",
@@ -73,13 +74,30 @@ rule infer:
         "../scripts/infer.py"
 
 
-rule gather:
-    """All operations of one motion, as one store and one table."""
+rule infer_family:
+    """Infer some operations by the networks of families that ship."""
     input:
-        inferred=every_chunk("results/endurance/{motion}/inferred_{chunk}.zarr"),
-        corrected=every_chunk("results/endurance/{motion}/corrected_{chunk}.zarr"),
+        curves="results/endurance/{motion}/curves_{chunk}.zarr",
     output:
-        store=directory("results/endurance/{motion}.zarr"),
+        directory("results/endurance/{motion}/family_{chunk}.zarr"),
+    log:
+        "logs/infer_family/{motion}_{chunk}.log",
+    params:
+        seed=config["seed"],
+        draws=config["endurance"]["draws"],
+        misfit_p_value=config["endurance"]["misfit_p_value"],
+    script:
+        "../scripts/infer_family.py"
+
+
+rule gather:
+    """All operations of one motion, as stores and one table."""
+    input:
+        paper=every_chunk("results/endurance/{motion}/inferred_{chunk}.zarr"),
+        family=every_chunk("results/endurance/{motion}/family_{chunk}.zarr"),
+    output:
+        paper=directory("results/endurance/{motion}.zarr"),
+        family=directory("results/endurance/{motion}_family.zarr"),
         table="results/endurance/{motion}.csv",
     log:
         "logs/gather/{motion}.log",
@@ -100,7 +118,6 @@ rule endurance_predictive:
         prior=config["prior"],
         sensor=config["sensor"],
         stages=config["endurance"]["stages"],
-        posterior=config["endurance"]["posterior"],
     script:
         "../scripts/endurance_predictive.py"
 
@@ -112,4 +129,14 @@ figure(
     label="posterior predictive",
     within="predictive",
     predictive="results/endurance/{motion}_predictive.zarr",
+)
+
+
+# Fig. 10: the parameters over all operations, by single ones.
+figure(
+    "evolution",
+    "5 Endurance test",
+    paper="results/endurance/{motion}.zarr",
+    family="results/endurance/{motion}_family.zarr",
+    truth=TRUTH,
 )

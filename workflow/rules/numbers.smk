@@ -18,6 +18,7 @@ rule numbers:
         prior=expand("results/prior_predictive/{motion}.zarr", motion=MOTIONS),
         validation=expand(f"results/validation/{{motion}}_seed{SEED}.zarr", motion=MOTIONS),
         operations=expand("results/endurance/{motion}.zarr", motion=MOTIONS),
+        family=expand("results/endurance/{motion}_family.zarr", motion=MOTIONS),
         predictive=expand("results/endurance/{motion}_predictive.zarr", motion=MOTIONS),
         truth=TRUTH,
         life="results/life.zarr",

@@ -3,7 +3,6 @@
 import pandas as pd
 
 from breaker.mechanism import from_list, speeds_of
-from breaker.posterior import select_posterior
 from breaker.stores import open_store
 from breaker.synthetic import failures
 from breaker.validation import (
@@ -25,7 +24,8 @@ for i, motion in enumerate(params.motions):
         exactness=pd.read_csv(files.exactness[i]),
         prior=open_store(files.prior[i]),
         validation=open_store(files.validation[i]),
-        operations=select_posterior(open_store(files.operations[i]), "corrected"),
+        operations=open_store(files.operations[i]),
+        family=open_store(files.family[i]),
         predictive=open_store(files.predictive[i]),
         truth=open_store(files.truth).sel(motion=motion) if files.truth else None,
     )

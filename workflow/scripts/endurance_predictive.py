@@ -1,14 +1,14 @@
 """Predict the records at a few stages of the endurance test from their own posteriors."""
 
 from breaker.model import Model
-from breaker.posterior import predict_stages, select_posterior
+from breaker.posterior import predict_stages
 from breaker.stores import describe, open_store, save
 from breaker.workflow import start
 
 log = start(snakemake)
 params, motion = snakemake.params, snakemake.wildcards.motion
 model = Model.from_settings({"prior": params.prior, "sensor": params.sensor, "motion": motion})
-inferred = select_posterior(open_store(snakemake.input.inferred), params.posterior)
+inferred = open_store(snakemake.input.inferred)
 
 result = predict_stages(model, inferred, stages=params.stages, seed=params.seed)
 shares = ", ".join(f"{share:.1%}" for share in result.share_inside.values)

@@ -1,19 +1,24 @@
-"""Put all operations of one motion, with both posteriors, into one store and one tidy table."""
+"""Put all operations of one motion into two stores and one tidy table: by network and family."""
+
+import pandas as pd
 
 from breaker.files import save_frame
-from breaker.posterior import stack_posteriors, table_of_both
+from breaker.posterior import intervals, table
 from breaker.records import open_curves
 from breaker.stores import save
 from breaker.workflow import start
 
 log = start(snakemake)
-motion = snakemake.wildcards.motion
-
-result = stack_posteriors(
-    open_curves(snakemake.input.inferred), open_curves(snakemake.input.corrected)
-)
-save(result, snakemake.output.store)
-save_frame(table_of_both(result), snakemake.output.table, digits=6)
-log.info(
-    "%d operations of %s, %d resolved", result.sizes["operation"], motion, result.resolved.sum()
-)
+tables = []
+for by in ("paper", "family"):
+    result = open_curves(snakemake.input[by])
+    if "median" not in result:
+        result = result.assign(intervals(result.draws.values))
+    save(result, snakemake.output[by])
+    rows = table(result)
+    rows.insert(1, "posterior", by)
+    tables.append(rows)
+    known = result.accepted & ~result.misfit
+    log.info("%s: %d of %d operations fit", by, known.sum(), result.sizes["operation"])
+rows = pd.concat(tables).sort_values("operation", kind="stable", ignore_index=True)
+save_frame(rows, snakemake.output.table, digits=6)

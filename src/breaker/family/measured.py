@@ -40,6 +40,21 @@ def normalise_record(raw: Raw, like: Shape | None = None) -> tuple[Shape, Normal
     return shape, seen._replace(noise=np.hypot(seen.noise, swing))
 
 
+def stored_shape(record: np.ndarray, step: float, like: Shape | None = None) -> Shape | None:
+    """Normalise a record of a store; None if it shows no motion.
+
+    Args:
+        record: Travel towards the end of the motion, mm, ``(s,)``, padded with nan.
+        step: Between samples, ms.
+        like: Another record of the drive, in whose units this one is given; its own if None.
+    """
+    there = np.flatnonzero(np.isfinite(record))
+    try:
+        return shape_of(record[: there[-1] + 1] if there.size else record, step, like)
+    except ValueError:
+        return None
+
+
 def network_record(
     shape: Shape, sd: float, colour: float, step: float, like: Shape | None = None
 ) -> NormalisedRecords:

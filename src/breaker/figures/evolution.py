@@ -1,4 +1,4 @@
-"""Parameters over the operations of an endurance test as changes since new (paper, Fig. 10)."""
+"""Parameters over the operations of an endurance test, by single operations (paper, Fig. 10)."""
 
 from collections.abc import Mapping
 
@@ -7,71 +7,62 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from breaker.figures import marks, style
-from breaker.wear import in_percent
+from breaker.figures import style
+from breaker.mechanism import NAMES
+from breaker.validation import held, percent
 
-_SINGLES = {"closing": "#A6A6A6", "opening": "#D8BE8C"}
-_TRUTH = {"color": style.MEASURED, "ls": "", "marker": "o", "mfc": "none", "ms": 4.5, "mew": 0.8}
-_TRUTH |= {"label": "truth of the stand-in"}
-_TRUTHS = 24  # marks
-_LEAST = 0.5  # percent, room above and below what is drawn
-_TITLE = "Evolution of the parameters, percent since new"
+_LOOKS = {"paper": ("the paper's network", style.AMORTISED), "family": ("family", style.CORRECTED)}
+_TRUTH = {"color": style.MEASURED, "lw": 1.2, "ls": "--"}
 
 
 @style.styled
 def evolution(
-    life: xr.Dataset,
-    truth: xr.DataArray | None = None,
-    singles: Mapping[str, xr.DataArray] | None = None,
+    blocks: Mapping[str, xr.Dataset], truth: xr.DataArray | None = None, *, motion: str
 ) -> Figure:
-    """Draw the change of every parameter since new: median and 90 % band over the operations.
+    """Draw every parameter over the operations: median and 90 % band in blocks of them.
 
     Args:
-        life: What ``wear.follow_life`` returns.
-        truth: True changes of the stand-in, ``(operation, parameter)``, percent; None for real
-            measurements.
-        singles: By motion, medians of the posteriors of single operations by the model,
-            ``(operation, parameter)``, percent since new.
+        blocks: Of "paper" and "family", what ``validation.blocks_of`` returns.
+        truth: True values of the stand-in, ``(operation, parameter)``; None for real measurements.
     """
-    if words := marks.untold(life):
-        return marks.sentence(_TITLE, words)
-    names, singles = [str(name) for name in life["parameter"].values], singles or {}
-    figure, axes = style.panels(len(names), columns=2, width=6.4, height=2.3, sharex=True)
-    for axis, name in zip(axes, names, strict=True):
-        _parameter(axis, life.sel(parameter=name), name, truth)
-        for motion, each in singles.items():
-            size = np.interp(each.sizes["operation"], [50, 500, 5000], [4.5, 2.6, 1.5])
-            look = {"color": _SINGLES[motion], "ms": size, "mew": 0, "alpha": 0.6, "zorder": 0.5}
-            axis.plot(each["operation"], each.sel(parameter=name), "o", **look)
-        marks.change_lines(axis, life)
-    ends = style.edges(life["operation"].values)
-    axes[0].set_xlim(ends[0], ends[-1])
+    figure, axes = style.panels(len(NAMES), columns=2, width=6.4, height=2.3, sharex=True)
+    shares = {} if truth is None else {by: held(one, truth) for by, one in blocks.items()}
+    for k, (axis, name) in enumerate(zip(axes, NAMES, strict=True)):
+        for by, one in blocks.items():
+            _band(axis, one.sel(parameter=name), _LOOKS[by][1])
+        if truth is not None:
+            axis.plot(truth["operation"], truth.sel(parameter=name), **_TRUTH)
+            said = ", ".join(f"{by} {percent(share[k])}" for by, share in shares.items())
+            axis.set_title(f"truth in the band: {said}", loc="right", fontsize=9)
+        output = style.OUTPUTS[name]
+        axis.set_title(f"{output.symbol}   {output.meaning}", loc="left", fontsize=10)
+        axis.set_ylabel(f"{output.symbol} ({output.unit})" if output.unit != "1" else output.symbol)
+    first, last = (blocks["paper"][end].values for end in ("first", "last"))
+    axes[0].set_xlim(first[0] - 0.5, last[-1] + 0.5)
     axes[0].xaxis.set_major_formatter("{x:,.0f}")
-    style.label_outer(axes, "operation", "% since new")
-    figure.suptitle(_TITLE)
-    dots = "single operation by the model, {}"
-    keys = [style.line_key("median", lw=1.6), style.band_key("90 % interval", style.REFERENCE, 0.3)]
-    keys += [style.dot_key(dots.format(each), _SINGLES[each], ms=4) for each in singles]
-    marks.legend(figure, *keys, columns=3)
+    style.label_outer(axes, "operation")
+    size = int(np.max(last - first)) + 1
+    of = f"blocks of {size} operations" if size > 1 else "single operations"
+    style.heading(figure, motion, f"evolution of the parameters, {of}", _outcome(blocks))
+    keys = [style.line_key("truth of the stand-in", _TRUTH["color"], "--")] if shares else []
+    for label, colour in _LOOKS.values():
+        keys += [style.line_key(f"{label}: median", colour, lw=1.6)]
+        keys += [style.band_key("90 % interval", colour, 0.25)]
+    style.legend_below(figure, [*keys[-4:], *keys[:-4]], columns=3)
     return figure
 
 
-def _parameter(axis: Axes, one: xr.Dataset, name: str, truth: xr.DataArray | None) -> None:
-    """Draw band, median and truth of a parameter on an axis as large as these."""
-    asked, output = one["asked"].values, style.OUTPUTS[name]
-    low, middle, high = one["changed"].transpose("quantile", "asked").values
-    axis.fill_between(asked, low, high, color=output.colour, alpha=0.3, lw=0)
-    axis.plot(asked, middle, color=output.colour, lw=1.6)
-    drawn = [low, high]
-    if truth is not None:
-        values = truth.sel(parameter=name)
-        every = max(1, values.sizes["operation"] // _TRUTHS)
-        axis.plot(values["operation"], values, markevery=every, **_TRUTH)
-        drawn.append(values.values)
-    least, most = (f(np.append(np.concatenate(drawn), 0.0)) for f in (np.nanmin, np.nanmax))
-    room = 0.08 * (most - least) + _LEAST
-    axis.set_ylim(least - room, most + room)
-    axis.set_title(f"{output.symbol}   {output.meaning}", loc="left", fontsize=10)
-    unchanged = one["unchanged"].values[-1]
-    if np.isfinite(unchanged):
-        axis.set_title(f"no change: {in_percent(unchanged)} probable", loc="right", fontsize=9)
+def _band(axis: Axes, one: xr.Dataset, colour: str) -> None:
+    """Draw median and band of a parameter, a step for each block."""
+    values = one["value"].transpose("quantile", "block").values
+    low, middle, high = np.hstack([values, values[:, -1:]])
+    edges = np.append(one["first"].values - 0.5, one["last"].values[-1] + 0.5)
+    axis.fill_between(edges, low, high, step="post", color=colour, alpha=0.25, lw=0)
+    axis.plot(edges, middle, drawstyle="steps-post", color=colour, lw=1.6)
+
+
+def _outcome(blocks: Mapping[str, xr.Dataset]) -> str:
+    """State of how many operations there is no posterior, if of any."""
+    lacking = {by: 1.0 - float(one["answered"].mean()) for by, one in blocks.items()}
+    said = [f"{_LOOKS[by][0]} {percent(share)}" for by, share in lacking.items() if share]
+    return f"operations without an answer: {', '.join(said)}" if said else ""

@@ -10,8 +10,7 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
     __name__,
     submod_attrs={
         "bank": ["Bank", "open_bank", "simulate"],
-        "facts": ["Contact", "Facts"],
-        "fisher": ["limit_over_prior", "linearise", "linearise_auxiliary"],
+        "fisher": ["limit_over_prior", "linearise"],
         "joint": ["Model"],
         "plausibility": ["distance", "excess", "principal_components"],
         "prior": ["Prior"],

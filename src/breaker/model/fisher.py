@@ -12,18 +12,12 @@ import xarray as xr
 from breaker.mechanism import NAMES, sensitivity
 from breaker.model.joint import Model
 
-_STEP = 1e-4  # of a derivative of what is known beside a record, prior sd
 
-
-def linearise(
-    model: Model, z: np.ndarray, records: np.ndarray | None = None
-) -> tuple[np.ndarray, np.ndarray]:
+def linearise(model: Model, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Simulate standardised outputs with the derivatives of their curves.
 
     Args:
         z: Standardised outputs, ``(n, q)``.
-        records: Records ``(n, t)`` to leave out the samples of that are missing, NaN: derivatives
-            are 0 there.
 
     Returns:
         Curves ``(n, t)``, mm, and whitened derivatives by standardised outputs, ``(n, q, t)``: in
@@ -35,8 +29,6 @@ def linearise(
     by = slice(0, q)
     motion, slopes = sensitivity(values[:, :p], sensor.times, model.motion, onset=onset, by=by)
     slopes *= np.append(model.prior.log_sds, sensor.onset_sd)[by]
-    if records is not None:
-        slopes[np.isnan(records)] = np.nan
     return motion.travel, sensor.whiten(np.moveaxis(slopes, -1, -2))
 
 
@@ -70,33 +62,3 @@ def limit_over_prior(model: Model, n: int, rng: np.random.Generator) -> xr.Datas
         coords={"output": ("output", model.names)},
         attrs={"motion": model.motion},
     )
-
-
-def linearise_auxiliary(model: Model, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return facts and the contact's time as ``Model.auxiliary_residuals``, with their derivatives.
-
-    Args:
-        z: Standardised outputs, ``(q,)``.
-
-    Returns:
-        Residuals ``(k,)`` and derivatives ``(q, k)``, by central differences; both 0 for what does
-        not exist at these outputs, which leads nowhere.
-
-    Example:
-        >>> from breaker.model import Facts, Model, Prior, Sensor
-        >>> prior = Prior([2.0, 0.045, 0.040, 0.30, 0.12, 0.75, 10.0], [0.1] * 7)
-        >>> sensor = Sensor(-2.0, 58.0, 151, noise_sd=0.1, onset_sd=0.3, zero_sd=0.1)
-        >>> facts = Facts.from_settings({"L": [10.2, 0.1]})
-        >>> model = Model(prior, sensor, "closing").conditioned_on(facts)
-        >>> residuals, slopes = linearise_auxiliary(model, np.zeros(8))
-        >>> residuals.round(2), slopes[6].round(2)  # L is 2 sd off; a prior sd of it is 10 %
-        (array([-2.]), array([10.]))
-    """
-    if model.facts is None and model.contact is None:
-        return np.empty(0), np.empty((len(z), 0))
-    steps = _STEP * np.eye(len(z))
-    found = model.auxiliary_residuals(np.concatenate([z[None], z + steps, z - steps]))
-    up, down = found[1 : len(z) + 1], found[len(z) + 1 :]
-    there = np.isfinite(found).all(axis=0)
-    slopes = (np.where(there, up, 0.0) - np.where(there, down, 0.0)) / (2 * _STEP)
-    return np.where(there, found[0], 0.0), slopes

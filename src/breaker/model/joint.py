@@ -11,8 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from breaker.mechanism import MOTIONS, NAMES, Motion, Parameter, Size, outputs, too_fast, travel
-from breaker.model.facts import Contact, Facts
+from breaker.mechanism import MOTIONS, NAMES, Parameter, Size, outputs, too_fast, travel
 from breaker.model.prior import Prior
 from breaker.model.sensor import Sensor
 
@@ -27,8 +26,6 @@ class Model:
         prior: Prior of the parameters.
         sensor: Time grid and errors of the records.
         motion: "closing" or "opening".
-        facts: What is known of the drive beside its records, if anything.
-        contact: When the contact switched, of the one record that is judged; None if unknown.
 
     Example:
         >>> prior = Prior([2.0, 0.045, 0.040, 0.30, 0.12, 0.75, 10.0], [0.1] * 7)
@@ -43,8 +40,6 @@ class Model:
     prior: Prior
     sensor: Sensor
     motion: str
-    facts: Facts | None = None
-    contact: Contact | None = None
 
     def __post_init__(self) -> None:
         if self.motion not in MOTIONS:
@@ -56,12 +51,6 @@ class Model:
         sensor = Sensor.from_settings(settings["sensor"])
         return cls(Prior.from_settings(settings["prior"]), sensor, settings["motion"])
 
-    def conditioned_on(self, facts: Facts | None = None, contact: Contact | None = None) -> "Model":
-        """Return the model that also knows what is known beside a record."""
-        return replace(
-            self, facts=facts if facts is not None and facts.names else None, contact=contact
-        )
-
     def sized(self, size: Size) -> "Model":
         """Return the model of drives of another size, if this is that of size 1.
 
@@ -69,12 +58,6 @@ class Model:
         are scaled along.
         """
         return replace(self, prior=self.prior.sized(size), sensor=self.sensor.sized(size))
-
-    @property
-    def condition(self) -> tuple[np.ndarray, float]:
-        """Coefficients ``a``, ``b`` of the prior's condition ``a . z + b > 0`` on outputs z."""
-        slope, offset = self.prior.condition
-        return np.pad(slope, (0, len(self.outputs) - len(slope))), offset
 
     @property
     def outputs(self) -> tuple[Parameter, ...]:
@@ -112,17 +95,9 @@ class Model:
 
     def curves(self, values: np.ndarray) -> np.ndarray:
         """Return the exact curves of outputs ``(n, q)``, ``(n, t)``, mm."""
-        return self.expected(values).travel
-
-    def expected(self, values: np.ndarray) -> Motion:
-        """Return what is expected of outputs ``(n, q)``: curves, and what else they show.
-
-        Switching times are on the record's grid, ms after the nominal first motion.
-        """
         p = len(NAMES)
         onset = values[:, p] if self.sensor.infers_onset else 0.0
-        found = travel(values[:, :p], self.sensor.times, self.motion, onset=onset)
-        return found._replace(switching=found.switching + onset)
+        return travel(values[:, :p], self.sensor.times, self.motion, onset=onset).travel
 
     def log_prior(self, z: np.ndarray) -> np.ndarray:
         """Return the normalised log density of standardised outputs, ``(..., q) -> (...)``.
@@ -144,35 +119,11 @@ class Model:
         """Return ``log p(z, record)`` of standardised outputs ``(n, q)`` and a record ``(t,)``.
 
         Exact: the zero is integrated, the onset is one of the outputs, and samples that are nan
-        are missing. What is known beside the record counts as well. ``(n,)``, per unit of ``z``;
-        ``-inf`` where the prior is zero and nothing is simulated.
+        are missing. ``(n,)``, per unit of ``z``; ``-inf`` where the prior is zero and nothing is
+        simulated.
         """
         result = self.log_prior(z)
         inside = np.isfinite(result)
-        values = self.destandardise(z[inside])
-        expected = self.expected(values)
-        result[inside] += self.sensor.log_likelihood(record, expected.travel)
-        if self.facts is not None:
-            result[inside] += self.facts.log_density(values[:, : len(NAMES)])
-        if self.contact is not None:
-            result[inside] += self.contact.log_density(expected.switching)
+        curves = self.curves(self.destandardise(z[inside]))
+        result[inside] += self.sensor.log_likelihood(record, curves)
         return result
-
-    def auxiliary_residuals(self, z: np.ndarray) -> np.ndarray:
-        """Return how far what is known beside a record is from what is expected, in sds.
-
-        Residuals are independent of each other and of the record, to whose squares theirs add.
-
-        Args:
-            z: Standardised outputs, ``(n, q)``.
-
-        Returns:
-            Residuals ``(n, k)``, of facts and of the contact; not finite where a quantity does not
-            exist.
-        """
-        found, values = [np.empty((len(z), 0))], self.destandardise(z)
-        if self.facts is not None:
-            found.append(self.facts.residuals(values[:, : len(NAMES)]))
-        if self.contact is not None:
-            found.append(self.contact.residuals(self.expected(values).switching)[:, None])
-        return np.concatenate(found, axis=1)

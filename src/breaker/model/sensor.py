@@ -111,14 +111,12 @@ class Sensor:
         """Multiply ``(..., t)`` by the inverse square root of a record's covariance.
 
         Of the mean, the only direction in which the covariance differs from ``noise_sd^2 I``,
-        the share ``noise_sd / sqrt(noise_sd^2 + t zero_sd^2)`` is left. A missing sample becomes 0,
-        so that it adds to no sum.
+        the share ``noise_sd / sqrt(noise_sd^2 + t zero_sd^2)`` is left.
         """
-        values, t = _there(residual)
+        t = residual.shape[-1]
         kept = self.noise_sd / np.sqrt(self.noise_sd**2 + t * self.zero_sd**2)
-        mean = values.sum(axis=-1, keepdims=True) / t
-        whitened = (values - (1.0 - kept) * mean) / self.noise_sd
-        return whitened if values is residual else np.where(np.isnan(residual), 0.0, whitened)
+        mean = residual.sum(axis=-1, keepdims=True) / t
+        return (residual - (1.0 - kept) * mean) / self.noise_sd
 
     def chi_square(self, measured: np.ndarray, travel: np.ndarray) -> np.ndarray:
         """Return the squared Mahalanobis distance of records from curves, ``(..., t) -> (...)``."""

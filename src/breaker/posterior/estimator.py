@@ -4,6 +4,7 @@ The one place where networks meet the breaker. Networks see the standardised out
 :class:`breaker.model.joint.Model`, which is taken for right.
 """
 
+import math
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Self
@@ -15,10 +16,8 @@ from torch import Tensor, nn
 from breaker.mechanism import Parameter
 from breaker.model import Model, Sensor, distance, excess, seed_integer, write_model
 from breaker.networks import build
-from breaker.posterior.missing import check, completed, expected, lacking
 from breaker.posterior.model_files import read
 
-_COMPLETED = 100  # records in place of one that is completed
 _SOLVER_STEPS = 8  # of the validation's density; what sampling needs is chosen at the end
 
 
@@ -121,12 +120,30 @@ class Posterior(nn.Module):
         features = self.summary(measured)
         return -self.inference.log_prob(z[:, None], features, steps=_SOLVER_STEPS)[:, 0]
 
-    def completes(self, measured: np.ndarray) -> np.ndarray:
-        """Say which records ``(o, t)`` miss more samples than any in its training, ``(o,)``.
-
-        ``sample`` draws for them from completed records, which is an approximation.
-        """
-        return lacking(measured, self.summary.missing)
+    def _check(self, measured: np.ndarray) -> None:
+        """Raise an error for records ``(o, t)``, mm, that the network was not trained for."""
+        if measured.ndim != 2 or measured.shape[1] != self.sensor.samples:
+            raise ValueError(
+                f"records must have the shape (o, {self.sensor.samples}), not {measured.shape}"
+            )
+        infinite = np.isinf(measured).any(axis=1)
+        if infinite.any():
+            raise ValueError(f"{infinite.sum()} of {len(measured)} records have infinite samples")
+        lost, taken = np.isnan(measured).sum(axis=1), self.summary.missing
+        if (lost == measured.shape[1]).any():
+            empty = (lost == measured.shape[1]).sum()
+            raise ValueError(f"{empty} of {len(measured)} records have no sample")
+        beyond = lost > math.floor(round(taken * measured.shape[1], 6))
+        if beyond.any():
+            summary = f"network.{self.motion}.summary"
+            lack = f"miss more than {taken:.0%} of the" if taken else "have missing"
+            remedy = (
+                f"a larger {summary}.deep_set.missing" if taken else f"{summary}.kind: deep_set"
+            )
+            raise ValueError(
+                f"{beyond.sum()} of {len(measured)} records {lack} samples, which the network of "
+                f"{self.motion} does not take; train it with {remedy}"
+            )
 
     @torch.no_grad()
     def sample(self, measured: np.ndarray, noise: np.ndarray) -> np.ndarray:
@@ -135,7 +152,8 @@ class Posterior(nn.Module):
         Curves are processed one at a time, so that their draws do not depend on each other.
 
         Args:
-            measured: Records, ``(o, t)``, mm; NaN where a sample is missing: see ``completes``.
+            measured: Records, ``(o, t)``, mm; NaN where a sample is missing, as far as the network
+                was trained for such records.
             noise: Standard normal numbers, ``(o, d, q)``.
 
         Returns:
@@ -143,21 +161,14 @@ class Posterior(nn.Module):
             support, as the network knows it only by example; callers count those.
 
         Raises:
-            ValueError: If the model does not answer for such a record.
+            ValueError: If the network does not take such a record; with the remedy.
             FloatingPointError: If a draw is not finite.
         """
-        check(measured, self.sensor.samples, self.motion)
+        self._check(measured)
         draws = np.empty(noise.shape)
         for i, (record, start) in enumerate(zip(measured, noise, strict=True)):
-            records = record[None]
-            if self.completes(records)[0]:
-                records = completed(self.model, record, _COMPLETED)
-            # Draws go round the records; of the last round, some may be superfluous.
-            rounds = -(-len(start) // len(records))
-            turns = np.resize(start, (rounds, len(records), start.shape[1])).swapaxes(0, 1)
-            features = self.summary(self._tensor(records))
-            z = self.inference.sample(self._tensor(turns), features, steps=self.steps)
-            z = z.transpose(0, 1).flatten(0, 1)[: len(start)]
+            features = self.summary(self._tensor(record[None]))
+            z = self.inference.sample(self._tensor(start[None]), features, steps=self.steps)[0]
             with np.errstate(over="ignore"):  # counted below
                 draws[i] = self.model.destandardise(z.cpu().numpy())
         bad = ~np.isfinite(draws).all(axis=(1, 2))
@@ -172,9 +183,9 @@ class Posterior(nn.Module):
         """Return the network's log density in physical units, ``(o, d, q), (o, t) -> (o, d)``.
 
         Raises:
-            ValueError: If the network does not take such a record: see ``completes``.
+            ValueError: If the network does not take such a record; with the remedy.
         """
-        check(measured, self.sensor.samples, self.motion, taken=self.summary.missing)
+        self._check(measured)
         density = np.empty(values.shape[:2])
         for i, points in enumerate(values):
             z = self._tensor(self.model.standardise(points[None]))
@@ -188,23 +199,19 @@ class Posterior(nn.Module):
         """Return how unlike the bank's curves records are, ``(o, t) -> (o,)``.
 
         In units of the farthest that the prior produces, so that above 1 is unlike anything in
-        the bank: the larger of two distances, from its centre and from its envelope. A record with
-        missing samples is completed by those expected, so it is closer the fewer there are.
+        the bank: the larger of two distances, from its centre and from its envelope. Of a record
+        with missing samples, the components are not known: its envelope alone counts.
 
         Raises:
-            ValueError: If the model does not answer for such a record.
+            ValueError: If the network does not take such a record; with the remedy.
         """
         names = ("curve_mean", "curve_weights", "lowest", "highest")
         mean, weights, lowest, highest = (getattr(self, name).cpu().numpy() for name in names)
-        check(measured, self.sensor.samples, self.motion)
-        missing, whole = np.isnan(measured), np.array(measured, dtype=np.float64)
-        for i in np.flatnonzero(missing.any(axis=1)):
-            whole[i] = expected(self.model, whole[i])
-        far = distance(whole, mean, weights)
+        self._check(measured)
+        far = distance(measured, mean, weights) / float(self.farthest)
         # What is missing leaves no envelope.
-        measured = np.where(missing, lowest, measured)
-        beyond = excess(measured, lowest, highest)
-        return np.maximum(far / float(self.farthest), beyond / float(self.margin))
+        seen = np.where(np.isnan(measured), lowest, measured)
+        return np.fmax(far, excess(seen, lowest, highest) / float(self.margin))
 
     def _tensor(self, values: np.ndarray) -> Tensor:
         return torch.as_tensor(values, dtype=torch.float32, device=self._device)

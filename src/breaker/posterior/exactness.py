@@ -1,27 +1,35 @@
-"""Corrected posteriors of many records, and the judgement of a network against them.
+"""Exact posteriors of simulated records, and the judgement of a network against them.
 
 Each record has a random generator of its own, so that its result does not depend on the other
 records.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
 import xarray as xr
 from tqdm import tqdm
 
-from breaker.model import Contact, Model, generator
+from breaker.model import Model, generator
 from breaker.posterior.corrections import correct
-from breaker.posterior.laplace import approximate, surprise
-from breaker.posterior.predictive import predictive_p_value, summaries
-from breaker.posterior.tables import ABSENT
 from breaker.posterior.weights import importance
 
 if TYPE_CHECKING:  # corrections need a model alone: torch is not loaded for them
     from breaker.posterior.estimator import Posterior
 
-_SURPRISING = 4.0  # sd of a contact's time about what its record leads to expect
+# How the correction of a record came about, and what stands where there was none.
+_ABSENT = {
+    "resolved": False,
+    "why_unresolved": "",
+    "rounds": 0,
+    "effective_size": np.nan,
+    "efficiency": np.nan,
+    "pareto_k": np.nan,
+    "faulty_weights": 0,
+    "log_evidence": np.nan,
+    "log_evidence_se": np.nan,
+}
 
 
 def correct_validation(
@@ -39,137 +47,14 @@ def correct_validation(
         ``pareto_k`` of the last weights, ``faulty_weights``, and ``log_evidence`` with its
         standard error ``log_evidence_se``.
     """
-    n = data.sizes["curve"]
-    records = zip([model] * n, data.measured.values, range(n), strict=True)
-    values, found = _correct([*records], data.draws.values, settings, seed)
-    by_curve = {name: ("curve", each) for name, each in found.items()}
-    return data.assign(by_curve | {"draws": (data.draws.dims, values)})
-
-
-def correct_operations(
-    model: Model, inferred: xr.Dataset, settings: Mapping, *, seed: int, misfit_p_value: float
-) -> xr.Dataset:
-    """Correct the draws of measured operations.
-
-    No real drive is the model, and networks have seen no other. Nor do they know what is known
-    beside a record. So the correction starts at the mode of the posterior, and from the network's
-    draws only where that does not reach it.
-
-    Args:
-        inferred: What ``predictive.infer`` returns; operations without a posterior stay so.
-        settings: The section ``correction`` of the configuration.
-        misfit_p_value: Posterior predictive p-value below which a record counts as misfit.
-
-    Returns:
-        ``inferred`` with all that follows from the draws, and what ``correct_validation`` adds.
-    """
-    models = models_of(model, inferred)
-    measured, draws = (inferred[name].values.astype(np.float64) for name in ("travel", "draws"))
-    records = zip(models, measured, inferred.operation.values, strict=True)
-    values, found = _correct([*records], draws, settings, seed, from_mode=True)
-    p_value = p_values(model, inferred.travel.values, values)
-    by_operation = {name: ("operation", each) for name, each in found.items()}
-    by_operation |= judged_contacts(models, inferred, values)
-    return inferred.assign(by_operation | summaries(model, values, p_value, misfit_p_value))
-
-
-def models_of(model: Model, operations: xr.Dataset) -> list[Model]:
-    """Return the model of each operation: one that knows when the contact switched, if it is known.
-
-    Args:
-        operations: Dataset over ``operation``, where known with ``contact_time`` and ``contact_sd``
-            as of ``records.read_curves``.
-    """
-    n = operations.sizes["operation"]
-    if "contact_time" not in operations:
-        return [model] * n
-    known = zip(operations.contact_time.values, operations.contact_sd.values, strict=True)
-    return [
-        model
-        if np.isnan(time)
-        else model.conditioned_on(model.facts, Contact(float(time), float(sd)))
-        for time, sd in known
-    ]
-
-
-def judged_contacts(
-    models: Sequence[Model], operations: xr.Dataset, values: np.ndarray
-) -> dict[str, tuple]:
-    """Hold the contact's time of each operation against its record.
-
-    Args:
-        operations: Dataset with their ``travel``, and ``remarks`` where there are any.
-        values: Their draws, ``(n, d, q)``; nan where there are none.
-
-    Returns:
-        Nothing if no such time is known. Else ``contact_surprise``, see ``laplace.surprise``, and
-        ``remarks`` with one more where it is large.
-    """
-    found, said = np.full(len(models), np.nan), np.full(len(models), "", dtype=object)
-    if "remarks" in operations:
-        said = operations.remarks.values.astype(object)
-    for i, model in enumerate(models):
-        if model.contact is None or not np.isfinite(values[i]).all():
-            continue
-        found[i] = surprise(model, operations.travel.values[i].astype(np.float64))
-        if abs(found[i]) > _SURPRISING:
-            remark = (
-                f"the contact's time is {found[i]:+.1f} sd from what the curve leads to expect: is "
-                "it of this record, and in its time?"
-            )
-            said[i] = "; ".join(filter(None, (said[i], remark)))
-    if np.isnan(found).all():
-        return {}
-    return {
-        "contact_surprise": ("operation", found),
-        "remarks": ("operation", said.astype(str)),
-    }
-
-
-def p_values(model: Model, measured: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """Return the predictive p-values of records ``(n, t)`` with draws ``(n, d, q)``, ``(n,)``.
-
-    NaN where a record has no draws.
-    """
-    found = np.full(len(values), np.nan)
-    for i in np.flatnonzero(np.isfinite(values).all(axis=(1, 2))):
-        found[i] = predictive_p_value(model, measured[i], values[i])
-    return found
-
-
-def _correct(
-    records: Sequence[tuple],
-    draws: np.ndarray,
-    settings: Mapping,
-    seed: int,
-    *,
-    from_mode: bool = False,
-) -> tuple[np.ndarray, dict[str, np.ndarray]]:
-    """Correct records one by one, each with a random generator of its own.
-
-    Args:
-        records: Of each its joint model, the record ``(t,)``, mm, and what names its generator.
-        draws: The network's, ``(n, d, q)``, nan where there are none; those stay without.
-        settings: The section ``correction`` of the configuration.
-        seed: Seed of the configuration.
-        from_mode: Whether to start at the mode of the posterior, and from the network's draws only
-            where that fails.
-
-    Returns:
-        Draws, ``(n, d, q)``, and for each name in ``ABSENT`` an array ``(n,)``.
-    """
-    rows = [dict(ABSENT) for _ in records]
-    values = np.full(draws.shape, np.nan)
-    present = np.flatnonzero(np.isfinite(draws).all(axis=(1, 2)))
-    for i in tqdm(present, desc="correcting", mininterval=5, unit="record"):
-        (model, record, key), start = records[i], draws[i]
-        rng = generator(seed, "correction", model.motion, int(key))
+    rows = [dict(_ABSENT) for _ in range(data.sizes["curve"])]
+    values = np.full(data.draws.shape, np.nan)
+    records = zip(data.measured.values, data.draws.values, strict=True)
+    progress = tqdm(records, "correcting", len(rows), mininterval=5, unit="curve")
+    for i, (record, draws) in enumerate(progress):
+        rng = generator(seed, "correction", model.motion, i)
         try:
-            about = approximate(model, record, len(start), rng) if from_mode else start
-            found = correct(model, record, about, settings, rng)
-            if from_mode and not found.resolved:
-                again = correct(model, record, start, settings, rng)
-                found = max(found, again, key=lambda one: (one.resolved, one.importance.size))
+            found = correct(model, record, draws, settings, rng)
         except (ArithmeticError, RuntimeError, ValueError) as error:
             # One strange record must not end the job of all others.
             rows[i]["why_unresolved"] = f"no exact posterior: {type(error).__name__}: {error}"
@@ -186,7 +71,8 @@ def _correct(
             "log_evidence": weights.log_evidence,
             "log_evidence_se": weights.log_evidence_se,
         }
-    return values, {name: np.array([row[name] for row in rows]) for name in ABSENT}
+    by_curve = {name: ("curve", np.array([row[name] for row in rows])) for name in _ABSENT}
+    return data.assign(by_curve | {"draws": (data.draws.dims, values)})
 
 
 def judge(posterior: "Posterior", data: xr.Dataset, corrected: xr.Dataset) -> xr.Dataset:

@@ -12,7 +12,7 @@ from tqdm import tqdm
 
 from breaker.mechanism import NAMES
 from breaker.model import Model, generator, simulate
-from breaker.posterior.tables import quantiles, share_inside
+from breaker.posterior.tables import intervals, share_inside
 from breaker.records import main_motion
 
 if TYPE_CHECKING:  # predictions need a model alone: torch is not loaded for them
@@ -109,9 +109,8 @@ def infer(
     Returns:
         ``curves`` with ``draws`` (operation, draw, output), ``median``, ``interval_50`` and
         ``interval_95`` (operation, output, bound), ``p_value``, the flags ``misfit``,
-        ``outside_prior``, ``far_onset`` (inferred beyond 4 prior sd) and ``completed`` (missing
-        samples were drawn for the network, so its draws approximate), and ``outside_support``, the
-        fraction of draws that the prior excludes.
+        ``outside_prior`` and ``far_onset`` (inferred beyond 4 prior sd), and ``outside_support``,
+        the fraction of draws that the prior excludes.
     """
     o, q = curves.sizes["operation"], len(posterior.outputs)
     accepted = np.flatnonzero(curves.accepted.values)
@@ -136,7 +135,6 @@ def infer(
     flags = {
         "distance": ("operation", distance),
         "outside_prior": ("operation", distance > 1.0),
-        "completed": ("operation", (reasons == "") & posterior.completes(measured)),
         "reason": ("operation", reasons.astype(str)),
         "accepted": ("operation", reasons == ""),
     }
@@ -160,19 +158,16 @@ def summaries(
     """
     p = len(NAMES)
     outside = 1.0 - model.prior.supported(values[..., :p]).mean(axis=1)
-    median, *intervals = quantiles(values, axis=1).items()
-    onset = np.abs(median[1][:, p:]).sum(axis=1)  # of seven outputs there is none
-    bounds = {"dims": ("operation", "output", "bound"), "coords": {"bound": ["lower", "upper"]}}
+    named = intervals(values)
+    onset = np.abs(named["median"].values[:, p:]).sum(axis=1)  # of seven outputs there is none
     found = {
-        "median": (("operation", "output"), median[1]),
         "p_value": (("operation",), p_value),
         "misfit": (("operation",), p_value < misfit_p_value),
         "far_onset": (("operation",), onset > _FAR_ONSET * model.sensor.onset_sd),
         "outside_support": (("operation",), np.where(np.isnan(p_value), np.nan, outside)),
         "draws": (("operation", "draw", "output"), values.astype(np.float32)),
     }
-    plain = {name: xr.DataArray(each, dims=dims) for name, (dims, each) in found.items()}
-    return plain | {name: xr.DataArray(each, **bounds) for name, each in intervals}
+    return named | {name: xr.DataArray(each, dims=dims) for name, (dims, each) in found.items()}
 
 
 def predict(model: Model, measured: np.ndarray, draws: np.ndarray, *, seed: int) -> xr.Dataset:

@@ -1,4 +1,4 @@
-"""Posteriors as datasets and tables: amortised beside corrected, one row per output, summaries.
+"""Posteriors as tables: intervals, one row per operation and output, how exact a network is.
 
 Works on datasets alone, so that steps that only read posteriors import neither torch nor numba.
 """
@@ -11,33 +11,7 @@ from breaker.files import metadata_names
 
 _INTERVALS = {"interval_50": (0.25, 0.75), "interval_95": (0.025, 0.975)}
 
-# How the correction of a record came about, and what stands where there was none.
-ABSENT = {
-    "resolved": False,
-    "why_unresolved": "",
-    "rounds": 0,
-    "effective_size": np.nan,
-    "efficiency": np.nan,
-    "pareto_k": np.nan,
-    "faulty_weights": 0,
-    "log_evidence": np.nan,
-    "log_evidence_se": np.nan,
-}
-
-# What ``predictive.summaries`` makes of draws: there is one for each posterior.
-_FROM_DRAWS = (
-    "draws",
-    "median",
-    "interval_50",
-    "interval_95",
-    "p_value",
-    "misfit",
-    "far_onset",
-    "outside_support",
-)
-
-# Columns of a table, as far as the result has them: of the reader, of the network, of the
-# correction.
+# Columns of a table, as far as the result has them: of the reader and of the network.
 _COLUMNS = (
     "p_value",
     "misfit",
@@ -49,14 +23,10 @@ _COLUMNS = (
     "remarks",
     "missing",
     "masked",
-    "completed",
     "far_onset",
-    "resolved",
-    "effective_size",
-    "pareto_k",
 )
 # And of what was measured beside the travel, where it was of any operation.
-_MEASURED = ("contact_time", "contact_sd", "contact_surprise", "latch_time")
+_MEASURED = ("contact_time", "contact_sd", "latch_time")
 
 
 def quantiles(draws: np.ndarray, *, axis: int) -> dict[str, np.ndarray]:
@@ -73,6 +43,14 @@ def quantiles(draws: np.ndarray, *, axis: int) -> dict[str, np.ndarray]:
     bounds = np.moveaxis(levels[1:], 0, -1)
     pairs = {name: bounds[..., 2 * i : 2 * i + 2] for i, name in enumerate(_INTERVALS)}
     return {"median": levels[0], **pairs}
+
+
+def intervals(draws: np.ndarray) -> dict[str, xr.DataArray]:
+    """Return ``median``, ``interval_50`` and ``interval_95`` of draws ``(o, d, q)``, with names."""
+    bounds = {"dims": ("operation", "output", "bound"), "coords": {"bound": ["lower", "upper"]}}
+    median, *pairs = quantiles(draws, axis=1).items()
+    named = {"median": xr.DataArray(median[1], dims=("operation", "output"))}
+    return named | {name: xr.DataArray(each, **bounds) for name, each in pairs}
 
 
 def share_inside(
@@ -95,50 +73,8 @@ def share_inside(
         return (inside & counts).sum(axis=-1) / counts.sum(axis=-1)
 
 
-def stack_posteriors(amortised: xr.Dataset, corrected: xr.Dataset) -> xr.Dataset:
-    """Put what ``infer`` and ``correct_operations`` return into one dataset.
-
-    What follows from the draws gets a dimension ``posterior``, "amortised" and "corrected"; the
-    rest is shared, and how the correction came about is that of the corrected one.
-    """
-    drawn = [name for name in _FROM_DRAWS if name in amortised]
-    both = xr.concat(
-        [amortised[drawn], corrected[drawn]],
-        dim=xr.DataArray(["amortised", "corrected"], dims="posterior", name="posterior"),
-        join="exact",
-    )
-    shared = corrected.drop_vars(drawn)
-    return shared.assign({name: both[name] for name in drawn}).assign_coords(
-        posterior=both.posterior
-    )
-
-
-def select_posterior(result: xr.Dataset, posterior: str) -> xr.Dataset:
-    """Take one posterior, "amortised" or "corrected", of what ``stack_posteriors`` returns."""
-    chosen = result.sel(posterior=posterior)
-    return chosen if posterior == "corrected" else chosen.drop_vars(list(ABSENT))
-
-
-def table_of_both(result: xr.Dataset) -> pd.DataFrame:
-    """Return one tidy row for each operation, output and posterior.
-
-    Args:
-        result: What ``stack_posteriors`` returns.
-    """
-    parts = []
-    for posterior in result.posterior.values:
-        rows = table(select_posterior(result, posterior))
-        rows.insert(1, "posterior", posterior)
-        parts.append(rows)
-    return pd.concat(parts).sort_values("operation", kind="stable", ignore_index=True)
-
-
 def table(result: xr.Dataset) -> pd.DataFrame:
-    """Return one tidy row for each operation and output of what ``infer`` returns.
-
-    Also of what ``correct_operations`` makes of it, and of ``infer_exactly``: then with how it came
-    about.
-    """
+    """Return one tidy row for each operation and output of what ``infer`` returns."""
     units = dict(zip(result.output.values, result.output_unit.values, strict=True))
     frame = result["median"].to_dataframe(name="median")[["median"]]
     for name in _INTERVALS:

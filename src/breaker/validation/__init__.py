@@ -40,6 +40,7 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
             "recovery_words",
             "scores",
         ],
+        "evolution": ["blocks_of", "held", "moved", "truth_in_blocks"],
         "numbers": [
             "MotionResults",
             "numbers_of_all",

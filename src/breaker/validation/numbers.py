@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike
 from breaker.mechanism import PARAMETERS
 from breaker.validation.calibration import family_p_value
 from breaker.validation.diagnostics import correlation, prior_check
+from breaker.validation.evolution import blocks_of, held, moved, truth_in_blocks
 
 _NAMES = [each.name for each in PARAMETERS]
 
@@ -29,8 +30,9 @@ class MotionResults:
         exactness: Table of the exactness, one row.
         prior: Curves of the prior, ``travel (curve, time)``.
         validation: Posteriors of simulated records.
-        operations: Corrected posteriors of the endurance test, ``draws (operation, draw, output)``,
-            and their records, ``travel (operation, time)``.
+        operations: Posteriors of the endurance test by the paper's network, ``draws (operation,
+            draw, output)``, and their records, ``travel (operation, time)``.
+        family: The same by the families, without records.
         predictive: Predicted records at a few stages, with ``share_inside (stage)``.
         truth: True parameters of the stand-in, ``value (operation, parameter)``, and the largest
             ``difference (operation)`` of its curves from the model's, mm; None for real records.
@@ -41,6 +43,7 @@ class MotionResults:
     prior: xr.Dataset
     validation: xr.Dataset
     operations: xr.Dataset
+    family: xr.Dataset
     predictive: xr.Dataset
     truth: xr.Dataset | None = None
 
@@ -53,13 +56,13 @@ def numbers_of_motion(results: MotionResults) -> dict[str, str]:
     operations = results.operations
     used = operations.isel(operation=np.flatnonzero(operations.accepted.values))
     found["operations"] = _count(operations.sizes["operation"])
-    found["operations_resolved"] = _count(used.resolved.sum())
     check = prior_check(results.prior.travel.values, used.travel.values)
     found["prior_inside"] = _percent(check.inside.mean())
     found["misfit"] = _percent(used.misfit.mean())
+    found["family_misfit"] = _percent(results.family.misfit.mean())
     found |= _ends("inside", results.predictive.share_inside, _percent)
     if results.truth is not None:
-        found |= _of_stand_in(results.truth, used)
+        found |= _of_stand_in(results.truth, blocks_of(operations), blocks_of(results.family))
     return found
 
 
@@ -143,13 +146,20 @@ def _of_correlations(draws: np.ndarray) -> dict[str, str]:
     return {f"correlation.{_NAMES[i]}.{_NAMES[j]}": _two(median[i, j]) for i, j in pairs}
 
 
-def _of_stand_in(truth: xr.Dataset, operations: xr.Dataset) -> dict[str, str]:
-    """How far the model is from its curves, and its parameters drift in a life, posterior sd."""
-    width = operations.draws.sel(output=_NAMES).std("draw").median("operation")
-    values = truth.value.sel(parameter=_NAMES)
-    drift = np.abs(values[-1].values - values[0].values) / width.values
-    drifts = {f"drift.{name}": _one(x) for name, x in zip(_NAMES, drift, strict=True)}
-    return drifts | _ends("difference", truth.difference, _one)
+def _of_stand_in(truth: xr.Dataset, paper: xr.Dataset, family: xr.Dataset) -> dict[str, str]:
+    """How far the model is from its curves; of its parameters, by network and by family, the share
+    of blocks whose 90 % band holds the truth, and the change over the test, percent.
+    """
+    found = _ends("difference", truth.difference, _one)
+    changes = {"true": moved(truth_in_blocks(paper, truth.value))}
+    for by, blocks in (("paper", paper), ("family", family)):
+        shares = zip(_NAMES, held(blocks, truth.value), strict=True)
+        found |= {f"{by}_holds.{name}": _percent(share) for name, share in shares}
+        changes[by] = moved(blocks["value"].sel(quantile=0.5).values)
+    for by, percent in changes.items():
+        named = zip(_NAMES, percent, strict=True)
+        found |= {f"{by}_change.{name}": _one(value) for name, value in named}
+    return found
 
 
 def _ends(name: str, values: ArrayLike, write: Callable[[float], str]) -> dict[str, str]:

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
-from breaker.family import NormalisedRecords, network_record
-from breaker.records import SHAPE_TIMES, Shape, median_units, shape_of
+from breaker.family import NormalisedRecords, network_record, stored_shape
+from breaker.records import SHAPE_TIMES, median_units
 from breaker.wear.events import Event
 
 _ALIKE = 5.0  # K, within which new operations are compared
@@ -147,23 +147,14 @@ def _motion(
     way, present = np.zeros((n, SHAPE_TIMES.size)), np.zeros((n, SHAPE_TIMES.size), dtype=bool)
     noise = np.full(n, np.nan)
     told = zip(data.record_noise.values, data.record_colour.values, step, strict=True)
-    own = [each for i in new if usable[i] and (each := _shape(sign * records[i], step[i]))]
+    own = [each for i in new if usable[i] and (each := stored_shape(sign * records[i], step[i]))]
     if not own:
         return None
     units = median_units(own)
     for i, (sd, colour, each) in enumerate(told):
-        if usable[i] and (shape := _shape(sign * records[i], each, units)) is not None:
+        if usable[i] and (shape := stored_shape(sign * records[i], each, units)) is not None:
             way[i], present[i] = shape.way, shape.present
             noise[i] = network_record(shape, sd, colour, each, units).noise[0]
     there = data.measured.sel(quantity=list(names)).values.T if names else ()
     measured = dict(zip(names, there, strict=True))
     return Motion(way, present, noise, units.stroke, units.duration, measured)
-
-
-def _shape(record: np.ndarray, step: float, like: Shape | None = None) -> Shape | None:
-    """Normalise a record ``(s,)``, padded with nan; None if it shows no motion."""
-    there = np.flatnonzero(np.isfinite(record))
-    try:
-        return shape_of(record[: there[-1] + 1] if there.size else record, step, like)
-    except ValueError:
-        return None

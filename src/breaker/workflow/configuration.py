@@ -17,6 +17,13 @@ from breaker.workflow.sources import ConfigurationError, Sources, parse, place, 
 
 _SHOWN = 20  # problems that a message lists
 
+_FORMER = {  # keys that are gone, and the remedy
+    ("endurance", "posterior"): (
+        "is no key any more: of measured operations, figures and tables show the posterior of the "
+        "paper's networks and that of the family. Leave it out."
+    ),
+}
+
 
 def load(paths: Sequence[str | Path], *, curves: bool = True) -> dict[str, Any]:
     """Read a configuration, each file laid over those before it, and check it.
@@ -111,7 +118,7 @@ def check(
     sources: Sources = {short(path): parse(path) for path in files}
     lines, wrong = [], []
     for key, text in problems(config, configuration_schema()):
-        lines.append(f"{place(config, [key], sources)}{dotted(key)} {text}")
+        lines.append(f"{place(config, [key], sources)}{dotted(key)} {_FORMER.get(key, text)}")
         wrong.append(key)
     for names, complaint in RULES:
         if not curves and "endurance.curves" in names:

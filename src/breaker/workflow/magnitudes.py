@@ -186,11 +186,13 @@ def is_fleet(curves: str, breaker: str | None) -> bool:
     return breaker is None and len(list_breakers(curves)) > 1
 
 
-def _no_facts(
-    known: Mapping[str, Sequence[float]], curves: str | None, breaker: str | None
-) -> Iterator[str]:
-    if known and curves is not None and is_fleet(curves, breaker):
-        yield "is of one drive, and endurance.curves has several breakers. Leave it empty."
+def _no_facts(known: Mapping[str, Sequence[float]], _curves: str | None) -> Iterator[str]:
+    """Facts where records are those of ``endurance.curves``: the workflow's."""
+    if known:
+        yield (
+            f"has {', '.join(known)}, but no step of the workflow takes facts. Leave it empty, and "
+            "give them to `breaker infer`, by --known or a file of --config."
+        )
 
 
 _PRODUCTS = {
@@ -212,5 +214,5 @@ MAGNITUDES: tuple[tuple[tuple[str, ...], Callable[..., Iterator[str]]], ...] = (
     (("rigs.elements", "rigs.strength"), _linkages),
     (("endurance.format",), partial(refused, "cannot be used: {}", complete)),
     (("endurance.format", *FOLDER), _complete),
-    (("known", "endurance.curves", "endurance.breaker"), _no_facts),
+    (("known", "endurance.curves"), _no_facts),
 )

@@ -146,7 +146,6 @@ def _by_type(
 def _known(
     known: Mapping[str, Sequence[float]],
     speeds: Mapping[str, Sequence[str] | None],
-    posterior: str,
 ) -> Iterator[str]:
     if any(_speeds(speeds)):
         return
@@ -158,11 +157,6 @@ def _known(
     for name, fact in known.items():
         if complaint := check_fact(*fact):
             yield f"has {name}: {fact}, which {complaint}"
-    if known and posterior != "corrected":
-        yield (
-            f"names {', '.join(known)}, which networks do not know, but endurance.posterior is "
-            f"{posterior}. Set it to corrected, or leave the facts out."
-        )
 
 
 def _choice(choice: str | None, curves: str | None) -> Iterator[str]:
@@ -285,7 +279,7 @@ RULES: tuple[tuple[tuple[str, ...], Callable[..., Iterator[str]]], ...] = (
         ),
         _record_limits,
     ),
-    (("known", "speeds", "endurance.posterior"), _known),
+    (("known", "speeds"), _known),
     *(((f"endurance.{name}", "endurance.curves"), _choice) for name in ("breaker", "phase")),
     (("endurance.events",), _events),
     (("wear_model.reference",), _reference),

@@ -4,15 +4,15 @@ The mode of the exact posterior is climbed to by Gauss-Newton steps, damped as f
 be to gain (Levenberg, 1944; Marquardt, 1963). A record of little noise has many local modes, and
 one of much noise has one. So the climb begins with as much noise as lets the prior's centre explain
 the record, and takes the noise away step by step. Draws are of a wide Student-t with the curvature
-at the mode. Adaptive importance sampling (``corrections``) makes the exact posterior of them, as of
-a network's.
+at the mode. Adaptive importance sampling (``breaker.posterior.correct``) makes the exact posterior
+of them, as of a network's.
 """
 
 from dataclasses import replace
 
 import numpy as np
 
-from breaker.model import Model, linearise, linearise_auxiliary
+from breaker.model import Model, linearise
 
 _LESS = 1 / 3  # of the noise, from one climb to the next
 _STEPS, _LAST_STEPS = 8, 40  # of each climb, and of the last
@@ -28,7 +28,7 @@ def approximate(model: Model, record: np.ndarray, n: int, rng: np.random.Generat
     """Return draws about the mode of a record's posterior, ``(n, q)``, physical units.
 
     Args:
-        record: On the sensor's grid, ``(t,)``, mm; NaN where a sample is missing.
+        record: On the sensor's grid, ``(t,)``, mm.
     """
     highest, precision = mode(model, record)
     root = np.linalg.inv(np.linalg.cholesky(precision))  # root.T @ root is the covariance
@@ -41,7 +41,7 @@ def mode(model: Model, record: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the mode of a record's posterior, and the negative curvature of its log there.
 
     Args:
-        record: On the sensor's grid, ``(t,)``, mm; NaN where a sample is missing.
+        record: On the sensor's grid, ``(t,)``, mm.
 
     Returns:
         Standardised outputs, ``(q,)``, and the curvature, ``(q, q)``, without second derivatives of
@@ -59,31 +59,12 @@ def mode(model: Model, record: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """
     z = np.zeros(len(model.outputs))
     left = record - model.curves(model.destandardise(z[None]))[0]
-    ratio = max(np.nanstd(left) / model.sensor.noise_sd, _LESS)
+    ratio = max(np.std(left) / model.sensor.noise_sd, _LESS)
     rungs = np.log(ratio) / -np.log(_LESS)
     for rung in range(int(np.clip(np.ceil(rungs), 1, 30)), 0, -1):
         sensor = replace(model.sensor, noise_sd=model.sensor.noise_sd * _LESS**-rung)
         z, _ = _climb(replace(model, sensor=sensor), record, z, _STEPS, _REACHED)
     return _climb(model, record, z, _LAST_STEPS, _LAST_REACHED)
-
-
-def surprise(model: Model, record: np.ndarray) -> float:
-    """Return how far the contact's time is from what the record leads to expect, in sds.
-
-    Standard normal where both are of the same motion of a drive of the model; infinite where the
-    contact is not expected to switch at all.
-
-    Args:
-        model: Joint model that knows the contact's time.
-        record: ``(t,)``, mm; NaN where a sample is missing.
-    """
-    place, precision = mode(model.conditioned_on(model.facts), record)
-    alone = model.conditioned_on(contact=model.contact)
-    (residual,), slopes = linearise_auxiliary(alone, place)
-    if not slopes.any():
-        return np.inf
-    (slope,) = slopes.T
-    return float(residual / np.sqrt(1.0 + slope @ np.linalg.solve(precision, slope)))
 
 
 def _climb(
@@ -112,7 +93,8 @@ def _climb(
 
 def _step(model: Model, z: np.ndarray, precision: np.ndarray, uphill: np.ndarray) -> np.ndarray:
     """The step to the top of a parabola, or to its highest point inside the prior's support."""
-    slope, offset = model.condition
+    slope, offset = model.prior.condition
+    slope = np.pad(slope, (0, len(z) - len(slope)))
     step, across = np.linalg.solve(precision, np.column_stack([uphill, slope])).T
     lacking = _INSIDE * np.linalg.norm(slope) - (slope @ (z + step) + offset)
     return step + max(lacking, 0.0) / (slope @ across) * across
@@ -121,15 +103,10 @@ def _step(model: Model, z: np.ndarray, precision: np.ndarray, uphill: np.ndarray
 def _look(model: Model, record: np.ndarray, z: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
     """Log density but for a constant, and residuals ``(r,)`` with minus their slopes ``(q, r)``.
 
-    Whitened residuals of the record, and of what is known beside it. The density is ``-inf``, and
-    nothing is simulated, where the joint density is.
+    The density is ``-inf``, and nothing is simulated, where that of the prior is.
     """
-    beside_it = model.facts is not None or model.contact is not None
-    density = model.log_joint(z[None], record) if beside_it else model.log_prior(z[None])
-    if not np.isfinite(density[0]):
+    if not np.isfinite(model.log_prior(z[None])[0]):
         return -np.inf, np.zeros(0), np.zeros((len(z), 0))
-    curves, (slopes,) = linearise(model, z[None], record[None])
-    beside, known = linearise_auxiliary(model, z)
-    residual = np.concatenate([model.sensor.whiten(record - curves[0]), -beside])
-    height = -0.5 * (residual @ residual + z @ z)
-    return float(height), residual, np.concatenate([slopes, known], axis=1)
+    curves, (slopes,) = linearise(model, z[None])
+    residual = model.sensor.whiten(record - curves[0])
+    return -0.5 * float(residual @ residual + z @ z), residual, slopes

@@ -1,0 +1,21 @@
+"""Infer some operations of the endurance test by the networks of families that ship."""
+
+from breaker.family import infer_operations, shipped_networks
+from breaker.stores import describe, open_store, save
+from breaker.workflow import start
+
+log = start(snakemake)
+params, motion = snakemake.params, snakemake.wildcards.motion
+
+families = [levels for (levels,) in shipped_networks("levels")]
+curves = open_store(snakemake.input.curves).load()
+settings = {key: params[key] for key in ("seed", "draws", "misfit_p_value")}
+result = infer_operations(curves, families, **settings)
+log.info(
+    "%d operations: %d rejected, %d of no family",
+    result.sizes["operation"],
+    (~result.accepted).sum(),
+    result.misfit.sum(),
+)
+title = f"answers of families to measured {motion} operations"
+save(describe(result, title, **settings), snakemake.output[0])
