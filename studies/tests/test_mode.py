@@ -19,7 +19,7 @@ def with_noise(model, noise_sd):
 
 
 def simulated(model, *purpose):
-    rng = generator(1, "test laplace", model.motion, *purpose)
+    rng = generator(1, "test mode", model.motion, *purpose)
     values = from_prior(model, RECORDS, rng)
     return model.standardise(values), model.sensor.corrupt(model.curves(values), rng)
 
@@ -57,7 +57,7 @@ def test_a_mode_on_the_border_of_the_support_is_inside(models):
     medians = model.prior.medians.copy()
     medians[NAMES.index("f")] *= 0.62
     model = replace(model, prior=replace(model.prior, medians=medians))
-    rng = generator(1, "test laplace", "border")
+    rng = generator(1, "test mode", "border")
     slope, offset = model.prior.condition
     for record in simulated(model)[1]:
         highest, _ = mode(model, record)
@@ -71,9 +71,9 @@ def test_draws_are_wider_than_the_curvature(models):
     model = models["closing"]
     _, records = simulated(model)
     highest, precision = mode(model, records[0])
-    rng = generator(1, "test laplace", "draws")
+    rng = generator(1, "test mode", "draws")
     draws = approximate(model, records[0], 20_000, rng)
     z = (model.standardise(draws) - highest) @ np.linalg.cholesky(precision)
     np.testing.assert_allclose(z.T @ z / len(z), 5 / 3 * np.eye(8), atol=1 / 6)
-    again = approximate(model, records[0], 20_000, generator(1, "test laplace", "draws"))
+    again = approximate(model, records[0], 20_000, generator(1, "test mode", "draws"))
     np.testing.assert_array_equal(draws, again)

@@ -10,7 +10,6 @@ from breaker.mechanism.curves import travel
 from breaker.mechanism.limits import Limit, from_list
 from breaker.mechanism.parameters import MOTIONS, NAMES
 from breaker.model.joint import Model
-from breaker.posterior.laplace import mode
 from breaker.records.grid import Grid
 from breaker.records.landmarks import main_motion
 from breaker.records.reader import read_curves
@@ -18,6 +17,7 @@ from breaker.synthetic.failure_times import failures, true_lives
 from breaker.synthetic.rigs import Rig
 from breaker.synthetic.truth import truth_of
 from studies.measuring import own_quantities
+from studies.peers.mode import mode
 
 TIMES = np.linspace(-2.0, 58.0, 151)
 

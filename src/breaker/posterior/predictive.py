@@ -1,6 +1,6 @@
 """From records to posteriors: draws, intervals, and checks of the model against each record.
 
-Used alike for simulated records (validation), for a whole endurance test and for single files.
+Used alike for simulated records (validation) and for a whole endurance test.
 """
 
 from typing import TYPE_CHECKING
