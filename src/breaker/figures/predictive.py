@@ -86,7 +86,8 @@ def endurance_predictive(predictive: xr.Dataset, *, motion: str) -> Figure:
     figure = _checks(data, titles, "record of the endurance test")
     flagged = int(data["misfit"].sum())
     outcome = f"{flagged or 'none'} of {len(titles)} flagged as not fitting the model"
-    style.heading(figure, motion, "posterior predictive check of the endurance test", outcome)
+    checked = "posterior predictive check of the endurance test by the paper's network"
+    style.heading(figure, motion, checked, outcome)
     return figure
 
 
