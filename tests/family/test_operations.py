@@ -7,6 +7,7 @@ import xarray as xr
 from breaker.family import infer_operations, shipped_networks
 from breaker.mechanism import MOTIONS, NAMES
 from breaker.mechanism.curves import travel
+from breaker.posterior import intervals, table
 
 TIMES, NOISE, COUNT = np.arange(-10.0, 70.0, 0.25), 0.05, 6
 SETTINGS = {"draws": 200, "seed": 1, "misfit_p_value": 1e-3}
@@ -77,3 +78,14 @@ def test_an_operation_does_not_depend_on_those_beside_it(prior, families):
     assert not np.any(other.draws.values == whole.draws.values[2])
     again = infer_operations(curves.isel(operation=[2]), families, **(SETTINGS | {"seed": 2}))
     assert not np.any(again.draws.values == whole.draws.values[2])
+
+
+def test_answers_are_rows_of_the_table_of_operations(prior, families):
+    _, curves = curves_of(prior, "opening")
+    found = infer_operations(curves, families, **SETTINGS)
+    rows = table(found.assign(intervals(found.draws.values))).set_index(["operation", "output"])
+    assert len(rows) == COUNT * len(NAMES)
+    middle = np.median(found.draws.values[0], axis=0)
+    np.testing.assert_allclose(rows.loc[10, "median"].loc[list(NAMES)], middle, rtol=1e-6)
+    assert rows.loc[10, "family"].tolist() == [found.family.values[0]] * len(NAMES)
+    assert rows.loc[10 + FOREIGN, "median"].isna().all()

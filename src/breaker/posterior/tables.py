@@ -11,7 +11,7 @@ from breaker.files import metadata_names
 
 _INTERVALS = {"interval_50": (0.25, 0.75), "interval_95": (0.025, 0.975)}
 
-# Columns of a table, as far as the result has them: of the reader and of the network.
+# Columns of a table, as far as the result has them: of the reader, and of a network or a family.
 _COLUMNS = (
     "p_value",
     "misfit",
@@ -24,6 +24,7 @@ _COLUMNS = (
     "missing",
     "masked",
     "far_onset",
+    "family",
 )
 # And of what was measured beside the travel, where it was of any operation.
 _MEASURED = ("contact_time", "contact_sd", "latch_time")
