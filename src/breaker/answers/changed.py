@@ -46,7 +46,7 @@ from breaker.records import Raw
 
 VERDICT_WORDS = ("changed", "not told", "did not change")
 
-_OF_FORCE = 0.2  # of the share, from which on a mechanism counts, in closing forces
+_OF_FORCE = 0.2  # of the share, from which on a mechanism counts, in shares of ``CHANGE_OF``
 _SURE = 0.95  # probability from which a change is beyond a share
 _QUANTILES = (0.05, 0.5, 0.95)
 _DRAWS = 4000
@@ -70,8 +70,8 @@ class Compared:
             ``later`` neither, where the change is larger than any wear of the family.
         later: By how much touch or parting come later, in shares of the time that they took before,
             ``(d,)``, by motion.
-        mechanisms: Draws of by how much mechanisms have changed, ``(d,)``, shares of the closing
-            force, by name; none where closing and opening contradict each other.
+        mechanisms: Draws of by how much mechanisms have changed, ``(d,)``, shares of
+            ``CHANGE_OF``, by name; none where closing and opening contradict each other.
         agreement: Of the parameter in which motions agree least, the probability that they do as
             little; 1 of a single motion.
         least: This parameter; empty if there is none.
@@ -98,7 +98,7 @@ def compare(
     *,
     misfit_p_value: float = 0.001,
 ) -> Compared:
-    """Compare two visits by the networks of the first family that the drive is of.
+    """Compare two visits by the networks of the family that ``choose_family`` finds for both.
 
     Args:
         before, today: Records of the same motions.
@@ -146,7 +146,7 @@ def _nearest(
     networks: Iterable[tuple[Levels, Changes]],
     misfit_p_value: float,
 ) -> tuple[Compared, Levels, Changes]:
-    """The first family that both visits fit, or that which they fit best, and its networks."""
+    """The family that ``choose_family`` finds for both visits, and its networks."""
     (levels, network), matches, fits = choose_family(
         networks,
         lambda each: [
@@ -198,7 +198,7 @@ def changes(found: Compared, beyond: float = 0.05) -> list[dict]:
 def mechanism_changes(found: Compared, beyond: float = 0.05) -> list[dict]:
     """Return the change of each mechanism beside the model, in rows as of ``changes``.
 
-    Changes are in percent of the closing force, and count from a fifth of the share on.
+    Changes are in percent of ``CHANGE_OF``, and count from a fifth of the share on.
     """
     return [
         _inferred(Parameter(name, "", "1", MECHANISMS[name]), "mechanism", "", draws, share)

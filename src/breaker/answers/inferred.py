@@ -42,9 +42,9 @@ def infer_drive(
     """Infer all records of a drive, in their order.
 
     Args:
-        families: Networks in the order in which they are tried: the first counts which half of the
-            records of each motion fit, or else the one that fits best. A family that denies a
-            contact's time gives way to one that holds it.
+        families: Networks of levels, the narrowest family first: ``choose_family`` finds the one
+            that answers, by the median record of each motion. A family that denies a contact's
+            time gives way to one that holds it.
         speeds: The section ``speeds`` of the configuration.
         settings: ``draws`` of an answer, ``misfit_p_value`` from which on a record fits, ``seed``.
     """

@@ -8,6 +8,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from breaker.answers.changed import VERDICT_WORDS, Compared
 from breaker.answers.documents import plainly
 from breaker.answers.words import limit_lines
+from breaker.family import CHANGE_OF
 from breaker.inspection import wrapped
 from breaker.mechanism import in_digits, in_p
 
@@ -126,7 +127,7 @@ def _headline(document: Mapping) -> str:
     if still:
         second += f"; not {beyond}: {still if unsure else 'all others'}"
     sure, *_ = _by_verdict(document["mechanisms"])
-    third = f"\nMechanisms beside the model, of the closing force: {sure}" if sure else ""
+    third = f"\nMechanisms beside the model, of {CHANGE_OF}: {sure}" if sure else ""
     return f"{first}\n{second}{third}"
 
 
@@ -226,7 +227,7 @@ def visits_in_words(document: Mapping) -> str:
         lines.append(_in_words(row))
     mechanisms = [row for row in document["mechanisms"] if row["verdict"] != VERDICT_WORDS[2]]
     least = in_digits(20 * document["settings"]["share"], 4)
-    lines += [f"mechanisms, % of the closing force (P> {least} %)"] if mechanisms else []
+    lines += [f"mechanisms, % of {CHANGE_OF} (P> {least} %)"] if mechanisms else []
     lines += map(_in_words, mechanisms)
     return "\n".join([*lines, *limit_lines(document["limits"])])
 

@@ -23,6 +23,9 @@ MECHANISMS = {
 }
 """What the size of each mechanism is; that of ``build_up`` is in ms."""
 
+CHANGE_OF = "the closing force (build_up: of the duration)"
+"""What changes of mechanisms are shares of."""
+
 WEARING = tuple(name for name in MECHANISMS if name not in ("sliding_contact", "train_mass"))
 """Mechanisms that wear, whose change networks of changes tell."""
 

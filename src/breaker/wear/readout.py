@@ -55,7 +55,7 @@ class Readout:
         seed: int,
         misfit_p_value: float,
     ) -> Self:
-        """Return the readout of a drive, by the first family that its new curves fit.
+        """Return the readout of a drive, by the family that its new curves fit.
 
         Args:
             families: Networks of each.
