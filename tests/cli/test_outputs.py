@@ -115,8 +115,10 @@ def test_names_of_nothing_are_refused(folder, capsys):
         assert "an empty text names no file" in capsys.readouterr().err
 
 
-# The largest file is limited to a few blocks, as on a disk that is full.
-FULL = "import resource as r; r.setrlimit(r.RLIMIT_FSIZE, (1500, 1500)); "
+# The largest file is limited to a few blocks, as on a disk that is full. Python is not to write
+# bytecode then: it keeps the part that was written, and the package cannot be loaded any more.
+FULL = "import resource as r, sys; sys.dont_write_bytecode = True; "
+FULL += "r.setrlimit(r.RLIMIT_FSIZE, (1500, 1500)); "
 START = "import sys; from breaker.cli import run; sys.exit(run())"
 
 
