@@ -13,7 +13,7 @@ from breaker.files import guards
 from breaker.files.formats import ENDINGS, FORMATS, format_of, read_columns
 from breaker.files.guards import RejectedCurveError
 from breaker.files.names import split_unit
-from breaker.files.opened import Opened
+from breaker.files.opened import Files, Opened
 from breaker.files.settings import TO_MS, complete
 from breaker.files.shown import Labelled, Tables
 from breaker.inspection.contents import look_into
@@ -152,3 +152,14 @@ def test_a_refusal_is_found_once(tmp_path):
         with pytest.raises(RejectedCurveError, match="is empty"):
             opened.once("anything", find)
     assert asked == [1]
+
+
+def test_of_very_many_files_the_last_are_kept(tmp_path, monkeypatch):
+    monkeypatch.setattr("breaker.files.opened._KEPT", 25)
+    files, names = Files(), [tmp_path / f"{k}.csv" for k in range(5)]
+    for name in names:
+        name.write_bytes(b"ten signs.")
+        assert files[name].content == b"ten signs."
+        assert files[name] is files[str(name)]
+    kept = [each for each in map(str, names) if each in files._opened]
+    assert kept == [str(name) for name in names[2:]]
