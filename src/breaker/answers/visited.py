@@ -9,7 +9,7 @@ from breaker.answers.changed import VERDICT_WORDS, Compared
 from breaker.answers.documents import plainly
 from breaker.answers.words import limit_lines
 from breaker.family import CHANGE_OF
-from breaker.inspection import wrapped
+from breaker.files import wrapped
 from breaker.mechanism import in_digits, in_p
 
 _NAME = "{:<28}{:>8} {:>8}"

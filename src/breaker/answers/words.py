@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 
 from breaker.answers.cursors import place_lines
 from breaker.answers.judgement import VERDICTS
-from breaker.inspection import wrapped
+from breaker.files import wrapped
 from breaker.mechanism import in_digits, in_p
 
 _ROW = "  {:<14} {:>8}  {:<20} {:<7} {}"

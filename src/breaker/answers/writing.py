@@ -10,7 +10,7 @@ from breaker.answers.checks import Finding
 from breaker.answers.fitted import FittedPrior
 from breaker.answers.recorded import Recorded, Span
 from breaker.family import Levels
-from breaker.inspection import wrapped
+from breaker.files import wrapped
 from breaker.mechanism import MOTIONS, NAMES, PARAMETERS, Parameter, in_digits
 from breaker.model import Sensor
 from breaker.shipped import DEFAULTS

@@ -41,7 +41,7 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
         "naming": ["natural"],
         "numbers": ["LARGEST_NUMBER", "MISSING", "is_number", "strict_numbers"],
         "opened": ["Files", "Opened", "as_opened"],
-        "outgoing": ["on_terminal", "save_frame", "table_text"],
+        "outgoing": ["on_terminal", "save_frame", "table_text", "wrapped"],
         "phases": [
             "COLUMN_PHASE",
             "IN_FILE",

@@ -16,6 +16,6 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
         "describing": ["describe_file", "travel_channels"],
         "printed_results": ["differs", "meant_motions", "measured_name", "stated_speeds"],
         "proposals": ["InspectedMotion", "Proposal", "inspect_file"],
-        "wording": ["alike", "overlay_of", "report_of", "wrapped"],
+        "wording": ["alike", "overlay_of", "report_of"],
     },
 )

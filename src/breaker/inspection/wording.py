@@ -3,18 +3,16 @@
 import json
 import re
 from collections.abc import Iterable, Sequence
-from textwrap import wrap
 
 import numpy as np
 import yaml
 
-from breaker.files import FORMAT, on_terminal
+from breaker.files import FORMAT, on_terminal, wrapped
 from breaker.inspection.printed_results import stated_remarks
 from breaker.inspection.proposals import NOT_READ, InspectedMotion, Proposal
 from breaker.mechanism import in_digits
 
 _LONGEST = 10  # of an overlay
-_WIDTH = 100  # signs of a line
 
 
 def overlay_of(proposal: Proposal) -> str:
@@ -95,12 +93,6 @@ def alike(said: Iterable[tuple[str, str, str]]) -> list[list[tuple[str, str, str
 def bullet(text: str) -> str:
     """Return a text as an item of a list, in lines of no more than 100 signs."""
     return "\n".join(wrapped(text, "  - "))
-
-
-def wrapped(text: str, first: str = "  ", indent: str = "    ") -> list[str]:
-    """Return the lines of a text for a terminal of 100 columns: how the first and others begin."""
-    look = {"initial_indent": first, "subsequent_indent": indent}
-    return wrap(text, _WIDTH, break_long_words=False, break_on_hyphens=False, **look)
 
 
 def _text(proposal: Proposal) -> str:
