@@ -114,6 +114,27 @@ def test_atoms_are_drawn_as_often_as_they_are_probable():
     assert (draws[:, 1:] == 0.0).all()
 
 
+def test_an_output_sees_which_before_it_are_atoms():
+    """Planted fault: that of the first is not kept, and the second is 0 as often as without it."""
+    made = network(size=0.3, atoms=(True, True, False))
+    with torch.no_grad():
+        made.inference.enter[1, 3] = 3.0  # what the second sees of it
+    arrays = read(made)
+    features = arrays.features(np.full((1, 4), 0.7))[0]
+    told, n = np.array([True, True, False]), 20_000
+    draws = arrays.sample(features[None], told, n, np.random.default_rng(3))[0]
+    after = draws[draws[:, 0] == 0.0, 1] == 0.0
+    with torch.no_grad():
+        log_share = made.inference.log_prob(
+            torch.zeros(1, 3, dtype=torch.float64),
+            torch.as_tensor(features)[None],
+            torch.as_tensor(told.astype(float))[None],
+        )[0, 1]
+    share = float(log_share.exp())
+    # Beyond 3.5 sd with a probability of 5e-4.
+    assert abs(after.mean() - share) < 3.5 * np.sqrt(share * (1.0 - share) / after.size)
+
+
 def test_a_mixture_learns_a_posterior_that_is_known():
     rng = torch.Generator().manual_seed(4)
     torch.manual_seed(4)
