@@ -87,6 +87,15 @@ MECHANISMS = {
 # fmt: on
 _ALL = [dict(ChainMap(*parts)) for parts in zip(*MECHANISMS.values(), strict=True)]
 MECHANISMS["all"] = _ALL
+# Preloaded stops that give, by their stiffness in 1/ms^2: between a rigid stop and none at all.
+STOPS = {
+    f"stop of {low:g} to {high:g}": (
+        {},
+        {"preload": (0.05, 0.3)},
+        {"stop_form": (2, 2), "soft": (low, high)},
+    )
+    for low, high in ((0.2, 1), (1, 10), (10, 100))
+}
 _VALUES = (*NAMES, "reach", "wipe", *_ALL[1], *_ALL[2])
 DRIVE = np.dtype([*((name, "f8") for name in _VALUES), *((name, "i8") for name in _ALL[0])])
 """A drive: the parameters, the model's stroke and wipe, and its laws; a form of 0 is none."""
@@ -301,7 +310,7 @@ def drive_of(theta: np.ndarray) -> np.ndarray:
 
 def drawn(name: str, prior: Prior, rng: np.random.Generator, strength=1.0, until=120.0) -> tuple:
     """Draw drives with a mechanism until one closes; return it, and its curves by motion."""
-    forms, sizes, more = MECHANISMS[name]
+    forms, sizes, more = (MECHANISMS | STOPS)[name]
     while True:
         drive = drive_of(prior.sample(1, rng)[0])
         for field, count in forms.items():
@@ -399,7 +408,7 @@ def rows_of(name: str, options: argparse.Namespace) -> list[dict]:
 
 def main(arguments: Iterable[str] | None = None) -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("mechanisms", nargs="+", choices=MECHANISMS, metavar="MECHANISM")
+    parser.add_argument("mechanisms", nargs="+", choices=MECHANISMS | STOPS, metavar="MECHANISM")
     parser.add_argument("--motions", nargs="+", choices=MOTIONS_SHOWN, default=MOTIONS_SHOWN)
     parser.add_argument("--rows", type=Path, metavar="CSV")
     for name, default in OPTIONS.items():

@@ -5,7 +5,7 @@ import pytest
 
 from breaker.mechanism import MOTIONS, NAMES, travel
 from breaker.model import generator
-from studies.mechanisms import MECHANISMS, STEP, drawn, drive_of, simulated
+from studies.mechanisms import MECHANISMS, STEP, STOPS, drawn, drive_of, simulated
 
 UNTIL = 200.0  # the model itself may swing for long
 
@@ -25,7 +25,7 @@ def test_without_a_mechanism_curves_are_those_of_the_model(prior, motion):
         assert curve.switching == pytest.approx(exact.switching[row], abs=1e-3)
 
 
-@pytest.mark.parametrize("name", MECHANISMS)
+@pytest.mark.parametrize("name", MECHANISMS | STOPS)
 def test_every_mechanism_goes_from_rest_to_rest(prior, name):
     for number in range(6):
         rng = generator(1, "test mechanisms", name, number)
