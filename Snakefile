@@ -3,7 +3,9 @@
 import os
 from pathlib import Path
 
-from breaker.workflow import ConfigurationError, configuration, snakemake_internals
+from breaker.configuration import loading as configuration
+from breaker.configuration.yaml_sources import ConfigurationError
+from breaker.workflow import snakemake_internals
 from snakemake.utils import min_version
 
 min_version("9.14")

@@ -10,8 +10,8 @@ from pathlib import Path
 
 import yaml
 
+from breaker.configuration.loading import merge, read
 from breaker.shipped import DEFAULTS
-from breaker.workflow import merge, read
 
 __all__ = ["CONFIG", "written"]
 

@@ -17,11 +17,12 @@ from typing import Any
 
 import pandas as pd
 
-from breaker.family import MECHANISMS
-from breaker.mechanism import NAMES
-from breaker.model import ModelFileError, open_model
+from breaker.common.tensor_file import ModelFileError, open_model
+from breaker.configuration.loading import load
+from breaker.configuration.yaml_sources import ConfigurationError
+from breaker.drive.family.mechanisms import MECHANISMS
+from breaker.quantities.parameters import NAMES
 from breaker.shipped import CARD, FAMILIES, KINDS, model_file
-from breaker.workflow import ConfigurationError, load
 
 __all__ = ["described", "differing", "made_from", "unfit"]
 

@@ -19,10 +19,11 @@ from changepoint_online import Focus, Gaussian
 from river import drift
 from tqdm import tqdm
 
-from breaker.family import shipped_networks
+from breaker.configuration.loading import load
+from breaker.drive.family.network_files import shipped_networks
+from breaker.drive.life.readout import Readout
+from breaker.drive.life.tracker import Tracker
 from breaker.shipped import DEFAULTS
-from breaker.wear import Readout, Tracker
-from breaker.workflow import load
 from studies.lives import EVERY, LIFE, SEEDS, Life, simulated
 
 FALSE = 0.02  # share of lives with a false alarm

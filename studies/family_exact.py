@@ -26,13 +26,19 @@ import matplotlib.pyplot as plt
 import numpy as np
 from scipy.special import ndtr
 
-from breaker.family import Levels, network_record, open_network
-from breaker.mechanism import MOTIONS, NAMES, PARAMETERS, Size
-from breaker.model import Prior, Sensor, generator
-from breaker.records import shape_of
+from breaker.common.randomness import generator
+from breaker.configuration.loading import load
+from breaker.drive.family.level_network import Levels
+from breaker.drive.family.network_files import open_network
+from breaker.drive.family.record_inputs import network_record
+from breaker.drive.simulation.drive_family import Family
+from breaker.drive.simulation.rich_drive import Drive
+from breaker.mechanism.prior import Prior
+from breaker.mechanism.sensor import Sensor
+from breaker.quantities.parameters import MOTIONS, NAMES, PARAMETERS
+from breaker.quantities.size import Size
+from breaker.reading.records.normalised_shape import shape_of
 from breaker.shipped import DEFAULTS, model_file
-from breaker.synthetic import Drive, Family
-from breaker.workflow import load
 
 _MOVES = [
     (emcee.moves.DEMove(), 0.7),

@@ -19,24 +19,22 @@ from pathlib import Path
 
 import numpy as np
 
-from breaker.answers import (
-    Given,
-    fit_type,
-    infer_drive,
-    list_breakers,
-    read_breakers,
-    read_operations,
-    reference_of,
-    wear_allowance,
-)
-from breaker.family import open_network
-from breaker.files import Operation
-from breaker.mechanism import MOTIONS, NAMES, Size
-from breaker.model import Prior, generator
-from breaker.records import write_curve
+from breaker.common.randomness import generator
+from breaker.configuration.loading import load
+from breaker.drive.answers.drive_records import read_operations
+from breaker.drive.answers.evidence import Given
+from breaker.drive.answers.inference import infer_drive
+from breaker.drive.answers.type_prior import fit_type, reference_of, wear_allowance
+from breaker.drive.answers.type_records import list_breakers, read_breakers
+from breaker.drive.family.network_files import open_network
+from breaker.drive.simulation.drive_family import Family
+from breaker.drive.simulation.rich_drive import Drive
+from breaker.mechanism.prior import Prior
+from breaker.quantities.parameters import MOTIONS, NAMES
+from breaker.quantities.size import Size
+from breaker.reading.files.operations_table import Operation
+from breaker.reading.instruments.export import write_curve
 from breaker.shipped import DEFAULTS, model_file
-from breaker.synthetic import Drive, Family
-from breaker.workflow import load
 
 SIZES = (Size(), Size(10.35, 4.46))
 OFF = 0.7  # log-sds between types, of the default ones

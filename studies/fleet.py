@@ -20,14 +20,20 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from breaker.files import list_fleet
-from breaker.fleet import examine, fleet_table, learn_types, members_of, stored
-from breaker.mechanism import MOTIONS, NAMES, Size
-from breaker.model import Prior, generator
-from breaker.records import write_curve
+from breaker.common.randomness import generator
+from breaker.configuration.loading import read
+from breaker.drive.fleet.drive_dataset import stored
+from breaker.drive.fleet.drive_document import examine
+from breaker.drive.fleet.members import members_of
+from breaker.drive.fleet.ranking import fleet_table, learn_types
+from breaker.drive.simulation.drive_family import Family
+from breaker.drive.simulation.rich_drive import Drive
+from breaker.mechanism.prior import Prior
+from breaker.quantities.parameters import MOTIONS, NAMES
+from breaker.quantities.size import Size
+from breaker.reading.files.folder_listing import list_fleet
+from breaker.reading.instruments.export import write_curve
 from breaker.shipped import DEFAULTS
-from breaker.synthetic import Drive, Family
-from breaker.workflow import read
 
 SIZES = {"MV 12": Size(), "HV 145": Size(8.0, 3.0)}
 SPREAD = dict(zip(NAMES, (0.015, 0.015, 0.03, 0.05, 0.08, 0.015, 0.01), strict=True))  # log-sds

@@ -17,11 +17,13 @@ from pathlib import Path
 
 import numpy as np
 
-from breaker.mechanism import Size
-from breaker.model import generator
+from breaker.common.randomness import generator
+from breaker.configuration.loading import load
+from breaker.drive.simulation.endurance_rig import Rig
+from breaker.drive.simulation.rich_drive import Drive
+from breaker.quantities.size import Size
+from breaker.reading.instruments.dialects import DIALECTS
 from breaker.shipped import DEFAULTS
-from breaker.synthetic import DIALECTS, Drive, Rig
-from breaker.workflow import load
 
 __all__ = ["CHANNELS", "HIGH_VOLTAGE", "write_exports"]
 

@@ -18,12 +18,16 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from breaker.family import open_network, write_network
-from breaker.model import Prior, generator
+from breaker.common.randomness import generator
+from breaker.configuration.loading import load, merge
+from breaker.drive.family.network_files import open_network, write_network
+from breaker.drive.simulation.drive_family import Family
+from breaker.drive.training.family_bank import simulate_family
+from breaker.drive.training.network_training import train_network
+from breaker.drive.training.training_rows import rows_of, sample_rows
+from breaker.mechanism.prior import Prior
+from breaker.paper.validation.quality_tables import family_quality
 from breaker.shipped import DEFAULTS
-from breaker.synthetic import Family, rows_of, sample_rows, simulate_family, train_network
-from breaker.validation import family_quality
-from breaker.workflow import load, merge
 from studies.shared import append
 
 DRIVES, ASIDE, PROBES, DRAWS = 30_000, 1000, 3000, 300

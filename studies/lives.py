@@ -24,14 +24,25 @@ import pandas as pd
 import xarray as xr
 from tqdm import tqdm
 
-from breaker.family import network_record, shipped_networks
-from breaker.mechanism import NAMES, Limit
-from breaker.model import Prior, Sensor, generator
-from breaker.records import measure_curve, shape_of
+from breaker.common.randomness import generator
+from breaker.configuration.loading import load
+from breaker.drive.family.network_files import shipped_networks
+from breaker.drive.family.record_inputs import network_record
+from breaker.drive.life.forecast import Future
+from breaker.drive.life.life_records import MotionRecords, Series
+from breaker.drive.life.life_results import follow_life
+from breaker.drive.life.limit_states import STATES, standing
+from breaker.drive.life.readout import Readout
+from breaker.drive.life.tracker import Tracker
+from breaker.drive.simulation.drive_family import Family
+from breaker.drive.simulation.rich_drive import Drive
+from breaker.mechanism.limits import Limit
+from breaker.mechanism.prior import Prior
+from breaker.mechanism.sensor import Sensor
+from breaker.quantities.parameters import NAMES
+from breaker.reading.records.measurements import measure_curve
+from breaker.reading.records.normalised_shape import shape_of
 from breaker.shipped import DEFAULTS
-from breaker.synthetic import Drive, Family
-from breaker.wear import STATES, Future, Motion, Readout, Series, Tracker, follow_life, standing
-from breaker.workflow import load
 from studies.sensors import Reading
 from studies.shared import append
 
@@ -144,7 +155,7 @@ def measured(curve: np.ndarray, motion: str) -> dict[str, float]:
     return {}
 
 
-def recorded(drives, motion: str, sensor: Sensor, reading: Reading, rng) -> Motion:
+def recorded(drives, motion: str, sensor: Sensor, reading: Reading, rng) -> MotionRecords:
     """Records of drives, normalised."""
     sign = 1.0 if motion == "closing" else -1.0
     ways, presents, noises, rows, like = [], [], [], [], None
@@ -161,7 +172,7 @@ def recorded(drives, motion: str, sensor: Sensor, reading: Reading, rng) -> Moti
         rows.append(measured(record, motion))
     found = {q: np.array([row.get(q, np.nan) for row in rows]) for q in MEASURED[motion]}
     units = like.stroke, like.duration
-    return Motion(np.array(ways), np.array(presents), np.array(noises), *units, found)
+    return MotionRecords(np.array(ways), np.array(presents), np.array(noises), *units, found)
 
 
 def limits_of(truth: pd.DataFrame, series: Series, life: Life, rng) -> dict[Limit, float]:

@@ -10,9 +10,12 @@ from collections.abc import Sequence
 import numpy as np
 import pandas as pd
 
-from breaker.mechanism import SPEEDS, Point, Speed, evaluate, quantities_of
-from breaker.records import Contact, measure_curve
-from breaker.synthetic import Drive
+from breaker.drive.simulation.rich_drive import Drive
+from breaker.mechanism.evaluation import evaluate
+from breaker.quantities.catalogue import quantities_of
+from breaker.quantities.speeds import SPEEDS, Point, Speed
+from breaker.reading.records.contact_edges import Contact
+from breaker.reading.records.measurements import measure_curve
 
 __all__ = ["measure_drives", "own_quantities"]
 

@@ -17,10 +17,15 @@ from time import perf_counter, process_time
 
 import numba
 
-from breaker.mechanism import MOTIONS, sensitivity, travel
-from breaker.model import Model, Prior, Sensor, generator, simulate
+from breaker.common.randomness import generator
+from breaker.configuration.loading import read
+from breaker.mechanism.curves import sensitivity, travel
+from breaker.mechanism.prior import Prior
+from breaker.mechanism.sensor import Sensor
+from breaker.paper.model.joint_model import Model
+from breaker.paper.model.simulation_bank import simulate
+from breaker.quantities.parameters import MOTIONS
 from breaker.shipped import DEFAULTS
-from breaker.workflow import read
 
 
 def seconds(function: Callable[[], object], clock: Callable[[], float]) -> float:

@@ -28,14 +28,18 @@ import numpy as np
 import pandas as pd
 from scipy.optimize import brentq
 
-from breaker.answers import Answer, Given, infer_drive, read_operations
-from breaker.family import shipped_networks
-from breaker.files import Operation
-from breaker.mechanism import MOTIONS, NAMES, Size
-from breaker.model import Prior, generator
-from breaker.records import Contact
+from breaker.common.randomness import generator
+from breaker.configuration.loading import load
+from breaker.drive.answers.drive_records import read_operations
+from breaker.drive.answers.evidence import Answer, Given
+from breaker.drive.answers.inference import infer_drive
+from breaker.drive.family.network_files import shipped_networks
+from breaker.mechanism.prior import Prior
+from breaker.quantities.parameters import MOTIONS, NAMES
+from breaker.quantities.size import Size
+from breaker.reading.files.operations_table import Operation
+from breaker.reading.records.contact_edges import Contact
 from breaker.shipped import DEFAULTS
-from breaker.workflow import load
 
 NOISE, TRIGGER = 0.1, 0.3  # mm and ms, sd of a sample and of the release
 TIMES = ("touch_from_10", "parting_from_10", "touch_from_release", "parting_from_release")

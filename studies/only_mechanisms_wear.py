@@ -17,13 +17,15 @@ from tempfile import TemporaryDirectory
 import numpy as np
 import pandas as pd
 
-from breaker.answers import VERDICT_WORDS, changes, compare, mechanism_changes, read_operations
-from breaker.family import shipped_networks
-from breaker.files import Operation
-from breaker.mechanism import MOTIONS
-from breaker.model import Prior, generator
+from breaker.common.randomness import generator
+from breaker.configuration.loading import load
+from breaker.drive.answers.drive_records import read_operations
+from breaker.drive.answers.visit_changes import VERDICT_WORDS, changes, compare, mechanism_changes
+from breaker.drive.family.network_files import shipped_networks
+from breaker.mechanism.prior import Prior
+from breaker.quantities.parameters import MOTIONS
+from breaker.reading.files.operations_table import Operation
 from breaker.shipped import DEFAULTS
-from breaker.workflow import load
 from studies.mechanisms import OPTIONS, drawn, simulated, write
 
 # By what wears: which mechanism of ``studies.mechanisms`` has it, its size and the factor, and the

@@ -17,13 +17,17 @@ import numpy as np
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
-from breaker.answers import changes, compare
-from breaker.family import network_record, shipped_networks
-from breaker.mechanism import MOTIONS, NAMES, Size
-from breaker.model import Prior, Sensor, generator
-from breaker.records import shape_of
+from breaker.common.randomness import generator
+from breaker.configuration.loading import load
+from breaker.drive.answers.visit_changes import changes, compare
+from breaker.drive.family.network_files import shipped_networks
+from breaker.drive.family.record_inputs import network_record
+from breaker.mechanism.prior import Prior
+from breaker.mechanism.sensor import Sensor
+from breaker.quantities.parameters import MOTIONS, NAMES
+from breaker.quantities.size import Size
+from breaker.reading.records.normalised_shape import shape_of
 from breaker.shipped import DEFAULTS
-from breaker.workflow import load
 from tests.raws import raw_of
 
 TIMES, LEAD = np.arange(-8.0, 58.0, 0.2), 8.0  # ms, of records that are compared

@@ -24,10 +24,12 @@ import pandas as pd
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 
-from breaker.model import Prior, generator
+from breaker.common.randomness import generator
+from breaker.configuration.loading import load
+from breaker.drive.simulation.drive_family import Family
+from breaker.drive.training.family_bank import shapes, simulate_family
+from breaker.mechanism.prior import Prior
 from breaker.shipped import DEFAULTS
-from breaker.synthetic import Family, shapes, simulate_family
-from breaker.workflow import load
 
 NOISE = 0.003  # of a sample, share of the stroke: without any, all curves agree at 10 and at 90 %
 ENDS = (0.005, 0.995)

@@ -8,13 +8,16 @@ changes from means with a fifth of that noise, of drives that wear in a few para
 
 import numpy as np
 
-from breaker.family import shipped_networks
-from breaker.mechanism import NAMES
-from breaker.model import Prior, generator
+from breaker.common.randomness import generator
+from breaker.configuration.loading import load
+from breaker.drive.family.network_files import shipped_networks
+from breaker.drive.simulation.drive_family import Family
+from breaker.drive.training.family_bank import simulate_family
+from breaker.drive.training.training_rows import rows_of, sample_rows
+from breaker.mechanism.prior import Prior
+from breaker.paper.validation.quality_tables import family_quality
+from breaker.quantities.parameters import NAMES
 from breaker.shipped import DEFAULTS
-from breaker.synthetic import Family, rows_of, sample_rows, simulate_family
-from breaker.validation import family_quality
-from breaker.workflow import load
 
 DRIVES, DRAWS = 5000, 300
 NOISE, OF_MEANS = (0.0074, 0.0075), (0.0015, 0.00151)  # share of the stroke

@@ -18,7 +18,8 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from breaker.wear import Block, Tracker
+from breaker.drive.life.path import Block
+from breaker.drive.life.tracker import Tracker
 
 MARGIN, SIZE = 5, 0.3
 SHARE, FEWEST = 10, 10  # reference: a tenth of a series, and at least so many

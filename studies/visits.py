@@ -21,15 +21,20 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from breaker.answers import VERDICT_WORDS, changes, compare, measured_changes, read_operations
-from breaker.family import shipped_networks
-from breaker.files import Operation
-from breaker.mechanism import MOTIONS, NAMES, speeds_of
-from breaker.model import Prior, Sensor, generator
-from breaker.records import write_curve
+from breaker.common.randomness import generator
+from breaker.configuration.loading import read
+from breaker.drive.answers.drive_records import read_operations
+from breaker.drive.answers.visit_changes import VERDICT_WORDS, changes, compare, measured_changes
+from breaker.drive.family.network_files import shipped_networks
+from breaker.drive.simulation.drive_family import Family
+from breaker.drive.simulation.rich_drive import Drive
+from breaker.mechanism.prior import Prior
+from breaker.mechanism.sensor import Sensor
+from breaker.quantities.parameters import MOTIONS, NAMES
+from breaker.quantities.speeds import speeds_of
+from breaker.reading.files.operations_table import Operation
+from breaker.reading.instruments.export import write_curve
 from breaker.shipped import DEFAULTS
-from breaker.synthetic import Drive, Family
-from breaker.workflow import read
 from studies.measuring import own_quantities
 from studies.sensors import Reading
 from studies.shared import append

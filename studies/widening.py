@@ -17,12 +17,16 @@ from pathlib import Path
 
 import numpy as np
 
-from breaker.answers import Given, infer_drive
-from breaker.family import EVENTS, open_network
-from breaker.mechanism import MOTIONS, NAMES, Size
-from breaker.model import Prior, generator
+from breaker.common.randomness import generator
+from breaker.configuration.loading import load
+from breaker.drive.answers.evidence import Given
+from breaker.drive.answers.inference import infer_drive
+from breaker.drive.family.level_network import EVENTS
+from breaker.drive.family.network_files import open_network
+from breaker.mechanism.prior import Prior
+from breaker.quantities.parameters import MOTIONS, NAMES
+from breaker.quantities.size import Size
 from breaker.shipped import DEFAULTS, model_file
-from breaker.workflow import load
 from studies.mechanisms import MECHANISMS, OPTIONS, drawn, records_of
 
 FAMILY = "medium_voltage"

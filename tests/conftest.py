@@ -11,13 +11,13 @@ os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 import numba
 import pytest
 
-from breaker.family.saved import open_network
-from breaker.mechanism.parameters import MOTIONS
-from breaker.model.joint import Model
-from breaker.model.prior import Prior
-from breaker.model.sensor import Sensor
+from breaker.configuration.loading import read
+from breaker.drive.family.network_files import open_network
+from breaker.mechanism.prior import Prior
+from breaker.mechanism.sensor import Sensor
+from breaker.paper.model.joint_model import Model
+from breaker.quantities.parameters import MOTIONS
 from breaker.shipped import DEFAULTS, model_file
-from breaker.workflow import read
 
 numba.set_num_threads(1)  # it has as many as there are cores for those tests that ask for more
 

@@ -4,8 +4,8 @@ import numpy as np
 from scipy.stats import chi2
 from scipy.stats import t as student
 
+from breaker.configuration.loading import read
 from breaker.shipped import DEFAULTS
-from breaker.workflow import read
 
 __all__ = ["SETTINGS", "errors_p_value", "from_prior", "means_p_value"]
 

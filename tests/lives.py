@@ -3,8 +3,8 @@
 import numpy as np
 import xarray as xr
 
-from breaker.mechanism import NAMES
-from breaker.model.randomness import generator
+from breaker.common.randomness import generator
+from breaker.quantities.parameters import NAMES
 
 _QUANTILE = [0.05, 0.5, 0.95]
 _DIMS = {

@@ -9,13 +9,13 @@ import xarray as xr
 from scipy.stats import norm
 
 from breaker import shipped
+from breaker.common.randomness import generator
+from breaker.configuration.loading import read
 from breaker.mechanism.curves import travel
-from breaker.model.bank import simulate
-from breaker.model.randomness import generator
-from breaker.posterior.batches import Rows, freeze_inputs, split, truth
-from breaker.posterior.estimator import Posterior
-from breaker.posterior.training import Checkpoint, Trainer
-from breaker.workflow import read
+from breaker.paper.model.simulation_bank import simulate
+from breaker.paper.posterior.estimator import Posterior
+from breaker.paper.posterior.training import Checkpoint, Trainer
+from breaker.paper.posterior.training_batches import Rows, freeze_inputs, split, truth
 
 DEFAULTS = read(shipped.DEFAULTS)
 PRIOR, SENSOR = DEFAULTS["prior"], DEFAULTS["sensor"] | {"samples": 31}

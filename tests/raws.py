@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from breaker.files import Operation
-from breaker.records.edges import Contact
-from breaker.records.raw import Raw
-from breaker.records.segments import Segment
+from breaker.reading.files.operations_table import Operation
+from breaker.reading.records.contact_edges import Contact
+from breaker.reading.records.motion_search import Segment
+from breaker.reading.records.raw_record import Raw
 
 
 def raw_of(way, step, moves, motion="closing"):

@@ -1,20 +1,18 @@
 """From the travel curve of a circuit breaker to the state of its drive, with its uncertainty.
 
-Rooms, each a subpackage, import only rooms of a line above their own:
+Three wings, and what joins them; docs/development.md is the map.
 
-    stores, shipped              Zarr stores; defaults and networks that ship
-    mechanism, networks          the drive; neural networks
-    files                        what instruments write
-    records                      measured records
-    model, workflow, inspection  the joint probability model; rules and scripts; unknown files
-    posterior, family            posteriors by the model; networks of a family of drives
-    validation, wear             checks on known truth; a life followed to decisions
-    answers                      what one call tells of a drive
-    fleet                        many drives side by side
-    synthetic, figures           simulated drives; data in, figures out
-    cli                          the command
+    reading    from any file of an instrument to measured quantities of a motion
+    drive      networks of families of drives, answers, lives, fleets
+    paper      the paper's workflow: posteriors of its model, judged exactly
 
-The command ``breaker`` is in ``breaker.cli``. The workflow is in ``Snakefile`` and ``workflow``.
+    common, shipped, quantities, networks    what all stand on
+    mechanism                                the model of a drive, of both upper wings
+    configuration, workflow                  settings; rules and scripts
+    figures, cli                             data in, figures out; the command ``breaker``
+
+A name is imported from the module that defines it. The workflow is in ``Snakefile`` and
+``workflow``.
 """
 
 __all__ = ["DISTRIBUTION", "__version__"]

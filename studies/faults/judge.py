@@ -26,11 +26,15 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from breaker.files import Operation
-from breaker.mechanism import MOTIONS, travel
-from breaker.model import Prior, Sensor, generator
-from breaker.records import Grid, read_curves
-from breaker.synthetic import DIALECTS
+from breaker.common.randomness import generator
+from breaker.mechanism.curves import travel
+from breaker.mechanism.prior import Prior
+from breaker.mechanism.sensor import Sensor
+from breaker.quantities.parameters import MOTIONS
+from breaker.reading.files.operations_table import Operation
+from breaker.reading.instruments.dialects import DIALECTS
+from breaker.reading.records.curve_reader import read_curves
+from breaker.reading.records.model_grid import Grid
 from studies.faults.files import TEXT
 from studies.faults.records import PHYSICAL
 

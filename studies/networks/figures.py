@@ -10,7 +10,7 @@ from matplotlib.ticker import MaxNLocator, NullFormatter, StrMethodFormatter
 
 from breaker.figures import style
 from breaker.figures.validation import draw_ranks, rank_keys
-from breaker.validation import Calibration
+from breaker.paper.validation.calibration import Calibration
 
 __all__ = ["missing", "networks"]
 

@@ -5,9 +5,10 @@ from collections.abc import Sequence
 import numpy as np
 import xarray as xr
 
-from breaker.mechanism import is_logarithmic
-from breaker.model import generator
-from breaker.posterior import Posterior, sample_records
+from breaker.common.randomness import generator
+from breaker.paper.posterior.amortised import sample_records
+from breaker.paper.posterior.estimator import Posterior
+from breaker.quantities.parameters import is_logarithmic
 
 __all__ = ["over_curves", "remove", "validate_missing", "widening"]
 
@@ -17,11 +18,11 @@ def validate_missing(posterior: Posterior, whole: xr.Dataset, share: float) -> x
 
     Args:
         posterior: The model.
-        whole: What ``posterior.validate`` returned of it.
+        whole: What ``amortised.validate`` returned of it.
         share: Share of the samples of each record that are taken away at random.
 
     Returns:
-        What ``posterior.validate`` returns; the seed of the draws is the same.
+        What ``amortised.validate`` returns; the seed of the draws is the same.
     """
     seed = int(whole.attrs["seed"])
     rng = generator(seed, "missing samples", posterior.motion)

@@ -6,8 +6,8 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from breaker.posterior import Posterior
-from breaker.validation import judge_draws
+from breaker.paper.posterior.estimator import Posterior
+from breaker.paper.validation.calibration import judge_draws
 
 __all__ = ["draws_per_second", "network_row"]
 
@@ -39,8 +39,8 @@ def network_row(
     """Sum up one trained network.
 
     Args:
-        validation: What ``predictive.validate`` returns.
-        judged: What ``posterior.summary`` returns.
+        validation: What ``amortised.validate`` returns.
+        judged: What ``posterior_tables.summary`` returns.
         history: What ``Trainer.run`` returns, with the held-out log density.
         training: Snakemake's benchmark of the training.
 

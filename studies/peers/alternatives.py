@@ -13,8 +13,8 @@ import numpy as np
 from scipy.optimize import least_squares
 from scipy.stats import multivariate_normal
 
-from breaker.model import generator
-from breaker.posterior import correct
+from breaker.common.randomness import generator
+from breaker.paper.posterior.exact_correction import correct
 from studies.peers.common import (
     CLOCKS,
     HeldOut,

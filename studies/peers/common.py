@@ -15,10 +15,12 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from breaker.mechanism import MOTIONS
-from breaker.model import Model, generator, simulate
+from breaker.common.randomness import generator
+from breaker.configuration.loading import read
+from breaker.paper.model.joint_model import Model
+from breaker.paper.model.simulation_bank import simulate
+from breaker.quantities.parameters import MOTIONS
 from breaker.shipped import DEFAULTS
-from breaker.workflow import read
 
 __all__ = [
     "CLOCKS",

@@ -13,9 +13,9 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from breaker.mechanism import MOTIONS, NAMES
-from breaker.model import generator
-from breaker.synthetic import Family
+from breaker.common.randomness import generator
+from breaker.drive.simulation.drive_family import Family
+from breaker.quantities.parameters import MOTIONS, NAMES
 from studies.family_exact import divergence
 from studies.peers.common import (
     SEED,

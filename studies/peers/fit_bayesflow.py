@@ -10,7 +10,8 @@ import keras
 import numpy as np
 import xarray as xr
 
-from breaker.model import Model, generator, seed_integer
+from breaker.common.randomness import generator, seed_integer
+from breaker.paper.model.joint_model import Model
 from studies.peers.common import truth
 
 __all__ = ["BayesFlow"]

@@ -17,7 +17,8 @@ from sbi.neural_nets.embedding_nets import CNNEmbedding
 from torch import Tensor
 from torch.distributions import MultivariateNormal
 
-from breaker.model import Model, seed_integer
+from breaker.common.randomness import seed_integer
+from breaker.paper.model.joint_model import Model
 from studies.peers.common import truth
 
 __all__ = ["Sbi"]

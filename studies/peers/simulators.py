@@ -12,8 +12,9 @@ from functools import partial
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from breaker.mechanism import NAMES, rest_position, travel
-from breaker.model import generator
+from breaker.common.randomness import generator
+from breaker.mechanism.curves import rest_position, travel
+from breaker.quantities.parameters import NAMES
 from studies.peers.common import (
     CLOCKS,
     joint_model,

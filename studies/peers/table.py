@@ -16,7 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
-from breaker.mechanism import MOTIONS
+from breaker.quantities.parameters import MOTIONS
 from studies.peers.arms import ARMS
 from studies.peers.common import RESULTS
 

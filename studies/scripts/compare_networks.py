@@ -2,9 +2,9 @@
 
 import pandas as pd
 
-from breaker.posterior import Posterior
-from breaker.stores import open_store
-from breaker.workflow import start
+from breaker.common.zarr_store import open_store
+from breaker.paper.posterior.estimator import Posterior
+from breaker.workflow.jobs import start
 from studies.networks.table import network_row
 
 log = start(snakemake)

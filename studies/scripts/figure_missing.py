@@ -1,9 +1,9 @@
 """Draw calibration and widths of posteriors from records with missing samples."""
 
+from breaker.common.zarr_store import open_store
 from breaker.figures.style import save
-from breaker.stores import open_store
-from breaker.validation import judge_draws
-from breaker.workflow import start
+from breaker.paper.validation.calibration import judge_draws
+from breaker.workflow.jobs import start
 from studies.networks.figures import missing
 from studies.networks.missing import over_curves, widening
 

@@ -3,7 +3,7 @@
 import pandas as pd
 
 from breaker.figures.style import save
-from breaker.workflow import start
+from breaker.workflow.jobs import start
 from studies.networks.figures import networks
 
 start(snakemake)

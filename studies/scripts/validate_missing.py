@@ -1,8 +1,8 @@
 """Infer the records of a validation again, with samples missing at random."""
 
-from breaker.posterior import Posterior
-from breaker.stores import describe, open_store, save
-from breaker.workflow import start
+from breaker.common.zarr_store import describe, open_store, save
+from breaker.paper.posterior.estimator import Posterior
+from breaker.workflow.jobs import start
 from studies.networks.missing import validate_missing
 
 log = start(snakemake)

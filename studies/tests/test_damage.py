@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from breaker.model.randomness import generator
-from breaker.records.export import write_curve
+from breaker.common.randomness import generator
+from breaker.reading.instruments.export import write_curve
 from studies.faults.files import TEXT
 from studies.faults.records import PHYSICAL
 

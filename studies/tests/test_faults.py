@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from breaker.records import raw, reader
+from breaker.reading.records import curve_reader as reader
+from breaker.reading.records import raw_record as raw
 from studies.faults import judge as judging
 from studies.faults.__main__ import defects, run, tabulate
 from studies.faults.judge import KINDS, good_file, is_right, judge, try_kind

@@ -6,17 +6,17 @@ import numpy as np
 import pytest
 import yaml
 
-from breaker.files.manifest import Operation
-from breaker.inspection.proposals import inspect_file
-from breaker.inspection.wording import overlay_of
-from breaker.mechanism.size import Size
-from breaker.model.randomness import generator
-from breaker.records.grid import Grid
-from breaker.records.reader import read_curves
+from breaker.common.randomness import generator
+from breaker.configuration.loading import load
+from breaker.drive.simulation.drive_family import Family
+from breaker.drive.simulation.endurance_rig import Rig
+from breaker.quantities.size import Size
+from breaker.reading.files.operations_table import Operation
+from breaker.reading.inspection.proposal_words import overlay_of
+from breaker.reading.inspection.setting_proposal import inspect_file
+from breaker.reading.records.curve_reader import read_curves
+from breaker.reading.records.model_grid import Grid
 from breaker.shipped import DEFAULTS
-from breaker.synthetic.family import Family
-from breaker.synthetic.rigs import Rig
-from breaker.workflow.configuration import load
 from studies.high_voltage import CHANNELS, HIGH_VOLTAGE, write_exports
 from studies.high_voltage import main as example
 

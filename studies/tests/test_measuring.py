@@ -4,12 +4,13 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
-from breaker.mechanism.parameters import MOTIONS
-from breaker.mechanism.quantities import evaluate, quantities_of
-from breaker.mechanism.size import Size
-from breaker.mechanism.speeds import speeds_of
-from breaker.model.randomness import generator
-from breaker.synthetic.family import Family
+from breaker.common.randomness import generator
+from breaker.drive.simulation.drive_family import Family
+from breaker.mechanism.evaluation import evaluate
+from breaker.quantities.catalogue import quantities_of
+from breaker.quantities.parameters import MOTIONS
+from breaker.quantities.size import Size
+from breaker.quantities.speeds import speeds_of
 from studies.measuring import measure_drives, own_quantities
 
 SPEEDS = speeds_of(

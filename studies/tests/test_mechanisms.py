@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from breaker.mechanism import MOTIONS, NAMES, travel
-from breaker.model import generator
+from breaker.common.randomness import generator
+from breaker.mechanism.curves import travel
+from breaker.quantities.parameters import MOTIONS, NAMES
 from studies.mechanisms import MECHANISMS, STEP, STOPS, drawn, drive_of, simulated
 
 UNTIL = 200.0  # the model itself may swing for long

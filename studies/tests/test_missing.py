@@ -5,8 +5,8 @@ import pytest
 import xarray as xr
 from scipy.stats import chi2, norm
 
-from breaker.model import generator
-from breaker.posterior import validate
+from breaker.common.randomness import generator
+from breaker.paper.posterior.amortised import validate
 from studies.networks.missing import over_curves, remove, validate_missing, widening
 from tests.networks_fixtures import DEEP_SET, NETWORK, frozen, pin
 

@@ -5,9 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from breaker.mechanism import MOTIONS, NAMES, Size
-from breaker.model import generator
-from breaker.posterior.corrections import correct
+from breaker.common.randomness import generator
+from breaker.paper.posterior.exact_correction import correct
+from breaker.quantities.parameters import MOTIONS, NAMES
+from breaker.quantities.size import Size
 from studies.peers.mode import approximate, mode
 from tests.corrections import SETTINGS, from_prior
 

@@ -5,10 +5,10 @@ import pandas as pd
 from matplotlib.collections import PathCollection
 from matplotlib.colors import to_hex
 
+from breaker.common.randomness import generator
 from breaker.figures import style
-from breaker.mechanism.parameters import outputs
-from breaker.model.randomness import generator
-from breaker.validation import judge_ranks
+from breaker.paper.validation.calibration import judge_ranks
+from breaker.quantities.parameters import outputs
 from studies.networks.figures import missing, networks
 from studies.networks.missing import over_curves
 from tests.figures.drawn import assert_nothing_overlaps, bands, line_of, segments, words, written

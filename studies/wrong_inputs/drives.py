@@ -5,9 +5,9 @@ from functools import cache
 
 import numpy as np
 
-from breaker.model import Prior
+from breaker.configuration.loading import load
+from breaker.mechanism.prior import Prior
 from breaker.shipped import DEFAULTS
-from breaker.workflow import load
 from studies.mechanisms import drawn, simulated
 
 UNTIL = 140.0  # ms of the reference drive that are simulated; all of them rest by then

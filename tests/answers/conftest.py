@@ -5,12 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from breaker.answers import spread as spread_of_types
-from breaker.answers.answer import Given
-from breaker.answers.inferred import infer_drive
-from breaker.answers.operations import read_operations
-from breaker.files.manifest import Operation
-from breaker.records import Contact
+from breaker.drive.answers import type_spread as spread_of_types
+from breaker.drive.answers.drive_records import read_operations
+from breaker.drive.answers.evidence import Given
+from breaker.drive.answers.inference import infer_drive
+from breaker.reading.files.operations_table import Operation
+from breaker.reading.records.contact_edges import Contact
 from tests.cli.conftest import written
 
 SETTINGS = {"draws": 400, "misfit_p_value": 1e-3, "seed": 1}

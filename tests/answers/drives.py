@@ -2,11 +2,11 @@
 
 import numpy as np
 
-from breaker.mechanism.parameters import MOTIONS
-from breaker.mechanism.size import Size
-from breaker.model.prior import Prior
-from breaker.records.export import write_curve
-from breaker.synthetic.family import Family
+from breaker.drive.simulation.drive_family import Family
+from breaker.mechanism.prior import Prior
+from breaker.quantities.parameters import MOTIONS
+from breaker.quantities.size import Size
+from breaker.reading.instruments.export import write_curve
 
 SHARE = 0.5  # spread between breakers, in log-sds of the default prior
 NAMELESS = "file,motion,operation\n"

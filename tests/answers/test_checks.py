@@ -6,13 +6,13 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from breaker.answers.checks import _far_limits, check_fitted
-from breaker.answers.fitted import FittedPrior, precision_of
-from breaker.answers.spread import Fit, find_spread
+from breaker.common.randomness import generator
+from breaker.drive.answers.prior_checks import _far_limits, check_fitted
+from breaker.drive.answers.type_prior import FittedPrior, precision_of
+from breaker.drive.answers.type_spread import TypeFit, find_spread
 from breaker.mechanism.limits import Limit
-from breaker.mechanism.size import Size
-from breaker.model.prior import Prior
-from breaker.model.randomness import generator
+from breaker.mechanism.prior import Prior
+from breaker.quantities.size import Size
 
 P = 7
 KNOWN = 100.0 * np.eye(P)
@@ -20,7 +20,7 @@ KNOWN = 100.0 * np.eye(P)
 
 def fitted_of(prior, places):
     """A prior from breakers that are known well at standardised places."""
-    fits = {f"Q{i}": Fit(KNOWN, KNOWN @ z) for i, z in enumerate(places)}
+    fits = {f"Q{i}": TypeFit(KNOWN, KNOWN @ z) for i, z in enumerate(places)}
     spread = find_spread([*fits.values()], precision_of(prior), generator(1, "test"))
     return FittedPrior(prior, fits, spread, np.zeros(P))
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from breaker.answers.cursors import explained, place_lines
-from breaker.answers.documents import document
+from breaker.drive.answers.answer_document import document
+from breaker.drive.answers.number_sources import explained, place_lines
 
 
 @pytest.fixture(scope="module")

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from breaker.answers.spread import fit_breaker
-from breaker.mechanism.size import powers
-from breaker.model.randomness import generator
+from breaker.common.randomness import generator
+from breaker.drive.answers.type_spread import fit_breaker
+from breaker.quantities.size import powers
 
 P = 7
 

@@ -6,12 +6,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from breaker.answers.fitted import fit_type, precision_of, wear_allowance
-from breaker.answers.recorded import Recorded, list_breakers, read_breakers
-from breaker.answers.spread import Spread, fit_breaker
-from breaker.family.membership import Match
-from breaker.model.randomness import generator
-from breaker.workflow.magnitudes import UNLIKE
+from breaker.common.randomness import generator
+from breaker.configuration.magnitudes import UNLIKE
+from breaker.drive.answers.type_prior import fit_type, precision_of, wear_allowance
+from breaker.drive.answers.type_records import Recorded, list_breakers, read_breakers
+from breaker.drive.answers.type_spread import Spread, fit_breaker
+from breaker.drive.family.membership import Match
 from tests.answers.drives import breakers_of, type_of, write_breakers
 
 MOTIONS = ("closing", "opening")
@@ -96,7 +96,7 @@ def test_an_operation_of_which_a_motion_is_out_of_the_family_is_left_out(levels,
 
 def test_a_median_that_would_be_refused_is_bounded(levels, records, prior, monkeypatch):
     far = Spread(np.array([0.0, 0.0, 0.0, -40.0, 0.0, 0.0, 0.0]), np.ones(7), np.ones(7))
-    monkeypatch.setattr("breaker.answers.fitted.find_spread", lambda *_: far)
+    monkeypatch.setattr("breaker.drive.answers.type_prior.find_spread", lambda *_: far)
     operations = {"Q0": [{"closing": records[0].seen}]}
     recorded = Recorded(levels, {"this": []}, operations, (), 0, {})
     fitted = fit_type(recorded, np.zeros(7), 1, LEAST)

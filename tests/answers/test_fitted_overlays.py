@@ -8,11 +8,11 @@ import pytest
 import yaml
 
 from breaker.cli import main
-from breaker.files.listing import list_operations
-from breaker.mechanism.parameters import NAMES
-from breaker.records.grid import Grid
-from breaker.records.reader import read_curves
-from breaker.workflow.configuration import load
+from breaker.configuration.loading import load
+from breaker.quantities.parameters import NAMES
+from breaker.reading.files.folder_listing import list_operations
+from breaker.reading.records.curve_reader import read_curves
+from breaker.reading.records.model_grid import Grid
 from tests.conftest import DEFAULTS
 from tests.exports import way
 

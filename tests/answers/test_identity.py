@@ -5,10 +5,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from breaker.answers.identity import doubts_about, mixed, swapped, visits_in_order, without_copies
-from breaker.answers.record import Record
-from breaker.family import normalise_record
-from breaker.files import Operation, Preamble
+from breaker.drive.answers.identity import (
+    doubts_about,
+    mixed,
+    swapped,
+    visits_in_order,
+    without_copies,
+)
+from breaker.drive.answers.record_facts import DriveRecord
+from breaker.drive.family.record_inputs import normalise_record
+from breaker.reading.files.operations_table import Operation
+from breaker.reading.files.preamble import Preamble
 from tests.raws import raw_of
 
 STEP = 0.05
@@ -28,7 +35,9 @@ def of(raw, number=1, phase="", date="", serial="", bay=""):
     operation = Operation(number, f"{number}{phase}.csv", phase=phase, date=date)
     shape, seen = normalise_record(raw)
     stated = Preamble(serial=serial, bay=bay)
-    return Record(operation, "closing", stated, "", replace(raw, operation=operation), shape, seen)
+    return DriveRecord(
+        operation, "closing", stated, "", replace(raw, operation=operation), shape, seen
+    )
 
 
 def exported(one, change):

@@ -6,21 +6,21 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from breaker.answers import inferred
-from breaker.answers.answer import Answer, Given
-from breaker.answers.operations import _Reader, read_operations
-from breaker.answers.weights import contradicted, possible, weights_of
-from breaker.family.levels import LevelDraws
-from breaker.family.membership import Match
-from breaker.files.manifest import Operation
-from breaker.files.opened import Files
-from breaker.files.preamble import Preamble
+from breaker.common.randomness import generator
+from breaker.drive.answers import inference as inferred
+from breaker.drive.answers.draw_weights import contradicted, possible, weights_of
+from breaker.drive.answers.drive_records import _Reader, read_operations
+from breaker.drive.answers.evidence import Answer, Given
+from breaker.drive.family.level_network import LevelDraws
+from breaker.drive.family.membership import Match
 from breaker.mechanism.curves import travel
-from breaker.mechanism.parameters import NAMES
-from breaker.mechanism.size import Size, powers
-from breaker.model.prior import Prior
-from breaker.model.randomness import generator
-from breaker.records.export import write_curve
+from breaker.mechanism.prior import Prior
+from breaker.quantities.parameters import NAMES
+from breaker.quantities.size import Size, powers
+from breaker.reading.files.opened_file import Files
+from breaker.reading.files.operations_table import Operation
+from breaker.reading.files.preamble import Preamble
+from breaker.reading.instruments.export import write_curve
 from tests.answers.conftest import SETTINGS, TOUCH, spread
 from tests.cli.conftest import written
 from tests.raws import smooth

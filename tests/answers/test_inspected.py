@@ -5,11 +5,11 @@ from itertools import cycle, product
 import pytest
 import yaml
 
-from breaker.answers.operations import read_operations
-from breaker.files.manifest import Operation
-from breaker.inspection.proposals import inspect_file
-from breaker.inspection.wording import overlay_of
-from breaker.workflow.configuration import merge
+from breaker.configuration.loading import merge
+from breaker.drive.answers.drive_records import read_operations
+from breaker.reading.files.operations_table import Operation
+from breaker.reading.inspection.proposal_words import overlay_of
+from breaker.reading.inspection.setting_proposal import inspect_file
 from tests.exports import write
 
 MADE = [*product(["C", "O", "CO", "OCO", "COCO"], [5.0, 20.0])]

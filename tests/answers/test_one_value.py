@@ -9,11 +9,19 @@ import numpy as np
 import pytest
 import yaml
 
-from breaker.answers import Given, document, infer_drive, judged, read_operations, report_of
-from breaker.answers.tables import FROM_TENTH, starred
 from breaker.cli import main
-from breaker.files import Operation
-from breaker.mechanism import EVENTS, MOTIONS, from_list, in_digits
+from breaker.common.numerals import in_digits
+from breaker.drive.answers.answer_document import document
+from breaker.drive.answers.drive_records import read_operations
+from breaker.drive.answers.evidence import Given
+from breaker.drive.answers.inference import infer_drive
+from breaker.drive.answers.limit_verdicts import judged
+from breaker.drive.answers.report_tables import FROM_TENTH, starred
+from breaker.drive.answers.test_report import report_of
+from breaker.mechanism.limits import from_list
+from breaker.quantities.parameters import MOTIONS
+from breaker.quantities.speeds import EVENTS
+from breaker.reading.files.operations_table import Operation
 from tests.exports import write
 
 LIMITS = [{"quantity": "stroke", "reference": 178, "tolerance": 5}]

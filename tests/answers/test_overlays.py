@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
-from breaker.answers import overlaid, read_operations
-from breaker.files import Operation
-from breaker.records.export import write_curve
+from breaker.drive.answers.drive_records import read_operations
+from breaker.drive.answers.reference_curve import overlaid
+from breaker.reading.files.operations_table import Operation
+from breaker.reading.instruments.export import write_curve
 
 DURATION = 20.0  # ms, of a good motion
 

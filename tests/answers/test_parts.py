@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from breaker.answers import read_operations
-from breaker.files import Operation
-from breaker.mechanism import MOTIONS
-from breaker.records.export import write_curve
+from breaker.drive.answers.drive_records import read_operations
+from breaker.quantities.parameters import MOTIONS
+from breaker.reading.files.operations_table import Operation
+from breaker.reading.instruments.export import write_curve
 
 TIME = 0.1 * np.arange(6000)  # ms
 BEGINS = {"opening": (50.0, 400.0), "closing": (200.0,)}

@@ -2,9 +2,9 @@
 
 import pytest
 
-from breaker.answers import recorded
-from breaker.answers.recorded import list_breakers, read_breakers
-from breaker.model.randomness import generator
+from breaker.common.randomness import generator
+from breaker.drive.answers import type_records as recorded
+from breaker.drive.answers.type_records import list_breakers, read_breakers
 from tests.answers.drives import breakers_of, type_of, write_breakers
 
 MOTIONS = ("closing", "opening")

@@ -5,11 +5,14 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from breaker.answers import compared, read_operations, visits_in_words
-from breaker.answers.remounted import slack_between
-from breaker.files import Operation
-from breaker.mechanism import MOTIONS, travel
-from breaker.records import write_curve
+from breaker.drive.answers.drive_records import read_operations
+from breaker.drive.answers.remounting import slack_between
+from breaker.drive.answers.visit_comparison import compared
+from breaker.drive.answers.visit_document import visits_in_words
+from breaker.mechanism.curves import travel
+from breaker.quantities.parameters import MOTIONS
+from breaker.reading.files.operations_table import Operation
+from breaker.reading.instruments.export import write_curve
 
 TIME = 0.1 * np.arange(760)  # ms
 

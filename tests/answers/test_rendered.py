@@ -8,19 +8,20 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from breaker.answers.answer import Given
-from breaker.answers.documents import document, table_of
-from breaker.answers.drawn import shown
-from breaker.answers.judgement import VERDICTS, judged
-from breaker.answers.trees import tree
-from breaker.answers.words import in_words
-from breaker.family import PARTS
-from breaker.family.levels import LevelDraws
-from breaker.files import SWITCHING
+from breaker.drive.answers.answer_document import document, table_of
+from breaker.drive.answers.answer_words import in_words
+from breaker.drive.answers.arviz_tree import tree
+from breaker.drive.answers.evidence import Given
+from breaker.drive.answers.limit_verdicts import VERDICTS, judged
+from breaker.drive.answers.picture_data import shown
+from breaker.drive.family.level_network import LevelDraws
+from breaker.drive.family.membership import PARTS
 from breaker.mechanism.limits import Limit, from_list
-from breaker.mechanism.parameters import MOTIONS, NAMES
-from breaker.mechanism.quantities import QUANTITIES
-from breaker.records import SHAPE_TIMES, Measured
+from breaker.quantities.catalogue import QUANTITIES
+from breaker.quantities.parameters import MOTIONS, NAMES
+from breaker.reading.files.operations_table import SWITCHING
+from breaker.reading.records.measurements import Measured
+from breaker.reading.records.normalised_shape import SHAPE_TIMES
 
 
 def limit(name, value, of="model", *more):

@@ -5,11 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from breaker.answers.answer import MAY_SLIDE, Given
-from breaker.answers.documents import document
-from breaker.answers.drawn import shown
-from breaker.answers.judgement import judged
-from breaker.mechanism import NAMES, Limit
+from breaker.drive.answers.answer_document import document
+from breaker.drive.answers.evidence import MAY_SLIDE, Given
+from breaker.drive.answers.limit_verdicts import judged
+from breaker.drive.answers.picture_data import shown
+from breaker.mechanism.limits import Limit
+from breaker.quantities.parameters import NAMES
 
 
 def long(answer, **more):

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from breaker.answers import spread
-from breaker.answers.spread import Fit
-from breaker.model.randomness import generator
+from breaker.common.randomness import generator
+from breaker.drive.answers import type_spread as spread
+from breaker.drive.answers.type_spread import TypeFit
 
 TYPES, BREAKERS, P = 40, 4, 7
 NORMAL_90 = 1.645
@@ -22,7 +22,7 @@ def families(tau):
             root = rng.standard_normal((P, P)) + 1.5 * np.eye(P)
             matrix = root @ root.T
             seen = z + np.linalg.solve(root.T, rng.standard_normal(P))
-            fits.append(Fit(matrix, matrix @ seen))
+            fits.append(TypeFit(matrix, matrix @ seen))
         yield centre, fits, breakers[-1]
 
 
@@ -64,6 +64,6 @@ def test_much_spread_is_found():
 
 
 def test_one_breaker_says_nothing_of_the_spread():
-    fit = Fit(400.0 * np.eye(P), np.zeros(P))
+    fit = TypeFit(400.0 * np.eye(P), np.zeros(P))
     alone = spread.find_spread([fit], np.eye(P), generator(1, "test"))
     assert np.all(np.abs(alone.between - 0.97) < 0.25)  # 90 % of its prior on the grid

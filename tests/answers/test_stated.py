@@ -4,9 +4,9 @@ from types import SimpleNamespace
 
 import pytest
 
-from breaker.answers.stated import date_in, dates_in_words
-from breaker.files.manifest import Operation
-from breaker.files.preamble import Preamble
+from breaker.drive.answers.file_statements import date_in, dates_in_words
+from breaker.reading.files.operations_table import Operation
+from breaker.reading.files.preamble import Preamble
 
 MARCH, APRIL, LATER = "2021-03-04", "2021-04-03", "2021-04-14"
 

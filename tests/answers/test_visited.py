@@ -6,18 +6,24 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from breaker.answers.alike import judged_today, unlike
-from breaker.answers.changed import changes, compare, measured_changes, mechanism_changes
-from breaker.answers.scatter import visit_error
-from breaker.answers.visited import visits_document, visits_in_words
-from breaker.family.changes import ChangeDraws
-from breaker.family.inputs import Basis
-from breaker.family.levels import LevelDraws
-from breaker.family.membership import PARTS, Match
+from breaker.drive.answers.comparability import judged_today, unlike
+from breaker.drive.answers.operation_scatter import visit_error
+from breaker.drive.answers.visit_changes import (
+    changes,
+    compare,
+    measured_changes,
+    mechanism_changes,
+)
+from breaker.drive.answers.visit_document import visits_document, visits_in_words
+from breaker.drive.family.change_network import ChangeDraws
+from breaker.drive.family.level_network import LevelDraws
+from breaker.drive.family.membership import PARTS, Match
+from breaker.drive.family.network_inputs import Basis
 from breaker.mechanism.limits import from_list
-from breaker.mechanism.parameters import MOTIONS, NAMES
-from breaker.mechanism.speeds import speeds_of
-from breaker.records import SHAPE_TIMES, Contact
+from breaker.quantities.parameters import MOTIONS, NAMES
+from breaker.quantities.speeds import speeds_of
+from breaker.reading.records.contact_edges import Contact
+from breaker.reading.records.normalised_shape import SHAPE_TIMES
 from tests.raws import raw_of, smooth
 
 SPEEDS = speeds_of({"closing_speed_mean": ["10 % of stroke", "90 % of stroke"]})

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 import yaml
 
-from breaker.answers.recorded import Span
-from breaker.answers.writing import _table, overlay_of
 from breaker.cli import main
-from breaker.mechanism.parameters import NAMES
-from breaker.mechanism.size import Size
-from breaker.model.randomness import generator
-from breaker.workflow.configuration import load
+from breaker.common.randomness import generator
+from breaker.configuration.loading import load
+from breaker.drive.answers.prior_report import _table, overlay_of
+from breaker.drive.answers.type_records import Span
+from breaker.quantities.parameters import NAMES
+from breaker.quantities.size import Size
 from tests.answers.drives import breakers_of, type_of, write_breakers
 from tests.conftest import DEFAULTS
 

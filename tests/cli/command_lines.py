@@ -22,9 +22,10 @@ import pandas as pd
 from tqdm import tqdm
 
 from breaker.cli import main
-from breaker.model import Prior, generator
+from breaker.common.randomness import generator
+from breaker.configuration.loading import read
+from breaker.mechanism.prior import Prior
 from breaker.shipped import DEFAULTS, model_file
-from breaker.workflow import read
 from tests.cli.conftest import written
 
 BATCH = 25  # lines in one folder

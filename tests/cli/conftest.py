@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from breaker.common.randomness import generator
 from breaker.mechanism.curves import travel
-from breaker.model.randomness import generator
-from breaker.records.export import write_curve
+from breaker.reading.instruments.export import write_curve
 
 TIME = 0.1 * np.arange(760)  # ms
 FEW = "endurance: {draws: 100}\n"

@@ -13,7 +13,7 @@ import pytest
 import yaml
 
 from breaker.cli import main
-from breaker.model.randomness import generator
+from breaker.common.randomness import generator
 from breaker.shipped import DEFAULTS, model_file
 from tests.cli.conftest import FEW, written
 

@@ -5,10 +5,13 @@ from collections import Counter
 
 import pytest
 
-from breaker.answers import read_operations
 from breaker.cli.visit import read_visit
-from breaker.files import Operation, complete, guards, text
-from breaker.mechanism import MOTIONS
+from breaker.drive.answers.drive_records import read_operations
+from breaker.quantities.parameters import MOTIONS
+from breaker.reading.files import delimited_text as text
+from breaker.reading.files import guards
+from breaker.reading.files.format_settings import complete
+from breaker.reading.files.operations_table import Operation
 from tests.answers.test_parts import written
 from tests.exports import write
 
@@ -27,7 +30,7 @@ def counted(monkeypatch):
         found["split"] += 1
         return split(*form)
 
-    monkeypatch.setattr("breaker.files.opened.read_bytes", opened)
+    monkeypatch.setattr("breaker.reading.files.opened_file.read_bytes", opened)
     monkeypatch.setattr(text, "_blocks", blocks)
     return found
 

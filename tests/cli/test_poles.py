@@ -6,9 +6,9 @@ from pathlib import Path
 import pytest
 import yaml
 
-from breaker.answers import PoleFile, operations_of_poles
-from breaker.answers.simultaneous import simultaneity_of
 from breaker.cli import main
+from breaker.drive.answers.pole_files import PoleFile, operations_of_poles
+from breaker.drive.answers.simultaneity import simultaneity_of
 from tests.exports import write
 
 FORM = {"time_column": None, "rate": 5.0, "travel_column": "Travel 1"}

@@ -8,9 +8,9 @@ import yaml
 from matplotlib.image import imread
 
 from breaker.cli import main
-from breaker.inspection import inspect_file
+from breaker.configuration.loading import read
+from breaker.reading.inspection.setting_proposal import inspect_file
 from breaker.shipped import DEFAULTS
-from breaker.workflow import read
 from tests.exports import write
 
 EXPORT = {"endurance": {"draws": 50, "format": {"time_column": None, "rate": 5.0}}}

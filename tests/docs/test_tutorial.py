@@ -9,10 +9,10 @@ import pytest
 import yaml
 from PIL import Image
 
-from breaker.mechanism.parameters import MOTIONS, NAMES
+from breaker.configuration.loading import load
+from breaker.drive.simulation.endurance_rig import Rig
+from breaker.quantities.parameters import MOTIONS, NAMES
 from breaker.shipped import DEFAULTS
-from breaker.synthetic.rigs import Rig
-from breaker.workflow.configuration import load
 from studies.high_voltage import HIGH_VOLTAGE
 
 FOLDER = Path(__file__).parents[2] / "docs" / "tutorial"

@@ -5,8 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from breaker.family import EVENTS, MECHANISMS, Levels, NormalisedRecords, mechanism_outputs
-from breaker.mechanism import MOTIONS, NAMES, UNIT, Size
+from breaker.drive.family.level_network import EVENTS, Levels
+from breaker.drive.family.mechanisms import MECHANISMS, mechanism_outputs
+from breaker.drive.family.network_inputs import NormalisedRecords
+from breaker.quantities.parameters import MOTIONS, NAMES
+from breaker.quantities.size import UNIT, Size
 
 
 def record(levels: Levels, motion: str, size: Size = UNIT) -> NormalisedRecords:

@@ -3,14 +3,14 @@
 import numpy as np
 import pytest
 
-from breaker.family.inputs import Basis, without_onset
-from breaker.family.means import mean_and_change, mean_record
-from breaker.mechanism.parameters import MOTIONS
-from breaker.records import SHAPE_TIMES, Shape
-from breaker.synthetic import family_records
-from breaker.synthetic.change_rows import ChangeRows, _Pairs
-from breaker.synthetic.family import Family
-from breaker.synthetic.family_bank import simulate_family
+from breaker.drive.family.network_inputs import Basis, without_onset
+from breaker.drive.family.record_means import mean_and_change, mean_record
+from breaker.drive.simulation.drive_family import Family
+from breaker.drive.training import family_records
+from breaker.drive.training.change_rows import ChangeRows, _Pairs
+from breaker.drive.training.family_bank import simulate_family
+from breaker.quantities.parameters import MOTIONS
+from breaker.reading.records.normalised_shape import SHAPE_TIMES, Shape
 from tests.raws import raw_of, smooth
 
 DRIVES = 12

@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from breaker.family import infer_operations, shipped_networks
-from breaker.mechanism import MOTIONS, NAMES
+from breaker.drive.family.network_files import shipped_networks
+from breaker.drive.family.operation_inference import infer_operations
 from breaker.mechanism.curves import travel
-from breaker.posterior import intervals, table
+from breaker.paper.posterior.posterior_tables import intervals, table
+from breaker.quantities.parameters import MOTIONS, NAMES
 
 TIMES, NOISE, COUNT = np.arange(-10.0, 70.0, 0.25), 0.05, 6
 SETTINGS = {"draws": 200, "seed": 1, "misfit_p_value": 1e-3}
@@ -20,7 +21,7 @@ def families():
 
 
 def curves_of(prior, motion):
-    """Operations of drives of the model, as ``records.read_curves`` returns them."""
+    """Operations of drives of the model, as ``curve_reader.read_curves`` returns them."""
     rng = np.random.default_rng(5)
     theta = prior.sample(COUNT, rng)
     record = travel(theta, TIMES, motion).travel + NOISE * rng.standard_normal((COUNT, TIMES.size))

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from breaker.answers.drawn import Curve, Shown
+from breaker.drive.answers.picture_data import PictureCurve, Shown
 from breaker.figures.answer import answer
 from tests.figures.drawn import assert_drawn
 
@@ -14,7 +14,7 @@ def data(motions=("closing",), *, good=True, inferred=True, file="{}$.csv"):
     rng = np.random.default_rng(1)
     time, none = np.linspace(-2.0, 58.0, 31), np.empty(0)
     curves = {
-        motion: Curve(
+        motion: PictureCurve(
             *(file.format(motion), "words of a fit", good),
             *(time, rng.normal(size=31), time, rng.normal(size=31)),
             *(rng.normal(size=31), np.ones(31)),

@@ -5,7 +5,7 @@ import pytest
 import xarray as xr
 
 from breaker.figures.fitted_prior import fitted_prior
-from breaker.mechanism.parameters import NAMES
+from breaker.quantities.parameters import NAMES
 from tests.figures.drawn import assert_drawn
 
 MEDIANS = np.array([2.0, 0.045, 0.040, 0.30, 0.12, 0.75, 10.0])

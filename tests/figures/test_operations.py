@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from breaker.common.randomness import generator
 from breaker.figures.changepoint import changepoint
 from breaker.figures.changes import changes
 from breaker.figures.evolution import evolution
 from breaker.figures.health import health
 from breaker.figures.remaining_life import remaining_life
-from breaker.mechanism.parameters import NAMES
-from breaker.model.randomness import generator
-from breaker.validation.evolution import blocks_of
+from breaker.paper.validation.operation_blocks import blocks_of
+from breaker.quantities.parameters import NAMES
 from tests.figures.drawn import assert_drawn, words, written
 from tests.lives import LIMITS, life_data, standing_data
 

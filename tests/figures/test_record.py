@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
+from breaker.drive.simulation.endurance_rig import Rig
 from breaker.figures import style
 from breaker.figures.record import record
-from breaker.inspection.proposals import inspect_file
-from breaker.records.export import write_curve
-from breaker.synthetic.rigs import Rig
+from breaker.reading.inspection.setting_proposal import inspect_file
+from breaker.reading.instruments.export import write_curve
 from tests.figures.drawn import assert_nothing_overlaps, line_of, words
 
 SENSOR = {"start": -2.0, "stop": 58.0, "samples": 151, "noise_sd": 0.1}

@@ -3,7 +3,10 @@
 import numpy as np
 import pytest
 
-from breaker.answers import Cell, Marked, Overlay, Panel, Report, Table
+from breaker.drive.answers.picture_data import Marked, Panel
+from breaker.drive.answers.reference_curve import Overlay
+from breaker.drive.answers.report_tables import Cell, Table
+from breaker.drive.answers.test_report import Report
 from breaker.figures.overlay import overlay
 from breaker.figures.report import pages
 from tests.figures.drawn import assert_nothing_overlaps

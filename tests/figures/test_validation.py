@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from breaker.common.randomness import generator
 from breaker.figures import pairs, validation
-from breaker.mechanism.parameters import outputs
-from breaker.model.randomness import generator
-from breaker.validation import correlation, judge_draws, recovery, scores
+from breaker.paper.validation.calibration import judge_draws
+from breaker.paper.validation.diagnostics import correlation, recovery, scores
+from breaker.quantities.parameters import outputs
 from tests.figures.drawn import assert_drawn
 from tests.validation.made import exact_posteriors
 

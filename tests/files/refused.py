@@ -2,7 +2,7 @@
 
 import pytest
 
-from breaker.files.guards import RejectedCurveError
+from breaker.reading.files.guards import RejectedCurveError
 
 
 def told(file, read):

@@ -4,8 +4,8 @@ from datetime import datetime
 
 import pytest
 
-from breaker.files.cells import iso_date
-from breaker.files.naming import moments
+from breaker.reading.files.file_names import moments
+from breaker.reading.files.table_cells import iso_date
 
 WHEN = datetime(2024, 11, 20, 15, 13, 7)
 

@@ -1,4 +1,4 @@
-"""What every format of curve files fulfils: see ``breaker.files.formats``."""
+"""What every format of curve files fulfils: see ``breaker.reading.files.formats``."""
 
 import shutil
 from collections.abc import Callable, Mapping
@@ -9,15 +9,15 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from breaker.files import guards
-from breaker.files.formats import ENDINGS, FORMATS, format_of, read_columns
-from breaker.files.guards import RejectedCurveError
-from breaker.files.names import split_unit
-from breaker.files.opened import Files, Opened
-from breaker.files.settings import TO_MS, complete
-from breaker.files.shown import Labelled, Tables
-from breaker.inspection.contents import look_into
-from breaker.synthetic.dialects import DIALECTS
+from breaker.reading.files import guards
+from breaker.reading.files.column_names import split_unit
+from breaker.reading.files.file_look import Labelled, Tables
+from breaker.reading.files.format_settings import TO_MS, complete
+from breaker.reading.files.formats import ENDINGS, FORMATS, format_of, read_columns
+from breaker.reading.files.guards import RejectedCurveError
+from breaker.reading.files.opened_file import Files, Opened
+from breaker.reading.inspection.file_contents import look_into
+from breaker.reading.instruments.dialects import DIALECTS
 from tests.files.refused import told
 
 TIME = np.round(0.1 * np.arange(60), 1)
@@ -43,10 +43,10 @@ def of_dialect(name):
 
 # By the module of a format: each has one.
 EXAMPLES = {
-    "text": of_dialect("tab"),
-    "workbooks": of_dialect("excel"),
-    "recorders": of_dialect("comtrade"),
-    "grids": of_dialect("netcdf"),
+    "delimited_text": of_dialect("tab"),
+    "excel": of_dialect("excel"),
+    "comtrade": of_dialect("comtrade"),
+    "netcdf": of_dialect("netcdf"),
 }
 
 
@@ -124,7 +124,9 @@ def test_what_is_not_there_is_refused(file, settings):
 def test_it_is_opened_once(file, settings, monkeypatch):
     """However often it is read; each part of it that is a file of its own, too."""
     read, real = [], guards.read_bytes
-    monkeypatch.setattr("breaker.files.opened.read_bytes", lambda f: read.append(f) or real(f))
+    monkeypatch.setattr(
+        "breaker.reading.files.opened_file.read_bytes", lambda f: read.append(f) or real(f)
+    )
     opened = Opened(file)
     for _ in range(2):
         read_columns(opened, settings)
@@ -155,7 +157,7 @@ def test_a_refusal_is_found_once(tmp_path):
 
 
 def test_of_very_many_files_the_last_are_kept(tmp_path, monkeypatch):
-    monkeypatch.setattr("breaker.files.opened._KEPT", 25)
+    monkeypatch.setattr("breaker.reading.files.opened_file._KEPT", 25)
     files, names = Files(), [tmp_path / f"{k}.csv" for k in range(5)]
     for name in names:
         name.write_bytes(b"ten signs.")

@@ -10,7 +10,8 @@ import pandas as pd
 import pytest
 import xarray as xr
 
-from breaker.files.guards import (
+from breaker.common.zarr_store import open_store, save
+from breaker.reading.files.guards import (
     LARGEST,
     RejectedCurveError,
     no_file,
@@ -18,11 +19,10 @@ from breaker.files.guards import (
     read_bytes,
     require_folder,
 )
-from breaker.files.manifest import Operation
-from breaker.records.export import write_curve
-from breaker.records.grid import Grid
-from breaker.records.reader import read_curves
-from breaker.stores import open_store, save
+from breaker.reading.files.operations_table import Operation
+from breaker.reading.instruments.export import write_curve
+from breaker.reading.records.curve_reader import read_curves
+from breaker.reading.records.model_grid import Grid
 
 
 def a_pipe(file: Path) -> None:
@@ -96,7 +96,7 @@ def test_what_is_no_file_is_rejected_and_nothing_waits(tmp_path, made, reason):
 @pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="no such file is there")
 def test_a_file_with_more_than_it_states_is_rejected(monkeypatch):
     file = Path("/proc/self/status")  # of zero bytes, it says
-    monkeypatch.setattr("breaker.files.guards.LARGEST", 100)
+    monkeypatch.setattr("breaker.reading.files.guards.LARGEST", 100)
     with pytest.raises(RejectedCurveError, match="has more, but no record"):
         read_bytes(file)
 
@@ -176,10 +176,10 @@ def test_a_folder_of_a_record_has_bounds(tmp_path, monkeypatch):
     (tmp_path / "a").mkdir()
     (tmp_path / "a/0").write_bytes(b"1234")
     require_folder(tmp_path)
-    monkeypatch.setattr("breaker.files.guards.LARGEST", 3)
+    monkeypatch.setattr("breaker.reading.files.guards.LARGEST", 3)
     with pytest.raises(RejectedCurveError, match="but no record"):
         require_folder(tmp_path)
     monkeypatch.undo()
-    monkeypatch.setattr("breaker.files.guards._MOST_PARTS", 0)
+    monkeypatch.setattr("breaker.reading.files.guards._MOST_PARTS", 0)
     with pytest.raises(RejectedCurveError, match="has 1 parts"):
         require_folder(tmp_path)

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from breaker.files import lexicon
+from breaker.reading.files import lexicon
 
 PACKAGE = Path(lexicon.__file__).resolve().parents[1]
 READING = ("files", "inspection", "records", "answers", "cli")

@@ -6,10 +6,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from breaker.files.listing import fingerprint, list_known, list_operations, record_files
-from breaker.files.manifest import Operation
-from breaker.records.grid import Grid
-from breaker.records.reader import read_curves
+from breaker.reading.files.folder_listing import (
+    fingerprint,
+    list_known,
+    list_operations,
+    record_files,
+)
+from breaker.reading.files.operations_table import Operation
+from breaker.reading.records.curve_reader import read_curves
+from breaker.reading.records.model_grid import Grid
 
 
 def fill(folder, *names):

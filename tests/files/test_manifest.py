@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from breaker.files.cells import READ
-from breaker.files.manifest import read_manifest
-from breaker.files.settings import FORMAT
+from breaker.reading.files.format_settings import FORMAT
+from breaker.reading.files.operations_table import read_manifest
+from breaker.reading.files.table_cells import READ
 
 HEAD = "file,motion,operation"
 

@@ -4,7 +4,7 @@ import random
 
 import pytest
 
-from breaker.files.naming import numbers_in
+from breaker.reading.files.file_names import numbers_in
 
 CLEAR = [
     (["operation_0001"], [1]),

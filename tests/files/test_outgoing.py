@@ -6,7 +6,7 @@ from io import StringIO
 import pandas as pd
 import pytest
 
-from breaker.files.outgoing import as_meant, inert, on_terminal, save_frame, table_text
+from breaker.reading.files.safe_text import as_meant, inert, on_terminal, save_frame, table_text
 
 NAMES = ("=cmd()", "+a", "-Q1", "@Q0", "'=x", "''@x", "'Q0'", "\tQ0", "\rQ0", 'a,"b"\nc', "Q0")
 NAMES += ("", "-3.5", "+1")

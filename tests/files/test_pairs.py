@@ -1,6 +1,6 @@
 """Names of pairs that lack a letter."""
 
-from breaker.files.pairs import pairs_of
+from breaker.reading.files.name_value_pairs import pairs_of
 
 
 def names(*cells):

@@ -4,8 +4,8 @@ import math
 
 import pytest
 
-from breaker.files.dates import clock_of, dates_of
-from breaker.files.preamble import preamble_of
+from breaker.reading.files.date_text import clock_of, dates_of
+from breaker.reading.files.preamble import preamble_of
 from tests.exports import preamble
 
 SETTINGS = {"time_column": None, "rate": 1.0, "travel_column": "Travel 1"}

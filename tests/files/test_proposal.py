@@ -7,11 +7,11 @@ import os
 import pytest
 
 from breaker.cli import main
-from breaker.files.described import Description, Part
-from breaker.files.listing import list_operations
-from breaker.files.manifest import read_manifest
-from breaker.files.preamble import Preamble
-from breaker.files.proposal import propose_manifest
+from breaker.reading.files.folder_facts import Description, Part
+from breaker.reading.files.folder_listing import list_operations
+from breaker.reading.files.operations_table import read_manifest
+from breaker.reading.files.preamble import Preamble
+from breaker.reading.files.table_proposal import propose_manifest
 from tests.exports import write
 
 

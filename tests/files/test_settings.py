@@ -4,7 +4,7 @@ import re
 
 import pytest
 
-from breaker.files.settings import FORMAT, complete, lacking
+from breaker.reading.files.format_settings import FORMAT, complete, lacking
 
 REFUSED = {
     "an unknown unit of time": ({"time_unit": "min"}, "time_unit is 'min', but must be one of s"),

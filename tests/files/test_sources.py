@@ -18,13 +18,15 @@ import xarray as xr
 from packaging.requirements import Requirement
 from scipy.io import netcdf_file
 
-from breaker.files import grids, recorders, workbooks
-from breaker.files.formats import FORMATS, read_columns
-from breaker.files.guards import LARGEST, RejectedCurveError
-from breaker.files.settings import complete
-from breaker.inspection.contents import look_into
-from breaker.model.randomness import generator
-from breaker.synthetic.dialects import DIALECTS
+from breaker.common.randomness import generator
+from breaker.reading.files import comtrade as recorders
+from breaker.reading.files import excel as workbooks
+from breaker.reading.files import netcdf as grids
+from breaker.reading.files.format_settings import complete
+from breaker.reading.files.formats import FORMATS, read_columns
+from breaker.reading.files.guards import LARGEST, RejectedCurveError
+from breaker.reading.inspection.file_contents import look_into
+from breaker.reading.instruments.dialects import DIALECTS
 from tests.files.refused import told
 
 TIME = np.round(0.1 * np.arange(60), 1)

@@ -5,13 +5,13 @@ import time as clock
 import numpy as np
 import pytest
 
-from breaker.files.formats import read_columns
-from breaker.files.guards import RejectedCurveError
-from breaker.files.names import split_unit, unit_of
-from breaker.files.numbers import strict_numbers, why_none
-from breaker.files.settings import TO_MS, complete
-from breaker.model.randomness import generator
-from breaker.synthetic.dialects import DIALECTS
+from breaker.common.randomness import generator
+from breaker.reading.files.column_names import split_unit, unit_of
+from breaker.reading.files.format_settings import TO_MS, complete
+from breaker.reading.files.formats import read_columns
+from breaker.reading.files.guards import RejectedCurveError
+from breaker.reading.files.number_cells import strict_numbers, why_none
+from breaker.reading.instruments.dialects import DIALECTS
 from tests.files.refused import told
 
 TIME = 0.1 * np.arange(40)

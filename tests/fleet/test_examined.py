@@ -5,21 +5,21 @@ import json
 import numpy as np
 import pytest
 
-from breaker.answers.answer import Given
-from breaker.answers.between import compared
-from breaker.answers.inferred import infer_drive
-from breaker.answers.operations import read_operations
+from breaker.drive.answers.drive_records import read_operations
+from breaker.drive.answers.evidence import Given
+from breaker.drive.answers.inference import infer_drive
+from breaker.drive.answers.visit_comparison import compared
+from breaker.drive.fleet.drive_dataset import stored
+from breaker.drive.fleet.drive_document import examine
+from breaker.drive.fleet.fleet_page import fleet_page
+from breaker.drive.fleet.fleet_states import DIFFERENT
+from breaker.drive.fleet.members import Member, members_of
+from breaker.drive.fleet.ranking import FLEET, compare_poles, fleet_table, learn_types, type_table
 from breaker.figures.fleet import fleet as picture
-from breaker.files.listing import list_fleet
-from breaker.fleet.drives import stored
-from breaker.fleet.examined import examine
-from breaker.fleet.members import Member, members_of
-from breaker.fleet.page import fleet_page
-from breaker.fleet.ranked import FLEET, compare_poles, fleet_table, learn_types, type_table
-from breaker.fleet.states import DIFFERENT
 from breaker.mechanism.curves import travel
-from breaker.mechanism.parameters import MOTIONS, NAMES
-from breaker.records.export import write_curve
+from breaker.quantities.parameters import MOTIONS, NAMES
+from breaker.reading.files.folder_listing import list_fleet
+from breaker.reading.instruments.export import write_curve
 
 TIME, SPREAD = 0.1 * np.arange(760), 0.02  # ms
 ODD, WORN, BROKEN, POLES, REMOUNTED = "Q4", "Q2", "Q7", "Q1", "Q8"

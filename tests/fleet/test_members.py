@@ -1,9 +1,9 @@
 """Drives of a fleet, their visits, and the chunks they are in."""
 
-from breaker.files.listing import list_fleet
-from breaker.files.manifest import Operation
-from breaker.fleet.chunks import breaker_chunks
-from breaker.fleet.members import Member, members_of
+from breaker.drive.fleet.breaker_chunks import breaker_chunks
+from breaker.drive.fleet.members import Member, members_of
+from breaker.reading.files.folder_listing import list_fleet
+from breaker.reading.files.operations_table import Operation
 
 
 def test_appended_breakers_leave_other_chunks_as_they_are():

@@ -5,10 +5,10 @@ import json
 import numpy as np
 import xarray as xr
 
-from breaker.fleet import ranked
-from breaker.fleet.ranked import _show, learn_types
-from breaker.mechanism.parameters import NAMES
-from breaker.model.prior import Prior
+from breaker.drive.fleet import ranking as ranked
+from breaker.drive.fleet.ranking import _show, learn_types
+from breaker.mechanism.prior import Prior
+from breaker.quantities.parameters import NAMES
 
 
 def test_types_in_two_spellings_are_one():

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from breaker.fleet.types import Drawn, learn_type
+from breaker.drive.fleet.type_model import TypeDraws, learn_type
 
 SPREAD, NOISE = 0.03, 0.02
 USUAL = np.array([0.2, 0.15, 0.2, 0.2, 0.4, 0.1, 0.05])
@@ -18,7 +18,7 @@ def drawn(rng, n=30, operations=3, odd=()):
     mean = each.mean(axis=1)
     squares = np.einsum("noi,noj->nij", each - mean[:, None], each - mean[:, None])
     theta = np.exp(mean[:, None] + 0.15 * rng.standard_normal((n, 100, 7)))
-    return Drawn(mean, squares, np.full(n, operations), theta)
+    return TypeDraws(mean, squares, np.full(n, operations), theta)
 
 
 def test_odd_drives_are_found_and_no_others():

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from breaker.inspection.acceptance import check_folder, checked_text
-from breaker.records.export import write_curve
-from breaker.synthetic.rigs import Rig
+from breaker.drive.simulation.endurance_rig import Rig
+from breaker.reading.inspection.acceptance import check_folder, checked_text
+from breaker.reading.instruments.export import write_curve
 
 SENSOR = {"start": -2.0, "stop": 58.0, "samples": 151, "noise_sd": 0.1, "zero_sd": 0.1}
 ENDURANCE = {"format": {}, "breaker": None, "phase": None}

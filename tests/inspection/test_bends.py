@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
-from breaker.inspection.bends import seen_touch
-from breaker.mechanism import evaluate, travel
-from breaker.model import generator
+from breaker.common.randomness import generator
+from breaker.mechanism.curves import travel
+from breaker.mechanism.evaluation import evaluate
+from breaker.reading.inspection.bends import seen_touch
 
 TIME = np.arange(0.0, 60.0, 0.1)
 

@@ -6,11 +6,11 @@ import pytest
 import yaml
 
 from breaker.cli import main
-from breaker.files import Printed
-from breaker.inspection.contents import stated_in
-from breaker.inspection.printed_results import meant_motions, measured_name
-from breaker.inspection.proposals import inspect_file
-from breaker.inspection.wording import overlay_of, report_of
+from breaker.reading.files.printed_results import Printed
+from breaker.reading.inspection.file_contents import stated_in
+from breaker.reading.inspection.printed_comparison import meant_motions, measured_name
+from breaker.reading.inspection.proposal_words import overlay_of, report_of
+from breaker.reading.inspection.setting_proposal import inspect_file
 from tests.exports import preamble, write
 
 SENSOR = {"start": -2.0, "stop": 58.0, "samples": 151, "noise_sd": 0.1}

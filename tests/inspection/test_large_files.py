@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from breaker.files.preamble import preamble_of
-from breaker.inspection import proposals
-from breaker.inspection.contents import look_into
-from breaker.inspection.proposals import inspect_file
-from breaker.inspection.wording import report_of
+from breaker.reading.files.preamble import preamble_of
+from breaker.reading.inspection import setting_proposal as proposals
+from breaker.reading.inspection.file_contents import look_into
+from breaker.reading.inspection.proposal_words import report_of
+from breaker.reading.inspection.setting_proposal import inspect_file
 
 SENSOR = {"start": -2.0, "stop": 58.0, "samples": 151, "noise_sd": 0.1}
 MOST = 400  # MiB, imports included; a small file takes a third of it
@@ -20,7 +20,7 @@ MOST = 400  # MiB, imports included; a small file takes a third of it
 LOOK = """
 import re, sys
 from pathlib import Path
-from breaker.inspection import inspect_file
+from breaker.reading.inspection.setting_proposal import inspect_file
 try:
     inspect_file(sys.argv[1], {})
 except ValueError as error:

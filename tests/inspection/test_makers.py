@@ -4,12 +4,14 @@ import numpy as np
 import pytest
 import yaml
 
-from breaker.files import complete
-from breaker.inspection import InspectionError
-from breaker.inspection.describing import travel_channels
-from breaker.inspection.proposals import inspect_file
-from breaker.inspection.wording import overlay_of
-from breaker.records import Grid, Scale, read_record
+from breaker.reading.files.format_settings import complete
+from breaker.reading.inspection.file_description import travel_channels
+from breaker.reading.inspection.proposal_words import overlay_of
+from breaker.reading.inspection.setting_proposal import inspect_file
+from breaker.reading.inspection.travel_channels import InspectionError
+from breaker.reading.records.curve_reader import read_record
+from breaker.reading.records.model_grid import Grid
+from breaker.reading.records.sensor_scale import Scale
 from tests.exports import way
 
 SENSOR = {"start": -2.0, "stop": 58.0, "samples": 151, "noise_sd": 0.1}

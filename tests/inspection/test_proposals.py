@@ -4,18 +4,18 @@ import numpy as np
 import pytest
 import yaml
 
-from breaker.files.guards import RejectedCurveError
-from breaker.files.manifest import Operation
-from breaker.inspection import InspectionError
-from breaker.inspection.contents import look_into
-from breaker.inspection.guesses import guess_grid
-from breaker.inspection.layouts import LayoutError
-from breaker.inspection.proposals import inspect_file
-from breaker.inspection.wording import overlay_of, report_of
-from breaker.records.grid import Grid
-from breaker.records.reader import read_curves
-from breaker.synthetic.dialects import ANGLES, DIALECTS
-from breaker.synthetic.rigs import Rig
+from breaker.drive.simulation.endurance_rig import Rig
+from breaker.reading.files.guards import RejectedCurveError
+from breaker.reading.files.operations_table import Operation
+from breaker.reading.inspection.file_contents import look_into
+from breaker.reading.inspection.proposal_words import overlay_of, report_of
+from breaker.reading.inspection.setting_guesses import guess_grid
+from breaker.reading.inspection.setting_proposal import inspect_file
+from breaker.reading.inspection.table_layout import LayoutError
+from breaker.reading.inspection.travel_channels import InspectionError
+from breaker.reading.instruments.dialects import ANGLES, DIALECTS
+from breaker.reading.records.curve_reader import read_curves
+from breaker.reading.records.model_grid import Grid
 
 SENSOR = {"start": -2.0, "stop": 58.0, "samples": 151, "noise_sd": 0.1}
 TIMES = np.linspace(-2.0, 58.0, 151)

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from breaker.inspection.channels import Travel
-from breaker.inspection.describing import travel_channels
-from breaker.inspection.layouts import Layout
-from breaker.inspection.stated_contacts import stated_contacts
-from breaker.inspection.wiring import Beside, columns_beside, switches_at
-from breaker.records import Course
+from breaker.reading.inspection.contact_columns import Beside, columns_beside, switches_at
+from breaker.reading.inspection.contact_rows import stated_contacts
+from breaker.reading.inspection.file_description import travel_channels
+from breaker.reading.inspection.table_layout import Layout
+from breaker.reading.inspection.travel_channels import Travel
+from breaker.reading.records.motion_search import Course
 from tests.exports import way, write
 
 TIME = np.arange(0.0, 400.0, 0.2)

@@ -7,10 +7,10 @@ import pytest
 from scipy.linalg import expm
 from scipy.optimize import brentq
 
+from breaker.common.randomness import generator
 from breaker.mechanism import curves
 from breaker.mechanism.curves import check, rest_position, travel
-from breaker.mechanism.parameters import MOTIONS, NAMES
-from breaker.model.randomness import generator
+from breaker.quantities.parameters import MOTIONS, NAMES
 from tests.mechanism_references import changed, contact_force, integrate, propagate, system
 
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
+from breaker.common.randomness import generator
 from breaker.mechanism import kernels
-from breaker.model.randomness import generator
 
 TERMS = 24
 

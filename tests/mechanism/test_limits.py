@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.stats import norm
 
+from breaker.mechanism.limit_sources import SOURCES
 from breaker.mechanism.limits import Limit, from_list
-from breaker.mechanism.sources import SOURCES
 
 NAN = np.nan
 SLOW, TIRED, BAND = from_list(

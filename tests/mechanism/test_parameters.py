@@ -2,14 +2,14 @@
 
 import numpy as np
 
-from breaker.mechanism.conditions import (
+from breaker.mechanism.kernels import rate_of
+from breaker.quantities.drive_conditions import (
     pressed,
     pressed_half_space,
     rate_bound,
     why_not_pressed,
 )
-from breaker.mechanism.kernels import rate_of
-from breaker.mechanism.parameters import (
+from breaker.quantities.parameters import (
     MOTIONS,
     NAMES,
     ONSET,

@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
-from breaker.mechanism.parameters import NAMES
-from breaker.mechanism.quantities import check_quantity, evaluate
-from breaker.model.randomness import generator
+from breaker.common.randomness import generator
+from breaker.mechanism.evaluation import evaluate
+from breaker.quantities.catalogue import check_quantity
+from breaker.quantities.parameters import NAMES
 from tests.mechanism_references import changed as with_values
 from tests.mechanism_references import integrate
 

@@ -10,7 +10,7 @@ import pytest
 
 from breaker.mechanism import curves
 from breaker.mechanism.curves import sensitivity, travel
-from breaker.mechanism.parameters import MOTIONS, NAMES
+from breaker.quantities.parameters import MOTIONS, NAMES
 from tests.mechanism.test_curves import draws
 from tests.mechanism_references import contact_force, propagate
 

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from breaker.mechanism.parameters import PARAMETERS
-from breaker.mechanism.quantities import QUANTITIES
-from breaker.mechanism.size import Size, powers
+from breaker.quantities.catalogue import QUANTITIES
+from breaker.quantities.parameters import PARAMETERS
+from breaker.quantities.size import Size, powers
 
 
 def test_factors_follow_from_units():

@@ -5,11 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from breaker.common.randomness import generator
 from breaker.mechanism.curves import rest_position, travel
-from breaker.mechanism.quantities import evaluate, quantities
-from breaker.mechanism.size import Size
-from breaker.mechanism.speeds import SPEEDS, Point, Speed, speeds_of
-from breaker.model.randomness import generator
+from breaker.mechanism.evaluation import evaluate
+from breaker.quantities.catalogue import quantities
+from breaker.quantities.size import Size
+from breaker.quantities.speeds import SPEEDS, Point, Speed, speeds_of
 
 TIMES = np.arange(60_001) * 1e-3
 DEFINED = {

@@ -8,14 +8,14 @@ import pytest
 import xarray as xr
 
 from breaker import __version__
+from breaker.common.randomness import generator
+from breaker.common.zarr_store import describe, save
 from breaker.mechanism import curves
 from breaker.mechanism.curves import travel
-from breaker.mechanism.parameters import MOTIONS, NAMES, PARAMETERS
-from breaker.model.bank import open_bank, simulate
-from breaker.model.joint import Model
-from breaker.model.prior import Prior
-from breaker.model.randomness import generator
-from breaker.stores import describe, save
+from breaker.mechanism.prior import Prior
+from breaker.paper.model.joint_model import Model
+from breaker.paper.model.simulation_bank import open_bank, simulate
+from breaker.quantities.parameters import MOTIONS, NAMES, PARAMETERS
 
 
 @pytest.fixture

@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from breaker.mechanism.parameters import MOTIONS, NAMES
-from breaker.model.fisher import contraction_limit, limit_over_prior, linearise
-from breaker.model.joint import Model
-from breaker.model.randomness import generator
+from breaker.common.randomness import generator
+from breaker.paper.model.fisher_information import contraction_limit, limit_over_prior, linearise
+from breaker.paper.model.joint_model import Model
+from breaker.quantities.parameters import MOTIONS, NAMES
 from tests.model.laws import covariance
 
 P = len(NAMES)

@@ -8,11 +8,11 @@ import pytest
 import yaml
 from scipy.stats import multivariate_normal, norm
 
+from breaker.common.randomness import generator
 from breaker.mechanism.curves import travel
-from breaker.mechanism.parameters import MOTIONS, NAMES
-from breaker.model.joint import Model
-from breaker.model.prior import Prior
-from breaker.model.randomness import generator
+from breaker.mechanism.prior import Prior
+from breaker.paper.model.joint_model import Model
+from breaker.quantities.parameters import MOTIONS, NAMES
 from tests.model.laws import covariance
 
 PAPER = Path(__file__).parents[2] / "config" / "paper.yaml"

@@ -9,11 +9,11 @@ import tracemalloc
 import numpy as np
 import pytest
 
+from breaker.common.randomness import generator
 from breaker.mechanism import curves
 from breaker.mechanism.curves import travel
-from breaker.model.bank import simulate
-from breaker.model.joint import Model
-from breaker.model.randomness import generator
+from breaker.paper.model.joint_model import Model
+from breaker.paper.model.simulation_bank import simulate
 
 FEW, MANY = 2**13, 2**16  # operations
 SLACK = 2**16  # bytes of Python's own objects

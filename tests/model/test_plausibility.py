@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from scipy.linalg import eigh
 
+from breaker.common.randomness import generator
 from breaker.mechanism.curves import travel
-from breaker.mechanism.parameters import MOTIONS
-from breaker.model.plausibility import distance, excess, principal_components
-from breaker.model.randomness import generator
+from breaker.paper.model.plausibility import distance, excess, principal_components
+from breaker.quantities.parameters import MOTIONS
 from tests.model.laws import covariance
 
 COUNT = 16

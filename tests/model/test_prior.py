@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from scipy.stats import ks_2samp, lognorm, norm
 
-from breaker.mechanism.parameters import NAMES
-from breaker.model.prior import Prior
-from breaker.model.randomness import generator
+from breaker.common.randomness import generator
+from breaker.mechanism.prior import Prior
+from breaker.quantities.parameters import NAMES
 
 K_A, F, GAP = (NAMES.index(name) for name in ("k_a", "f", "L"))
 

@@ -5,7 +5,7 @@ from itertools import pairwise
 import pytest
 from scipy.stats import kstest
 
-from breaker.model.randomness import generator, seed_integer
+from breaker.common.randomness import generator, seed_integer
 
 PURPOSES = [
     ("bank",),

@@ -5,8 +5,8 @@ import pytest
 from scipy.linalg import sqrtm
 from scipy.stats import kstest, multivariate_normal, norm
 
-from breaker.model.randomness import generator
-from breaker.model.sensor import Sensor, grid
+from breaker.common.randomness import generator
+from breaker.mechanism.sensor import Sensor, grid
 from tests.model.laws import covariance, covariance_p_value
 
 SAMPLES = 12

@@ -6,9 +6,9 @@ import torch
 from scipy.integrate import cumulative_trapezoid
 from scipy.stats import kstest
 
-from breaker.family import Network
-from breaker.networks import AutoregressiveMixture
-from breaker.posterior import FamilyNetwork
+from breaker.drive.family.trained_network import Network
+from breaker.drive.training.family_density import FamilyNetwork
+from breaker.networks.mixture import AutoregressiveMixture
 
 SIZES = {"width": 12, "blocks": 2, "features": 6, "components": 3, "head": 5}
 

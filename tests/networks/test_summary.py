@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 import torch
 
-from breaker.networks import build
 from breaker.networks.blocks import ResidualMLP
+from breaker.networks.build import build
 from breaker.networks.summary import TimeSeriesNetwork
 from tests.networks_fixtures import (
     NETWORK,

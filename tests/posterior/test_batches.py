@@ -7,11 +7,18 @@ import pytest
 import torch
 from scipy.stats import ks_2samp
 
-from breaker.model.bank import open_bank
-from breaker.model.randomness import generator
-from breaker.posterior.batches import OnlineRows, Rows, StreamedRows, freeze_inputs, split, truth
-from breaker.posterior.estimator import Posterior
-from breaker.stores.store import describe, save
+from breaker.common.randomness import generator
+from breaker.common.zarr_store import describe, save
+from breaker.paper.model.simulation_bank import open_bank
+from breaker.paper.posterior.estimator import Posterior
+from breaker.paper.posterior.training_batches import (
+    OnlineRows,
+    Rows,
+    StreamedRows,
+    freeze_inputs,
+    split,
+    truth,
+)
 from tests.model.laws import covariance, covariance_p_value
 from tests.networks_fixtures import SENSOR, bank_of, settings
 

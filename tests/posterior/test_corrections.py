@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from breaker.model.randomness import generator
-from breaker.posterior import corrections
-from breaker.posterior.corrections import Corrected, correct, poor, temper
-from breaker.posterior.transport import TriangularMap
-from breaker.posterior.weights import Importance, importance
+from breaker.common.randomness import generator
+from breaker.paper.posterior import exact_correction as corrections
+from breaker.paper.posterior.exact_correction import Corrected, correct, poor, temper
+from breaker.paper.posterior.importance_weights import Importance, importance
+from breaker.paper.posterior.transport import TriangularMap
 from tests.corrections import SETTINGS, errors_p_value, means_p_value
 from tests.posterior.known import (
     LOG_EVIDENCE,

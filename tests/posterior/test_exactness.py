@@ -9,14 +9,14 @@ import pytest
 import xarray as xr
 from scipy.stats import multivariate_normal
 
-from breaker.model.joint import Model
-from breaker.model.prior import Prior
-from breaker.model.randomness import generator
-from breaker.model.sensor import Sensor
-from breaker.posterior.corrections import correct
-from breaker.posterior.exactness import correct_validation, judge
-from breaker.posterior.tables import summary
-from breaker.posterior.weights import importance
+from breaker.common.randomness import generator
+from breaker.mechanism.prior import Prior
+from breaker.mechanism.sensor import Sensor
+from breaker.paper.model.joint_model import Model
+from breaker.paper.posterior.exact_correction import correct
+from breaker.paper.posterior.exact_judge import correct_validation, judge
+from breaker.paper.posterior.importance_weights import importance
+from breaker.paper.posterior.posterior_tables import summary
 from tests.corrections import SETTINGS, errors_p_value, from_prior, means_p_value
 
 Q, SAMPLES = 8, 15
@@ -167,7 +167,7 @@ def test_an_error_is_the_reason_of_its_record_and_stops_no_other(shifted, correc
             raise ZeroDivisionError("a planted fault")
         return correct(model, record, *rest)
 
-    monkeypatch.setattr("breaker.posterior.exactness.correct", fails)
+    monkeypatch.setattr("breaker.paper.posterior.exact_judge.correct", fails)
     found = correct_validation(MODEL, shifted, SETTINGS, seed=1)
     assert found.why_unresolved.values[1] == (
         "no exact posterior: ZeroDivisionError: a planted fault"

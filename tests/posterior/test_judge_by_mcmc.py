@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 from scipy.stats import norm
 
+from breaker.common.randomness import generator, seed_integer
 from breaker.mechanism.curves import travel
-from breaker.mechanism.parameters import MOTIONS
-from breaker.model.randomness import generator, seed_integer
-from breaker.posterior.corrections import correct
+from breaker.paper.posterior.exact_correction import correct
+from breaker.quantities.parameters import MOTIONS
 from tests.corrections import SETTINGS, from_prior
 
 CURVES = 3  # of each motion

@@ -5,10 +5,10 @@ import pytest
 import torch
 from scipy.stats import kstest
 
-from breaker.model.randomness import generator
-from breaker.posterior.batches import Rows
-from breaker.posterior.exactness import correct_validation
-from breaker.posterior.predictive import infer, predict_stages, summaries
+from breaker.common.randomness import generator
+from breaker.paper.posterior.amortised import infer, predict_stages, summaries
+from breaker.paper.posterior.exact_judge import correct_validation
+from breaker.paper.posterior.training_batches import Rows
 from tests.corrections import SETTINGS
 from tests.networks_fixtures import (
     COMBINATIONS,

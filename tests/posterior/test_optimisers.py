@@ -2,8 +2,8 @@
 
 import torch
 
-from breaker.networks import Hidden, ResidualMLP
-from breaker.posterior.optimisers import full_width, optimisers, orthogonal
+from breaker.networks.blocks import Hidden, ResidualMLP
+from breaker.paper.posterior.optimisers import full_width, optimisers, orthogonal
 from tests.networks_fixtures import TRAINING, normal
 
 

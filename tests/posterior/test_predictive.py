@@ -6,8 +6,8 @@ import torch
 import xarray as xr
 from scipy.stats import chi2
 
-from breaker.mechanism.parameters import NAMES, outputs
-from breaker.posterior.predictive import (
+from breaker.common.zarr_store import save
+from breaker.paper.posterior.amortised import (
     infer,
     predict,
     predict_stages,
@@ -15,9 +15,9 @@ from breaker.posterior.predictive import (
     sample_records,
     validate,
 )
-from breaker.posterior.tables import table
-from breaker.records.reader import open_curves
-from breaker.stores import save
+from breaker.paper.posterior.posterior_tables import table
+from breaker.quantities.parameters import NAMES, outputs
+from breaker.reading.records.curve_reader import open_curves
 from tests.networks_fixtures import exact_curves, frozen, operations_of, pin, simulated
 
 DRAWS = 25

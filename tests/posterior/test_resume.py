@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import torch
 
-from breaker.posterior.training import Trainer
+from breaker.paper.posterior.training import Trainer
 from tests.networks_fixtures import Trap, same, training_rows, weights
 
 UNREADABLE = (EOFError, RuntimeError, ValueError, pickle.UnpicklingError)

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy.stats import kstest, multivariate_t, norm, ortho_group, t
 
-from breaker.model.randomness import generator
-from breaker.posterior.transport import TriangularMap
-from breaker.posterior.weights import importance
+from breaker.common.randomness import generator
+from breaker.paper.posterior.importance_weights import importance
+from breaker.paper.posterior.transport import TriangularMap
 from tests.posterior.known import Banana
 
 FREEDOM = 5  # of the Student-t

@@ -6,9 +6,9 @@ import tracemalloc
 import numpy as np
 import pytest
 
-from breaker.model.randomness import generator
-from breaker.records.clock import even_times
-from breaker.records.errors import UnusableError
+from breaker.common.randomness import generator
+from breaker.reading.records.rejections import UnusableError
+from breaker.reading.records.sample_times import even_times
 
 MS = {"time_unit": "ms", "rate": None}
 TIME = 0.1 * np.arange(760)

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
+from breaker.common.randomness import generator
 from breaker.mechanism.curves import travel
-from breaker.mechanism.parameters import MOTIONS
-from breaker.model.randomness import generator
-from breaker.records.consistency import inconsistencies
-from breaker.records.landmarks import first_motion
+from breaker.quantities.parameters import MOTIONS
+from breaker.reading.records.consistency import inconsistencies
+from breaker.reading.records.landmarks import first_motion
 
 NOISE = 0.1
 RECORDS = 150

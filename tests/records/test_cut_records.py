@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from breaker.mechanism import SPEEDS
-from breaker.records import measure_curve
-from breaker.records.doubtful import doubtful_samples
-from breaker.records.plausible import of_no_drive
+from breaker.quantities.speeds import SPEEDS
+from breaker.reading.records.faulty_samples import doubtful_samples
+from breaker.reading.records.measurements import measure_curve
+from breaker.reading.records.plausible_ranges import of_no_drive
 
 
 def motion(time, stroke, duration, over):

@@ -3,16 +3,16 @@
 import numpy as np
 import pytest
 
-from breaker.files.manifest import Operation
-from breaker.files.settings import complete
 from breaker.mechanism.curves import travel
-from breaker.mechanism.parameters import MOTIONS
-from breaker.records.edges import events_of, switching_of, trigger_of
-from breaker.records.errors import UnusableError
-from breaker.records.grid import Grid
-from breaker.records.located import LocatedMotion
-from breaker.records.reader import read_curves
-from breaker.records.segments import Segment
+from breaker.quantities.parameters import MOTIONS
+from breaker.reading.files.format_settings import complete
+from breaker.reading.files.operations_table import Operation
+from breaker.reading.records.contact_edges import events_of, switching_of, trigger_of
+from breaker.reading.records.curve_reader import read_curves
+from breaker.reading.records.model_grid import Grid
+from breaker.reading.records.motion import LocatedMotion
+from breaker.reading.records.motion_search import Segment
+from breaker.reading.records.rejections import UnusableError
 
 TIME = np.arange(0.0, 80.0, 0.1)
 MOVES, TOUCH = 20.0, 31.23

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from breaker.records.doubtful import doubtful_samples
-from breaker.records.measured import measure_curve
+from breaker.reading.records.faulty_samples import doubtful_samples
+from breaker.reading.records.measurements import measure_curve
 
 KINDS = {
     "behind": lambda time, at, size: size * (time > 135.0 + at),

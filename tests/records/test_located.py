@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from breaker.files import Operation, complete
-from breaker.records import read_raws
+from breaker.reading.files.format_settings import complete
+from breaker.reading.files.operations_table import Operation
+from breaker.reading.records.raw_record import read_raws
 
 STROKE = 150.0
 

@@ -6,18 +6,19 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
+from breaker.common.randomness import generator
 from breaker.mechanism.curves import travel
-from breaker.mechanism.quantities import evaluate, quantities_of
-from breaker.mechanism.size import Size
-from breaker.mechanism.sources import SOURCES
-from breaker.mechanism.speeds import speeds_of
-from breaker.model.randomness import generator
-from breaker.records import located
-from breaker.records.edges import Contact
-from breaker.records.landmarks import first_motion
-from breaker.records.located import LocatedMotion
-from breaker.records.measured import Reading, measure_curve
-from breaker.records.segments import find_segment
+from breaker.mechanism.evaluation import evaluate
+from breaker.mechanism.limit_sources import SOURCES
+from breaker.quantities.catalogue import quantities_of
+from breaker.quantities.size import Size
+from breaker.quantities.speeds import speeds_of
+from breaker.reading.records import motion as located
+from breaker.reading.records.contact_edges import Contact
+from breaker.reading.records.landmarks import first_motion
+from breaker.reading.records.measurements import Reading, measure_curve
+from breaker.reading.records.motion import LocatedMotion
+from breaker.reading.records.motion_search import find_segment
 from tests.raws import smooth
 
 SPEEDS = speeds_of(

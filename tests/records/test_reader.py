@@ -9,17 +9,17 @@ import re
 import numpy as np
 import pytest
 
-from breaker.files.guards import RejectedCurveError
-from breaker.files.manifest import Operation
-from breaker.files.settings import FORMAT, complete
+from breaker.common.randomness import generator
+from breaker.common.zarr_store import describe, save
 from breaker.mechanism.curves import travel
-from breaker.mechanism.parameters import MOTIONS
-from breaker.model.randomness import generator
-from breaker.records.export import write_curve
-from breaker.records.grid import Grid
-from breaker.records.reader import open_curves, read_curves, read_record
-from breaker.records.scale import Scale
-from breaker.stores import describe, save
+from breaker.quantities.parameters import MOTIONS
+from breaker.reading.files.format_settings import FORMAT, complete
+from breaker.reading.files.guards import RejectedCurveError
+from breaker.reading.files.operations_table import Operation
+from breaker.reading.instruments.export import write_curve
+from breaker.reading.records.curve_reader import open_curves, read_curves, read_record
+from breaker.reading.records.model_grid import Grid
+from breaker.reading.records.sensor_scale import Scale
 
 STEP, EVERY = 0.1, 4  # ms between samples of a file; samples for one of the model's grid
 HEAD = 6  # lines before the first sample of what write_curve writes

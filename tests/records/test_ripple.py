@@ -5,14 +5,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from breaker.family import normalise_record
-from breaker.model import Prior, generator
-from breaker.records import measure_curve
-from breaker.records.landmarks import first_motion
-from breaker.records.ripple import ripple_of
+from breaker.common.randomness import generator
+from breaker.configuration.loading import load
+from breaker.drive.family.record_inputs import normalise_record
+from breaker.drive.simulation.drive_family import Family
+from breaker.mechanism.prior import Prior
+from breaker.reading.records.landmarks import first_motion
+from breaker.reading.records.measurements import measure_curve
+from breaker.reading.records.ripple import ripple_of
 from breaker.shipped import DEFAULTS
-from breaker.synthetic import Family
-from breaker.workflow import load
 from tests.raws import raw_of
 
 STEP, STROKE = 0.1, 160.0

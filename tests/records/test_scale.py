@@ -5,10 +5,10 @@ import re
 import numpy as np
 import pytest
 
-from breaker.files.settings import complete
-from breaker.model.randomness import generator
-from breaker.records.errors import UnusableError
-from breaker.records.scale import Scale, seen_quantum
+from breaker.common.randomness import generator
+from breaker.reading.files.format_settings import complete
+from breaker.reading.records.rejections import UnusableError
+from breaker.reading.records.sensor_scale import Scale, seen_quantum
 
 
 def scale(**settings):

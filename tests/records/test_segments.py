@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from breaker.mechanism.parameters import MOTIONS
-from breaker.model.randomness import generator
-from breaker.records.errors import UnusableError
-from breaker.records.segments import find_segment
-from breaker.synthetic.drive import Drive, Elements, Stop
+from breaker.common.randomness import generator
+from breaker.drive.simulation.rich_drive import Drive, Elements, Stop
+from breaker.quantities.parameters import MOTIONS
+from breaker.reading.records.motion_search import find_segment
+from breaker.reading.records.rejections import UnusableError
 
 # A damper at the open end, so that the opening has a rebound and a rest.
 DRIVE = Drive(

@@ -3,8 +3,12 @@
 import numpy as np
 import pytest
 
-from breaker.records import SHAPE_TIMES, effective_noise, shape_of
-from breaker.records.shape import normalise
+from breaker.reading.records.normalised_shape import (
+    SHAPE_TIMES,
+    effective_noise,
+    normalise,
+    shape_of,
+)
 
 
 def motion(time: np.ndarray) -> np.ndarray:

@@ -9,9 +9,9 @@ from pathlib import Path
 
 import pytest
 
-from breaker.family import trained_on
+from breaker.configuration.loading import load
+from breaker.drive.family.network_files import trained_on
 from breaker.shipped import CARD, DEFAULTS, FAMILIES, KINDS, model_file
-from breaker.workflow.configuration import load
 
 ROOT = Path(__file__).parents[2]
 SCRIPT = ROOT / "envs" / "ship.py"

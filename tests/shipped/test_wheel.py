@@ -14,11 +14,11 @@ import pytest
 from packaging.requirements import Requirement
 
 import breaker
+from breaker.common.randomness import generator
+from breaker.configuration.loading import load
 from breaker.mechanism.curves import travel
-from breaker.model.randomness import generator
-from breaker.records.export import write_curve
+from breaker.reading.instruments.export import write_curve
 from breaker.shipped import DEFAULTS
-from breaker.workflow.configuration import load
 
 ROOT = Path(__file__).parents[2]
 SOURCES = ROOT / "src" / "breaker"
@@ -65,7 +65,7 @@ def test_wheel_and_source_distribution_have_every_file_of_the_package(built):
         for name in (
             "shipped/any_levels.safetensors",
             "shipped/MODEL_CARD.md",
-            "synthetic/angles.csv",
+            "reading/instruments/angles.csv",
         ):
             assert wheel.read(f"breaker/{name}") == (SOURCES / name).read_bytes()
         (licence,) = (name for name in wheel.namelist() if name.endswith("/licenses/LICENSE"))

@@ -3,8 +3,8 @@
 import numpy as np
 import xarray as xr
 
-from breaker.mechanism.parameters import outputs
-from breaker.model.randomness import generator
+from breaker.common.randomness import generator
+from breaker.quantities.parameters import outputs
 
 NAMES = [output.name for output in outputs(onset=True)]
 CURVES, JUDGED, DRAWS = 40, 30, 60

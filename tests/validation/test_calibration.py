@@ -7,9 +7,13 @@ import numpy as np
 import pytest
 from scipy.stats import binom
 
-from breaker.model.randomness import generator
-from breaker.validation.bands import calibration_p_values, ecdf_difference, simultaneous_band
-from breaker.validation.calibration import coverage, family_p_value, judge_ranks, ranks
+from breaker.common.randomness import generator
+from breaker.paper.validation.calibration import coverage, family_p_value, judge_ranks, ranks
+from breaker.paper.validation.rank_bands import (
+    calibration_p_values,
+    ecdf_difference,
+    simultaneous_band,
+)
 from tests.validation.made import exact_posteriors
 
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from breaker.mechanism.parameters import NAMES
-from breaker.validation.evolution import blocks_of, held, moved, truth_in_blocks
+from breaker.paper.validation.operation_blocks import blocks_of, held, moved, truth_in_blocks
+from breaker.quantities.parameters import NAMES
 
 
 def operations(count, *, centre=None, without=()):

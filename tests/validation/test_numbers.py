@@ -5,13 +5,9 @@ import pandas as pd
 import pytest
 import xarray as xr
 
-from breaker.mechanism.parameters import PARAMETERS
-from breaker.model.randomness import generator
-from breaker.validation.numbers import (
-    MotionResults,
-    numbers_of_life,
-    numbers_of_motion,
-)
+from breaker.common.randomness import generator
+from breaker.paper.validation.run_numbers import MotionResults, numbers_of_life, numbers_of_motion
+from breaker.quantities.parameters import PARAMETERS
 
 NAMES = [each.name for each in PARAMETERS]
 OUTPUTS = [*NAMES, "onset"]

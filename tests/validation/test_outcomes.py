@@ -4,7 +4,7 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from breaker.validation import contraction_words, pairs_words, recovery_words
+from breaker.paper.validation.diagnostics import contraction_words, pairs_words, recovery_words
 
 
 def test_shares_inside_intervals_are_stated_from_the_least_to_the_largest():

@@ -5,10 +5,10 @@ import pandas as pd
 import pytest
 import xarray as xr
 
-from breaker.mechanism.numerals import in_p
-from breaker.model.randomness import generator
-from breaker.validation.calibration import judge_draws
-from breaker.validation.tables import (
+from breaker.common.numerals import in_p
+from breaker.common.randomness import generator
+from breaker.paper.validation.calibration import judge_draws
+from breaker.paper.validation.quality_tables import (
     family_quality,
     quality,
     quality_words,

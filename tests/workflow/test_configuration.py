@@ -6,10 +6,9 @@ from copy import deepcopy
 import pytest
 import yaml
 
-from breaker.networks import INFERENCE_NETWORKS, SUMMARY_NETWORKS, build
-from breaker.shipped import DEFAULTS
-from breaker.workflow import schema
-from breaker.workflow.configuration import (
+from breaker.configuration import schema
+from breaker.configuration.derivation import configuration_schema, derived
+from breaker.configuration.loading import (
     ConfigurationError,
     check,
     chosen_network,
@@ -17,8 +16,9 @@ from breaker.workflow.configuration import (
     merge,
     read,
 )
-from breaker.workflow.derivation import configuration_schema, derived
-from breaker.workflow.rules import RULES
+from breaker.configuration.rules import RULES
+from breaker.networks.build import INFERENCE_NETWORKS, SUMMARY_NETWORKS, build
+from breaker.shipped import DEFAULTS
 from tests.networks_fixtures import built
 from tests.workflow.conftest import ROOT, snakemake
 

@@ -210,11 +210,15 @@ def test_the_post_deploy_script_installs_the_package_into_a_new_environment(tmp_
             command, cwd=results, env=environment, capture_output=True, text=True, check=False
         )
 
-    use = ("python", "-c", "from breaker import mechanism as m; m.NAMES; print(m.__file__)")
+    use = (
+        "python",
+        "-c",
+        "from breaker.quantities import parameters as m; m.NAMES; print(m.__file__)",
+    )
     assert "No module named 'breaker'" in run(*use).stderr
     installed = run("sh", str(script))
     assert installed.returncode == 0, installed.stdout + installed.stderr
-    assert run(*use).stdout.split() == [str(root / "src/breaker/mechanism/__init__.py")]
+    assert run(*use).stdout.split() == [str(root / "src/breaker/quantities/parameters.py")]
 
 
 def test_the_post_deploy_script_says_what_it_misses(tmp_path):

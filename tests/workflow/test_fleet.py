@@ -6,8 +6,8 @@ from pathlib import Path
 
 import yaml
 
-from breaker.files.listing import fingerprint, list_fleet
-from breaker.fleet.chunks import breaker_chunks
+from breaker.drive.fleet.breaker_chunks import breaker_chunks
+from breaker.reading.files.folder_listing import fingerprint, list_fleet
 from tests.workflow.conftest import ROOT, snakemake
 
 HEAD = "file,motion,operation,breaker,phase"

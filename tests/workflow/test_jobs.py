@@ -14,7 +14,7 @@ HEADER = """
 import sys
 from types import SimpleNamespace
 {first}
-from breaker.workflow import start
+from breaker.workflow.jobs import start
 job = SimpleNamespace(log=[{log!r}], rule="read_curves", threads={threads})
 log = start(job)
 """

@@ -10,12 +10,15 @@ from pathlib import Path
 import numpy as np
 
 from breaker import shipped
-from breaker.mechanism import MOTIONS
-from breaker.model import Model, generator
-from breaker.networks import build
-from breaker.synthetic import Family, Rig
-from breaker.workflow import chosen_network, configuration, read
-from breaker.workflow.sources import ConfigurationError
+from breaker.common.randomness import generator
+from breaker.configuration import loading as configuration
+from breaker.configuration.loading import chosen_network, read
+from breaker.configuration.yaml_sources import ConfigurationError
+from breaker.drive.simulation.drive_family import Family
+from breaker.drive.simulation.endurance_rig import Rig
+from breaker.networks.build import build
+from breaker.paper.model.joint_model import Model
+from breaker.quantities.parameters import MOTIONS
 from tests.networks_fixtures import built
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -3,8 +3,8 @@
 import pytest
 import xarray as xr
 
-from breaker.stores import describe, save
-from breaker.workflow.operations import chunks_of, recorded_source
+from breaker.common.zarr_store import describe, save
+from breaker.workflow.chunks import chunks_of, recorded_source
 
 
 @pytest.mark.parametrize("size", [1, 7, 20])

@@ -8,9 +8,9 @@ import pytest
 from docutils.core import publish_doctree, publish_parts
 from docutils.nodes import paragraph
 
-from breaker.mechanism.parameters import MOTIONS
+from breaker.configuration.loading import read
+from breaker.quantities.parameters import MOTIONS
 from breaker.shipped import DEFAULTS
-from breaker.workflow import read
 
 ROOT = Path(__file__).parents[2]
 # Of the drive, from all its motions.

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from breaker.workflow.sources import ConfigurationError, parse, refuse
+from breaker.configuration.yaml_sources import ConfigurationError, parse, refuse
 from tests.workflow.conftest import snakemake
 
 BOMB = "a0: &a0 {x: 1}\n" + "".join(

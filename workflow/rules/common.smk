@@ -2,10 +2,11 @@
 
 import os
 
-from breaker.family import trained_on
-from breaker.mechanism import Size, speeds_of
+from breaker.drive.family.network_files import trained_on
+from breaker.quantities.size import Size
+from breaker.quantities.speeds import speeds_of
 from breaker.shipped import FAMILIES, KINDS, model_file
-from breaker.workflow import missing_packages
+from breaker.workflow.jobs import missing_packages
 
 # Jobs run on what was checked before the first one.
 if snakemake_internals.is_first_process(workflow):

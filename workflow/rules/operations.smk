@@ -6,9 +6,9 @@ no other. A life goes through all of them at once.
 
 from functools import cache
 
-from breaker.files import fingerprint, list_breakers, list_fleet, list_known, list_once
-from breaker.fleet import breaker_chunks
-from breaker.workflow import chunks_of, recorded_source
+from breaker.reading.files.folder_listing import fingerprint, list_breakers, list_fleet, list_known, list_once
+from breaker.drive.fleet.breaker_chunks import breaker_chunks
+from breaker.workflow.chunks import chunks_of, recorded_source
 
 STAND_IN = "stand-in"
 # Which of the operations in a table of one's own.

@@ -2,16 +2,17 @@
 
 import pandas as pd
 
-from breaker.mechanism import from_list, speeds_of
-from breaker.stores import open_store
-from breaker.synthetic import failures
-from breaker.validation import (
+from breaker.common.zarr_store import open_store
+from breaker.drive.simulation.failure_times import failures
+from breaker.mechanism.limits import from_list
+from breaker.paper.validation.run_numbers import (
     MotionResults,
     numbers_of_all,
     numbers_of_life,
     numbers_of_motion,
 )
-from breaker.workflow import start
+from breaker.quantities.speeds import speeds_of
+from breaker.workflow.jobs import start
 
 log = start(snakemake)
 params, files = snakemake.params, snakemake.input

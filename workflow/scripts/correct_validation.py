@@ -1,9 +1,9 @@
 """Correct the posteriors of simulated records of one motion."""
 
-from breaker.model import Model
-from breaker.posterior import correct_validation
-from breaker.stores import describe, open_store, save
-from breaker.workflow import start
+from breaker.common.zarr_store import describe, open_store, save
+from breaker.paper.model.joint_model import Model
+from breaker.paper.posterior.exact_judge import correct_validation
+from breaker.workflow.jobs import start
 
 log = start(snakemake)
 params, wildcards = snakemake.params, snakemake.wildcards

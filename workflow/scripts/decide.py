@@ -3,22 +3,14 @@
 import json
 from pathlib import Path
 
-from breaker.files import save_frame
-from breaker.records import open_curves
-from breaker.stores import describe, open_store, save
-from breaker.wear import (
-    change_table,
-    days_per_operation,
-    decide,
-    headline,
-    limit_table,
-    limit_words,
-    operation_metadata,
-    since_new,
-    standing,
-    trust,
-)
-from breaker.workflow import start
+from breaker.common.zarr_store import describe, open_store, save
+from breaker.drive.life.calendar import days_per_operation
+from breaker.drive.life.first_page import headline, limit_words, since_new, trust
+from breaker.drive.life.life_tables import change_table, decide, limit_table, operation_metadata
+from breaker.drive.life.limit_states import standing
+from breaker.reading.files.safe_text import save_frame
+from breaker.reading.records.curve_reader import open_curves
+from breaker.workflow.jobs import start
 
 UNUSED = ("travel", "record", "measured", "measured_sd", "measured_reason", "remarks")
 

@@ -1,9 +1,9 @@
 """Predict the records at a few stages of the endurance test from their own posteriors."""
 
-from breaker.model import Model
-from breaker.posterior import predict_stages
-from breaker.stores import describe, open_store, save
-from breaker.workflow import start
+from breaker.common.zarr_store import describe, open_store, save
+from breaker.paper.model.joint_model import Model
+from breaker.paper.posterior.amortised import predict_stages
+from breaker.workflow.jobs import start
 
 log = start(snakemake)
 params, motion = snakemake.params, snakemake.wildcards.motion

@@ -4,10 +4,10 @@ from pathlib import Path
 
 import pandas as pd
 
-from breaker.files import save_frame
-from breaker.stores import open_store
-from breaker.validation import family_quality
-from breaker.workflow import start
+from breaker.common.zarr_store import open_store
+from breaker.paper.validation.quality_tables import family_quality
+from breaker.reading.files.safe_text import save_frame
+from breaker.workflow.jobs import start
 
 log = start(snakemake)
 tables = []

@@ -1,9 +1,11 @@
 """Simulate drives of the family, new and worn, as one part of its bank."""
 
-from breaker.model import Prior, generator
-from breaker.stores import describe, save
-from breaker.synthetic import Family, simulate_family
-from breaker.workflow import start
+from breaker.common.randomness import generator
+from breaker.common.zarr_store import describe, save
+from breaker.drive.simulation.drive_family import Family
+from breaker.drive.training.family_bank import simulate_family
+from breaker.mechanism.prior import Prior
+from breaker.workflow.jobs import start
 
 log = start(snakemake)
 params = snakemake.params

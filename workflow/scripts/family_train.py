@@ -2,11 +2,12 @@
 
 from pathlib import Path
 
-from breaker.family import write_network
-from breaker.posterior import Checkpoint, fingerprint
-from breaker.stores import describe, save
-from breaker.synthetic import open_family, rows_of, train_network
-from breaker.workflow import start
+from breaker.common.zarr_store import describe, save
+from breaker.drive.family.network_files import write_network
+from breaker.drive.training.network_training import train_network
+from breaker.drive.training.training_rows import open_family, rows_of
+from breaker.paper.posterior.training import Checkpoint, fingerprint
+from breaker.workflow.jobs import start
 
 log = start(snakemake)
 params, kind, output = snakemake.params, snakemake.wildcards.kind, snakemake.output

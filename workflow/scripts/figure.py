@@ -2,9 +2,9 @@
 
 from importlib import import_module
 
+from breaker.common.zarr_store import open_store
 from breaker.figures.style import save
-from breaker.stores import open_store
-from breaker.workflow import start
+from breaker.workflow.jobs import start
 
 start(snakemake)
 params, files = snakemake.params, dict(snakemake.input.items())

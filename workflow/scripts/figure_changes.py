@@ -1,9 +1,9 @@
 """Draw the changes of the parameters since new, over the operations of a life."""
 
+from breaker.common.zarr_store import open_store
 from breaker.figures.changes import changes
 from breaker.figures.style import save
-from breaker.stores import open_store
-from breaker.workflow import start
+from breaker.workflow.jobs import start
 
 log = start(snakemake)
 life, truth = open_store(snakemake.input.life).load(), None

@@ -1,10 +1,10 @@
 """Draw the parameters over the operations of the endurance test, in blocks of them (Fig. 10)."""
 
+from breaker.common.zarr_store import open_store
 from breaker.figures.evolution import evolution
 from breaker.figures.style import save
-from breaker.stores import open_store
-from breaker.validation import blocks_of
-from breaker.workflow import start
+from breaker.paper.validation.operation_blocks import blocks_of
+from breaker.workflow.jobs import start
 
 log = start(snakemake)
 files = snakemake.input

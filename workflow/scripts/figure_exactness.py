@@ -1,11 +1,11 @@
 """Draw how far the network's posteriors are from the exact ones."""
 
+from breaker.common.zarr_store import open_store
 from breaker.figures.exactness import exactness
 from breaker.figures.style import save
-from breaker.posterior import summary
-from breaker.stores import open_store
-from breaker.validation import examples
-from breaker.workflow import start
+from breaker.paper.posterior.posterior_tables import summary
+from breaker.paper.validation.amortised_against_exact import examples
+from breaker.workflow.jobs import start
 
 start(snakemake)
 judged, amortised, corrected = (

@@ -1,11 +1,12 @@
 """Draw how well a curve determines each parameter, and how much of it posteriors reach."""
 
+from breaker.common.zarr_store import open_store
 from breaker.figures.identifiability import identifiability
 from breaker.figures.style import save
-from breaker.mechanism import is_logarithmic, prior_sds
-from breaker.stores import open_store
-from breaker.validation import contraction, reached
-from breaker.workflow import start
+from breaker.paper.validation.amortised_against_exact import reached
+from breaker.paper.validation.diagnostics import contraction
+from breaker.quantities.parameters import is_logarithmic, prior_sds
+from breaker.workflow.jobs import start
 
 start(snakemake)
 params, motion = snakemake.params, snakemake.wildcards.motion

@@ -2,12 +2,13 @@
 
 import numpy as np
 
+from breaker.common.zarr_store import open_store
 from breaker.figures.pairs import pairs
 from breaker.figures.style import save
-from breaker.mechanism import is_logarithmic
-from breaker.stores import open_store
-from breaker.validation import correlation, parameters_of
-from breaker.workflow import start
+from breaker.paper.validation.diagnostics import correlation
+from breaker.paper.validation.quality_tables import parameters_of
+from breaker.quantities.parameters import is_logarithmic
+from breaker.workflow.jobs import start
 
 start(snakemake)
 wildcards = snakemake.wildcards

@@ -2,12 +2,12 @@
 
 import numpy as np
 
+from breaker.common.zarr_store import open_store
 from breaker.figures.predictive import prior_predictive
 from breaker.figures.style import save
-from breaker.records import open_curves
-from breaker.stores import open_store
-from breaker.validation import prior_check
-from breaker.workflow import start
+from breaker.paper.validation.diagnostics import prior_check
+from breaker.reading.records.curve_reader import open_curves
+from breaker.workflow.jobs import start
 
 log = start(snakemake)
 prior = open_store(snakemake.input.prior)

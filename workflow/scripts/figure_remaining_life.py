@@ -2,12 +2,13 @@
 
 import xarray as xr
 
+from breaker.common.zarr_store import open_store
+from breaker.drive.simulation.failure_times import true_lives
 from breaker.figures.remaining_life import remaining_life
 from breaker.figures.style import save
-from breaker.mechanism import from_list, speeds_of
-from breaker.stores import open_store
-from breaker.synthetic import true_lives
-from breaker.workflow import start
+from breaker.mechanism.limits import from_list
+from breaker.quantities.speeds import speeds_of
+from breaker.workflow.jobs import start
 
 log = start(snakemake)
 life, standing = (open_store(snakemake.input[name]).load() for name in ("life", "standing"))

@@ -2,12 +2,14 @@
 
 import json
 
+from breaker.common.zarr_store import open_store
 from breaker.figures import validation
 from breaker.figures.style import save
-from breaker.mechanism import is_logarithmic, prior_sds
-from breaker.stores import open_store
-from breaker.validation import judge_draws, parameters_of, recovery, scores, with_width
-from breaker.workflow import start
+from breaker.paper.validation.calibration import judge_draws
+from breaker.paper.validation.diagnostics import recovery, scores
+from breaker.paper.validation.quality_tables import parameters_of, with_width
+from breaker.quantities.parameters import is_logarithmic, prior_sds
+from breaker.workflow.jobs import start
 
 log = start(snakemake)
 params, wildcards = snakemake.params, snakemake.wildcards

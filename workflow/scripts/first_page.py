@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pandas as pd
 
-from breaker.wear import opening
-from breaker.workflow import start
+from breaker.drive.life.first_page import opening
+from breaker.workflow.jobs import start
 
 log = start(snakemake)
 words = json.loads(Path(snakemake.input.words).read_text(encoding="utf-8"))

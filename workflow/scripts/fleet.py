@@ -5,13 +5,14 @@ from pathlib import Path
 
 import xarray as xr
 
+from breaker.common.zarr_store import open_store
+from breaker.drive.fleet.fleet_page import fleet_page
+from breaker.drive.fleet.ranking import fleet_table, learn_types, type_table
 from breaker.figures import fleet as drawn
 from breaker.figures import style
-from breaker.files import save_frame
-from breaker.fleet import fleet_page, fleet_table, learn_types, type_table
-from breaker.model import Prior
-from breaker.stores import open_store
-from breaker.workflow import start
+from breaker.mechanism.prior import Prior
+from breaker.reading.files.safe_text import save_frame
+from breaker.workflow.jobs import start
 
 log = start(snakemake)
 params, output = snakemake.params, snakemake.output

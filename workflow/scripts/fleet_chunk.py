@@ -1,9 +1,11 @@
 """Answer some breakers of a fleet, one after the other."""
 
-from breaker.files import list_fleet
-from breaker.fleet import examine, members_of, stored
-from breaker.stores import describe, save
-from breaker.workflow import start
+from breaker.common.zarr_store import describe, save
+from breaker.drive.fleet.drive_dataset import stored
+from breaker.drive.fleet.drive_document import examine
+from breaker.drive.fleet.members import members_of
+from breaker.reading.files.folder_listing import list_fleet
+from breaker.workflow.jobs import start
 
 log = start(snakemake)
 params, config = snakemake.params, dict(snakemake.params.items())

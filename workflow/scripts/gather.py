@@ -2,11 +2,11 @@
 
 import pandas as pd
 
-from breaker.files import save_frame
-from breaker.posterior import intervals, table
-from breaker.records import open_curves
-from breaker.stores import save
-from breaker.workflow import start
+from breaker.common.zarr_store import save
+from breaker.paper.posterior.posterior_tables import intervals, table
+from breaker.reading.files.safe_text import save_frame
+from breaker.reading.records.curve_reader import open_curves
+from breaker.workflow.jobs import start
 
 log = start(snakemake)
 tables = []

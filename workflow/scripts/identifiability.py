@@ -1,8 +1,10 @@
 """Compute the contraction that an exact posterior reaches, over draws from the prior."""
 
-from breaker.model import Model, generator, limit_over_prior
-from breaker.stores import describe, save
-from breaker.workflow import start
+from breaker.common.randomness import generator
+from breaker.common.zarr_store import describe, save
+from breaker.paper.model.fisher_information import limit_over_prior
+from breaker.paper.model.joint_model import Model
+from breaker.workflow.jobs import start
 
 log = start(snakemake)
 params, motion = snakemake.params, snakemake.wildcards.motion

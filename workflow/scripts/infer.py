@@ -1,8 +1,9 @@
 """Infer some operations of the endurance test."""
 
-from breaker.posterior import Posterior, infer
-from breaker.stores import describe, open_store, save
-from breaker.workflow import start
+from breaker.common.zarr_store import describe, open_store, save
+from breaker.paper.posterior.amortised import infer
+from breaker.paper.posterior.estimator import Posterior
+from breaker.workflow.jobs import start
 
 log = start(snakemake)
 params, motion = snakemake.params, snakemake.wildcards.motion

@@ -1,8 +1,9 @@
 """Infer some operations of the endurance test by the networks of families that ship."""
 
-from breaker.family import infer_operations, shipped_networks
-from breaker.stores import describe, open_store, save
-from breaker.workflow import start
+from breaker.common.zarr_store import describe, open_store, save
+from breaker.drive.family.network_files import shipped_networks
+from breaker.drive.family.operation_inference import infer_operations
+from breaker.workflow.jobs import start
 
 log = start(snakemake)
 params, motion = snakemake.params, snakemake.wildcards.motion

@@ -1,9 +1,11 @@
 """Hold the network's own density against the exact posterior, curve by curve."""
 
-from breaker.files import save_frame
-from breaker.posterior import Posterior, judge, summary
-from breaker.stores import describe, open_store, save
-from breaker.workflow import start
+from breaker.common.zarr_store import describe, open_store, save
+from breaker.paper.posterior.estimator import Posterior
+from breaker.paper.posterior.exact_judge import judge
+from breaker.paper.posterior.posterior_tables import summary
+from breaker.reading.files.safe_text import save_frame
+from breaker.workflow.jobs import start
 
 log = start(snakemake)
 posterior = Posterior.load(snakemake.input.model)

@@ -2,11 +2,13 @@
 
 import numpy as np
 
-from breaker.mechanism import from_list, speeds_of
-from breaker.records import open_curves
-from breaker.stores import describe, save
-from breaker.wear import Event, follow_curves
-from breaker.workflow import start
+from breaker.common.zarr_store import describe, save
+from breaker.drive.life.life_results import follow_curves
+from breaker.drive.life.work_events import Event
+from breaker.mechanism.limits import from_list
+from breaker.quantities.speeds import speeds_of
+from breaker.reading.records.curve_reader import open_curves
+from breaker.workflow.jobs import start
 
 UNUSED = ("travel", "measured_sd", "measured_reason", "remarks")  # which a long life has much of
 

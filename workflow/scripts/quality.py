@@ -2,11 +2,11 @@
 
 import pandas as pd
 
-from breaker.files import save_frame
-from breaker.mechanism import is_logarithmic, prior_sds
-from breaker.stores import open_store
-from breaker.validation import quality, quality_words
-from breaker.workflow import start
+from breaker.common.zarr_store import open_store
+from breaker.paper.validation.quality_tables import quality, quality_words
+from breaker.quantities.parameters import is_logarithmic, prior_sds
+from breaker.reading.files.safe_text import save_frame
+from breaker.workflow.jobs import start
 
 log = start(snakemake)
 params = snakemake.params

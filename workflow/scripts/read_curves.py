@@ -2,12 +2,13 @@
 
 from pathlib import Path
 
-from breaker.files import list_operations
-from breaker.mechanism import speeds_of
-from breaker.model import grid
-from breaker.records import Grid, read_curves
-from breaker.stores import describe, save
-from breaker.workflow import start
+from breaker.common.zarr_store import describe, save
+from breaker.mechanism.sensor import grid
+from breaker.quantities.speeds import speeds_of
+from breaker.reading.files.folder_listing import list_operations
+from breaker.reading.records.curve_reader import read_curves
+from breaker.reading.records.model_grid import Grid
+from breaker.workflow.jobs import start
 
 log = start(snakemake)
 params, motion = snakemake.params, snakemake.wildcards.motion

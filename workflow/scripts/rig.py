@@ -1,7 +1,7 @@
 """Run the stand-in: write the curve files of one motion of its endurance test."""
 
-from breaker.synthetic import Rig
-from breaker.workflow import start
+from breaker.drive.simulation.endurance_rig import Rig
+from breaker.workflow.jobs import start
 
 log = start(snakemake)
 params = snakemake.params

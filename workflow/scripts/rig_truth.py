@@ -1,10 +1,11 @@
 """Write down the true state of the stand-in, operation by operation."""
 
-from breaker.mechanism import speeds_of
-from breaker.model import grid
-from breaker.stores import describe, save
-from breaker.synthetic import Rig, truth_of
-from breaker.workflow import start
+from breaker.common.zarr_store import describe, save
+from breaker.drive.simulation.endurance_rig import Rig
+from breaker.drive.simulation.rig_truth import truth_of
+from breaker.mechanism.sensor import grid
+from breaker.quantities.speeds import speeds_of
+from breaker.workflow.jobs import start
 
 log = start(snakemake)
 params = snakemake.params

@@ -1,8 +1,12 @@
 """Simulate operations of one motion from the prior: for a bank, or to look at."""
 
-from breaker.model import Model, Prior, Sensor, generator, simulate
-from breaker.stores import describe, save
-from breaker.workflow import start
+from breaker.common.randomness import generator
+from breaker.common.zarr_store import describe, save
+from breaker.mechanism.prior import Prior
+from breaker.mechanism.sensor import Sensor
+from breaker.paper.model.joint_model import Model
+from breaker.paper.model.simulation_bank import simulate
+from breaker.workflow.jobs import start
 
 log = start(snakemake)
 params, motion = snakemake.params, snakemake.wildcards.motion

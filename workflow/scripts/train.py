@@ -3,24 +3,20 @@
 from functools import partial
 from pathlib import Path
 
-from breaker.model import generator, open_bank
-from breaker.posterior import (
-    Checkpoint,
+from breaker.common.randomness import generator
+from breaker.common.zarr_store import describe, save
+from breaker.paper.model.simulation_bank import open_bank
+from breaker.paper.posterior.estimator import Posterior
+from breaker.paper.posterior.solver_steps import convergence, held_out_log_density, records
+from breaker.paper.posterior.training import Checkpoint, Trainer, choose_device, fingerprint
+from breaker.paper.posterior.training_batches import (
     OnlineRows,
-    Posterior,
     Rows,
     StreamedRows,
-    Trainer,
-    choose_device,
-    convergence,
-    fingerprint,
     freeze_inputs,
-    held_out_log_density,
-    records,
     split,
 )
-from breaker.stores import describe, save
-from breaker.workflow import start
+from breaker.workflow.jobs import start
 
 log = start(snakemake)
 params, motion, output = snakemake.params, snakemake.wildcards.motion, snakemake.output

@@ -1,8 +1,9 @@
 """Infer simulated records of one motion whose truth is known."""
 
-from breaker.posterior import Posterior, validate
-from breaker.stores import describe, save
-from breaker.workflow import start
+from breaker.common.zarr_store import describe, save
+from breaker.paper.posterior.amortised import validate
+from breaker.paper.posterior.estimator import Posterior
+from breaker.workflow.jobs import start
 
 log = start(snakemake)
 params, wildcards = snakemake.params, snakemake.wildcards

@@ -1,10 +1,10 @@
 """Draw from the posteriors of held-out drives, whose state and changes are known."""
 
-from breaker.family import open_network
-from breaker.model import generator
-from breaker.stores import describe, open_store, save
-from breaker.synthetic import rows_of, sample_rows
-from breaker.workflow import start
+from breaker.common.randomness import generator
+from breaker.common.zarr_store import describe, open_store, save
+from breaker.drive.family.network_files import open_network
+from breaker.drive.training.training_rows import rows_of, sample_rows
+from breaker.workflow.jobs import start
 
 log = start(snakemake)
 params, kind, source = snakemake.params, snakemake.wildcards.kind, snakemake.wildcards.source

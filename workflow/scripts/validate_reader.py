@@ -4,11 +4,13 @@ import json
 
 import numpy as np
 
-from breaker.model import generator
-from breaker.posterior import Posterior, sample_records
-from breaker.stores import describe, save
-from breaker.synthetic import DIALECTS, through_files
-from breaker.workflow import start
+from breaker.common.randomness import generator
+from breaker.common.zarr_store import describe, save
+from breaker.paper.posterior.amortised import sample_records
+from breaker.paper.posterior.estimator import Posterior
+from breaker.paper.validation.round_trip import through_files
+from breaker.reading.instruments.dialects import DIALECTS
+from breaker.workflow.jobs import start
 
 log = start(snakemake)
 params, motion, seed = snakemake.params, snakemake.wildcards.motion, int(snakemake.wildcards.seed)

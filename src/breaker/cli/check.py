@@ -2,9 +2,9 @@
 
 import argparse
 
-from breaker.cli.named import add_path
+from breaker.cli.command_settings import settings_of
+from breaker.cli.operations_named import add_path
 from breaker.cli.printing import say
-from breaker.cli.settings import settings_of
 
 
 def add(check: argparse.ArgumentParser) -> None:
@@ -15,7 +15,7 @@ def add(check: argparse.ArgumentParser) -> None:
 
 
 def _run(options: argparse.Namespace) -> int:
-    from breaker.inspection import check_folder, checked_text
+    from breaker.reading.inspection.acceptance import check_folder, checked_text
 
     config = settings_of(options.config)
     motions = config["motions"]

@@ -12,10 +12,11 @@ from typing import TextIO
 
 from breaker import __version__
 from breaker.cli import check, compare, fit_prior, infer, inspect, manifest, report
-from breaker.cli.named import SEVERAL, add_path
+from breaker.cli.command_settings import PROJECT
+from breaker.cli.operations_named import SEVERAL, add_path
 from breaker.cli.printing import say
-from breaker.cli.settings import PROJECT
-from breaker.workflow import ConfigurationError, missing_packages, set_threads
+from breaker.configuration.yaml_sources import ConfigurationError
+from breaker.workflow.jobs import missing_packages, set_threads
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

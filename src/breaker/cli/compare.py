@@ -7,10 +7,10 @@ from collections.abc import Mapping, Sequence
 from functools import reduce
 from operator import getitem
 
-from breaker.cli.named import SEVERAL, add_choice, add_path, operations_of, percent
+from breaker.cli.command_settings import limits_of, settings_of
+from breaker.cli.operations_named import SEVERAL, add_choice, add_path, operations_of, percent
 from breaker.cli.outputs import check_outputs, draw, say_written
 from breaker.cli.printing import say
-from breaker.cli.settings import limits_of, settings_of
 
 _VISITS = ("before", "today")
 _SHARED = ("seed", "known", "speeds", "endurance.misfit_p_value")  # that no visit has for itself
@@ -49,7 +49,9 @@ def _run(options: argparse.Namespace) -> int:
     listed = {visit: operations_of(named[visit], options, configs[visit]) for visit in _VISITS}
     _check_visits([operations for operations, _ in listed.values()])
     # Imported here, so that --help and wrong options answer at once.
-    from breaker.answers import compared, read_operations, visits_in_words
+    from breaker.drive.answers.drive_records import read_operations
+    from breaker.drive.answers.visit_comparison import compared
+    from breaker.drive.answers.visit_document import visits_in_words
 
     forms = {visit: each["endurance"]["format"] for visit, each in configs.items()}
     document = compared(

@@ -4,10 +4,10 @@ import argparse
 from collections.abc import Mapping
 from contextlib import suppress
 
-from breaker.cli.named import add_path, each_once
+from breaker.cli.command_settings import limits_of, settings_of
+from breaker.cli.operations_named import add_path, each_once
 from breaker.cli.outputs import check_outputs, draw, say_written, write_lines
 from breaker.cli.printing import say
-from breaker.cli.settings import limits_of, settings_of
 
 
 def add(fit_prior: argparse.ArgumentParser) -> None:
@@ -29,18 +29,14 @@ def _run(options: argparse.Namespace) -> int:
     config = settings_of(options.config)
     limits = limits_of(config, options.config)
     # Imported here, so that --help and wrong options answer at once.
-    from breaker.answers import (
-        SWINGING,
-        FittedPrior,
-        check_fitted,
-        overlay_of,
-        overlay_text,
-        report,
-        swings_back,
-    )
-    from breaker.mechanism import Size, from_list, speeds_of
+    from breaker.configuration.loading import check, merge, read
+    from breaker.drive.answers.prior_checks import check_fitted
+    from breaker.drive.answers.prior_report import overlay_of, overlay_text, report
+    from breaker.drive.answers.type_prior import SWINGING, FittedPrior, swings_back
+    from breaker.mechanism.limits import from_list
+    from breaker.quantities.size import Size
+    from breaker.quantities.speeds import speeds_of
     from breaker.shipped import DEFAULTS
-    from breaker.workflow import check, merge, read
 
     seed, least = config["seed"], config["endurance"]["misfit_p_value"]
     recorded, fitted = _fitted(options, config)
@@ -76,8 +72,9 @@ def _run(options: argparse.Namespace) -> int:
 
 def _fitted(options: argparse.Namespace, config: Mapping) -> tuple:
     """The records of some breakers, and the prior fitted to them."""
-    from breaker.answers import fit_type, list_breakers, read_breakers, reference_of, wear_allowance
     from breaker.cli.infer import families
+    from breaker.drive.answers.type_prior import fit_type, reference_of, wear_allowance
+    from breaker.drive.answers.type_records import list_breakers, read_breakers
 
     endurance, least = config["endurance"], config["endurance"]["misfit_p_value"]
     listed = list_breakers(each_once(options.folders), config["motions"], options.type)

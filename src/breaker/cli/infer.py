@@ -6,11 +6,11 @@ import math
 import shlex
 from collections.abc import Iterable, Mapping, Sequence
 
-from breaker.cli.named import MOTIONS, SEVERAL, add_choice, add_path, operations_of
+from breaker.cli.command_settings import limits_of, settings_of
+from breaker.cli.operations_named import MOTIONS, SEVERAL, add_choice, add_path, operations_of
 from breaker.cli.outputs import check_outputs, draw, say_written, whole, write_lines
 from breaker.cli.printing import say
 from breaker.cli.reference import add_reference, overlays_of
-from breaker.cli.settings import limits_of, settings_of
 
 _FACTORS = (0.01, 100.0)  # of a size, as in the configuration
 
@@ -53,7 +53,7 @@ def _factor(text: str) -> float:
 
 def _fact(text: str) -> tuple[str, list[float]]:
     """Name, value and sd of ``NAME=VALUE:SD``."""
-    from breaker.mechanism import check_fact
+    from breaker.quantities.catalogue import check_fact
 
     name, _, numbers = text.partition("=")
     value, sd = map(_number, numbers.partition(":")[::2])
@@ -83,16 +83,13 @@ def _run(options: argparse.Namespace) -> int:
     endurance = config["endurance"]
     operations, loose = operations_of(options.files, options, config)
     # Imported here, so that --help and wrong options answer at once.
-    from breaker.answers import (
-        document,
-        explained,
-        in_words,
-        infer_drive,
-        infer_means,
-        judged,
-        read_operations,
-    )
-    from breaker.mechanism import from_list
+    from breaker.drive.answers.answer_document import document
+    from breaker.drive.answers.answer_words import in_words
+    from breaker.drive.answers.drive_records import read_operations
+    from breaker.drive.answers.inference import infer_drive, infer_means
+    from breaker.drive.answers.limit_verdicts import judged
+    from breaker.drive.answers.number_sources import explained
+    from breaker.mechanism.limits import from_list
 
     given, words = _given(options, config)
     settings = {name: endurance[name] for name in ("draws", "misfit_p_value")}
@@ -129,10 +126,11 @@ def _run(options: argparse.Namespace) -> int:
 
 def _given(options: argparse.Namespace, config: Mapping) -> tuple:
     """What is given beside the records, and what to say of it."""
-    from breaker.answers import FACTS, Given
-    from breaker.mechanism import Size, in_digits
+    from breaker.common.numerals import in_digits
+    from breaker.configuration.loading import read
+    from breaker.drive.answers.evidence import FACTS, Given
+    from breaker.quantities.size import Size
     from breaker.shipped import DEFAULTS
-    from breaker.workflow import read
 
     known = dict(options.known)
     if len(known) < len(options.known):
@@ -157,7 +155,7 @@ def _given(options: argparse.Namespace, config: Mapping) -> tuple:
             "--size is of drives with the default prior, and that of the configuration is another; "
             "leave it out"
         )
-    from breaker.model import Prior
+    from breaker.mechanism.prior import Prior
 
     prior = Prior.from_settings(config["prior"])
     return Given(Size(**config["size"]), prior, known), ["prior and size are the configuration's"]
@@ -167,8 +165,8 @@ def _reference(options: argparse.Namespace, form: Mapping) -> list:
     """What is read of the good record, if one is named."""
     if options.reference is None:
         return []
-    from breaker.answers import read_operations
-    from breaker.files import Operation
+    from breaker.drive.answers.drive_records import read_operations
+    from breaker.reading.files.operations_table import Operation
 
     operations = [Operation(1, options.reference, channel=options.channel)]
     motions = [options.motion] if options.motion else MOTIONS
@@ -177,7 +175,8 @@ def _reference(options: argparse.Namespace, form: Mapping) -> list:
 
 def families(model: str | None) -> Iterable:
     """The networks of families, in the order in which they are tried; opened when they are."""
-    from breaker.family import Levels, open_network, shipped_networks
+    from breaker.drive.family.level_network import Levels
+    from breaker.drive.family.network_files import open_network, shipped_networks
 
     if model is None:
         return (levels for (levels,) in shipped_networks("levels"))
@@ -206,18 +205,18 @@ def _write(answers: Sequence, given, found: Mapping, overlays: Sequence, options
     """Write what the options ask for, and return what was written, in words."""
     seed, written = found["settings"]["seed"], []
     if options.output:
-        from breaker.answers import table_of
+        from breaker.drive.answers.answer_document import table_of
 
         written.append(write_lines(options.output, table_of(found)))
     if options.draws:
-        from breaker.answers import tree
+        from breaker.drive.answers.arviz_tree import tree
 
         draws = tree(answers, given, seed=seed)
         with whole(options.draws) as part:
             draws.to_zarr(part, mode="w", zarr_format=2)
         written.append(f"draws written to {options.draws}")
     if options.plot:
-        from breaker.answers import shown
+        from breaker.drive.answers.picture_data import shown
         from breaker.figures import answer, overlay
 
         over = overlays and overlay.overlay(overlays)

@@ -2,10 +2,10 @@
 
 import argparse
 
-from breaker.cli.named import add_path
+from breaker.cli.command_settings import PROJECT, settings_of
+from breaker.cli.operations_named import add_path
 from breaker.cli.outputs import check_outputs, draw, say_written, write_lines
 from breaker.cli.printing import say
-from breaker.cli.settings import PROJECT, settings_of
 
 
 def add(inspect: argparse.ArgumentParser) -> None:
@@ -25,7 +25,8 @@ def add(inspect: argparse.ArgumentParser) -> None:
 def _run(options: argparse.Namespace) -> int:
     outputs = [(options.output, "lines"), (options.plot, "picture")]
     check_outputs(outputs, [options.file, *options.config])
-    from breaker.inspection import inspect_file, overlay_of, report_of
+    from breaker.reading.inspection.proposal_words import overlay_of, report_of
+    from breaker.reading.inspection.setting_proposal import inspect_file
 
     sensor = settings_of(options.config)["sensor"]
     proposal = inspect_file(options.file, sensor, options.channel)

@@ -2,10 +2,10 @@
 
 import argparse
 
-from breaker.cli.named import SEVERAL, add_path
+from breaker.cli.command_settings import settings_of
+from breaker.cli.operations_named import SEVERAL, add_path
 from breaker.cli.outputs import check_outputs, write_lines
 from breaker.cli.printing import say
-from breaker.cli.settings import settings_of
 
 
 def add(manifest: argparse.ArgumentParser) -> None:
@@ -20,8 +20,10 @@ def add(manifest: argparse.ArgumentParser) -> None:
 
 def _run(options: argparse.Namespace) -> int:
     check_outputs([(options.output, "lines")], [options.folder, *options.config])
-    from breaker.files import FORMAT, on_terminal, propose_manifest
-    from breaker.inspection import describe_file
+    from breaker.reading.files.format_settings import FORMAT
+    from breaker.reading.files.safe_text import on_terminal
+    from breaker.reading.files.table_proposal import propose_manifest
+    from breaker.reading.inspection.file_description import describe_file
 
     config = settings_of(options.config)
     own = {"configured": config["endurance"]["format"] != FORMAT}

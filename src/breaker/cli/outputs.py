@@ -7,11 +7,11 @@ import sys
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
-from breaker.cli.named import MOTIONS
+from breaker.cli.command_settings import ADVANCED, PROJECT
+from breaker.cli.operations_named import MOTIONS
 from breaker.cli.printing import say
-from breaker.cli.settings import ADVANCED, PROJECT
+from breaker.common.atomic_writes import whole
 from breaker.shipped import DEFAULTS
-from breaker.stores import whole
 
 _PICTURES = (".png", ".pdf", ".svg", ".jpg", ".jpeg")
 _REPORTS = (".pdf", ".html")
@@ -74,7 +74,8 @@ def _check_place(name: str, target: Path, kind: str) -> None:
 
 def _check_not_read(name: str, target: Path, read: Sequence[Path], kind: str) -> None:
     """Refuse what is read by this command, by whatever path or link, or would be by the next."""
-    from breaker.files import ENDINGS, MANIFEST
+    from breaker.reading.files.formats import ENDINGS
+    from breaker.reading.files.operations_table import MANIFEST
 
     folders = {os.path.realpath(each / sub) for each in read for sub in ("", *MOTIONS)}
     parts = (part for each in read for part in _parts(each))

@@ -11,6 +11,6 @@ def say(text: str, *, beside: bool = False, end: str = "\n") -> None:
         beside: Whether on stderr, beside what others read.
         end: What follows it.
     """
-    from breaker.files import on_terminal
+    from breaker.reading.files.safe_text import on_terminal
 
     print(on_terminal(text), file=sys.stderr if beside else sys.stdout, end=end)

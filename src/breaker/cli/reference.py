@@ -3,7 +3,7 @@
 import argparse
 from collections.abc import Sequence
 
-from breaker.cli.named import add_path, percent
+from breaker.cli.operations_named import add_path, percent
 
 
 def add_reference(command: argparse.ArgumentParser) -> None:
@@ -30,7 +30,7 @@ def overlays_of(records: Sequence, good: Sequence, options: argparse.Namespace) 
         ValueError: If the good record cannot be read, or has no motion of the others; or if a
             tolerance is given without it.
     """
-    from breaker.answers import TOLERANCE, overlaid
+    from breaker.drive.answers.reference_curve import TOLERANCE, overlaid
 
     if options.reference is None:
         if options.tolerance is not None:

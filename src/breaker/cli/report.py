@@ -5,15 +5,15 @@ from collections.abc import Mapping, Sequence
 from math import isnan
 from typing import TYPE_CHECKING
 
-from breaker.cli.named import MOTIONS, SEVERAL, add_path
+from breaker.cli.command_settings import limits_of, settings_of
+from breaker.cli.operations_named import MOTIONS, SEVERAL, add_path
 from breaker.cli.outputs import check_outputs, write_bytes, write_lines
 from breaker.cli.printing import say
 from breaker.cli.reference import add_reference, overlays_of
-from breaker.cli.settings import limits_of, settings_of
 from breaker.cli.visit import read_visit
 
 if TYPE_CHECKING:
-    from breaker.files import Preamble
+    from breaker.reading.files.preamble import Preamble
 
 _PLATE = ("station", "bay", "type", "serial")  # what a file may state of its breaker
 _BESIDE = ("Gas pressure", "Temperature", "Operator")  # and of the test
@@ -41,9 +41,12 @@ def _run(options: argparse.Namespace) -> int:
     config = settings_of(options.config)
     limits = limits_of(config, options.config)
     # Imported here, so that --help and wrong options answer at once.
-    from breaker.answers import Given, infer_drive, judged, report_of
     from breaker.cli.infer import families
-    from breaker.mechanism import from_list
+    from breaker.drive.answers.evidence import Given
+    from breaker.drive.answers.inference import infer_drive
+    from breaker.drive.answers.limit_verdicts import judged
+    from breaker.drive.answers.test_report import report_of
+    from breaker.mechanism.limits import from_list
 
     form, endurance = config["endurance"]["format"], config["endurance"]
     records = read_visit(options.files, options, form)
@@ -96,9 +99,9 @@ def _check_one(records: Sequence) -> None:
 
 def _plate(records: Sequence, before: Sequence, stated: Mapping) -> list[tuple[str, str]]:
     """Nameplate and test, as far as they are known: of the table of operations, and of files."""
-    from breaker.answers import date_of, dates_in_words
-    from breaker.files import printable
-    from breaker.mechanism import in_digits
+    from breaker.common.numerals import in_digits
+    from breaker.drive.answers.file_statements import date_of, dates_in_words
+    from breaker.reading.files.guards import printable
 
     operations = [each.operation for each in records]
     files = dict.fromkeys(each.operation.file for each in records if not each.reason)
@@ -134,7 +137,8 @@ def _beside(stated: "Preamble", name: str) -> str:
     """What a file states of a test by the words of its name, with its unit; nothing if it does
     not.
     """
-    from breaker.files import STATED, says
+    from breaker.reading.files.lexicon import STATED
+    from breaker.reading.files.word_lookup import says
 
     found = (each for each in stated.pairs if says(each.name, STATED[name]))
     return next((f"{each.text} {each.unit}".rstrip() for each in found if each.text), "")
@@ -142,7 +146,7 @@ def _beside(stated: "Preamble", name: str) -> str:
 
 def _points(stated: Mapping, config: Mapping) -> dict:
     """Points of speeds: of the configuration, or else those of the speeds that files print."""
-    from breaker.inspection import stated_speeds
+    from breaker.reading.inspection.printed_comparison import stated_speeds
 
     points = _SPEEDS | config["speeds"]
     for motion in MOTIONS:
@@ -159,8 +163,13 @@ def _printed(stated: Mapping, records: Sequence, points: Mapping) -> dict:
 
     A channel is meant by its phase, or else by its number among those of the file.
     """
-    from breaker.files import channel_of, phase_in, printable
-    from breaker.inspection import meant_motions, measured_name, stated_speeds
+    from breaker.reading.files.guards import printable
+    from breaker.reading.files.phases import channel_of, phase_in
+    from breaker.reading.inspection.printed_comparison import (
+        meant_motions,
+        measured_name,
+        stated_speeds,
+    )
 
     found = {}
     for file, preamble in stated.items():
@@ -189,7 +198,8 @@ def _changes(records: Sequence, before: Sequence, config: Mapping) -> dict:
     """
     if not before:
         return {}
-    from breaker.answers import compared, swapped
+    from breaker.drive.answers.identity import swapped
+    from breaker.drive.answers.visit_comparison import compared
 
     rejected = [each.reason for each in before if each.reason]
     found, said = {}, swapped(before, records)
@@ -223,7 +233,7 @@ def _write(report, output: str) -> str:
         pages = list(drawn.pages(report))
         write_bytes(output, encoded(pages, "pdf"))
         return without_font(pages)
-    from breaker.answers import report_page
+    from breaker.drive.answers.html_page import report_page
 
     pages = list(drawn.curve_pages(report))
     write_lines(output, report_page(report, [encoded([each], "png") for each in pages]))

@@ -5,10 +5,10 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from breaker.cli.named import MOTIONS, each_once, is_folder
+from breaker.cli.operations_named import MOTIONS, each_once, is_folder
 
 if TYPE_CHECKING:
-    from breaker.files import Files, Opened
+    from breaker.reading.files.opened_file import Files, Opened
 
 
 def read_visit(named: Sequence[str], options: argparse.Namespace, form: Mapping) -> list:
@@ -20,8 +20,10 @@ def read_visit(named: Sequence[str], options: argparse.Namespace, form: Mapping)
     Raises:
         ValueError: If a table names several breakers.
     """
-    from breaker.answers import read_operations
-    from breaker.files import MANIFEST, Files, Operation, read_manifest, record_files
+    from breaker.drive.answers.drive_records import read_operations
+    from breaker.reading.files.folder_listing import record_files
+    from breaker.reading.files.opened_file import Files
+    from breaker.reading.files.operations_table import MANIFEST, Operation, read_manifest
 
     rows: dict[str, list] = {motion: [] for motion in MOTIONS}
     files, opened = [], Files()
@@ -56,8 +58,9 @@ def _numbered(
     files: Sequence[Path], chosen: Sequence[str], form: Mapping, opened: "Files"
 ) -> list[tuple]:
     """Each file, the number of its operation, and its channels."""
-    from breaker.answers import PoleFile, date_in, operations_of_poles, phases_in_names
-    from breaker.inspection import stated_in
+    from breaker.drive.answers.file_statements import date_in
+    from breaker.drive.answers.pole_files import PoleFile, operations_of_poles, phases_in_names
+    from breaker.reading.inspection.file_contents import stated_in
 
     channels = {file: _channels(opened[file], chosen) for file in files}
     in_names = phases_in_names(files)
@@ -79,8 +82,8 @@ def _channels(file: "Opened", chosen: Sequence[str]) -> dict[str, tuple[str, Map
     """Names of channels, and what goes with each, by columns of travel of a file; the name of one
     alone is its phase, empty where the file states none.
     """
-    from breaker.files import RejectedCurveError
-    from breaker.inspection import travel_channels
+    from breaker.reading.files.guards import RejectedCurveError
+    from breaker.reading.inspection.file_description import travel_channels
 
     try:
         found = travel_channels(file)

@@ -6,9 +6,10 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from breaker.answers import Curve, Shown
+from breaker.drive.answers.picture_data import PictureCurve, Shown
 from breaker.figures import style
-from breaker.mechanism import EVENTS, PARAMETERS
+from breaker.quantities.parameters import PARAMETERS
+from breaker.quantities.speeds import EVENTS
 
 _COLOURS = {"closing": style.CORRECTED, "opening": style.AMORTISED}
 _BOTH = style.MODEL
@@ -51,7 +52,7 @@ def answer(data: Shown) -> Figure:
     return figure
 
 
-def _record(axis: Axes, data: Curve, motion: str, width: float) -> None:
+def _record(axis: Axes, data: PictureCurve, motion: str, width: float) -> None:
     """A record, the nearest shape, and when the contact switches; the panel is so many inches."""
     colour = _COLOURS[motion]
     if data.switching.size:
@@ -71,7 +72,7 @@ def _record(axis: Axes, data: Curve, motion: str, width: float) -> None:
     axis.set_title(style.within(title, width), **look)
 
 
-def _left(axis: Axes, data: Curve) -> None:
+def _left(axis: Axes, data: PictureCurve) -> None:
     """What the nearest shape leaves of a record, and of the family's drives."""
     axis.fill_between(data.grid, -data.usual, data.usual, step="mid", **_BAND)
     axis.plot(data.grid, data.left, "o", color=style.MEASURED, ms=2, mew=0)

@@ -7,8 +7,8 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from breaker.common.numerals import in_digits
 from breaker.figures import marks, style
-from breaker.mechanism import in_digits
 
 _KINDS = {
     "rate": "the wear changed its rate",
@@ -23,7 +23,7 @@ def changepoint(life: xr.Dataset) -> Figure:
     """Draw parameters that moved, the evidence for a change, weights of records, and changes.
 
     Args:
-        life: What ``wear.follow_life`` returns.
+        life: What ``life_results.follow_life`` returns.
     """
     figure = style.new_figure(14.4, 8.2)
     grid = figure.add_gridspec(3, 2, height_ratios=(1.2, 1.2, 0.8), width_ratios=(3.2, 1.0))

@@ -5,8 +5,8 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from breaker.drive.life.first_page import in_percent
 from breaker.figures import marks, style
-from breaker.wear import in_percent
 
 _TRUTH = {"color": style.MEASURED, "ls": "", "marker": "o", "mfc": "none", "ms": 4.5, "mew": 0.8}
 _TRUTH |= {"label": "truth of the stand-in"}
@@ -20,7 +20,7 @@ def changes(life: xr.Dataset, truth: xr.DataArray | None = None) -> Figure:
     """Draw the change of every parameter since new: median and 90 % band over the operations.
 
     Args:
-        life: What ``wear.follow_life`` returns.
+        life: What ``life_results.follow_life`` returns.
         truth: True changes of the stand-in, ``(operation, parameter)``, percent; None for real
             measurements.
     """

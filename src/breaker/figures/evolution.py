@@ -8,8 +8,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from breaker.figures import style
-from breaker.mechanism import NAMES
-from breaker.validation import held, percent
+from breaker.paper.validation.amortised_against_exact import percent
+from breaker.paper.validation.operation_blocks import held
+from breaker.quantities.parameters import NAMES
 
 _LOOKS = {"paper": ("the paper's network", style.AMORTISED), "family": ("family", style.CORRECTED)}
 _TRUTH = {"color": style.MEASURED, "lw": 1.2, "ls": "--"}
@@ -22,7 +23,7 @@ def evolution(
     """Draw every parameter over the operations: median and 90 % band in blocks of them.
 
     Args:
-        blocks: Of "paper" and "family", what ``validation.blocks_of`` returns.
+        blocks: Of "paper" and "family", what ``operation_blocks.blocks_of`` returns.
         truth: True values of the stand-in, ``(operation, parameter)``; None for real measurements.
     """
     figure, axes = style.panels(len(NAMES), columns=2, width=6.4, height=2.3, sharex=True)

@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from breaker.figures import style
-from breaker.validation import exactness_words, percent, plus_minus
+from breaker.paper.validation.amortised_against_exact import exactness_words, percent, plus_minus
 
 _LARGEST_K = 0.7  # of Pareto's tail, from which importance weights do not settle
 _BODY = 0.97  # share of the curves that the panel of the gap has room for
@@ -30,11 +30,11 @@ def exactness(
 
     Args:
         judged: Over ``curve``: ``efficiency``, ``pareto_k`` and ``divergence`` (nats) of the
-            network's own draws, from ``posterior.judge``.
+            network's own draws, from ``exact_judge.judge``.
         corrected: Over ``curve``: ``efficiency``, ``pareto_k``, ``rounds`` and ``resolved``, from
-            ``posterior.correct_validation``.
-        examples: From ``validation.examples``; without any, their row is left out.
-        summary: The row of ``posterior.summary``.
+            ``exact_judge.correct_validation``.
+        examples: From ``amortised_against_exact.examples``; without any, their row is left out.
+        summary: The row of ``posterior_tables.summary``.
     """
     count = examples.sizes["example"]
     figure = style.new_figure(14.0, 10.2 if count else 5.0)

@@ -7,9 +7,10 @@ import pandas as pd
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from breaker.drive.fleet.fleet_states import DIFFERENT
+from breaker.drive.fleet.type_model import TypeOfBreaker
 from breaker.figures import style
-from breaker.fleet import DIFFERENT, TypeOfBreaker
-from breaker.mechanism import NAMES
+from breaker.quantities.parameters import NAMES
 
 _NAMED = 12  # odd drives whose names are written
 _WIDTH = 0.7  # of the strip of a parameter
@@ -26,9 +27,9 @@ def fleet(
     those that were measured differently as crosses.
 
     Args:
-        table: What ``fleet.fleet_table`` returns.
+        table: What ``ranking.fleet_table`` returns.
         drives: Breaker and phase of each, which indices of ``types`` count.
-        types: What ``fleet.learn_types`` returns.
+        types: What ``ranking.learn_types`` returns.
     """
     figure = style.new_figure(11.0, 5.5)
     axis = figure.subplots()

@@ -5,8 +5,9 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from breaker.drive.life.first_page import in_percent
+from breaker.drive.life.limit_states import STATES
 from breaker.figures import marks, style
-from breaker.wear import STATES, in_percent
 
 _QUARTERS = (0.25, 0.75)  # something happens where a probability crosses one of these
 _BEFORE = 0.5  # operations shown before that, share of those after it,
@@ -21,7 +22,7 @@ def health(life: xr.Dataset, standing: xr.Dataset) -> Figure:
     The operations shown begin a little before anything happens; all of them, if nothing does.
 
     Args:
-        life: What ``wear.follow_life`` returns.
+        life: What ``life_results.follow_life`` returns.
         standing: What ``decisions.standing`` returns.
     """
     operation, first = standing["operation"].values, _begin(life, standing)

@@ -6,7 +6,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from breaker.figures import style
-from breaker.validation import KNOWLEDGE, identifiability_words
+from breaker.paper.validation.amortised_against_exact import KNOWLEDGE, identifiability_words
 
 # Shift from the middle of the row downwards, marker and colour of each posterior.
 _POSTERIORS = {
@@ -27,7 +27,7 @@ def identifiability(reached: xr.Dataset, *, motion: str) -> Figure:
     """Draw contraction of each output: its linearised limit, and what posteriors reach.
 
     Args:
-        reached: From :func:`breaker.validation.reached`; outputs are drawn in its order.
+        reached: From ``amortised_against_exact.reached``; outputs are drawn in its order.
     """
     names = [str(name) for name in reached["output"].values]
     figure = style.new_figure(14.6, 0.56 * len(names) + 2.8)

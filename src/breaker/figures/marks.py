@@ -6,8 +6,8 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from breaker.drive.life.limit_states import STATES
 from breaker.figures import style
-from breaker.wear import STATES
 
 COLOURS = dict(zip(STATES, ("#5A5A5A", "#1B9E77", "#E08A00", style.WARNING), strict=True))
 """Colour of each state; the word always stands beside it."""

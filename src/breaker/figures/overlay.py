@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from breaker.answers import Overlay
+from breaker.drive.answers.reference_curve import Overlay
 from breaker.figures import style
 
 _LABELS = 0.9  # inches, left of a panel

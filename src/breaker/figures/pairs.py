@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from breaker.figures import style
-from breaker.validation import pairs_words
+from breaker.paper.validation.diagnostics import pairs_words
 
 
 @style.styled
@@ -27,7 +27,7 @@ def pairs(
             ``truth (output)``, physical units.
         prior: Draws of the prior, ``(m, q)``, of the same outputs.
         correlation: Correlation of the posterior draws, ``(q, q)``, from
-            :func:`breaker.validation.correlation`.
+            ``diagnostics.correlation``.
         of: Which drives the record is of.
     """
     posterior, truth, names = (case[name].values for name in ("draws", "truth", "output"))

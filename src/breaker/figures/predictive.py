@@ -5,9 +5,10 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure, SubFigure
 
+from breaker.common.numerals import in_p
 from breaker.figures import style
-from breaker.mechanism import in_p
-from breaker.validation import PriorCheck, percent
+from breaker.paper.validation.amortised_against_exact import percent
+from breaker.paper.validation.diagnostics import PriorCheck
 
 _SHOWN = 150  # curves of the prior that are drawn one by one, the first ones
 _DASHES = ("-", (0, (5, 2)), (0, (1.2, 1.5)), (0, (5, 2, 1.2, 2)))
@@ -24,7 +25,7 @@ def prior_predictive(
 
     Args:
         curves: Prior predictive curves: ``travel (curve, time)`` in mm, coordinate ``time`` in ms.
-        check: All operations held against these curves, :func:`breaker.validation.prior_check`.
+        check: All operations held against these curves, ``diagnostics.prior_check``.
         measured: A few operations: ``travel (operation, time)``, coordinates ``operation`` and
             ``time``.
     """

@@ -6,9 +6,10 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from breaker.common.numerals import in_digits
 from breaker.figures import style
-from breaker.inspection import InspectedMotion, Proposal, seen_touch, speed_along
-from breaker.mechanism import in_digits
+from breaker.reading.inspection.bends import seen_touch, speed_along
+from breaker.reading.inspection.setting_proposal import InspectedMotion, Proposal
 
 _MOTIONS = {"closing": "#2166AC", "opening": "#D98C21"}
 _REST = (50.0, 1.0)  # ms before the first motion, of which the noise is shown

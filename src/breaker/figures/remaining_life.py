@@ -5,8 +5,8 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from breaker.drive.life.limit_states import STATES
 from breaker.figures import marks, style
-from breaker.wear import STATES
 
 _TRUTH = {"ls": "--", "label": "truth"}
 _WITHOUT = {"ls": ":", "label": "truth without the change, until it comes"}
@@ -22,7 +22,7 @@ def remaining_life(
     """Draw one panel per limit: operations left, by when to service, and the true ones.
 
     Args:
-        life: What ``wear.follow_life`` returns.
+        life: What ``life_results.follow_life`` returns.
         standing: What ``decisions.standing`` returns.
         truth: Of a stand-in, ``failure`` and ``failure_without`` ``(limit)``, the operation at
             which the drive is first beyond the limit, nan if it is not, and at which it would be

@@ -6,7 +6,9 @@ from textwrap import wrap
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from breaker.answers import Cell, Marked, Panel, Report, Table
+from breaker.drive.answers.picture_data import Marked, Panel
+from breaker.drive.answers.report_tables import Cell, Table
+from breaker.drive.answers.test_report import Report
 from breaker.figures import style
 from breaker.figures.overlay import difference
 

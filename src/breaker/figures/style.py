@@ -25,8 +25,8 @@ from numpy.typing import ArrayLike
 from PIL import Image
 
 from breaker.figures.encoding import families, quiet, without_font
-from breaker.files import printable
-from breaker.mechanism import ONSET, PARAMETERS
+from breaker.quantities.parameters import ONSET, PARAMETERS
+from breaker.reading.files.guards import printable
 
 OUTPUTS = {each.name: each for each in (*PARAMETERS, ONSET)}
 """What is inferred, by name: symbols, units, meanings and colours."""

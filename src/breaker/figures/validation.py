@@ -6,16 +6,11 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from breaker.common.numerals import in_digits, in_p
 from breaker.figures import style
-from breaker.mechanism import in_digits, in_p
-from breaker.validation import (
-    Calibration,
-    Recovery,
-    Scores,
-    contraction_words,
-    percent,
-    recovery_words,
-)
+from breaker.paper.validation.amortised_against_exact import percent
+from breaker.paper.validation.calibration import Calibration
+from breaker.paper.validation.diagnostics import Recovery, Scores, contraction_words, recovery_words
 
 _Z_LIMIT = 3.0
 _RANK, _DIFFERENCE = "rank of the truth / (draws + 1)", "ECDF difference"
@@ -33,7 +28,7 @@ def sbc(
     """Draw the ECDF difference of the ranks in its simultaneous band (paper, Fig. 4).
 
     Args:
-        calibration: From :func:`breaker.validation.judge_ranks`.
+        calibration: From ``calibration.judge_ranks``.
         names: Names of the ``q`` outputs.
         of: Which drives the records are of.
     """
@@ -84,7 +79,7 @@ def contraction(
     """Draw z-score against contraction, one dot per curve (paper, Fig. 5).
 
     Args:
-        scores: From :func:`breaker.validation.scores`.
+        scores: From ``diagnostics.scores``.
         names: Names of the ``q`` outputs.
         limit: Mean contraction of the exact posterior, linearised, ``(q,)``, if known.
         of: Which drives the records are of.
@@ -129,7 +124,7 @@ def recovery(
     """Draw posterior median and 95 % interval against the truth (paper, Fig. 6).
 
     Args:
-        summary: From :func:`breaker.validation.recovery`.
+        summary: From ``diagnostics.recovery``.
         names: Names of the ``q`` outputs.
         of: Which drives the records are of.
     """

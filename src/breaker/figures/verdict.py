@@ -7,8 +7,9 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from breaker.drive.life.first_page import about, in_percent, span
+from breaker.drive.life.limit_states import STATES
 from breaker.figures import marks, style
-from breaker.wear import STATES, about, in_percent, span
 
 _MEANING = {
     "healthy": "healthy: no service within the planning horizon",
@@ -26,7 +27,7 @@ def verdict(life: xr.Dataset, standing: xr.Dataset) -> Figure:
     """Draw one row per limit, after the last operation: way to the limit, and operations left.
 
     Args:
-        life: What ``wear.follow_life`` returns.
+        life: What ``life_results.follow_life`` returns.
         standing: What ``decisions.standing`` returns.
     """
     now, ways = standing.isel(operation=-1), _ways(life.isel(asked=-1))

@@ -7,9 +7,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from breaker.answers import visits_said
+from breaker.common.numerals import in_digits
+from breaker.drive.answers.visit_document import visits_said
 from breaker.figures import style
-from breaker.mechanism import in_digits
 
 _WORDS = {"not told": "cannot be told"}
 _COLOURS = {"changed": style.WARNING, "not told": style.PRIOR, "did not change": style.CORRECTED}
@@ -28,7 +28,7 @@ _ROW, _LINE = 0.29, 0.2  # inches
 
 @style.styled
 def visits(document: Mapping) -> Figure:
-    """Draw a comparison: see ``answers.visits_document``.
+    """Draw a comparison: see ``visit_document.visits_document``.
 
     A row for each quantity that is measured, then for each parameter and time that is inferred: the
     change with its 90 % interval, and how probable it is that there is none, that it is beyond the

@@ -40,7 +40,7 @@ from typing import NamedTuple
 import numpy as np
 
 from breaker.mechanism.kernels import rate_of, simulate
-from breaker.mechanism.parameters import MOTIONS, NAMES, split
+from breaker.quantities.parameters import MOTIONS, NAMES, split
 
 _LONGEST = 1e6  # rate * length of a record: 280,000 intervals, some 10 ms a curve
 _ROWS = 8192  # of a block: some 20 ms of simulation, and 10 MB of curves

@@ -19,7 +19,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit, prange
 
-from breaker.mechanism.compiling import compiled
+from breaker.common.compiling import compiled
 
 _REACH = 1.8  # largest rate * h
 _TERMS = 24  # 1.8^24 / 24! = 2e-18, and 1.8^23 / 23! = 3e-17 for speeds

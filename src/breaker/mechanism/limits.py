@@ -13,10 +13,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from breaker.mechanism.parameters import MOTIONS
-from breaker.mechanism.quantities import quantities
-from breaker.mechanism.sources import RECORD, SOURCES, Reader, Source, usual_source
-from breaker.mechanism.speeds import SPEEDS, Speed
+from breaker.mechanism.limit_sources import RECORD, SOURCES, Reader, Source, usual_source
+from breaker.quantities.catalogue import quantities
+from breaker.quantities.parameters import MOTIONS
+from breaker.quantities.speeds import SPEEDS, Speed
 
 _LEAST = 1e-12  # least error of a measured value, in its unit
 _BAND = ("quantity", "reference", "tolerance")

@@ -10,8 +10,8 @@ from functools import cached_property
 import numpy as np
 
 from breaker.mechanism.curves import rest_position, travel
-from breaker.mechanism.parameters import MOTIONS
-from breaker.mechanism.speeds import Point
+from breaker.quantities.parameters import MOTIONS
+from breaker.quantities.speeds import Point
 
 _STEP = 0.25  # ms; cubics between samples are then right to a micrometre, as the tests show
 TIMES = np.arange(241) * _STEP

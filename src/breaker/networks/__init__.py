@@ -3,66 +3,6 @@
 A summary network maps records ``(n, t)`` to features ``(n, s)``. It has ``freeze``, and
 ``missing``, the largest share of samples that may be NaN, in training and after. An inference
 network has ``loss``, ``sample`` and ``log_prob`` with the shapes of ``FlowMatching``, and
-``solves``: whether it takes solver steps. A new kind is one entry in a table below.
+``solves``: whether it takes solver steps. A new kind is one entry
+in a table of ``build``.
 """
-
-from collections.abc import Mapping
-from functools import partial
-
-from torch import nn
-
-from breaker.networks.blocks import Hidden, ResidualMLP
-from breaker.networks.coupling_flow import CouplingFlow
-from breaker.networks.deep_set import DeepSet
-from breaker.networks.flow_matching import FlowMatching
-from breaker.networks.mixture import AutoregressiveMixture
-from breaker.networks.summary import TimeSeriesNetwork
-
-__all__ = [
-    "INFERENCE_NETWORKS",
-    "SUMMARY_NETWORKS",
-    "AutoregressiveMixture",
-    "Hidden",
-    "ResidualMLP",
-    "build",
-]
-
-SUMMARY_NETWORKS = {"time_series": TimeSeriesNetwork, "deep_set": DeepSet}
-INFERENCE_NETWORKS = {"flow_matching": FlowMatching, "coupling_flow": CouplingFlow}
-
-
-def build(
-    settings: Mapping[str, Mapping], *, samples: int, dims: int
-) -> tuple[nn.Module, nn.Module]:
-    """Build a summary and an inference network from their settings.
-
-    Args:
-        settings: ``{"summary": {"kind": ..., **sizes}, "inference": {"kind": ..., **sizes}}``.
-        samples: Length t of a series.
-        dims: Number q of dimensions of what is inferred.
-
-    Raises:
-        ValueError: If a kind is unknown or its sizes do not fit together.
-
-    Example:
-        >>> import torch
-        >>> sizes = {"width": 16, "blocks": 1}
-        >>> settings = {
-        ...     "summary": {"kind": "deep_set", "features": 4, "components": 3, "pair_width": 4,
-        ...                 "pair_blocks": 0, "missing": 0.5, **sizes},
-        ...     "inference": {"kind": "flow_matching", **sizes},
-        ... }
-        >>> summary, inference = build(settings, samples=20, dims=2)
-        >>> features = summary(torch.zeros(5, 20))
-        >>> inference.sample(torch.zeros(5, 100, 2), features, steps=4).shape
-        torch.Size([5, 100, 2])
-    """
-    networks = []
-    for role, table in (("summary", SUMMARY_NETWORKS), ("inference", INFERENCE_NETWORKS)):
-        sizes = dict(settings[role])
-        kind = sizes.pop("kind")
-        if kind not in table:
-            raise ValueError(f"unknown {role} network {kind!r}; known: {', '.join(table)}")
-        networks.append(partial(table[kind], **sizes))
-    summary, inference = networks
-    return summary(samples), inference(dims, settings["summary"]["features"])

@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from breaker.workflow.code import modules_of
+from breaker.workflow.dependencies import modules_of
 
 _OF_WORKFLOW = {
     "configfiles": "messages name the file of a wrong key",

@@ -1,0 +1,285 @@
+"""Conditions on several keys of the configuration, which a schema cannot express: ``RULES``.
+
+A rule is a pair: keys, the first of which a message is about, and a function that takes what they
+hold and yields what is wrong and the remedy.
+"""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import partial
+from math import isnan
+from typing import Any
+
+from breaker.configuration.magnitudes import FOLDER, MAGNITUDES, is_fleet, listed, refused
+from breaker.mechanism.limits import entries_of_type, from_list
+from breaker.quantities.catalogue import check_fact, check_quantity
+from breaker.quantities.parameters import MOTIONS, NAMES
+from breaker.quantities.speeds import speeds_of
+from breaker.reading.files.operations_table import SWITCHING, Operation
+from breaker.reading.files.table_cells import event_words
+from breaker.reading.files.type_spelling import bare
+
+
+def _at_most(limit: str, value: float, most: float) -> Iterator[str]:
+    if value > most:
+        yield f"is {value}, but must not exceed {limit} ({most}). Lower it, or raise {limit}."
+
+
+def _bank(bank: Mapping[str, int], training: Mapping[str, Any]) -> Iterator[str]:
+    curves = bank["shards"] * bank["curves_per_shard"]
+    needs = sum(training[key] for key in ("batch", "validation_curves", "held_out_curves"))
+    if curves < needs:
+        yield (
+            f"has {curves} curves (shards times curves_per_shard), but a training needs {needs} "
+            "(batch + validation_curves + held_out_curves). Raise one of the first two, or lower "
+            "one of these."
+        )
+
+
+def _layers(series: Mapping[str, Any], kind: str, samples: int) -> Iterator[str]:
+    if kind != "time_series":
+        return
+    counts = {name: len(series[name]) for name in ("channels", "kernels", "strides")}
+    if len(set(counts.values())) > 1:
+        words = ", ".join(f"{count} {name}" for name, count in counts.items())
+        yield f"has {words}. All three need one entry for each convolution."
+        return
+    steps = samples
+    for kernel, stride in zip(series["kernels"], series["strides"], strict=True):
+        steps = max(0, (steps - kernel) // stride + 1)
+    if series["skip"] > steps:
+        yield (
+            f"skips {series['skip']} steps, but the convolutions leave {steps}. "
+            "Lower skip, a kernel or a stride."
+        )
+
+
+def _solver(reference: int, candidates: Sequence[int]) -> Iterator[str]:
+    if reference <= max(candidates):
+        yield f"is {reference}, but must be more than any of solver.candidates ({max(candidates)})."
+
+
+def _other_seed(name: str, seed: int, other: int) -> Iterator[str]:
+    if seed == other:
+        yield f"is {seed}, which {name} is too. A second look needs another number."
+
+
+def _range(ends: Sequence[float]) -> Iterator[str]:
+    low, high = ends
+    if low >= high:
+        yield f"is {ends}, but the first must be less than the second."
+
+
+def _from_to(section: Mapping[str, Any]) -> Iterator[str]:
+    """A section at any depth of ranges from and to, which may be equal."""
+    for name, value in section.items():
+        if isinstance(value, Mapping):
+            if below := " ".join(_from_to(value)):
+                yield f"{name}: {below}"
+        elif value[0] > value[1]:
+            yield f"{name} is {value}, but the first must not exceed the second."
+
+
+def _wear(wear: Mapping[str, Any]) -> Iterator[str]:
+    """Counts of what changes, against what there is to change."""
+    names = [name in NAMES for name in wear["change"]]
+    for kind, there in (("parameters", sum(names)), ("elements", len(names) - sum(names))):
+        least, most = wear[kind]
+        if not least <= most <= there:
+            yield (
+                f"has {kind}: {wear[kind]}, but the first must not exceed the second, nor the "
+                f"second the number of {kind} that can change ({there})."
+            )
+            return
+
+
+_speeds = partial(refused, "cannot be used. {}.", speeds_of)
+
+
+def _limits(
+    entries: Sequence[Mapping[str, Any]],
+    motions: Sequence[str],
+    speeds: Mapping[str, Sequence[str] | None],
+) -> Iterator[str]:
+    if any(_speeds(speeds)):
+        return
+    defined, limits, wrong = speeds_of(speeds), [], []
+    for entry in entries:
+        try:
+            limits += from_list([entry], MOTIONS, defined)
+        except ValueError as error:
+            wrong.append(str(error))
+    names = [entry["name"] for entry in entries if "name" in entry]
+    names += [limit.name for limit in limits if limit.pair]
+    wrong += [
+        f"{name}: there are two limits of this name. Give one another name."
+        for name in sorted({each for each in names if names.count(each) > 1})
+    ]
+    if wrong:
+        yield f"cannot be used. {' '.join(wrong)}"
+    # There may be limits of motions that are not worked on, but not only such.
+    elif not any(limit.motion in (*motions, "") for limit in limits):
+        yield f"has no limit of {' or '.join(motions)} (motions). Add one."
+
+
+def _by_type(
+    by_type: Mapping[str, Mapping[str, Sequence[float | None]]],
+    speeds: Mapping[str, Sequence[str] | None],
+) -> Iterator[str]:
+    """Limits by type, and types, each of which must be there once, however it is spelt."""
+    if any(_speeds(speeds)):
+        return
+    defined, spelt = speeds_of(speeds), {}
+    for name, ranges in by_type.items():
+        if not bare(name):
+            yield f"has {name!r}, which is no name of a type. Write one."
+        elif (before := spelt.setdefault(bare(name), name)) != name:
+            yield f"has {before} and {name}, which are one type. Put both together."
+        try:
+            entries_of_type(ranges, defined)
+        except ValueError as error:
+            yield f"cannot be used: {name}: {error}"
+
+
+def _known(
+    known: Mapping[str, Sequence[float]],
+    speeds: Mapping[str, Sequence[str] | None],
+) -> Iterator[str]:
+    if any(_speeds(speeds)):
+        return
+    defined = speeds_of(speeds)
+    for name in known:
+        complaints = [check_quantity(name, motion, defined) for motion in MOTIONS]
+        if all(complaints):
+            yield "cannot be used. " + " ".join(complaints)
+    for name, fact in known.items():
+        if complaint := check_fact(*fact):
+            yield f"has {name}: {fact}, which {complaint}"
+
+
+def _choice(choice: str | None, curves: str | None) -> Iterator[str]:
+    if choice is not None and curves is None:
+        yield f"is {choice}, but the stand-in is one breaker with one phase. Set it to null."
+
+
+def _events(events: Mapping[str, Sequence[str]]) -> Iterator[str]:
+    """Names of events, each of which must be there once, however it is written."""
+    named = {}
+    for key in events:
+        if not event_words(key):
+            yield f"has {key!r}, which is no name of an event. Write a word."
+        for word in event_words(key):
+            if word in named:
+                yield f"has {word!r} in {named[word]!r} and in {key!r}. Leave one out."
+            named[word] = key
+
+
+def _reference(reference: int | Sequence[int]) -> Iterator[str]:
+    """The first operations, or the first and the last of those that are new."""
+    if not isinstance(reference, int) and reference[0] > reference[1]:
+        yield f"is {reference}, but the first comes before the last. Swap them."
+
+
+def _curves(curves: str | None, *others: Any) -> Iterator[str]:
+    *which, events, motions = others
+    if curves is None or any(_events(events)):
+        return
+    each = (refused("{}", listed, curves, *which, events, [motion]) for motion in motions)
+    if wrong := dict.fromkeys(text for found in each for text in found):  # a table is, for both
+        yield f"cannot be used: {'. '.join(wrong)}."
+
+
+def _record_limits(
+    entries: Sequence[Mapping[str, Any]],
+    speeds: Mapping[str, Sequence[str] | None],
+    contact: str | int | None,
+    trigger: str | int | None,
+    *folder: Any,
+) -> Iterator[str]:
+    """What is wrong with limits on what records show by a contact or trigger alone.
+
+    None is shown where neither a column nor a table states when the contact switched, or the
+    trigger came.
+    """
+    curves, breaker, *_, motions = folder
+    if curves is None or is_fleet(curves, breaker) or any(_limits(entries, motions, speeds)):
+        return
+    defined = speeds_of(speeds)
+    timed = [each.name for each in defined if each.of_event]
+    needs = dict.fromkeys((*timed, *SWITCHING.values(), "bounce_time"), ("contact",))
+    needs |= dict.fromkeys(("closing_time", "opening_time"), ("contact", "trigger"))
+    needs["latch_time"] = ("trigger",)
+    wrong = []
+    for limit in from_list(entries, motions, defined, of=["record"]):
+        try:
+            rows = listed(*folder[:-1], [limit.motion])
+        except (OSError, ValueError):
+            return  # which another rule says
+        lacking = _never_stated(rows, limit.motion, contact, trigger)
+        wrong += [
+            f"{limit.pair or limit.name}: no record shows {name} without the {need}. Set "
+            f"endurance.format.{need}_column, or state {lacking[need]} in operations.csv."
+            for name in limit.quantities
+            for need in needs.get(name, ())
+            if need in lacking
+        ]
+    if wrong:
+        yield f"cannot be used. {' '.join(dict.fromkeys(wrong))}"
+
+
+def _never_stated(
+    rows: Sequence[Operation], motion: str, contact: str | int | None, trigger: str | int | None
+) -> dict[str, str]:
+    """What no record shows, and the column of the table that could state it."""
+    contacts = (row.settings.get("contact_column", contact) for row in rows)
+    triggers = (row.settings.get("trigger_column", trigger) for row in rows)
+    lacking = {}
+    if set(contacts) == {None} and all(isnan(row.switching) for row in rows):
+        lacking["contact"] = SWITCHING[motion]
+    if set(triggers) == {None} and all(isnan(row.trigger) for row in rows):
+        lacking["trigger"] = "trigger"
+    return lacking
+
+
+_AT_MOST = {  # a key, and the one that it must not exceed
+    **{f"training.{motion}.evaluate_every": f"training.{motion}.steps" for motion in MOTIONS},
+    **{f"network.{motion}.summary.components": "sensor.samples" for motion in MOTIONS},
+    "validation.judged_curves": "validation.curves",
+    "correction.smallest_size": "correction.draws",
+    "correction.fit_size": "correction.round_draws",
+}
+
+RULES: tuple[tuple[tuple[str, ...], Callable[..., Iterator[str]]], ...] = (
+    *((keys, partial(_at_most, keys[1])) for keys in _AT_MOST.items()),
+    *((("bank", f"training.{motion}"), _bank) for motion in MOTIONS),
+    *(
+        ((f"{summary}.time_series", f"{summary}.kind", "sensor.samples"), _layers)
+        for summary in (f"network.{motion}.summary" for motion in MOTIONS)
+    ),
+    (("solver.reference", "solver.candidates"), _solver),
+    (("validation.second_seed", "validation.seed"), partial(_other_seed, "validation.seed")),
+    *(((f"family.{name}",), _range) for name in ("strength", "held_preload", "touch")),
+    *(
+        ((name,), _from_to)
+        for name in (
+            *("rigs.elements", "rigs.wear.change"),
+            *("family.elements", "family.more", "family.wear.change"),
+        )
+    ),
+    (("rigs.wear",), _wear),
+    (("speeds",), _speeds),
+    (("limits", "motions", "speeds"), _limits),
+    (("limits_by_type", "speeds"), _by_type),
+    (
+        (
+            *("limits", "speeds", "endurance.format.contact_column"),
+            *("endurance.format.trigger_column", *FOLDER),
+        ),
+        _record_limits,
+    ),
+    (("known", "speeds"), _known),
+    *(((f"endurance.{name}", "endurance.curves"), _choice) for name in ("breaker", "phase")),
+    (("endurance.events",), _events),
+    (("wear_model.reference",), _reference),
+    (FOLDER, _curves),
+    *MAGNITUDES,
+)

@@ -1,0 +1,238 @@
+"""The YAML files of a configuration: read with care, and searched for where a value stands.
+
+A file is refused with a reason before anything is made of it: if it is no file of text, if its
+aliases or its depth would make it endless, or if it is a template. Snakemake runs the Python code
+in a template (https://yte-template-engine.github.io) when it reads the file, so ``refuse`` looks at
+the files of a command before Snakemake does: ``profiles/default/config.yaml`` calls it.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from copy import deepcopy
+from functools import lru_cache, reduce
+from itertools import takewhile
+from operator import getitem
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from breaker.reading.files.guards import RejectedCurveError, read_bytes
+
+_Loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)  # the same in C, where PyYAML has it
+_LARGEST = 2**20  # bytes: fifty times as many as config/config.yaml has
+_DEEPEST = 20  # sections in sections; the defaults need six
+_MOST = 20_000  # entries, those of an alias wherever it stands: ten times those of the defaults
+_OWN_PROFILE = Path("profiles/default/config.yaml")
+_ORDER = (
+    "\n--configfile takes all names that follow it. Put what is to be made before it: "
+    "snakemake -c2 all --configfile config/my.yaml"
+)
+_ONCE = ({"--config", "-C"}, {"--configfile", "--configfiles"})  # of a second, one would be lost
+_STARTS = (yaml.MappingStartEvent, yaml.SequenceStartEvent)
+_ENDS = (yaml.MappingEndEvent, yaml.SequenceEndEvent)
+
+Sources = Mapping[Path, tuple[Any, yaml.Node | None]]
+"""What each file holds, and its nodes, which know their lines; the last overlay first."""
+
+
+class ConfigurationError(ValueError):
+    """What is wrong with a configuration; the text has one line for each problem."""
+
+
+def refuse(command: Sequence[str]) -> None:
+    """End a command of Snakemake if one of its configuration files or profiles cannot be used.
+
+    Snakemake's own parser finds them, however options are abbreviated, in variables of the
+    environment and in profiles too. It reads the workflow's profile, which calls this, before the
+    others.
+
+    Args:
+        command: The words after ``snakemake``.
+
+    Raises:
+        SystemExit: With the reason.
+    """
+    # Here, as the command line does without Snakemake.
+    from snakemake.cli import get_argument_parser, get_profile_dir
+
+    command = list(takewhile("--".__ne__, command))  # targets follow; profiles add to what precedes
+    given = [word.partition("=")[0] for word in command]
+    for names in _ONCE:
+        if len(twice := [word for word in given if word in names]) > 1:
+            raise SystemExit(
+                f"{twice[1]} is given twice, and Snakemake takes the last alone; write all that "
+                "follows them behind one"
+            )
+    named = get_argument_parser().parse_args(command).profile or []
+    files = [str(get_profile_dir(name)[1]) for name in named if name != "none"]
+    profiles = [file for file in files if Path(file).resolve() != _OWN_PROFILE.resolve()]
+    try:
+        for path in profiles:
+            parse(path)
+        for path in get_argument_parser(profiles).parse_args(command).configfile:
+            parse(path)
+    except ConfigurationError as error:
+        raise SystemExit(f"{error}{'' if Path(path).exists() else _ORDER}") from None
+
+
+def parse(path: str | Path) -> tuple[Any, yaml.Node | None]:
+    """Return what a YAML file holds, and the nodes it is made of.
+
+    Raises:
+        ConfigurationError: If it cannot be read, is not YAML, or is a template.
+    """
+    path = short(path)
+    content, node = _parsed(path, _text(path))
+    return deepcopy(content), node
+
+
+@lru_cache(maxsize=16)  # a file is read to be merged, to be checked, and to be searched
+def _parsed(path: Path, text: str) -> tuple[Any, yaml.Node | None]:
+    try:
+        _check_depth(path, text)
+        loader = _Loader(text)
+        node = loader.get_single_node()
+        if node is None:
+            return None, None
+        _check_size(path, node)
+        content = loader.construct_document(node)
+    except ConfigurationError:
+        raise
+    except yaml.YAMLError as error:
+        reason = " ".join(str(error).split())
+        raise ConfigurationError(f"{path}: is not valid YAML: {reason}") from error
+    # What a value raises that its tag or its shape promises to be something else: a 13th month.
+    except (ValueError, ArithmeticError, LookupError, TypeError, AttributeError) as error:
+        raise ConfigurationError(f"{path}: has a value that YAML cannot read: {error}") from error
+    if isinstance(content, dict) and "__use_yte__" in content:
+        raise ConfigurationError(
+            f"{path}: is a template (__use_yte__), whose code Snakemake would run. Remove "
+            "__use_yte__, and write the values themselves."
+        )
+    return content, node
+
+
+def repeated(node: yaml.Node | None) -> Iterator[str]:
+    """Yield a complaint for every key that stands twice in one section."""
+    lines: dict[str, int] = {}
+    for name, line, value in _entries(node):
+        if line <= node.start_mark.line:
+            continue  # of an earlier section, merged into this one by <<, which may change it
+        if name in lines:
+            yield f"line {line}: {name} stands in line {lines[name]} already. Remove one of them."
+        lines[name] = line
+        yield from repeated(value)
+
+
+def place(config: Mapping[str, Any], keys: Sequence[Sequence], sources: Sources) -> str:
+    """Return the file and line of values as the start of a message.
+
+    Where there are several keys, those of the one that an overlay has changed, the last one.
+    """
+    found = [_found(config, key, sources) for key in keys]
+    _, where = min(found, key=lambda each: each[0])
+    return where
+
+
+# ---- reading ---------------------------------------------------------------------------------
+
+
+def short(path: str | Path) -> Path:
+    """Return a path from where we are: Snakemake gives whole paths, messages stay short."""
+    path = Path(path)
+    return path.relative_to(Path.cwd()) if path.is_relative_to(Path.cwd()) else path
+
+
+def _text(path: Path) -> str:
+    try:
+        size = path.stat().st_size if path.is_file() else 0
+        if size > _LARGEST:
+            raise ConfigurationError(
+                f"{path}: has {size / 2**20:.1f} MiB, but a configuration needs no more than "
+                f"{_LARGEST // 2**20} MiB; is it the right file?"
+            )
+        content = read_bytes(path)
+    except RejectedCurveError as error:
+        raise ConfigurationError(str(error)) from error
+    try:
+        return content.decode("utf-8")
+    except UnicodeDecodeError as error:
+        wide = content.startswith((b"\xff\xfe", b"\xfe\xff"))
+        line = content.count(b"\n", 0, error.start) + 1
+        what = "is UTF-16 text" if wide else f"is not UTF-8 text in line {line}"
+        raise ConfigurationError(f"{path}: {what}; save it as UTF-8") from error
+
+
+def _check_depth(path: Path, text: str) -> None:
+    """Look at the events, which need no recursion: composing nodes does."""
+    depth = 0
+    for event in yaml.parse(text, _Loader):
+        depth += isinstance(event, _STARTS) - isinstance(event, _ENDS)
+        if depth > _DEEPEST:
+            line = event.start_mark.line + 1
+            raise ConfigurationError(
+                f"{path}, line {line}: has more than {_DEEPEST} sections or lists in each other"
+            )
+
+
+def _check_size(path: Path, node: yaml.Node) -> None:
+    """Refuse aliases that contain themselves, or that make more of a file than anyone writes."""
+    sizes: dict[int, int] = {}
+
+    def size(node: yaml.Node, above: frozenset[int]) -> int:
+        where = f"{path}, line {node.start_mark.line + 1}"
+        if id(node) in above:
+            raise ConfigurationError(f"{where}: contains an alias of itself (*)")
+        if id(node) not in sizes:
+            parts = node.value if isinstance(node, yaml.CollectionNode) else []
+            if isinstance(node, yaml.MappingNode):
+                parts = [part for pair in parts for part in pair]
+            sizes[id(node)] = 1 + sum(size(part, above | {id(node)}) for part in parts)
+        if sizes[id(node)] > _MOST:
+            raise ConfigurationError(
+                f"{where}: has more than {_MOST} entries, aliases (*) included"
+            )
+        return sizes[id(node)]
+
+    size(node, frozenset())
+
+
+# ---- places ----------------------------------------------------------------------------------
+
+
+def _entries(node: yaml.Node | None) -> list[tuple[str, int, yaml.Node]]:
+    """Return key or number, line from 1, and node of each entry of a section or list."""
+    if isinstance(node, yaml.MappingNode):
+        return [(name.value, name.start_mark.line + 1, value) for name, value in node.value]
+    if isinstance(node, yaml.SequenceNode):
+        return [(str(i), value.start_mark.line + 1, value) for i, value in enumerate(node.value)]
+    return []
+
+
+def _found(config: Mapping[str, Any], key: Sequence, sources: Sources) -> tuple[int, str]:
+    """Return the number of the file that a value comes from, and the file and line in words."""
+    try:
+        value = reduce(getitem, key, config)
+    except (KeyError, IndexError):
+        return _found(config, key[:-1], sources)  # a key that is missing: that of its section
+    for number, (path, (content, node)) in enumerate(sources.items()):
+        try:
+            own = reduce(getitem, key, content)
+        except (KeyError, IndexError, TypeError):
+            continue
+        # As text: NaN is not equal to itself, and True is equal to 1.
+        if isinstance(value, Mapping) or repr(own) == repr(value):
+            line = _line(node, key)
+            return number, f"{path}, line {line}: " if line else f"{path}: "
+    return -1, "command line: " if sources else ""
+
+
+def _line(node: yaml.Node | None, key: Sequence) -> int | None:
+    """Return the line of a key, or of the last section above it that has one."""
+    line = None
+    for part in key:
+        below = {name: (line, value) for name, line, value in _entries(node)}
+        if str(part) not in below:
+            break
+        line, node = below[str(part)]
+    return line

@@ -1,0 +1,53 @@
+"""Table of a report: what has changed since the visit before."""
+
+from collections.abc import Mapping, Sequence
+
+from breaker.common.numerals import in_digits
+from breaker.drive.answers.report_tables import NONE, Cell, Table, named
+from breaker.drive.answers.visit_changes import VERDICT_WORDS
+from breaker.drive.answers.visit_document import change_words, label_of
+
+_TONES = dict(zip(VERDICT_WORDS, ("bad", "doubt", ""), strict=True))
+_WIDE = 3  # channels, up to which a change has room for its values
+
+
+def changes_table(changed: Mapping[str, Mapping], phases: Sequence[str]) -> Table:
+    """Return what has changed since the visit before, measured first; all else in notes."""
+    there = [phase for phase in phases if phase in changed]
+    by: dict[tuple, dict[str, Mapping]] = {}
+    for phase in there:
+        for row in changed[phase]["changes"]:
+            by.setdefault((label_of(row), row["kind"]), {})[phase] = row
+    rows, other = [], {VERDICT_WORDS[1]: [], VERDICT_WORDS[2]: []}
+    for (label, kind), found in by.items():
+        worst = min((each["verdict"] for each in found.values()), key=VERDICT_WORDS.index)
+        first = next(iter(found.values()))
+        if worst == VERDICT_WORDS[2] or (worst in other and kind != "measured"):
+            other[worst].append(f"{label}, inferred" if kind == "time" else label)
+            continue
+        cells = [_change(found.get(phase), len(there) <= _WIDE) for phase in there]
+        unit, source = (first["unit"], "measured") if kind == "measured" else ("", "inferred")
+        rows.append((Cell(label), Cell(unit), Cell(source, "faint"), *cells))
+    shares = [each["settings"]["share"] for each in changed.values() if each["changes"]]
+    notes = [
+        f"{how} beyond {in_digits(100.0 * shares[0], 3)} %: {', '.join(names)}"
+        for how, names in zip(("perhaps", "not"), other.values(), strict=True)
+        if names
+    ]
+    trust = [(phase, text) for phase, each in changed.items() for text in each["trust"]]
+    when = next((each["dates"]["before"] for each in changed.values() if "dates" in each), "")
+    since = f"since the visit before{', ' * bool(when)}{when}"
+    head = (since, "unit", "", *(phase or "change" for phase in there))
+    return Table("Changes", head, rows, [*notes, *named(trust, len(changed))])
+
+
+def _change(row: Mapping | None, wide: bool) -> Cell:
+    if row is None:
+        return NONE
+    text, span = change_words(row)
+    if wide and "before" in row:
+        values = (in_digits(row[visit], 4) for visit in ("before", "today"))
+        text = f"{' → '.join(values)} ({text})"
+    elif wide:
+        text += f" ({span})"
+    return Cell(text, _TONES[row["verdict"]])

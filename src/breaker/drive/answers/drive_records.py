@@ -1,0 +1,129 @@
+"""The records of a drive, as networks of a family see them."""
+
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import replace
+from itertools import groupby
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from breaker.common.numerals import in_digits
+from breaker.drive.answers.file_statements import against_stated, with_stated_rate
+from breaker.drive.answers.identity import without_copies
+from breaker.drive.answers.record_facts import DriveRecord
+from breaker.drive.family.record_inputs import normalise_record
+from breaker.quantities.parameters import MOTIONS
+from breaker.reading.files.opened_file import Files
+from breaker.reading.files.operations_table import Operation
+from breaker.reading.files.preamble import Preamble
+from breaker.reading.inspection.file_contents import stated_in
+from breaker.reading.records.normalised_shape import Shape
+from breaker.reading.records.raw_record import Raw, read_raws, taken_apart
+
+
+def read_operations(
+    operations: Mapping[str, Sequence[Operation]],
+    settings: Mapping,
+    *,
+    loose: bool = False,
+    files: Files | None = None,
+) -> list[DriveRecord]:
+    """Read the records of a drive, motion by motion.
+
+    Args:
+        operations: By motion.
+        settings: The section ``endurance.format`` of the configuration; what it lacks has its
+            default.
+        loose: Whether each file may hold either motion or both: then of files that hold one, the
+            other is left out, and a file of neither is there once. A motion that a file holds more
+            than once is there as often, with numbers beyond those of the operations.
+        files: In which they are opened, where others open them, too.
+    """
+    files = files or Files()
+    last = {each.file: each for some in operations.values() for each in some}
+    stated = {
+        file: stated_in(files[file], {**settings, **each.settings}, each.channel)
+        for file, each in last.items()
+    }
+    found = {}
+    for each, same in groupby(operations, key=operations.get):  # files of both are read once
+        motions = [*same]
+        rated = [with_stated_rate(one, stated[one.file], settings) for one in each]
+        told = {new.file for new, old in zip(rated, each, strict=True) if new is not old}
+        for motion, raws in zip(
+            motions, read_raws(rated, settings, *motions, files=files), strict=True
+        ):
+            reader = _Reader(motion, settings, files, stated, told, len(each) if loose else 0)
+            found[motion] = [reader.records(*both) for both in zip(rated, raws, strict=True)]
+    if loose and len(found) == len(MOTIONS):
+        kept = [_kept(*both) for both in zip(*found.values(), strict=True)]
+        found = dict(zip(found, zip(*kept, strict=True), strict=True)) if kept else {}
+    return without_copies([one for each in found.values() for some in each for one in some])
+
+
+class _Reader(NamedTuple):
+    """How the records of a motion are read.
+
+    Attributes:
+        motion, settings, files: As of ``read_operations``.
+        stated: What stands above the samples, by file.
+        rated: Files that tell their rate themselves.
+        beyond: From which numbers of operations go on where a motion comes again.
+    """
+
+    motion: str
+    settings: Mapping
+    files: Files
+    stated: Mapping[str | Path, Preamble]
+    rated: Collection[str | Path]
+    beyond: int
+
+    def records(self, operation: Operation, raw: Raw | Exception) -> list[DriveRecord]:
+        """The records of a motion in a file: one, or each that it has where numbers go beyond."""
+        apart = taken_apart(operation, raw) if self.beyond else []
+        if not apart:
+            return [self._record(operation, raw)]
+        each = [replace(one, number=one.number + k * self.beyond) for k, one in enumerate(apart)]
+        (raws,) = read_raws(each, self.settings, self.motion, files=self.files)
+        return [self._record(*both) for both in zip(each, raws, strict=True)]
+
+    def _record(self, operation: Operation, raw: Raw | Exception) -> DriveRecord:
+        about = operation, self.motion, self.stated[operation.file]
+        if not isinstance(raw, Raw):
+            return DriveRecord(*about, str(raw))
+        try:
+            warning = against_stated(raw, about[2])
+            shape, seen = normalise_record(raw)
+        except ValueError as error:
+            return DriveRecord(*about, f"{operation.file}: {error}")
+        if lacks := _lacks(shape, raw.settings["missing"]):
+            return DriveRecord(*about, f"{operation.file}: {lacks}")
+        if operation.file in self.rated:
+            told = f"the rate, {in_digits(1.0 / raw.step, 4)} kHz, is the one that the file states"
+            raw = replace(raw, said=(*raw.said, told))
+        return DriveRecord(*about, "", raw, shape, seen, warning)
+
+
+def _lacks(shape: Shape, allowed: float) -> str:
+    """Say where too large a share of a motion is missing; "" where it is not."""
+    inside = np.flatnonzero(shape.present)
+    missing = 1.0 - float(shape.present[inside[0] : inside[-1] + 1].mean()) if inside.size else 1.0
+    if missing <= allowed:
+        return ""
+    return (
+        f"a share of {in_digits(missing, 2)} of the motion is missing, and "
+        f"endurance.format.missing allows {in_digits(allowed, 4)}"
+    )
+
+
+def _kept(
+    first: list[DriveRecord], second: list[DriveRecord]
+) -> tuple[list[DriveRecord], list[DriveRecord]]:
+    """Of two readings of a file, those of a motion that it holds, or why it holds neither."""
+    lacks = [f"which is no {some[0].motion}" in some[0].reason for some in (first, second)]
+    same = bool(first[0].reason) and first[0].reason == second[0].reason
+    return (
+        [] if lacks[0] and not lacks[1] else first,
+        [] if lacks[1] or same else second,
+    )

@@ -1,0 +1,175 @@
+"""Which limits are kept: every limit has a row with what is known of its quantities."""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from breaker.common.numerals import in_digits
+from breaker.common.randomness import generator
+from breaker.drive.answers.evidence import MAY_SLIDE, NOTHING, WITH_CONTACT, Answer
+from breaker.mechanism.limit_sources import Reader
+from breaker.mechanism.limits import Limit
+from breaker.quantities.catalogue import QUANTITIES
+from breaker.quantities.speeds import EVENTS
+
+VERDICTS = ("pass", "not shown", "fail")
+"""Verdicts on a limit, the worst last."""
+
+NORMAL = {90: 1.645, 95: 1.96}
+"""Half of a central interval of a normal number, sds, by the percent that it holds."""
+
+_TIMES = 20.0  # by which no limit is off what it is of,
+_MAY_BE_SMALL = {"over_travel", "rebound", "bounce_time", "wipe", "latch_time"}  # but of these
+_ENDS = 0.025, 0.975  # of a 95 % interval
+
+
+class Told(NamedTuple):
+    """What is known of a quantity.
+
+    Attributes:
+        value, sd: Measured, in its unit; nan if it is not.
+        draws: Inferred, ``(d,)``; None if it is not.
+        reason: Why it is neither; empty if it is one.
+    """
+
+    value: float = np.nan
+    sd: float = np.nan
+    draws: np.ndarray | None = None
+    reason: str = ""
+
+    @property
+    def interval(self) -> tuple[float, np.ndarray]:
+        """Value, and the ends of its 95 % interval."""
+        if self.draws is None:
+            return self.value, self.value + NORMAL[95] * self.sd * np.array([-1.0, 1.0])
+        middle, *ends = np.quantile(self.draws, [0.5, *_ENDS])
+        return middle, np.array(ends)
+
+
+def judge(limits: Iterable[Limit], reader: Reader, *key: object) -> list[dict]:
+    """Return a row for each limit, and one for both sides of a reference.
+
+    Args:
+        reader: Tells what is known of a quantity of a limit, as ``Told``.
+        key: Of the generator of errors of what is measured, the seed first.
+
+    Returns:
+        Of each limit its ``name``, ``motion``, ``words``, ``probability`` that it is exceeded, nan
+        if it is not known, ``verdict``: "pass" and "fail" where the 95 % interval is on one side of
+        each bound, else "not shown" with the ``reason``; and ``parts``, of each quantity its
+        ``value``, ``interval_95``, ``unit`` and ``bounds``, least and largest that pass, None where
+        all do.
+    """
+    groups: dict[str, list[Limit]] = {}
+    for limit in limits:
+        groups.setdefault(limit.pair or limit.name, []).append(limit)
+    return [_row(name, sides, reader, key) for name, sides in groups.items()]
+
+
+def _row(name: str, sides: Sequence[Limit], reader: Reader, key: Sequence) -> dict:
+    known = [[limit.read(reader, quantity) for quantity in limit.quantities] for limit in sides]
+    reasons = dict.fromkeys(each.reason for some in known for each in some if each.reason)
+    reasons |= dict.fromkeys(filter(None, map(_far, sides, known)))
+    row = {"name": name, "motion": sides[0].motion}
+    row["words"] = " or ".join(limit.words for limit in sides)
+    row |= {"probability": np.nan, "verdict": "not shown", "reason": "; ".join(reasons)}
+    if not reasons:
+        shares = [_exceedance(*both, key) for both in zip(sides, known, strict=True)]
+        row["probability"], most = min(sum(shares), 1.0), max(shares)
+        row["verdict"] = VERDICTS[sum(most > each for each in _ENDS)]
+        if row["verdict"] == "not shown":
+            row["reason"] = "the bound is within the 95 % interval"
+    row["parts"] = []
+    for limit, some in zip(sides, known, strict=True):
+        parts = zip(limit.parts, limit.units, some, strict=True)
+        for (quantity, bound, is_upper), unit, each in parts:
+            bounds = [None, bound] if is_upper else [bound, None]
+            if limit.pair and row["parts"]:  # the other side of the same quantity
+                row["parts"][0]["bounds"][0] = bound
+                continue
+            value, interval = each.interval
+            about = {"quantity": quantity, "unit": unit, "value": value}
+            row["parts"].append(about | {"interval_95": interval, "bounds": bounds})
+    return row
+
+
+def _far(limit: Limit, known: Sequence[Told]) -> str:
+    """Why a limit cannot be in the unit that it stands for: far from what it is of; "" else."""
+    for (name, bound, _), unit, each in zip(limit.parts, limit.units, known, strict=True):
+        value = np.nan if each.reason else abs(each.interval[0])
+        off = abs(bound) / value if value > 0.0 else np.nan
+        small = name in _MAY_BE_SMALL or unit == "%"
+        if not small and bound and (off > _TIMES or off < 1.0 / _TIMES):
+            return (
+                f"{limit.name}: {in_digits(bound, 4)} {unit} is {in_digits(max(off, 1 / off), 2)} "
+                f"times off the {name} of {in_digits(value, 4)} {unit}: is the limit in {unit}?"
+            )
+    return ""
+
+
+def _exceedance(limit: Limit, known: Sequence[Told], key: Sequence) -> float:
+    """Probability that a limit is exceeded, of quantities that are known."""
+    if all(not up and bound <= limit.source.least for _, bound, up in limit.parts):
+        return 0.0
+    values, sds = np.array([(each.value, each.sd) for each in known]).T
+    drawn = [each.draws for each in known if each.draws is not None]
+    if not drawn:
+        return float(limit.measured_exceedance(values, sds))
+    rng = generator(*key[:1], "limit", limit.name, *key[1:])
+    draws = values + sds * rng.standard_normal((drawn[0].size, len(known)))
+    for k, each in enumerate(known):
+        if each.draws is not None:
+            draws[:, k] = each.draws
+    return float(limit.exceeded(draws).mean())
+
+
+def judged(answer: Answer, limits: Sequence[Limit], *, seed: int) -> list[dict]:
+    """Return what ``judge`` does of the limits of a record's motion; none of a rejected record.
+
+    Parameters and the time of touch or parting are judged by their draws; all else as measured,
+    with normal errors. A limit ``of: record`` takes only what the record shows by itself; one
+    ``of: change`` is of no single record.
+    """
+    record = answer.record
+    if record.reason:
+        return []
+    limits = [each for each in limits if each.motion == record.motion and each.source.single]
+    return judge(limits, _Single(answer), seed, record.operation.number)
+
+
+@dataclass(frozen=True, eq=False)
+class _Single:
+    """What an answer of one record tells of a quantity of a limit, by the limit's source."""
+
+    answer: Answer
+
+    def of_record(self, limit: Limit, name: str) -> Told:
+        if not self.answer.alone(name):
+            of_model = name not in QUANTITIES or QUANTITIES[name].modelled
+            takes = ", and of: model takes the inferred one" * of_model
+            event = EVENTS[limit.motion]
+            return Told(reason=f"no contact channel: {event} was not measured{takes}")
+        return self._withheld(name) or self._measured(name)
+
+    def of_model(self, _limit: Limit, name: str) -> Told:
+        if withheld := self._withheld(name):
+            return withheld
+        if not self.answer.is_inferred(name):
+            return self._measured(name)
+        if self.answer.draws is None:
+            return Told(reason=self.answer.why_not_inferred)
+        return Told(draws=self.answer.inferred(name))
+
+    def of_change(self, _limit: Limit, _name: str) -> Told:
+        return Told(reason="of no single record")
+
+    def _withheld(self, name: str) -> Told | None:
+        """Nothing of a contact that may slide."""
+        withheld = self.answer.draws is not None and self.answer.may_slide
+        return Told(reason=MAY_SLIDE) if withheld and name in WITH_CONTACT else None
+
+    def _measured(self, name: str) -> Told:
+        measured = self.answer.measured.get(name, NOTHING)
+        return Told(measured.value, measured.sd, None, measured.reason)

@@ -1,0 +1,200 @@
+"""A fitted prior in words: a report, and the lines of configuration that hold it."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+import yaml
+
+from breaker.common.numerals import in_digits
+from breaker.configuration.loading import read
+from breaker.drive.answers.prior_checks import Finding
+from breaker.drive.answers.type_prior import FittedPrior
+from breaker.drive.answers.type_records import Recorded, Span
+from breaker.drive.family.level_network import Levels
+from breaker.mechanism.sensor import Sensor
+from breaker.quantities.parameters import MOTIONS, NAMES, PARAMETERS, Parameter
+from breaker.reading.files.safe_text import wrapped
+from breaker.shipped import DEFAULTS
+
+# mm of the reference drive, sd of what a model leaves out of records of little noise, at the least.
+_LEFT_OUT = 0.02
+_REST = 2.0  # times the longest motion, after which the rest tells no more
+_WHOLE = 1e-3  # of a step, by which one may be off whole samples
+_BEFORE = 0.1  # share of the usual time before the first motion, that a grid has at the least
+_ABOUT = {
+    "size": ["# Size of the drive beside the default drive."],
+    "prior": [
+        "# Medians, and sds of the logarithms: spread between breakers, what is not known of the",
+        "# type, and room for wear.",
+    ],
+    "sensor": [
+        "# Time grid within the records, and errors at this size; the noise is that of the",
+        "# records, and a little that no model explains.",
+    ],
+    "family": ["# Family of drives that the records are like."],
+    "endurance": ["# How the files are read."],
+}
+
+
+def report(recorded: Recorded, fitted: FittedPrior, checks: Mapping[str, Sequence[Finding]]) -> str:
+    """Return what was found, for the terminal."""
+    return "\n".join([*_sources(recorded), "", *_table(fitted), "", *_checked(checks, recorded)])
+
+
+def overlay_of(
+    recorded: Recorded, fitted: FittedPrior, sensor: Mapping, format_settings: Mapping
+) -> dict:
+    """Return what the configuration has to hold for the type.
+
+    Args:
+        sensor: The section ``sensor`` of drives of size 1.
+        format_settings: What of the section ``endurance.format`` the records need beside defaults.
+    """
+    size, prior, motions = recorded.size, fitted.prior, recorded.motions
+    usual = Sensor.from_settings(sensor).sized(size)
+    seen = recorded.noise_sd if np.isfinite(recorded.noise_sd) else usual.noise_sd
+    noise_sd = float(np.hypot(seen, _LEFT_OUT * size.lengths))
+    sized = replace(grid_within(recorded.span, usual), noise_sd=noise_sd).settings()
+    pairs = zip(NAMES, prior.medians, prior.log_sds, strict=True)
+    return {
+        "size": {name: _rounded(getattr(size, name), 6) for name in ("lengths", "times")},
+        "prior": {
+            name: {"median": _rounded(median, 5), "log_sd": _rounded(log_sd, 3)}
+            for name, median, log_sd in pairs
+        },
+        "sensor": {name: _rounded(value, 6) for name, value in sized.items()},
+        **_family_settings(recorded.levels),
+        **({"motions": motions} if len(motions) < len(MOTIONS) else {}),
+        **({"endurance": {"format": dict(format_settings)}} if format_settings else {}),
+    }
+
+
+def grid_within(span: Span, usual: Sensor) -> Sensor:
+    """Return a sensor with a grid that records hold, in whole samples of theirs.
+
+    It is no longer than the usual one, nor than the longest motion with its rest.
+
+    Example:
+        >>> usual = Sensor(-8.0, 232.0, 151, noise_sd=1.0, onset_sd=1.2, zero_sd=1.0)
+        >>> found = grid_within(Span(before=55.0, lasts=90.0, after=145.5, step=0.1), usual)
+        >>> found.start, found.stop, found.samples, round(found.step, 6)
+        (-8.0, 144.9, 140, 1.1)
+    """
+    start = max(usual.start, min(-span.before, _BEFORE * usual.start))
+    stop = min(usual.stop, _REST * span.lasts, span.after)
+    finest = (stop - start) / (usual.samples - 1)
+    step = span.step * np.ceil(finest / span.step - _WHOLE)
+    samples = int((stop - start) / step + _WHOLE) + 1
+    stop = float(f"{start + step * (samples - 1):.6g}")
+    return replace(usual, start=start, stop=stop, samples=samples)
+
+
+def _family_settings(levels: Levels) -> dict:
+    """The section ``family`` of drives that the records are like, where it is not the default."""
+    usual, drives = read(DEFAULTS)["family"], dict(levels.settings["drives"])
+    of_bank = {key: usual[key] for key in ("drives", "shards")}
+    changed = _changed(drives | of_bank, usual)
+    return {"family": changed} if changed else {}
+
+
+def _changed(section: Mapping, usual: Mapping) -> dict:
+    """What of a section is not as usual, at any depth."""
+    return {
+        key: _changed(value, usual[key]) if isinstance(value, Mapping) else value
+        for key, value in section.items()
+        if value != usual[key]
+    }
+
+
+def _rounded(value: float, digits: int) -> float:
+    return value if isinstance(value, int) else float(f"{value:.{digits}g}")
+
+
+def overlay_text(
+    overlay: Mapping, recorded: Recorded, checks: Mapping[str, Sequence[Finding]]
+) -> str:
+    """Return the commented lines of YAML of what ``overlay_of`` returns."""
+    said = ["Prior of a type of breaker, fitted by `breaker fit-prior`.", *_sources(recorded)]
+    said += ["", *_checked(checks, recorded)]
+    blocks = [_comment(said)]
+    for section, values in overlay.items():
+        lines = [_yaml({section: values})]
+        if section == "prior":
+            lines = ["prior:", *map(_prior_line, PARAMETERS, values.values())]
+        blocks.append("\n".join([*_ABOUT.get(section, []), *lines]))
+    return "\n\n".join(blocks) + "\n"
+
+
+def _sources(recorded: Recorded) -> list[str]:
+    """What the prior was made from."""
+    records, size = recorded.records, recorded.size
+    lines = []
+    for motion in recorded.motions:
+        counts = [len(each[motion]) for each in records.values() if motion in each]
+        of = "one breaker" if len(counts) == 1 else f"{len(counts)} breakers"
+        lines.append(f"{sum(counts)} records of {motion} of {of}")
+    lines.append(
+        f"lengths are about {in_digits(size.lengths, 3)} times, times {in_digits(size.times, 3)} "
+        "times those of the "
+        "reference drive"
+    )
+    if recorded.left_out:
+        lines.append(
+            f"{recorded.left_out} more records of these breakers were not needed: of "
+            "each, some were taken, spread over all"
+        )
+    if np.isfinite(recorded.noise_sd):
+        lines.append(f"noise of a sample {in_digits(recorded.noise_sd, 3)} mm")
+    if len(recorded.types) > 1:
+        lines.append(
+            f"WARNING: records are of types {', '.join(recorded.types)}, and the prior is as wide "
+            "as these differ: choose one with --type"
+        )
+    lines += [f"type: {each}" for each in recorded.types if len(recorded.types) == 1]
+    return [*lines, "breakers: " + ", ".join(records)]
+
+
+def _table(fitted: FittedPrior) -> list[str]:
+    """Medians and log-sds, beside those of the default prior at the size, and their parts."""
+    prior, reference = fitted.prior, fitted.reference
+    spread = fitted.spread
+    lines = [
+        "                    median   log_sd   of it: between  not known  design    wear    default"
+        "   log_sd"
+    ]
+    parts = np.array([fitted.between, spread.centre_sd, fitted.design, fitted.room])
+    for i, each in enumerate(PARAMETERS):
+        numbers = "".join(f"{value:10.3f}" for value in reference.log_sds[i] * parts[:, i])
+        lines.append(
+            f"  {each.name:8s}{each.unit:8s}{prior.medians[i]:8.4g}{prior.log_sds[i]:9.3f}"
+            f"       {numbers}{reference.medians[i]:10.4g}{reference.log_sds[i]:9.3f}"
+        )
+    return lines
+
+
+def _checked(checks: Mapping[str, Sequence[Finding]], recorded: Recorded) -> list[str]:
+    """What checks found, and which records were rejected."""
+    lines = []
+    for name, findings in checks.items():
+        lines.append(f"{name}:")
+        for text, good in findings:
+            lines += wrapped(text, "  " if good else "  WARNING: ")
+    if rejected := recorded.rejected:
+        lines += ["", f"rejected records: {len(rejected)}", *map("  {}".format, rejected)]
+    return lines
+
+
+def _prior_line(parameter: Parameter, values: Mapping[str, float]) -> str:
+    pair = f"  {parameter.name}: {_yaml(values)}"
+    return f"{pair:45s}# {parameter.unit.replace('²', '^2'):9s} {parameter.meaning}"
+
+
+def _comment(lines: Sequence[str]) -> str:
+    return "\n".join(f"# {line}".rstrip() for text in lines for line in text.splitlines() or [""])
+
+
+def _yaml(value: object) -> str:
+    """Keys and values, a section in braces on its line."""
+    text = yaml.safe_dump(value, default_flow_style=None, allow_unicode=True, sort_keys=False)
+    return text.strip()

@@ -1,0 +1,42 @@
+"""By how much poles of a breaker switch apart."""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from breaker.common.numerals import in_digits
+from breaker.quantities.speeds import EVENTS
+
+
+def simultaneity_of(channels: Mapping[str, Mapping]) -> str:
+    """Say by how much poles switch apart, by their recorded contacts, or why that is not told.
+
+    Times of one record are on one base; those of several each count from the trigger of theirs.
+
+    Args:
+        channels: Entry of a motion in the document, by pole; "" of one.
+    """
+    entries, motion = channels.values(), next(iter(channels.values()))["motion"]
+    event, base = EVENTS[motion], "of one record"
+    if len(channels) == 1:
+        return ""
+    dumb = [name for name, each in channels.items() if "contact_time" not in each["fit"]]
+    times = [e["fit"]["moves"] + e["fit"].get("contact_time", np.nan) for e in entries]
+    if len({each["file"] for each in entries}) > 1:
+        base = "each from the trigger of its file"
+        triggers = [each["fit"].get("trigger", np.nan) for each in entries]
+        times = [time - trigger for time, trigger in zip(times, triggers, strict=True)]
+    none = f"simultaneity of the {event} is not told: "
+    if len(channels) - len(dumb) < 2:
+        return f"{none}recorded contacts alone tell it, and of {', '.join(dumb)} there is none"
+    known = {n: t for n, t in zip(channels, times, strict=True) if n not in dumb}
+    if not np.isfinite([*known.values()]).all():
+        where = ", ".join(name for name, time in known.items() if not np.isfinite(time))
+        return (
+            f"{none}poles are in files of their own, and of {where} no trigger is known from which "
+            "to count; name the coil's current in endurance.format.trigger_column"
+        )
+    first, last = (end(known, key=known.get) for end in (min, max))
+    spread = in_digits(known[last] - known[first], 3)
+    lacks = f"; not recorded of {', '.join(dumb)}" if dumb else ""
+    return f"simultaneity of the {event}: {spread} ms, {first} first, {last} last, {base}{lacks}"

@@ -1,0 +1,272 @@
+"""Records of the breakers of a type, from folders: which of them count, and which do not."""
+
+import os
+from collections import defaultdict
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import NamedTuple, Self
+
+import numpy as np
+
+from breaker.common.numerals import in_p
+from breaker.drive.answers.answer_words import differs_in_words
+from breaker.drive.answers.drive_records import read_operations
+from breaker.drive.family.level_network import Levels
+from breaker.drive.family.membership import Match, choose_family
+from breaker.drive.family.network_inputs import NormalisedRecords
+from breaker.quantities.size import Size
+from breaker.reading.files.folder_listing import list_operations
+from breaker.reading.files.guards import printable
+from breaker.reading.files.operations_table import MANIFEST, Operation, read_manifest
+from breaker.reading.files.type_spelling import bare, usual_spelling
+from breaker.reading.records.raw_record import Raw
+
+_MOST = 20  # records of a breaker and a motion: more of them say no more of what breakers share
+_ARRIVED = 0.05  # of the stroke, from the rest after the motion
+_SHORT = 0.1  # share of the records of a motion that may be shorter than what is taken for all
+
+
+class Span(NamedTuple):
+    """How far a record goes around its first motion, ms, and its noise.
+
+    Attributes:
+        before: Rest before it.
+        lasts: Until the drive stays at rest, or the record ends.
+        after: Until the record ends, or the travel goes back.
+        step: Between two samples.
+        noise: Of a sample at rest, mm; nan where none is seen.
+        rings: Whether the drive has moved before, and may not be at rest.
+    """
+
+    before: float
+    lasts: float
+    after: float
+    step: float
+    noise: float = np.nan
+    rings: bool = False
+
+    @classmethod
+    def of(cls, raw: Raw) -> Self:
+        """Return that of one record."""
+        time, segment = raw.time[raw.inside], raw.segment
+        moving = np.abs(raw.left - segment.after) > _ARRIVED * segment.stroke
+        lasts = time[np.flatnonzero(moving)[-1]] if moving.any() else raw.moves
+        ends = (raw.moves - time[0], lasts - raw.moves, time[-1] - raw.moves)
+        noise = max(raw.noise_at(raw.step).sd, raw.quantum / np.sqrt(12.0))
+        return cls(*map(float, ends), float(f"{raw.step:.6g}"), noise, segment.begin > 0)
+
+
+@dataclass(frozen=True, eq=False)
+class Recorded:
+    """Records of the breakers of a type, as networks of a family see them.
+
+    Attributes:
+        levels: Network of the family.
+        tried: How the records of each motion fit families, by name: those tried before it, and it.
+        operations: By breaker, the records of each operation by motion; of usable ones.
+        rejected: Why records were rejected, one text for each.
+        left_out: How many records were not read since there are enough.
+        spans: How far usable records go, by motion.
+        types: Types of breaker that the table or the files name, each once, however it is spelt.
+    """
+
+    levels: Levels
+    tried: Mapping[str, Sequence[tuple[str, Match]]]
+    operations: Mapping[str, Sequence[Mapping[str, NormalisedRecords]]]
+    rejected: Sequence[str]
+    left_out: int
+    spans: Mapping[str, Sequence[Span]]
+    types: Sequence[str] = ()
+
+    def fit_in_words(self, family: str) -> str:
+        """Say how far the records of each motion are from a family that was tried, and where."""
+        by: dict[str, list[Match]] = defaultdict(list)
+        for motion, match in self.tried[family]:
+            by[motion].append(match)
+        said = []
+        for motion, matches in by.items():
+            middle = sorted(matches, key=lambda each: each.p_value)[(len(matches) - 1) // 2]
+            where = differs_in_words(middle.parts)
+            said.append(f"{motion} {in_p(middle.p_value)}" + (where and f", {where}"))
+        return "; ".join(said)
+
+    @property
+    def span(self) -> Span:
+        """What nearly all records of either motion have before and after, the longest motion, and
+        the longest step.
+        """
+        each = [np.array(spans)[:, :4] for spans in self.spans.values()]
+        short = [np.quantile(spans, _SHORT, axis=0, method="lower") for spans in each]
+        before, _, after, _ = np.min(short, axis=0).tolist()
+        _, lasts, _, step = np.concatenate(each).max(axis=0).tolist()
+        return Span(before, lasts, after, step)
+
+    @property
+    def noise_sd(self) -> float:
+        """Median noise of a sample at rest, mm; nan if none is seen."""
+        each = [span for spans in self.spans.values() for span in spans if span.noise >= 0.0]
+        quiet = [span.noise for span in each if not span.rings] or [span.noise for span in each]
+        return float(np.median(quiet)) if quiet else np.nan
+
+    @property
+    def records(self) -> dict[str, dict[str, list[NormalisedRecords]]]:
+        """Records by breaker and motion."""
+        found: dict[str, dict[str, list[NormalisedRecords]]] = {}
+        for name, operations in self.operations.items():
+            for motion, seen in (pair for each in operations for pair in each.items()):
+                found.setdefault(name, {}).setdefault(motion, []).append(seen)
+        return found
+
+    @property
+    def motions(self) -> list[str]:
+        """Motions that any breaker has."""
+        return list(dict.fromkeys(motion for each in self.records.values() for motion in each))
+
+    @property
+    def size(self) -> Size:
+        """Size of drives of the family with the stroke and the duration of these."""
+        first = [next(iter(each.values())) for some in self.operations.values() for each in some]
+        seen = np.median([(each.stroke[0], each.duration[0]) for each in first], axis=0)
+        return Size(*(float(f"{each:.3g}") for each in seen / np.exp(self.levels.usual[:, 0])))
+
+
+def list_breakers(
+    folders: Sequence[str | Path], motions: Sequence[str], of_type: str = ""
+) -> dict[str, dict[str, list[Operation]]]:
+    """List the operations of the breakers in folders, by motion and breaker.
+
+    A breaker is one of the column ``breaker`` of a folder's table, or else a folder; its phases
+    count as records of it.
+
+    Args:
+        folders: Each as ``endurance.curves``: with a table, or with a folder for each motion.
+        motions: Which to look for; one that no folder has is left out.
+        of_type: Take those alone that the column ``type`` of a table states to be of this type, in
+            any spelling; all where it is empty.
+
+    Raises:
+        ValueError: If a table is wrong, or states no such type. The message says what to do.
+        FileNotFoundError: If no folder has an operation of any motion.
+    """
+    troubles: list[str] = []
+    found = {motion: _listed(folders, motion, troubles) for motion in motions}
+    if not any(found.values()):
+        raise FileNotFoundError(_none(folders, troubles))
+    if not of_type:
+        return found
+    own, types = {motion: {} for motion in motions}, set()
+    for motion, breakers in found.items():
+        for name, listed in breakers.items():
+            types.update(each.type for each in listed if each.type)
+            if some := [each for each in listed if bare(each.type) == bare(of_type)]:
+                own[motion][name] = some
+    if not any(own.values()):
+        stated = f"these: {', '.join(sorted(types))}" if types else "none"
+        raise ValueError(
+            f"no operation is of type {printable(of_type)}: of types, the column type of "
+            f"{MANIFEST} states {stated}"
+        )
+    return own
+
+
+def read_breakers(
+    listed: Mapping[str, Mapping[str, Sequence[Operation]]],
+    settings: Mapping,
+    families: Iterable[Levels],
+    least: float = 1e-3,
+) -> Recorded:
+    """Read some records of breakers.
+
+    Args:
+        listed: Their operations by motion and breaker, of ``list_breakers``.
+        settings: The section ``endurance.format`` of the configuration.
+        families: Networks in the order in which they are tried, as for ``choose_family``.
+        least: p-value below which a record does not fit.
+
+    Raises:
+        ValueError: If no record can be used. The message says what to do.
+    """
+    found: dict[str, dict[tuple, dict[str, NormalisedRecords]]] = defaultdict(
+        lambda: defaultdict(dict)
+    )
+    rejected, left_out = [], 0
+    spans: dict[str, list[Span]] = defaultdict(list)
+    types: list[str] = []
+    for motion, breakers in listed.items():
+        for name, every in breakers.items():
+            some = [every[i] for i in _spread(len(every))]
+            left_out += len(every) - len(some)
+            for each in read_operations({motion: some}, settings):
+                if each.reason:
+                    rejected.append(each.reason)
+                    continue
+                one = each.operation
+                types += filter(None, [one.type or each.stated.type])
+                found[name][one.number, one.phase, os.path.dirname(one.file)][motion] = each.seen
+                spans[motion].append(Span.of(each.raw))
+    if not found:
+        raise ValueError(
+            f"none of {len(rejected)} records can be used; check endurance.format and the "
+            "folder. The first reasons: " + " | ".join(rejected[:3])
+        )
+    operations = {name: list(each.values()) for name, each in found.items()}
+    levels, tried = _family_of(operations, families, least)
+    named = [*usual_spelling(types).values()]
+    return Recorded(levels, tried, operations, rejected, left_out, spans, named)
+
+
+def _family_of(
+    operations: Mapping[str, Sequence[Mapping]], families: Iterable[Levels], least: float
+) -> tuple[Levels, dict[str, list[tuple[str, Match]]]]:
+    """The family of records, and how they fit all that were tried, it last."""
+    seen = [pair for some in operations.values() for each in some for pair in each.items()]
+    tried: dict[str, list[tuple[str, Match]]] = {}
+
+    def match(levels: Levels) -> list[tuple[str, Match]]:
+        found = [(motion, levels.match(motion, each)) for motion, each in seen]
+        return tried.setdefault(levels.settings["family"], found)
+
+    levels, matches, _ = choose_family(families, match, least)
+    name = levels.settings["family"]
+    return levels, {key: tried[key] for key in tried if key != name} | {name: matches}
+
+
+def _none(folders: Sequence[str | Path], troubles: Sequence[str]) -> str:
+    """Why no folder has a record, and what to do."""
+    absent = [printable(each) for each in folders if not os.path.isdir(each)]
+    if absent:
+        return f"there is no folder {', '.join(absent)}"
+    return (
+        f"{troubles[0]}. `breaker manifest {printable(folders[0])}` proposes a table of the "
+        "operations, breakers and phases in a folder"
+    )
+
+
+def _listed(
+    folders: Sequence[str | Path], motion: str, troubles: list[str]
+) -> dict[str, list[Operation]]:
+    """Operations of a motion by breaker; why a folder has none goes to the troubles."""
+    found: dict[str, list[Operation]] = defaultdict(list)
+    for folder in folders:
+        for breaker, phase in _groups(folder):
+            try:
+                listed = list_operations(folder, motion, breaker=breaker, phase=phase)
+            except FileNotFoundError as error:  # a breaker may have one motion alone
+                troubles.append(str(error))
+                continue
+            found[breaker or printable(os.path.normpath(folder))] += listed
+    return found
+
+
+def _groups(folder: str | Path) -> list[tuple[str | None, str | None]]:
+    """Breakers and phases in the table of a folder; of one without a table, that of no name."""
+    if not os.path.lexists(Path(folder, MANIFEST)):
+        return [(None, None)]
+    rows = read_manifest(Path(folder, MANIFEST))
+    return sorted({(each.breaker, each.phase) for _, each in rows})
+
+
+def _spread(count: int) -> np.ndarray:
+    """Numbers of the records that count, spread over all."""
+    return np.unique(np.linspace(0, count - 1, min(count, _MOST)).round().astype(int))

@@ -1,0 +1,278 @@
+"""What two visits to a drive say of it: measured changes, and those of its parameters.
+
+What a record shows is measured in both visits and compared. What it does not show, parameters and
+the times of the contact, is inferred by networks of a family of drives, from the mean of either
+visit. They answer for drives of the family only, and closing and opening have to agree.
+
+A change is told by the probability that it is beyond a share, 5 % if not said otherwise: from 0.95
+on it *changed*, up to 0.05 it *did not*, and in between records cannot tell. What is measured
+has to differ by more than the share and the repeatability, by which operations of one visit do.
+"""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from math import erfc
+
+import numpy as np
+
+from breaker.drive.answers.answer_document import plainly
+from breaker.drive.answers.limit_verdicts import NORMAL
+from breaker.drive.answers.operation_scatter import PAST_REST, scattered, usual_scatter, visit_error
+from breaker.drive.family.change_network import (
+    LEAST_AGREEMENT,
+    Changes,
+    agreement_of,
+    plausible_wear,
+)
+from breaker.drive.family.level_network import Levels
+from breaker.drive.family.mechanisms import MECHANISMS
+from breaker.drive.family.membership import Match, choose_family
+from breaker.drive.family.record_means import Mean, mean_and_change, mean_record, pace_of
+from breaker.quantities.catalogue import QUANTITIES, quantities_of
+from breaker.quantities.parameters import NAMES, PARAMETERS, Parameter
+from breaker.quantities.size import Size
+from breaker.quantities.speeds import Speed
+from breaker.reading.files.operations_table import SWITCHING
+from breaker.reading.records.raw_record import Raw
+
+VERDICT_WORDS = ("changed", "not told", "did not change")
+
+_OF_FORCE = 0.2  # of the share, from which on a mechanism counts, in shares of ``CHANGE_OF``
+_SURE = 0.95  # probability from which a change is beyond a share
+_QUANTILES = (0.05, 0.5, 0.95)
+_DRAWS = 4000
+# Shares of the stroke: a way that changes by less did not, and a way below is as good as none.
+_LITTLE, _NEXT_TO_NONE = 0.01, 1e-3
+
+
+@dataclass(frozen=True, eq=False)
+class VisitChanges:
+    """What networks infer of the change between two visits.
+
+    Attributes:
+        family: Name of the drives they were trained on.
+        size: Of the drive beside these, roughly.
+        matches: How the mean of each visit fits these, by motion and visit.
+        strokes: What networks see of the stroke, by motion and visit, mm.
+        paces: By what each motion lasts longer, and how far its shape changed: ``pace_of``.
+        fits: Whether all do; if not, there are no draws.
+        ratios: Draws of the parameters over what they were, ``(d, p)``: of both motions together,
+            or of each where they contradict each other; by the motions they are of. None, of
+            ``later`` neither, where the change is larger than any wear of the family.
+        later: By how much touch or parting come later, in shares of the time that they took before,
+            ``(d,)``, by motion.
+        mechanisms: Draws of by how much mechanisms have changed, ``(d,)``, shares of
+            ``CHANGE_OF``, by name; none where closing and opening contradict each other.
+        agreement: Of the parameter in which motions agree least, the probability that they do as
+            little; 1 of a single motion.
+        least: This parameter; empty if there is none.
+    """
+
+    family: str
+    size: Size
+    matches: Mapping[str, Mapping[str, Match]]
+    strokes: Mapping[str, Mapping[str, float]]
+    paces: Mapping[str, tuple[float, float]]
+    fits: bool
+    ratios: Mapping[tuple[str, ...], np.ndarray] = field(default_factory=dict)
+    later: Mapping[str, np.ndarray] = field(default_factory=dict)
+    mechanisms: Mapping[str, np.ndarray] = field(default_factory=dict)
+    agreement: float = 1.0
+    least: str = ""
+
+
+def compare(
+    before: Mapping[str, Sequence[Raw]],
+    today: Mapping[str, Sequence[Raw]],
+    networks: Iterable[tuple[Levels, Changes]],
+    rng: np.random.Generator,
+    *,
+    misfit_p_value: float = 0.001,
+) -> VisitChanges:
+    """Compare two visits by the networks of the family that ``choose_family`` finds for both.
+
+    Args:
+        before, today: Records of the same motions.
+        networks: Those of each family; the next is opened only where records do not fit.
+        misfit_p_value: p-value below which a visit is not of a drive of the family.
+
+    Returns:
+        The comparison; if no family fits, without draws, and with the matches of the nearest.
+    """
+    means = {m: {"before": mean_record(before[m]), "today": mean_record(today[m])} for m in before}
+    counts = {motion: (len(before[motion]), len(today[motion])) for motion in before}
+    found, levels, network = _nearest(means, counts, networks, misfit_p_value)
+    if not found.fits:
+        return found
+    both = {m: mean_and_change(before[m], today[m], network.change_bases[m]) for m in before}
+    references, changed = ({m: each[k] for m, each in both.items()} for k in (0, 1))
+    draws = {
+        motions: network.draw(
+            *({m: each[m] for m in motions} for each in (references, changed)), _DRAWS, rng
+        )
+        for motions in dict.fromkeys([tuple(both), *((m,) for m in both)])
+    }
+    whole, *alone = draws
+    if not plausible_wear(np.log(draws[whole].ratios)):
+        return found
+    state = levels.draw(references, _DRAWS, rng)
+    took = {m: np.median(state.switching[m] - state.release[m]) for m in both}
+    agreement = np.ones(len(NAMES))
+    if alone:
+        agreement = agreement_of(*(draws[motions].ratios for motions in alone))
+    apart = agreement.min() < LEAST_AGREEMENT
+    return replace(
+        found,
+        ratios={motions: draws[motions].ratios for motions in (alone if apart else [whole])},
+        later={m: draws[(m,) if apart else whole].later[m] / took[m] for m in both},
+        mechanisms={} if apart else draws[whole].mechanisms,
+        agreement=float(agreement.min()),
+        least=NAMES[int(agreement.argmin())] if alone else "",
+    )
+
+
+def _nearest(
+    means: Mapping[str, Mapping[str, Mean]],
+    counts: Mapping[str, tuple[int, int]],
+    networks: Iterable[tuple[Levels, Changes]],
+    misfit_p_value: float,
+) -> tuple[VisitChanges, Levels, Changes]:
+    """The family that ``choose_family`` finds for both visits, and its networks."""
+    (levels, network), matches, fits = choose_family(
+        networks,
+        lambda each: [
+            ((motion, visit), each[0].match(motion, mean.seen))
+            for motion, visits in means.items()
+            for visit, mean in visits.items()
+        ],
+        misfit_p_value,
+    )
+    by: dict[str, dict[str, Match]] = {motion: {} for motion in means}
+    for (motion, visit), match in matches:
+        by[motion][visit] = match
+    seen = next(iter(means.values()))["before"].seen
+    size = Size(*(np.exp(-levels.usual[:, 0]) * [seen.stroke[0], seen.duration[0]]).tolist())
+    strokes = {
+        motion: {visit: float(mean.seen.stroke[0]) for visit, mean in visits.items()}
+        for motion, visits in means.items()
+    }
+    paces = {motion: pace_of(*visits.values(), counts[motion]) for motion, visits in means.items()}
+    found = VisitChanges(levels.settings["family"], size, by, strokes, paces, fits)
+    return found, levels, network
+
+
+def changes(found: VisitChanges, beyond: float = 0.05) -> list[dict]:
+    """Return the change of each parameter and of the times of the contact.
+
+    Args:
+        found: The comparison.
+        beyond: Share beyond which a change counts, such as 0.05.
+
+    Returns:
+        A row of plain values for each: ``name``, ``unit`` of its values, ``meaning``, ``kind``
+        ("parameter" or "time"), ``motion``, empty where it is of all; ``unchanged``, the
+        probability of no change at all; ``change``, in percent, at 5, 50 and 95 %; the
+        probabilities ``beyond``, ``more`` and ``less``, of a change by more than the share, up and
+        down, and ``worse``, None where neither is; and ``verdict``, one of ``VERDICT_WORDS``, by
+        ``beyond``.
+    """
+    rows = []
+    for motions, ratios in found.ratios.items():
+        of = motions[0] if len(found.ratios) > 1 else ""
+        parts = zip(PARAMETERS, ratios.T, strict=True)
+        rows += [_inferred(each, "parameter", of, draws - 1.0, beyond) for each, draws in parts]
+    for motion, draws in found.later.items():
+        rows.append(_inferred(QUANTITIES[SWITCHING[motion]], "time", motion, draws, beyond))
+    return rows
+
+
+def mechanism_changes(found: VisitChanges, beyond: float = 0.05) -> list[dict]:
+    """Return the change of each mechanism beside the model, in rows as of ``changes``.
+
+    Changes are in percent of ``CHANGE_OF``, and count from a fifth of the share on.
+    """
+    return [
+        _inferred(Parameter(name, "", "1", MECHANISMS[name]), "mechanism", "", draws, share)
+        for share in [_OF_FORCE * beyond]
+        for name, draws in found.mechanisms.items()
+    ]
+
+
+def _inferred(
+    of: Parameter, kind: str, motion: str, share: np.ndarray, beyond: float
+) -> dict[str, object]:
+    """A row of draws of a relative change, ``(d,)``."""
+    more, less = ((sign * share > beyond).mean() for sign in (1.0, -1.0))
+    change = 100.0 * np.quantile(share, _QUANTILES)
+    values = {"kind": kind, "motion": motion, "unchanged": (share == 0.0).mean(), "change": change}
+    return _row(of, values, more, less)
+
+
+def _row(of: Parameter, values: Mapping, more: float, less: float) -> dict[str, object]:
+    """Values of a quantity, and what the probabilities of more and of less of it say.
+
+    Nothing has changed for sure by no more than the ``least`` change, where there is one.
+    """
+    about = {key: getattr(of, key) for key in ("name", "unit", "meaning")} | dict(values)
+    total, worse = more + less, {1: more, -1: less}.get(of.worse)
+    about |= {"beyond": total, "more": more, "less": less, "worse": worse}
+    sure = total >= _SURE and abs(values["change"][1]) > values.get("least", 0.0)
+    verdict = VERDICT_WORDS[0 if sure else 2 if total <= 1.0 - _SURE else 1]
+    return plainly(about | {"verdict": verdict})
+
+
+def measured_changes(
+    before: Mapping[str, Sequence[Raw]],
+    today: Mapping[str, Sequence[Raw]],
+    speeds: Sequence[Speed],
+    beyond: float = 0.05,
+) -> list[dict]:
+    """Return what the records themselves show.
+
+    The mean of a visit; its variance is that of the readings and of the scatter of operations, seen
+    in both visits and, of few records, beside what is usual.
+
+    Args:
+        before, today: Records of the same motions.
+        speeds: How speeds are defined.
+        beyond: Share beyond which a change counts.
+
+    Returns:
+        For each quantity of a motion that both visits show a row as of ``changes``, its ``kind``
+        "measured", with ``before``, ``today``, ``difference`` and its ``sd`` in its unit, and in
+        percent the ``repeatability``, which two operations of one visit keep in 95 % of cases, and
+        the ``least`` change that counts: this, and the share, or of
+        over-travel and rebound 1 % of the stroke if that is more.
+    """
+    rows = []
+    for motion in before:
+        read = [[raw.measured(speeds) for raw in raws[motion]] for raws in (before, today)]
+        stroke = np.nan
+        for name, quantity in quantities_of(motion, speeds, ("record",)).items():
+            visits = [np.array([each[name][:2] for each in visit], float) for visit in read]
+            both = [visit[np.isfinite(visit[:, 0])] for visit in visits]
+            if not all(map(len, both)):
+                continue
+            first, second = (float(each[:, 0].mean()) for each in both)
+            stroke = first if name == "stroke" else stroke
+            of = max(abs(first), _NEXT_TO_NONE * stroke * (name in PAST_REST))
+            if not of > 0.0:
+                continue
+            usual = usual_scatter(name, first, stroke)
+            change, sd = (second - first) / of, visit_error(both, usual) / of
+            scatter = np.sqrt(scattered(both, usual, 0.0)) / of
+            counts = max(beyond, _LITTLE * stroke / of) if name in PAST_REST else beyond
+            more, less = (_above(counts, sign * change, sd) for sign in (1.0, -1.0))
+            values = {"kind": "measured", "motion": motion}
+            values |= {"before": first, "today": second, "difference": second - first}
+            values |= {"sd": of * sd, "unchanged": None}
+            values["repeatability"] = 100.0 * NORMAL[95] * np.sqrt(2.0) * scatter
+            values["least"] = 100.0 * counts + values["repeatability"]
+            values["change"] = 100.0 * (change + NORMAL[90] * sd * np.array([-1.0, 0.0, 1.0]))
+            rows.append(_row(quantity, values, more, less))
+    return rows
+
+
+def _above(limit: float, mean: float, sd: float) -> float:
+    """Probability that a normal number is above a limit."""
+    return 0.5 * erfc((limit - mean) / (np.sqrt(2.0) * max(sd, 1e-12)))

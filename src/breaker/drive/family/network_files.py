@@ -1,0 +1,118 @@
+"""Networks of a family in model files, which hold all that an answer needs."""
+
+from collections.abc import Iterator, Mapping
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+
+from breaker.common.tensor_file import ModelFileError, open_model, write_model
+from breaker.drive.family.change_network import Changes
+from breaker.drive.family.level_network import EVENTS, Levels
+from breaker.drive.family.membership import Membership
+from breaker.drive.family.network_inputs import Basis
+from breaker.drive.family.trained_network import Network
+from breaker.quantities.parameters import MOTIONS, NAMES
+from breaker.shipped import FAMILIES, KINDS, model_file, widening
+
+_KINDS = {"levels": Levels, "changes": Changes}
+_SIZES = {"drives", "shards"}  # of a bank, not of its drives
+_TUPLES = {"bases": Basis, "change_bases": Basis, "members": Membership}
+
+
+def write_network(
+    path: str | Path,
+    settings: Mapping,
+    weights: Mapping[str, np.ndarray],
+    frozen: Mapping[str, object],
+) -> None:
+    """Write a network.
+
+    Args:
+        settings: ``kind``, "levels" or "changes", ``family``, its name, ``prior``, that of drives
+            of size 1, and how it was made.
+        weights: Those of ``family_density.FamilyNetwork``.
+        frozen: What ``Levels`` or ``Changes`` have beside the network: ``usual``, ``centre``,
+            ``scale``, and by motion ``bases``, ``change_bases`` and ``members``.
+    """
+    arrays = {f"network.{name}": np.float32(each) for name, each in weights.items()}
+    for name, each in frozen.items():
+        if name not in _TUPLES:
+            arrays[name] = np.float64(each)
+            continue
+        for motion, parts in each.items():
+            for part, value in parts._asdict().items():
+                arrays[f"{name}.{motion}.{part}"] = np.float64(value)
+    write_model(path, settings, arrays)
+
+
+def open_network(path: str | Path) -> Levels | Changes:
+    """Read a network. Draws of levels are told wider by what drives of other code have shown to be
+    needed of its family (``shipped.widening``).
+
+    Raises:
+        FileNotFoundError: If there is no such file.
+        ModelFileError: If it is no file of a network of a family.
+    """
+    with open_model(path) as saved:
+        kind = saved.settings.get("kind")
+        if kind not in _KINDS:
+            raise ModelFileError("it is no network of a family of drives")
+        weights, arrays = {}, {}
+        for name in saved.shapes:
+            if name.startswith("network."):
+                weights[name.removeprefix("network.")] = saved.weight(name, "float32")
+            else:
+                arrays[name] = saved.weight(name, "float64")
+        try:
+            network = Network(weights, _KINDS[kind].atoms)
+            if network.dims != len(network.atoms):
+                raise ModelFileError("it is of another version of breaker; train it anew")
+            found = {name: arrays[name] for name in ("usual", "centre", "scale")}
+            for name, tuple_of in _TUPLES.items():
+                if any(each.startswith(f"{name}.") for each in arrays):
+                    found[name] = {
+                        m: tuple_of(*(arrays[f"{name}.{m}.{part}"] for part in tuple_of._fields))
+                        for m in MOTIONS
+                    }
+            if kind == "levels":
+                names, factors = (*NAMES, *EVENTS), widening(saved.settings["family"])
+                found["widening"] = {
+                    n: np.array([of.get(name, 1.0) for name in names]) for n, of in factors.items()
+                }
+            return _KINDS[kind](settings=saved.settings, network=network, **found)
+        except (KeyError, TypeError, ValueError) as error:
+            raise ModelFileError.of_settings(error) from error
+
+
+def shipped_networks(*kinds: str) -> Iterator[tuple[Levels | Changes, ...]]:
+    """Yield the networks of each family that ships, of some kinds or all, as they are tried.
+
+    Each is opened when it is first asked for, and kept.
+    """
+    for family in FAMILIES:
+        yield tuple(_kept(family, kind) for kind in kinds or KINDS)
+
+
+@cache
+def _kept(family: str, kind: str) -> Levels | Changes:
+    return open_network(model_file(family, kind))
+
+
+def trained_on(path: str | Path, prior: Mapping, family: Mapping) -> bool:
+    """Whether a network was trained on drives of this prior and this family.
+
+    Args:
+        prior, family: Sections of the configuration; sizes of the bank do not count.
+
+    Raises:
+        FileNotFoundError: If there is no such file.
+        ModelFileError: If it is no model file.
+    """
+
+    def drives(settings: Mapping) -> dict:
+        return {name: value for name, value in settings.items() if name not in _SIZES}
+
+    with open_model(path) as saved:
+        known = saved.settings
+        return known["prior"] == prior and drives(known["drives"]) == drives(family)

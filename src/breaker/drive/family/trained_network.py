@@ -1,0 +1,124 @@
+"""Trained networks read as arrays: features of an input, and draws given these. Needs no torch.
+
+The same numbers as ``blocks.ResidualMLP`` and ``mixture.AutoregressiveMixture`` give, which a
+test holds: see there for what they compute.
+"""
+
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+_CLIP, _WIDEST = 5.0, 7.0  # as of ``AutoregressiveMixture``
+_AT_ONCE = 2_000  # draws whose arrays stay in a processor's cache
+
+
+class Network:
+    """Residual network and autoregressive mixture on top of it.
+
+    Args:
+        arrays: Weights by their names in ``family_density.FamilyNetwork``.
+        atoms: Which outputs may be exactly 0, ``(q,)`` of bool; none if it is empty.
+    """
+
+    def __init__(self, arrays: Mapping[str, np.ndarray], atoms: Sequence[bool] = ()) -> None:
+        self.arrays = arrays
+        self.blocks = sum(name.startswith("summary.inner.") for name in arrays) // 2
+        self.dims, self.width, outputs = arrays["inference.leave"].shape
+        self.components = (outputs - 1) // 3
+        self.atoms = tuple(atoms) or (False,) * self.dims
+
+    def features(self, x: np.ndarray) -> np.ndarray:
+        """Map inputs ``(n, i)`` to features ``(n, s)``."""
+        h = self._layer("enter", x)
+        for k in range(self.blocks):
+            h = h + self._layer(f"outer.{k}", _silu(self._layer(f"inner.{k}", _silu(h))))
+        return self._layer("leave", _silu(h))
+
+    def _layer(self, name: str, x: np.ndarray, part: str = "summary") -> np.ndarray:
+        weight, bias = (self.arrays[f"{part}.{name}.{kind}"] for kind in ("weight", "bias"))
+        return x @ weight.T + bias
+
+    def sample(
+        self, features: np.ndarray, there: np.ndarray, draws: int, rng: np.random.Generator
+    ) -> np.ndarray:
+        """Draw outputs for inputs, the same random numbers for each.
+
+        Args:
+            features: ``(n, s)``.
+            there: Which outputs the inputs can tell, ``(q,)`` of bool.
+            draws: Number of draws d.
+
+        Returns:
+            ``(n, d, q)``; 0 where an output is not told.
+        """
+        n, q = len(features), self.dims
+        head = self._layer("head", features, "inference")
+        place, scale, below = np.split(head, [q, 2 * q], axis=1)
+        weights = np.zeros((n, q, q), dtype=head.dtype)
+        weights[:, *np.tril_indices(q, -1)] = below
+        scale = np.exp(np.clip(scale, -_WIDEST, _WIDEST))
+        shift = self._layer("project", features, "inference").reshape(n, q, -1, 1)
+        linear = _Linear(place[..., None], scale[..., None], weights[:, :, None], shift)
+        uniform, normal = rng.random((draws, q, 2)), rng.standard_normal((draws, q))
+        theta = np.zeros((n, q, draws))
+        inputs = max(1, _AT_ONCE // draws)
+        for some in (slice(k, k + inputs) for k in range(0, n, inputs)):
+            for few in (slice(k, k + _AT_ONCE) for k in range(0, draws, _AT_ONCE)):
+                chance = uniform[few].T, normal[few].T
+                self._fill(theta[some, :, few], linear.of(some), there, *chance)
+        return theta.transpose(0, 2, 1)
+
+    def _fill(
+        self,
+        theta: np.ndarray,
+        linear: "_Linear",
+        there: np.ndarray,
+        uniform: np.ndarray,
+        normal: np.ndarray,
+    ) -> None:
+        """Draw outputs ``(n, q, d)`` by random numbers ``(2, q, d)`` and ``(q, d)``, in place."""
+        (n, q, draws), dtype = theta.shape, linear.place.dtype
+        enter, leave, bias = (self.arrays[f"inference.{k}"] for k in ("enter", "leave", "bias"))
+        # What an output sees of each one before it, residual and atom, side by side.
+        enter = enter.reshape(q, 2, q, -1).transpose(0, 3, 2, 1).reshape(q, -1, 2 * q)
+        seen, sums = np.zeros((n, 2 * q, draws), dtype), np.tri(self.components, dtype=dtype)
+        for i in np.flatnonzero(there):
+            hidden = _silu(enter[i, :, : 2 * i] @ seen[:, : 2 * i] + linear.shift[:, i])
+            numbers = leave[i].T @ hidden + bias[i, :, None]
+            logits, means, widths = np.split(numbers[:, :-1], 3, axis=1)
+            share = sums @ np.exp(logits - logits.max(axis=1, keepdims=True))
+            chosen = (share < uniform[0, i] * share[:, -1:]).sum(axis=1, keepdims=True)
+            mean, width = (np.take_along_axis(e, chosen, axis=1)[:, 0] for e in (means, widths))
+            residual = mean + np.exp(np.clip(width, -_WIDEST, _WIDEST)) * normal[i]
+            free = uniform[1, i] >= _logistic(numbers[:, -1]) if self.atoms[i] else True
+            value = linear.place[:, i] + (linear.weights[:, i, :, :i] @ theta[:, :i])[:, 0]
+            theta[:, i] = np.where(free, value + linear.scale[:, i] * residual, 0.0)
+            seen[:, 2 * i] = np.where(free, np.clip(residual, -_CLIP, _CLIP), 0.0)
+            seen[:, 2 * i + 1] = np.logical_not(free)
+
+
+class _Linear(NamedTuple):
+    """What is linear in an output, of each input and output."""
+
+    place: np.ndarray  # (n, q, 1)
+    scale: np.ndarray
+    weights: np.ndarray  # (n, q, 1, q) of the outputs before
+    shift: np.ndarray  # (n, q, w, 1) of the hidden layer
+
+    def of(self, some: slice) -> "_Linear":
+        """Those of some inputs."""
+        return _Linear(*(each[some] for each in self))
+
+
+def _silu(x: np.ndarray) -> np.ndarray:
+    y = _logistic(x)
+    y *= x
+    return y
+
+
+def _logistic(x: np.ndarray) -> np.ndarray:
+    y = np.tanh(0.5 * x)  # without overflow
+    y *= 0.5
+    y += 0.5
+    return y

@@ -1,0 +1,58 @@
+"""The page of a fleet."""
+
+import pandas as pd
+
+from breaker.common.numerals import in_digits
+from breaker.drive.answers.html_page import report_page
+from breaker.drive.answers.report_tables import Cell, Table
+from breaker.drive.answers.test_report import Report
+from breaker.drive.fleet.fleet_states import FLEET_STATES
+
+_TONES = dict(zip(FLEET_STATES, ("doubt", "good", *3 * ("doubt",), "bad"), strict=True))
+_SHOWN = ("breaker", "phase", "type", "last", "state", "due_date", "odd", "pole_spread")
+
+
+def fleet_page(table: pd.DataFrame, types: pd.DataFrame, picture: bytes) -> str:
+    """Return a fleet as one page of HTML that needs nothing beside it.
+
+    Args:
+        table, types: What ``fleet_table`` and ``type_table`` return.
+        picture: The figure of the fleet, PNG.
+    """
+    counts = table.state.value_counts()
+    states = [f"{counts[each]} {each}" for each in reversed(FLEET_STATES) if each in counts]
+    odd = int((table.odd != "").sum())
+    plate = [
+        ("Breakers", str(table.breaker.nunique())),
+        ("Drives", str(len(table))),
+        ("Last visit", str(table["last"].max())),
+        ("State", ", ".join(states)),
+    ]
+    rows = [
+        (*(_cell(name, each[name]) for name in _SHOWN), Cell(each["reason"]))
+        for each in table.to_dict("records")
+    ]
+    head = (*(name.replace("_", " ") for name in _SHOWN), "reason")
+    of = sorted({each.replace("_", " ") for each in table.pole_spread_of if each})
+    notes = [f"pole spread: ms, of {' or '.join(of)}"] if of else []
+    notes.append("fleet.csv has all columns")
+    known = [
+        tuple(
+            Cell(in_digits(value, 3) if isinstance(value, float) else str(value)) for value in row
+        )
+        for row in types.itertuples(index=False)
+    ]
+    tables = [
+        Table("By what is due", head, rows, notes),
+        Table("Types", tuple(types.columns), known, ["spread: log-sd from drive to drive"]),
+    ]
+    worst = FLEET_STATES[max(map(FLEET_STATES.index, table.state))]
+    verdict = Cell(f"{', '.join(states)}; unlike their type: {odd}", _TONES[worst])
+    return report_page(Report(plate, [], verdict, tables, []), [picture], "Fleet")
+
+
+def _cell(name: str, value: object) -> Cell:
+    if name == "state":
+        return Cell(str(value), _TONES[str(value)])
+    text = f"{value:.2f}" if isinstance(value, float) else str(value)
+    return Cell("" if text == "nan" else text, "bad" if name == "odd" else "")

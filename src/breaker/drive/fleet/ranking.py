@@ -1,0 +1,203 @@
+"""A fleet in one table: every drive beside its type, ranked by what is due, with the reason."""
+
+import json
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+
+from breaker.drive.family.network_files import shipped_networks
+from breaker.drive.fleet.fleet_states import FLEET_STATES
+from breaker.drive.fleet.reasons import label, largest, reason_of
+from breaker.drive.fleet.type_model import TypeDraws, TypeOfBreaker, learn_type
+from breaker.mechanism.prior import Prior
+from breaker.quantities.parameters import NAMES, PARAMETERS
+from breaker.reading.files.type_spelling import bare, usual_spelling
+
+FLEET = {
+    "breaker": "name of the breaker",
+    "phase": "name of the phase",
+    "type": "of the breaker: column type of the table, or the nameplate of its last file",
+    "state": "unknown, healthy, plan (a service) or now, as of a single drive; not judged, where "
+    "no limit tells; measured differently, where visits were, or a stroke has changed",
+    "odd": "parameters in which it is unlike its type; empty without any",
+    "evidence": "of the most odd one, nats",
+    "due": "limit that is due, or the next one",
+    "due_date": "date by which to service, or on which the limit is reached",
+    "due_operation": "operation by which to service",
+    "operations_left": "operations left, median",
+    "failed": "limits that are exceeded",
+    "last": "date of the last visit",
+    "operation": "number of the last operation",
+    "records": "records in the table",
+    "visits": "visits, from one to the next at least 30 days",
+    "change": "largest measured change since the first visit, percent",
+    "change_of": "of which quantity",
+    "off_type": "how far it is measured off the median of its type, percent",
+    "off_type_of": "in which quantity: that which is farthest off beside the spread of the type",
+    "how": "life: followed; visits: first and last compared; visit: judged alone; none: not at all",
+    "pole_spread": "largest less least time over the phases of the breaker, ms",
+    "pole_spread_of": "closing_time or opening_time, from the trigger; travel_time without these",
+    "reason": "why it is where it is, what is measured first",
+}
+"""First columns of ``fleet.csv``, one row for each phase of a breaker; behind them, of each
+parameter, the median and 90 % interval under the prior of the type."""
+
+_ENDS = (0.05, 0.5, 0.95)
+# Times by which phases are compared, by rank: instants first, which a standard bounds.
+_POLES = {"closing_time": 1, "opening_time": 1, "travel_time": 0}
+_ALIKE = 0.005  # share by which measured quantities of drives differ that count as alike
+
+
+def learn_types(drives: xr.Dataset, usual: Prior) -> dict[str, tuple[np.ndarray, TypeOfBreaker]]:
+    """Learn each type.
+
+    Args:
+        drives: Chunks of ``stored``, one after the other.
+        usual: Prior of drives of any type.
+
+    Returns:
+        By name, indices of its drives of which something was inferred, and the type.
+    """
+    names = np.array([each["type"] for each in _documents(drives)])
+    known, found = np.isfinite(drives["mean"].values).all(axis=1), {}
+    for name in sorted({*names[known].tolist()}):
+        where = np.flatnonzero(known & (names == name))
+        parts = ("mean", "squares", "count", "theta")
+        drawn = TypeDraws(*(drives[part].values[where].astype(float) for part in parts))
+        found[name] = where, learn_type(drawn, usual.log_sds)
+    return found
+
+
+def _documents(drives: xr.Dataset) -> list[dict]:
+    """Documents of drives, their types as most of them spell these: GL314 and GL 314 are one."""
+    found = [json.loads(each) for each in drives.document.values]
+    usual = usual_spelling(each["type"] for each in found)
+    return [each | {"type": usual[bare(each["type"])]} for each in found]
+
+
+def type_table(types: Mapping[str, tuple[np.ndarray, TypeOfBreaker]]) -> pd.DataFrame:
+    """Return the prior of each type: a row for each parameter."""
+    return pd.DataFrame(
+        {
+            "type": name,
+            "drives": len(where),
+            "parameter": each.name,
+            "unit": each.unit,
+            "median": learned.medians[k],
+            "log_sd": learned.log_sds[k],
+            "spread": learned.spread[k],
+        }
+        for name, (where, learned) in types.items()
+        for k, each in enumerate(PARAMETERS)
+    )
+
+
+def fleet_table(
+    drives: xr.Dataset, types: Mapping[str, tuple[np.ndarray, TypeOfBreaker]], least: float
+) -> pd.DataFrame:
+    """Return the table of a fleet, with the columns ``FLEET``, the most urgent drive first.
+
+    Args:
+        drives: Chunks of ``stored``, one after the other.
+        types: What ``learn_types`` returns.
+        least: Evidence from which a drive is odd, nats.
+    """
+    documents = _documents(drives)
+    rows = [_row(document) for document in documents]
+    families = {
+        levels.settings["family"]: Prior.from_settings(levels.settings["prior"])
+        for (levels,) in shipped_networks("levels")
+    }
+    for where, learned in types.values():
+        for k, i in enumerate(where):
+            theta = drives.theta.values[i].astype(float)
+            weights = learned.weights(theta, families[documents[i]["family"]])
+            rows[i] |= _parameters(theta, weights)
+            rows[i] |= _odd(learned.evidence[k], learned.off[k], least)
+        _show(rows, documents, where)
+    compare_poles(rows, documents)
+    for row, document in zip(rows, documents, strict=True):
+        row["reason"] = reason_of(row, document)
+    table = pd.DataFrame(rows).drop(columns=["off", "shown"], errors="ignore")
+    table = table.reindex(columns=dict.fromkeys([*FLEET, *table.columns]))
+    urgent = -table.state.map(FLEET_STATES.index)
+    keys = {"u": urgent, "d": table.due_date.replace("", "9999"), "o": -table.evidence.fillna(0.0)}
+    keys["c"] = -table.change.abs().fillna(0.0)
+    by = ["u", "d", "o", "c", "breaker", "phase"]
+    order = table.assign(**keys).sort_values(by, kind="stable")
+    return order[table.columns].reset_index(drop=True)
+
+
+def _row(document: Mapping) -> dict:
+    """What a document alone says."""
+    due, most = document["due"], largest(document["since"])
+    failed = [n for n, each in document["limits"].items() if each in ("fail", "now")]
+    names = ("breaker", "phase", "type", "state", "last", "operation", "records", "visits", "how")
+    return {name: document[name] for name in names} | {
+        "odd": "",
+        "evidence": np.nan,
+        "due": due.get("limit", ""),
+        "due_date": due.get("date", ""),
+        "due_operation": due.get("operation", np.nan),
+        "operations_left": due.get("left", np.nan),
+        "failed": ", ".join(failed),
+        "change": most["change"][1] if most else np.nan,
+        "change_of": label(most) if most else "",
+        "off_type": np.nan,
+        "off_type_of": "",
+    }
+
+
+def _parameters(theta: np.ndarray, weights: np.ndarray) -> dict[str, float]:
+    """Median and 90 % interval of weighted draws ``(d, p)``."""
+    found = {}
+    for name, draws in zip(NAMES, theta.T, strict=True):
+        order = np.argsort(draws)
+        places = np.searchsorted(np.cumsum(weights[order]), _ENDS).clip(max=len(draws) - 1)
+        low, middle, high = draws[order][places].tolist()
+        found |= {name: middle, f"{name}_5": low, f"{name}_95": high}
+    return found
+
+
+def _odd(evidence: np.ndarray, off: np.ndarray, least: float) -> dict:
+    """Parameters in which a drive is unlike its type: the one with most evidence for it."""
+    k = int(evidence.argmax())
+    found = {"evidence": float(evidence[k]) if np.isfinite(evidence[k]) else np.nan}
+    return found | ({"odd": NAMES[k], "off": float(off[k])} if evidence[k] >= least else {})
+
+
+def _show(rows: Sequence[dict], documents: Sequence[Mapping], where: np.ndarray) -> None:
+    """Put down of drives of a type which measured quantity is farthest off those of the others."""
+    shown: dict[tuple, dict[int, float]] = {}
+    for i in where:
+        for name, motion, value in documents[i]["measured"]:
+            shown.setdefault((name, motion), {})[i] = value
+    off: dict[int, list] = {i: [] for i in where}
+    for (name, motion), of in shown.items():
+        values = np.array([*of.values()])
+        middle = float(np.median(values))
+        spread = np.median(np.abs(values - middle)) + _ALIKE * abs(middle) + 1e-9
+        for i, value in of.items() if len(of) > 1 else ():
+            off[i].append((abs(value - middle) / spread, (name, motion, value, middle)))
+    for i, each in off.items():
+        rows[i]["shown"] = found = max(each, default=(0.0, ()))[1]
+        if found and found[3]:
+            rows[i]["off_type"] = 100.0 * (found[2] / found[3] - 1.0)
+            rows[i]["off_type_of"] = label({"name": found[0], "motion": found[1]})
+
+
+def compare_poles(rows: Sequence[dict], documents: Sequence[Mapping]) -> None:
+    """Put down how far the phases of each breaker are apart, by instants if these are shown."""
+    times: dict[str, dict[tuple, list[float]]] = {}
+    for document in documents:
+        of = times.setdefault(document["breaker"], {})
+        for name, motion, value in document["measured"]:
+            if name in _POLES:
+                of.setdefault((_POLES[name], name, motion), []).append(value)
+    for row in rows:
+        of = times[row["breaker"]].items()
+        apart = [(rank, max(e) - min(e), name) for (rank, name, _), e in of if len(e) > 1]
+        _, spread, name = max(apart, default=(0, np.nan, ""))
+        row |= {"pole_spread": spread, "pole_spread_of": name}

@@ -1,0 +1,89 @@
+"""Why a drive is where it is among those of a fleet, in words."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from breaker.common.numerals import in_digits
+from breaker.drive.fleet.fleet_states import DIFFERENT, UNJUDGED
+from breaker.quantities.catalogue import QUANTITIES
+
+_TOLD = 3  # changes in a reason
+
+
+def reason_of(row: Mapping, document: Mapping) -> str:
+    """Return the reason, what is urgent first.
+
+    Args:
+        row: Of the table; ``shown``, where there is one, is name and motion of the quantity
+            farthest off the type, its value and the median of the type.
+        document: What is known of the drive, as of ``Examined``.
+    """
+    said = [*document["differences"]]
+    if document["state"] == DIFFERENT:
+        said += ["the visits were measured differently, so no trend is told"]
+    elif said:
+        said += ["so no trend is told"]
+    said += [f"exceeded: {row['failed']}"] if row["failed"] else []
+    if row["due"] and not row["failed"]:
+        on = f" by {row['due_date']}" if row["due_date"] else ""
+        left = row["operations_left"]
+        many = f", {left:.0f} operations left" if np.isfinite(left) else ""
+        said.append(f"{row['due']}{on}{many}")
+    if document["changed"]:
+        since = "since new" if document["how"] == "life" else _since_first(document)
+        said.append(f"{since} {_changes(document['changed'])}")
+    if row["odd"]:
+        said += _off_type(row)
+        share = in_digits(100.0 * row["off"], 2, sign=True)
+        said.append(f"{row['odd']} is {share} % off the median of {row['type'] or 'all drives'}")
+    if document["state"] == UNJUDGED:
+        said += _known(row, document)
+    said += document["trust"]
+    if document["rejected"]:
+        said.append(f"{len(document['rejected'])} records rejected")
+    return "; ".join(said) or "nothing is due"
+
+
+def _known(row: Mapping, document: Mapping) -> list[str]:
+    """What is known of a drive without a limit: changes, spread, distance from its type."""
+    said = []
+    if document["since"] and not document["changed"]:
+        said.append(f"{_since_first(document)}, within doubt, {_changes(document['since'])}")
+    if document["spread"]:
+        name, motion, percent = max(document["spread"], key=lambda each: each[2])
+        of = label({"name": name, "motion": motion})
+        said.append(f"records of the last visit differ most in {of}, sd {in_digits(percent, 2)} %")
+    return said if row["odd"] else said + _off_type(row)
+
+
+def _since_first(document: Mapping) -> str:
+    return f"since the first visit {document['first'][:10]}".rstrip()
+
+
+def _off_type(row: Mapping) -> list[str]:
+    if not row.get("shown"):
+        return []
+    name, motion, value, middle = row["shown"]
+    unit = QUANTITIES[name].unit if name in QUANTITIES else "mm/ms"  # of a speed
+    values = f"{in_digits(value, 3)} {unit}, of its type {in_digits(middle, 3)}"
+    return [f"measured {name} ({motion}) {values}"]
+
+
+def _changes(rows: Sequence[Mapping]) -> str:
+    """The largest changes, and how many more there are."""
+    most = sorted(rows, key=lambda each: -abs(each["change"][1]))
+    words = [f"{label(e)} {in_digits(e['change'][1], 2, sign=True)} %" for e in most[:_TOLD]]
+    more = len(most) - _TOLD
+    return ", ".join(words) + (f" and {more} more" if more > 0 else "")
+
+
+def largest(rows: Sequence[Mapping]) -> Mapping | None:
+    """Return the row of the largest change; None where there is none."""
+    return max(rows, key=lambda each: abs(each["change"][1]), default=None)
+
+
+def label(row: Mapping) -> str:
+    """Return the name of a quantity, with its motion where the name does not tell it."""
+    named = not row["motion"] or row["motion"] in row["name"]
+    return row["name"] if named else f"{row['name']} {row['motion']}"

@@ -1,0 +1,146 @@
+r"""What breakers of a type have in common, and which of them is odd.
+
+The network's error of a drive is shared by its type, so a drive's posterior is far wider than
+drives of a type are apart. So drives are compared by the means of their draws, ``x_b``, whose own
+error is seen from operation to operation. Over the drives ``x_b = m + u_b + e_b`` in logarithms,
+with ``u_b ~ N(0, diag(tau^2))``; of a few drives one parameter is odd, and has ``s`` more. By
+expectation maximisation centre m and spread tau are those of the drives that are not odd, which so
+do not widen them. Evidence that a drive is odd is the logarithm of the ratio of both likelihoods.
+"""
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from breaker.drive.answers.type_prior import DESIGN
+from breaker.drive.family.scatter import beside_usual
+from breaker.mechanism.prior import Prior
+
+_ODD, _FAR = 0.02, 0.3  # share of odd drives, and the sd of the logarithm by which they are odd
+_LEAST, _KNOWN = 0.1, 4.0  # spread that is expected, log-sds of the prior; as of so many drives
+_OWN = 0.2  # share of a posterior's variance that is expected from operation to operation
+_WIDER = 1.5  # factor on the variance seen: what operations of one visit share is not in it
+_ROUNDS, _SETTLED = 500, 1e-7
+FEWEST = 5
+"""Drives of a type from which one may be told as odd."""
+
+
+class TypeDraws(NamedTuple):
+    """Draws of the drives of a type.
+
+    Attributes:
+        mean: Of the logarithms of their parameters, over all operations, ``(n, p)``.
+        squares: Sum of products of the deviations of operations from it, ``(n, p, p)``.
+        count: Operations, ``(n,)``.
+        theta: Draws, ``(n, d, p)``.
+    """
+
+    mean: np.ndarray
+    squares: np.ndarray
+    count: np.ndarray
+    theta: np.ndarray
+
+    @property
+    def posterior(self) -> np.ndarray:
+        """Mean covariance of the logarithms of a drive's draws, ``(p, p)``."""
+        return np.mean([np.cov(np.log(each).T) for each in self.theta], axis=0)
+
+    def error(self) -> np.ndarray:
+        """Return the covariance of each mean, by what is seen from operation to operation."""
+        squares, seen = self.squares.sum(axis=0), float((self.count - 1).sum())
+        one = _WIDER * beside_usual(squares, seen, _OWN * self.posterior, _KNOWN)
+        return one / self.count[:, None, None]
+
+
+@dataclass(frozen=True, eq=False)
+class TypeOfBreaker:
+    """A type, learned.
+
+    Attributes:
+        medians, spread: Of its drives, and the log-sd of these, ``(p,)``.
+        log_sds: Of its prior: the spread, and the error that the type shares, ``(p,)``.
+        evidence: That a parameter of a drive is odd, nats, ``(n, p)``; -inf of fewer than 5 drives.
+        off: How far the drive's mean is off the median, share, ``(n, p)``.
+    """
+
+    medians: np.ndarray
+    spread: np.ndarray
+    log_sds: np.ndarray
+    evidence: np.ndarray
+    off: np.ndarray
+
+    def weights(self, theta: np.ndarray, family: Prior) -> np.ndarray:
+        """Return the weights of a drive's draws ``(d, p)`` by this prior, ``(d,)``, their sum 1.
+
+        Args:
+            family: That of which the network's draws are, which knows no size.
+        """
+        own = 0.5 * np.square(np.log(theta / self.medians) / self.log_sds).sum(axis=1)
+        log = -own - _family_log_prob(theta, family)
+        weights = np.exp(log - log.max())
+        return weights / weights.sum()
+
+
+def _family_log_prob(theta: np.ndarray, family: Prior) -> np.ndarray:
+    """Log density of the family's prior, at all sizes alike, but for a constant, ``(d,)``."""
+    z, along = family.standardise(theta), family.size_axes
+    return -0.5 * np.square(z - z @ along @ along.T).sum(axis=1)
+
+
+def learn_type(drawn: TypeDraws, usual: np.ndarray) -> TypeOfBreaker:
+    """Learn a type from its drives.
+
+    Args:
+        usual: Log-sds of the prior of drives of any type and one size, ``(p,)``.
+
+    Example:
+        Twenty drives that differ by 2 %, and one whose friction is by 40 % more:
+
+        >>> rng = np.random.default_rng(1)
+        >>> mean = 0.02 * rng.standard_normal((21, 7))
+        >>> mean[4, 3] += 0.34
+        >>> theta = np.exp(mean[:, None] + 0.1 * rng.standard_normal((21, 50, 7)))
+        >>> drawn = TypeDraws(mean, np.tile(1e-4 * np.eye(7), (21, 1, 1)), np.full(21, 2), theta)
+        >>> found = learn_type(drawn, np.full(7, 0.2))
+        >>> np.argwhere(found.evidence > 6.0).tolist(), bool(found.spread[3] < 0.04)
+        ([[4, 3]], True)
+    """
+    x, error = drawn.mean, drawn.error()
+    n, p = x.shape
+    centre, least = np.median(x, axis=0), np.square(_LEAST * usual)
+    variance = np.maximum(np.square(1.4826 * np.median(np.abs(x - centre), axis=0)), least)
+    log_prior = np.log(np.append(1.0 - _ODD, np.full(p, _ODD / p)))
+    for _ in range(_ROUNDS):
+        log, mean, square = _components(x - centre, error, variance)
+        log = log + log_prior
+        share = np.exp(log - log.max(axis=1, keepdims=True))
+        share /= share.sum(axis=1, keepdims=True)
+        counts = share[:, :, None] * (1.0 - np.eye(p + 1, p, -1))  # the odd parameter counts not
+        total = counts.sum(axis=(0, 1))
+        moved = (counts * mean).sum(axis=(0, 1)) / total
+        variance = beside_usual((counts * square).sum(axis=(0, 1)), total, least, _KNOWN)
+        centre = centre + moved
+        if np.abs(moved).max() < _SETTLED:
+            break
+    log, _, _ = _components(x - centre, error, variance)
+    evidence = log[:, 1:] - log[:, :1] if n >= FEWEST else np.full((n, p), -np.inf)
+    known = (variance + np.diagonal(error.mean(axis=0))) / n
+    sds = np.sqrt(variance + known + DESIGN * drawn.posterior.diagonal())
+    return TypeOfBreaker(np.exp(centre), np.sqrt(variance), sds, evidence, np.expm1(x - centre))
+
+
+def _components(
+    off: np.ndarray, error: np.ndarray, variance: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Log likelihood of drives as they are usual and with each parameter odd, ``(n, 1 + p)``, and
+    mean and mean square of their own deviations then, ``(n, 1 + p, p)``.
+    """
+    p = off.shape[1]
+    wider = variance + _FAR**2 * np.vstack([np.zeros(p), np.eye(p)])
+    inverse = np.linalg.inv(error[:, None] + wider[:, :, None] * np.eye(p))
+    pulled = np.einsum("nkij,nj->nki", inverse, off)
+    log = 0.5 * np.linalg.slogdet(inverse)[1] - 0.5 * np.einsum("nki,ni->nk", pulled, off)
+    mean = wider * pulled
+    own = wider - np.square(wider) * np.diagonal(inverse, axis1=2, axis2=3)
+    return log, mean, np.square(mean) + own

@@ -1,0 +1,225 @@
+"""The first page, in sentences and as HTML: rendered from tables, never read back."""
+
+import base64
+import math
+from collections.abc import Sequence
+from html import escape
+
+import pandas as pd
+import xarray as xr
+
+from breaker.common.numerals import in_digits, in_p
+from breaker.mechanism.limit_sources import SOURCES
+from breaker.quantities.parameters import PARAMETERS
+
+_NOTED = 2.0  # percent, beyond which a change is worth a word
+_SURE = 0.05  # probability of no change below which a parameter is named
+_MOST = 4
+_PERHAPS = 2
+_WORDS = {each.name: each.word for each in PARAMETERS}
+
+
+# The report sets its description into a narrow column beside the graph of the rules. Here it takes
+# the whole width, and the graph comes below it.
+_STYLE = """<style>
+.prose:has(#first-page) { max-width: none; }
+div:has(> .prose #first-page) { width: 100%; }
+div:has(> div > .prose #first-page) { flex-direction: column; }
+div:has(> div > div > .prose #first-page) { align-items: flex-start; }
+#first-page h1 { font-size: 1.3rem; margin: 0 0 .5rem; }
+#first-page p { margin: .2rem 0; max-width: 75rem; }
+#first-page img { display: block; width: 100%; max-width: 85rem; margin: .5rem 0; }
+#first-page table { width: auto; font-size: .8rem; }
+#first-page th, #first-page td { text-align: left; padding: .1rem 1rem .1rem 0; }
+</style>"""
+
+
+def since_new(changes: pd.DataFrame, life: xr.Dataset) -> str:
+    """Say what has changed since new, and what may have.
+
+    Args:
+        changes: What ``change_table`` returns; its last row counts.
+        life: What ``life_results.follow_life`` returns.
+    """
+    row = changes.iloc[-1]
+    if not life.attrs["family"]:
+        return "Since new: parameters are withheld, see trust; what is measured holds."
+    if row.noticed < life.attrs["told"]:
+        return f"Since new: nothing is told before operation {life.attrs['told']:,}."
+    names = [str(name) for name in life.parameter.values]
+    if math.isnan(row[names[0]]):
+        return "Since new: the change is larger than any wear that the networks know."
+    sure = [name for name in names if row[f"{name}_unchanged"] < _SURE]
+    sure.sort(key=lambda name: -abs(row[name]))
+    told = [f"{_WORDS[name]} {_signed(row[name])} % ({_span(row, name)})" for name in sure]
+    rest = [name for name in names if name not in sure]
+    most = {name: max(abs(row[f"{name}_5"]), abs(row[f"{name}_95"])) for name in rest}
+    may = sorted((name for name in rest if most[name] > _NOTED), key=lambda name: -most[name])
+    words = ", ".join(told) if told else "nothing for sure"
+    if may:
+        perhaps = _and_so_on([_WORDS[name] for name in may], _PERHAPS)
+        words += f"; perhaps {perhaps}, by up to {in_digits(most[may[0]], 2)} %"
+    if len(may) < len(rest):
+        words += f"; nothing else beyond {_NOTED:g} %"
+    return f"Since new: {words}."
+
+
+def _span(row: pd.Series, name: str) -> str:
+    """A 90 % interval, percent."""
+    return f"{_signed(row[f'{name}_5'])} to {_signed(row[f'{name}_95'])}"
+
+
+def _signed(value: float) -> str:
+    return in_digits(value, 2, sign=True)
+
+
+def headline(decisions: pd.DataFrame, limits: pd.DataFrame) -> str:
+    """Say what to do after the last operation, and why.
+
+    Args:
+        decisions, limits: What ``decide`` and ``limit_table`` return.
+    """
+    row = decisions.iloc[-1]
+    by_limit = limits.drop_duplicates("limit")
+    unknown = by_limit[by_limit.state == "unknown"]
+    ends = span(row.operations_left_5, row.operations_left_95)
+    left = f"{about(row.operations_left)} operations left ({ends})"
+    if row.state == "now":
+        over = by_limit[by_limit.certain.notna()].sort_values("certain")
+        each = [f"{one.limit} (certain at {one.certain:,})" for one in over.itertuples()]
+        why = f"exceeded: {_and_so_on(each, _MOST)}" if each else f"{row.limit} is due, {left}"
+        words = f"Service now: {why}"
+    elif row.state == "plan":
+        on = f" ({row.service_by_date})" if row.get("service_by_date") else ""
+        on += ", if the wear goes on as it does"
+        words = f"Plan service by operation {row.service_by:,}{on}: {row.limit}, {left}"
+    elif row.state == "healthy":
+        known = row.limit and math.isfinite(row.operations_left)
+        words = (
+            f"Healthy: next is {row.limit}, {left}"
+            if known
+            else "Healthy: nothing leads to a limit"
+        )
+    else:
+        words = "Unknown: no limit can be told yet"
+    cannot = [
+        f"{one.limit} (P {in_percent(one.probability)})"
+        for one in unknown.itertuples()
+        if one.probability == one.probability
+    ]
+    doubts = (
+        f" Cannot tell {_and_so_on(cannot, _MOST)}." if cannot and row.state != "unknown" else ""
+    )
+    return f"{words}.{doubts} As of operation {row.operation:,}."
+
+
+def trust(life: xr.Dataset) -> str:
+    """Say how far the answer can be trusted."""
+    least = in_p(float(life.p_value.min())) if life.sizes["motion"] else "p unknown"
+    if life.attrs["agreement"] < 1.0 and not life.attrs["family"]:
+        return (
+            "Trust: closing and opening contradict each other on what has changed "
+            f"({in_p(life.attrs['agreement'])}); only what is measured is told."
+        )
+    if not life.attrs["family"]:
+        return (
+            f"Trust: the drive is of no family that ships ({least}); only what is measured is told."
+        )
+    words = f"Trust: drives of the family {life.attrs['family']} look like this one ({least})"
+    if life.sizes["motion"] > 1:
+        words += f", and closing and opening agree ({in_p(life.attrs['agreement'])})"
+    return f"{words}."
+
+
+def limit_words(limits: pd.DataFrame) -> pd.DataFrame:
+    """Return the table of limits of the first page, in words.
+
+    Args:
+        limits: What ``limit_table`` returns.
+    """
+    rows = []
+    for one in limits.itertuples():
+        if one.certain is not pd.NA and one.certain == one.certain:
+            left = f"exceeded: certain at {one.certain:,}, crossed about {one.crossed:,}"
+        elif math.isnan(one.operations_left) or one.state == "unknown":
+            left = "cannot be told"
+        else:
+            ends = span(one.operations_left_5, one.operations_left_95)
+            left = f"{about(one.operations_left)} ({ends})"
+        rows.append(
+            {
+                "limit": one.limit,
+                "state": one.state,
+                "quantity": f"{SOURCES[one.of].title}{one.quantity}",
+                "new": in_digits(one.new, 4),
+                "now (90 %)": "{} ({} to {})".format(
+                    *(in_digits(each, 4) for each in (one.now, one.now_5, one.now_95))
+                ),
+                "at": f"{in_digits(one.bound, 4)} {one.unit}",
+                "P": in_percent(one.probability) if one.probability == one.probability else "",
+                "operations left (90 %)": left,
+            }
+        )
+    return pd.DataFrame(rows)
+
+
+def opening(sentences: Sequence[str], limits: pd.DataFrame, picture: bytes) -> str:
+    """Return sentences, the table of limits and a picture.
+
+    Args:
+        sentences: The first is the headline.
+        limits: What ``limit_words`` returns.
+        picture: The figure of the verdict, PNG.
+
+    Returns:
+        One element of HTML, which loads nothing.
+    """
+    first, *others = map(escape, sentences)
+    encoded = base64.b64encode(picture).decode()
+    return (
+        f'{_STYLE}<div id="first-page"><h1>{first}</h1>{"".join(f"<p>{s}</p>" for s in others)}'
+        f"{limits.to_html(index=False, border=0)}"
+        f'<img alt="How each limit stands" src="data:image/png;base64,{encoded}"></div>'
+    )
+
+
+def about(value: float) -> str:
+    """Write a number of operations or days that is an estimate, to three digits.
+
+    >>> about(1878.3), about(42.4), about(float("inf"))
+    ('1,880', '42', 'beyond the horizon')
+    """
+    if not math.isfinite(value):
+        return "unknown" if math.isnan(value) else "beyond the horizon"
+    digits = max(0, math.floor(math.log10(max(value, 1.0))) - 2)
+    return f"{round(value, -digits):,.0f}"
+
+
+def span(low: float, high: float) -> str:
+    """Write an interval of such numbers.
+
+    >>> span(12.2, 1878.3)
+    '12 to 1,880'
+    """
+    return f"{about(low)} to {about(high)}"
+
+
+def in_percent(probability: float) -> str:
+    """Write a probability; never 0 or 100 % of what is not certain.
+
+    >>> in_percent(0.233), in_percent(0.9996), in_percent(0.001)
+    ('23 %', '> 99 %', '< 1 %')
+    """
+    if probability < 0.01:
+        return "< 1 %"
+    return "> 99 %" if probability > 0.99 else f"{100 * probability:.0f} %"
+
+
+def _and_so_on(words: list[str], most: int) -> str:
+    """List words, at most so many, and count the others.
+
+    >>> _and_so_on(["a", "b", "c"], 2)
+    'a, b and 1 more'
+    """
+    more = len(words) - most
+    return ", ".join(words) if more <= 0 else f"{', '.join(words[:most])} and {more} more"

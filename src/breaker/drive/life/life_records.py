@@ -1,0 +1,161 @@
+"""Records of a life as its tracker takes them: shapes in common units, and what is measured."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+
+from breaker.drive.family.network_inputs import NormalisedRecords
+from breaker.drive.family.record_inputs import network_record, stored_shape
+from breaker.drive.life.work_events import Event
+from breaker.reading.records.normalised_shape import SHAPE_TIMES, median_units
+
+_ALIKE = 5.0  # K, within which new operations are compared
+
+
+@dataclass(frozen=True, eq=False)
+class MotionRecords:
+    """Records of one motion, in the units of its new ones.
+
+    Attributes:
+        way, present: Shapes, ``(o, g)``; nothing is present of an operation without a record.
+        noise: Of a record, share of the stroke, ``(o,)``; nan without one.
+        stroke, duration: Units, mm and ms.
+        measured: Quantities that are followed, ``(o,)`` each, by name; nan where one is not shown.
+    """
+
+    way: np.ndarray
+    present: np.ndarray
+    noise: np.ndarray
+    stroke: float
+    duration: float
+    measured: Mapping[str, np.ndarray]
+
+    @property
+    def there(self) -> np.ndarray:
+        """Which operations have a record, ``(o,)`` of bool."""
+        return self.present.any(axis=1)
+
+    def seen(self, way: np.ndarray, noise: np.ndarray | float) -> NormalisedRecords:
+        """Return shapes in these units as networks see them, ``(n, g)``, and their noise."""
+        n = len(way)
+        one, there = np.ones(n), np.isfinite(way)
+        numbers = (self.stroke * one, self.duration * one, noise * one, 0.0 * one, 0.05 * one)
+        return NormalisedRecords(there.any(axis=1), np.where(there, way, 0.0), there, *numbers)
+
+
+@dataclass(frozen=True, eq=False)
+class Series:
+    """A life.
+
+    Attributes:
+        operations: Their numbers, rising, ``(o,)``.
+        motions: Records, by motion.
+        new: Which operations are new, indices.
+        events: What was done before operations, by index.
+        temperature: °C, ``(o,)``, nan where it is not known; None if none is.
+    """
+
+    operations: np.ndarray
+    motions: Mapping[str, MotionRecords]
+    new: np.ndarray
+    events: Mapping[int, Event]
+    temperature: np.ndarray | None = None
+
+    def new_of(self, motion: str) -> np.ndarray:
+        """Indices of the new operations that have a record of a motion."""
+        return self.new[self.motions[motion].there[self.new]]
+
+    @property
+    def warm(self) -> np.ndarray | None:
+        """Temperature above that of the new operations, 10 K, ``(o,)``; 0 where not known."""
+        if self.temperature is None or not np.isfinite(self.temperature).any():
+            return None
+        known = self.temperature[self.new]
+        of = known if np.isfinite(known).any() else self.temperature
+        return np.nan_to_num((self.temperature - np.nanmean(of)) / 10.0)
+
+
+def series_of(
+    data: Mapping[str, xr.Dataset],
+    reference: int | Sequence[int],
+    *,
+    followed: Mapping[str, Sequence[str]],
+    events: Mapping[int, Event] | None = None,
+    temperatures: Mapping[int, float] | None = None,
+) -> Series:
+    """Return the series of measured operations.
+
+    Args:
+        data: What ``curve_reader.read_curves`` returns of each motion.
+        reference: How many of the first operations with a record are new; or the first and the last
+            number of those that are.
+        followed: Names of measured quantities that are followed, by motion.
+        events, temperatures: By the number of an operation.
+
+    Raises:
+        ValueError: If no operation that is new has a record.
+    """
+    operations = np.unique(np.concatenate([each.operation.values for each in data.values()]))
+    whole = {
+        motion: each.reindex(operation=operations, copy=False) for motion, each in data.items()
+    }
+    usable = {m: each.accepted.values == True for m, each in whole.items()}  # noqa: E712, nan is not
+    known = np.array([(temperatures or {}).get(int(o), np.nan) for o in operations])
+    place = {int(o): i for i, o in enumerate(operations)}
+    done = {place[o]: each for o, each in (events or {}).items() if o in place}
+    new = _new(operations, usable, reference, done, known)
+    motions = {m: _motion(m, whole[m], usable[m], new, followed.get(m, ())) for m in whole}
+    motions = {motion: each for motion, each in motions.items() if each is not None}
+    if not motions:
+        raise ValueError("no operation that counts as new has a record: see wear_model.reference")
+    return Series(operations, motions, new, done, known if temperatures else None)
+
+
+def _new(
+    operations: np.ndarray,
+    usable: Mapping[str, np.ndarray],
+    reference: int | Sequence[int],
+    events: Mapping[int, Event],
+    temperature: np.ndarray,
+) -> np.ndarray:
+    """Indices of the operations that are new: with all motions, no work between, about as warm."""
+    there = np.flatnonzero(np.logical_and.reduce(list(usable.values())))
+    if not there.size:
+        there = np.flatnonzero(np.logical_or.reduce(list(usable.values())))
+    if np.ndim(reference):
+        low, high = reference
+        return there[(operations[there] >= low) & (operations[there] <= high)]
+    renewed = [i for i, event in events.items() if event.renews]
+    spells = np.searchsorted(np.sort(renewed), there[:reference], side="right")
+    first = there[:reference]
+    if first.size:
+        first = first[spells == np.bincount(spells).argmax()]
+        known = temperature[first]
+        if np.isfinite(known).any():
+            near = np.abs(known - np.nanmedian(known)) <= _ALIKE
+            first = first[near]
+    return first
+
+
+def _motion(
+    motion: str, data: xr.Dataset, usable: np.ndarray, new: np.ndarray, names: Sequence[str]
+) -> MotionRecords | None:
+    """Records of a motion in the units of the new ones; None if none of these has a record."""
+    n, sign = len(usable), 1.0 if motion == "closing" else -1.0
+    records, step = data.record.values, 1.0 / data.rate.values
+    way, present = np.zeros((n, SHAPE_TIMES.size)), np.zeros((n, SHAPE_TIMES.size), dtype=bool)
+    noise = np.full(n, np.nan)
+    told = zip(data.record_noise.values, data.record_colour.values, step, strict=True)
+    own = [each for i in new if usable[i] and (each := stored_shape(sign * records[i], step[i]))]
+    if not own:
+        return None
+    units = median_units(own)
+    for i, (sd, colour, each) in enumerate(told):
+        if usable[i] and (shape := stored_shape(sign * records[i], each, units)) is not None:
+            way[i], present[i] = shape.way, shape.present
+            noise[i] = network_record(shape, sd, colour, each, units).noise[0]
+    there = data.measured.sel(quantity=list(names)).values.T if names else ()
+    measured = dict(zip(names, there, strict=True))
+    return MotionRecords(way, present, noise, units.stroke, units.duration, measured)

@@ -1,0 +1,203 @@
+"""Tables of a life: what to do after each operation, how each limit stands, and what changed.
+
+``breaker.drive.life.first_page`` says the same in sentences; no table holds one.
+"""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+
+from breaker.drive.life.calendar import days_per_operation, on_date
+from breaker.drive.life.limit_states import STATES
+from breaker.reading.files.operations_table import ABOUT, metadata_names
+
+DECISIONS = {
+    "breaker": "name of the breaker",
+    "phase": "name of the phase",
+    "operation": "number of the operation",
+    "date": "its date, ISO 8601",
+    "temperature": "of the drive, °C",
+    "event": "what was done before it",
+    "state": "of the drive: unknown, healthy, plan (a service) or now",
+    "limit": "the limit that the state is about; empty without one",
+    "operations_left_5": "operations left, quantile at 5 %: 0 exceeded, inf beyond the horizon",
+    "operations_left": "the same at 50 %",
+    "operations_left_95": "the same at 95 %",
+    "days_left": "days left to it at the recent rate, quantile at 50 %",
+    "service_by": "operation by which to service, of the most urgent limit",
+    "service_by_date": "its date at the recent rate",
+    "exceeded": "limits that are exceeded",
+    "worn": "what has changed most since new: of these one, by 90 %",
+    "change": "kind of a change that was noticed at this operation",
+    "not_used": "motions without a usable record",
+}
+"""Columns of ``decisions.csv``, one row per operation; of dates only where any is known."""
+
+LIMITS = {
+    "limit": "name of the limit",
+    "quantity": "what it is on",
+    "of": "what that is read from: record, change or model",
+    "new": "its value as new",
+    "now": "its value after the last operation, median",
+    "now_5": "the same, quantile at 5 %",
+    "now_95": "and at 95 %",
+    "bound": "the limit",
+    "unit": "unit of these",
+    "state": "unknown, healthy, plan or now",
+    "probability": "that it is exceeded",
+    "certain": "operation at which that is sure; empty where it is not exceeded",
+    "crossed": "operation from which on it is likelier than not",
+    "operations_left_5": "operations left, quantile at 5 %",
+    "operations_left": "the same at 50 %",
+    "operations_left_95": "and at 95 %",
+    "service_by": "operation by which to service; empty where none is planned",
+}
+"""Columns of ``limits.csv``, one row per part of a limit, after the last operation."""
+
+CHANGES = {
+    "noticed": "operation at which the change was noticed; of the last row, the last operation",
+    "start": "first operation after it",
+    "earliest": "the same, from",
+    "latest": "and to, by 90 %",
+    "kind": "rate (of wear), step or event; now: the last operation",
+    "evidence": "of the change beside none, nats; below 0 it was taken back",
+    "names": "what has most to do with it: of these one, by 90 %",
+}
+"""First columns of ``changes.csv``; behind them, of each parameter, the change since new in percent
+at 5, 50 and 95 % and the probability of none, as known when the change was noticed."""
+
+_LEFT = ("operations_left_5", "operations_left", "operations_left_95")
+
+
+def operation_metadata(curves: Mapping[str, xr.Dataset], operations: np.ndarray) -> pd.DataFrame:
+    """Return what is known of each operation beside its records, and motions without one.
+
+    Args:
+        curves: Records of each motion, with ``accepted`` and what ``operations_table.ABOUT`` names.
+        operations: Numbers, ``(o,)``.
+
+    Returns:
+        Columns ``ABOUT``, events of all motions and the mean temperature, else what the first
+        motion knows; and ``not_used``.
+    """
+    frames = [
+        data[[*metadata_names(data), "accepted"]].to_dataframe().reindex(operations)
+        for data in curves.values()
+    ]
+    found, empty = {}, [""] * len(operations)
+    for name in ABOUT:
+        rows = zip(*(frame.get(name, empty) for frame in frames), strict=True)
+        found[name] = [_joined(name, [v for v in row if v == v and v != ""]) for row in rows]
+    used = zip(*(frame.accepted.eq(True) for frame in frames), strict=True)
+    unused = [[m for m, each in zip(curves, row, strict=True) if not each] for row in used]
+    return pd.DataFrame(found | {"not_used": [", ".join(each) for each in unused]})
+
+
+def _joined(name: str, values: Sequence) -> object:
+    """One value of ``ABOUT`` from those of the motions of an operation; empty without any."""
+    if name == "temperature":
+        return float(np.mean(values)) if values else np.nan
+    words = list(dict.fromkeys(map(str, values)))
+    return ", ".join(words if name == "event" else words[:1])
+
+
+def decide(life: xr.Dataset, stands: xr.Dataset, known: pd.DataFrame) -> pd.DataFrame:
+    """Return one row per operation, with the columns ``DECISIONS`` of which anything is known.
+
+    Args:
+        life: What ``life_results.follow_life`` returns.
+        stands: What ``standing`` returns.
+        known: What ``operation_metadata`` returns.
+    """
+    operations, subject = life.operation.values, stands.subject.values
+    rows, pace = np.arange(len(operations)), days_per_operation(operations, list(known.date))
+    limits = np.append(life.limit.values, "")
+    left = np.full((len(rows), 3), np.nan)
+    some = subject >= 0
+    left[some] = stands.left.values[rows[some], subject[some]]
+    by = stands.drive_service_by.values
+    at = np.searchsorted(life.asked.values, operations, side="right") - 1
+    names = np.where(at >= 0, life.names.values[np.maximum(at, 0)], "")
+    changed = dict(zip(life.noticed.values.tolist(), life.kind.values.tolist(), strict=True))
+    over = np.isin(stands.state.values, STATES.index("now")) & (stands.beyond.values >= 0.5)
+    data = {
+        **{name: list(known[name]) for name in ABOUT},
+        "operation": operations,
+        "state": np.array(STATES)[stands.drive_state.values],
+        "limit": limits[subject],
+        **dict(zip(_LEFT, left.round().T, strict=True)),
+        "days_left": np.where(left[:, 1] == 0.0, 0.0, left[:, 1] * pace).round(1),
+        "service_by": _whole(by),
+        "service_by_date": on_date(by, operations, list(known.date), pace),
+        "exceeded": [", ".join(life.limit.values[row]) for row in over],
+        "worn": np.where(operations >= life.attrs["told"], names, ""),
+        "change": [changed.get(number, "") for number in operations.tolist()],
+        "not_used": list(known.not_used),
+    }
+    table = pd.DataFrame({name: data[name] for name in DECISIONS})
+    dated = {"date", "days_left", "service_by_date"}
+    empty = [
+        name
+        for name in (*ABOUT, *dated)
+        if not table[name].map(lambda value: value == value and value != "").any()
+    ]
+    return table.drop(columns=[*empty, *(dated if "date" in empty else ())], errors="ignore")
+
+
+def _whole(numbers: np.ndarray) -> pd.array:
+    """Whole numbers; missing where a number is not finite."""
+    return pd.array([int(each) if np.isfinite(each) else pd.NA for each in numbers], dtype="Int64")
+
+
+def limit_table(life: xr.Dataset, stands: xr.Dataset) -> pd.DataFrame:
+    """Return one row per part of a limit, after the last operation, with the columns ``LIMITS``.
+
+    Args:
+        life, stands: As of ``decide``.
+    """
+    of = pd.Index(life.limit.values).get_indexer(life.part_limit.values)
+    last, now = stands.isel(operation=-1), life.value.values[-1]
+    state, left = last.state.values[of], last.left.values[of].round()
+    data = {
+        "limit": life.part_limit.values,
+        "quantity": life.part_quantity.values,
+        "of": life.of.values[of],
+        "new": life.new.values,
+        **dict(zip(("now_5", "now", "now_95"), now.T, strict=True)),
+        "bound": life.part_bound.values,
+        "unit": life.part_unit.values,
+        "state": np.array(STATES)[state],
+        "probability": last.beyond.values[of],
+        "certain": _whole(stands.certain.values[of]),
+        "crossed": _whole(stands.crossed.values[of]),
+        **dict(zip(_LEFT, left.T, strict=True)),
+        "service_by": _whole(last.service_by.values[of]),
+    }
+    return pd.DataFrame({name: data[name] for name in LIMITS})
+
+
+def change_table(life: xr.Dataset) -> pd.DataFrame:
+    """Return one row per change that was noticed, and one of the last operation.
+
+    Args:
+        life: As of ``decide``.
+
+    Returns:
+        The columns ``CHANGES``, and of each parameter ``NAME_5``, ``NAME``, ``NAME_95`` and
+        ``NAME_unchanged``.
+    """
+    last, ends = int(life.operation[-1]), ("noticed", "start", "earliest", "latest")
+    names = life.names.values[-1] if life.sizes["asked"] else ""
+    data = {name: np.append(life[name].values, last) for name in ends} | {
+        "kind": np.append(life.kind.values, "now"),
+        "evidence": np.append(life.certainty.values, np.nan),
+        "names": np.append(life.change_names.values, names),
+    }
+    known = life[["changed", "unchanged"]].reindex(asked=data["noticed"], method="bfill")
+    for k, name in enumerate(life.parameter.values):
+        for column, values in zip(("_5", "", "_95"), known.changed.values[:, k].T, strict=True):
+            data[f"{name}{column}"] = values
+        data[f"{name}_unchanged"] = known.unchanged.values[:, k]
+    return pd.DataFrame(data)

@@ -1,0 +1,91 @@
+"""When the level of a drive whose truth is known is beyond its limits: the stand-in's lives."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+
+from breaker.mechanism.limits import Limit
+from breaker.quantities.parameters import NAMES
+
+_NEW = 50  # first operations, that changes are from
+
+
+def failures(truth: xr.Dataset, limits: Sequence[Limit]) -> dict[str, float]:
+    """Return the operations at which a drive's level is first beyond each limit, nan if never.
+
+    Quantities are those of the model at the true parameters, what records without noise show, or
+    changes of the true parameters since the first operations, as each limit says.
+
+    Args:
+        truth: What ``truth_of`` returns; for limits on one of both, ``value`` or ``measured`` is
+            enough.
+
+    Example:
+        >>> import numpy as np
+        >>> new = np.array([2.0, 0.045, 0.040, 0.30, 0.12, 0.80, 10.0])
+        >>> worn = new * [1, 1, 1, 1, 1, 0.9, 1]  # f falls from 0.80 to 0.72
+        >>> operations = {"operation": np.arange(1, 802)}
+        >>> values = np.linspace(new, worn, 801)
+        >>> truth = xr.Dataset({"value": (("operation", "parameter"), values)}, operations)
+        >>> failures(truth, [Limit("weak", "closing", (("f", 0.77, False),))])
+        {'weak': 302.0}
+    """
+    operations = truth.operation.values.astype(float)
+    known = _Truth(truth)
+    over = {limit.name: (limit.read(known) > 0).all(axis=-1) for limit in limits}
+    return {
+        name: float(operations[each.argmax()]) if each.any() else np.nan
+        for name, each in over.items()
+    }
+
+
+@dataclass(frozen=True)
+class _Truth:
+    """How far each part of a limit is exceeded, ``(operation, parts)``, by the limit's source."""
+
+    truth: xr.Dataset
+
+    def of_model(self, limit: Limit) -> np.ndarray:
+        """What the model does not have is beyond any limit."""
+        return np.nan_to_num(limit.excess(limit.evaluate(self.truth.value.values)), nan=np.inf)
+
+    def of_change(self, limit: Limit) -> np.ndarray:
+        """In percent since the first operations."""
+        value = self.truth.value.values[:, [NAMES.index(name) for name in limit.quantities]]
+        return limit.excess(100.0 * (value / value[:_NEW].mean(axis=0) - 1.0))
+
+    def of_record(self, limit: Limit) -> np.ndarray:
+        """Of what no record shows, nothing is known."""
+        seen = self.truth.measured.sel(motion=limit.motion, quantity=list(limit.quantities))
+        return limit.excess(seen.transpose("operation", "quantity").values)
+
+
+def true_lives(
+    truth: xr.Dataset, limits: Sequence[Limit]
+) -> dict[str, tuple[tuple[str, ...], list[float] | float]]:
+    """Return ``failure`` and ``failure_without`` of each limit, and when the wear ``changed``.
+
+    Ready to be assigned to a dataset.
+
+    Args:
+        truth: What ``truth_of`` returns.
+
+    Returns:
+        Operations at which the level is first beyond each limit, and at which it would be if the
+        wear had gone on as it began; the latter nan where it is the same. And the first operation
+        at which it does not, nan if it always does.
+    """
+    ends = failures(truth, limits)
+    longer = {"value": truth.without_change, "measured": truth.measured_without_change}
+    steady = failures(xr.Dataset(longer).rename(longer="operation"), limits)
+    without = [np.nan if steady[name] == end else steady[name] for name, end in ends.items()]
+    steadily = truth.without_change.values[: truth.sizes["operation"]]
+    apart = (truth.value.values[: len(steadily)] != steadily).any(axis=1)
+    changed = float(truth.operation.values[apart.argmax()]) if apart.any() else np.nan
+    return {
+        "failure": (("limit",), list(ends.values())),
+        "failure_without": (("limit",), without),
+        "changed": ((), changed),
+    }

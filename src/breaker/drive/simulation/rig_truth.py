@@ -1,0 +1,94 @@
+"""The truth of the stand-in: its parameters over its life, what records of it would show without
+noise, and how far the model is from it.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+import xarray as xr
+
+from breaker.drive.simulation.endurance_rig import Rig
+from breaker.mechanism.curves import travel
+from breaker.quantities.catalogue import quantities_of
+from breaker.quantities.parameters import NAMES
+from breaker.quantities.speeds import SPEEDS, Speed
+from breaker.reading.records.contact_edges import Contact
+from breaker.reading.records.measurements import measure_curve
+
+_STAGES = 41  # of a life, at which quantities are measured; what wears is smooth in between
+
+
+def truth_of(
+    rig: Rig, motions: Sequence[str], times: np.ndarray, speeds: Sequence[Speed] = SPEEDS
+) -> xr.Dataset:
+    """Return the true parameters and quantities over the life, and how far the model is from them.
+
+    Args:
+        times: Times at which they are compared, ``(t,)``, ms.
+
+    Returns:
+        Dataset over ``operation``, ``parameter``, ``motion`` and ``quantity``, all without the
+        scatter from operation to operation: ``value (operation, parameter)``; ``measured
+        (operation, motion, quantity)``, what a record of the drive shows without noise and with
+        contact timing, nan where it shows nothing; ``without_change`` and
+        ``measured_without_change``, over ``longer``, the same if the wear had gone on as it began,
+        until it comes to the same end; and ``difference (operation, motion)``, the largest of the
+        drive's curve from the model's at its parameters, mm.
+    """
+    operations = np.arange(1, rig.settings["operations"] + 1)
+    drives = [rig.worn(int(operation), scatter=False) for operation in operations]
+    theta = np.array([drive.theta for drive in drives])
+    longer = np.arange(1, rig.life_without_change + 1)
+    steady = [rig.worn(int(each), scatter=False, changes=False).theta for each in longer]
+    without_change = _measured(rig, longer, motions, speeds, changes=False)
+    difference = []
+    for motion in motions:
+        curves = np.stack([drive.travel(motion, times) for drive in drives])
+        difference.append(np.abs(curves - travel(theta, times, motion).travel).max(axis=1))
+    return xr.Dataset(
+        {
+            "value": (("operation", "parameter"), theta),
+            "without_change": (("longer", "parameter"), np.array(steady)),
+            "difference": (("operation", "motion"), np.stack(difference, axis=-1), {"unit": "mm"}),
+        },
+        coords={"operation": operations, "longer": longer}
+        | {"parameter": list(NAMES), "motion": list(motions)},
+    ).assign(
+        measured=_measured(rig, operations, motions, speeds),
+        measured_without_change=without_change.rename(operation="longer"),
+    )
+
+
+def _measured(
+    rig: Rig,
+    operations: np.ndarray,
+    motions: Sequence[str],
+    speeds: Sequence[Speed],
+    *,
+    changes: bool = True,
+) -> xr.DataArray:
+    """What records without noise show, over operation, motion and quantity."""
+    sensor, knee = rig.settings["sensor"], rig.settings["wear"]["knee"]
+    times = np.arange(-sensor["lead"], sensor["length"], 1.0 / sensor["rate"])
+    stages = np.append(np.linspace(1, operations[-1], _STAGES), knee * rig.settings["operations"])
+    stages = np.unique(np.clip(stages.round(), 1, operations[-1])).astype(int)
+    names = list(dict.fromkeys(n for m in motions for n in quantities_of(m, speeds, of=None)))
+    seen = np.full((len(stages), len(motions), len(names)), np.nan)
+    for i, operation in enumerate(stages.tolist()):
+        drive = rig.worn(operation, scatter=False, changes=changes)
+        for j, motion in enumerate(motions):
+            curve, switching = drive.operate(motion, times)
+            contact = Contact(switching if np.isfinite(switching) else np.nan, 0.0)
+            try:
+                found = measure_curve(times, curve, motion, contact=contact, speeds=speeds)
+            except ValueError:  # the sensor's record does not hold the motion: it is rejected, too
+                continue
+            for name, each in found.items():
+                seen[i, j, names.index(name)] = each.value
+    columns = seen.reshape(len(stages), -1).T
+    values = np.stack([np.interp(operations, stages, each) for each in columns], axis=-1)
+    return xr.DataArray(
+        values.reshape(len(operations), *seen.shape[1:]),
+        {"operation": operations, "motion": list(motions), "quantity": names},
+        ("operation", "motion", "quantity"),
+    )

@@ -1,0 +1,128 @@
+"""Log-normal prior of the seven parameters, conditioned on positive contact pressure.
+
+Paper, Sec. 5: independent log-normals. Only a contact that stays pressed in the closed state can
+start an opening, so the prior is conditioned on ``f > k_a L`` (positive wipe, see Eq. (7)). With
+``z = (log theta - log median) / log_sd`` standard normal, the condition is a half-space,
+``a . z + b > 0``, so its probability is one value of the normal distribution function and the
+density is normalised analytically. Outside the half-space the density is zero.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from scipy.special import log_ndtr, ndtr, ndtri  # scipy.stats takes most of a second to load
+
+from breaker.quantities.drive_conditions import pressed, pressed_half_space
+from breaker.quantities.parameters import NAMES
+from breaker.quantities.size import Size, powers
+
+
+@dataclass(frozen=True, eq=False)
+class Prior:
+    """Prior of the parameters.
+
+    Attributes:
+        medians: Medians of the log-normals before conditioning, ``(p,)``, units of the parameters.
+        log_sds: Standard deviations of the natural logarithms, ``(p,)``.
+
+    Example:
+        >>> prior = Prior([2.0, 0.045, 0.040, 0.30, 0.12, 0.75, 10.0], [0.1] * 7)
+        >>> prior.standardise(prior.medians * np.exp(0.1))  # one sd above every median
+        array([1., 1., 1., 1., 1., 1., 1.])
+        >>> prior.supported(prior.sample(3, np.random.default_rng(1)))
+        array([ True,  True,  True])
+    """
+
+    medians: np.ndarray
+    log_sds: np.ndarray
+
+    def __post_init__(self) -> None:
+        for name in ("medians", "log_sds"):
+            values = np.asarray(getattr(self, name), dtype=np.float64)
+            if values.shape != (len(NAMES),) or not np.all(np.isfinite(values) & (values > 0)):
+                raise ValueError(f"{name} of the prior must be {len(NAMES)} positive numbers")
+            object.__setattr__(self, name, values)
+
+    @classmethod
+    def from_settings(cls, settings: Mapping[str, Mapping[str, float]]) -> "Prior":
+        """Build the prior from ``{name: {"median": ..., "log_sd": ...}}``."""
+        return cls(
+            medians=np.array([settings[name]["median"] for name in NAMES]),
+            log_sds=np.array([settings[name]["log_sd"] for name in NAMES]),
+        )
+
+    def sized(self, size: Size) -> "Prior":
+        """Return the prior of drives of a size, whose own is that of size 1."""
+        return replace(self, medians=self.medians * size.factors)
+
+    @cached_property
+    def condition(self) -> tuple[np.ndarray, float]:
+        """Coefficients ``a``, ``b`` of the condition ``log f - log k_a - log L = a . z + b > 0``
+        on standardised parameters ``z``.
+        """
+        return pressed_half_space(self.medians, self.log_sds)
+
+    @property
+    def size_axes(self) -> np.ndarray:
+        """Axes along which the size of a drive moves standardised parameters, ``(p, 2)``."""
+        return np.linalg.qr((powers() / self.log_sds).T)[0]
+
+    @cached_property
+    def log_support(self) -> float:
+        """Log of the probability of ``f > k_a L`` before conditioning."""
+        slope, offset = self.condition
+        return float(log_ndtr(offset / np.linalg.norm(slope)))
+
+    def standardise(self, theta: np.ndarray) -> np.ndarray:
+        """Map parameters ``(..., p)`` to standardised log space ``(..., p)``."""
+        return (np.log(theta) - np.log(self.medians)) / self.log_sds
+
+    def destandardise(self, z: np.ndarray) -> np.ndarray:
+        """Map standardised log space ``(..., p)`` to parameters ``(..., p)``."""
+        return np.exp(np.log(self.medians) + self.log_sds * z)
+
+    def distances(self, theta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return how far parameters lie from the medians, ``(..., p) -> (..., p), (...)``.
+
+        In standard deviations of each parameter's logarithm; and all together, squared, which
+        follows a chi-square of p degrees of freedom over the prior.
+        """
+        z = self.standardise(theta)
+        return z, np.square(z).sum(axis=-1)
+
+    @staticmethod
+    def supported(theta: np.ndarray) -> np.ndarray:
+        """Say which parameters ``(..., p)`` lie in the prior's support, ``(...)`` of bool."""
+        return pressed(theta)
+
+    def sample(self, n: int, rng: np.random.Generator) -> np.ndarray:
+        """Draw parameters, ``(n, p)``, exactly from the conditioned prior.
+
+        Along the normal of the half-space the coordinate follows a truncated normal, drawn by
+        inverting its distribution function. The other directions are unconditioned normals.
+        """
+        slope, offset = self.condition
+        length = np.linalg.norm(slope)
+        direction = slope / length
+        z = rng.standard_normal((n, len(NAMES)))
+        # With v = direction . z, the condition is -v < offset / length. Working with -v keeps
+        # full precision in the common case, where nearly everything is accepted.
+        upper = ndtr(offset / length)
+        along = -ndtri(upper * (1.0 - rng.random(n)))
+        z += (along - z @ direction)[:, None] * direction
+        return self.destandardise(z)
+
+    def log_prob(self, theta: np.ndarray) -> np.ndarray:
+        """Return the log density per unit of ``theta``, ``(..., p) -> (...)``.
+
+        It is ``-inf`` outside the support, non-positive parameters included.
+        """
+        theta = np.asarray(theta, dtype=np.float64)
+        positive = np.all(theta > 0, axis=-1)
+        inside = positive & self.supported(theta)
+        safe = np.where(inside[..., None], theta, self.medians)
+        normal = -(self.standardise(safe) ** 2) / 2 - np.log(np.sqrt(2 * np.pi))
+        log_density = normal - np.log(self.log_sds) - np.log(safe)
+        return np.where(inside, log_density.sum(axis=-1) - self.log_support, -np.inf)

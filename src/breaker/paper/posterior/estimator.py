@@ -1,0 +1,239 @@
+"""Amortised posterior of one motion: scaling by the prior, summary network, inference network.
+
+The one place where networks meet the breaker. Networks see the standardised outputs of
+``joint_model.Model``, which is taken for right.
+"""
+
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Self
+
+import numpy as np
+import torch
+from torch import Tensor, nn
+
+from breaker.common.randomness import seed_integer
+from breaker.common.tensor_file import write_model
+from breaker.mechanism.sensor import Sensor
+from breaker.networks.build import build
+from breaker.paper.model.joint_model import Model
+from breaker.paper.model.plausibility import distance, excess
+from breaker.paper.posterior.posterior_files import read
+from breaker.quantities.parameters import Parameter
+
+_SOLVER_STEPS = 8  # of the validation's density; what sampling needs is chosen at the end
+
+
+class Posterior(nn.Module):
+    """Posterior of the parameters given a measured curve.
+
+    Args:
+        settings: ``{"motion", "prior", "sensor", "network"}``, each as in the configuration;
+            further entries are kept as the record of how the model was made.
+        seed: Seed of the first weights.
+
+    Attributes:
+        model: Prior, sensor and motion that it is for; ``sensor``, ``motion`` also by themselves.
+        name: Name of its training.
+        outputs: What it infers, in order.
+        steps, density_steps: Solver steps for sampling and for the density, chosen at the end of
+            the training so that either is converged.
+
+    Example:
+        A small one, untrained: its posterior is the prior, without the condition on its support.
+
+        >>> medians = {"mu": 2.0, "k_a": 0.045, "k_b": 0.04, "gamma_a": 0.3, "gamma_b": 0.12,
+        ...            "f": 0.75, "L": 10.0}
+        >>> posterior = Posterior({
+        ...     "motion": "closing",
+        ...     "prior": {name: {"median": m, "log_sd": 0.1} for name, m in medians.items()},
+        ...     "sensor": {"start": -2.0, "stop": 58.0, "samples": 31, "noise_sd": 0.1,
+        ...                "onset_sd": 0.3, "zero_sd": 0.1},
+        ...     "network": {
+        ...         "summary": {"kind": "deep_set", "features": 4, "components": 3, "missing": 0.5,
+        ...                     "pair_width": 4, "pair_blocks": 0, "width": 8, "blocks": 1},
+        ...         "inference": {"kind": "flow_matching", "width": 8, "blocks": 1},
+        ...     },
+        ... })
+        >>> noise = np.random.default_rng(1).standard_normal((1, 500, 8))
+        >>> draws = posterior.sample(np.zeros((1, 31)), noise)
+        >>> dict(zip(posterior.names, np.median(draws[0], axis=0).round(1).tolist()))["L"]
+        9.9
+    """
+
+    def __init__(self, settings: Mapping, *, seed: int = 0) -> None:
+        super().__init__()
+        self.settings = dict(settings)
+        self.model = Model.from_settings(settings)
+        self.motion: str = self.model.motion
+        self.name = self.motion
+        self.outputs: tuple[Parameter, ...] = self.model.outputs
+        samples, components = self.sensor.samples, settings["network"]["summary"]["components"]
+        # Layers draw first weights from torch's global generator: forked, the seed alone decides.
+        with torch.random.fork_rng(devices=[]):
+            torch.manual_seed(seed_integer(seed, "first weights", self.motion))
+            self.summary, self.inference = build(
+                settings["network"], samples=samples, dims=len(self.outputs)
+            )
+        # What the bank's curves look like, in float64: the judge of curves unlike any of them.
+        self.register_buffer("curve_mean", torch.zeros(samples, dtype=torch.float64))
+        self.register_buffer("curve_weights", torch.zeros(samples, components, dtype=torch.float64))
+        for name in ("farthest", "margin"):
+            self.register_buffer(name, torch.zeros((), dtype=torch.float64))
+        for name in ("lowest", "highest"):
+            self.register_buffer(name, torch.zeros(samples, dtype=torch.float64))
+        for name in ("solver_steps", "density_solver_steps"):
+            self.register_buffer(name, torch.ones((), dtype=torch.int64))
+
+    @property
+    def steps(self) -> int:
+        """Solver steps for sampling."""
+        return int(self.solver_steps)
+
+    @property
+    def density_steps(self) -> int:
+        """Solver steps for the density: more, for it forgives less."""
+        return int(self.density_solver_steps)
+
+    @property
+    def sensor(self) -> Sensor:
+        """Time grid and errors of the records."""
+        return self.model.sensor
+
+    @property
+    def names(self) -> list[str]:
+        """Names of the outputs."""
+        return [output.name for output in self.outputs]
+
+    @property
+    def _device(self) -> torch.device:
+        return self.curve_mean.device
+
+    # Training, sampling, density.
+
+    def loss(self, measured: Tensor, z: Tensor, noise: Tensor, time: Tensor) -> Tensor:
+        """Loss of each row, ``(n,)``, from records ``(n, t)`` and standardised outputs ``(n, q)``.
+
+        ``noise`` ``(n, k, q)`` and ``time`` ``(n, k, 1)`` are those of ``FlowMatching.loss``.
+        """
+        return self.inference.loss(z, self.summary(measured), noise, time)
+
+    def validation_loss(self, measured: Tensor, z: Tensor, noise: Tensor, time: Tensor) -> Tensor:
+        """Minus the log density of each row, ``(n,)``; arguments as of ``loss``."""
+        features = self.summary(measured)
+        return -self.inference.log_prob(z[:, None], features, steps=_SOLVER_STEPS)[:, 0]
+
+    def _check(self, measured: np.ndarray) -> None:
+        """Raise an error for records ``(o, t)``, mm, that the network was not trained for."""
+        if measured.ndim != 2 or measured.shape[1] != self.sensor.samples:
+            raise ValueError(
+                f"records must have the shape (o, {self.sensor.samples}), not {measured.shape}"
+            )
+        infinite = np.isinf(measured).any(axis=1)
+        if infinite.any():
+            raise ValueError(f"{infinite.sum()} of {len(measured)} records have infinite samples")
+        lost, taken = np.isnan(measured).sum(axis=1), self.summary.missing
+        if (lost == measured.shape[1]).any():
+            empty = (lost == measured.shape[1]).sum()
+            raise ValueError(f"{empty} of {len(measured)} records have no sample")
+        beyond = lost > math.floor(round(taken * measured.shape[1], 6))
+        if beyond.any():
+            summary = f"network.{self.motion}.summary"
+            lack = f"miss more than {taken:.0%} of the" if taken else "have missing"
+            remedy = (
+                f"a larger {summary}.deep_set.missing" if taken else f"{summary}.kind: deep_set"
+            )
+            raise ValueError(
+                f"{beyond.sum()} of {len(measured)} records {lack} samples, which the network of "
+                f"{self.motion} does not take; train it with {remedy}"
+            )
+
+    @torch.no_grad()
+    def sample(self, measured: np.ndarray, noise: np.ndarray) -> np.ndarray:
+        """Draw from the posterior.
+
+        Curves are processed one at a time, so that their draws do not depend on each other.
+
+        Args:
+            measured: Records, ``(o, t)``, mm; NaN where a sample is missing, as far as the network
+                was trained for such records.
+            noise: Standard normal numbers, ``(o, d, q)``.
+
+        Returns:
+            Draws in physical units, ``(o, d, q)``, float64. They may lie outside the prior's
+            support, as the network knows it only by example; callers count those.
+
+        Raises:
+            ValueError: If the network does not take such a record; with the remedy.
+            FloatingPointError: If a draw is not finite.
+        """
+        self._check(measured)
+        draws = np.empty(noise.shape)
+        for i, (record, start) in enumerate(zip(measured, noise, strict=True)):
+            features = self.summary(self._tensor(record[None]))
+            z = self.inference.sample(self._tensor(start[None]), features, steps=self.steps)[0]
+            with np.errstate(over="ignore"):  # counted below
+                draws[i] = self.model.destandardise(z.cpu().numpy())
+        bad = ~np.isfinite(draws).all(axis=(1, 2))
+        if bad.any():
+            raise FloatingPointError(
+                f"the draws of {bad.sum()} of {len(bad)} curves are not finite"
+            )
+        return draws
+
+    @torch.no_grad()
+    def log_prob(self, values: np.ndarray, measured: np.ndarray) -> np.ndarray:
+        """Return the network's log density in physical units, ``(o, d, q), (o, t) -> (o, d)``.
+
+        Raises:
+            ValueError: If the network does not take such a record; with the remedy.
+        """
+        self._check(measured)
+        density = np.empty(values.shape[:2])
+        for i, points in enumerate(values):
+            z = self._tensor(self.model.standardise(points[None]))
+            features = self.summary(self._tensor(measured[i : i + 1]))
+            found = self.inference.log_prob(z, features, steps=self.density_steps)
+            density[i] = found[0].cpu().numpy()
+        return density + self.model.log_scaling(values)
+
+    @torch.no_grad()
+    def distance(self, measured: np.ndarray) -> np.ndarray:
+        """Return how unlike the bank's curves records are, ``(o, t) -> (o,)``.
+
+        In units of the farthest that the prior produces, so that above 1 is unlike anything in
+        the bank: the larger of two distances, from its centre and from its envelope. Of a record
+        with missing samples, the components are not known: its envelope alone counts.
+
+        Raises:
+            ValueError: If the network does not take such a record; with the remedy.
+        """
+        names = ("curve_mean", "curve_weights", "lowest", "highest")
+        mean, weights, lowest, highest = (getattr(self, name).cpu().numpy() for name in names)
+        self._check(measured)
+        far = distance(measured, mean, weights) / float(self.farthest)
+        # What is missing leaves no envelope.
+        seen = np.where(np.isnan(measured), lowest, measured)
+        return np.fmax(far, excess(seen, lowest, highest) / float(self.margin))
+
+    def _tensor(self, values: np.ndarray) -> Tensor:
+        return torch.as_tensor(values, dtype=torch.float32, device=self._device)
+
+    # Model files.
+
+    def save(self, path: str | Path) -> None:
+        """Write the model file."""
+        weights = {name: each.cpu().numpy() for name, each in self.state_dict().items()}
+        write_model(path, self.settings, weights)
+
+    @classmethod
+    def load(cls, path: str | Path) -> Self:
+        """Read a model file, ready for inference.
+
+        Raises:
+            FileNotFoundError: If there is no such file.
+            ModelFileError: If it is not a model file, is of another format, or holds tensors that
+                do not fit its settings.
+        """
+        return read(cls, path).eval()

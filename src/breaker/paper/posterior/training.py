@@ -1,0 +1,235 @@
+"""Training of a posterior on a bank of simulated operations.
+
+Every batch gets a fresh zero, fresh noise and, where the summary network takes missing samples,
+fresh gaps; the rows for validation got theirs once. The exponential moving average (EMA) of the
+weights is judged and kept, by the mean negative log density of the validation rows. The loss
+that is trained on does not rank weights: flow matching is scored in coordinates that the base
+whitens, so its value falls where the base is too wide. The learning rate warms up linearly and
+falls to zero by a cosine over a fixed budget of steps.
+
+All randomness of the batches comes from one generator, whose state is in the checkpoint: a
+training that was killed goes on where it was and ends with the weights of an uninterrupted one.
+"""
+
+import hashlib
+import json
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from pickle import UnpicklingError
+from typing import NamedTuple
+
+import numpy as np
+import torch
+import xarray as xr
+from torch import Tensor, nn
+from tqdm import tqdm
+
+from breaker.common.randomness import seed_integer
+from breaker.paper.posterior.optimisers import full_width, optimisers
+from breaker.paper.posterior.training_batches import DrawnRows, OnlineRows, StreamedRows
+
+# Of the state of a training, in its checkpoint.
+_NUMBERS = ("step", "best_step", "best_loss", "losses", "evaluations")
+_WEIGHTS = ("weights", "ema", "best")
+
+
+def choose_device(name: str) -> torch.device:
+    """Return the device called ``name``; "auto" is CUDA where there is one."""
+    if name == "auto":
+        name = "cuda" if torch.cuda.is_available() else "cpu"
+    return torch.device(name)
+
+
+def fingerprint(settings: Mapping, code: Sequence[str | Path]) -> str:
+    """Return a hash of the settings and the code of a training, which identifies it."""
+    digest = hashlib.sha256(json.dumps(settings, sort_keys=True).encode())
+    for file in code:
+        digest.update(Path(file).read_bytes())
+    digest.update(torch.__version__.encode())
+    return digest.hexdigest()
+
+
+class Checkpoint(NamedTuple):
+    """Where the state of a training is kept.
+
+    Attributes:
+        file: Its file.
+        fingerprint: What the state must have been made with; that of another training is left
+            alone and written over.
+    """
+
+    file: Path
+    fingerprint: str
+
+
+@dataclass
+class Trainer:
+    """A training and its state.
+
+    Args:
+        posterior: The network on its device, with a ``name``, and ``loss`` and ``validation_loss``
+            of a batch; its weights are the best EMA weights at the end.
+        rows: Rows to train on, with ``batch(step, n, rng)``.
+        validation: Rows to judge on, not among ``rows``.
+        settings: The section ``training`` of the configuration, for this motion.
+        seed: Seed of the configuration.
+        checkpoint: The state, written as the training goes and read if its file is there; None for
+            a training too short to be killed.
+    """
+
+    posterior: nn.Module
+    rows: DrawnRows | StreamedRows | OnlineRows
+    validation: DrawnRows
+    settings: Mapping
+    seed: int
+    checkpoint: Checkpoint | None = None
+    step: int = 0
+    best_step: int = 0
+    best_loss: float = math.inf
+    losses: list[float] = field(default_factory=list)
+    evaluations: list[tuple[int, float]] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        name = self.posterior.name
+        self.weights = list(self.posterior.parameters())
+        self.ema = [weight.detach().clone() for weight in self.weights]
+        self.best = [weight.clone() for weight in self.ema]
+        self.optimisers = optimisers(self.posterior, self.settings)
+        device = self.weights[0].device
+        self.rng = torch.Generator(device).manual_seed(seed_integer(self.seed, "training", name))
+        fixed = torch.Generator(device).manual_seed(seed_integer(self.seed, "validation", name))
+        rows = torch.arange(len(self.validation), device=device)
+        self.fixed_batch = self.validation.draw(rows, fixed)
+
+    def run(self) -> xr.Dataset:
+        """Train to the end of the budget, put the best weights in place, return the history.
+
+        Raises:
+            FloatingPointError: If a loss is not finite.
+        """
+        self._resume()
+        total = self.settings["steps"]
+        bar = tqdm(
+            total=total,
+            initial=self.step,
+            desc=f"training {self.posterior.name}",
+            mininterval=5.0,
+            unit="step",
+        )
+        with bar, full_width():
+            while self.step < total:
+                self._advance()
+                if self.step % self.settings["evaluate_every"] == 0 or self.step == total:
+                    self._evaluate()
+                    bar.set_postfix(loss=f"{self.losses[-1]:.2f}", best=f"{self.best_loss:.3f}")
+                if self.checkpoint and self.step % self.settings["checkpoint_every"] == 0:
+                    self._save()
+                bar.update()
+        self._copy(self.best, self.weights)
+        return self._history()
+
+    def learning_rate(self, step: int) -> float:
+        """Learning rate of a step, from 0: linear warm-up times a cosine."""
+        total = self.settings["steps"]
+        warm_up = max(1.0, self.settings["warm_up"] * total)
+        cosine = 0.5 * (1.0 + math.cos(math.pi * step / total))
+        return self.settings["learning_rate"] * min(1.0, (step + 1) / warm_up) * cosine
+
+    def _advance(self) -> None:
+        batch = self.rows.batch(self.step, self.settings["batch"], self.rng)
+        loss = self.posterior.loss(*batch).mean()
+        self.losses.append(loss.item())
+        self._check("loss", self.losses[-1])
+        self.posterior.zero_grad()
+        loss.backward()
+        torch.nn.utils.clip_grad_norm_(self.weights, self.settings["clip"])
+        for optimiser in self.optimisers:
+            for group in optimiser.param_groups:
+                group["lr"] = self.learning_rate(self.step)
+            optimiser.step()
+        self.step += 1
+        # Early on the average spans the steps so far, so that it forgets the start.
+        decay = min(self.settings["ema"], self.step / (self.step + 10))
+        with torch.no_grad():
+            torch._foreach_lerp_(self.ema, self.weights, 1.0 - decay)
+
+    @torch.no_grad()
+    def _evaluate(self) -> None:
+        kept = [weight.detach().clone() for weight in self.weights]
+        self._copy(self.ema, self.weights)
+        loss = self.posterior.validation_loss(*self.fixed_batch).mean().item()
+        self._copy(kept, self.weights)
+        self.evaluations.append((self.step, loss))
+        self._check("validation loss", loss)
+        if loss < self.best_loss:
+            self.best_step, self.best_loss = self.step, loss
+            self._copy(self.ema, self.best)
+
+    def _check(self, name: str, loss: float) -> None:
+        if not math.isfinite(loss):
+            raise FloatingPointError(
+                f"the {name} of {self.posterior.name} is {loss} at step {self.step}; "
+                "lower training.learning_rate"
+            )
+
+    @staticmethod
+    @torch.no_grad()
+    def _copy(source: list[Tensor], target: list[Tensor]) -> None:
+        torch._foreach_copy_(target, source)
+
+    def _state(self) -> dict:
+        return {
+            "fingerprint": self.checkpoint.fingerprint,
+            **{name: getattr(self, name) for name in _NUMBERS},
+            **{name: [each.detach() for each in getattr(self, name)] for name in _WEIGHTS},
+            "optimisers": [optimiser.state_dict() for optimiser in self.optimisers],
+            "rng": self.rng.get_state(),
+        }
+
+    def _save(self) -> None:
+        file = self.checkpoint.file
+        file.parent.mkdir(parents=True, exist_ok=True)
+        partial = file.with_suffix(".partial")
+        torch.save(self._state(), partial)
+        partial.replace(file)  # whole or not at all
+
+    def _resume(self) -> None:
+        if self.checkpoint is None or not self.checkpoint.file.exists():
+            return
+        file, fingerprint = self.checkpoint
+        # weights_only: a checkpoint is data, whoever wrote it.
+        try:
+            device = self.weights[0].device
+            state = torch.load(file, weights_only=True, map_location=device)
+            found = state["fingerprint"]
+        except (EOFError, KeyError, RuntimeError, UnpicklingError) as error:
+            raise ValueError(
+                f"{file} cannot be read ({type(error).__name__}); delete it to train from the start"
+            ) from error
+        if found != fingerprint:
+            tqdm.write(f"{file} is of another training; starting anew")
+            return
+        for name in _NUMBERS:
+            setattr(self, name, state[name])
+        for name in _WEIGHTS:
+            self._copy(state[name], getattr(self, name))
+        for optimiser, kept in zip(self.optimisers, state["optimisers"], strict=True):
+            optimiser.load_state_dict(kept)
+        self.rng.set_state(state["rng"].cpu())
+        tqdm.write(f"going on from step {self.step} of {file}")
+
+    def _history(self) -> xr.Dataset:
+        steps, losses = zip(*self.evaluations, strict=True)
+        rates = [self.learning_rate(step) for step in range(self.step)]
+        return xr.Dataset(
+            {
+                "training_loss": ("step", self.losses),
+                "learning_rate": ("step", rates),
+                "validation_loss": ("evaluation", list(losses)),
+                "evaluation_step": ("evaluation", list(steps)),
+            },
+            coords={"step": ("step", np.arange(1, self.step + 1))},
+            attrs={"best_step": self.best_step, "best_validation_loss": self.best_loss},
+        )

@@ -1,0 +1,217 @@
+"""Batches of records from a bank: fresh noise and a fresh zero every time a row is drawn.
+
+For a summary network that takes them, samples are also missing at random.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+import torch
+import xarray as xr
+from torch import Tensor
+
+from breaker.paper.model.plausibility import distance, excess, principal_components
+from breaker.paper.model.simulation_bank import Bank, simulate
+from breaker.paper.posterior.estimator import Posterior
+
+_BLOCKS = 16  # of the rows of a streamed bank that are in memory
+_ROWS_FOR_COMPONENTS = 65536  # more change no weight visibly
+
+
+def truth(bank: xr.Dataset, posterior: Posterior) -> np.ndarray:
+    """Return what a posterior infers of a bank's rows, ``(n, q)``, physical units."""
+    values = bank.parameters.values
+    if posterior.sensor.infers_onset:
+        values = np.concatenate([values, bank.onset.values[:, None]], axis=1)
+    return values
+
+
+def split(curves: int, *counts: int) -> list[slice]:
+    """Split the rows of a bank into the first ones and, from the end, parts of the sizes given.
+
+    Raises:
+        ValueError: If that leaves no rows to train on.
+    """
+    ends = np.cumsum([curves - sum(counts), *counts]).tolist()
+    if ends[0] <= 0:
+        raise ValueError(
+            f"the bank has {curves} curves, and {sum(counts)} are set aside: none is left to train "
+            "on; raise bank.shards or bank.curves_per_shard"
+        )
+    return [slice(i, j) for i, j in zip([0, *ends[:-1]], ends, strict=True)]
+
+
+class Batch(NamedTuple):
+    """What ``Posterior.loss`` takes, in its order.
+
+    Attributes:
+        measured: Records, ``(n, t)``, mm; NaN where a sample is missing.
+        z: Standardised outputs, ``(n, q)``.
+        noise, time: Start points ``(n, 1, q)`` and times ``(n, 1, 1)`` of flow matching.
+    """
+
+    measured: Tensor
+    z: Tensor
+    noise: Tensor
+    time: Tensor
+
+
+class DrawnRows:
+    """Rows of which a batch takes any, with replacement, by ``draw(rows, rng)``."""
+
+    def batch(self, step: int, n: int, rng: torch.Generator) -> Sequence[Tensor]:
+        """Return the batch of ``n`` rows of a step of a training."""
+        del step  # any row at any time
+        return self.draw(torch.randint(len(self), (n,), generator=rng, device=rng.device), rng)
+
+
+@dataclass
+class Rows(DrawnRows):
+    """Rows of a bank, on the device of a training.
+
+    Attributes:
+        travel: Noise-free curves, ``(n, t)``, mm.
+        z: Standardised outputs, ``(n, q)``.
+        noise_sd, zero_sd: Errors of the sensor, mm.
+        missing: Largest share of missing samples. Each record has a share of its own, uniform up
+            to this, and each of its samples is missing with that probability.
+    """
+
+    travel: Tensor
+    z: Tensor
+    noise_sd: float
+    zero_sd: float
+    missing: float = 0.0
+
+    @classmethod
+    def of(
+        cls, bank: xr.Dataset, posterior: Posterior, device: torch.device | str = "cpu"
+    ) -> "Rows":
+        """Take the rows of a bank for a posterior, onto the device that it is on."""
+        z = posterior.model.standardise(truth(bank, posterior))
+        return cls(
+            travel=torch.as_tensor(bank.travel.values, dtype=torch.float32, device=device),
+            z=torch.as_tensor(z, dtype=torch.float32, device=device),
+            noise_sd=posterior.sensor.noise_sd,
+            zero_sd=posterior.sensor.zero_sd,
+            missing=posterior.summary.missing,
+        )
+
+    def __len__(self) -> int:
+        return len(self.z)
+
+    def draw(self, rows: Tensor, rng: torch.Generator) -> Batch:
+        """Return a batch for ``Posterior.loss``."""
+        device = self.travel.device
+        n, q = len(rows), self.z.shape[1]
+        travel = self.travel[rows]
+        error = self.noise_sd * torch.randn(travel.shape, generator=rng, device=device)
+        zero = self.zero_sd * torch.randn((n, 1), generator=rng, device=device)
+        noise = torch.randn((n, 1, q), generator=rng, device=device)
+        time = torch.rand((n, 1, 1), generator=rng, device=device)
+        measured = travel + error + zero
+        if self.missing:
+            share = self.missing * torch.rand((n, 1), generator=rng, device=device)
+            lost = torch.rand(travel.shape, generator=rng, device=device) < share
+            measured = measured.masked_fill(lost, torch.nan)
+        return Batch(measured, self.z[rows], noise, time)
+
+
+class StreamedRows:
+    """Rows of a bank larger than memory: some of it at a time, all of it in the end.
+
+    A bank's order is as random as its rows are: those in memory are neighbours, a batch takes any
+    of them, and as the training goes on blocks of them give way to the next. Which ones are there
+    follows from the step, so that a training goes on where it was.
+
+    Args:
+        bank: The bank.
+        part: Its rows to train on.
+        resident: How many of them are in memory.
+        steps: Of the training.
+        take: Makes ``Rows`` of a dataset's.
+    """
+
+    def __init__(
+        self, bank: Bank, part: slice, take: Callable[..., Rows], *, resident: int, steps: int
+    ) -> None:
+        self.bank, self.take, self.steps = bank, take, steps
+        self.size = -(-resident // _BLOCKS)
+        starts = [*range(part.start, part.stop - self.size, self.size), part.stop - self.size]
+        self.starts, self.kept, self.next = starts, None, 0
+
+    def batch(self, step: int, n: int, rng: torch.Generator) -> Batch:
+        """Return the batch of ``n`` rows of a step of a training."""
+        more = max(0, len(self.starts) - _BLOCKS)
+        first = more * step // max(1, self.steps - 1)
+        for block in range(max(first, self.next), min(first + _BLOCKS, len(self.starts))):
+            start = self.starts[block]
+            self._put(block % _BLOCKS, self.take(self.bank[start : start + self.size]))
+        self.next = min(first + _BLOCKS, len(self.starts))
+        return self.kept.batch(step, n, rng)
+
+    def _put(self, place: int, rows: Rows) -> None:
+        here = slice(place * self.size, (place + 1) * self.size)
+        if self.kept is None:
+            n = self.size * min(_BLOCKS, len(self.starts))
+            empty = {name: getattr(rows, name) for name in ("travel", "z")}
+            empty = {name: x.new_empty(n, x.shape[1]) for name, x in empty.items()}
+            self.kept = replace(rows, **empty)
+        self.kept.travel[here], self.kept.z[here] = rows.travel, rows.z
+
+
+@dataclass
+class OnlineRows:
+    """Rows that are simulated for the batch that takes them: no row is seen twice.
+
+    Attributes:
+        posterior: What is trained.
+        device: Of the training.
+    """
+
+    posterior: Posterior
+    device: torch.device | str = "cpu"
+
+    def batch(self, step: int, n: int, rng: torch.Generator) -> Batch:
+        """Return the batch of ``n`` rows of any step of a training."""
+        del step
+        seed = torch.randint(2**62, (), generator=rng, device=rng.device).item()
+        bank = simulate(self.posterior.model, n, np.random.default_rng(seed))
+        rows = Rows.of(bank, self.posterior, self.device)
+        return rows.draw(torch.arange(n, device=rng.device), rng)
+
+
+def freeze_inputs(posterior: Posterior, rows: xr.Dataset, rng: np.random.Generator) -> None:
+    """Set what a posterior takes from the bank once: scales, components, the farthest curve.
+
+    Args:
+        rows: Rows of the bank.
+        rng: Generator of their noise. The records' distance from the bank's centre, and how far
+            they leave its envelope, at their 0.9999 quantiles, are the farthest that the prior
+            produces.
+    """
+    rows = rows.isel(curve=slice(_ROWS_FOR_COMPONENTS))
+    travel, sensor = rows.travel.values.astype(np.float64), posterior.sensor
+    mean, weights = principal_components(travel, sensor, posterior.curve_weights.shape[1])
+    lowest, highest = travel.min(axis=0), travel.max(axis=0)
+    records = sensor.corrupt(travel, rng)
+    frozen = {
+        "curve_mean": mean,
+        "curve_weights": weights,
+        "farthest": np.quantile(distance(records, mean, weights), 0.9999),
+        "lowest": lowest,
+        "highest": highest,
+        # At least the noise: a small bank's records may leave its envelope by less.
+        "margin": max(sensor.noise_sd, np.quantile(excess(records, lowest, highest), 0.9999)),
+    }
+    for name, value in frozen.items():
+        getattr(posterior, name).copy_(torch.as_tensor(np.array(value), dtype=torch.float64))
+    posterior.summary.freeze(
+        posterior.curve_mean,
+        torch.as_tensor(np.std(travel - mean)),
+        posterior.curve_weights,
+        noise_sd=sensor.noise_sd,
+        offset_sd=sensor.zero_sd,
+    )

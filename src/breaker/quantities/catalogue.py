@@ -1,0 +1,158 @@
+"""Quantities to set limits on: functions of the seven parameters, and what a record itself shows.
+
+Names, units and motions alone: ``mechanism.evaluation`` reads them from the model's curves, and
+``records.measurements`` from a record.
+"""
+
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass
+
+from breaker.quantities.parameters import MOTIONS, NAMES, PARAMETERS, Parameter
+from breaker.quantities.speeds import SPEEDS, Speed
+
+_SHARPEST = 1e-3  # of its value, to which a fact can be known
+_LARGEST_FACT = 1e6
+
+_MODEL, _RECORD = ("model",), ("record",)
+_CLOSING, _OPENING = ("closing",), ("opening",)
+
+
+@dataclass(frozen=True)
+class Quantity(Parameter):
+    """A quantity to set limits on, with the attributes of a parameter and:
+
+    Attributes:
+        motions: Motions that have it.
+        of: Names of the sources that it can be read from (``limit_sources``).
+    """
+
+    motions: tuple[str, ...] = MOTIONS
+    of: tuple[str, ...] = (*_MODEL, *_RECORD)
+
+    @property
+    def modelled(self) -> bool:
+        """Whether the model has it."""
+        return "model" in self.of
+
+
+def _time(name: str, meaning: str, motions: tuple[str, ...] = MOTIONS, **more) -> Quantity:
+    """A time, of which more is the worse."""
+    symbol = rf"$t_\mathrm{{{name.removesuffix('_time')}}}$"
+    return Quantity(name, symbol, "ms", meaning, worse=1, motions=motions, **more)
+
+
+def _past(name: str, rest: str, motion: str) -> Quantity:
+    """A way past a rest position, of which more is the worse."""
+    meaning = f"largest travel beyond the {rest} rest position"
+    symbol = {"closing": r"$\Delta_\mathrm{close}$", "opening": r"$\Delta_\mathrm{open}$"}[motion]
+    return Quantity(name, symbol, "mm", meaning, worse=1, motions=(motion,))
+
+
+_FIXED = (
+    *(Quantity(**vars(parameter), of=_MODEL) for parameter in PARAMETERS),
+    Quantity("wipe", r"$w$", "mm", "way of the drive past the contact gap, closed", of=_MODEL),
+    Quantity("stroke", r"$s$", "mm", "way of the drive between its rest positions"),
+    _time("travel_time", "time in which the drive goes from 10 to 90 % of its stroke"),
+    _time("touch_time", "first motion to contact touch", _CLOSING),
+    _past("over_travel", "closed", "closing"),
+    _time("part_time", "first motion to contact parting", _OPENING),
+    _past("rebound", "open", "opening"),
+    _time("latch_time", "from the trigger to the first motion", of=_RECORD),
+    _time("closing_time", "from the trigger to contact touch", _CLOSING, of=_RECORD),
+    _time("opening_time", "from the trigger to contact parting", _OPENING, of=_RECORD),
+    _time("bounce_time", "from the first contact touch to the last", _CLOSING, of=_RECORD),
+)
+_ELSEWHERE = {  # where a quantity is, by where it is not
+    "model": "{name} is not of the model: records alone show it, in limits with of: record.",
+    "record": "{name} is a quantity of the model, which no record shows. Take of: model, or one "
+    "that records show of {motion}: {known}.",
+}
+_SYMBOLS = {"closing_speed": r"$v_\mathrm{close}$", "opening_speed": r"$v_\mathrm{open}$"}
+
+
+def quantities(speeds: Sequence[Speed] = SPEEDS) -> dict[str, Quantity]:
+    """Return all quantities by name: the seven parameters and what follows from them.
+
+    Example:
+        >>> quantities()["closing_speed"].meaning
+        'mean speed of the drive from 6 mm before touch to touch'
+    """
+    moving = (
+        Quantity(
+            speed.name,
+            _SYMBOLS.get(speed.name, speed.name),
+            "mm/ms",
+            f"mean speed of the drive {speed.words}",
+            worse=-1,
+            motions=(speed.motion,),
+        )
+        for speed in speeds
+    )
+    return {quantity.name: quantity for quantity in (*_FIXED, *moving)}
+
+
+def quantities_of(
+    motion: str, speeds: Sequence[Speed] = SPEEDS, of: Collection[str] | None = _MODEL
+) -> dict[str, Quantity]:
+    """Return the quantities of a motion that are no parameters, by name.
+
+    Args:
+        motion: "closing" or "opening".
+        of: Names of sources, any of which they can be read from; None for any at all.
+
+    Example:
+        >>> list(quantities_of("opening"))
+        ['wipe', 'stroke', 'travel_time', 'part_time', 'rebound', 'opening_speed']
+    """
+    return {
+        name: each
+        for name, each in quantities(speeds).items()
+        if motion in each.motions and name not in NAMES and (of is None or set(of) & set(each.of))
+    }
+
+
+QUANTITIES = quantities()
+"""Quantities of a drive whose speeds are defined as usual, by name."""
+
+
+def check_fact(value: float, sd: float) -> str | None:
+    """Return why nobody knows a quantity so, with a remedy; None if that may be.
+
+    Example:
+        >>> check_fact(-10.0, 0.1)
+        'has the value -10, but must have one from 0 to 1e+06.'
+    """
+    if not 0 <= value <= _LARGEST_FACT:
+        return f"has the value {value:g}, but must have one from 0 to {_LARGEST_FACT:g}."
+    if not (sd > 0 and _SHARPEST * value <= sd <= _LARGEST_FACT):
+        return (
+            f"has the standard deviation {sd:g}, but must have one above 0, and at least a "
+            "thousandth of the value: nothing in a drive is known better."
+        )
+    return None
+
+
+def check_quantity(
+    name: str, motion: str, speeds: Sequence[Speed] = SPEEDS, of: str = "model"
+) -> str | None:
+    """Return why a motion does not have a quantity, with a remedy; None if it has it.
+
+    Args:
+        motion: "closing" or "opening".
+        of: What it is to be read from, "model" or "record".
+
+    Example:
+        >>> check_quantity("latch_time", "closing")
+        'latch_time is not of the model: records alone show it, in limits with of: record.'
+    """
+    every = quantities(speeds)
+    there = [each for each in every.values() if motion in each.motions and of in each.of]
+    known = ", ".join(each.name for each in there)
+    if name not in every:
+        return f"{name} is not a known quantity. Known of {motion}: {known}."
+    if of not in every[name].of:
+        return _ELSEWHERE[of].format(name=name, motion=motion, known=known)
+    if motion not in every[name].motions:
+        other = " or ".join(every[name].motions)
+        return f"{name} is a quantity of {other}, not of {motion}. Known of {motion}: {known}."
+    return None

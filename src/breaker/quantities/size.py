@@ -1,0 +1,66 @@
+"""The size of a drive: factors on lengths and times, to which the mechanism is indifferent.
+
+A drive whose lengths are ``s`` times and whose times are ``t`` times those of another moves on the
+same curve, stretched: Eqs. (3) and (4) of the paper hold for it with ``f s / t^2``, ``L s``,
+``k / t^2``, ``gamma / t`` and the same ``mu``. So whatever is known of drives of one size, learned
+errors and trained networks included, holds for those of any other.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from breaker.quantities.parameters import PARAMETERS
+
+# Powers of length and time in a unit.
+_POWERS = {
+    "1": (0, 0),
+    "mm": (1, 0),
+    "ms": (0, 1),
+    "mm/ms": (1, -1),
+    "mm/ms²": (1, -2),
+    "1/ms": (0, -1),
+    "1/ms²": (0, -2),
+}
+
+
+def powers() -> np.ndarray:
+    """Return the powers of length and of time in the unit of each parameter, ``(2, p)``."""
+    return np.array([_POWERS[parameter.unit] for parameter in PARAMETERS], dtype=float).T
+
+
+@dataclass(frozen=True)
+class Size:
+    """Size of a drive beside that of another.
+
+    Attributes:
+        lengths, times: Factors on the other's lengths and times.
+
+    Example:
+        >>> size = Size(lengths=10.0, times=4.0)
+        >>> size.factor("mm/ms"), size.factor("1/ms²")
+        (2.5, 0.0625)
+    """
+
+    lengths: float = 1.0
+    times: float = 1.0
+
+    def __post_init__(self) -> None:
+        if not (0 < self.lengths < np.inf and 0 < self.times < np.inf):
+            raise ValueError(
+                f"the factors of a size must be positive, not {self.lengths} and {self.times}"
+            )
+
+    def factor(self, unit: str) -> float:
+        """Return the factor on a quantity of a unit, one of those of parameters and quantities."""
+        length, time = _POWERS[unit]
+        return self.lengths**length * self.times**time
+
+    @property
+    def factors(self) -> np.ndarray:
+        """Factors on the parameters, ``(p,)``."""
+        return np.array([self.factor(parameter.unit) for parameter in PARAMETERS])
+
+
+UNIT = Size()
+"""The size of the reference drive."""

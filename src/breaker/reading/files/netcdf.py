@@ -1,0 +1,238 @@
+"""Curve files that hold labelled arrays, by xarray: NetCDF (version 4 needs the extra ``netcdf``)
+and Zarr.
+"""
+
+import io
+import subprocess
+import sys
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+
+import numpy as np
+
+from breaker.reading.files.column_names import (
+    BESIDE,
+    check_unit,
+    label_of,
+    place_of,
+    unit_of,
+    wanted_columns,
+)
+from breaker.reading.files.file_look import Labelled, check_size
+from breaker.reading.files.guards import RejectedCurveError, TooLargeError
+from breaker.reading.files.number_cells import are_readings
+from breaker.reading.files.opened_file import Opened
+from breaker.reading.files.time_and_travel import Columns
+from breaker.reading.files.zarr_metadata import check_store
+
+_LARGEST = 10_000_000  # samples
+_MOST = 20_000_000  # values of all variables
+_MOST_READS = 100_000  # of a NetCDF file of version 3, which has some ten for each variable
+_PATIENCE = 10  # s; a large file takes one
+_MEMORY = 2**30  # bytes of the process that reads version 4
+_TOO_LARGE = 3  # its status
+_REMEDY = "export the record alone"
+_UNTOUCHED = {"decode_times": False, "decode_timedelta": False, "chunks": None}
+
+
+ENDINGS = {".nc": "a NetCDF file", ".nc4": "a NetCDF file", ".zarr": "a Zarr store"}
+EXTRA = "netcdf"
+
+
+def claims(file: str | Path) -> bool:
+    """Say whether a file is one of labelled arrays, or a folder of such, by its ending."""
+    return Path(file).suffix.lower() in ENDINGS
+
+
+def is_store(file: str | Path) -> bool:
+    """Say whether a record of this name is a folder, by its ending."""
+    return Path(file).suffix.lower() == ".zarr"
+
+
+def read(opened: Opened, settings: Mapping, channel: str = "") -> Columns:
+    """Read a variable of a NetCDF file or a Zarr store, which has to be of one record, and its
+    coordinate of time: see ``formats``.
+    """
+    with _open(opened) as dataset:
+        return _columns(opened.file, dataset, settings, channel)
+
+
+def look(opened: Opened) -> Labelled:
+    """Return the variables along the longest dimension."""
+    file = opened.file
+    with _open(opened) as dataset:
+        longest = max(dataset.sizes, key=dataset.sizes.get, default=None)
+        found = {
+            str(name): each
+            for name, each in dataset.variables.items()
+            if each.dims == (longest,) and each.dtype.kind in "iuf"
+        }
+        check_size(file, dataset.sizes.get(longest, 0), len(found))
+        columns = [each.values.astype(float) for each in found.values()]
+        said = [[f"{name} :", str(value)] for name, value in dataset.attrs.items()]
+    if not found:
+        raise RejectedCurveError(file, "has no variable of numbers along one dimension")
+    units = [unit_of(_unit_text(each)) for each in found.values()]
+    return Labelled({}, said, list(found), units, columns)
+
+
+def _open(opened: Opened):
+    """Return the dataset of a NetCDF file, or of a Zarr store by its ending, undecoded.
+
+    Raises:
+        RejectedCurveError: If the file cannot be read, or a store states what may do harm.
+        TooLargeError: If there are more values than a record has.
+        ModuleNotFoundError: If a package for this version is not installed.
+    """
+    import xarray as xr
+
+    file = opened.file
+    if is_store(file):
+        check_store(file)
+        return xr.open_zarr(file, **_UNTOUCHED)
+    content = opened.content
+    if content.startswith(b"\x89HDF"):
+        content = _as_version_3(file, content)
+    dataset = xr.open_dataset(_ReadOnce(content), engine="scipy", **_UNTOUCHED)
+    _check_size(dataset.variables.values())
+    return dataset
+
+
+class _ReadOnce(io.BytesIO):
+    """A file of version 3: its variables may be the same bytes, over and over."""
+
+    def __init__(self, content: bytes) -> None:
+        super().__init__(content)
+        self._reads, self._bytes = _MOST_READS, 2 * len(content)
+
+    def read(self, size: int | None = -1) -> bytes:
+        found = super().read(size)
+        self._reads, self._bytes = self._reads - 1, self._bytes - len(found)
+        if min(self._reads, self._bytes) < 0:
+            raise TooLargeError(f"has too many variables, or parts of it twice; {_REMEDY}")
+        return found
+
+
+def _unit_text(variable) -> str:
+    """Return the unit that a variable states, without the date that times are counted from."""
+    return str(variable.attrs.get("units", "")).split(" since ")[0]
+
+
+def _check_size(variables: Iterable) -> None:
+    """Refuse more values than a record has."""
+    if (size := sum(each.size for each in variables)) > _MOST:
+        raise TooLargeError(f"has {size} values, but no record has more than {_MOST}; {_REMEDY}")
+
+
+def _as_version_3(file: str | Path, content: bytes) -> bytes:
+    """The numbers of a file of version 4, by a process of its own: the library of HDF5 hangs in
+    some damaged files.
+    """
+    import h5netcdf  # noqa: F401 - the other process would not say which package is missing
+
+    command = [sys.executable, "-m", __name__]
+    try:
+        done = subprocess.run(command, input=content, capture_output=True, timeout=_PATIENCE)
+    except subprocess.TimeoutExpired as error:
+        reason = f"is a NetCDF file that cannot be read within {_PATIENCE} s; export it again"
+        raise RejectedCurveError(file, reason) from error
+    if done.returncode:
+        said = done.stderr.decode(errors="replace").strip().rpartition("\n")[2]
+        raise (TooLargeError if done.returncode == _TOO_LARGE else OSError)(said)
+    return done.stdout
+
+
+def _check_alone(content: io.BytesIO) -> None:
+    """Refuse a file whose values are in other ones, which would be read, whatever these are."""
+    import h5py
+
+    def look(name: str, part: h5py.Group | h5py.Dataset) -> None:
+        if isinstance(part, h5py.Group):
+            links = (part.get(each, getlink=True) for each in part)
+            apart = any(isinstance(link, h5py.ExternalLink) for link in links)
+        else:
+            apart = bool(part.external) or part.is_virtual
+        if apart:
+            raise TooLargeError(f"has {name!r} in another file; export it as one file")
+
+    with h5py.File(content, "r") as file:
+        look("/", file)
+        file.visititems(look)
+
+
+def _convert() -> None:
+    """Read version 4 from the standard input, and write its numbers as version 3 to the output."""
+    import resource
+
+    import h5netcdf  # noqa: F401 - before the memory is limited
+    import xarray as xr
+
+    resource.setrlimit(resource.RLIMIT_DATA, (_MEMORY, _MEMORY))
+    content = io.BytesIO(sys.stdin.buffer.read())
+    _check_alone(content)
+    with xr.open_dataset(content, engine="h5netcdf", **_UNTOUCHED) as dataset:
+        wanted = {
+            name: each
+            for name, each in dataset.variables.items()
+            if each.dtype.kind in "iuf" and each.size <= _LARGEST
+        }
+        _check_size(wanted.values())
+        numbers = {
+            name: (each.dims, each.values.astype(float), {"units": _unit_text(each)})
+            for name, each in wanted.items()
+        }
+        said = {str(name): str(value) for name, value in dataset.attrs.items()}
+    sys.stdout.buffer.write(xr.Dataset(numbers, attrs=said).to_netcdf(engine="scipy"))
+
+
+def _columns(file: str | Path, dataset, settings: Mapping, channel: str) -> Columns:
+    """The columns of a dataset, in which the variable of the travel lies along one dimension."""
+    names = list(map(str, dataset.variables))
+    wanted = wanted_columns([names], settings, channel)
+    travel = dataset[names[place_of(file, names, wanted["travel"])]]
+    along = [name for name, size in travel.sizes.items() if size > 1]
+    if len(along) != 1 or travel.size > _LARGEST:
+        reason = f"{label_of(wanted['travel'])} is no single record: its sizes are "
+        raise RejectedCurveError(file, reason + ", ".join(map(str, travel.sizes.items())))
+    remarks = _unit(file, "travel", travel, settings)
+    readings = _numbers(file, "travel", travel)
+    lines, beside = np.arange(1, readings.size + 1), {}
+    for kind in wanted.keys() & {*BESIDE}:
+        beside[kind] = _numbers(file, kind, dataset[names[place_of(file, names, wanted[kind])]])
+        if beside[kind].size != readings.size:
+            reason = f"{label_of(wanted[kind])} has {beside[kind].size} values for {readings.size}"
+            raise RejectedCurveError(file, f"{reason} samples of travel")
+    if "time" not in wanted:
+        return Columns(None, readings, lines, remarks, beside)
+    # The time by its name, or else the coordinate along which the travel lies.
+    named = [name for name in names if name in (wanted["time"], along[0])]
+    named.sort(key=lambda name: name != wanted["time"])
+    place = place_of(file, names, named[0] if named else wanted["time"])
+    time = dataset[names[place]]
+    if time.size != readings.size:
+        reason = f"{names[place]!r} has {time.size} times for {readings.size} samples"
+        raise RejectedCurveError(file, reason)
+    remarks += _unit(file, "time", time, settings)
+    return Columns(_numbers(file, "time", time), readings, lines, remarks, beside)
+
+
+def _unit(file: str | Path, kind: str, variable, settings: Mapping) -> tuple[str, ...]:
+    return check_unit(file, (kind, repr(variable.name)), _unit_text(variable), settings)
+
+
+def _numbers(file: str | Path, kind: str, variable) -> np.ndarray:
+    """The values of a variable, ``(t,)``, NaN where missing."""
+    if variable.dtype.kind not in "iuf":
+        raise RejectedCurveError(file, f"{variable.name!r} is not of numbers")
+    values = variable.values.reshape(-1).astype(float)
+    if not are_readings(values, kind):
+        raise RejectedCurveError(file, f"{variable.name!r} has values that are no readings")
+    return values
+
+
+if __name__ == "__main__":
+    try:
+        _convert()
+    except (MemoryError, TooLargeError) as error:
+        sys.stderr.write(str(error) or f"needs more than {_MEMORY / 2**20:.0f} MiB; {_REMEDY}")
+        sys.exit(_TOO_LARGE)

@@ -1,0 +1,79 @@
+"""Files that are opened once, whatever is asked of them."""
+
+from collections.abc import Callable, Hashable
+from pathlib import Path
+from typing import TypeVar
+
+from breaker.reading.files.guards import read_bytes
+
+Found = TypeVar("Found")
+
+_KEPT = 2**24  # bytes of files that are kept open: some hundred exports
+
+
+class Opened:
+    """A file, and what was found in it, each looked for once: for as long as this stands, the file
+    is what it was when it was opened.
+
+    Args:
+        file: Its name.
+
+    Example:
+        >>> import tempfile
+        >>> with tempfile.NamedTemporaryFile("w") as text:
+        ...     file = Opened(text.name)
+        ...     print("1,2", file=text, flush=True)
+        ...     [file.once("signs", lambda: len(file.content)), len(file.content)]
+        [4, 4]
+    """
+
+    def __init__(self, file: str | Path) -> None:
+        self.file = file
+        self._found: dict[Hashable, tuple[object, ValueError | None]] = {}
+
+    @property
+    def size(self) -> int:
+        """Bytes that were read of it."""
+        return sum(len(found) for found, _ in self._found.values() if isinstance(found, bytes))
+
+    @property
+    def content(self) -> bytes:
+        """Its bytes; raises as ``guards.read_bytes``."""
+        return self.beside(self.file)
+
+    def beside(self, file: str | Path) -> bytes:
+        """The bytes of a file that belongs to it, under its own name."""
+        return self.once(("content", str(file)), lambda: read_bytes(file))
+
+    def once(self, what: Hashable, find: Callable[[], Found]) -> Found:
+        """Return what is found under a name, or raise why it is not."""
+        if what not in self._found:
+            try:
+                self._found[what] = find(), None
+            except ValueError as error:
+                self._found[what] = None, error
+        found, error = self._found[what]
+        if error is not None:
+            raise error
+        return found
+
+
+def as_opened(file: str | Path | Opened) -> Opened:
+    """Return a file as one that is opened."""
+    return file if isinstance(file, Opened) else Opened(file)
+
+
+class Files:
+    """Files of a command, each opened once; of very many, those that were opened last are kept."""
+
+    def __init__(self) -> None:
+        self._opened: dict[str, Opened] = {}
+
+    def __getitem__(self, file: str | Path) -> Opened:
+        """Return a file as one that is opened."""
+        if (found := self._opened.get(str(file))) is None:
+            size = sum(each.size for each in self._opened.values())
+            while self._opened and size > _KEPT:
+                size -= self._opened.pop(next(iter(self._opened))).size
+            found = self._opened[str(file)] = Opened(file)
+        return found

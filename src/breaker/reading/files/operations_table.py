@@ -1,0 +1,254 @@
+"""Which file, or which part of a file, is which operation: the table ``operations.csv``.
+
+Light to import.
+"""
+
+import csv
+import math
+import re
+from collections.abc import Callable, Collection, Iterator, Mapping
+from dataclasses import dataclass, field
+from io import StringIO
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from breaker.common.numerals import in_digits
+from breaker.reading.files.date_text import earlier
+from breaker.reading.files.format_settings import FORMAT
+from breaker.reading.files.guards import RejectedCurveError, printable, read_bytes
+from breaker.reading.files.safe_text import as_meant
+from breaker.reading.files.table_cells import READ, event_reader
+
+if TYPE_CHECKING:  # xarray takes longer to load than all of this
+    import xarray as xr
+
+MANIFEST = "operations.csv"
+"""Name of the table, in the folder of the curve files."""
+
+ABOUT = ("breaker", "phase", "date", "temperature", "event")
+"""What is known of an operation and kept through to all results; empty where it is not."""
+
+_REQUIRED = ("file", "motion", "operation")
+SWITCHING = {"closing": "touch_time", "opening": "part_time"}
+"""Column of the time at which the contact touched or parted, by motion."""
+
+FILL_IN = "FILL IN"
+"""Cell of what a file does not tell, so that the table is refused until it is filled in."""
+
+_SHOWN = 10  # mistakes in a message
+# A number with a decimal comma: 21,5 but not 1,000, which may be a thousand.
+_DECIMAL = re.compile("[+-]?(?![0-9]{1,3},[0-9]{3}$)[0-9]+,[0-9]+")
+
+
+@dataclass(frozen=True)
+class Operation:
+    """One motion of one operation, and where its record is.
+
+    Attributes:
+        number: Counter of the operation.
+        file: File of the record.
+        channel: Column of the travel in the file; that of ``endurance.format`` if empty.
+        begin, end: Part of the record in which the motion is, ms of the file's time; nan for its
+            beginning and end.
+        breaker, phase, type: Names, where a table gives them.
+        date: Date and time as ISO 8601.
+        temperature: Of the drive, °C.
+        event: What was done before this operation, since the one before it: see ``event_words``.
+        switching: When the main contact touched or parted, ms of the file's time; nan if not given.
+        trigger: When the coil was energised, ms of the file's time; nan if not given.
+        settings: What the table states in place of keys of ``endurance.format``.
+    """
+
+    number: int
+    file: str | Path
+    channel: str = ""
+    begin: float = math.nan
+    end: float = math.nan
+    breaker: str = ""
+    phase: str = ""
+    type: str = ""
+    date: str = ""
+    temperature: float = math.nan
+    event: str = ""
+    switching: float = math.nan
+    trigger: float = math.nan
+    settings: Mapping[str, Any] = field(default_factory=dict, hash=False)
+
+
+def metadata_names(data: "xr.Dataset") -> list[str]:
+    """Return which of ``ABOUT`` a dataset of operations has a value of, for any operation."""
+    return [
+        name
+        for name in ABOUT
+        if name in data and any(value == value and value != "" for value in data[name].values)
+    ]
+
+
+def read_manifest(
+    file: str | Path,
+    events: Collection[str] | None = None,
+    breakers: Collection[str] | None = None,
+) -> list[tuple[str, Operation]]:
+    """Read the table of a folder.
+
+    The text is UTF-8, with or without a byte order mark; commas or semicolons separate its cells.
+    Where semicolons do, a comma may be the decimal sign.
+
+    Args:
+        file: The table.
+        events: Events that it may name beside the usual ones; None for any text.
+        breakers: Those whose rows are read; None for all.
+
+    Returns:
+        Motion and operation of each row. That the files are there is not looked at.
+
+    Raises:
+        ValueError: If anything is wrong; the message has one line for each of the first mistakes,
+            with line, column and remedy.
+    """
+    file = Path(file)
+    names, rows = _rows(file)
+    found: list[tuple[str, Operation]] = []
+    wrong = list(_wrong_names(names))
+    if not wrong and not rows:
+        wrong.append("line 1: no operation follows the names of the columns; add one row for each")
+    if breakers is not None and "breaker" in names:
+        place = names.index("breaker")
+        rows = [row for row in rows if len(row[1]) <= place or row[1][place] in breakers]
+    lines: dict[tuple, int] = {}
+    readers = READ if events is None else READ | {"event": event_reader(events)}
+    for line, cells in rows if not wrong else ():
+        row, mistakes = _row(names, cells, file.parent, readers)
+        if row:
+            motion, operation = row
+            key = (operation.breaker, operation.phase, motion, operation.number)
+            if (first := lines.setdefault(key, line)) != line:
+                mistakes.append(
+                    f"column operation: {motion} {operation.number} is in line {first} already; "
+                    "give each its own number, or breaker or phase"
+                )
+            found.append(row)
+        wrong += [f"line {line}, {mistake}" for mistake in mistakes]
+    wrong = wrong or _out_of_order(found, lines)
+    if wrong:
+        more = len(wrong) - _SHOWN
+        rest = [f"and {more} more"] if more > 0 else []
+        raise ValueError("\n  ".join([f"{printable(file)} is wrong:", *wrong[:_SHOWN], *rest]))
+    return found
+
+
+def _out_of_order(rows: Collection[tuple[str, Operation]], lines: Mapping) -> list[str]:
+    """Say where numbers of operations rise while their dates fall."""
+    last: dict[tuple, tuple[str, int]] = {}
+    wrong = []
+    for motion, each in sorted(rows, key=lambda row: row[1].number):
+        if not each.date:
+            continue
+        of = each.breaker, each.phase, motion
+        date, number = last.get(of, ("", 0))
+        if earlier(date, each.date):
+            wrong.append(
+                f"line {lines[(*of, each.number)]}, column date: {each.date}, of {motion} "
+                f"{each.number}, is earlier than {date}, of {number}: mend the number or the "
+                "date, or leave the date empty where a clock was wrong"
+            )
+        last[of] = each.date, each.number
+    return wrong
+
+
+def breakers_in(file: str | Path) -> list[str]:
+    """Return the names of the breakers in a table, in the order of their first rows.
+
+    Raises:
+        RejectedCurveError: If it is no table.
+    """
+    names, rows = _rows(Path(file))
+    place = names.index("breaker") if "breaker" in names else len(names)
+    return list(dict.fromkeys(name for _, cells in rows for name in cells[place : place + 1]))
+
+
+def _rows(file: Path) -> tuple[list[str], list[tuple[int, list[str]]]]:
+    """Names of the columns, and line and cells of each row that is not empty."""
+    try:
+        text = read_bytes(file).decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = error.object[: error.start].count(b"\n") + 1
+        reason = "is not UTF-8; save the table as CSV UTF-8"
+        raise RejectedCurveError(file, reason, line=line) from error
+    head = text.split("\n", 1)[0]
+    delimiter = ";" if ";" in head else ","
+    # Lines as they end in the file: a cell in quotation marks may have several.
+    reader = csv.reader(StringIO(text, newline=""), delimiter=delimiter, strict=True)
+    rows, line = [], 1
+    try:
+        for cells in reader:
+            cells = [as_meant(cell.strip()) for cell in cells]
+            if any(cells):
+                rows.append((line, cells))
+            line = reader.line_num + 1
+    except csv.Error as error:
+        reason = f"is no table: {error}; are quotation marks closed?"
+        raise RejectedCurveError(file, reason, line=line) from error
+    if not rows:
+        raise RejectedCurveError(file, f"is empty; its first line names {', '.join(_REQUIRED)}")
+    (_, names), *rows = rows
+    if delimiter == ";":
+        rows = [
+            (at, [each.replace(",", ".") if _DECIMAL.fullmatch(each) else each for each in cells])
+            for at, cells in rows
+        ]
+    return names, rows
+
+
+def _wrong_names(names: list[str]) -> Iterator[str]:
+    """Say what is wrong with the names of the columns."""
+    for place, name in enumerate(names, start=1):
+        if name not in READ:
+            known = ", ".join(READ)
+            yield f"line 1, column {place}: {name!r} is none of {known}; rename it, or leave it out"
+        elif name in names[: place - 1]:
+            yield f"line 1, column {place}: {name} is there twice; leave one of them out"
+    if lacking := [name for name in _REQUIRED if name not in names]:
+        yield (
+            f"line 1: there is no column {' nor '.join(lacking)}; the first line must name the "
+            "columns, with commas or semicolons between"
+        )
+
+
+def _row(
+    names: list[str], cells: list[str], folder: Path, readers: Mapping[str, Callable]
+) -> tuple[tuple[str, Operation] | None, list[str]]:
+    """Motion and operation of a row, and what is wrong with it, by column."""
+    if len(cells) != len(names):
+        return None, [
+            f"column {min(len(cells), len(names)) + 1}: the line has {len(cells)} cells, but "
+            f"{len(names)} columns have names; set a cell with a comma in quotation marks"
+        ]
+    read, mistakes = {}, []
+    for name, cell in zip(names, cells, strict=True):
+        if not cell and name not in _REQUIRED:
+            continue
+        try:
+            if cell.upper() == FILL_IN:
+                raise ValueError(
+                    f"is to be filled in for {cells[names.index('file')]}, which does not state it "
+                    "for sure: `breaker inspect` says why; see the analyser's settings"
+                )
+            read[name] = readers[name](cell)
+        except ValueError as error:
+            mistakes.append(f"column {name}: {error}")
+    begin, end = read.pop("from", math.nan), read.pop("to", math.nan)
+    if begin >= end:
+        mistakes.append(f"column to: {in_digits(end, 9)} is not after from, {in_digits(begin, 9)}")
+    switching = {motion: read.pop(name) for motion, name in SWITCHING.items() if name in read}
+    mistakes += [
+        f"column {SWITCHING[of]}: is of {of}; leave it empty in a row of {read['motion']}"
+        for of in switching
+        if of != read.get("motion", of)
+    ]
+    if mistakes:
+        return None, mistakes
+    file, motion, number = (read.pop(name) for name in _REQUIRED)
+    read["settings"] = {name: read.pop(name) for name in FORMAT if name in read}
+    read |= {"begin": begin, "end": end, "switching": switching.get(motion, math.nan)}
+    return (motion, Operation(number, folder / file, **read)), []

@@ -1,0 +1,236 @@
+"""A first ``operations.csv`` of a folder, to be checked and completed: the only place that guesses.
+
+Light to import.
+"""
+
+import os
+from collections import Counter, defaultdict
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+
+from breaker.quantities.parameters import MOTIONS
+from breaker.reading.files.breaker_identity import with_breakers
+from breaker.reading.files.counters import with_counters
+from breaker.reading.files.file_dates import days_of
+from breaker.reading.files.file_facts import (
+    FoundFile,
+    Row,
+    number_cell,
+    settings_cells,
+    with_phases,
+)
+from breaker.reading.files.folder_facts import Description, Part, descriptions
+from breaker.reading.files.folder_listing import odd_signs, record_files
+from breaker.reading.files.format_settings import FORMAT
+from breaker.reading.files.guards import no_file, printable
+from breaker.reading.files.motion_words import motions_in
+from breaker.reading.files.netcdf import is_store
+from breaker.reading.files.operations_table import ABOUT, FILL_IN
+from breaker.reading.files.safe_text import table_text
+
+_COLUMNS = ("file", "motion", "operation", "channel", *ABOUT, "from", "to")
+
+
+def propose_manifest(
+    folder: str | Path,
+    channels: Sequence[str] = (),
+    motions: Sequence[str] = MOTIONS,
+    look: Callable[[Path], Description] | None = None,
+    *,
+    configured: bool = False,
+) -> tuple[str, list[str]]:
+    """Propose the table of a folder and those below it.
+
+    Breaker, phases, date and settings are those that the files state, or their names; what neither
+    tells is FILL IN. A file that has the content of another, or is no record, is left out. Where
+    nothing is seen the motion comes from folders named after it, or else from the name; other
+    folders are breakers. The counter comes from the names where they leave no doubt; else
+    operations are numbered from 1, by their dates, or else by the times at which the files were
+    written.
+
+    Args:
+        folder: Folder of the curve files.
+        channels: Columns of travel that each file has, side by side: a row for each, and each a
+            phase of its own.
+        motions: Which motions have rows; a file of another one is left out.
+        look: Says what is seen in a file, so that it is not only its name that tells.
+        configured: Whether a configuration says how the files are read: then the table does so only
+            of rates and ratios in which they differ.
+
+    Returns:
+        The text of the table, and what to check in it, in words.
+
+    Raises:
+        FileNotFoundError: If there is no such folder, or no file of a record of these motions.
+    """
+    if not os.path.isdir(folder):
+        raise FileNotFoundError(
+            f"there is no folder {printable(folder)!r}; name that of the curve files"
+        )
+    every, remarks = _files(Path(folder))
+    if look:
+        every, said = _looked_at(Path(folder), every, look, configured or bool(channels))
+        remarks += said
+    files = [file for file in every if {*file.motions} & {*motions}]
+    if others := len(every) - len(files):
+        remarks.append(f"left out: {others} files of another motion than {' or '.join(motions)}")
+    if not files:
+        raise FileNotFoundError(
+            "; ".join([f"{printable(folder)} has no file of a record", *remarks])
+        )
+    remarks += _of_motions(files, motions)
+    days, said = days_of({file.path: file.seen.preamble for file in files})
+    files, more = with_breakers([file._replace(day=days[file.path]) for file in files])
+    rows, last = _rows(with_phases(files), motions)
+    return _text(rows, channels), [*remarks, *said, *more, *last]
+
+
+def _looked_at(
+    folder: Path, files: Sequence[FoundFile], look: Callable[[Path], Description], configured: bool
+) -> tuple[list[FoundFile], list[str]]:
+    """Files of records with what is seen in them, and what is left out."""
+    seen, remarks = descriptions(folder, [file.path for file in files], look)
+    found = [_seen(file, seen[file.path], configured) for file in files if file.path in seen]
+    remarks += [
+        f"left out: {printable(each.path)} is no record: {each.seen.reason}"
+        for each in found
+        if each.seen.reason
+    ]
+    return [each for each in found if not each.seen.reason], remarks
+
+
+def _of_motions(files: Sequence[FoundFile], motions: Sequence[str]) -> list[str]:
+    """What to check of motions, where nothing says them or some are in no file."""
+    if unsaid := sum(len(file.motions) > 1 and not file.seen.parts for file in files):
+        return [
+            f"no folder or name says the motion of {unsaid} files, so each has a row of "
+            f"{' and '.join(motions)}: delete what it does not hold"
+        ]
+    held = [each for each in motions if any(each in file.motions for file in files)]
+    lacking = " or ".join(each for each in motions if each not in held)
+    said = f"no file holds {lacking}: set motions: [{', '.join(held)}] in the configuration"
+    return [said] if lacking and any(file.seen.parts for file in files) else []
+
+
+def _seen(file: FoundFile, seen: Description, configured: bool) -> FoundFile:
+    """A file with what is seen in it: its motions go before what names say. Parts and settings are
+    left out where a configuration has them, or names say the motion of what is read as it is.
+    """
+    said, stated = len(file.motions) == 1, seen.preamble.serial or seen.preamble.bay
+    usual = {**FORMAT, **seen.settings, "sign": 1, "zero": 0.0}
+    plain = usual == FORMAT and [*dict.fromkeys(p.channel for p in seen.parts)] == ["travel"]
+    if not stated and (configured or (said and plain)):
+        seen = seen._replace(parts=())
+    if configured or plain:
+        seen = seen._replace(settings={}, sure=True)
+    if configured or said:  # reading says why not
+        seen = seen._replace(reason="")
+    held = {part.motion for part in seen.parts}
+    found = tuple(motion for motion in MOTIONS if motion in held)
+    return file._replace(seen=seen, motions=found or file.motions, sure=seen.sure or said)
+
+
+def _rows(
+    files: Sequence[FoundFile], motions: Sequence[str]
+) -> tuple[list[tuple[int, Row]], list[str]]:
+    """Operations with their counters, and what to check of these."""
+    whole: dict[tuple[str, str], list[Row]] = defaultdict(list)
+    for file in files:
+        unknown = f"{file.folder} {file.key}" if file.breaker == FILL_IN else ""
+        for motion in [motion for motion in motions if motion in file.motions]:
+            per_channel = Counter(p.channel for p in file.seen.parts if p.motion == motion)
+            for place in range(max(per_channel.values(), default=1)):
+                whole[file.breaker, unknown].append(Row(file, motion, place))
+    rows, remarks = [], []
+    for _, group in sorted(whole.items()):
+        found, said = with_counters(group)
+        rows += found
+        remarks += said
+    return rows, remarks
+
+
+def _files(folder: Path) -> tuple[list[FoundFile], list[str]]:
+    """The files of records in a folder and those below it, and what was left out."""
+    found, remarks = [], []
+    for file in _walk(folder):
+        path = file.relative_to(folder).as_posix()
+        why = "" if is_store(file) and file.is_dir() else no_file(file)
+        if odd := odd_signs(path):
+            why = f"has {odd} in its name; rename it"
+        elif any("\ud800" <= sign <= "\udfff" for sign in path):
+            why = "has a name that is not UTF-8; rename it"
+        elif not path.isprintable():
+            why = "has signs that cannot be printed in its name; rename it"
+        elif "\\" in path:
+            why = "has a \\ in its name; rename it"
+        if why:
+            remarks.append(f"left out: {printable(path)} {why}")
+            continue
+        found.append(_described(file, path, folder.resolve().name))
+    return found, remarks
+
+
+def _walk(folder: Path) -> Iterator[Path]:
+    """What has the ending of a record, also in folders below that are neither hidden nor such."""
+    for place, folders, _ in os.walk(folder):
+        folders[:] = sorted(
+            name for name in folders if not name.startswith(".") and not is_store(name)
+        )
+        yield from record_files(place)
+
+
+def _described(file: Path, path: str, top: str) -> FoundFile:
+    parts = path.split("/")[:-1]
+    spoken = [motions_in(part) for part in parts]
+    # The folder that is nearest to the file goes first, then its name.
+    motions = next(filter(None, [*reversed(spoken), motions_in(file.stem), motions_in(top)]), ())
+    return FoundFile(
+        path=path,
+        stem=file.stem,
+        motions=motions if len(motions) == 1 else MOTIONS,
+        folder="/".join(part for part, each in zip(parts, spoken, strict=True) if not each),
+        written=os.stat(file).st_mtime,
+    )
+
+
+def _text(rows: Sequence[tuple[int, Row]], channels: Sequence[str]) -> str:
+    """The table; with settings where files differ from the usual, and columns beside travels."""
+    seen = [row.file.seen for _, row in rows]
+    settings = settings_cells([row.file for _, row in rows], FORMAT)
+    rates = {_rate(each) for each in seen if not each.timed} - {""}
+    ratios = {part.ratio for each in seen for part in each.parts if part.ratio > 0}
+    own = {key for cells in settings.values() for key in cells}
+    own |= {"rate"} if len(rates) > 1 or FILL_IN in rates or "time_column" in own else set()
+    own |= {"ratio"} if len(ratios) > 1 else set()
+    own |= {key for each in seen for part in each.parts for key in part.beside}
+    columns, table = [*_COLUMNS, *(key for key in FORMAT if key in own)], []
+    for number, row in sorted(
+        rows, key=lambda each: (each[1].file.breaker, each[0], each[1].motion)
+    ):
+        file = row.file
+        known = {"file": file.path, "motion": row.motion, "operation": number}
+        known |= {"breaker": file.breaker, "date": file.day, **settings[file.path]}
+        known |= {} if file.seen.timed else {"rate": _rate(file.seen)}
+        known |= {} if file.sure else {"motion": FILL_IN, "sign": FILL_IN}
+        parts = [{"channel": channel, "phase": channel} for channel in channels] or [
+            {"channel": part.channel, "phase": part.phase, **_ends(file, part)}
+            | ({"ratio": number_cell(part.ratio)} if part.ratio > 0 else {})
+            | part.beside
+            for part in row.parts
+        ]
+        for part in parts or [{}]:
+            table.append(known | part)
+    return table_text(columns, table)
+
+
+def _ends(file: FoundFile, part: Part) -> dict[str, str]:
+    """Where in its record a motion is; to be filled in where several are, at an unknown rate."""
+    same = [p for p in file.seen.parts if (p.motion, p.channel) == (part.motion, part.channel)]
+    lacking = file.seen.lacks_rate and len(same) > 1
+    ends = {"from": part.begin, "to": part.end}
+    return {key: FILL_IN if lacking else number_cell(at) for key, at in ends.items()}
+
+
+def _rate(seen: Description) -> str:
+    """The rate of a file, as a cell: what it does not tell must not be that of the settings."""
+    return FILL_IN if seen.lacks_rate else number_cell(seen.rate)

@@ -1,0 +1,175 @@
+"""What will be accepted of a folder of records, and why the rest will not, before any training."""
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+
+from breaker.common.numerals import in_digits
+from breaker.reading.files.folder_listing import list_operations
+from breaker.reading.files.operations_table import MANIFEST, Operation, read_manifest
+from breaker.reading.inspection.proposal_words import alike, bullet
+from breaker.reading.records.curve_reader import read_curves
+from breaker.reading.records.model_grid import Grid
+
+_PART = 50  # files that one process reads at a time
+_FAR = 8.0  # robust sd from the median of the others, from which a record stands out
+_MATTERS = 0.03  # share of the median by which it has to
+_FEWEST = 8  # records, of which some can stand out
+
+
+@dataclass(frozen=True)
+class Checked:
+    """The records of one motion, of one breaker and phase where a table names them.
+
+    Attributes:
+        motion: "closing" or "opening".
+        breaker, phase: Names; empty where there are none.
+        curves: As read; None if the operations could not be listed.
+        trouble: Why they could not.
+    """
+
+    motion: str
+    breaker: str = ""
+    phase: str = ""
+    curves: xr.Dataset | None = None
+    trouble: str = ""
+
+    @property
+    def accepted(self) -> int:
+        """Number of accepted records."""
+        return 0 if self.curves is None else int(self.curves.accepted.sum())
+
+
+def check_folder(
+    folder: str | Path, endurance: Mapping, sensor: Mapping, motions: Iterable[str]
+) -> list[Checked]:
+    """Read all records of a folder.
+
+    Args:
+        folder: As for ``endurance.curves``.
+        endurance: The section of the configuration: ``format``, and ``breaker`` and ``phase`` where
+            one of several is meant.
+        sensor: The section of the configuration: the model's grid, and the noise.
+        motions: "closing", "opening" or both.
+    """
+    times = np.linspace(sensor["start"], sensor["stop"], sensor["samples"])
+    grid = Grid(times, sensor["noise_sd"], sensor["zero_sd"])
+    read = partial(read_curves, settings=endurance["format"], grid=grid)
+    checked = []
+    for motion in motions:
+        for breaker, phase in _groups(folder, endurance):
+            of = motion, breaker or "", phase or ""
+            try:
+                operations = list_operations(folder, motion, breaker=breaker, phase=phase)
+            except (ValueError, OSError) as error:
+                checked.append(Checked(*of, trouble=str(error)))
+            else:
+                checked.append(Checked(*of, _in_parts(partial(read, motion=motion), operations)))
+    return checked
+
+
+def _in_parts(read: Callable, operations: Sequence[Operation]) -> xr.Dataset:
+    """What is read of operations, on all cores where there are many of them."""
+    if len(operations) < 2 * _PART:
+        return read(operations)
+    parts = [operations[i : i + _PART] for i in range(0, len(operations), _PART)]
+    with ProcessPoolExecutor() as pool:
+        return xr.concat(pool.map(read, parts), dim="operation", combine_attrs="override")
+
+
+def _groups(folder: str | Path, endurance: Mapping) -> list[tuple[str | None, str | None]]:
+    """Breakers and phases of a folder, or those that are chosen."""
+    chosen = breaker, phase = endurance.get("breaker"), endurance.get("phase")
+    try:
+        rows = read_manifest(Path(folder, MANIFEST))
+    except ValueError:
+        return [chosen]  # there is no table, or listing says what is wrong with it
+    there = sorted({(each.breaker, each.phase) for _, each in rows})
+    fit = [(b, p) for b, p in there if breaker in (None, b) and phase in (None, p)]
+    return fit or [chosen]
+
+
+# ---- in words -----------------------------------------------------------------------------------
+
+
+def checked_text(checked: Sequence[Checked]) -> str:
+    """Return a table of what was accepted, and the reasons and remarks, each once."""
+    parts = [_table(checked)]
+    parts += [f"{_name(each)}: {each.trouble}" for each in checked if each.curves is None]
+    sections = {
+        "Rejected:": partial(_texts, kind="reason"),
+        "Remarks on what was accepted:": partial(_texts, kind="remarks"),
+        "Unlike the others of their folder:": _outliers,
+    }
+    read = [(_name(each), each.curves) for each in checked if each.curves is not None]
+    for title, find in sections.items():
+        if found := [(name, *pair) for name, curves in read for pair in find(curves)]:
+            parts.append("\n".join([title, *_grouped(found)]))
+    return "\n\n".join(parts)
+
+
+def _name(checked: Checked) -> str:
+    return " ".join(filter(None, [checked.breaker, checked.phase, checked.motion]))
+
+
+def _texts(curves: xr.Dataset, kind: str) -> list[tuple[str, str]]:
+    """File and text of each record that has one of a kind."""
+    pairs = zip(curves.file.values.tolist(), curves[kind].values.tolist(), strict=True)
+    return [(file, text) for file, text in pairs if text]
+
+
+def _table(checked: Sequence[Checked]) -> str:
+    rows = [["", "records", "accepted", "with remarks", "rejected", "stroke (mm)", "noise (mm)"]]
+    for each in checked:
+        if each.curves is None:
+            rows.append([_name(each), "none", "0", "", "", "", ""])
+            continue
+        count, remarked = each.curves.sizes["operation"], (each.curves.remarks != "").sum().item()
+        numbers = [count, each.accepted, remarked, count - each.accepted]
+        stroke = each.curves.measured.sel(quantity="stroke")
+        ranges = map(_range, (stroke.values, each.curves.noise.values))
+        rows.append([_name(each), *map(str, numbers), *ranges])
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    lines = (
+        "  ".join([row[0].ljust(widths[0]), *map(str.rjust, row[1:], widths[1:])]) for row in rows
+    )
+    return "\n".join(map(str.rstrip, lines))
+
+
+def _range(values: np.ndarray) -> str:
+    values = values[np.isfinite(values)]
+    ends = (values.min(), values.max()) if values.size else ()
+    return " to ".join(in_digits(end, 3) for end in ends)
+
+
+def _outliers(curves: xr.Dataset) -> list[tuple[str, str]]:
+    """Accepted records whose stroke or travel time is far from those of the others."""
+    found = []
+    for name, unit in (("stroke", "mm"), ("travel_time", "ms")):
+        values = curves.measured.sel(quantity=name).values
+        there = np.isfinite(values)
+        if there.sum() < _FEWEST:
+            continue
+        middle = float(np.median(values[there]))
+        spread = 1.4826 * float(np.median(np.abs(values[there] - middle)))
+        apart = np.abs(values - middle) > max(_FAR * spread, _MATTERS * middle)
+        for i in np.flatnonzero(there & apart):
+            far = f"{in_digits(values[i], 4)} {unit}, that of most {in_digits(middle, 4)} {unit}"
+            found.append((str(curves.file.values[i]), f"its {name.replace('_', ' ')} is {far}"))
+    return found
+
+
+def _grouped(found: Sequence[tuple[str, str, str]]) -> list[str]:
+    """Lines with each text once, where texts are alike: how many, and the first of them."""
+    lines = []
+    for members in sorted(alike(found), key=len, reverse=True):
+        name, file, text = members[0]
+        text = text if text.startswith(file) else f"{file}: {text}"
+        count = f"{len(members)} of {name}, first " if len(members) > 1 else f"{name}, "
+        lines.append(bullet(count + text))
+    return lines

@@ -1,0 +1,242 @@
+"""Which columns of an unknown record are travels: they move between rests as a drive does.
+
+Guessing, to propose settings: see ``layouts``.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from breaker.common.numerals import in_digits
+from breaker.reading.files.column_names import is_travel_name
+from breaker.reading.files.format_settings import TO_MM
+from breaker.reading.files.phases import channel_of, listed_in, phase_in
+from breaker.reading.files.word_lookup import holds
+from breaker.reading.inspection.contact_rows import stated_contacts
+from breaker.reading.inspection.table_layout import Layout
+from breaker.reading.inspection.timing import Clock
+from breaker.reading.records.motion_search import Course
+
+_TRAVEL_UNITS = frozenset([*TO_MM, "deg", "rad", "V", "counts", "%"])
+
+# Of the way: the first of these takes longer than one of the others where a mass is set in motion.
+# Than the next one even where a drive is fastest early, as in an opening with strong springs.
+_BEGINS = (0.03, 0.12)
+_LATER = ((0.12, 0.21), (0.4, 0.49))
+_GENTLE = 1.2  # times
+_FASTEST = 100  # kHz, of recorders
+_UNUSED = 0.25  # of the largest stroke: poles of a breaker are alike, cross-talk is smaller
+_LONGEST = 400.0  # mm, a stroke
+_FEWEST = 40  # samples
+_LEAST = 0.2  # of the range of a record, between two rests
+_MOST = 6  # motions in a record; more are an oscillation
+_BEGUN, _ARRIVED = 0.02, 0.05  # of the way
+
+
+class InspectionError(ValueError):
+    """A file for which no settings can be proposed; the message has the reason."""
+
+
+@dataclass(frozen=True)
+class Travel:
+    """A column that moves between rests.
+
+    Attributes:
+        place: Column.
+        unit: As the settings call it; None where it is not stated.
+        course: Its readings, and their motions ``(m,)``.
+        phase: Its phase, empty where nothing says it.
+    """
+
+    place: int
+    unit: str | None
+    course: Course
+    phase: str = ""
+
+    @property
+    def rises(self) -> np.ndarray:
+        """Whether the reading rises in each motion, ``(m,)``."""
+        return self.course.crossings[2]
+
+    @property
+    def rests(self) -> np.ndarray:
+        """Readings at rest before and after each motion, ``(m, 2)``."""
+        return np.array([(each.before, each.after) for each in self.course.motions])
+
+    @property
+    def strokes(self) -> np.ndarray:
+        """Way of each motion between the rests, ``(m,)``, in the unit of the reading."""
+        return np.array([each.stroke for each in self.course.motions])
+
+    def part(self, k: int) -> tuple[int, int]:
+        """First sample, and the one after the last, of the part with one motion alone."""
+        at = self.course.middles
+        ends = [0, *((at[1:] + at[:-1]) // 2).tolist(), self.course.smooth.size]
+        return ends[k], ends[k + 1]
+
+    def done(self, k: int) -> np.ndarray:
+        """Shares of the way of a motion that are done, ``(t,)``."""
+        before, after = self.rests[k]
+        return (self.course.smooth - before) / (after - before)
+
+    def goes_over(self, k: int) -> float:
+        """Share of the way by which a motion goes beyond its rest."""
+        return float(self.done(k)[self.course.middles[k] : self.part(k)[1]].max() - 1.0)
+
+    def begins(self, k: int) -> int:
+        """Sample at which a motion has begun."""
+        first, middle = self.part(k)[0], self.course.middles[k]
+        resting = np.abs(self.done(k)[first : middle + 1]) <= _BEGUN
+        return int(first + np.flatnonzero(resting)[-1]) if resting.any() else first
+
+    def room(self, k: int) -> int:
+        """Samples from the begin of a motion to that of the next one, or to the end."""
+        return self.course.motions[k].end - 1 - self.begins(k)
+
+    def arrives(self, k: int, still: int) -> int:
+        """Sample from which on the travel stays at rest, for as many samples as given, or to the
+        end.
+        """
+        bounds = [*self.course.middles.tolist(), self.course.smooth.size]
+        moving = np.abs(self.done(k)[bounds[k] : bounds[k + 1]] - 1.0) > _ARRIVED
+        begins = np.flatnonzero(~moving & np.append(True, moving[:-1]))
+        ends = np.flatnonzero(~moving & np.append(moving[1:], True)) + 1
+        long = (ends - begins >= still) | (ends == moving.size)
+        return int(bounds[k] + (begins[long][0] if long.any() else moving.size))
+
+
+def find_travels(layout: Layout, clock: Clock) -> list[Travel]:
+    """Find the columns that move between rests as a drive does; currents do not."""
+    rate = min(clock.likely_rate, _FASTEST)
+    named, shaped = [], []
+    for place, values in enumerate(layout.columns):
+        unit, name = layout.units[place], layout.names[place]
+        if place == clock.place or (unit and unit not in _TRAVEL_UNITS):
+            continue
+        says = unit in TO_MM or unit in ("deg", "rad") or is_travel_name(name)
+        if holds(name, "of no travel") and not says:
+            continue
+        reading = np.where(np.isfinite(values), values, np.nan)
+        travel = Travel(place, unit, Course(np.arange(values.size) / rate, reading))
+        if _moves_between_rests(travel) and (says or _is_gentle(travel)):
+            (named if says else shaped).append(travel)
+    return named or shaped
+
+
+def chosen_travels(
+    layout: Layout, clock: Clock, channel: str
+) -> tuple[list[Travel], list[Travel], list[str]]:
+    """Return the columns of travel, those of them that are asked for, and what is left out."""
+    file = layout.file
+    if clock.place is not None:
+        time = layout.columns[clock.place]
+        time = time[np.isfinite(time)]
+        steps = np.diff(time)
+        anew = (steps < 0) & (np.abs(time[1:] - time[0]) <= 2 * np.median(steps))
+        if anew.any():
+            raise InspectionError(
+                f"{file}: its time begins anew after {anew.argmax() + 1} samples, so channels or "
+                "records stand one below the other; export a column for each channel, and a file "
+                "for each record"
+            )
+    travels = find_travels(layout, clock)
+    if not travels:
+        raise InspectionError(
+            f"{file}: none of {len(layout.columns)} columns moves between two rests as a drive "
+            "does; did the breaker move, and is the record longer than the motion?"
+        )
+    unused = _unused_among(travels)
+    used = [each for each in travels if each not in unused]
+    if not channel:
+        used = _with_phases(layout, used)
+        return used, used, _remarks(layout, unused, used)
+    for each in travels:
+        column = layout.column(each.place)
+        if channel in (layout.names[each.place], str(column), str(each.place + 1)):
+            every = _with_phases(layout, used if each in used else [each])
+            return every, [one for one in every if one.place == each.place], []
+    listed = ", ".join(repr(layout.column(travel.place)) for travel in travels)
+    raise InspectionError(f"{file}: {channel!r} is no column of travel; there are {listed}")
+
+
+def _remarks(layout: Layout, unused: Sequence[Travel], used: Sequence[Travel]) -> list[str]:
+    """What to say of columns that are not used."""
+    names = ", ".join(repr(layout.column(each.place)) for each in unused)
+    ways = (max((each.strokes.max() for each in of), default=0.0) for of in (unused, used))
+    least, most = (in_digits(float(way), 4) for way in ways)
+    said = f"{names} moved by up to {least} beside {most}: not used, as by cross-talk or of another"
+    said += " quantity; if one is a travel, choose it by --channel"
+    return [said] if unused else []
+
+
+def _with_phases(layout: Layout, travels: Sequence[Travel]) -> list[Travel]:
+    """Travels with their phase: by their name, or else as stated for their number or order, or for
+    their contacts; or else in their order where the name of the file lists as many.
+    """
+    phases, places = dict(layout.stated.phases), {each.place for each in travels}
+    names = ["" if i in places else name for i, name in enumerate(layout.names)]
+    for number, phase in (stated_contacts(layout.preamble, names) or {}).values():
+        if phase:
+            phases.setdefault(int(number), phase)
+    in_name = [] if phases else listed_in(layout.file.stem)
+    found = []
+    for order, each in enumerate(travels, start=1):
+        name = layout.names[each.place]
+        stated = phases.get(channel_of(name) or order, phases.get(0, ""))
+        if len(in_name) == len(travels):
+            stated = in_name[order - 1]
+        found.append(replace(each, phase=phase_in(name) or stated))
+    return found
+
+
+def _unused_among(travels: Sequence[Travel]) -> list[Travel]:
+    """Return the columns that are of another quantity than the others, or whose way is that of
+    cross-talk beside them.
+    """
+    unused = [each for each in travels if _is_other(each)]
+    unused = unused if len(unused) < len(travels) else []
+    ways = [
+        (each.unit in TO_MM, float(np.median(each.strokes)) * TO_MM.get(each.unit, 1.0))
+        for each in travels
+    ]
+    for each, (kind, way) in zip(travels, ways, strict=True):
+        pairs = zip(travels, ways, strict=True)
+        others = [w for t, (k, w) in pairs if k == kind and t not in unused]
+        if others and way < _UNUSED * max(others):
+            unused.append(each)
+    return unused
+
+
+def _is_other(travel: Travel) -> bool:
+    """Whether readings without a unit are neither whole counts nor of a stroke in mm."""
+    whole = not np.nan_to_num(travel.course.reading % 1.0).any()
+    return travel.unit is None and not whole and bool(np.median(travel.strokes) > _LONGEST)
+
+
+def _moves_between_rests(travel: Travel) -> bool:
+    course = travel.course
+    if np.isfinite(course.reading).sum() < _FEWEST or not course.moves:
+        return False
+    leaves, reaches, _ = course.crossings
+    # A running median keeps a jump, as of a contact, sharp.
+    jumps = reaches - leaves < max(2, course.half // 2)
+    if not 0 < leaves.size <= _MOST or jumps.any():
+        return False
+    return bool(travel.strokes.min() > _LEAST * np.ptp(course.smooth))
+
+
+def _is_gentle(travel: Travel) -> bool:
+    """Whether a motion begins as that of a mass, slowly; a current rises fastest at first.
+
+    One is enough: before another, the drive may still creep to its rest.
+    """
+    for k, middle in enumerate(travel.course.middles.tolist()):
+        back = travel.done(k)[travel.part(k)[0] : middle + 1][::-1]
+        times = [
+            int((back <= start).argmax()) - int((back <= end).argmax())
+            for start, end in (_BEGINS, *_LATER)
+        ]
+        if times[0] >= _GENTLE * min(times[1:]):
+            return True
+    return False

@@ -1,0 +1,137 @@
+"""What a record shows of damage that no single sample shows: repetition, unrest, a false start.
+
+Noise never repeats itself and is the same everywhere, and a drive gains its speed without delay.
+Where a record says otherwise, samples were sent twice, something disturbed the sensor, or
+the first motion is not that of the drive. Nothing can be masked, since it is not known which
+samples are right, so each finding is a remark.
+"""
+
+import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
+
+from breaker.common.numerals import in_digits
+
+_EXACT = 1e-9  # of the range: less is the arithmetic's
+_CALM = 12  # samples whose noise is compared
+_UNREST = 3.9  # times the noise of the record; so many samples exceed that once in 1,000 records
+_FLICKER = 0.4  # quanta: noise of a reading that changes by one from sample to sample
+_CHANCE = 1e-6  # probability that equal readings are chance
+_MOST = 64  # readings, more than which are not compared
+_ODD = np.uint64(0x9E3779B97F4A7C15)  # whose powers are far apart
+_REST = 50  # samples at the ends of a record, in which a counter is steady
+_RISE = (0.1, 0.4)  # shares of the way, between which the start is extrapolated from
+_FLAT = (5.0, 0.003)  # sd of the noise, strokes: no more moves at a rest that no swing follows
+_HIDES = 0.012  # strokes of noise, in which a swing may hide
+_TENTHS = np.arange(0.1, 0.95, 0.1)  # of the way, between which speeds are compared
+_SUDDEN = 0.4  # of the greatest speed in the last tenth, with which no drive stops flat
+_MEAN, _STEADY = 5, 0.7  # samples whose mean is at rest, within such a share of what hides a swing
+_EARLY = 0.4  # of the time between these: first motions that a gradual force makes are less early
+
+
+def inconsistencies(
+    time: np.ndarray, travel: np.ndarray, moves: float, sd: float, quantum: float = 0.0
+) -> list[str]:
+    """Say in words what samples of a record do not fit to each other.
+
+    Args:
+        time: Times, ``(t,)``, ms, evenly spaced.
+        travel: Travel, ``(t,)``, mm; NaN where a sample is missing.
+        moves: Time of the first motion, ms.
+        sd: Noise of a sample that the model takes for granted, mm. The record's own counts where
+            it is larger.
+        quantum: Step of the reading, mm.
+    """
+    there = np.flatnonzero(~np.isnan(travel))
+    if there.size < 4 * _CALM:
+        return []
+    time, travel = time[there], travel[there]
+    third = np.diff(travel, n=3) / np.sqrt(20.0)
+    sd = max(sd, 1.4826 * float(np.median(np.abs(third))), _FLICKER * quantum)
+    sd = max(sd, _EXACT * float(np.ptp(travel)))
+    found = [
+        _equal(time, travel),
+        _unrest(time, third, sd),
+        _early(time, travel, moves),
+        _at_full_speed(time, travel, sd),
+    ]
+    return [words for words in found if words]
+
+
+def _equal(time: np.ndarray, travel: np.ndarray) -> str:
+    """Readings that come twice, one stretch like another."""
+    tied = np.diff(travel) == 0.0
+    # Where a counter rests, its readings are equal; where nothing is rounded, hardly any two are.
+    ties = max(1e-4, *(float(part.mean()) for part in (tied, tied[:_REST], tied[-_REST:])))
+    length = np.inf if ties >= 1.0 else np.log(_CHANCE / travel.size**2) / np.log(ties)
+    if length > min(_MOST, travel.size // 4):
+        return ""
+    length = int(np.ceil(length))
+    # Stretches side by side would take much memory: equal ones have equal sums, modulo 2^64.
+    readings = np.unique(travel, return_inverse=True)[1].astype(np.uint64) + _ODD
+    sums = np.convolve(readings, np.cumprod(np.full(length, _ODD)), "valid")
+    order = np.argsort(sums, kind="stable")
+    same = np.flatnonzero(sums[order[1:]] == sums[order[:-1]])
+    windows = sliding_window_view(travel, length)
+    same = same[[np.array_equal(windows[order[i]], windows[order[i + 1]]) for i in same]]
+    if same.size == 0:
+        return ""
+    again = same[order[same].argmin()]
+    first, second = (in_digits(time[order[again + i]], 4) for i in (0, 1))
+    return (
+        f"the readings from {first} ms on come again from {second} ms on: were samples sent twice?"
+    )
+
+
+def _unrest(time: np.ndarray, third: np.ndarray, sd: float) -> str:
+    """Noise of third differences in a short stretch; a stop changes a few of them alone."""
+    local = 1.4826 * np.median(sliding_window_view(np.abs(third), _CALM), axis=1)
+    most = int(local.argmax())
+    if local[most] <= _UNREST * sd:
+        return ""
+    return (
+        f"noise of {in_digits(local[most], 2)} mm at {in_digits(time[most], 4)} ms, far more "
+        "than elsewhere"
+    )
+
+
+def _early(time: np.ndarray, travel: np.ndarray, moves: float) -> str:
+    """A first motion long before the one that the rise has under an even force."""
+    after = time >= moves
+    if not after.any():
+        return ""
+    start, way = np.median(travel[~after][-20:]) if (~after).any() else travel[0], np.ptp(travel)
+    risen = np.abs(travel - start)[after] / way
+    low, high = (time[after][(risen >= share).argmax()] for share in _RISE)
+    roots = np.sqrt(_RISE)
+    even = low - (high - low) * roots[0] / (roots[1] - roots[0])
+    if even - moves <= _EARLY * (high - low) + 0.5 * (time[1] - time[0]):
+        return ""
+    early = in_digits(even - moves, 2)
+    return (
+        f"the first motion, at {in_digits(moves, 4)} ms, is {early} ms earlier than the rise "
+        "suggests: was something disturbed before it?"
+    )
+
+
+def _at_full_speed(time: np.ndarray, travel: np.ndarray, sd: float) -> str:
+    """A stop at speed without any swing: the end of the range, whatever noise lies on it.
+
+    What stops a drive so suddenly throws it back.
+    """
+    start, end = (float(np.median(each)) for each in (travel[:_CALM], travel[-_CALM:]))
+    done = (travel - start) / (end - start) if end != start else np.zeros(travel.size)
+    near = max(_FLAT[0] * sd / max(abs(end - start), _EXACT), _FLAT[1])
+    stop = int((done >= 1.0 - near).argmax())
+    rest = np.convolve(done[stop:] - 1.0, np.full(_MEAN, 1.0 / _MEAN), "valid")
+    if near > _HIDES or rest.size < _CALM or np.abs(rest[1:]).max() > _STEADY * near:
+        return ""
+    marks = time[[int((done >= share).argmax()) for share in _TENTHS]]
+    step = float(np.median(np.diff(time)))
+    speeds = np.diff(_TENTHS) / np.maximum(np.diff(marks), step)
+    last = (done[stop] - _TENTHS[-1]) / max(time[stop] - marks[-1], step) / speeds.max()
+    if last < _SUDDEN:
+        return ""
+    return (
+        f"the travel stops at {in_digits(time[stop], 4)} ms from {last:.0%} of its greatest speed, "
+        "and rests at once: does the transducer's range end there? If so, the stroke is longer"
+    )

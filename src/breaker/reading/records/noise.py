@@ -1,0 +1,143 @@
+"""Noise of a record, seen where nothing moves: its size, its colour at the model's step, its drift.
+
+The likelihood takes noise of ``noise_sd`` that is independent from sample to sample. A record in
+which there is more, or in which neighbouring samples of the grid err alike, knows less about the
+drive than is inferred from it; one that was smoothed shows another motion.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from breaker.common.numerals import in_digits
+
+_FEWEST = 10  # samples at rest, for an estimate
+_FALSE = 1e-4  # probability of a remark on noise of the right size
+_NORMAL = 3.7  # sd that normal noise exceeds with that probability
+_LESS = 0.5  # factor on noise_sd below which noise is another sensor's, or filtered away
+_MORE = 1.15  # factor on noise_sd from which more noise matters
+_ALIKE = 0.2  # correlation from which it matters
+_LONG = 1.25  # steps of the grid, memory from which it matters
+_DRIFT = 3.0  # noise_sd, drift over the grid from which it matters
+_COLOURED, _LOST = 0.95, 0.75  # most correlation, and share of a variance that was not seen
+_STEADY = 30  # samples at rest, from which a drift is told from noise
+
+
+class Noise(NamedTuple):
+    """Noise of a record; nan where there is too little rest to see it.
+
+    Attributes:
+        sd: Standard deviation of a sample about the drift, mm.
+        colour: Correlation of samples that are a step of the model's grid apart.
+        next: Correlation of neighbouring samples of the file.
+        drift: Slope of the travel at rest, mm/ms.
+        samples: Number of samples at rest.
+    """
+
+    sd: float
+    colour: float
+    next: float
+    drift: float
+    samples: int
+
+    @property
+    def process(self) -> tuple[float, float]:
+        """Standard deviation of a sample, mm, and its correlation with the next, of all noise.
+
+        Both are seen too small at a short rest of coloured noise, which takes part of it for a
+        drift.
+        """
+        if not np.isfinite(self.next):
+            return self.sd, 0.0
+        colour = self.next + (2.0 + 4.0 * self.next) / self.samples
+        colour = float(np.clip(colour, 0.0, _COLOURED))
+        lost = 2.0 * (1.0 + colour) / (1.0 - colour) / self.samples
+        return self.sd / float(np.sqrt(1.0 - min(lost, _LOST))), colour
+
+
+def noise_at_rest(rest: np.ndarray, step: float, grid_step: float, quantum: float) -> Noise:
+    """Estimate the noise of a record.
+
+    Args:
+        rest: Travel before the motion, ``(r,)``, mm; NaN where a sample is missing.
+        step: Time between two samples, ms.
+        grid_step: Time between two samples of the model's grid, ms.
+        quantum: Step to which readings are rounded, mm; its error, ``quantum / sqrt(12)``, is
+            there also where rest is too steady to show it.
+    """
+    every = max(1, round(grid_step / step))
+    there = ~np.isnan(rest)
+    count = int(there.sum())
+    if count < max(_FEWEST, every + 2):
+        return Noise(np.nan, np.nan, np.nan, np.nan, count)
+    at = step * (np.arange(rest.size) - np.flatnonzero(there).mean())
+    centred = np.where(there, rest - rest[there].mean(), 0.0)
+    drift = float(centred @ at / (at[there] @ at[there]))
+    left = np.where(there, centred - drift * at, 0.0)
+    square, rounding = float(left @ left), quantum / np.sqrt(12.0)
+    sd = np.sqrt(square / (count - 2))
+    if sd <= max(rounding, 1e-9):
+        return Noise(float(rounding), np.nan, np.nan, drift, count)
+
+    def alike(lag: int) -> float:
+        pairs = max((there[lag:] & there[:-lag]).sum(), 1)
+        return float(left[lag:] @ left[:-lag] / pairs / (square / count))
+
+    return Noise(float(sd), alike(every), alike(1), drift, count)
+
+
+def noise_remarks(noise: Noise, noise_sd: float, step: float, times: np.ndarray) -> list[str]:
+    """Say where a record's noise is not what the model takes for granted: white, and no larger.
+
+    Of records in which it is, fewer than one in 1,000 has a remark.
+
+    Args:
+        noise_sd: The model's, mm.
+        step: Time between two samples of the record, ms.
+        times: The model's grid, ``(t,)``, ms.
+
+    Example:
+        >>> times = np.linspace(-2.0, 58.0, 151)
+        >>> noise_remarks(Noise(0.21, 0.0, 0.0, 0.0, 80), 0.1, 0.1, times)[0][:58]
+        'the noise at rest is 0.21 mm, more than sensor.noise_sd, 0'
+        >>> noise_remarks(Noise(0.11, 0.0, 0.0, 0.0, 80), 0.1, 0.1, times)
+        []
+    """
+    from scipy.special import chdtri  # takes a quarter of a first answer to load, which needs none
+
+    if np.isnan(noise.sd):
+        return ["too little rest before the motion to see the noise"]
+    remarks, size = [], f"the noise at rest is {in_digits(noise.sd, 2)} mm"
+    near = min(max(noise.next, 0.0), 0.99) if np.isfinite(noise.next) else 0.0
+    # Of a first-order process: where neighbours are alike, as many samples know less.
+    free = max(noise.samples * (1.0 - near**2) / (1.0 + near**2) - 1.0, 1.0)
+    if noise.sd > noise_sd * max(_MORE, float(np.sqrt(chdtri(free, _FALSE) / free))):
+        remarks.append(
+            f"{size}, more than sensor.noise_sd, {noise_sd:g} mm; raise it, or the parameters "
+            "are less certain than inferred"
+        )
+    least = min(_LESS, float(np.sqrt(chdtri(free, 1.0 - _FALSE) / free)))
+    if 0.0 < noise.sd < least * noise_sd:
+        remarks.append(
+            f"{size}, far less than sensor.noise_sd, {noise_sd:g} mm: lower it, or is the record "
+            "filtered?"
+        )
+    grid_step = float(times[1] - times[0])
+    # A mean over so long makes neighbouring samples as alike as they are.
+    memory = step / (1.0 - near)
+    smooth = memory > _LONG * grid_step and near > _NORMAL / np.sqrt(noise.samples)
+    if smooth or noise.colour > max(_ALIKE, _NORMAL / np.sqrt(free)):
+        remarks.append(
+            f"the noise at rest is correlated over {in_digits(memory, 2)} ms, and at a step of the "
+            f"grid by {noise.colour:.2f}: record without a filter, or raise sensor.noise_sd"
+        )
+    drifts = abs(noise.drift) * float(times[-1] - times[0])
+    longest = step * noise.samples
+    error = noise.sd * np.sqrt(12.0 / noise.samples * (1.0 + near) / (1.0 - near)) / longest
+    certain = noise.samples >= _STEADY and abs(noise.drift) > (_NORMAL + 0.5) * error
+    if certain and drifts > _DRIFT * noise_sd:
+        remarks.append(
+            f"the reading drifts at rest, by {in_digits(noise.drift, 2)} mm/ms: "
+            f"{in_digits(drifts, 2)} mm over the grid"
+        )
+    return remarks

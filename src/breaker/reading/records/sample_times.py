@@ -1,0 +1,159 @@
+"""The times of a record: even steps, in ms, with places for samples that are missing.
+
+An instrument samples at an even rate. Printed times are uneven by their last digit, and skip what
+was not stored: a gap of whole steps. All else, such as times that go back or a rate that changes,
+is no clock that can be trusted, and the record is refused.
+"""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from breaker.reading.files.format_settings import TO_MS
+from breaker.reading.records.rejections import UnusableError
+
+_LATEST = 1e14  # ms, beyond all clocks, also those that count from 1970 in any unit
+_STEPS = (1e-3, 1.05)  # ms, between samples: from 1 MHz to hardly less than 1 kHz
+_DURATIONS = (10.0, 1e4)  # ms, outside of which another unit of time is likely
+_UNEVEN = 0.25  # steps, by which a time may be off one step after the last
+_PRINTED = 0.1  # steps, by which times are off where they are printed with digits enough
+_SPARSE = 10  # places for a sample: no gap takes more memory than that
+_FEW = 0.05  # share of times that do not increase, above which they are rounded
+_RATE = 0.01  # share by which the times and the rate of the settings may differ
+
+
+def even_times(
+    time: np.ndarray | None, lines: np.ndarray, settings: Mapping
+) -> tuple[np.ndarray, np.ndarray, str]:
+    """Return times without gaps, and where among them the samples are.
+
+    Args:
+        time: Times, ``(n,)``, in the file's unit; None if the file has none.
+        lines: Line of each sample in the file, ``(n,)``.
+        settings: The section ``endurance.format`` of the configuration.
+
+    Returns:
+        Times ``(t,)``, ms; place of each sample among them, ``(n,)``; and a remark, "" if there is
+        none.
+
+    Raises:
+        UnusableError: If the times do not increase in steps that are even or whole multiples, or
+            speak for another unit or rate.
+    """
+    if lines.size < 2:
+        raise UnusableError(f"has {lines.size} samples")
+    if time is None:
+        return np.arange(lines.size) / settings["rate"], np.arange(lines.size), ""
+    unit = settings["time_unit"]
+    if (late := np.flatnonzero(np.abs(time) > _LATEST / TO_MS[unit])).size:
+        found = f"the time is {time[late[0]]:.4g} {unit}, which no clock shows"
+        raise UnusableError(found, line=int(lines[late[0]]))
+    time, said = _without_odd_ends(time * TO_MS[unit])
+    _check_increase(time, lines)
+    steps = np.diff(time)
+    _check_unit(float(time[-1] - time[0]), float(np.median(steps)), unit)
+    whole = _whole_steps(steps)
+    if whole.sum() >= _SPARSE * time.size:
+        gap = int(steps.argmax())
+        raise UnusableError(f"a gap of {steps[gap]:.4g} ms", line=int(lines[gap + 1]))
+    place = np.append(0, np.cumsum(whole.astype(int)))
+    step = float(time[-1] - time[0]) / int(place[-1])
+    _check_rate(step, settings["rate"])
+    even = time[0] + step * np.arange(int(place[-1]) + 1)
+    off = np.abs(time - even[place])
+    _check_even(steps - whole * step, off, step, lines)
+    even[place] = time
+    if off.max() > _PRINTED * step:
+        said.append(f"the times are off even steps of {step:.4g} ms by up to {off.max():.2g} ms")
+    return even, place, "; ".join(said)
+
+
+def _without_odd_ends(time: np.ndarray) -> tuple[np.ndarray, list[str]]:
+    """Times, ms, whose first and last go on evenly where nothing else fits, and which did not."""
+    step, said, time = float(np.median(np.diff(time))), [], time.copy()
+    for name, end, near, sign in (("first", 0, 1, -1.0), ("last", -1, -2, 1.0)):
+        gap = sign * (time[end] - time[near])
+        if step > 0.0 and not 0.0 < gap < (_SPARSE - 1) * time.size * step:
+            said.append(f"the {name} time, {time[end]:.6g} ms, does not follow: one even step does")
+            time[end] = time[near] + sign * step
+    return time, said
+
+
+def _check_increase(time: np.ndarray, lines: np.ndarray) -> None:
+    """Refuse times, ms, that stay or go back."""
+    if (back := np.flatnonzero(np.diff(time) <= 0)).size:
+        more = f" ({back.size} such times)" if back.size > 1 else ""
+        few = (
+            "; were they printed with too few digits? Set endurance.format.time_column to null, "
+            "and endurance.format.rate"
+        )
+        reason = f"the time does not increase{more}{few if back.size > _FEW * time.size else ''}"
+        raise UnusableError(reason, line=int(lines[back[0] + 1]))
+
+
+def count_remark(count: int, settings: Mapping) -> str:
+    """Say where a record is not as long as all should be, gaps included; "" if it is.
+
+    >>> count_remark(759, {"samples": 760})
+    'is 759 samples long, not the 760 of endurance.format.samples: were some lost or repeated?'
+    """
+    usual = settings["samples"]
+    if usual is None or count == usual:
+        return ""
+    return (
+        f"is {count} samples long, not the {usual} of endurance.format.samples: were some lost or "
+        "repeated?"
+    )
+
+
+def _whole_steps(steps: np.ndarray) -> np.ndarray:
+    """Number of steps of the clock from each sample to the next, ``(n - 1,)``, at least 1."""
+    step = np.median(steps)
+    for _ in range(2):  # of many steps together, the mean is better than one that was printed
+        whole = np.maximum(np.rint(steps / step), 1.0)
+        if (single := whole == 1.0).any():
+            step = steps[single].mean()
+    return whole
+
+
+def _check_unit(duration: float, step: float, unit: str) -> None:
+    """Refuse a step and a duration, ms, that no record has, with the unit that they speak for."""
+    hint = ""
+    for other, factor in TO_MS.items():
+        ratio = factor / TO_MS[unit]
+        if (
+            _STEPS[0] <= ratio * step <= _STEPS[1]
+            and _DURATIONS[0] <= ratio * duration <= _DURATIONS[1]
+        ):
+            hint = f"; is endurance.format.time_unit {other!r} rather than {unit!r}?"
+            break
+    fits = _DURATIONS[0] <= duration <= _DURATIONS[1]
+    if not fits and hint:
+        raise UnusableError(f"lasts {duration:.4g} ms{hint}")
+    if step > _STEPS[1]:
+        raise UnusableError(
+            f"one sample every {step:.4g} ms is too slow: at least one every ms is needed{hint}"
+        )
+    if step < _STEPS[0]:
+        raise UnusableError(f"one sample every {step:.4g} ms is faster than any recorder{hint}")
+
+
+def _check_rate(step: float, rate: float | None) -> None:
+    """Refuse a step, ms, that is not that of the settings' rate, kHz."""
+    if rate is not None and abs(step * rate - 1.0) > _RATE:
+        raise UnusableError(
+            f"the times give {1.0 / step:.4g} kHz, but endurance.format.rate is {rate:.4g} kHz; if "
+            "the rate is right, set endurance.format.time_column to null"
+        )
+
+
+def _check_even(odd: np.ndarray, off: np.ndarray, step: float, lines: np.ndarray) -> None:
+    """Refuse steps ``(n - 1,)`` that are ``odd`` by much, and times ``(n,)`` far off; both ms."""
+    if (uneven := np.flatnonzero(np.abs(odd) > _UNEVEN * step)).size:
+        line = int(lines[uneven[0] + 1])
+        raise UnusableError("the time steps are uneven before this line", line=line)
+    if off.max() > 2 * _UNEVEN * step:
+        raise UnusableError(
+            f"the rate changes: times are off even steps of {step:.4g} ms by {off.max():.2g} ms",
+            line=int(lines[off.argmax()]),
+        )

@@ -1,0 +1,94 @@
+"""Whether a record's way between its rest positions is that of a breaker, and starts at zero."""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from breaker.common.numerals import in_digits
+from breaker.reading.files.format_settings import TO_MM
+from breaker.reading.records.motion_search import Segment
+from breaker.reading.records.plausible_ranges import STROKES
+from breaker.reading.records.rejections import UnusableError
+
+# Rest of the open breaker, in strokes: further from zero the record is refused, or has a remark.
+_FAR = 0.15
+# 4 sd of a zero of 0.1 mm, at a stroke of 10 mm; some openings are not quite at rest at their end.
+_SDS = 4.0  # sd of the zero
+_OFF = {"closing": 0.04, "opening": 0.08}
+_REMEDY = "set endurance.format.zero to its reading, or to rest"
+
+
+def check_stroke(stroke: float, settings: Mapping) -> None:
+    """Refuse a stroke, mm, that is not between those of ``endurance.format.stroke``.
+
+    Where it is null, those of any breaker: a unit that is wrong by far more than drives differ.
+    """
+    least, most = settings["stroke"] or STROKES
+    if least <= stroke <= most:
+        return
+    still = "did the breaker not move, or " if stroke < least else ""
+    if settings["table"] is not None or settings["ratio"] is not None:
+        given = "table" if settings["table"] is not None else "ratio"
+        hint = f"; {still}is endurance.format.{given} wrong?"
+    else:
+        here = stroke / TO_MM[settings["travel_unit"]]
+        likely = [unit for unit, mm in TO_MM.items() if least <= here * mm <= most]
+        hint = f"; {still}is endurance.format.travel_unit {likely[0]!r}?" if likely else ""
+    whose = "which endurance.format.stroke allows" if settings["stroke"] else "as of any breaker"
+    raise UnusableError(
+        f"the stroke is {in_digits(stroke, 4)} mm, not between {least:g} and {most:g} mm, "
+        f"{whose}{hint}"
+    )
+
+
+def rest_of_open(segment: Segment, settings: Mapping, motion: str) -> float:
+    """Return the reading to subtract for an open breaker at rest, mm.
+
+    Where an opening creeps on to the end of its record, that is its last reading.
+
+    Raises:
+        UnusableError: If the open breaker is far from zero.
+    """
+    seen, rest = _open(segment, motion)
+    if settings["zero"] == "rest":
+        return rest
+    if seen and abs(rest) / segment.stroke > _FAR:
+        raise UnusableError(
+            f"the open breaker rests at {rest:.2f} mm, not near 0; {_REMEDY}, or record the whole "
+            "motion"
+        )
+    return 0.0
+
+
+def rest_remark(
+    segment: Segment, settings: Mapping, motion: str, zero_sd: float | None = None
+) -> str:
+    """Say where the breaker's rests are not those that the settings state; "" if they are.
+
+    Args:
+        segment: The motion in its record.
+        settings: The section ``endurance.format``, complete.
+        motion: "closing" or "opening".
+        zero_sd: Standard deviation of the zero that the model takes for granted, mm. With it, the
+            rest before the motion is compared: it is at 0, or a stroke of
+            ``endurance.format.stroke`` from it.
+    """
+    seen, rest = _open(segment, motion)
+    if settings["zero"] == "rest" and not seen:
+        return "ends before the open breaker rests: its last reading stands for that rest"
+    if settings["zero"] == "rest" or not seen:
+        return ""
+    if abs(rest) / segment.stroke > _OFF[motion]:
+        return f"the open breaker rests at {rest:.2f} mm: {_REMEDY}, if sensor.zero_sd is less"
+    least, most = (0.0, 0.0) if motion == "closing" else settings["stroke"] or STROKES
+    clear = np.inf if zero_sd is None else _SDS * zero_sd
+    if least - clear <= segment.before <= most + clear:
+        return ""
+    return f"rests at {segment.before:.2f} mm before the {motion}, which is no zero: {_REMEDY}"
+
+
+def _open(segment: Segment, motion: str) -> tuple[bool, float]:
+    """Whether the open breaker is seen at rest, and where, mm."""
+    if motion == "closing":
+        return True, segment.before
+    return segment.arrived and bool(np.isnan(segment.back)), segment.after

@@ -1,0 +1,102 @@
+"""Remaining lives: of straight paths, of wear that may change, of what is known badly."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from breaker.drive.life.forecast import Forecast, Future, Onward, _crossings, _quantiles
+from breaker.drive.life.tracker import Tracker
+from breaker.mechanism.limits import Limit
+
+LIMIT = Limit("slow", "closing", (("travel_time", 10.0, True),), of="record")
+SURE = Future(horizon=10000, changes=1e-9)
+
+
+class OneQuantity:
+    """A readout of one coordinate: what is measured is 8 and the coordinate."""
+
+    size = 1
+
+    def condition(self, change, variance):
+        normal = np.linspace(-2.0, 2.0, 201)
+        values = (8.0 + change + np.sqrt(variance) * normal)[:, :, None]
+        return SimpleNamespace(of_record=lambda limit: values)
+
+
+def path(change, rate, sd=0.01, rate_sd=1e-6):
+    one = np.ones((1, 1))
+    return SimpleNamespace(
+        change=change * one,
+        variance=sd**2 * one,
+        rate=rate * one,
+        rate_variance=rate_sd**2 * one,
+        covariance=0.0 * one,
+    )
+
+
+def forecast(path, future=SURE, past=1000.0):
+    onward = Onward(path, OneQuantity(), np.array([0]), future.horizon, "new")
+    return Forecast.of(LIMIT, onward, np.array([past]), future)
+
+
+def test_what_is_not_given_is_as_in_the_configuration(defaults):
+    assert Future.from_settings(defaults["wear_model"]) == Future()
+    assert Tracker.from_settings(defaults["wear_model"]) == Tracker()
+
+
+def test_a_straight_path_crosses_where_it_does():
+    found = forecast(path(1.0, 0.002))
+    assert found.beyond[0] == 0.0
+    assert found.value[0, 0, 1] == pytest.approx(9.0)
+    assert found.steady[0, 1] == pytest.approx(500.0, rel=0.02)
+    np.testing.assert_allclose(found.remaining[0], found.steady[0], rtol=0.1)
+
+
+@pytest.mark.parametrize(("at", "rate", "left"), [(1.0, -0.002, np.inf), (2.5, 0.002, 0.0)])
+def test_a_path_that_leads_away_never_does_and_one_beyond_has_nothing_left(at, rate, left):
+    found = forecast(path(at, rate))
+    assert found.beyond[0] == (at > 2.0)
+    assert (found.remaining[0] == left).all()
+    assert (found.steady[0] == left).all()
+
+
+def test_wear_that_may_become_faster_shortens_the_early_end_alone():
+    steady, may = forecast(path(1.0, 0.002)), forecast(path(1.0, 0.002), Future(changes=1.0))
+    assert may.remaining[0, 0] < 0.6 * steady.remaining[0, 0]
+    np.testing.assert_allclose(may.steady, steady.steady)
+    vague = forecast(path(1.0, 0.002, sd=0.6))  # what is known badly is told so
+    assert np.ptp(vague.steady[0]) > 5.0 * np.ptp(steady.steady[0])
+
+
+def test_changes_come_as_often_in_any_unit_of_operations():
+    future = Future(horizon=10000, changes=1.5)
+    ways, shares = future.ways(2000.0)
+    np.testing.assert_allclose(shares.sum(axis=1), 1.0)
+    ahead = future.ahead()
+    np.testing.assert_allclose(ways[:, 0], ahead)
+    np.testing.assert_allclose(shares[:, 0], np.exp(-1.5 * ahead / 2000.0))
+    assert (ways >= ahead[:, None] - 1e-9).all()  # faster is the usual change
+    twice, same = Future(horizon=20000, changes=1.5).ways(4000.0)
+    np.testing.assert_allclose(twice[-1], 2.0 * ways[-1])
+    np.testing.assert_allclose(same[-1], shares[-1])
+
+
+def test_no_change_comes_in_a_life_without_an_end():
+    ways, shares = Future().ways(np.inf)
+    np.testing.assert_allclose((shares * ways).sum(axis=1), Future().ahead(), rtol=1e-6)
+
+
+def test_crossings_lie_on_the_line_between_nodes():
+    nodes = np.array([0.0, 10.0, 100.0])
+    excess = np.array([[-1.0, -1.0, 1.0], [-0.5, 1.0, 2.0], [4.0, 2.0, -1.0]])[:, :, None]
+    np.testing.assert_allclose(_crossings(excess, nodes), [20.0, 5.0, 0.0])
+    assert np.isinf(_crossings(-np.ones((3, 2, 1)), nodes)).all()
+    parts = np.array([[[-1.0, -3.0]], [[1.0, 1.0]]])  # all parts of a limit have to hold
+    np.testing.assert_allclose(_crossings(parts, nodes[:2]), [7.5])
+
+
+def test_quantiles_of_a_distribution_that_ends_early():
+    ahead = np.array([0.0, 10.0, 100.0])
+    assert _quantiles(ahead, np.array([0.0, 0.4, 0.6])) == [1.25, 55.0, np.inf]
+    assert _quantiles(ahead, np.array([1.0, 1.0, 1.0])) == [0.0, 0.0, 0.0]
