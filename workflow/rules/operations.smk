@@ -6,7 +6,13 @@ no other. A life goes through all of them at once.
 
 from functools import cache
 
-from breaker.reading.files.folder_listing import fingerprint, list_breakers, list_fleet, list_known, list_once
+from breaker.reading.files.folder_listing import (
+    fingerprint,
+    list_breakers,
+    list_fleet,
+    list_known,
+    list_once,
+)
 from breaker.drive.fleet.breaker_chunks import breaker_chunks
 from breaker.workflow.chunks import chunks_of, recorded_source
 
