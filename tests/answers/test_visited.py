@@ -173,6 +173,26 @@ def test_visits_that_were_measured_differently_are_warned_of_first():
         assert document(family(), today=same, stated=stated)["warnings"] == []
 
 
+@pytest.mark.parametrize(
+    ("closing", "opening", "left", "rate"),
+    [
+        (1.488, 1.516, 0.45, 1.5),  # single records in noise
+        (0.4, 0.405, 0.3, 0.4),
+        (1.05, 1.055, 0.3, 1.05),
+        (1.05, 1.08, 0.3, None),  # a drive that wears: motions differ
+        (1.13, 1.22, 0.3, None),
+        (1.488, 1.516, 1.5, None),  # or their shapes do
+    ],
+)
+def test_motions_at_another_pace_are_a_rate_however_noisy_their_records(
+    closing, opening, left, rate
+):
+    paces = {"closing": (closing, left), "opening": (opening, left)}
+    strokes = {motion: {"before": 12.6, "today": 12.65} for motion in paces}
+    found = unlike([], strokes, {}, paces)
+    assert [row["today"] for row in found] == ([pytest.approx(rate, rel=0.01)] if rate else [])
+
+
 def test_limits_are_judged_by_the_second_visit():
     entries = [
         {"quantity": "stroke", "motion": "closing", "reference": 80, "tolerance": "5 %"},

@@ -25,8 +25,9 @@ _SAME = 1e-6  # share to which two stated ratios are one
 
 
 # Of logarithms of durations: from which a pace speaks for a rate, of one motion and of both, by how
-# little both differ; and what of the noise and the usual scatter of shapes is left at most.
-_PACE, _ONE, _SAME_PACE, _SHAPE = 0.04, 0.15, 0.015, 0.7
+# little both differ, also as a share of what they are, as single records in noise differ by 0.02;
+# and what of the noise and the usual scatter of shapes is left at most.
+_PACE, _ONE, _SAME_PACE, _SAME_SHARE, _SHAPE = 0.04, 0.15, 0.015, 0.06, 0.7
 
 
 def unlike(
@@ -93,7 +94,8 @@ def _rate(
         return None
     logs = np.log([ratio for ratio, _ in paces.values()])
     least = _PACE if len(logs) > 1 else _ONE
-    same = np.abs(logs).min() > least and np.ptp(logs) < _SAME_PACE
+    apart = max(_SAME_PACE, _SAME_SHARE * abs(logs.mean()))
+    same = np.abs(logs).min() > least and np.ptp(logs) < apart
     alike = all(left < _SHAPE for _, left in paces.values())
     ways = all(abs(np.log(each["today"] / each["before"])) < _FEW for each in strokes.values())
     return float(np.exp(logs.mean())) if same and alike and ways else None
