@@ -222,7 +222,7 @@ bank: {zzz: 3}
 # networks
 network: {closing: {summary: {kind: lstm}}}
     kind is "lstm", but must be one of time_series, deep_set
-    whose section below is the one that counts
+    only its section below is used
 network: {closing: {summary: {kind: deep_set, channels: [8]}}}
     channels is not a known key. Did you mean network.closing.summary.time_series.channels?
 network: {closing: {inference: {coupling_flow: {hidden: 64}}}}
