@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
+import xarray as xr
 
 from breaker.reading.files import guards
 from breaker.reading.files.column_names import split_unit
@@ -133,6 +134,28 @@ def test_it_is_opened_once(file, settings, monkeypatch):
         look_into(opened)
     parts = [file, *(each for each in file.parent.iterdir() if each != file)]
     assert [str(each) for each in read] == [str(each) for each in parts]
+
+
+def test_what_is_kept_of_an_opened_file_counts(file, settings):
+    """Or files of which few bytes are read, such as Zarr stores, are kept without end."""
+    opened = Opened(file)
+    read = read_columns(opened, settings)
+    least = sum(each.nbytes for each in (read.time, read.travel, read.lines))
+    columns = opened.size
+    assert columns >= least
+    layout = look_into(opened)
+    assert opened.size == columns + sum(each.nbytes for each in layout.columns)
+
+
+def test_columns_of_zarr_stores_are_not_kept_without_end(tmp_path, monkeypatch):
+    monkeypatch.setattr("breaker.reading.files.opened_file._KEPT", 3000)
+    example, files = of_dialect("netcdf"), Files()
+    example.write(tmp_path / example.name)
+    with xr.open_dataset(tmp_path / example.name, decode_times=False) as dataset:
+        for k in range(5):
+            dataset.to_zarr(tmp_path / f"{k}.zarr", consolidated=False)
+            read_columns(files[tmp_path / f"{k}.zarr"], complete(example.settings))
+    assert [*files._opened] == [str(tmp_path / f"{k}.zarr") for k in (2, 3, 4)]
 
 
 def test_an_opened_file_stays_what_it_was(file, settings):

@@ -8,7 +8,7 @@ from breaker.reading.files.guards import read_bytes
 
 Found = TypeVar("Found")
 
-_KEPT = 2**24  # bytes of files that are kept open: some hundred exports
+_KEPT = 2**26  # bytes of files that are kept open, and of their columns: some hundred exports
 
 
 class Opened:
@@ -33,8 +33,9 @@ class Opened:
 
     @property
     def size(self) -> int:
-        """Bytes that were read of it."""
-        return sum(len(found) for found, _ in self._found.values() if isinstance(found, bytes))
+        """Bytes that were read of it, and of the arrays that were found: all of a Zarr store."""
+        found = (each for each, _ in self._found.values())
+        return sum(len(e) if isinstance(e, bytes) else getattr(e, "nbytes", 0) for e in found)
 
     @property
     def content(self) -> bytes:

@@ -38,6 +38,12 @@ class Columns:
     decimal: str = "."
 
     @property
+    def nbytes(self) -> int:
+        """Bytes of its arrays."""
+        arrays = (self.time, self.travel, self.lines, *self.beside.values())
+        return sum(each.nbytes for each in arrays if each is not None)
+
+    @property
     def stated(self) -> Preamble:
         """What the lines above the samples say."""
         return preamble_of(self.above, self.decimal, self.travel.size)

@@ -58,6 +58,11 @@ class Layout:
     kind: str = "a text"
     file: Path = Path()
 
+    @property
+    def nbytes(self) -> int:
+        """Bytes of its columns."""
+        return sum(each.nbytes for each in self.columns)
+
     @cached_property
     def stated(self) -> Preamble:
         """What the lines before the samples say."""
