@@ -69,7 +69,10 @@ def tables():
         prior,
         draws("curve", 100, correlated=-0.8),
         operations,
-        family.assign(misfit=("operation", np.arange(2000) < 200)),
+        family.assign(
+            misfit=("operation", np.arange(2000) < 200),
+            accepted=("operation", np.arange(2000) < 1000),
+        ),
         xr.Dataset({"share_inside": ("stage", [0.97, 0.884, 1.0])}),
         xr.Dataset(stand_in, {"operation": np.arange(2000), "parameter": list(NAMES)}),
     )
@@ -99,7 +102,7 @@ def found(tables):
         ("curves_resolved", "999"),
         ("operations", "2,000"),
         ("misfit", "62"),
-        ("family_misfit", "10"),
+        ("family_misfit", "20"),
         ("paper_holds.f", "100"),
         ("family_holds.f", "50"),
         ("prior_inside", "75"),

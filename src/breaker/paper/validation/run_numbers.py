@@ -54,16 +54,21 @@ def numbers_of_motion(results: MotionResults) -> dict[str, str]:
     draws = results.validation.draws.sel(output=_NAMES).values
     found |= _of_correlations(draws)
     operations = results.operations
-    used = operations.isel(operation=np.flatnonzero(operations.accepted.values))
+    used = _accepted(operations)
     found["operations"] = _count(operations.sizes["operation"])
     check = prior_check(results.prior.travel.values, used.travel.values)
     found["prior_inside"] = _percent(check.inside.mean())
     found["misfit"] = _percent(used.misfit.mean())
-    found["family_misfit"] = _percent(results.family.misfit.mean())
+    found["family_misfit"] = _percent(_accepted(results.family).misfit.mean())
     found |= _ends("inside", results.predictive.share_inside, _percent)
     if results.truth is not None:
         found |= _of_stand_in(results.truth, blocks_of(operations), blocks_of(results.family))
     return found
+
+
+def _accepted(operations: xr.Dataset) -> xr.Dataset:
+    """Those whose records were accepted; of the others nothing is known that could misfit."""
+    return operations.isel(operation=np.flatnonzero(operations.accepted.values))
 
 
 def numbers_of_all(quality: pd.DataFrame) -> dict[str, str]:
