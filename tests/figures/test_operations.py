@@ -87,6 +87,12 @@ def test_evolution_shows_values_of_both_and_cuts_nothing_off():
     assert "stand-in" not in words(evolution(blocks, motion="opening"))
 
 
+def test_the_share_without_an_answer_is_of_operations():
+    """One of 50 lacks it, in one of the ten blocks of two; of blocks 1.25 percent would."""
+    blocks = dict.fromkeys(("paper", "family"), blocks_of(inferred(50, 0.0, 0.1)))
+    assert "network 2 %, family 2 %" in words(evolution(blocks, motion="closing"))
+
+
 @pytest.mark.parametrize(
     ("family", "agreement", "why"),
     [

@@ -36,7 +36,8 @@ def test_a_block_has_the_median_operation_and_not_all_draws_together():
     assert found["first"].values[[0, -1]].tolist() == [1, 391]
     assert found["last"].values[[0, -1]].tolist() == [10, 400]
     assert found.operation.values[0] == 5.5
-    assert found.answered.values[[0, 1, -1]].tolist() == [0.9, 1.0, 0.0]
+    assert found.answered.values[[0, 1, -1]].tolist() == [9, 10, 0]
+    assert found["count"].values.tolist() == [10] * 40
     assert np.isnan(found["value"][-1]).all()
 
 

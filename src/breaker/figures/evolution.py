@@ -64,6 +64,8 @@ def _band(axis: Axes, one: xr.Dataset, colour: str) -> None:
 
 def _outcome(blocks: Mapping[str, xr.Dataset]) -> str:
     """State of how many operations there is no posterior, if of any."""
-    lacking = {by: 1.0 - float(one["answered"].mean()) for by, one in blocks.items()}
+    lacking = {
+        by: 1.0 - float(one["answered"].sum() / one["count"].sum()) for by, one in blocks.items()
+    }
     said = [f"{_LOOKS[by][0]} {percent(share)}" for by, share in lacking.items() if share]
     return f"operations without an answer: {', '.join(said)}" if said else ""

@@ -19,8 +19,8 @@ def blocks_of(inferred: xr.Dataset) -> xr.Dataset:
     Returns:
         Dataset over ``block``: ``value (block, parameter, quantile)``, the median over a block's
         operations of the quantiles of their posteriors, nan where none has one; ``first``, ``last``
-        and ``operation``, numbers of the first and the last one and their middle; and
-        ``answered``, the share of them with a posterior.
+        and ``operation``, numbers of the first and the last one and their middle; ``count``, how
+        many there are, and ``answered``, how many of them have a posterior.
     """
     draws = inferred.draws.sel(output=list(NAMES)).transpose("operation", "draw", "output").values
     each = np.moveaxis(np.quantile(draws, QUANTILES, axis=1), 0, -1)
@@ -36,7 +36,8 @@ def blocks_of(inferred: xr.Dataset) -> xr.Dataset:
             "value": (("block", "parameter", "quantile"), value),
             "first": ("block", first),
             "last": ("block", last),
-            "answered": ("block", [there[part].mean() for part in parts]),
+            "count": ("block", [part.size for part in parts]),
+            "answered": ("block", [there[part].sum() for part in parts]),
         },
         {"parameter": list(NAMES), "quantile": list(QUANTILES)}
         | {"operation": ("block", (first + last) / 2)},
