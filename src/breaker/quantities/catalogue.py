@@ -1,7 +1,7 @@
 """Quantities to set limits on: functions of the seven parameters, and what a record itself shows.
 
 Names, units and motions alone: ``mechanism.evaluation`` reads them from the model's curves, and
-``records.measurements`` from a record.
+``reading.records.measurements`` from a record.
 """
 
 from collections.abc import Collection, Sequence
