@@ -39,7 +39,9 @@ def look(_: Opened) -> None:
     """Return nothing: what a text is like is to be guessed."""
 
 
-@lru_cache(maxsize=8)  # each channel and motion of a file is read, and what stands above
+# Each channel and motion of a file is read, and what stands above, one after the other. Cells take
+# twelve times the bytes of their text, and stay to the end of a job.
+@lru_cache(maxsize=2)
 def _kept_blocks(*text: str | Path | bytes) -> list[tuple[np.ndarray, Lines]]:
     return list(_blocks(*text))
 
