@@ -1,6 +1,6 @@
 """When the samples of an unknown record were taken: by a column, or a rate that the text states.
 
-Guessing, to propose settings: see ``layouts``.
+Guessing, to propose settings: see ``table_layout``.
 """
 
 import re

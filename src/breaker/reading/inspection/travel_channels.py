@@ -1,6 +1,6 @@
 """Which columns of an unknown record are travels: they move between rests as a drive does.
 
-Guessing, to propose settings: see ``layouts``.
+Guessing, to propose settings: see ``table_layout``.
 """
 
 from collections.abc import Sequence
