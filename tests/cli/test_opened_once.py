@@ -63,7 +63,7 @@ def test_a_file_that_cannot_be_read_is_opened_once(tmp_path, counted):
 
 
 def test_cells_of_few_texts_are_kept(tmp_path):
-    """Those of eight exports of 2 MB were 185 MB, to the end of a job that reserves 220."""
+    """Those of eight exports of 2 MB were 185 MB, to the end of a job that takes some 220 else."""
     text._kept_blocks.cache_clear()
     settings = complete({"time_column": "time", "travel_column": "travel"})
     rows = "".join(f"{0.1 * k:.4f},{0.01 * k:.4f}\n" for k in range(30_000))
