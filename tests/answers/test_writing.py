@@ -76,7 +76,8 @@ def test_the_parts_of_a_log_sd_are_under_their_names(prior):
 
 def test_what_the_files_need_is_written_along(folder, tmp_path, capsys):
     overlay = tmp_path / "format.yaml"
-    overlay.write_text("endurance: {format: {zero: rest}}\nmotions: [closing]\n")
+    of_infer = "known: {mu: [2.0, 0.1]}\n"  # facts, which the workflow alone refuses
+    overlay.write_text("endurance: {format: {zero: rest}}\nmotions: [closing]\n" + of_infer)
     table = (folder / "operations.csv").read_text(encoding="utf-8")
     one = tmp_path / "one"
     one.mkdir()

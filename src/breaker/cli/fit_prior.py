@@ -47,12 +47,12 @@ def _run(options: argparse.Namespace) -> int:
     def overlay_with(fitted: FittedPrior) -> dict:
         return overlay_of(recorded, fitted, usual["sensor"], given)
 
-    fitted = fitted.accepted(lambda each: check(merge(config, overlay_with(each))))
+    fitted = fitted.accepted(lambda each: check(merge(config, overlay_with(each)), curves=False))
     overlay = overlay_with(fitted)
     if "closing" in recorded.motions and swings_back(fitted.prior, recorded.size, seed) > SWINGING:
         closings = overlay | {"motions": ["closing"]}
         with suppress(ValueError):  # where limits are of openings alone
-            check(merge(config, closings))
+            check(merge(config, closings), curves=False)
             overlay = closings
     own = merge(config, overlay)
     speeds = speeds_of(own["speeds"], Size(**own["size"]))
