@@ -2,6 +2,7 @@
 
 import json
 import re
+import shutil
 
 import pytest
 import yaml
@@ -216,3 +217,21 @@ def test_a_time_of_the_models_contact_has_a_star_and_no_verdict(visit, capsys):
     (found,) = json.loads(capsys.readouterr().out)["records"]
     assert found["quantities"]["closing_time"]["source"] == "measured"
     assert [each["verdict"] for each in found["limits"]] == ["pass", "pass"]  # 0 is no less than 0
+
+
+def test_folders_of_motions_are_reported_and_a_visit_that_cannot_be_used_is_refused(visit, capsys):
+    for motion in ("closing", "opening"):
+        (visit / "parts" / motion).mkdir(parents=True)
+        shutil.copy(visit / "today.csv", visit / "parts" / motion / f"{motion}_00001.csv")
+    (visit / "empty").mkdir()
+    form = EXPORT["endurance"]["format"] | {"travel_column": "Travel 1 (mm)"}
+    (visit / "my.yaml").write_text(yaml.safe_dump({"endurance": {"draws": 50, "format": form}}))
+    assert report("parts", "--output", "a.html") == 0
+    for folder, words in (
+        ("empty", "no file of a record"),
+        ("gone.csv", "visit before can be used"),
+    ):
+        capsys.readouterr()
+        assert report("today.csv", "--before", folder, "--output", "b.html") == 1
+        assert words in capsys.readouterr().err
+        assert not (visit / "b.html").exists()

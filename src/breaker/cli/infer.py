@@ -19,7 +19,7 @@ def add(infer: argparse.ArgumentParser) -> None:
     """Infer the drive in curve files, all of one breaker: parameters, times, speeds and ways with
     their intervals, whether the records are of the family of drives that the networks know, and
     whether limits are exceeded. Works in any folder, for drives of any size. A file may hold a
-    closing, an opening or both. The status is 1 if nothing was inferred.
+    closing, an opening or both. The status is 1 if no record could be used.
     """
     add_path(infer, "files", "FILE", "a record, or a folder of records of one breaker", nargs="+")
     add_choice(infer)

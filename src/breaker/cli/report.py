@@ -49,12 +49,9 @@ def _run(options: argparse.Namespace) -> int:
     from breaker.mechanism.limits import from_list
 
     form, endurance = config["endurance"]["format"], config["endurance"]
-    records = read_visit(options.files, options, form)
-    if all(each.reason for each in records):
-        reasons = "\n  ".join(each.reason for each in records)
-        raise ValueError(f"no record can be used; breaker inspect FILE says how:\n  {reasons}")
+    records = _usable(read_visit(options.files, options, form), "record")
     good = read_visit([options.reference], options, form) if options.reference else []
-    before = read_visit(options.before, options, form) if options.before else []
+    before = _usable(read_visit(options.before, options, form), "record of the visit before")
     overlays = overlays_of(records, good, options)
     _check_one(records)
     stated = {each.operation.file: each.stated for each in records}
@@ -95,6 +92,18 @@ def _check_one(records: Sequence) -> None:
                 f"a report is of one breaker, and the files state {name} "
                 f"{' and '.join(sorted(named - {''}))}; write one report of each"
             )
+
+
+def _usable(records: Sequence, what: str) -> Sequence:
+    """Return records of a visit, some of which can be used, or none at all.
+
+    Raises:
+        ValueError: If none of those that are there can be used.
+    """
+    if records and all(each.reason for each in records):
+        reasons = "\n  ".join(dict.fromkeys(each.reason for each in records))
+        raise ValueError(f"no {what} can be used; breaker inspect FILE says how:\n  {reasons}")
+    return records
 
 
 def _plate(records: Sequence, before: Sequence, stated: Mapping) -> list[tuple[str, str]]:

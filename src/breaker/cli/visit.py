@@ -15,13 +15,14 @@ def read_visit(named: Sequence[str], options: argparse.Namespace, form: Mapping)
     """Read the records of files and folders.
 
     A channel is the operation's phase. Files of poles of one operation share its number. A folder's
-    table says all of this itself.
+    table says all of this itself; folders of motions in it say motions and numbers.
 
     Raises:
+        FileNotFoundError: If a folder has no file of a record.
         ValueError: If a table names several breakers.
     """
     from breaker.drive.answers.drive_records import read_operations
-    from breaker.reading.files.folder_listing import record_files
+    from breaker.reading.files.folder_listing import list_operations, record_files
     from breaker.reading.files.opened_file import Files
     from breaker.reading.files.operations_table import MANIFEST, Operation, read_manifest
 
@@ -33,8 +34,13 @@ def read_visit(named: Sequence[str], options: argparse.Namespace, form: Mapping)
         elif (each / MANIFEST).exists():
             for motion, operation in read_manifest(each / MANIFEST):
                 rows[motion].append(operation)
+        elif parts := [motion for motion in MOTIONS if (each / motion).is_dir()]:
+            for motion in parts:
+                rows[motion] += list_operations(each, motion)
+        elif inside := record_files(each):
+            files += inside
         else:
-            files += record_files(each)
+            raise FileNotFoundError(f"{each} has no file of a record, and no table {MANIFEST}")
     listed = [each for some in rows.values() for each in some]
     if len(names := {each.breaker for each in listed}) > 1:
         raise ValueError(f"a report is of one breaker, and these are {', '.join(sorted(names))}")

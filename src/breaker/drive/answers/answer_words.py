@@ -229,7 +229,7 @@ def _fit(fit: Mapping) -> str:
     return (
         f"OUT OF {family}{where}. So nothing is inferred, and what is measured stands. Look at "
         "--plot; is a unit, endurance.format or the named motion wrong? If the record is right, "
-        "train a family with wider ranges: config/any.yaml"
+        "train a family with wider ranges than those of config/any.yaml"
     )
 
 

@@ -86,9 +86,14 @@ def apart(answers: Sequence[Answer], given: Given, rng: np.random.Generator) -> 
     least = int(agreement_of(*alone).argmin())
     return (
         f"closing and opening contradict each other, most in {NAMES[least]}: that they are of two "
-        f"drives of the family is {in_digits(np.exp(-evidence), 2)} times as probable as that they "
+        f"drives of the family is {_times(-evidence)} times as probable as that they "
         "are of one. Each is inferred by itself; trust what is measured"
     )
+
+
+def _times(log: float) -> str:
+    """A ratio of probabilities in words, of its logarithm."""
+    return "more than a million" if log > np.log(1e6) else in_digits(np.exp(log), 2)
 
 
 def evidence_of_one(

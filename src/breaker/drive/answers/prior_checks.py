@@ -112,7 +112,10 @@ def _in_family(recorded: Recorded, least: float) -> list[Finding]:
     """How the records of each breaker fit the family."""
     *others, family = recorded.tried
     findings = [
-        Finding(f"family {family}, as they do not fit {each}: {recorded.fit_in_words(each)}")
+        Finding(
+            f"family {family}, which fits better than {each}, where they have "
+            f"{recorded.fit_in_words(each)}"
+        )
         for each in others
     ]
     for name, by_motion in recorded.records.items():

@@ -9,7 +9,7 @@ force that falls along the stroke, drag with the square of the speed, a transduc
 linkage, other kinds of contact, and smooth random forces, which stand for what nobody foresaw.
 
 Steps are as long as their error allows, compiled. That agrees with ``solve_ivp`` to a micrometre
-(tests/synthetic/test_drive.py) and is some thousand times as fast.
+(tests/simulation/test_drive.py) and is some thousand times as fast.
 """
 
 from collections.abc import Mapping
