@@ -82,11 +82,18 @@ def operations_of(
     for each in named:
         inside = record_files(each) if is_folder(each) else [Path(each)]
         if not inside and len(named) == 1:
-            raise FileNotFoundError(f"{each} has no file of a record, and no table {MANIFEST}")
+            raise without_records(each)
         files += inside or [Path(each)]  # beside others it is rejected, and does not stop them
     files = each_once(files)
     loose = [Operation(i, file, channel=channel) for i, file in enumerate(files, start=1)]
     return dict.fromkeys(motions, loose), True
+
+
+def without_records(folder: str | Path) -> FileNotFoundError:
+    """The error of a folder in which there is nothing to read."""
+    from breaker.reading.files.operations_table import MANIFEST
+
+    return FileNotFoundError(f"{folder} has no file of a record, and no table {MANIFEST}")
 
 
 def each_once(paths: Sequence[str | Path]) -> list:

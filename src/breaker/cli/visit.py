@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from breaker.cli.operations_named import MOTIONS, each_once, is_folder
+from breaker.cli.operations_named import MOTIONS, each_once, is_folder, without_records
 
 if TYPE_CHECKING:
     from breaker.reading.files.opened_file import Files, Opened
@@ -40,7 +40,7 @@ def read_visit(named: Sequence[str], options: argparse.Namespace, form: Mapping)
         elif inside := record_files(each):
             files += inside
         else:
-            raise FileNotFoundError(f"{each} has no file of a record, and no table {MANIFEST}")
+            raise without_records(each)
     listed = [each for some in rows.values() for each in some]
     if len(names := {each.breaker for each in listed}) > 1:
         raise ValueError(f"a report is of one breaker, and these are {', '.join(sorted(names))}")
