@@ -209,11 +209,12 @@ def _write(answers: Sequence, given, found: Mapping, overlays: Sequence, options
 
         written.append(write_lines(options.output, table_of(found)))
     if options.draws:
+        from breaker.common.zarr_store import write_zarr
         from breaker.drive.answers.arviz_tree import tree
 
         draws = tree(answers, given, seed=seed)
         with whole(options.draws) as part:
-            draws.to_zarr(part, mode="w", zarr_format=2)
+            write_zarr(draws, part)
         written.append(f"draws written to {options.draws}")
     if options.plot:
         from breaker.drive.answers.picture_data import shown

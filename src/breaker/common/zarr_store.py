@@ -6,6 +6,7 @@ without a word. ``save`` therefore lists every file of a store with its size and
 """
 
 import json
+import shutil
 import zlib
 from pathlib import Path
 
@@ -38,14 +39,32 @@ def describe(dataset: xr.Dataset, title: str, **settings: object) -> xr.Dataset:
 def save(dataset: xr.Dataset, path: str | Path) -> None:
     """Write a dataset as one Zarr store, in place of what is there.
 
-    The time of writing is not stored, so the same dataset gives the same bytes. Format 2,
-    as format 3 does not specify text yet. How an array was stored where it was read from is
-    forgotten: a text would keep the length that it had there. The checksums are written last, so a
-    store whose writing was interrupted has none.
+    The time of writing is not stored, so the same dataset gives the same bytes. How an array was
+    stored where it was read from is forgotten: a text would keep the length that it had there. The
+    checksums are written last, so a store whose writing was interrupted has none.
     """
-    dataset.drop_encoding().to_zarr(path, mode="w", consolidated=True, zarr_format=2)
-    checksums = {name: _checksum(file) for name, file in _files(Path(path)).items()}
-    (Path(path) / _CHECKSUMS).write_text(json.dumps(checksums, indent=0), encoding="utf-8")
+    path = Path(path)
+    if path.is_dir():
+        shutil.rmtree(path)
+    write_zarr(dataset.drop_encoding(), path)
+    checksums = {name: _checksum(file) for name, file in _files(path).items()}
+    (path / _CHECKSUMS).write_text(json.dumps(checksums, indent=0), encoding="utf-8")
+
+
+def write_zarr(content: xr.Dataset | xr.DataTree, folder: Path) -> None:
+    """Write a dataset or a tree of datasets into a new folder, in Zarr's format 2.
+
+    Format 3 does not specify text yet. Zarr fills memory, and the files are written one after the
+    other: after an error, the threads of Zarr would go on to write into a folder that its owner
+    removes.
+    """
+    from zarr.storage import MemoryStore  # here, as those who write no store need no Zarr
+
+    memory: dict = {}
+    content.to_zarr(MemoryStore(memory), mode="w", consolidated=True, zarr_format=2)
+    for name, buffer in sorted(memory.items()):
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        (folder / name).write_bytes(buffer.to_bytes())
 
 
 def open_store(path: str | Path) -> xr.Dataset:
