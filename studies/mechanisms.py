@@ -8,7 +8,8 @@ it one mechanism (of ``MECHANISMS``), or ``all``. Each has three laws or more; a
 them by chance, with sizes by chance, which ``--strength`` multiplies. The simulator, fixed steps
 of Runge and Kutta, is the study's own, without a line of the package. Records (length and lead in
 ms, rate in kHz, ``--quantum`` in mm) are files, read and inferred as a user's are, the size known;
-with ``--contact SD`` beside the times of their contacts, known to so many ms.
+with ``--contact SD`` beside the times of their contacts, known to so many ms. ``--wipe`` is the
+least wipe of a drive as a share of its way: strong preloads leave many a drive next to none.
 
 It prints for closing alone, opening alone and both how many 95 % intervals hold the truth, the mean
 error of the median and the median half width (% of parameters, ms of times), and how the records
@@ -45,7 +46,15 @@ NOISE, TRIGGER = 0.1, 0.3  # mm and ms, sd of a sample and of the release
 TIMES = ("touch_from_10", "parting_from_10", "touch_from_release", "parting_from_release")
 MOTIONS_SHOWN = (*MOTIONS, "both")
 OPTIONS = dict(
-    drives=40, strength=1.0, length=75.0, lead=8.0, rate=10.0, quantum=0.0, contact=0.0, seed=1
+    drives=40,
+    strength=1.0,
+    length=75.0,
+    lead=8.0,
+    rate=10.0,
+    quantum=0.0,
+    contact=0.0,
+    wipe=0.0,
+    seed=1,
 )
 TITLES = {
     "held": "Share of 95 % intervals that hold the truth",
@@ -312,8 +321,14 @@ def drive_of(theta: np.ndarray) -> np.ndarray:
     return drive
 
 
-def drawn(name: str, prior: Prior, rng: np.random.Generator, strength=1.0, until=120.0) -> tuple:
-    """Draw drives with a mechanism until one closes; return it, and its curves by motion."""
+def drawn(
+    name: str, prior: Prior, rng: np.random.Generator, strength=1.0, until=120.0, wipe=0.0
+) -> tuple:
+    """Draw drives with a mechanism until one closes with a wipe of at least a share of its way.
+
+    Returns:
+        The drive, and its curves by motion.
+    """
     forms, sizes, more = (MECHANISMS | STOPS)[name]
     while True:
         drive = drive_of(prior.sample(1, rng)[0])
@@ -322,7 +337,9 @@ def drawn(name: str, prior: Prior, rng: np.random.Generator, strength=1.0, until
         for field, ends in (sizes | more).items():
             drive[field] = rng.uniform(*ends) * (strength if field in sizes else 1.0)
         curves = {motion: simulated(drive, motion, until) for motion in MOTIONS}
-        if np.isfinite([each[2:] for each in curves.values()]).all():
+        rest, _ = closed(drive)
+        pressed = rest - drive["L"][0] >= wipe * rest
+        if pressed and np.isfinite([each[2:] for each in curves.values()]).all():
             return drive, curves
 
 
@@ -399,7 +416,8 @@ def rows_of(name: str, options: argparse.Namespace) -> list[dict]:
     lists = {motions: defaultdict(list) for motions in options.motions}
     for number in range(options.drives):
         rng = generator(options.seed, "mechanisms", name, number)
-        drive, curves = drawn(name, prior, rng, options.strength, max(120.0, options.length))
+        until = max(120.0, options.length)
+        drive, curves = drawn(name, prior, rng, options.strength, until, options.wipe)
         records, begins = records_of(curves, number, rng, options, endurance["format"])
         if options.contact:
             records = [timed(each, begins, curves, rng, options.contact) for each in records]
