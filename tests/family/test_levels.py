@@ -57,7 +57,10 @@ def test_mechanisms_are_told_in_the_units_of_the_drive(levels):
 
 
 def test_draws_are_as_much_wider_as_said(levels):
-    """About the same medians, correlated as before; of one motion, and not of both."""
+    """About the same medians, and less correlated; of one motion, and not of both.
+
+    Bounds are six standard errors of 4,000 draws or more: false alarm below 1e-6.
+    """
     factors = np.linspace(1.0, 2.0, len(NAMES) + len(EVENTS))
     wide = replace(levels, widening={1: factors})
     seen = {motion: record(levels, motion) for motion in MOTIONS}
@@ -65,13 +68,16 @@ def test_draws_are_as_much_wider_as_said(levels):
     for motions in (MOTIONS[:1], MOTIONS):
         some = {motion: seen[motion] for motion in motions}
         one, other = (
-            np.log(each.draw(some, 400, np.random.default_rng(1)).theta) for each in (bare, wide)
+            np.log(each.draw(some, 4000, np.random.default_rng(1)).theta) for each in (bare, wide)
         )
-        np.testing.assert_allclose(np.median(other, axis=0), np.median(one, axis=0), rtol=1e-9)
-        wider = other.std(axis=0) / one.std(axis=0)
-        expected = factors[: len(NAMES)] if len(motions) == 1 else 1.0
-        np.testing.assert_allclose(wider, np.broadcast_to(expected, len(NAMES)), rtol=1e-9)
-        np.testing.assert_allclose(np.corrcoef(other.T), np.corrcoef(one.T), atol=1e-9)
+        factor = factors[: len(NAMES)] if len(motions) == 1 else np.ones(len(NAMES))
+        middles = (np.median(each, axis=0) for each in (one, other))
+        assert np.all(np.abs(np.subtract(*middles)) <= 0.15 * one.std(axis=0) * (factor > 1.0))
+        np.testing.assert_allclose(other.std(axis=0) / one.std(axis=0), factor, rtol=0.05)
+        shared = np.sqrt(1.0 + 0.75 * (factor**2 - 1.0)) / factor  # of what outputs have in common
+        expected = np.corrcoef(one.T) * np.outer(shared, shared)
+        np.fill_diagonal(expected, 1.0)
+        np.testing.assert_allclose(np.corrcoef(other.T), expected, atol=0.1)
 
 
 def test_a_shape_of_no_drive_is_not_of_the_family(levels):
