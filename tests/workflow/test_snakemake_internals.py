@@ -12,7 +12,11 @@ from breaker.workflow import snakemake_internals
 from breaker.workflow.snakemake_internals import configuration_files, lacking
 from tests.workflow.conftest import ROOT, snakemake
 
-TABLES = {"workflow": snakemake_internals._OF_WORKFLOW, "rule": snakemake_internals._OF_RULE}
+TABLES = {
+    "workflow": snakemake_internals._OF_WORKFLOW,
+    "modifier": snakemake_internals._OF_MODIFIER,
+    "rule": snakemake_internals._OF_RULE,
+}
 USED = [(kind, name) for kind, names in TABLES.items() for name in names]
 
 
@@ -20,9 +24,10 @@ USED = [(kind, name) for kind, names in TABLES.items() for name in names]
 def test_what_is_renamed_is_named_with_what_depends_on_it(kind, name):
     workflow = SimpleNamespace(**dict.fromkeys(TABLES["workflow"]))
     rule = SimpleNamespace(**dict.fromkeys(TABLES["rule"]))
-    workflow.rules = [rule]
+    proxies = SimpleNamespace(_rules={"train": SimpleNamespace(rule=rule)})
+    workflow.modifier = SimpleNamespace(path_modifier=None, rule_proxies=proxies)
     assert lacking(workflow) == ""
-    delattr({"workflow": workflow, "rule": rule}[kind], name)
+    delattr({"workflow": workflow, "modifier": workflow.modifier, "rule": rule}[kind], name)
     said = lacking(workflow)
     assert f"  {kind}.{name}, by which {TABLES[kind][name]}" in said
     assert "envs/requirements.lock" in said
@@ -46,7 +51,7 @@ def test_a_workflow_stops_where_something_is_gone(tmp_path):
 
 def test_nothing_else_is_used_outside_the_module():
     """Other files leave the object of the workflow, and its rules, to the module."""
-    files = [ROOT / "Snakefile", *(ROOT / "workflow").rglob("*.smk")]
+    files = [ROOT / "workflow/Snakefile", *(ROOT / "workflow").rglob("*.smk")]
     files += [ROOT / "studies/Snakefile", *(ROOT / "studies").rglob("*.smk")]
     found = {
         use

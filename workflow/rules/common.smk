@@ -40,7 +40,8 @@ OWN_CURVES = config["endurance"]["curves"]
 # Store of the stand-in's true parameters; real measurements have none.
 TRUTH = "results/rig/truth.zarr" if OWN_CURVES is None else []
 ENVIRONMENT = "../../envs/breaker.yaml"
-os.environ.update(BREAKER_ROOT=str(ROOT))  # for the script beside the environment
+if ROOT.is_dir():  # not in a repository: then a clone has to be named
+    os.environ.update(BREAKER_ROOT=str(ROOT))  # for the script beside the environment
 
 
 wildcard_constraints:

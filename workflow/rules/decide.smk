@@ -24,7 +24,7 @@ rule life:
         speeds=SPEEDS,
         wear_model=config["wear_model"],
         misfit_p_value=config["endurance"]["misfit_p_value"],
-        checkpoint="checkpoints/life.npz",
+        checkpoint=placed("checkpoints/life.npz"),
     script:
         "../scripts/life.py"
 

@@ -63,7 +63,7 @@ rule family_train:
         prior=config["prior"],
         family=config["family"],
         networks=config["family_networks"],
-        checkpoint="checkpoints/family_{kind}.pt",
+        checkpoint=placed("checkpoints/family_{kind}.pt"),
     script:
         "../scripts/family_train.py"
 

@@ -32,6 +32,6 @@ rule numbers:
         motions=MOTIONS,
         limits=config["limits"],
         speeds=SPEEDS,
-        stated="docs/numbers.csv" if IS_DEFAULT else None,
+        stated="docs/numbers.csv" if IS_DEFAULT and Path("docs/numbers.csv").exists() else None,
     script:
         "../scripts/collect_numbers.py"

@@ -92,7 +92,7 @@ def curve_files(wildcards):
 
 def again_where_changed(store, source):
     """Make a store again that comes from another source."""
-    first = snakemake_internals.is_first_process(workflow)
+    first, store = snakemake_internals.is_first_process(workflow), placed(store)
     if first and recorded_source(store) != source:
         snakemake_internals.make_again(workflow, store)
 

@@ -31,6 +31,6 @@ rule train:
         training=lambda wildcards: config["training"][wildcards.motion],
         solver=config["solver"],
         bank=config["bank"],
-        checkpoint="checkpoints/{motion}.pt",
+        checkpoint=placed("checkpoints/{motion}.pt"),
     script:
         "../scripts/train.py"

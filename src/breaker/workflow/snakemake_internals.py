@@ -17,8 +17,13 @@ _OF_WORKFLOW = {
     "deployment_settings": "packages are looked for unless jobs have environments of their own",
     "get_rule": "rules that are used anew find their scripts",
     "is_main_process": "the configuration is checked once, not in every job",
+    "modifier": "a module has rules and files of its own",
     "resource_settings": "resources of the command line win",
-    "rules": "rules are completed",
+    "sourcecache": "scripts of a repository are found",
+}
+_OF_MODIFIER = {
+    "path_modifier": "checkpoints of a module are below its prefix",
+    "rule_proxies": "a module completes its own rules alone",
 }
 _OF_RULE = {
     "basedir": "the modules that a script uses are inputs",
@@ -46,7 +51,8 @@ def lacking(workflow: Any) -> str:
         '  workflow.configfiles, by which messages name the file of a wrong key'
     """
     used = [(workflow, "workflow", _OF_WORKFLOW)]
-    used += [(rule, "rule", _OF_RULE) for rule in list(getattr(workflow, "rules", ()))[:1]]
+    used += [(m, "modifier", _OF_MODIFIER) for m in [getattr(workflow, "modifier", None)] if m]
+    used += [(rule, "rule", _OF_RULE) for rule in list(_own_rules(workflow).values())[:1]]
     gone = [
         f"  {kind}.{name}, by which {use}"
         for thing, kind, names in used
@@ -82,8 +88,22 @@ def deploys(workflow: Any) -> bool:
 
 
 def folder_of(workflow: Any) -> Path:
-    """Return the folder of the Snakefile that is being read."""
+    """Return the folder of the Snakefile that is being read; no folder if it is in a repository."""
     return Path(str(workflow.current_basedir))
+
+
+def placing(workflow: Any) -> Callable[[str], str]:
+    """Return what puts a path where the module that is being read has its files.
+
+    Snakemake does so with inputs, outputs and logs, but not with paths that code or scripts open.
+    """
+    return workflow.modifier.path_modifier.replace_prefix
+
+
+def _own_rules(workflow: Any) -> dict[str, Any]:
+    """Rules of the workflow, or of the module, that is being read, by the names they have there."""
+    proxies = getattr(getattr(workflow, "modifier", None), "rule_proxies", None)
+    return {name: proxy.rule for name, proxy in getattr(proxies, "_rules", {}).items()}
 
 
 def make_again(workflow: Any, file: str) -> None:
@@ -117,15 +137,15 @@ def complete_rules(
     """
     from snakemake.io import local  # code is no part of a storage of results
 
-    for each in workflow.rules:
+    for name, each in _own_rules(workflow).items():
         if each.script and each.conda_env is None:
             each.conda_env = environment
-            each.resources.update(resources_of(each.name))
+            each.resources.update(resources_of(name))
             each.resources.update(workflow.resource_settings.overwrite_resources.get(each.name, {}))
             if each.benchmark is None:
                 each.benchmark_modifier = each.output_modifier
                 place = Path(each.log[0].rpartition("logs/")[2]).with_suffix(".tsv").parts
                 each.benchmark = "results/benchmarks/" + "_".join(place)
             each.input_modifier = each.output_modifier  # has none yet if the rule states no input
-            script = Path(str(each.basedir)) / each.script
+            script = workflow.sourcecache.get_path(each.basedir.join(each.script))
             each.set_input(code=list(map(local, modules_of(script, each.params.get("within")))))

@@ -1,0 +1,122 @@
+"""The workflow as a module of another one, from a repository, with a prefix and own settings."""
+
+import re
+import shutil
+import subprocess
+import sys
+
+import pytest
+
+from tests.workflow.conftest import ROOT, snakemake
+
+# As `snakedeploy deploy-workflow` writes it, with a prefix, a section and a rule of one's own.
+USE = """
+configfile: "config/config.yaml"
+
+rule own:
+    output: "own/{name}.txt"
+    log: "logs/own/{name}.log"
+    conda: "own.yaml"
+    script: "scripts/own.py"
+
+module breaker:
+    snakefile: github("someone/breaker", path="workflow/Snakefile", tag="v0")
+    config: config["breaker"]
+    prefix: "drive"
+
+use rule * from breaker as breaker_*
+"""
+SETTINGS = """
+breaker:
+  motions: [closing]
+  prior_predictive: {curves: 20}
+  rig: {operations: 8}
+  endurance: {operations_per_job: 20}
+"""
+FIGURE = "drive/figures/prior_predictive_closing.png"
+# As in an environment with nothing but Snakemake.
+ALONE = """
+import sys
+class Nowhere:
+    def find_spec(name, path=None, target=None):
+        if name.split(".")[0] == {lacking!r}:
+            raise ModuleNotFoundError(f"No module named {{name!r}}", name=name)
+sys.meta_path.insert(0, Nowhere)
+from snakemake.cli import main
+main()
+"""
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    """A folder with a Snakefile that uses the workflow of a repository, which git finds here."""
+    repository, own = tmp_path / "repository", tmp_path / "own"
+    for name in ("config", "envs", "profiles", "workflow"):
+        shutil.copytree(ROOT / name, repository / name)
+    settings = {"init.defaultBranch": "main", "user.name": "a", "user.email": "a@example.org"}
+    git = ["git", *(part for item in settings.items() for part in ("-c", "=".join(item)))]
+    for command in (["init"], ["add", "."], ["commit", "-m", "a"], ["tag", "v0"]):
+        subprocess.run([*git, *command], cwd=repository, check=True, capture_output=True)
+    monkeypatch.setenv("GIT_CONFIG_COUNT", "1")
+    monkeypatch.setenv("GIT_CONFIG_KEY_0", f"url.{repository}.insteadOf")
+    monkeypatch.setenv("GIT_CONFIG_VALUE_0", "https://github.com/someone/breaker")
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))  # where Snakemake clones to
+    for name in ("config", "scripts"):
+        (own / name).mkdir(parents=True)
+    (own / "scripts/own.py").write_text("", encoding="utf-8")
+    (own / "config/config.yaml").write_text(SETTINGS, encoding="utf-8")
+    (own / "Snakefile").write_text(USE, encoding="utf-8")
+    return own
+
+
+@pytest.mark.skipif(shutil.which("git") is None, reason="Snakemake reads repositories by git")
+def test_a_figure_is_made_through_a_module_of_a_repository(folder):
+    """Below the prefix, by the user's settings over the defaults; other rules stay as they are."""
+    plan = snakemake("-n", "own/a.txt", FIGURE, folder=folder)
+    said = re.split(r"^(?:local)?rule ", plan, flags=re.MULTILINE)[1:]
+    jobs = {each.partition(":")[0]: each for each in said}
+    assert set(jobs) == {
+        "own",
+        *(f"breaker_{name}" for name in ("prior_predictive", "rig", "read_curves")),
+        "breaker_figure_prior_predictive",
+    }
+    assert all(("mem_mb=" in said) == (name != "own") for name, said in jobs.items())
+    assert "benchmark:" not in jobs["own"]
+    assert "input:" not in jobs["own"]
+    before = {each.name for each in folder.iterdir()}
+    snakemake("-c1", FIGURE, folder=folder)
+    assert (folder / FIGURE).stat().st_size > 10_000
+    assert {each.name for each in folder.iterdir()} - before <= {"drive", ".snakemake"}
+    assert "Nothing to be done" in snakemake("-n", FIGURE, folder=folder)
+
+
+@pytest.mark.skipif(shutil.which("git") is None, reason="Snakemake reads repositories by git")
+def test_the_lint_of_a_use_is_content(folder):
+    assert "in a good condition" in snakemake("--lint", folder=folder)
+
+
+def test_checkpoints_are_below_the_prefix_too():
+    """Snakemake knows nothing of these files."""
+    rules = "".join(p.read_text(encoding="utf-8") for p in (ROOT / "workflow").rglob("*.smk"))
+    assert len(re.findall(r"checkpoint=placed\(", rules)) == 3
+    assert not re.search(r"checkpoint=\"", rules)
+
+
+@pytest.mark.parametrize(
+    ("lacking", "profile"), [("breaker", []), ("numpy", ["--workflow-profile", "none"])]
+)
+def test_a_line_says_what_to_install_beside_snakemake(tmp_path, lacking, profile):
+    where = ["--nolock", "-n", "--directory", tmp_path, *profile]
+    (tmp_path / "config").mkdir()
+    (tmp_path / "config/config.yaml").write_text("seed: 1", encoding="utf-8")
+    done = subprocess.run(
+        [sys.executable, "-c", ALONE.format(lacking=lacking), *where],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+    )
+    assert done.returncode == 1
+    said = done.stdout + done.stderr
+    assert f"missing in the environment of {sys.executable}: {lacking}. Run `pip install" in said
+    assert '"breaker-drive[workflow]"`' in said
+    assert "Traceback" not in said
