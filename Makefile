@@ -37,7 +37,7 @@ help:
 	@echo "make format       format Python and Snakemake files in place"
 	@echo "make environment  $(VENV) from $(LOCK), with $(PYTHON) (PYTHON=...)"
 	@echo "make numbers      write the numbers of the last run into README.md and docs/"
-	@echo "make defaults     put the defaults of config/ into the package"
+	@echo "make defaults     put the defaults of config/ into the package, and the schema beside the rules"
 	@echo "make ship         put the models of the last run, which is that of the defaults, into the package"
 	@echo "make lock         pin the newest versions that pyproject.toml allows in envs/"
 	@echo "make clean        remove what the workflow made: results, figures, logs"

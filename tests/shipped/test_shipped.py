@@ -8,6 +8,8 @@ import sys
 from pathlib import Path
 
 import pytest
+import yaml
+from jsonschema import Draft202012Validator
 
 from breaker.configuration.loading import load
 from breaker.drive.family.network_files import trained_on
@@ -33,6 +35,22 @@ def test_the_defaults_that_ship_are_those_of_the_project(monkeypatch):
     monkeypatch.chdir(ROOT)
     assert DEFAULTS.read_text(encoding="utf-8") == defaults.written(), "run `make defaults`"
     assert load([DEFAULTS]) == load(defaults.CONFIG)
+    assert defaults.FOR_OTHERS.read_text(encoding="utf-8") == defaults.schema(), "run it"
+
+
+def test_the_schema_for_others_takes_the_defaults_and_overlays_and_nothing_wrong(monkeypatch):
+    monkeypatch.chdir(ROOT)
+    check = Draft202012Validator(yaml.safe_load(defaults.schema()))
+    check.check_schema(check.schema)
+    for file in (DEFAULTS, *OVERLAYS["any"], ROOT / "config/test.yaml"):
+        assert list(check.iter_errors(yaml.safe_load(file.read_text(encoding="utf-8")))) == []
+    wrong = {"seed": -1, "sensor": {"noise": 1}, "motions": []}
+    assert {tuple(e.absolute_path) for e in check.iter_errors(wrong)} == {
+        ("seed",),
+        ("sensor",),
+        ("motions",),
+    }
+    assert check.schema["properties"]["sensor"]["properties"]["samples"]["default"] == 151
 
 
 @pytest.mark.parametrize("family", FAMILIES)

@@ -6,6 +6,7 @@ import subprocess
 import sys
 
 import pytest
+import yaml
 
 from tests.workflow.conftest import ROOT, snakemake
 
@@ -96,6 +97,27 @@ def test_a_figure_is_made_through_a_module_of_a_repository(folder):
 @pytest.mark.skipif(shutil.which("git") is None, reason="Snakemake reads repositories by git")
 def test_the_lint_of_a_use_is_content(folder):
     assert "in a good condition" in snakemake("--lint", folder=folder)
+
+
+def test_the_catalogue_finds_what_it_looks_for(tmp_path):
+    """A file of the usage, a schema, and a graph of the rules by its own command."""
+    usage = yaml.safe_load((ROOT / ".snakemake-workflow-catalog.yml").read_text(encoding="utf-8"))
+    assert set(usage["usage"]) == {"mandatory-flags", "software-stack-deployment"}
+    assert set(usage["usage"]["mandatory-flags"]) == {"desc", "flags"}
+    assert usage["usage"]["software-stack-deployment"] == {
+        "conda": True,
+        "apptainer": False,
+        "apptainer+conda": False,
+        "report": True,
+    }
+    shutil.copytree(ROOT / ".test", tmp_path / ".test")
+    where = ["-s", ROOT / "workflow/Snakefile", "-c", "1", "-d", tmp_path / ".test"]
+    graph = snakemake(*where, "--forceall", "--rulegraph")
+    assert 'label = "figure_verdict"' in graph
+    assert (ROOT / "workflow/schemas/config.schema.yaml").exists()
+    words = (ROOT / "README.md").read_text(encoding="utf-8").lower()
+    assert "snakemake" in words
+    assert "workflow" in words
 
 
 def test_checkpoints_are_below_the_prefix_too():
