@@ -25,7 +25,7 @@ REAL := import os, sys; print(os.path.realpath(sys.executable))
 export PATH := $(CURDIR)/$(BIN):$(PATH)
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
-.PHONY: help all test test-faults test-slurm lint format environment numbers defaults ship lock clean distclean
+.PHONY: help all test test-faults test-slurm lint format environment numbers defaults ship dist lock clean distclean
 .DELETE_ON_ERROR:
 
 help:
@@ -39,6 +39,7 @@ help:
 	@echo "make numbers      write the numbers of the last run into README.md and docs/"
 	@echo "make defaults     put the defaults of config/ into the package, and the schema beside the rules"
 	@echo "make ship         put the models of the last run, which is that of the defaults, into the package"
+	@echo "make dist         wheel and source distribution in dist/, checked and used in a bare environment"
 	@echo "make lock         pin the newest versions that pyproject.toml allows in envs/"
 	@echo "make clean        remove what the workflow made: results, figures, logs"
 	@echo "make distclean    clean, and remove the environment and all caches"
@@ -113,6 +114,9 @@ defaults: $(INSTALLED)
 
 ship: $(INSTALLED)
 	$(BIN)/python envs/ship.py
+
+dist: $(INSTALLED)
+	$(BIN)/python envs/dist.py
 
 lock: $(INSTALLED)
 	@echo "== pinning the newest versions that pyproject.toml allows"

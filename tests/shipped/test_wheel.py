@@ -1,6 +1,6 @@
 """The wheel: all that the command needs is in it, and what it asks for is little."""
 
-import email
+import importlib
 import os
 import shutil
 import subprocess
@@ -22,31 +22,33 @@ from breaker.shipped import DEFAULTS
 
 ROOT = Path(__file__).parents[2]
 SOURCES = ROOT / "src" / "breaker"
-BUILD = (
-    "import sys; from setuptools import build_meta; out = sys.argv[1]; "
-    "build_meta.build_sdist(out); build_meta.build_wheel(out)"
-)
 
 
 @pytest.fixture(scope="module")
-def built(tmp_path_factory):
+def dist():
+    """The module that builds and checks."""
+    sys.path.insert(0, str(ROOT / "envs"))  # as of `python envs/dist.py`
+    try:
+        return importlib.import_module("dist")
+    finally:
+        sys.path.remove(str(ROOT / "envs"))
+
+
+@pytest.fixture(scope="module")
+def built(dist, tmp_path_factory):
     """Source distribution and wheel of a copy of the project, made without a network."""
     copy, out = tmp_path_factory.mktemp("project"), tmp_path_factory.mktemp("dist")
     skipped = shutil.ignore_patterns("*.egg-info", "__pycache__")
     shutil.copytree(ROOT / "src", copy / "src", ignore=skipped)
     for name in ("pyproject.toml", "README.md", "LICENSE"):
         shutil.copy(ROOT / name, copy)
-    command = [sys.executable, "-c", BUILD, str(out)]
-    subprocess.run(command, cwd=copy, check=True, capture_output=True)
-    return next(out.glob("*.tar.gz")), next(out.glob("*.whl"))
+    return dist.build(copy, out)
 
 
 @pytest.fixture(scope="module")
-def described(built):
+def described(dist, built):
     """The metadata of the wheel."""
-    with zipfile.ZipFile(built[1]) as wheel:
-        (name,) = (each for each in wheel.namelist() if each.endswith("/METADATA"))
-        return email.message_from_bytes(wheel.read(name))
+    return dist.metadata_of(built[1])
 
 
 def packaged():
@@ -73,6 +75,23 @@ def test_wheel_and_source_distribution_have_every_file_of_the_package(built):
     with tarfile.open(built[0]) as source:
         names = {name.partition("/")[2] for name in source.getnames()}
         assert names >= {f"src/{name}" for name in packaged()} | {"LICENSE", "pyproject.toml"}
+
+
+def test_what_is_built_is_complete_and_what_is_not_is_noticed(dist, built, tmp_path):
+    source, wheel = built
+    assert dist.faults(source, wheel) == []
+    less = tmp_path / wheel.name
+    left_out = ("breaker/py.typed", "LICENSE")
+    with zipfile.ZipFile(wheel) as whole, zipfile.ZipFile(less, "w") as part:
+        for name in whole.namelist():
+            if not name.endswith(left_out):
+                part.writestr(name, whole.read(name))
+        part.writestr("tests/conftest.py", "")
+    assert dist.faults(source, less) == [
+        "the wheel lacks breaker/py.typed",
+        "the wheel lacks its licence",
+        "tests is beside the package",
+    ]
 
 
 def test_the_command_needs_neither_torch_nor_snakemake(described):

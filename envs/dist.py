@@ -1,0 +1,152 @@
+"""Build the wheel and the source distribution, check both, and use the wheel where nothing else is.
+
+Called by ``make dist``, from the project's folder. Nothing is fetched for the build. The packages
+that the wheel asks for, at the versions of the lock, come from pip: its cache, or the index.
+"""
+
+import importlib.util
+import re
+import shutil
+import subprocess
+import sys
+import tarfile
+import tempfile
+import zipfile
+from collections.abc import Sequence
+from email import message_from_bytes
+from pathlib import Path
+
+from lock import closure
+from packaging.requirements import Requirement
+
+__all__ = ["build", "faults", "metadata_of"]
+
+ROOT = Path(__file__).resolve().parents[1]
+DIST, BARE = ROOT / "dist", ROOT / "build" / "bare"
+_BUILD = (
+    "import sys; from setuptools import build_meta; out = sys.argv[1]; "
+    "build_meta.build_sdist(out); build_meta.build_wheel(out)"
+)
+# What is not code, and so easily left out.
+_NEEDED = ("py.typed", "shipped/defaults.yaml", "shipped/schema.yaml", "shipped/MODEL_CARD.md")
+# A record of the default drive, as an instrument writes it, by the package alone.
+_EXAMPLE = """
+import numpy as np
+from breaker.common.randomness import generator
+from breaker.configuration.loading import load
+from breaker.mechanism.curves import travel
+from breaker.reading.instruments.export import write_curve
+from breaker.shipped import DEFAULTS
+times = 0.1 * np.arange(760)
+drive = [[each["median"] for each in load([DEFAULTS])["prior"].values()]]
+record = travel(np.array(drive), times, "closing", onset=10.0).travel[0]
+record += 0.1 * generator(1, "example").standard_normal(times.size)
+write_curve("closing.csv", times, record, motion="closing", operation=1)
+"""
+
+
+def build(folder: Path, out: Path) -> tuple[Path, Path]:
+    """Build in a folder of the project, without a network; return source distribution and wheel.
+
+    Raises:
+        subprocess.CalledProcessError: If the build fails; with its output.
+    """
+    out.mkdir(parents=True, exist_ok=True)
+    command = [sys.executable, "-c", _BUILD, str(out)]
+    subprocess.run(command, cwd=folder, check=True, capture_output=True, text=True)
+    return next(out.glob("*.tar.gz")), next(out.glob("*.whl"))
+
+
+def metadata_of(wheel: Path):
+    """Return the metadata of a wheel, by the names that its standard has for them."""
+    with zipfile.ZipFile(wheel) as opened:
+        (name,) = (each for each in opened.namelist() if each.endswith(".dist-info/METADATA"))
+        return message_from_bytes(opened.read(name))
+
+
+def faults(source: Path, wheel: Path) -> list[str]:
+    """Return what is wrong with the two files, in words."""
+    wrong, about = [], metadata_of(wheel)
+    with zipfile.ZipFile(wheel) as opened:
+        inside = set(opened.namelist())
+    with tarfile.open(source) as opened:
+        unpacked = {name.partition("/")[2] for name in opened.getnames()}
+    needed = [f"breaker/{name}" for name in _NEEDED]
+    wrong += [f"the wheel lacks {name}" for name in needed if name not in inside]
+    wrong += [f"the source lacks src/{name}" for name in needed if f"src/{name}" not in unpacked]
+    if not any(name.endswith(".dist-info/licenses/LICENSE") for name in inside):
+        wrong.append("the wheel lacks its licence")
+    if "LICENSE" not in unpacked:
+        wrong.append("the source lacks its licence")
+    others = {name.split("/")[0] for name in inside} - {"breaker"}
+    wrong += [f"{name} is beside the package" for name in others if ".dist-info" not in name]
+    wrong += [f"{name} is no file of a package" for name in inside if name.endswith(".pyc")]
+    asked = ("License-Expression", "Requires-Python", "Summary", "Description-Content-Type")
+    wrong += [f"the metadata lack {name}" for name in asked if not about[name]]
+    return wrong
+
+
+def _run(*command: str | Path, folder: Path = ROOT) -> str:
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True)
+    if done.returncode:
+        sys.exit(f"{' '.join(map(str, command))}\n{done.stdout}{done.stderr}")
+    return done.stdout
+
+
+def _installed(wheel: Path) -> Path:
+    """Install the wheel with what it asks for, alone; return the interpreter."""
+    core = [Requirement(each) for each in metadata_of(wheel).get_all("Requires-Dist")]
+    names = closure(each.name for each in core if each.marker is None)
+    entries = re.split(r"^(?=\S)", (ROOT / "envs/requirements.lock").read_text(), flags=re.M)
+    pins = [entry for entry in entries if entry.split("==")[0] in names]
+    shutil.rmtree(BARE, ignore_errors=True)
+    _run(sys.executable, "-m", "venv", BARE)
+    python = BARE / "bin" / "python"
+    (BARE / "pins.txt").write_text("".join(pins), encoding="utf-8")
+    install = (python, "-m", "pip", "install", "--quiet", "--no-deps")
+    _run(*install, "--require-hashes", "--requirement", BARE / "pins.txt")
+    _run(*install, "--no-index", wheel)
+    return python
+
+
+def _sizes(python: Path) -> str:
+    """The size of what is installed, in MB, the largest first; without pip, which was there."""
+    say = "import sysconfig; print(sysconfig.get_path('purelib'))"
+    site = Path(_run(python, "-c", say).strip())
+    found: dict[str, int] = {}
+    for file in site.rglob("*"):
+        top = file.relative_to(site).parts[0]
+        if file.is_file() and not top.startswith(("pip", "setuptools")):
+            found[top] = found.get(top, 0) + file.stat().st_size
+    rows = sorted(found.items(), key=lambda item: -item[1])
+    listed = ", ".join(f"{name} {size / 1e6:.0f}" for name, size in rows if size > 4e6)
+    return f"{sum(found.values()) / 1e6:.0f} MB installed: {listed}"
+
+
+def main(files: Sequence[str] = ("LICENSE", "README.md", "pyproject.toml")) -> None:
+    """Build, check, install, use, and say what came of it."""
+    shutil.rmtree(DIST, ignore_errors=True)
+    with tempfile.TemporaryDirectory() as copy:  # so that nothing of an earlier build slips in
+        for name in files:
+            shutil.copy(ROOT / name, copy)
+        skipped = shutil.ignore_patterns("*.egg-info", "__pycache__")
+        shutil.copytree(ROOT / "src", Path(copy) / "src", ignore=skipped)
+        source, wheel = build(Path(copy), DIST)
+    if wrong := faults(source, wheel):
+        sys.exit("\n".join(wrong))
+    if importlib.util.find_spec("twine"):
+        print(_run(sys.executable, "-m", "twine", "check", "--strict", source, wheel).strip())
+    for file in (source, wheel):
+        print(f"dist/{file.name}: {file.stat().st_size / 1e6:.1f} MB")
+    python = _installed(wheel)
+    with tempfile.TemporaryDirectory() as empty:
+        _run(python, "-c", _EXAMPLE, folder=Path(empty))
+        answer = _run(BARE / "bin" / "breaker", "infer", "closing.csv", folder=Path(empty))
+    if "medium_voltage" not in answer or _run(python, "-m", "pip", "list").count("torch"):
+        sys.exit(f"not the answer of a wheel without torch:\n{answer}")
+    print(_sizes(python))
+    print("`breaker infer` of the wheel answers in an empty folder, without torch")
+
+
+if __name__ == "__main__":
+    main()
