@@ -25,7 +25,7 @@ REAL := import os, sys; print(os.path.realpath(sys.executable))
 export PATH := $(CURDIR)/$(BIN):$(PATH)
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
-.PHONY: help all test test-faults test-slurm lint format environment numbers defaults ship dist lock clean distclean
+.PHONY: help all test test-faults test-slurm test-pythons lint format environment numbers defaults ship dist site lock clean distclean
 .DELETE_ON_ERROR:
 
 help:
@@ -33,6 +33,7 @@ help:
 	@echo "make test         environment, lint, unit tests, the whole workflow at a small size"
 	@echo "make test-faults  100,000 damaged files before the reader, half an hour of two cores"
 	@echo "make test-slurm   the whole workflow at a small size through a Slurm of this machine"
+	@echo "make test-pythons the instrument under each of Python 3.11 to 3.14 that is here"
 	@echo "make lint         the lint of make test alone"
 	@echo "make format       format Python and Snakemake files in place"
 	@echo "make environment  $(VENV) from $(LOCK), with $(PYTHON) (PYTHON=...)"
@@ -40,6 +41,7 @@ help:
 	@echo "make defaults     put the defaults of config/ into the package, and the schema beside the rules"
 	@echo "make ship         put the models of the last run, which is that of the defaults, into the package"
 	@echo "make dist         wheel and source distribution in dist/, checked and used in a bare environment"
+	@echo "make site         documentation in build/site/html, its links checked, in an environment of its own"
 	@echo "make lock         pin the newest versions that pyproject.toml allows in envs/"
 	@echo "make clean        remove what the workflow made: results, figures, logs"
 	@echo "make distclean    clean, and remove the environment and all caches"
@@ -63,6 +65,10 @@ test-slurm: $(INSTALLED)
 	@echo "== the small workflow through a Slurm of this machine"
 	$(LOCKED) --target build/slurm --upgrade --requirement envs/slurm.lock
 	PYTHONPATH=$(CURDIR)/build/slurm tests/slurm/run.sh
+
+test-pythons: $(INSTALLED)
+	@echo "== the instrument, without torch and Snakemake, under other versions of Python"
+	$(BIN)/python envs/pythons.py
 
 lint: $(INSTALLED)
 	@echo "== lint: ruff, snakefmt, snakemake --lint"
@@ -117,6 +123,16 @@ ship: $(INSTALLED)
 
 dist: $(INSTALLED)
 	$(BIN)/python envs/dist.py
+
+build/site-env/.pinned: envs/site.lock
+	$(PYTHON) -m venv --clear build/site-env
+	build/site-env/bin/python -m pip install --quiet --require-hashes --no-deps --requirement $<
+	@touch $@
+
+site: build/site-env/.pinned
+	build/site-env/bin/python envs/site.py
+	NO_MKDOCS_2_WARNING=1 build/site-env/bin/mkdocs build --quiet --strict
+	@echo "== open build/site/html/index.html"
 
 lock: $(INSTALLED)
 	@echo "== pinning the newest versions that pyproject.toml allows"

@@ -12,14 +12,13 @@ import sys
 import tarfile
 import tempfile
 import zipfile
-from collections.abc import Sequence
 from email import message_from_bytes
 from pathlib import Path
 
 from lock import closure
 from packaging.requirements import Requirement
 
-__all__ = ["build", "faults", "metadata_of"]
+__all__ = ["asked", "build", "faults", "fresh", "installed", "metadata_of", "run"]
 
 ROOT = Path(__file__).resolve().parents[1]
 DIST, BARE = ROOT / "dist", ROOT / "build" / "bare"
@@ -86,33 +85,42 @@ def faults(source: Path, wheel: Path) -> list[str]:
     return wrong
 
 
-def _run(*command: str | Path, folder: Path = ROOT) -> str:
+def run(*command: str | Path, folder: Path = ROOT) -> str:
+    """Run a command and return what it prints; end with all of that if it fails."""
     done = subprocess.run(command, cwd=folder, capture_output=True, text=True)
     if done.returncode:
         sys.exit(f"{' '.join(map(str, command))}\n{done.stdout}{done.stderr}")
     return done.stdout
 
 
-def _installed(wheel: Path) -> Path:
-    """Install the wheel with what it asks for, alone; return the interpreter."""
-    core = [Requirement(each) for each in metadata_of(wheel).get_all("Requires-Dist")]
-    names = closure(each.name for each in core if each.marker is None)
+def asked(wheel: Path, *extras: str) -> set[str]:
+    """Return the packages that a wheel asks for, and all that those need."""
+    stated = map(Requirement, metadata_of(wheel).get_all("Requires-Dist"))
+    environments = [{"extra": extra} for extra in ("", *extras)]
+    return closure(
+        each.name
+        for each in stated
+        if each.marker is None or any(map(each.marker.evaluate, environments))
+    )
+
+
+def installed(wheel: Path, names: set[str], folder: Path, python: str = sys.executable) -> Path:
+    """Install a wheel and pinned packages, alone, into a new environment; its interpreter."""
     entries = re.split(r"^(?=\S)", (ROOT / "envs/requirements.lock").read_text(), flags=re.M)
     pins = [entry for entry in entries if entry.split("==")[0] in names]
-    shutil.rmtree(BARE, ignore_errors=True)
-    _run(sys.executable, "-m", "venv", BARE)
-    python = BARE / "bin" / "python"
-    (BARE / "pins.txt").write_text("".join(pins), encoding="utf-8")
-    install = (python, "-m", "pip", "install", "--quiet", "--no-deps")
-    _run(*install, "--require-hashes", "--requirement", BARE / "pins.txt")
-    _run(*install, "--no-index", wheel)
-    return python
+    shutil.rmtree(folder, ignore_errors=True)
+    run(python, "-m", "venv", folder)
+    (folder / "pins.txt").write_text("".join(pins), encoding="utf-8")
+    install = (folder / "bin" / "python", "-m", "pip", "install", "--quiet", "--no-deps")
+    run(*install, "--require-hashes", "--requirement", folder / "pins.txt")
+    run(*install, "--no-index", wheel)
+    return folder / "bin" / "python"
 
 
 def _sizes(python: Path) -> str:
     """The size of what is installed, in MB, the largest first; without pip, which was there."""
     say = "import sysconfig; print(sysconfig.get_path('purelib'))"
-    site = Path(_run(python, "-c", say).strip())
+    site = Path(run(python, "-c", say).strip())
     found: dict[str, int] = {}
     for file in site.rglob("*"):
         top = file.relative_to(site).parts[0]
@@ -123,26 +131,31 @@ def _sizes(python: Path) -> str:
     return f"{sum(found.values()) / 1e6:.0f} MB installed: {listed}"
 
 
-def main(files: Sequence[str] = ("LICENSE", "README.md", "pyproject.toml")) -> None:
-    """Build, check, install, use, and say what came of it."""
+def fresh() -> tuple[Path, Path]:
+    """Build in a copy of the project, so that nothing of an earlier build slips in."""
     shutil.rmtree(DIST, ignore_errors=True)
-    with tempfile.TemporaryDirectory() as copy:  # so that nothing of an earlier build slips in
-        for name in files:
+    with tempfile.TemporaryDirectory() as copy:
+        for name in ("LICENSE", "README.md", "pyproject.toml"):
             shutil.copy(ROOT / name, copy)
         skipped = shutil.ignore_patterns("*.egg-info", "__pycache__")
         shutil.copytree(ROOT / "src", Path(copy) / "src", ignore=skipped)
-        source, wheel = build(Path(copy), DIST)
+        return build(Path(copy), DIST)
+
+
+def main() -> None:
+    """Build, check, install, use, and say what came of it."""
+    source, wheel = fresh()
     if wrong := faults(source, wheel):
         sys.exit("\n".join(wrong))
     if importlib.util.find_spec("twine"):
-        print(_run(sys.executable, "-m", "twine", "check", "--strict", source, wheel).strip())
+        print(run(sys.executable, "-m", "twine", "check", "--strict", source, wheel).strip())
     for file in (source, wheel):
         print(f"dist/{file.name}: {file.stat().st_size / 1e6:.1f} MB")
-    python = _installed(wheel)
+    python = installed(wheel, asked(wheel), BARE)
     with tempfile.TemporaryDirectory() as empty:
-        _run(python, "-c", _EXAMPLE, folder=Path(empty))
-        answer = _run(BARE / "bin" / "breaker", "infer", "closing.csv", folder=Path(empty))
-    if "medium_voltage" not in answer or _run(python, "-m", "pip", "list").count("torch"):
+        run(python, "-c", _EXAMPLE, folder=Path(empty))
+        answer = run(BARE / "bin" / "breaker", "infer", "closing.csv", folder=Path(empty))
+    if "medium_voltage" not in answer or run(python, "-m", "pip", "list").count("torch"):
         sys.exit(f"not the answer of a wheel without torch:\n{answer}")
     print(_sizes(python))
     print("`breaker infer` of the wheel answers in an empty folder, without torch")

@@ -1,8 +1,8 @@
 """Write ``requirements.lock``, ``breaker.yaml`` and ``slurm.lock`` from what is installed.
 
-The first two name the same exact versions: of what ``pyproject.toml`` asks for, and of all that
-those need; the third what its extra ``slurm`` needs besides. Anything else in the environment is
-left out. Called by ``make lock``.
+And ``site.lock`` from ``site.in``, for an environment by itself. The first two name the same exact
+versions: of what ``pyproject.toml`` asks for, and of all that those need; the third what its extra
+``slurm`` needs besides. Anything else in the environment is left out. Called by ``make lock``.
 """
 
 import re
@@ -35,6 +35,10 @@ LOCK_HEADER = """\
 
 SLURM_HEADER = """\
 # What Snakemake needs besides requirements.lock for jobs through Slurm. Written by `make lock`.
+"""
+
+SITE_HEADER = """\
+# What `make site` needs, from site.in. Written by `make lock`; not edited by hand.
 """
 
 CONDA_HEADER = """\
@@ -92,9 +96,14 @@ def hashed(names: Iterable[str]) -> str:
     the files of one machine would be refused on the next. So local version labels go as well.
     """
     pins = "\n".join(f"{name}=={Version(metadata.version(name)).public}" for name in names)
-    options = ["--generate-hashes", "--no-deps", "--universal", "--no-header", "--no-annotate"]
-    command = [sys.executable, "-m", "uv", "--quiet", "pip", "compile", "-", *options]
-    return subprocess.run(command, input=pins, stdout=subprocess.PIPE, text=True, check=True).stdout
+    return _compiled("-", "--no-deps", stated=pins)
+
+
+def _compiled(file: str, *more: str, stated: str | None = None) -> str:
+    options = ["--generate-hashes", "--universal", "--no-header", "--no-annotate", *more]
+    command = [sys.executable, "-m", "uv", "--quiet", "pip", "compile", file, *options]
+    done = subprocess.run(command, input=stated, stdout=subprocess.PIPE, text=True, check=True)
+    return done.stdout
 
 
 def versions(lock: str) -> dict[str, str]:
@@ -109,7 +118,7 @@ def conda_environment(lock: str) -> str:
 
 
 def main() -> None:
-    """Write all three files."""
+    """Write all four files."""
     needed, with_slurm = (
         closure(requirement.name for requirement in stated)
         for stated in direct(FOLDER.parent / "pyproject.toml")
@@ -119,6 +128,8 @@ def main() -> None:
     (FOLDER / "breaker.yaml").write_text(conda_environment(lock), encoding="utf-8")
     slurm = SLURM_HEADER + "\n" + hashed(with_slurm - needed)
     (FOLDER / "slurm.lock").write_text(slurm, encoding="utf-8")
+    site = SITE_HEADER + "\n" + _compiled(str(FOLDER / "site.in"), "--python-version", "3.11")
+    (FOLDER / "site.lock").write_text(site, encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -1,0 +1,43 @@
+"""Test the instrument, without torch and Snakemake, under each version of Python that is here.
+
+Called by ``make test-pythons``, from the project's folder. A wheel is built once. Each version gets
+an environment of its own, with the pinned packages, and runs the tests of rooms that need no torch.
+"""
+
+import shutil
+import subprocess
+import sys
+
+from dist import ROOT, asked, fresh, installed, run
+from lock import closure
+
+VERSIONS = ("3.11", "3.12", "3.13", "3.14")
+TESTS = ("tests/common", "tests/files", "tests/records", "tests/inspection", "tests/mechanism")
+
+
+def interpreter(version: str) -> str | None:
+    """Return the interpreter of a version; None if there is none that runs."""
+    found = shutil.which(f"python{version}")
+    works = found and subprocess.run([found, "-m", "venv", "--help"], capture_output=True)
+    return found if works and works.returncode == 0 else None
+
+
+def main() -> int:
+    """Test each version, and say which was tried."""
+    _, wheel = fresh()
+    names = asked(wheel, "excel", "comtrade", "netcdf") | closure(["pytest", "packaging"])
+    failed = 0
+    for version in VERSIONS:
+        if (found := interpreter(version)) is None:
+            print(f"Python {version}: not here, not tried")
+            continue
+        python = installed(wheel, names, ROOT / "build" / "pythons" / version, found)
+        done = subprocess.run([python, "-m", "pytest", "--quiet", *TESTS], cwd=ROOT)
+        failed += done.returncode != 0
+        said = run(python, "--version").strip()
+        print(f"{said}: {'tests failed' if done.returncode else 'tests passed'}", flush=True)
+    return min(failed, 1)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
