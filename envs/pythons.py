@@ -4,12 +4,14 @@ Called by ``make test-pythons``, from the project's folder. A wheel is built onc
 an environment of its own, with the pinned packages, and runs the tests of rooms that need no torch.
 """
 
+import os
 import shutil
 import subprocess
 import sys
 
-from dist import ROOT, asked, fresh, installed, run
 from lock import closure
+
+from dist import ROOT, asked, fresh, installed, run
 
 VERSIONS = ("3.11", "3.12", "3.13", "3.14")
 TESTS = ("tests/common", "tests/files", "tests/records", "tests/inspection", "tests/mechanism")
@@ -26,13 +28,14 @@ def main() -> int:
     """Test each version, and say which was tried."""
     _, wheel = fresh()
     names = asked(wheel, "excel", "comtrade", "netcdf") | closure(["pytest", "packaging"])
+    alone = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
     failed = 0
     for version in VERSIONS:
         if (found := interpreter(version)) is None:
             print(f"Python {version}: not here, not tried")
             continue
         python = installed(wheel, names, ROOT / "build" / "pythons" / version, found)
-        done = subprocess.run([python, "-m", "pytest", "--quiet", *TESTS], cwd=ROOT)
+        done = subprocess.run([python, "-m", "pytest", "--quiet", *TESTS], cwd=ROOT, env=alone)
         failed += done.returncode != 0
         said = run(python, "--version").strip()
         print(f"{said}: {'tests failed' if done.returncode else 'tests passed'}", flush=True)

@@ -34,10 +34,10 @@ def whole(path: str | Path) -> Iterator[Path]:
         if part.is_dir():
             _replace_folder(part, target)
         else:
+            with open(part, "r+b") as stream:  # Windows synchronises no file that is only read
+                os.fsync(stream.fileno())  # some file systems find out now that they are full
             if target.exists():
                 shutil.copymode(target, part)
-            with open(part, "rb") as stream:
-                os.fsync(stream.fileno())  # some file systems find out now that they are full
             os.replace(part, target)
     finally:
         _remove(part)
