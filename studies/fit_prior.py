@@ -21,9 +21,8 @@ import numpy as np
 
 from breaker.common.randomness import generator
 from breaker.configuration.loading import load
-from breaker.drive.answers.drive_records import read_operations
+from breaker.drive.answers.assessment import Assessment
 from breaker.drive.answers.evidence import Given
-from breaker.drive.answers.inference import infer_drive
 from breaker.drive.answers.type_prior import fit_type, reference_of, wear_allowance
 from breaker.drive.answers.type_records import list_breakers, read_breakers
 from breaker.drive.family.network_files import open_network
@@ -84,7 +83,8 @@ def one_type(number: int, options, config: dict, folder: Path, levels) -> list:
     drives = drives_of(drawn, config["rigs"], breakers + FURTHER, options.alike, rng)
     files = [write(folder / f"Q{i}", drive, size, rng) for i, drive in enumerate(drives)]
     named = [folder / f"Q{i}" for i in range(breakers)]
-    recorded = read_breakers(list_breakers(named, MOTIONS), {}, [levels])
+    own, networks = config | {"seed": 1}, lambda: [levels]
+    recorded = read_breakers(list_breakers(named, MOTIONS), Assessment(own, families=networks))
     reference = reference_of(recorded)
     room = wear_allowance(config["rigs"]["wear"]["change"], reference)
     fitted = fit_type(recorded, room, 1, LEAST)
@@ -93,13 +93,12 @@ def one_type(number: int, options, config: dict, folder: Path, levels) -> list:
     sd = np.hypot(spread.centre_sd, fitted.design)
     rows = [("medians", np.abs(off) < 1.645 * sd, sd * reference.log_sds)]
     rows.append(("log-sds", fitted.prior.log_sds >= drawn.log_sds, fitted.prior.log_sds))
-    settings = {"draws": 500, "misfit_p_value": LEAST, "seed": 1}
     for i in range(breakers, breakers + FURTHER):
         truth = np.log(np.array(drives[i].theta) * size.factors)
         for motion in MOTIONS:
-            records = read_operations({motion: files[i][motion][:1]}, {})
+            records = Assessment(own).read({motion: files[i][motion][:1]})
             for name, given in (("alone", Given()), ("fitted", Given(recorded.size, fitted.prior))):
-                (found,) = infer_drive(records, [levels], given, {}, settings)
+                (found,) = Assessment(own, given=given, families=networks).infer(records)
                 if found.draws is None:
                     continue
                 low, high = np.quantile(np.log(found.draws.theta), [0.05, 0.95], axis=0)

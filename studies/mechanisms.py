@@ -31,10 +31,9 @@ from scipy.optimize import brentq
 
 from breaker.common.randomness import generator
 from breaker.configuration.loading import load
+from breaker.drive.answers.assessment import Assessment
 from breaker.drive.answers.drive_records import read_operations
 from breaker.drive.answers.evidence import Answer, Given
-from breaker.drive.answers.inference import infer_drive
-from breaker.drive.family.network_files import shipped_networks
 from breaker.mechanism.prior import Prior
 from breaker.quantities.parameters import MOTIONS, NAMES
 from breaker.quantities.size import Size
@@ -412,7 +411,7 @@ def rows_of(name: str, options: argparse.Namespace) -> list[dict]:
     """Rows of the table of a mechanism, one for each of the motions."""
     config = load([DEFAULTS])
     prior, endurance = Prior.from_settings(config["prior"]), config["endurance"]
-    networks = [levels for (levels,) in shipped_networks("levels")]
+    assessment = Assessment(config | {"seed": options.seed}, given=Given(Size()))
     lists = {motions: defaultdict(list) for motions in options.motions}
     for number in range(options.drives):
         rng = generator(options.seed, "mechanisms", name, number)
@@ -423,8 +422,7 @@ def rows_of(name: str, options: argparse.Namespace) -> list[dict]:
             records = [timed(each, begins, curves, rng, options.contact) for each in records]
         for motions, found in lists.items():
             some = [each for each in records if motions in ("both", each.motion)]
-            more = Given(Size()), config["speeds"], endurance | {"seed": options.seed}
-            judge(infer_drive(some, networks, *more), drive, curves, found)
+            judge(assessment.infer(some), drive, curves, found)
     return [{"mechanism": name, "motions": m} | row_of(found) for m, found in lists.items()]
 
 

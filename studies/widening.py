@@ -19,8 +19,8 @@ import numpy as np
 
 from breaker.common.randomness import generator
 from breaker.configuration.loading import load
+from breaker.drive.answers.assessment import Assessment
 from breaker.drive.answers.evidence import Given
-from breaker.drive.answers.inference import infer_drive
 from breaker.drive.family.level_network import EVENTS
 from breaker.drive.family.network_files import open_network
 from breaker.mechanism.prior import Prior
@@ -36,14 +36,15 @@ FILE = Path("src/breaker/shipped/widening.json")
 def ratios_of(name: str, options: argparse.Namespace, config: Mapping, levels) -> Mapping:
     """Distances of truths from medians, in half widths, by number of motions and output."""
     prior, found = Prior.from_settings(config["prior"]), defaultdict(list)
-    settings = config["endurance"] | {"seed": options.seed}
+    form, own = config["endurance"]["format"], config | {"seed": options.seed}
+    assessment = Assessment(own, given=Given(Size()), families=lambda: [levels])
     for number in range(options.drives):
         rng = generator(options.seed, "mechanisms", name, number)
         drive, curves = drawn(name, prior, rng)
-        records, _ = records_of(curves, number, rng, options, settings["format"])
+        records, _ = records_of(curves, number, rng, options, form)
         for motions in (*MOTIONS, "both"):
             some = [each for each in records if motions in ("both", each.motion)]
-            answers = infer_drive(some, [levels], Given(Size()), config["speeds"], settings)
+            answers = assessment.infer(some)
             for k, answer in enumerate(each for each in answers if each.draws is not None):
                 curve, motion = curves[answer.record.motion], answer.record.motion
                 told = {

@@ -7,13 +7,15 @@ import pytest
 
 from breaker.drive.answers import type_spread as spread_of_types
 from breaker.drive.answers.drive_records import read_operations
-from breaker.drive.answers.evidence import Given
+from breaker.drive.answers.evidence import AnswerSettings, Given
 from breaker.drive.answers.inference import infer_drive
+from breaker.quantities.speeds import speeds_at
 from breaker.reading.files.operations_table import Operation
 from breaker.reading.records.contact_edges import Contact
 from tests.cli.conftest import written
 
-SETTINGS = {"draws": 400, "misfit_p_value": 1e-3, "seed": 1}
+SETTINGS = AnswerSettings(draws=400, misfit_p_value=1e-3, seed=1)
+STROKE = 13.5  # mm, of the reference drive
 TOUCH = 20.09  # ms in the record, of the model that it is of
 
 
@@ -42,7 +44,7 @@ def infer(levels, records):
     """Infer the records, or others, with what is given."""
 
     def infer(given=None, some=records, families=(levels,)):
-        return infer_drive(some, families, given or Given(), {}, SETTINGS)
+        return infer_drive(some, families, given or Given(), speeds_at({}, STROKE), SETTINGS)
 
     return infer
 

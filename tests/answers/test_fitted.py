@@ -8,6 +8,7 @@ import pytest
 
 from breaker.common.randomness import generator
 from breaker.configuration.magnitudes import UNLIKE
+from breaker.drive.answers.assessment import Assessment
 from breaker.drive.answers.type_prior import fit_type, precision_of, wear_allowance
 from breaker.drive.answers.type_records import Recorded, list_breakers, read_breakers
 from breaker.drive.answers.type_spread import Spread, fit_breaker
@@ -22,13 +23,13 @@ LEAST = 1e-3
 @pytest.fixture(scope="module")
 def types(defaults, prior, levels, tmp_path_factory):
     """A fitted prior of each of some types, its truth, and draws of further breakers."""
-    found = []
+    found, assessment = [], Assessment(defaults, families=lambda: [levels])
     for number in range(TYPES):
         rng = generator(4, "test type", number)
         drawn = type_of(prior, rng)
         drives = breakers_of(drawn, defaults["rigs"], BREAKERS + FURTHER, rng)
         folder = write_breakers(tmp_path_factory.mktemp("type"), drives, 2, rng)
-        recorded = read_breakers(list_breakers([folder], MOTIONS), {}, [levels])
+        recorded = read_breakers(list_breakers([folder], MOTIONS), assessment)
         room = wear_allowance(defaults["rigs"]["wear"]["change"], prior)
         names = list(recorded.operations)
         some = {name: recorded.operations[name] for name in names[:BREAKERS]}

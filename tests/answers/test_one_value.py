@@ -12,13 +12,9 @@ import yaml
 from breaker.cli import main
 from breaker.common.numerals import in_digits
 from breaker.drive.answers.answer_document import document
-from breaker.drive.answers.drive_records import read_operations
-from breaker.drive.answers.evidence import Given
-from breaker.drive.answers.inference import infer_drive
-from breaker.drive.answers.limit_verdicts import judged
+from breaker.drive.answers.assessment import Assessment
 from breaker.drive.answers.report_tables import FROM_TENTH, starred
 from breaker.drive.answers.test_report import report_of
-from breaker.mechanism.limits import from_list
 from breaker.quantities.parameters import MOTIONS
 from breaker.quantities.speeds import EVENTS
 from breaker.reading.files.operations_table import Operation
@@ -27,7 +23,7 @@ from tests.exports import write
 LIMITS = [{"quantity": "stroke", "reference": 178, "tolerance": 5}]
 LIMITS += [{"name": "late", "motion": "closing", "of": "model", "upper": {"touch_time": 60.0}}]
 LIMITS += [{"name": "slow", "motion": "closing", "of": "record", "upper": {"closing_time": 90.0}}]
-SETTINGS = {"draws": 50, "misfit_p_value": 1e-3, "seed": 1}
+FEW = {"draws": 50}
 
 
 def visit_of(seed, folder):
@@ -36,23 +32,23 @@ def visit_of(seed, folder):
     motions = [("closing",), ("closing", "opening"), ("opening", "closing")][rng.integers(3)]
     noise, stroke = rng.uniform(0.02, 0.4), rng.uniform(120, 190)
     form = {"time_column": None, "rate": 5.0}
-    form |= {"contact_column": "Contact 1"} if rng.random() < 0.5 else {}
+    form |= {"contact_column": "Contact 1" if rng.random() < 0.5 else "Aux 1"}  # without signal
     form |= {"trigger_column": "Coil 1 (A)"} if rng.random() < 0.5 else {}
     operations = []
     for number in (1, 2):
         file = folder / f"{number}.csv"
         write(file, rate=5.0, seed=seed + number, motions=motions, noise=noise, stroke=stroke)
         operations.append(Operation(number, file, "Travel 1"))
-    return read_operations({m: operations for m in MOTIONS}, form, loose=True), form
+    return {m: operations for m in MOTIONS}, form
 
 
 @pytest.mark.parametrize("seed", range(8))
 def test_a_quantity_has_one_value_on_all_pages(seed, tmp_path, levels, defaults):
-    records, form = visit_of(100 * seed, tmp_path)
-    answers = infer_drive(records, [levels], Given(), defaults["speeds"], SETTINGS)
-    speeds = next(each.speeds for each in answers if each.speeds)
-    limits = from_list(LIMITS, MOTIONS, speeds)
-    verdicts = [judged(each, limits, seed=1) for each in answers]
+    operations, form = visit_of(100 * seed, tmp_path)
+    config = defaults | {"endurance": defaults["endurance"] | FEW | {"format": form}}
+    assessment = Assessment(config, LIMITS, families=lambda: [levels])
+    answers = assessment.infer(assessment.read(operations, loose=True))
+    verdicts = assessment.judge(answers)
     entries = [e for e in document(answers, verdicts, {}, {})["records"] if e["accepted"]]
     found = report_of(answers, verdicts, {"plate": []})
     tables = [each for each in found.tables if each.head[0] == "measured"]

@@ -4,6 +4,7 @@ import pytest
 
 from breaker.common.randomness import generator
 from breaker.drive.answers import type_records as recorded
+from breaker.drive.answers.assessment import Assessment
 from breaker.drive.answers.type_records import list_breakers, read_breakers
 from tests.answers.drives import breakers_of, type_of, write_breakers
 
@@ -17,8 +18,9 @@ def drives(prior, defaults):
 
 
 @pytest.fixture
-def read(levels):
-    return lambda *folders, **of: read_breakers(list_breakers(folders, MOTIONS, **of), {}, [levels])
+def read(levels, defaults):
+    assessment = Assessment(defaults, families=lambda: [levels])
+    return lambda *folders, **of: read_breakers(list_breakers(folders, MOTIONS, **of), assessment)
 
 
 @pytest.fixture

@@ -5,9 +5,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from breaker.drive.answers.assessment import Assessment
 from breaker.drive.answers.drive_records import read_operations
 from breaker.drive.answers.remounting import slack_between
-from breaker.drive.answers.visit_comparison import compared
 from breaker.drive.answers.visit_document import visits_in_words
 from breaker.mechanism.curves import travel
 from breaker.quantities.parameters import MOTIONS
@@ -42,8 +42,8 @@ def between(tmp_path, prior, defaults):
         before = visit(tmp_path / "before", theta, rng)
         for place, factor in change:
             theta[place] *= factor
-        return compared(
-            {"before": before, "today": visit(tmp_path / "today", theta, rng, **today)}, defaults
+        return Assessment(defaults).compare(
+            {"before": before, "today": visit(tmp_path / "today", theta, rng, **today)}
         )
 
     return found
@@ -70,7 +70,7 @@ def test_a_start_that_takes_longer_is_no_slack(tmp_path, prior, defaults):
         name: visit(tmp_path / name, theta, rng, slack=slack)
         for name, slack in (("before", 0.4), ("today", 0.0))
     }
-    found = compared(visits, defaults)
+    found = Assessment(defaults).compare(visits)
     assert not any("slack" in each["what"] for each in found["differences"])
 
 

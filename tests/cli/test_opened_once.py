@@ -7,6 +7,7 @@ from collections import Counter
 import pytest
 
 from breaker.cli.visit import read_visit
+from breaker.drive.answers.assessment import Assessment
 from breaker.drive.answers.drive_records import read_operations
 from breaker.quantities.parameters import MOTIONS
 from breaker.reading.files import delimited_text as text
@@ -49,7 +50,8 @@ def test_channels_of_a_visit_are_read_of_files_that_are_opened_once(tmp_path, co
     for k, name in enumerate(names):
         write(name, rate=5.0, seed=k, channels=3)
     form = complete({"time_column": None, "rate": 5.0, "travel_column": "Travel 1"})
-    records = read_visit(names, argparse.Namespace(channel=[]), form)
+    assessment = Assessment({"endurance": {"format": form}})
+    records = read_visit(names, argparse.Namespace(channel=[]), assessment)
     assert len({(each.operation.file, each.operation.channel) for each in records}) == 6
     assert not any(each.reason for each in records)
     assert counted == {"opened": 2, "split": 2}

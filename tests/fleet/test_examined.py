@@ -5,10 +5,8 @@ import json
 import numpy as np
 import pytest
 
+from breaker.drive.answers.assessment import Assessment
 from breaker.drive.answers.drive_records import read_operations
-from breaker.drive.answers.evidence import Given
-from breaker.drive.answers.inference import infer_drive
-from breaker.drive.answers.visit_comparison import compared
 from breaker.drive.fleet.drive_dataset import stored
 from breaker.drive.fleet.drive_document import examine
 from breaker.drive.fleet.fleet_page import fleet_page
@@ -77,8 +75,7 @@ def table(examined, prior):
 def test_a_drive_gets_what_it_gets_alone(rows, examined, defaults, levels):
     alone = {m: [each for of, each in rows["Q0"] if of == m] for m in MOTIONS}
     records = read_operations(alone, defaults["endurance"]["format"])
-    settings = {"seed": defaults["seed"], "draws": 500, "misfit_p_value": 0.001}
-    answers = infer_drive(records, [levels], Given(), defaults["speeds"], settings)
+    answers = Assessment(defaults, families=lambda: [levels]).infer(records)
     first = [each.draws.theta for each in answers if each.record.motion == "closing"]
     assert np.array_equal(examined["Q0", ""].theta, first)
 
@@ -89,7 +86,9 @@ def test_two_visits_are_compared(rows, examined, defaults):
     for visit, number in (("before", 1), ("today", 2)):
         own = {m: [e for of, e in rows[WORN] if (of, e.number) == (m, number)] for m in MOTIONS}
         visits[visit] = read_operations(own, defaults["endurance"]["format"])
-    alone = [e for e in compared(visits, defaults)["changes"] if e["verdict"] == "changed"]
+    alone = [
+        e for e in Assessment(defaults).compare(visits)["changes"] if e["verdict"] == "changed"
+    ]
     assert [each["name"] for each in document["changed"]] == [each["name"] for each in alone]
     assert (document["how"], document["visits"], document["state"]) == ("visits", 2, "now")
     assert document["due"] == {"limit": "stiff_drive"}

@@ -1,14 +1,14 @@
 """Infer some operations of the endurance test by the networks of families that ship."""
 
 from breaker.common.zarr_store import describe, open_store, save
-from breaker.drive.family.network_files import shipped_networks
+from breaker.drive.family.network_files import shipped_levels
 from breaker.drive.family.operation_inference import infer_operations
 from breaker.workflow.jobs import start
 
 log = start(snakemake)
 params, motion = snakemake.params, snakemake.wildcards.motion
 
-families = [levels for (levels,) in shipped_networks("levels")]
+families = [*shipped_levels()]
 curves = open_store(snakemake.input.curves).load()
 settings = {key: params[key] for key in ("seed", "draws", "misfit_p_value")}
 result = infer_operations(curves, families, **settings)

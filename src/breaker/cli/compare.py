@@ -49,20 +49,15 @@ def _run(options: argparse.Namespace) -> int:
     listed = {visit: operations_of(named[visit], options, configs[visit]) for visit in _VISITS}
     _check_visits([operations for operations, _ in listed.values()])
     # Imported here, so that --help and wrong options answer at once.
-    from breaker.drive.answers.drive_records import read_operations
-    from breaker.drive.answers.visit_comparison import compared
+    from breaker.drive.answers.assessment import Assessment
     from breaker.drive.answers.visit_document import visits_in_words
 
-    forms = {visit: each["endurance"]["format"] for visit, each in configs.items()}
-    document = compared(
-        {
-            visit: read_operations(each, forms[visit], loose=loose)
-            for visit, (each, loose) in listed.items()
-        },
-        config,
-        beyond=options.beyond,
-        limits=limits_of(config, options.config),
-    )
+    visits = {
+        visit: Assessment(configs[visit]).read(each, loose=loose)
+        for visit, (each, loose) in listed.items()
+    }
+    both = Assessment(config, limits_of(config, options.config))
+    document = both.compare(visits, options.beyond)
     written = []
     if options.plot:
         from breaker.figures import visits

@@ -72,12 +72,12 @@ def _run(options: argparse.Namespace) -> int:
 
 def _fitted(options: argparse.Namespace, config: Mapping) -> tuple:
     """The records of some breakers, and the prior fitted to them."""
-    from breaker.cli.infer import families
+    from breaker.drive.answers.assessment import Assessment
     from breaker.drive.answers.type_prior import fit_type, reference_of, wear_allowance
     from breaker.drive.answers.type_records import list_breakers, read_breakers
 
-    endurance, least = config["endurance"], config["endurance"]["misfit_p_value"]
     listed = list_breakers(each_once(options.folders), config["motions"], options.type)
-    recorded = read_breakers(listed, endurance["format"], families(None), least)
+    recorded = read_breakers(listed, Assessment(config))
     room = wear_allowance(config["rigs"]["wear"]["change"], reference_of(recorded))
+    least = config["endurance"]["misfit_p_value"]
     return recorded, fit_type(recorded, room, config["seed"], least)

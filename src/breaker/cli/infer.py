@@ -4,13 +4,17 @@ import argparse
 import json
 import math
 import shlex
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING
 
 from breaker.cli.command_settings import limits_of, settings_of
 from breaker.cli.operations_named import MOTIONS, SEVERAL, add_choice, add_path, operations_of
 from breaker.cli.outputs import check_outputs, draw, say_written, whole, write_lines
 from breaker.cli.printing import say
 from breaker.cli.reference import add_reference, overlays_of
+
+if TYPE_CHECKING:
+    from breaker.drive.answers.assessment import Assessment
 
 _FACTORS = (0.01, 100.0)  # of a size, as in the configuration
 
@@ -80,32 +84,25 @@ def _run(options: argparse.Namespace) -> int:
     check_outputs(outputs, [*options.files, *beside, *options.config])
     config = settings_of(options.config)
     limits = limits_of(config, options.config)
-    endurance = config["endurance"]
     operations, loose = operations_of(options.files, options, config)
     # Imported here, so that --help and wrong options answer at once.
     from breaker.drive.answers.answer_document import document
     from breaker.drive.answers.answer_words import in_words
-    from breaker.drive.answers.drive_records import read_operations
-    from breaker.drive.answers.inference import infer_drive, infer_means
-    from breaker.drive.answers.limit_verdicts import judged
+    from breaker.drive.answers.assessment import Assessment, given_by
     from breaker.drive.answers.number_sources import explained
-    from breaker.mechanism.limits import from_list
 
-    given, words = _given(options, config)
-    settings = {name: endurance[name] for name in ("draws", "misfit_p_value")}
-    settings["seed"] = config["seed"]
-    networks = families(options.model)
-    records = read_operations(operations, endurance["format"], loose=loose)
-    overlays = overlays_of(records, _reference(options, endurance["format"]), options)
-    answers = infer_drive(records, networks, given, config["speeds"], settings)
-    speeds = next((each.speeds for each in answers if each.speeds), ())
-    limits = from_list(limits, [*operations], speeds) if speeds else []
-    if apart := dict.fromkeys(each.pair or each.name for each in limits if not each.source.single):
+    given, words = given_by(config, options.size, _facts(options.known))
+    assessment = Assessment(config, limits, given, families=_families(options.model))
+    records = assessment.read(operations, loose=loose)
+    overlays = overlays_of(records, _reference(options, assessment), options)
+    answers = assessment.infer(records)
+    of_visits = (e for e in assessment.limits_on(answers, operations) if not e.source.single)
+    if apart := dict.fromkeys(each.pair or each.name for each in of_visits):
         words = [*words, f"not judged, as of changes between visits: {', '.join(apart)}"]
-    verdicts = [judged(each, limits, seed=config["seed"]) for each in answers]
     about = {"size": given.size and vars(given.size), "words": words}
-    means = infer_means(answers, given, settings)
-    found = document(answers, verdicts, about, settings | {"known": dict(given.known)}, means)
+    settings = vars(assessment.settings) | {"known": dict(given.known)}
+    means = assessment.infer_means(answers)
+    found = document(answers, assessment.judge(answers), about, settings, means)
     if options.explain:
         found = explained(found, answers)
     if overlays:
@@ -124,66 +121,36 @@ def _run(options: argparse.Namespace) -> int:
     return int(nothing)
 
 
-def _given(options: argparse.Namespace, config: Mapping) -> tuple:
-    """What is given beside the records, and what to say of it."""
-    from breaker.common.numerals import in_digits
-    from breaker.configuration.loading import read
-    from breaker.drive.answers.evidence import FACTS, Given
-    from breaker.quantities.size import Size
-    from breaker.shipped import DEFAULTS
-
-    known = dict(options.known)
-    if len(known) < len(options.known):
-        names = [name for name, _ in options.known]
-        twice = next(name for name in names if names.count(name) > 1)
+def _facts(known: Sequence[tuple[str, list[float]]]) -> dict[str, list[float]]:
+    """Facts of a command by name, each once."""
+    names = [name for name, _ in known]
+    if twice := next((name for name in names if names.count(name) > 1), ""):
         raise ValueError(f"--known has {twice} twice; leave one of them out")
-    known = {**config["known"], **known}
-    if wrong := [name for name in known if name not in FACTS]:
-        raise ValueError(
-            f"known: {wrong[0]} is not inferred, so no fact narrows it. Known can be: "
-            f"{', '.join(FACTS)}"
-        )
-    defaults = read(DEFAULTS)
-    if all(config[key] == defaults[key] for key in ("prior", "size")):
-        if not options.size:
-            return Given(known=known), []
-        size = (in_digits(each, 4) for each in options.size)
-        said = "size given: lengths {} and times {} times those of the reference drive"
-        return Given(Size(*options.size), None, known), [said.format(*size)]
-    if options.size:
-        raise ValueError(
-            "--size is of drives with the default prior, and that of the configuration is another; "
-            "leave it out"
-        )
-    from breaker.mechanism.prior import Prior
-
-    prior = Prior.from_settings(config["prior"])
-    return Given(Size(**config["size"]), prior, known), ["prior and size are the configuration's"]
+    return dict(known)
 
 
-def _reference(options: argparse.Namespace, form: Mapping) -> list:
+def _reference(options: argparse.Namespace, assessment: "Assessment") -> list:
     """What is read of the good record, if one is named."""
     if options.reference is None:
         return []
-    from breaker.drive.answers.drive_records import read_operations
     from breaker.reading.files.operations_table import Operation
 
     operations = [Operation(1, options.reference, channel=options.channel)]
     motions = [options.motion] if options.motion else MOTIONS
-    return read_operations(dict.fromkeys(motions, operations), form, loose=True)
+    return assessment.read(dict.fromkeys(motions, operations), loose=True)
 
 
-def families(model: str | None) -> Iterable:
-    """The networks of families, in the order in which they are tried; opened when they are."""
+def _families(model: str | None) -> Callable[[], Iterable]:
+    """What opens the networks of families."""
     from breaker.drive.family.level_network import Levels
-    from breaker.drive.family.network_files import open_network, shipped_networks
+    from breaker.drive.family.network_files import open_network, shipped_levels
 
     if model is None:
-        return (levels for (levels,) in shipped_networks("levels"))
+        return shipped_levels
     network = open_network(model)
     if not isinstance(network, Levels):
         raise ValueError(f"{model} is a network of changes; name one of levels")
-    return [network]
+    return lambda: [network]
 
 
 def _say_remedy(rejected: Sequence[Mapping], unread: Sequence[str], *, nothing: bool) -> None:

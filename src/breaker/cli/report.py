@@ -2,6 +2,7 @@
 
 import argparse
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from math import isnan
 from typing import TYPE_CHECKING
 
@@ -13,6 +14,8 @@ from breaker.cli.reference import add_reference, overlays_of
 from breaker.cli.visit import read_visit
 
 if TYPE_CHECKING:
+    from breaker.drive.answers.assessment import Assessment
+    from breaker.drive.answers.evidence import Given
     from breaker.reading.files.preamble import Preamble
 
 _PLATE = ("station", "bay", "type", "serial")  # what a file may state of its breaker
@@ -41,36 +44,28 @@ def _run(options: argparse.Namespace) -> int:
     config = settings_of(options.config)
     limits = limits_of(config, options.config)
     # Imported here, so that --help and wrong options answer at once.
-    from breaker.cli.infer import families
-    from breaker.drive.answers.evidence import Given
-    from breaker.drive.answers.inference import infer_drive
-    from breaker.drive.answers.limit_verdicts import judged
+    from breaker.drive.answers.assessment import Assessment, given_by
     from breaker.drive.answers.test_report import report_of
-    from breaker.mechanism.limits import from_list
 
-    form, endurance = config["endurance"]["format"], config["endurance"]
-    records = _usable(read_visit(options.files, options, form), "record")
-    good = read_visit([options.reference], options, form) if options.reference else []
-    before = _usable(read_visit(options.before, options, form), "record of the visit before")
+    given, words = given_by(config)
+    assessment = Assessment(config, limits, given, speeds=_SPEEDS)
+    records = _usable(read_visit(options.files, options, assessment), "record")
+    good = read_visit([options.reference], options, assessment) if options.reference else []
+    before = read_visit(options.before, options, assessment)
+    before = _usable(before, "record of the visit before")
     overlays = overlays_of(records, good, options)
     _check_one(records)
     stated = {each.operation.file: each.stated for each in records}
-    settings = {name: endurance[name] for name in ("draws", "misfit_p_value")}
-    settings["seed"] = config["seed"]
-    config["speeds"] = points = _points(stated, config)
-    answers = infer_drive(records, families(None), Given(), points, settings)
-    speeds = next(each.speeds for each in answers if each.speeds)
-    limits = from_list(
-        limits, [m for m in MOTIONS if any(m == each.motion for each in records)], speeds
-    )
+    answers = assessment.infer(records)
+    speeds = {each.name: each for each in assessment.speeds_of(records)}
     beside = {
-        "plate": _plate(records, before, stated),
-        "printed": _printed(stated, records, points),
+        "plate": [*_plate(records, before, stated), *_beside_records(given, words)],
+        "printed": _printed(stated, records, speeds),
         "overlays": overlays,
-        "changes": _changes(records, before, config),
+        "changes": _changes(records, before, assessment),
         "rejected": [each.reason for each in good if each.reason],
     }
-    verdicts = [judged(each, limits, seed=config["seed"]) for each in answers]
+    verdicts = assessment.judge(answers)
     found = report_of(answers, verdicts, beside)
     lacking = _write(found, options.output)
     for each in found.warnings:
@@ -142,6 +137,13 @@ def _plate(records: Sequence, before: Sequence, stated: Mapping) -> list[tuple[s
     return [(name, text or "not stated") for name, text in pairs if text or name in always]
 
 
+def _beside_records(given: "Given", words: Sequence[str]) -> list[tuple[str, str]]:
+    """What is given beside the records, as rows of the nameplate."""
+    facts = [f"{name} {value:g} with an sd of {sd:g}" for name, (value, sd) in given.known.items()]
+    known = {"Given": words, "Known": facts}
+    return [(name, ", ".join(each)) for name, each in known.items() if each]
+
+
 def _beside(stated: "Preamble", name: str) -> str:
     """What a file states of a test by the words of its name, with its unit; nothing if it does
     not.
@@ -153,20 +155,7 @@ def _beside(stated: "Preamble", name: str) -> str:
     return next((f"{each.text} {each.unit}".rstrip() for each in found if each.text), "")
 
 
-def _points(stated: Mapping, config: Mapping) -> dict:
-    """Points of speeds: of the configuration, or else those of the speeds that files print."""
-    from breaker.reading.inspection.printed_comparison import stated_speeds
-
-    points = _SPEEDS | config["speeds"]
-    for motion in MOTIONS:
-        speeds = (stated_speeds(each).get(motion) for each in stated.values())
-        own = {tuple(each.points) for each in speeds if each}
-        if points.get(f"{motion}_speed") is None and len(own) == 1:
-            points[f"{motion}_speed"] = own.pop()
-    return points
-
-
-def _printed(stated: Mapping, records: Sequence, points: Mapping) -> dict:
+def _printed(stated: Mapping, records: Sequence, speeds: Mapping) -> dict:
     """What the analyser printed, by file, motion, channel and quantity: the value, what differs
     in its definition, and what the analyser means by it.
 
@@ -184,7 +173,7 @@ def _printed(stated: Mapping, records: Sequence, points: Mapping) -> dict:
     for file, preamble in stated.items():
         own = [each for each in records if each.operation.file == file]
         phases = list(dict.fromkeys(each.operation.phase for each in own))
-        speeds = {m: tuple(each.points) for m, each in stated_speeds(preamble).items()}
+        own_speeds = stated_speeds(preamble)
         for each in preamble.results:
             place = channel_of(each.channel) - 1
             phase = phase_in(each.channel) or each.channel
@@ -192,24 +181,22 @@ def _printed(stated: Mapping, records: Sequence, points: Mapping) -> dict:
                 phase = phases[place]
             for motion in meant_motions(each, (record.motion for record in own)):
                 name = measured_name(each, motion)
-                odd = each.quantity == "speed" and speeds.get(motion) != tuple(
-                    points.get(name) or ()
-                )
+                odd = each.quantity == "speed" and own_speeds.get(motion) != speeds.get(name)
                 if name and not isnan(each.size):
                     value = each.value * each.size, "other points" * odd, each.quantity
                     found.setdefault((printable(file), motion, phase, name), value)
     return found
 
 
-def _changes(records: Sequence, before: Sequence, config: Mapping) -> dict:
+def _changes(records: Sequence, before: Sequence, assessment: "Assessment") -> dict:
     """The comparison with the visit before, by channel; one that either visit has alone is the
     same where one of them does not name it.
     """
     if not before:
         return {}
     from breaker.drive.answers.identity import swapped
-    from breaker.drive.answers.visit_comparison import compared
 
+    unjudged = replace(assessment, limits=())
     rejected = [each.reason for each in before if each.reason]
     found, said = {}, swapped(before, records)
     there = {each.operation.phase for each in before}
@@ -223,7 +210,7 @@ def _changes(records: Sequence, before: Sequence, config: Mapping) -> dict:
             found[phase] = {"changes": [], "trust": lacks}
             continue
         try:
-            found[phase] = compared(visits, config)
+            found[phase] = unjudged.compare(visits)
             found[phase]["warnings"] += [f"WARNING: {said}"] if said else []
         except ValueError as error:
             found[phase] = {"changes": [], "trust": [*rejected, str(error).splitlines()[0]]}

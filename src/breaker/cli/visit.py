@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING
 from breaker.cli.operations_named import MOTIONS, each_once, is_folder, without_records
 
 if TYPE_CHECKING:
+    from breaker.drive.answers.assessment import Assessment
     from breaker.reading.files.opened_file import Files, Opened
 
 
-def read_visit(named: Sequence[str], options: argparse.Namespace, form: Mapping) -> list:
+def read_visit(named: Sequence[str], options: argparse.Namespace, assessment: "Assessment") -> list:
     """Read the records of files and folders.
 
     A channel is the operation's phase. Files of poles of one operation share its number. A folder's
@@ -21,13 +22,12 @@ def read_visit(named: Sequence[str], options: argparse.Namespace, form: Mapping)
         FileNotFoundError: If a folder has no file of a record.
         ValueError: If a table names several breakers.
     """
-    from breaker.drive.answers.drive_records import read_operations
     from breaker.reading.files.folder_listing import list_operations, record_files
     from breaker.reading.files.opened_file import Files
     from breaker.reading.files.operations_table import MANIFEST, Operation, read_manifest
 
     rows: dict[str, list] = {motion: [] for motion in MOTIONS}
-    files, opened = [], Files()
+    files, opened, form = [], Files(), assessment.config["endurance"]["format"]
     for each in map(Path, named):
         if not is_folder(str(each)):
             files.append(each)
@@ -46,24 +46,20 @@ def read_visit(named: Sequence[str], options: argparse.Namespace, form: Mapping)
         raise ValueError(f"a report is of one breaker, and these are {', '.join(sorted(names))}")
     after = max((each.number for each in listed), default=0)
     whole: dict[str, list] = {motion: [] for motion in MOTIONS}
-    own = str(form["travel_column"])  # of which the configuration may name contact and coil
-    for file, number, channels in _numbered([*each_once(files)], options.channel, form, opened):
-        for channel, (phase, besides) in channels.items():
-            for motion, each in whole.items():
-                beside = besides[motion].settings if motion in besides else {}
-                unset = {k: v for k, v in beside.items() if form[k] is None or channel != own}
-                of = Operation(after + number, file, channel, phase=phase, settings=unset)
-                each.append(of)
+    for file, number, phases in _numbered([*each_once(files)], options.channel, form, opened):
+        for channel, phase in phases.items():
+            for each in whole.values():
+                each.append(Operation(after + number, file, channel, phase=phase))
     return [
-        *read_operations(rows, form, files=opened),
-        *read_operations(whole, form, loose=True, files=opened),
+        *assessment.read(rows, files=opened),
+        *assessment.read(whole, loose=True, files=opened),
     ]
 
 
 def _numbered(
     files: Sequence[Path], chosen: Sequence[str], form: Mapping, opened: "Files"
 ) -> list[tuple]:
-    """Each file, the number of its operation, and its channels."""
+    """Each file, the number of its operation, and the phases of its channels."""
     from breaker.drive.answers.file_statements import date_in
     from breaker.drive.answers.pole_files import PoleFile, operations_of_poles, phases_in_names
     from breaker.reading.inspection.file_contents import stated_in
@@ -72,11 +68,11 @@ def _numbered(
     in_names = phases_in_names(files)
     for file, found in channels.items():
         if file in in_names and len(found) == 1:
-            ((channel, (phase, beside)),) = found.items()
-            found[channel] = phase or in_names[file], beside
+            ((channel, phase),) = found.items()
+            found[channel] = phase or in_names[file]
     poles = {}
     for file, found in channels.items():
-        phases = tuple(phase for channel, (phase, _) in found.items() if phase != channel)
+        phases = tuple(phase for channel, phase in found.items() if phase != channel)
         known = phases if all(phases) and len(phases) == len(found) else ()
         stated = stated_in(opened[file], form, next(iter(found)))
         poles[file] = PoleFile(known, date_in(file, stated))
@@ -84,9 +80,9 @@ def _numbered(
     return [(file, numbers[file], found) for file, found in channels.items()]
 
 
-def _channels(file: "Opened", chosen: Sequence[str]) -> dict[str, tuple[str, Mapping]]:
-    """Names of channels, and what goes with each, by columns of travel of a file; the name of one
-    alone is its phase, empty where the file states none.
+def _channels(file: "Opened", chosen: Sequence[str]) -> dict[str, str]:
+    """Names of channels by columns of travel of a file; that of one alone is its phase, empty where
+    the file states none.
     """
     from breaker.reading.files.guards import RejectedCurveError
     from breaker.reading.inspection.file_description import travel_channels
@@ -95,9 +91,5 @@ def _channels(file: "Opened", chosen: Sequence[str]) -> dict[str, tuple[str, Map
         found = travel_channels(file)
     except (ValueError, RejectedCurveError):
         found = {}  # to be read as configured, or rejected with the reason
-    channels = {each: found.get(each, (each, {})) for each in [*chosen] or [*found] or [""]}
-    alone = len(channels) == 1
-    return {
-        key: ("" if alone and name == key else name, beside)
-        for key, (name, beside) in channels.items()
-    }
+    names = {each: found[each][0] if each in found else each for each in chosen or found or [""]}
+    return {key: "" if len(names) == 1 and name == key else name for key, name in names.items()}

@@ -26,6 +26,7 @@ _TEXT = re.compile(
 )
 _RESTS = {"closing": ("open", "closed"), "opening": ("closed", "open")}  # before and after
 _WAY = 6.0  # mm at size 1, over which a speed is taken that is not configured
+_STROKE = 12.5  # mm, the stroke of most drives of size 1
 
 
 @dataclass(frozen=True)
@@ -197,6 +198,13 @@ def speeds_of(
     if unknown := (settings or {}).keys() - given.keys() - usual.keys():
         raise ValueError(f"{min(unknown)} needs two points, from and to")
     return tuple((usual | {name: Speed.read(name, given[name]) for name in given}).values())
+
+
+def speeds_at(settings: Mapping[str, Sequence[str] | None], stroke: float) -> tuple[Speed, ...]:
+    """Return the speeds of a drive with a stroke, mm: where none is configured, over a way that is
+    the same for drives alike, as its size is rounded to one digit. Raises as ``speeds_of``.
+    """
+    return speeds_of(settings, Size(float(f"{stroke / _STROKE:.1g}")))
 
 
 SPEEDS = speeds_of()

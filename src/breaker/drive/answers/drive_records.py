@@ -1,6 +1,6 @@
 """The records of a drive, as networks of a family see them."""
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import groupby
 from pathlib import Path
@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from breaker.common.numerals import in_digits
-from breaker.drive.answers.file_statements import against_stated, with_stated_rate
+from breaker.drive.answers.file_statements import against_stated, as_told
 from breaker.drive.answers.identity import without_copies
 from breaker.drive.answers.record_facts import DriveRecord
 from breaker.drive.family.record_inputs import normalise_record
@@ -46,16 +46,18 @@ def read_operations(
         file: stated_in(files[file], {**settings, **each.settings}, each.channel)
         for file, each in last.items()
     }
+    told = {
+        motion: [as_told(e, motion, files[e.file], stated[e.file], settings) for e in some]
+        for motion, some in operations.items()
+    }
     found = {}
-    for each, same in groupby(operations, key=operations.get):  # files of both are read once
+    for each, same in groupby(told, key=told.get):  # files of both are read once
         motions = [*same]
-        rated = [with_stated_rate(one, stated[one.file], settings) for one in each]
-        told = {new.file for new, old in zip(rated, each, strict=True) if new is not old}
-        for motion, raws in zip(
-            motions, read_raws(rated, settings, *motions, files=files), strict=True
-        ):
-            reader = _Reader(motion, settings, files, stated, told, len(each) if loose else 0)
-            found[motion] = [reader.records(*both) for both in zip(rated, raws, strict=True)]
+        read = read_raws(each, settings, *motions, files=files)
+        for motion, raws in zip(motions, read, strict=True):
+            reader = _Reader(motion, settings, files, stated, len(each) if loose else 0)
+            rows = zip(each, raws, operations[motion], strict=True)
+            found[motion] = [reader.records(*row) for row in rows]
     if loose and len(found) == len(MOTIONS):
         kept = [_kept(*both) for both in zip(*found.values(), strict=True)]
         found = dict(zip(found, zip(*kept, strict=True), strict=True)) if kept else {}
@@ -68,7 +70,6 @@ class _Reader(NamedTuple):
     Attributes:
         motion, settings, files: As of ``read_operations``.
         stated: What stands above the samples, by file.
-        rated: Files that tell their rate themselves.
         beyond: From which numbers of operations go on where a motion comes again.
     """
 
@@ -76,19 +77,21 @@ class _Reader(NamedTuple):
     settings: Mapping
     files: Files
     stated: Mapping[str | Path, Preamble]
-    rated: Collection[str | Path]
     beyond: int
 
-    def records(self, operation: Operation, raw: Raw | Exception) -> list[DriveRecord]:
+    def records(
+        self, operation: Operation, raw: Raw | Exception, row: Operation
+    ) -> list[DriveRecord]:
         """The records of a motion in a file: one, or each that it has where numbers go beyond."""
+        told = {k: v for k, v in operation.settings.items() if k not in row.settings}
         apart = taken_apart(operation, raw) if self.beyond else []
         if not apart:
-            return [self._record(operation, raw)]
+            return [self._record(operation, raw, told)]
         each = [replace(one, number=one.number + k * self.beyond) for k, one in enumerate(apart)]
         (raws,) = read_raws(each, self.settings, self.motion, files=self.files)
-        return [self._record(*both) for both in zip(each, raws, strict=True)]
+        return [self._record(*both, told) for both in zip(each, raws, strict=True)]
 
-    def _record(self, operation: Operation, raw: Raw | Exception) -> DriveRecord:
+    def _record(self, operation: Operation, raw: Raw | Exception, told: Mapping) -> DriveRecord:
         about = operation, self.motion, self.stated[operation.file]
         if not isinstance(raw, Raw):
             return DriveRecord(*about, str(raw))
@@ -99,9 +102,13 @@ class _Reader(NamedTuple):
             return DriveRecord(*about, f"{operation.file}: {error}")
         if lacks := _lacks(shape, raw.settings["missing"]):
             return DriveRecord(*about, f"{operation.file}: {lacks}")
-        if operation.file in self.rated:
-            told = f"the rate, {in_digits(1.0 / raw.step, 4)} kHz, is the one that the file states"
-            raw = replace(raw, said=(*raw.said, told))
+        said = []
+        if "rate" in told:
+            rate = in_digits(1.0 / raw.step, 4)
+            said = [f"the rate, {rate} kHz, is the one that the file states"]
+        if "contact_column" in told:
+            said += ["the contact is in the column that goes with the travel: see breaker inspect"]
+        raw = replace(raw, said=(*raw.said, *said))
         return DriveRecord(*about, "", raw, shape, seen, warning)
 
 

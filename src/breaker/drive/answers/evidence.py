@@ -40,6 +40,21 @@ _PRESSED = 60.0  # mm, longest stroke of drives that press their contact by a sp
 _IMPROBABLE = 1e-3  # share of a prior's drives that lie farther out than one that it expects
 
 
+@dataclass(frozen=True)
+class AnswerSettings:
+    """How answers are drawn.
+
+    Attributes:
+        draws: Of an answer.
+        misfit_p_value: From which on a record fits a family.
+        seed: Of all random numbers.
+    """
+
+    draws: int
+    misfit_p_value: float
+    seed: int
+
+
 @dataclass(frozen=True, eq=False)
 class Given:
     """What is given beside the records.

@@ -7,29 +7,61 @@ the table of a folder, which names the file, counts before both.
 
 import re
 from collections.abc import Iterable, Mapping
+from contextlib import suppress
 from dataclasses import replace
 from math import isfinite, isnan
 from pathlib import Path
 
 from breaker.common.numerals import in_digits
 from breaker.reading.files.date_text import dates_of
-from breaker.reading.files.format_settings import FORMAT
+from breaker.reading.files.format_settings import FORMAT, complete
+from breaker.reading.files.formats import read_columns
 from breaker.reading.files.guards import printable
 from breaker.reading.files.motion_words import MOTION_OF
+from breaker.reading.files.opened_file import Opened
 from breaker.reading.files.operations_table import Operation
 from breaker.reading.files.phases import channel_of, phase_in
 from breaker.reading.files.preamble import Preamble
+from breaker.reading.inspection.file_contents import look_into
 from breaker.reading.records.raw_record import Raw
 
 _RATES, _LENGTHS = 0.01, 0.02  # shares, by which rates and lengths of a record may differ
 
 
-def with_stated_rate(operation: Operation, stated: Preamble, settings: Mapping) -> Operation:
-    """Return an operation with the rate that its file states, where nothing else gives times."""
-    own = {**FORMAT, **settings, **operation.settings}
-    if isnan(stated.rate) or own["rate"] is not None or own["time_column"] is not None:
-        return operation
-    return replace(operation, settings={**operation.settings, "rate": stated.rate})
+def as_told(
+    operation: Operation, motion: str, opened: Opened, stated: Preamble, settings: Mapping
+) -> Operation:
+    """Return an operation with settings that its file tells, and its row does not.
+
+    The rate that the file states counts where nothing else gives times. The columns of a contact
+    and a coil are those that go with the travel (``contact_columns``). Those of the configuration
+    are of the configured travel, and of another travel of the file that has none of its own.
+    """
+    form = {**FORMAT, **settings}
+    told = _columns_with(operation, motion, opened, form)
+    if not (isnan(stated.rate) or form["rate"] or form["time_column"]):
+        told |= {"rate": stated.rate}
+    told = {key: value for key, value in told.items() if key not in operation.settings}
+    return replace(operation, settings={**operation.settings, **told}) if told else operation
+
+
+def _columns_with(operation: Operation, motion: str, opened: Opened, form: Mapping) -> dict:
+    """The columns that go with a travel in a motion, where those of the configuration do not."""
+    with suppress(ValueError):  # what cannot be read so is rejected, with the reason
+        laid = complete({**form, **operation.settings})
+        width = read_columns(opened, laid, operation.channel).width
+        if 0 < width < 2 + (laid["time_column"] is not None):
+            return {}  # most files: nothing is beside the travel
+        # Here, as most files need neither, and an answer comes in a third of a second.
+        from breaker.reading.inspection.contact_columns import Beside
+        from breaker.reading.inspection.file_description import columns_with
+
+        layout, usual = look_into(opened), form["travel_column"]
+        places = layout.place_of(operation.channel or usual), layout.place_of(usual)
+        other = places[0] != places[1] is not None
+        found = columns_with(opened, operation.channel or usual).get(motion, Beside())
+        return {key: column for key, column in found.settings.items() if other or not form[key]}
+    return {}
 
 
 def against_stated(raw: Raw, stated: Preamble) -> str:

@@ -5,7 +5,7 @@ both are there. Everything else is measured; what needs the touch takes the infe
 contact was timed. A prior of one's own, facts and a timed contact weigh the draws of the network.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from itertools import tee
 
@@ -20,7 +20,7 @@ from breaker.drive.answers.draw_weights import (
     surprise_of,
     weights_of,
 )
-from breaker.drive.answers.evidence import Answer, Given
+from breaker.drive.answers.evidence import Answer, AnswerSettings, Given
 from breaker.drive.answers.identity import mixed
 from breaker.drive.answers.record_facts import DriveRecord
 from breaker.drive.family.level_network import LevelDraws, Levels
@@ -28,7 +28,7 @@ from breaker.drive.family.membership import choose_family
 from breaker.drive.family.record_means import mean_with_scatter
 from breaker.quantities.parameters import NAMES
 from breaker.quantities.size import Size
-from breaker.quantities.speeds import speeds_of
+from breaker.quantities.speeds import Speed
 
 _ROUNDS = (4_000, 40_000)  # draws that are weighed: more if the first are too few
 _LEAST, _ENOUGH = 100.0, 400.0  # effective size, below which an answer is not resolved; of a round
@@ -40,8 +40,8 @@ def infer_drive(
     records: Sequence[DriveRecord],
     families: Iterable[Levels],
     given: Given,
-    speeds: Mapping,
-    settings: Mapping,
+    speeds: tuple[Speed, ...],
+    settings: AnswerSettings,
 ) -> list[Answer]:
     """Infer all records of a drive, in their order.
 
@@ -49,8 +49,8 @@ def infer_drive(
         families: Networks of levels, the narrowest family first: ``choose_family`` finds the one
             that answers, by the median record of each motion. A family that denies a contact's
             time gives way to one that holds it.
-        speeds: The section ``speeds`` of the configuration.
-        settings: ``draws`` of an answer, ``misfit_p_value`` from which on a record fits, ``seed``.
+        speeds: How speeds are defined.
+        settings: How answers are drawn.
     """
     usable = [record for record in records if not record.reason]
     if not usable:
@@ -71,23 +71,20 @@ def _in_family(
     usable: Sequence[DriveRecord],
     families: Iterable[Levels],
     given: Given,
-    speeds: Mapping,
-    settings: Mapping,
+    speeds: tuple[Speed, ...],
+    settings: AnswerSettings,
 ) -> list[Answer]:
     """Infer records in the family that they give most evidence of."""
     levels, matches, _fits = choose_family(
         families,
         lambda levels: [(each.motion, levels.match(each.motion, each.seen)) for each in usable],
-        settings["misfit_p_value"],
+        settings.misfit_p_value,
     )
-    stroke = np.median([record.shape.stroke for record in usable])
-    size = given.size or Size(float(f"{stroke / np.exp(levels.usual[0, 0]):.1g}"))
-    defined = speeds_of(speeds, size)
     groups: dict[tuple, list[Answer]] = {}
     for record, (_, match) in zip(usable, matches, strict=True):
-        misfit = match.p_value < settings["misfit_p_value"]
+        misfit = match.p_value < settings.misfit_p_value
         key = record.operation.number, record.operation.breaker, record.operation.phase
-        groups.setdefault(key, []).append(Answer(record, levels, match, misfit, speeds=defined))
+        groups.setdefault(key, []).append(Answer(record, levels, match, misfit, speeds=speeds))
     inferred = []
     for group in groups.values():
         inferred += _together([each for each in group if not each.misfit], given, settings)
@@ -101,7 +98,9 @@ def _contact_denied(answer: Answer) -> bool:
     return answer.record.timed and not answer.misfit and bool(denied)
 
 
-def infer_means(answers: Sequence[Answer], given: Given, settings: Mapping) -> list[list[Answer]]:
+def infer_means(
+    answers: Sequence[Answer], given: Given, settings: AnswerSettings
+) -> list[list[Answer]]:
     """Infer each pole from the means of its records, which say more than one of them.
 
     What operations differ by is noise of a mean (``record_means.mean_with_scatter``).
@@ -143,24 +142,24 @@ def _mean_of(answers: Sequence[Answer]) -> Answer:
     return Answer(record, first.levels, first.match, speeds=first.speeds, records=len(records))
 
 
-def _together(within: Sequence[Answer], given: Given, settings: Mapping) -> list[Answer]:
+def _together(within: Sequence[Answer], given: Given, settings: AnswerSettings) -> list[Answer]:
     """Infer one operation from its records in the family; each by itself if they contradict."""
     if not within:
         return []
-    rng = generator(settings["seed"], "motions", within[0].record.operation.number)
+    rng = generator(settings.seed, "motions", within[0].record.operation.number)
     if len(within) > 1 and (said := apart(within, given, rng)):
         split = [replace(each, remarks=(said,)) for each in within]
         return [new for each in split for new in _inferred([each], given, settings)]
     return _inferred(within, given, settings)
 
 
-def _inferred(within: Sequence[Answer], given: Given, settings: Mapping) -> list[Answer]:
+def _inferred(within: Sequence[Answer], given: Given, settings: AnswerSettings) -> list[Answer]:
     """Infer one operation from its records, which are in the family."""
     levels, first = within[0].levels, within[0].record
-    rng = generator(settings["seed"], "levels", first.operation.number)
+    rng = generator(settings.seed, "levels", first.operation.number)
     seen = {answer.record.motion: answer.record.seen for answer in within}
     weighed = bool(given.prior or given.known) or any(each.record.timed for each in within)
-    rounds = _ROUNDS if weighed else (settings["draws"], _ROUNDS[-1])
+    rounds = _ROUNDS if weighed else (settings.draws, _ROUNDS[-1])
     tries = [(n, given.size) for n in rounds]
     if given.prior is not None:  # it may be wider than the family's, whose draws then lack its ends
         tries.append((_ROUNDS[-1], None))
@@ -182,7 +181,7 @@ def _inferred(within: Sequence[Answer], given: Given, settings: Mapping) -> list
         drawn = f"{effective:.0f} of {weights.size} draws"
         unresolved = f"effective size {drawn}, {_LEAST:.0f} are needed"
     if effective and (weighed or effective < len(weights) - 0.5):
-        draws = draws.of(systematic(weights, settings["draws"], rng.random(), rng))
+        draws = draws.of(systematic(weights, settings.draws, rng.random(), rng))
     inferred = [
         replace(
             each,

@@ -11,7 +11,7 @@ import numpy as np
 
 from breaker.common.numerals import in_p
 from breaker.drive.answers.answer_words import differs_in_words
-from breaker.drive.answers.drive_records import read_operations
+from breaker.drive.answers.assessment import Assessment
 from breaker.drive.family.level_network import Levels
 from breaker.drive.family.membership import Match, choose_family
 from breaker.drive.family.network_inputs import NormalisedRecords
@@ -172,17 +172,13 @@ def list_breakers(
 
 def read_breakers(
     listed: Mapping[str, Mapping[str, Sequence[Operation]]],
-    settings: Mapping,
-    families: Iterable[Levels],
-    least: float = 1e-3,
+    assessment: Assessment,
 ) -> Recorded:
     """Read some records of breakers.
 
     Args:
         listed: Their operations by motion and breaker, of ``list_breakers``.
-        settings: The section ``endurance.format`` of the configuration.
-        families: Networks in the order in which they are tried, as for ``choose_family``.
-        least: p-value below which a record does not fit.
+        assessment: How they are read, and which families are tried.
 
     Raises:
         ValueError: If no record can be used. The message says what to do.
@@ -197,7 +193,7 @@ def read_breakers(
         for name, every in breakers.items():
             some = [every[i] for i in _spread(len(every))]
             left_out += len(every) - len(some)
-            for each in read_operations({motion: some}, settings):
+            for each in assessment.read({motion: some}):
                 if each.reason:
                     rejected.append(each.reason)
                     continue
@@ -211,7 +207,8 @@ def read_breakers(
             "folder. The first reasons: " + " | ".join(rejected[:3])
         )
     operations = {name: list(each.values()) for name, each in found.items()}
-    levels, tried = _family_of(operations, families, least)
+    least = assessment.settings.misfit_p_value
+    levels, tried = _family_of(operations, assessment.families(), least)
     named = [*usual_spelling(types).values()]
     return Recorded(levels, tried, operations, rejected, left_out, spans, named)
 

@@ -30,7 +30,6 @@ from breaker.drive.family.membership import Match, choose_family
 from breaker.drive.family.record_means import Mean, mean_and_change, mean_record, pace_of
 from breaker.quantities.catalogue import QUANTITIES, quantities_of
 from breaker.quantities.parameters import NAMES, PARAMETERS, Parameter
-from breaker.quantities.size import Size
 from breaker.quantities.speeds import Speed
 from breaker.reading.files.operations_table import SWITCHING
 from breaker.reading.records.raw_record import Raw
@@ -51,7 +50,6 @@ class VisitChanges:
 
     Attributes:
         family: Name of the drives they were trained on.
-        size: Of the drive beside these, roughly.
         matches: How the mean of each visit fits these, by motion and visit.
         strokes: What networks see of the stroke, by motion and visit, mm.
         paces: By what each motion lasts longer, and how far its shape changed: ``pace_of``.
@@ -69,7 +67,6 @@ class VisitChanges:
     """
 
     family: str
-    size: Size
     matches: Mapping[str, Mapping[str, Match]]
     strokes: Mapping[str, Mapping[str, float]]
     paces: Mapping[str, tuple[float, float]]
@@ -150,14 +147,12 @@ def _nearest(
     by: dict[str, dict[str, Match]] = {motion: {} for motion in means}
     for (motion, visit), match in matches:
         by[motion][visit] = match
-    seen = next(iter(means.values()))["before"].seen
-    size = Size(*(np.exp(-levels.usual[:, 0]) * [seen.stroke[0], seen.duration[0]]).tolist())
     strokes = {
         motion: {visit: float(mean.seen.stroke[0]) for visit, mean in visits.items()}
         for motion, visits in means.items()
     }
     paces = {motion: pace_of(*visits.values(), counts[motion]) for motion, visits in means.items()}
-    found = VisitChanges(levels.settings["family"], size, by, strokes, paces, fits)
+    found = VisitChanges(levels.settings["family"], by, strokes, paces, fits)
     return found, levels, network
 
 

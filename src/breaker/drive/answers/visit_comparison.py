@@ -5,6 +5,7 @@ from dataclasses import replace
 
 from breaker.common.randomness import generator
 from breaker.drive.answers.comparability import judged_today, unlike
+from breaker.drive.answers.evidence import AnswerSettings
 from breaker.drive.answers.file_statements import dates_in_words, stated_of
 from breaker.drive.answers.identity import copies, doubts_about, visits_in_order
 from breaker.drive.answers.remounting import slack_between, zero_between
@@ -18,30 +19,32 @@ from breaker.drive.answers.visit_document import visits_document
 from breaker.drive.family.network_files import shipped_networks
 from breaker.mechanism.limits import from_list
 from breaker.quantities.parameters import MOTIONS
-from breaker.quantities.speeds import speeds_of
+from breaker.quantities.speeds import Speed
 from breaker.shipped import KINDS
 
-_BEYOND = 0.05  # share of a change that matters
-# Beside those of the configuration: any record shows them, and where along the way a drive is slow.
-_SPEEDS = {
+SPEEDS = {
     f"{motion}_speed_{begin}_{end}": [f"{begin} % of stroke", f"{end} % of stroke"]
     for motion in MOTIONS
     for begin, end in ((10, 50), (50, 90))
 }
+"""Beside those of the configuration: any record shows them, and where along the way a drive is
+slow."""
 
 
 def compared(
     visits: Mapping[str, Sequence],
-    config: Mapping,
+    speeds: Sequence[Speed],
+    settings: AnswerSettings,
     *,
-    beyond: float = _BEYOND,
+    beyond: float,
     limits: Sequence[Mapping] = (),
 ) -> dict:
     """Return the document of a comparison.
 
     Args:
         visits: Records "before" and "today", as ``read_operations`` returns them.
-        config: The configuration of both.
+        speeds: How speeds are defined.
+        settings: How answers are drawn.
         beyond: Share beyond which a change counts.
         limits: Entries of the section ``limits`` on which to judge today's visit.
 
@@ -49,11 +52,10 @@ def compared(
         ValueError: If no motion has a usable record in both visits.
     """
     before, today, rejected = _usable(visits)
-    misfit = config["endurance"]["misfit_p_value"]
-    rng = generator(config["seed"], "two visits")
+    misfit, seed = settings.misfit_p_value, settings.seed
+    rng = generator(seed, "two visits")
     networks = shipped_networks(*KINDS)
     found = compare(before, today, networks, rng, misfit_p_value=misfit)
-    speeds = speeds_of({**_SPEEDS, **config["speeds"]}, found.size)
     measured = measured_changes(before, today, speeds, beyond)
     shown = {(row["name"], row["motion"]) for row in measured}  # which no network tells again
     inferred = [e for e in changes(found, beyond) if (e["name"], e["motion"]) not in shown]
@@ -71,11 +73,11 @@ def compared(
             "differences": differences,
             "changes": [*measured, *inferred],
             "mechanisms": mechanism_changes(found, beyond),
-            "limits": judged_today(told, today, entries, speeds, config["seed"]),
+            "limits": judged_today(told, today, entries, speeds, seed),
         },
         {m: {"before": len(before[m]), "today": len(today[m])} for m in before},
         rejected,
-        {"share": beyond, "seed": config["seed"], "misfit_p_value": misfit},
+        {"share": beyond, "seed": seed, "misfit_p_value": misfit},
     )
     document["trust"] += filter(None, [zero_between(used)])
     return document | {"dates": {visit: dates_in_words(each) for visit, each in used.items()}}

@@ -94,6 +94,11 @@ def shipped_networks(*kinds: str) -> Iterator[tuple[Levels | Changes, ...]]:
         yield tuple(_kept(family, kind) for kind in kinds or KINDS)
 
 
+def shipped_levels() -> Iterator[Levels]:
+    """Yield the networks of levels that ship, as families are tried."""
+    return (levels for (levels,) in shipped_networks("levels"))
+
+
 @cache
 def _kept(family: str, kind: str) -> Levels | Changes:
     return open_network(model_file(family, kind))

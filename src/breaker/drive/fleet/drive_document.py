@@ -5,6 +5,7 @@ and the last visit are compared; a single visit is judged alone.
 """
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from datetime import datetime, timedelta
 from typing import NamedTuple
 
@@ -12,14 +13,10 @@ import numpy as np
 import pandas as pd
 
 from breaker.configuration.loading import read
-from breaker.drive.answers.drive_records import read_operations
-from breaker.drive.answers.evidence import Answer, Given
-from breaker.drive.answers.inference import infer_drive
-from breaker.drive.answers.limit_verdicts import judged
+from breaker.drive.answers.assessment import Assessment
+from breaker.drive.answers.evidence import Answer
 from breaker.drive.answers.visit_changes import VERDICT_WORDS
-from breaker.drive.answers.visit_comparison import compared
 from breaker.drive.answers.visit_document import differ_in_words
-from breaker.drive.family.network_files import shipped_networks
 from breaker.drive.fleet.fleet_states import DIFFERENT, UNJUDGED, other_strokes
 from breaker.drive.fleet.members import Member
 from breaker.drive.life.calendar import days_per_operation
@@ -28,7 +25,7 @@ from breaker.drive.life.life_tables import change_table, decide, operation_metad
 from breaker.drive.life.limit_states import STATES, standing
 from breaker.drive.life.work_events import Event
 from breaker.mechanism.limit_sources import SOURCES
-from breaker.mechanism.limits import entries_of_type, from_list
+from breaker.mechanism.limits import entries_of_type
 from breaker.mechanism.sensor import grid
 from breaker.quantities.parameters import MOTIONS, NAMES
 from breaker.quantities.speeds import speeds_of
@@ -69,35 +66,34 @@ def examine(member: Member, config: Mapping) -> Examined:
         config: The whole configuration. Limits on values, not on changes, count only where they are
             other than those that ship, which are an example for one size.
     """
-    visits, endurance = member.visits(), config["endurance"]
-    records = read_operations(member.only(visits[-1][-_MOST:]), endurance["format"])
-    settings = {name: endurance[name] for name in ("draws", "misfit_p_value")}
-    settings["seed"] = config["seed"]
-    families = (levels for (levels,) in shipped_networks("levels"))
-    answers = infer_drive(records, families, Given(), config["speeds"], settings)
+    visits = member.visits()
+    # A prior, a size and facts are of one type and drive: of a fleet's they are not taken.
+    assessment = Assessment(config, _limits_of(member, config))
+    records = assessment.read(member.only(visits[-1][-_MOST:]))
+    answers = assessment.infer(records)
     used = [each for each in answers if not each.record.reason]
     document = _about(member, visits, answers)
     if not used:
-        return Examined(document, np.empty((0, endurance["draws"], len(NAMES))))
+        return Examined(document, np.empty((0, config["endurance"]["draws"], len(NAMES))))
     try:
         both = {"today": records}
         if len(visits) > 1:
-            before = read_operations(member.only(visits[0][-_MOST:]), endurance["format"])
+            before = assessment.read(member.only(visits[0][-_MOST:]))
             both = {"before": before, "today": records}
         if len(member.numbers) >= config["fleet"]["followed"]:
-            document |= _followed(member, used, config) | _unlike_life(member, both, config)
+            found = _followed(member, used, assessment)
+            document |= found | _unlike_life(member, both, assessment)
         elif len(visits) > 1:
-            document |= _compared(member, both, config)
+            document |= _compared(member, both, assessment)
         else:
-            limits = from_list(_limits_of(member, config), [*member.operations], used[0].speeds)
-            rows = [row for each in used for row in judged(each, limits, seed=config["seed"])]
+            rows = [row for verdicts in assessment.judge(used) for row in verdicts]
             document |= {"how": "visit"} | _judged(rows)
             document["trust"] += [] if rows else ["one visit, and no limit on what it shows"]
     except ValueError as error:  # what one drive lacks stops no other
         document["trust"] = [str(error).splitlines()[0]]
     document["state"] = UNJUDGED if document["state"] == STATES[0] else document["state"]
     drawn = {e.record.operation.number: e.draws.theta for e in used if e.draws is not None}
-    shape = (0, endurance["draws"], len(NAMES))
+    shape = (0, config["endurance"]["draws"], len(NAMES))
     return Examined(document, np.array([*drawn.values()]) if drawn else np.empty(shape))
 
 
@@ -158,9 +154,9 @@ def _judged(rows: Sequence[Mapping]) -> dict:
     return {"limits": worst, "state": state, "due": {"limit": failed[0]} if failed else {}}
 
 
-def _compared(member: Member, visits: Mapping[str, Sequence], config: Mapping) -> dict:
+def _compared(member: Member, visits: Mapping[str, Sequence], assessment: Assessment) -> dict:
     """First and last visit; what goes on as it did reaches a limit on a date."""
-    found = compared(visits, config, limits=_limits_of(member, config))
+    found = assessment.compare(visits)
     rows, unlike = found["changes"], differ_in_words(found["differences"])
     measured = [row for row in rows if row["kind"] == "measured"]
     changed = [row for row in rows if row["verdict"] == VERDICT_WORDS[0]]
@@ -181,22 +177,22 @@ def _compared(member: Member, visits: Mapping[str, Sequence], config: Mapping) -
     due = [(_left(limit, rows), limit["name"]) for limit in found["limits"]]
     left, name = min(due, default=(np.inf, ""))
     days = left * ((last - first) / timedelta(days=1))
-    if days < _YEAR * config["planning"]["years"]:
+    if days < _YEAR * assessment.config["planning"]["years"]:
         date = (last + timedelta(days=days)).date().isoformat()
         said |= {"state": "plan", "due": {"limit": name, "date": date}}
     return said
 
 
-def _unlike_life(member: Member, visits: Mapping[str, Sequence], config: Mapping) -> dict:
+def _unlike_life(member: Member, visits: Mapping[str, Sequence], assessment: Assessment) -> dict:
     """What is told instead of a life, where its last visit was measured differently from its first,
     and no event in the table says so; nothing where the two cannot be compared.
     """
     rows = (each for some in member.operations.values() for each in some if each.event)
-    more = config["endurance"]["events"]
+    more = assessment.config["endurance"]["events"]
     if len(visits) < 2 or any(Event.from_text(each.event, more).transducer for each in rows):
         return {}
     try:
-        said = differ_in_words(compared(visits, config)["differences"])
+        said = differ_in_words(replace(assessment, limits=()).compare(visits)["differences"])
     except ValueError:  # such as a first visit without a usable record: the life stands without it
         return {}
     told = {"state": DIFFERENT, "due": {}, "changed": [], "differences": said}
@@ -218,9 +214,9 @@ def _left(limit: Mapping, rows: Sequence[Mapping]) -> float:
     return np.inf if bound is None or step == 0.0 else max((bound - part["value"]) / step, 0.0)
 
 
-def _followed(member: Member, used: Sequence[Answer], config: Mapping) -> dict:
+def _followed(member: Member, used: Sequence[Answer], assessment: Assessment) -> dict:
     """The life of a drive, as the workflow follows that of a single one."""
-    speeds, levels = used[0].speeds, used[0].levels
+    config, speeds, levels = assessment.config, used[0].speeds, used[0].levels
     usual = np.exp(levels.usual[1, 0])
     longer = np.median([each.record.shape.duration for each in used]) / usual
     sensor, form = config["sensor"], config["endurance"]["format"]
@@ -234,7 +230,7 @@ def _followed(member: Member, used: Sequence[Answer], config: Mapping) -> dict:
     warm = {each.number: each.temperature for each in rows if not np.isnan(each.temperature)}
     life = follow_curves(
         curves,
-        from_list(_limits_of(member, config), [*curves], speeds),
+        assessment.limits_on(used, curves),
         {"wear_model": config["wear_model"], "seed": config["seed"]}
         | {"misfit_p_value": config["endurance"]["misfit_p_value"]},
         events=Event.by_operation(texts, config["endurance"]["events"]),

@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from breaker.drive.family.network_files import shipped_networks
+from breaker.drive.family.network_files import shipped_levels
 from breaker.drive.fleet.fleet_states import FLEET_STATES
 from breaker.drive.fleet.reasons import label, largest, reason_of
 from breaker.drive.fleet.type_model import TypeDraws, TypeOfBreaker, learn_type
@@ -108,7 +108,7 @@ def fleet_table(
     rows = [_row(document) for document in documents]
     families = {
         levels.settings["family"]: Prior.from_settings(levels.settings["prior"])
-        for (levels,) in shipped_networks("levels")
+        for levels in shipped_levels()
     }
     for where, learned in types.values():
         for k, i in enumerate(where):

@@ -27,6 +27,7 @@ class Columns:
             missing.
         above: Cells of the lines above the samples, but for names and units.
         decimal: Sign of numbers in these.
+        width: How many columns the table has; 0 where they are not counted.
     """
 
     time: np.ndarray | None
@@ -36,6 +37,7 @@ class Columns:
     beside: Mapping[str, np.ndarray] = field(default_factory=dict)
     above: Sequence[Row] = ()
     decimal: str = "."
+    width: int = 0
 
     @property
     def nbytes(self) -> int:
@@ -92,7 +94,7 @@ def columns_of(
     if isinstance(rows, Lines):
         above = rows.above(lines[head.first], named)
     found = travel[kept], numbers[kept], head.remarks, beside
-    return Columns(time, *found, above, settings["decimal"])
+    return Columns(time, *found, above, settings["decimal"], head.width)
 
 
 def _part(

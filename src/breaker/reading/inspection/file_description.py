@@ -8,7 +8,7 @@ import numpy as np
 from breaker.reading.files.folder_facts import Description, Part
 from breaker.reading.files.format_settings import TO_MM
 from breaker.reading.files.guards import RejectedCurveError
-from breaker.reading.files.opened_file import Opened
+from breaker.reading.files.opened_file import Opened, as_opened
 from breaker.reading.files.operations_table import FILL_IN
 from breaker.reading.inspection.contact_columns import Beside, columns_beside
 from breaker.reading.inspection.file_contents import look_into
@@ -36,7 +36,22 @@ def travel_channels(file: str | Path | Opened) -> dict[str, tuple[str, Mapping[s
         LayoutError: If there are no columns of numbers.
         RejectedCurveError: If the file cannot be read.
     """
-    clock = find_clock(layout := look_into(file))
+    opened = as_opened(file)
+    return opened.once("channels", lambda: _travel_channels(look_into(opened)))
+
+
+def columns_with(file: str | Path | Opened, column: str | int) -> Mapping[str, Beside]:
+    """Return what goes with a column of travel by motion, as of ``columns_beside``; nothing of one
+    that is no travel. Raises as ``travel_channels``.
+    """
+    opened = as_opened(file)
+    place = look_into(opened).place_of(column)
+    found = travel_channels(opened)
+    return {} if place is None else found.get(str(look_into(opened).column(place)), ("", {}))[1]
+
+
+def _travel_channels(layout: Layout) -> dict[str, tuple[str, Mapping[str, Beside]]]:
+    clock = find_clock(layout)
     _, travels, _ = chosen_travels(layout, clock, "")
     sign = guess_direction(layout, travels).settings["sign"]
     columns = [str(layout.column(each.place)) for each in travels]

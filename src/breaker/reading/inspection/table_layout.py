@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from breaker.reading.files.column_names import split_unit, unit_of
+from breaker.reading.files.column_names import places_of, split_unit, unit_of
 from breaker.reading.files.file_look import MOST_COLUMNS, check_size
 from breaker.reading.files.number_cells import LARGEST_NUMBER, MISSING, is_number, strict_numbers
 from breaker.reading.files.preamble import Preamble, preamble_of
@@ -76,6 +76,13 @@ class Layout:
             if names[place] and names.count(names[place]) == 1:
                 return names[place]
         return place + 1
+
+    def place_of(self, column: str | int) -> int | None:
+        """Return the place of a column that settings name; None where it is not one."""
+        words = (column, split_unit(column)[0]) if isinstance(column, str) else (column,)
+        found = (places for each in words if (places := places_of(self.names, each)))
+        number = [int(column) - 1] if str(column).isdecimal() else []
+        return next((places[0] for places in (*found, number) if len(places) == 1), None)
 
 
 def layout_of_lines(

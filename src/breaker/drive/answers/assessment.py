@@ -1,0 +1,153 @@
+"""The assessment of a drive under one configuration: its records read, inferred, judged, compared.
+
+Every command and the fleet ask here. So a record is prepared in one way, whoever asks: its columns
+of contact and coil, the family of drives, the zone of each speed, what is given, and the limits.
+"""
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from breaker.common.numerals import in_digits
+from breaker.configuration.loading import read
+from breaker.drive.answers.drive_records import read_operations
+from breaker.drive.answers.evidence import FACTS, Answer, AnswerSettings, Given
+from breaker.drive.answers.inference import infer_drive, infer_means
+from breaker.drive.answers.limit_verdicts import judged
+from breaker.drive.answers.record_facts import DriveRecord
+from breaker.drive.family.level_network import Levels
+from breaker.drive.family.network_files import shipped_levels
+from breaker.mechanism.limits import Limit, from_list
+from breaker.quantities.parameters import MOTIONS
+from breaker.quantities.size import Size
+from breaker.quantities.speeds import Speed, speeds_at
+from breaker.reading.files.opened_file import Files
+from breaker.reading.files.operations_table import Operation
+from breaker.shipped import DEFAULTS
+
+BEYOND = 0.05
+"""Share of a change between two visits that matters."""
+
+
+@dataclass(frozen=True, eq=False)
+class Assessment:
+    """What is asked of the records of a drive.
+
+    Attributes:
+        config: The configuration.
+        limits: Entries of the section ``limits``, on which to judge.
+        given: What is given beside the records.
+        families: Opens the networks of levels, in the order in which families are tried.
+        speeds: Points of more speeds than those of the configuration, by name.
+    """
+
+    config: Mapping
+    limits: Sequence[Mapping] = ()
+    given: Given = field(default_factory=Given)
+    families: Callable[[], Iterable[Levels]] = shipped_levels
+    speeds: Mapping[str, Sequence[str]] = field(default_factory=dict)
+
+    @property
+    def settings(self) -> AnswerSettings:
+        """How answers are drawn."""
+        endurance = self.config["endurance"]
+        return AnswerSettings(
+            endurance["draws"], endurance["misfit_p_value"], seed=self.config["seed"]
+        )
+
+    def read(
+        self,
+        operations: Mapping[str, Sequence[Operation]],
+        *,
+        loose: bool = False,
+        files: Files | None = None,
+    ) -> list[DriveRecord]:
+        """Read records: see ``read_operations``."""
+        form = self.config["endurance"]["format"]
+        return read_operations(operations, form, loose=loose, files=files)
+
+    def infer(self, records: Sequence[DriveRecord]) -> list[Answer]:
+        """Infer records, in their order: see ``infer_drive``."""
+        speeds = self.speeds_of(records)
+        return infer_drive(records, self.families(), self.given, speeds, self.settings)
+
+    def infer_means(self, answers: Sequence[Answer]) -> list[list[Answer]]:
+        """Infer each pole from the means of its records: see ``infer_means``."""
+        return infer_means(answers, self.given, self.settings)
+
+    def speeds_of(self, records: Iterable[DriveRecord]) -> tuple[Speed, ...]:
+        """Return the speeds of a drive: between points of the configuration, or else those that its
+        files state; where there are none, over a way that goes with its stroke. None of a drive
+        without a usable record.
+        """
+        usable = [each for each in records if not each.reason]
+        if not usable:
+            return ()
+        points = {**self.speeds, **self.config["speeds"]}
+        if any(each.stated.speed_points for each in usable):
+            from breaker.reading.inspection.printed_comparison import stated_speeds
+
+            stated = [stated_speeds(each.stated) for each in usable]
+            for motion in MOTIONS:
+                own = {tuple(each[motion].points) for each in stated if motion in each}
+                if len(own) == 1 and points.get(f"{motion}_speed") is None:
+                    points[f"{motion}_speed"] = own.pop()
+        return speeds_at(points, float(np.median([each.shape.stroke for each in usable])))
+
+    def limits_on(self, answers: Sequence[Answer], motions: Iterable[str] = MOTIONS) -> list[Limit]:
+        """Return the limits on motions of a drive; none where no record of it can be used."""
+        speeds = next((each.speeds for each in answers if each.speeds), ())
+        return from_list(self.limits, [*motions], speeds) if speeds else []
+
+    def judge(self, answers: Sequence[Answer]) -> list[list[dict]]:
+        """Return the verdicts of each answer: see ``judged``."""
+        limits = self.limits_on(answers)
+        return [judged(each, limits, seed=self.settings.seed) for each in answers]
+
+    def compare(
+        self, visits: Mapping[str, Sequence[DriveRecord]], beyond: float = BEYOND
+    ) -> dict[str, object]:
+        """Compare records "before" and "today": see ``visit_comparison.compared``."""
+        from breaker.drive.answers.visit_comparison import SPEEDS, compared
+
+        more = {**SPEEDS, **self.speeds}
+        both = [each for records in visits.values() for each in records]
+        speeds = Assessment(self.config, speeds=more).speeds_of(both)
+        return compared(visits, speeds, self.settings, beyond=beyond, limits=self.limits)
+
+
+def given_by(
+    config: Mapping, size: Sequence[float] | None = None, facts: Mapping | None = None
+) -> tuple[Given, list[str]]:
+    """Return what a configuration gives beside records, and what to say of it.
+
+    Args:
+        config: The configuration.
+        size: Factors of lengths and times that a command gives.
+        facts: Those that a command gives go before those of the configuration.
+
+    Raises:
+        ValueError: If a fact is of nothing that is inferred, or a size is given beside a prior.
+    """
+    known = {**config["known"], **(facts or {})}
+    if wrong := [name for name in known if name not in FACTS]:
+        raise ValueError(
+            f"known: {wrong[0]} is not inferred, so no fact narrows it. Known can be: "
+            f"{', '.join(FACTS)}"
+        )
+    defaults = read(DEFAULTS)
+    if all(config[key] == defaults[key] for key in ("prior", "size")):
+        if not size:
+            return Given(known=known), []
+        said = "size given: lengths {} and times {} times those of the reference drive"
+        return Given(Size(*size), None, known), [said.format(*(in_digits(e, 4) for e in size))]
+    if size:
+        raise ValueError(
+            "--size is of drives with the default prior, and that of the configuration is another; "
+            "leave it out"
+        )
+    from breaker.mechanism.prior import Prior
+
+    prior = Prior.from_settings(config["prior"])
+    return Given(Size(**config["size"]), prior, known), ["prior and size are the configuration's"]
