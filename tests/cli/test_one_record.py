@@ -1,0 +1,106 @@
+"""One record has the same numbers, whichever is asked: infer, report, compare or the fleet."""
+
+import json
+import math
+
+import pytest
+import yaml
+
+from breaker.cli import main
+from breaker.configuration.loading import merge
+from breaker.drive.answers import drive_records, test_report
+from breaker.drive.answers.answer_document import document
+from breaker.drive.fleet.drive_document import examine
+from breaker.drive.fleet.members import members_of
+from breaker.quantities.parameters import MOTIONS
+from breaker.reading.files.folder_listing import list_fleet
+from tests.exports import write
+
+FORM = {"time_column": None, "travel_column": "Travel 1", "rate": None}
+OWN = {"endurance": {"draws": 60, "format": FORM}}
+TABLE = "file,motion,operation,breaker\none.csv,closing,1,Q1\none.csv,opening,1,Q1\n"
+
+
+@pytest.fixture
+def config(tmp_path, monkeypatch, defaults):
+    """An export that states its rate and the points of its speeds, with a contact and a coil that
+    nothing names; one of a visit before; and the configuration of both.
+    """
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "fleet").mkdir()
+    for seed, name in enumerate(("before.csv", "one.csv", "fleet/one.csv")):
+        write(name, rate=5.0, seed=min(seed, 1), channels=1, motions=MOTIONS)
+    (tmp_path / "fleet/operations.csv").write_text(TABLE)
+    (tmp_path / "own.yaml").write_text(yaml.safe_dump(OWN))
+    return merge(defaults, OWN)
+
+
+def told(records):
+    """What a document says of records, by name and motion."""
+    found = {}
+    for entry in records:
+        values = entry["parameters"] | entry["quantities"]
+        found |= {(name, entry["motion"]): each["median"] for name, each in values.items()}
+        found["family", entry["motion"]] = entry["fit"]["family"]
+    return {about: value for about, value in found.items() if value is not None}
+
+
+def inferred(capsys):
+    assert main(["infer", "one.csv", "--json", "--config", "own.yaml"]) == 0
+    return told(json.loads(capsys.readouterr().out)["records"])
+
+
+def reported(capsys, monkeypatch):
+    caught, real = [], test_report.report_of
+    monkeypatch.setattr(test_report, "report_of", lambda *a: caught.append(a) or real(*a))
+    assert main(["report", "one.csv", "--output", "a.html", "--config", "own.yaml"]) == 0
+    capsys.readouterr()
+    ((answers, verdicts, _),) = caught
+    return told(document(answers, verdicts, {}, {})["records"])
+
+
+def compared(capsys):
+    call = ["compare", "before.csv", "--today", "one.csv", "--json", "--config", "own.yaml"]
+    assert main(call) == 0
+    rows = json.loads(capsys.readouterr().out)["changes"]
+    return {(e["name"], e["motion"]): e["today"] for e in rows if e["kind"] == "measured"}
+
+
+def of_fleet(config):
+    (member,) = members_of(list_fleet("fleet"), MOTIONS, config["endurance"]["format"])
+    document = examine(member, config).document
+    return {(name, motion): value for name, motion, value in document["measured"]} | {
+        ("family", motion): document["family"] for motion in MOTIONS
+    }
+
+
+def unlike(one, other):
+    """Names and motions of what both tell, and tell differently."""
+    both = one.keys() & other.keys()
+    assert {("touch_time", "closing"), ("closing_speed", "closing")} <= both
+    return [each for each in sorted(both) if not alike(one[each], other[each])]
+
+
+def alike(one, other):
+    return one == other or (type(one) is float and math.isclose(one, other, rel_tol=1e-5))
+
+
+def test_a_record_has_the_same_numbers_through_every_command(config, capsys, monkeypatch):
+    alone = inferred(capsys)
+    assert alone["closing_time", "closing"] > 0.0  # from the coil to the contact
+    report = reported(capsys, monkeypatch)
+    assert len(report) >= len(alone)
+    assert unlike(alone, report) == unlike(alone, compared(capsys)) == []
+    assert unlike(alone, of_fleet(config)) == []
+
+
+def test_a_command_that_prepares_a_record_in_another_way_is_noticed(config, capsys, monkeypatch):
+    """Planted: a report that takes the contact from another column."""
+    alone, real = inferred(capsys), drive_records.as_told
+
+    def as_told(operation, *about):
+        found = real(operation, *about)
+        return drive_records.replace(found, settings=found.settings | {"contact_column": "Res 1"})
+
+    monkeypatch.setattr(drive_records, "as_told", as_told)
+    assert ("touch_time", "closing") in unlike(alone, reported(capsys, monkeypatch))
