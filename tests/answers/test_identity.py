@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from breaker.drive.answers.evidence import DriveRecord
 from breaker.drive.answers.identity import (
     doubts_about,
     mixed,
@@ -12,7 +13,6 @@ from breaker.drive.answers.identity import (
     visits_in_order,
     without_copies,
 )
-from breaker.drive.answers.record_facts import DriveRecord
 from breaker.drive.family.record_inputs import normalise_record
 from breaker.reading.files.operations_table import Operation
 from breaker.reading.files.preamble import Preamble

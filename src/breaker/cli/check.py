@@ -3,8 +3,8 @@
 import argparse
 
 from breaker.cli.command_settings import settings_of
-from breaker.cli.operations_named import add_path
 from breaker.cli.printing import say
+from breaker.cli.records_named import add_path
 
 
 def add(check: argparse.ArgumentParser) -> None:

@@ -2,6 +2,7 @@
 
 import argparse
 import gc
+import importlib
 import io
 import logging
 import os
@@ -11,12 +12,13 @@ from collections.abc import Sequence
 from typing import TextIO
 
 from breaker import __version__
-from breaker.cli import check, compare, fit_prior, infer, inspect, manifest, report
 from breaker.cli.command_settings import PROJECT
-from breaker.cli.operations_named import SEVERAL, add_path
 from breaker.cli.printing import say
+from breaker.cli.records_named import SEVERAL, add_path
 from breaker.configuration.yaml_sources import ConfigurationError
 from breaker.workflow.jobs import missing_packages, set_threads
+
+_COMMANDS = "inspect", "manifest", "check", "infer", "compare", "report", "fit-prior"  # of --help
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -28,7 +30,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """
     _prepare_streams()
     set_threads(1)  # records are small, and inferred one by one: more threads wait for each other
-    options = _parser().parse_args(arguments)
+    arguments = sys.argv[1:] if arguments is None else arguments
+    options = _parser(arguments[:1]).parse_args(arguments)
     _show_progress()
     logging.getLogger("breaker").setLevel(logging.ERROR)  # answers have the reasons of warnings
     status = 1
@@ -133,7 +136,8 @@ class _Parser(argparse.ArgumentParser):
         say(message, beside=file is not sys.stdout, end="")
 
 
-def _parser() -> argparse.ArgumentParser:
+def _parser(named: Sequence[str]) -> argparse.ArgumentParser:
+    """The parser of the command that is named first, or of all where none is."""
     parser = _Parser(
         prog="breaker", description="From a breaker's travel curve to the state of its drive."
     )
@@ -141,11 +145,11 @@ def _parser() -> argparse.ArgumentParser:
     parser.set_defaults(smaller="name fewer files, or lower endurance.draws")
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
     what = f"configuration files, laid over {PROJECT} if there is one, or the defaults"
-    modules = inspect, manifest, check, infer, compare, report, fit_prior  # as --help has them
-    for each in modules:
-        name, _, about = each.__doc__.removesuffix(".").removeprefix("`breaker ").partition("`: ")
-        command = commands.add_parser(name, help=about, description=each.add.__doc__)
-        command.set_defaults(run=each._run)
-        each.add(command)
+    for name in [each for each in _COMMANDS if each in named] or _COMMANDS:
+        module = importlib.import_module(f"breaker.cli.{name.replace('-', '_')}")
+        about = module.__doc__.removesuffix(".").partition("`: ")[2]
+        command = commands.add_parser(name, help=about, description=module.add.__doc__)
+        command.set_defaults(run=module._run)
+        module.add(command)
         add_path(command, "--config", "YAML", what, **SEVERAL)
     return parser

@@ -5,9 +5,9 @@ from collections.abc import Mapping
 from contextlib import suppress
 
 from breaker.cli.command_settings import limits_of, settings_of
-from breaker.cli.operations_named import add_path, each_once
 from breaker.cli.outputs import check_outputs, draw, say_written, write_lines
 from breaker.cli.printing import say
+from breaker.cli.records_named import add_path, each_once
 
 
 def add(fit_prior: argparse.ArgumentParser) -> None:

@@ -8,10 +8,17 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from breaker.cli.command_settings import limits_of, settings_of
-from breaker.cli.operations_named import MOTIONS, SEVERAL, add_choice, add_path, operations_of
 from breaker.cli.outputs import check_outputs, draw, say_written, whole, write_lines
 from breaker.cli.printing import say
-from breaker.cli.reference import add_reference, overlays_of
+from breaker.cli.records_named import (
+    MOTIONS,
+    SEVERAL,
+    add_choice,
+    add_path,
+    add_reference,
+    operations_of,
+    overlays_of,
+)
 
 if TYPE_CHECKING:
     from breaker.drive.answers.assessment import Assessment

@@ -3,9 +3,9 @@
 import argparse
 
 from breaker.cli.command_settings import PROJECT, settings_of
-from breaker.cli.operations_named import add_path
 from breaker.cli.outputs import check_outputs, draw, say_written, write_lines
 from breaker.cli.printing import say
+from breaker.cli.records_named import add_path
 
 
 def add(inspect: argparse.ArgumentParser) -> None:

@@ -3,9 +3,9 @@
 import argparse
 
 from breaker.cli.command_settings import settings_of
-from breaker.cli.operations_named import SEVERAL, add_path
 from breaker.cli.outputs import check_outputs, write_lines
 from breaker.cli.printing import say
+from breaker.cli.records_named import SEVERAL, add_path
 
 
 def add(manifest: argparse.ArgumentParser) -> None:

@@ -8,8 +8,8 @@ from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
 from breaker.cli.command_settings import ADVANCED, PROJECT
-from breaker.cli.operations_named import MOTIONS
 from breaker.cli.printing import say
+from breaker.cli.records_named import MOTIONS
 from breaker.common.atomic_writes import whole
 from breaker.shipped import DEFAULTS
 

@@ -7,11 +7,16 @@ from math import isnan
 from typing import TYPE_CHECKING
 
 from breaker.cli.command_settings import limits_of, settings_of
-from breaker.cli.operations_named import MOTIONS, SEVERAL, add_path
 from breaker.cli.outputs import check_outputs, write_bytes, write_lines
 from breaker.cli.printing import say
-from breaker.cli.reference import add_reference, overlays_of
-from breaker.cli.visit import read_visit
+from breaker.cli.records_named import (
+    MOTIONS,
+    SEVERAL,
+    add_path,
+    add_reference,
+    overlays_of,
+    read_visit,
+)
 
 if TYPE_CHECKING:
     from breaker.drive.answers.assessment import Assessment

@@ -12,10 +12,9 @@ import numpy as np
 from breaker.common.numerals import in_digits
 from breaker.configuration.loading import read
 from breaker.drive.answers.drive_records import read_operations
-from breaker.drive.answers.evidence import FACTS, Answer, AnswerSettings, Given
+from breaker.drive.answers.evidence import FACTS, Answer, AnswerSettings, DriveRecord, Given
 from breaker.drive.answers.inference import infer_drive, infer_means
 from breaker.drive.answers.limit_verdicts import judged
-from breaker.drive.answers.record_facts import DriveRecord
 from breaker.drive.family.level_network import Levels
 from breaker.drive.family.network_files import shipped_levels
 from breaker.mechanism.limits import Limit, from_list

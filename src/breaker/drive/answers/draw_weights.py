@@ -6,8 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from breaker.common.numerals import in_digits
-from breaker.drive.answers.evidence import Answer, Given
-from breaker.drive.answers.record_facts import DriveRecord
+from breaker.drive.answers.evidence import Answer, DriveRecord, Given
 from breaker.drive.family.change_network import agreement_of
 from breaker.quantities.parameters import GAP, NAMES
 from breaker.quantities.size import Size, powers

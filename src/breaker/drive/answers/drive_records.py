@@ -9,9 +9,9 @@ from typing import NamedTuple
 import numpy as np
 
 from breaker.common.numerals import in_digits
+from breaker.drive.answers.evidence import DriveRecord
 from breaker.drive.answers.file_statements import against_stated, as_told
 from breaker.drive.answers.identity import without_copies
-from breaker.drive.answers.record_facts import DriveRecord
 from breaker.drive.family.record_inputs import normalise_record
 from breaker.quantities.parameters import MOTIONS
 from breaker.reading.files.opened_file import Files

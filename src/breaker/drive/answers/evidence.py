@@ -1,4 +1,4 @@
-"""What is given beside the records of a drive, and what is known of each record."""
+"""The records of a drive, what is given beside them, and what is known of each."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -6,16 +6,18 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from breaker.drive.answers.record_facts import DriveRecord
 from breaker.drive.family.level_network import LevelDraws, Levels
 from breaker.drive.family.membership import Match
+from breaker.drive.family.network_inputs import NormalisedRecords
 from breaker.quantities.parameters import GAP, MOTIONS, NAMES
 from breaker.quantities.size import UNIT, Size, powers
 from breaker.quantities.speeds import Speed
-from breaker.reading.files.operations_table import SWITCHING
+from breaker.reading.files.operations_table import SWITCHING, Operation
+from breaker.reading.files.preamble import Preamble
 from breaker.reading.records.contact_edges import Contact
 from breaker.reading.records.measurements import Measured
-from breaker.reading.records.normalised_shape import SHAPE_TIMES
+from breaker.reading.records.normalised_shape import SHAPE_TIMES, Shape
+from breaker.reading.records.raw_record import Raw
 
 if TYPE_CHECKING:
     from breaker.mechanism.prior import Prior
@@ -38,6 +40,39 @@ MAY_SLIDE = (
 
 _PRESSED = 60.0  # mm, longest stroke of drives that press their contact by a spring
 _IMPROBABLE = 1e-3  # share of a prior's drives that lie farther out than one that it expects
+
+
+@dataclass(frozen=True, eq=False)
+class DriveRecord:
+    """One motion of an operation.
+
+    Attributes:
+        operation, motion: What it is of.
+        stated: What stands above the samples of its file.
+        reason: Why it cannot be used; empty if it can.
+        raw: The record as it is in its file, if it can be used.
+        shape, seen: What networks see of it.
+        warning: What its file states against how it was read, to be said before anything else.
+    """
+
+    operation: Operation
+    motion: str
+    stated: Preamble
+    reason: str = ""
+    raw: Raw | None = None
+    shape: Shape | None = None
+    seen: NormalisedRecords | None = None
+    warning: str = ""
+
+    @property
+    def timed(self) -> bool:
+        """Whether its contact was seen to switch."""
+        return bool(np.isfinite(self.raw.contact.time))
+
+    @property
+    def tenth(self) -> float:
+        """Time of 10 % of the way, from which networks count, ms of the file."""
+        return float(self.raw.time[self.raw.segment.begin]) + self.shape.origin
 
 
 @dataclass(frozen=True)

@@ -2,6 +2,10 @@
 
 What is found is said before anything else; copies count once, and records of several drives have no
 common mean.
+
+Two records are one with the same samples, or if one is an export of the other with other decimals,
+another zero, a part cut off, or every second sample. Noise never repeats itself: two operations
+differ by the noise of both at least.
 """
 
 import re
@@ -13,13 +17,18 @@ from typing import NamedTuple
 import numpy as np
 
 from breaker.common.numerals import in_digits
+from breaker.drive.answers.evidence import DriveRecord
 from breaker.drive.answers.file_statements import date_of
-from breaker.drive.answers.record_facts import DriveRecord
 from breaker.reading.files.date_text import earlier
 from breaker.reading.files.guards import printable
 from breaker.reading.files.type_spelling import bare
-from breaker.reading.records.copies import is_copy
+from breaker.reading.records.motion import LocatedMotion
+from breaker.reading.records.motion_search import white_noise
 
+_WHOLE = 0.05  # of a sample, by which the steps of two exports may differ
+_LAGS = 3  # samples about the lag that first motions tell, that are tried
+_COPIED = 0.4  # of the noise of both, up to which what two records differ by is none
+_FEWEST = 100  # samples that both have
 _MOST = 200  # records of a motion, of more than which only equal samples are looked for
 _NEAR = 0.7  # of the noise of both, by which the shapes of copies differ at most
 # Shares by which neighbours differ, of records in their order, that are of two drives.
@@ -31,6 +40,47 @@ _CLUSTERS, _LEAST = 5.0, {"stroke": 0.018, "duration": 0.03}
 _POLES = 6  # of a breaker, that may be swapped
 _SWAPPED = 25.0  # by which what swapped phases leave is less, in squares of sds
 _SCATTER = 0.005  # of strokes, durations and shapes, usual from visit to visit
+
+
+def is_copy(one: LocatedMotion, other: LocatedMotion) -> bool:
+    """Say whether two records of a motion hold the same samples.
+
+    Example:
+        >>> import numpy as np
+        >>> from types import SimpleNamespace
+        >>> rng, time = np.random.default_rng(1), 0.1 * np.arange(600)
+        >>> way = 14.0 * np.clip((time - 20.0) / 10.0, 0.0, 1.0)
+        >>> first, again = (way + 0.05 * rng.standard_normal(600) for _ in range(2))
+        >>> def record(samples, every=1):
+        ...     return SimpleNamespace(
+        ...         left=samples[::every], step=0.1 * every, moves=20.0, time=time[::every],
+        ...         inside=slice(None)
+        ...     )
+        >>> [is_copy(record(first), record(each, 2)) for each in (0.5 + first.round(2), again)]
+        [True, False]
+    """
+    fine, coarse = sorted((one, other), key=lambda each: each.step)
+    every = coarse.step / fine.step
+    if abs(every - round(every)) > _WHOLE:
+        return False
+    every = round(every)
+    noise = np.hypot(*(white_noise(each.left) for each in (fine, coarse)))
+    starts = [
+        round((each.moves - float(each.time[each.inside][0])) / each.step)
+        for each in (fine, coarse)
+    ]
+    near = starts[0] - every * starts[1]
+    for lag in range(near - _LAGS * every, near + _LAGS * every + 1):
+        first = max(0, -(lag // every))  # of the coarse one, that the fine one has
+        count = min(coarse.left.size - first, -(-(fine.left.size - lag) // every) - first)
+        if count < _FEWEST:
+            continue
+        part = fine.left[lag + every * first :: every][:count]
+        off = part - coarse.left[first : first + count]
+        off = off[~np.isnan(off)]
+        if off.size >= _FEWEST and off.std() <= _COPIED * noise:
+            return True
+    return False
 
 
 def without_copies(records: Sequence[DriveRecord]) -> list[DriveRecord]:

@@ -20,9 +20,8 @@ from breaker.drive.answers.draw_weights import (
     surprise_of,
     weights_of,
 )
-from breaker.drive.answers.evidence import Answer, AnswerSettings, Given
+from breaker.drive.answers.evidence import Answer, AnswerSettings, DriveRecord, Given
 from breaker.drive.answers.identity import mixed
-from breaker.drive.answers.record_facts import DriveRecord
 from breaker.drive.family.level_network import LevelDraws, Levels
 from breaker.drive.family.membership import choose_family
 from breaker.drive.family.record_means import mean_with_scatter

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from breaker.common.numerals import in_digits
-from breaker.drive.answers.record_facts import DriveRecord
+from breaker.drive.answers.evidence import DriveRecord
 from breaker.reading.files.guards import printable
 
 TOLERANCE = 0.05

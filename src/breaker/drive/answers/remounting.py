@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from breaker.drive.answers.record_facts import DriveRecord
+from breaker.drive.answers.evidence import DriveRecord
 from breaker.reading.files.operations_table import SWITCHING
 
 _SDS = 4.0  # from which a start has changed, in each motion

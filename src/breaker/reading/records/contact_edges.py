@@ -15,7 +15,7 @@ from breaker.reading.files.column_names import label_of
 from breaker.reading.files.operations_table import SWITCHING, Operation
 from breaker.reading.records.motion import LocatedMotion
 from breaker.reading.records.rejections import UnusableError
-from breaker.reading.records.running_statistics import running_median
+from breaker.reading.records.smoothing import running_median
 
 _EARLY = 1.0  # ms, by which the first motion may be read late
 _LASTS = 0.2  # ms

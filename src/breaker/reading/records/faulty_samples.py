@@ -12,7 +12,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 from breaker.common.numerals import in_digits
 from breaker.reading.records.jumps import fitting, jumps
 from breaker.reading.records.motion_search import white_noise
-from breaker.reading.records.running_statistics import (
+from breaker.reading.records.smoothing import (
     filled,
     running_mean,
     running_median,

@@ -21,14 +21,13 @@ from breaker.quantities.speeds import SPEEDS, Point, Speed
 from breaker.reading.records.contact_edges import Contact
 from breaker.reading.records.error_propagation import Trace, Uncertain
 from breaker.reading.records.faulty_samples import doubtful_samples
-from breaker.reading.records.jumps import leap_at
+from breaker.reading.records.jumps import hidden_slip, leap_at
 from breaker.reading.records.landmarks import first_motion
 from breaker.reading.records.motion import LocatedMotion
 from breaker.reading.records.motion_search import find_segment
 from breaker.reading.records.rejections import NotShownError, UnusableError
 from breaker.reading.records.rests import Rests
 from breaker.reading.records.sensor_scale import seen_quantum
-from breaker.reading.records.slips import hidden_slip
 
 _AROUND = 6.0, 9.0  # times the motion's duration, the record before and after it that counts
 _TRAVEL = (0.1, 0.9)  # shares of the stroke between which a travel time is taken

@@ -25,11 +25,15 @@ from breaker.reading.records.measurements import Measured, Reading
 from breaker.reading.records.model_grid import Gridded, on_grid
 from breaker.reading.records.motion import LocatedMotion
 from breaker.reading.records.motion_search import find_segment
-from breaker.reading.records.plausible_ranges import of_no_drive
+from breaker.reading.records.plausible_motion import (
+    check_stroke,
+    of_no_drive,
+    rest_of_open,
+    rest_remark,
+)
 from breaker.reading.records.rejections import SeveralMotionsError, UnusableError
 from breaker.reading.records.sample_times import count_remark, even_times
 from breaker.reading.records.sensor_scale import Scale, seen_quantum
-from breaker.reading.records.stroke import check_stroke, rest_of_open, rest_remark
 
 _MANY = 100  # files, from which the progress is shown
 
