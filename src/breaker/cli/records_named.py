@@ -7,6 +7,7 @@ own. A good record is one that others are laid over.
 import argparse
 import os
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -186,15 +187,13 @@ def read_visit(named: Sequence[str], options: argparse.Namespace, assessment: "A
     if len(names := {each.breaker for each in listed}) > 1:
         raise ValueError(f"a report is of one breaker, and these are {', '.join(sorted(names))}")
     after = max((each.number for each in listed), default=0)
-    whole: dict[str, list] = {motion: [] for motion in MOTIONS}
-    for file, number, phases in _numbered([*each_once(files)], options.channel, form, opened):
-        for channel, phase in phases.items():
-            for each in whole.values():
-                each.append(Operation(after + number, file, channel, phase=phase))
-    return [
-        *assessment.read(rows, files=opened),
-        *assessment.read(whole, loose=True, files=opened),
+    loose = [
+        Operation(after + number, file, channel, phase=phase)
+        for file, number, phases in _numbered(each_once(files), options.channel, form, opened)
+        for channel, phase in phases.items()
     ]
+    both = dict.fromkeys(MOTIONS, loose)
+    return [*assessment.read(rows, files=opened), *assessment.read(both, loose=True, files=opened)]
 
 
 def _numbered(
@@ -225,13 +224,11 @@ def _channels(file: "Opened", chosen: Sequence[str]) -> dict[str, str]:
     """Names of channels by columns of travel of a file; that of one alone is its phase, empty where
     the file states none.
     """
-    from breaker.reading.files.guards import RejectedCurveError
     from breaker.reading.inspection.file_description import travel_channels
 
-    try:
+    found = {}
+    with suppress(ValueError):  # to be read as configured, or rejected with the reason
         found = travel_channels(file)
-    except (ValueError, RejectedCurveError):
-        found = {}  # to be read as configured, or rejected with the reason
     names = {each: found[each][0] if each in found else each for each in chosen or found or [""]}
     return {key: "" if len(names) == 1 and name == key else name for key, name in names.items()}
 

@@ -5,7 +5,7 @@ of contact and coil, the family of drives, the zone of each speed, what is given
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -50,10 +50,8 @@ class Assessment:
     @property
     def settings(self) -> AnswerSettings:
         """How answers are drawn."""
-        endurance = self.config["endurance"]
-        return AnswerSettings(
-            endurance["draws"], endurance["misfit_p_value"], seed=self.config["seed"]
-        )
+        some = self.config["endurance"]
+        return AnswerSettings(some["draws"], some["misfit_p_value"], self.config["seed"])
 
     def read(
         self,
@@ -110,9 +108,8 @@ class Assessment:
         """Compare records "before" and "today": see ``visit_comparison.compared``."""
         from breaker.drive.answers.visit_comparison import SPEEDS, compared
 
-        more = {**SPEEDS, **self.speeds}
-        both = [each for records in visits.values() for each in records]
-        speeds = Assessment(self.config, speeds=more).speeds_of(both)
+        own = replace(self, speeds={**SPEEDS, **self.speeds})
+        speeds = own.speeds_of(each for records in visits.values() for each in records)
         return compared(visits, speeds, self.settings, beyond=beyond, limits=self.limits)
 
 

@@ -2,7 +2,7 @@
 
 import os
 from collections import defaultdict
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple, Self
@@ -16,9 +16,9 @@ from breaker.drive.family.level_network import Levels
 from breaker.drive.family.membership import Match, choose_family
 from breaker.drive.family.network_inputs import NormalisedRecords
 from breaker.quantities.size import Size
-from breaker.reading.files.folder_listing import list_operations
+from breaker.reading.files.folder_listing import list_fleet, list_operations
 from breaker.reading.files.guards import printable
-from breaker.reading.files.operations_table import MANIFEST, Operation, read_manifest
+from breaker.reading.files.operations_table import MANIFEST, Operation
 from breaker.reading.files.type_spelling import bare, usual_spelling
 from breaker.reading.records.raw_record import Raw
 
@@ -149,25 +149,39 @@ def list_breakers(
         ValueError: If a table is wrong, or states no such type. The message says what to do.
         FileNotFoundError: If no folder has an operation of any motion.
     """
-    troubles: list[str] = []
-    found = {motion: _listed(folders, motion, troubles) for motion in motions}
-    if not any(found.values()):
-        raise FileNotFoundError(_none(folders, troubles))
-    if not of_type:
+    found: dict[str, dict[str, list[Operation]]] = {m: defaultdict(list) for m in motions}
+    types, troubles = set(), []
+    for folder, name in ((each, printable(os.path.normpath(each))) for each in folders):
+        for motion, each in _rows(folder, motions, troubles):
+            types.add(each.type)
+            if motion in found and (not of_type or bare(each.type) == bare(of_type)):
+                found[motion][each.breaker or name].append(each)
+    if any(found.values()):
         return found
-    own, types = {motion: {} for motion in motions}, set()
-    for motion, breakers in found.items():
-        for name, listed in breakers.items():
-            types.update(each.type for each in listed if each.type)
-            if some := [each for each in listed if bare(each.type) == bare(of_type)]:
-                own[motion][name] = some
-    if not any(own.values()):
-        stated = f"these: {', '.join(sorted(types))}" if types else "none"
-        raise ValueError(
-            f"no operation is of type {printable(of_type)}: of types, the column type of "
-            f"{MANIFEST} states {stated}"
-        )
-    return own
+    if not (types and of_type):
+        raise FileNotFoundError(_none(folders, troubles))
+    stated = f"these: {', '.join(sorted(types - {''}))}" if any(types) else "none"
+    raise ValueError(
+        f"no operation is of type {printable(of_type)}: of types, the column type of "
+        f"{MANIFEST} states {stated}"
+    )
+
+
+def _rows(
+    folder: str | Path, motions: Sequence[str], troubles: list[str]
+) -> Iterator[tuple[str, Operation]]:
+    """Motions and operations in a folder, in their order; why it has none goes to the troubles."""
+    if os.path.lexists(Path(folder, MANIFEST)):
+        rows = [row for some in list_fleet(folder).values() for row in some]
+        yield from sorted(rows, key=lambda row: (row[1].breaker, row[1].phase, row[1].number))
+        if not {motion for motion, _ in rows} & {*motions}:
+            troubles.append(f"{Path(folder, MANIFEST)} has no operation of {' or '.join(motions)}")
+        return
+    for motion in motions:
+        try:
+            yield from ((motion, each) for each in list_operations(folder, motion))
+        except FileNotFoundError as error:  # a breaker may have one motion alone
+            troubles.append(str(error))
 
 
 def read_breakers(
@@ -238,30 +252,6 @@ def _none(folders: Sequence[str | Path], troubles: Sequence[str]) -> str:
         f"{troubles[0]}. `breaker manifest {printable(folders[0])}` proposes a table of the "
         "operations, breakers and phases in a folder"
     )
-
-
-def _listed(
-    folders: Sequence[str | Path], motion: str, troubles: list[str]
-) -> dict[str, list[Operation]]:
-    """Operations of a motion by breaker; why a folder has none goes to the troubles."""
-    found: dict[str, list[Operation]] = defaultdict(list)
-    for folder in folders:
-        for breaker, phase in _groups(folder):
-            try:
-                listed = list_operations(folder, motion, breaker=breaker, phase=phase)
-            except FileNotFoundError as error:  # a breaker may have one motion alone
-                troubles.append(str(error))
-                continue
-            found[breaker or printable(os.path.normpath(folder))] += listed
-    return found
-
-
-def _groups(folder: str | Path) -> list[tuple[str | None, str | None]]:
-    """Breakers and phases in the table of a folder; of one without a table, that of no name."""
-    if not os.path.lexists(Path(folder, MANIFEST)):
-        return [(None, None)]
-    rows = read_manifest(Path(folder, MANIFEST))
-    return sorted({(each.breaker, each.phase) for _, each in rows})
 
 
 def _spread(count: int) -> np.ndarray:
