@@ -25,6 +25,7 @@ from breaker.reading.files.preamble import Preamble
 from breaker.reading.inspection.file_contents import look_into
 from breaker.reading.records.raw_record import Raw
 
+_WITH = {"contact_column", "trigger_column"}  # of ``endurance.format``, that go with a travel
 _RATES, _LENGTHS = 0.01, 0.02  # shares, by which rates and lengths of a record may differ
 
 
@@ -37,30 +38,32 @@ def as_told(
     and a coil are those that go with the travel (``contact_columns``). Those of the configuration
     are of the configured travel, and of another travel of the file that has none of its own.
     """
-    form = {**FORMAT, **settings}
+    form = {**FORMAT, **settings, **operation.settings}
     told = _columns_with(operation, motion, opened, form)
-    if not (isnan(stated.rate) or form["rate"] or form["time_column"]):
-        told |= {"rate": stated.rate}
-    told = {key: value for key, value in told.items() if key not in operation.settings}
+    if form["rate"] is form["time_column"] is None and isfinite(stated.rate):
+        told["rate"] = stated.rate
     return replace(operation, settings={**operation.settings, **told}) if told else operation
 
 
 def _columns_with(operation: Operation, motion: str, opened: Opened, form: Mapping) -> dict:
-    """The columns that go with a travel in a motion, where those of the configuration do not."""
+    """The columns that go with a travel in a motion, where neither a row nor settings name them."""
+    usual, open_keys = form["travel_column"], _WITH - operation.settings.keys()
+    column = operation.channel or usual
+    if column == usual:
+        open_keys = {key for key in open_keys if form[key] is None}
     with suppress(ValueError):  # what cannot be read so is rejected, with the reason
-        laid = complete({**form, **operation.settings})
-        width = read_columns(opened, laid, operation.channel).width
-        if 0 < width < 2 + (laid["time_column"] is not None):
+        width = read_columns(opened, complete(form), operation.channel).width if open_keys else 1
+        if 0 < width < 2 + (form["time_column"] is not None):
             return {}  # most files: nothing is beside the travel
         # Here, as most files need neither, and an answer comes in a third of a second.
         from breaker.reading.inspection.contact_columns import Beside
         from breaker.reading.inspection.file_description import columns_with
 
-        layout, usual = look_into(opened), form["travel_column"]
-        places = layout.place_of(operation.channel or usual), layout.place_of(usual)
-        other = places[0] != places[1] is not None
-        found = columns_with(opened, operation.channel or usual).get(motion, Beside())
-        return {key: column for key, column in found.settings.items() if other or not form[key]}
+        layout = look_into(opened)
+        place, own = layout.place_of(column), layout.place_of(usual)
+        found = columns_with(opened, column).get(motion, Beside()).settings
+        other = own is not None and place != own
+        return {k: v for k, v in found.items() if k in open_keys and (other or form[k] is None)}
     return {}
 
 
