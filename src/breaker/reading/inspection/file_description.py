@@ -18,7 +18,6 @@ from breaker.reading.inspection.setting_guesses import (
     guess_time,
     guess_unit,
 )
-from breaker.reading.inspection.setting_proposal import motions_of
 from breaker.reading.inspection.table_layout import Layout, LayoutError
 from breaker.reading.inspection.timing import Clock, find_clock
 from breaker.reading.inspection.travel_channels import InspectionError, Travel, chosen_travels
@@ -88,6 +87,9 @@ def describe_file(file: str | Path) -> Description:
 
 def _parts(layout: Layout, clock: Clock, travels: Sequence[Travel], sign: int) -> Iterator[Part]:
     """The motions of all channels; where they are only if the times of samples are known."""
+    # Here, as it loads xarray, and what goes with a travel is asked in every answer.
+    from breaker.reading.inspection.setting_proposal import motions_of
+
     other = {layout.column(t.place) for t in travels if t.unit not in (None, *TO_MM)}
     for each in motions_of(layout, clock, travels, sign):
         found, column = each.operation, each.column
