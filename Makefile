@@ -122,7 +122,7 @@ ship: $(INSTALLED)
 	$(BIN)/python envs/ship.py
 
 dist: $(INSTALLED)
-	$(BIN)/python envs/dist.py
+	$(BIN)/python envs/wheel_check.py
 
 build/site-env/.pinned: envs/site.lock
 	$(PYTHON) -m venv --clear build/site-env

@@ -10,8 +10,7 @@ import subprocess
 import sys
 
 from lock import closure
-
-from dist import ROOT, asked, fresh, installed, run
+from wheel_check import ROOT, asked, fresh, installed, run
 
 VERSIONS = ("3.11", "3.12", "3.13", "3.14")
 TESTS = ("tests/common", "tests/files", "tests/records", "tests/inspection", "tests/mechanism")

@@ -27,9 +27,9 @@ SOURCES = ROOT / "src" / "breaker"
 @pytest.fixture(scope="module")
 def dist():
     """The module that builds and checks."""
-    sys.path.insert(0, str(ROOT / "envs"))  # as of `python envs/dist.py`
+    sys.path.insert(0, str(ROOT / "envs"))  # as of `python envs/wheel_check.py`
     try:
-        return importlib.import_module("dist")
+        return importlib.import_module("wheel_check")
     finally:
         sys.path.remove(str(ROOT / "envs"))
 
