@@ -24,7 +24,7 @@ ROOT = Path(__file__).resolve().parents[1]
 # From the ground up: a room uses those of lower floors only, and none beside it.
 FLOORS = [
     {"common", "shipped"},
-    {"quantities", "networks"},
+    {"quantities", "networks", "documents"},
     {"reading.files", "mechanism"},
     {"reading.instruments", "configuration", "paper.model"},
     {"reading.records", "workflow"},
@@ -38,8 +38,11 @@ FLOORS = [
 FLOOR = {room: floor for floor, rooms in enumerate(FLOORS) for room in rooms}
 # The rooms outside of it that a wing may use. A training of a family is one of the paper's trainer.
 WINGS = {
-    "reading": {"common", "quantities"},
-    "drive": {"common", "shipped", "quantities", "mechanism", "configuration", "reading"},
+    "reading": {"common", "quantities", "documents"},
+    "drive": {
+        *("common", "shipped", "quantities", "documents"),
+        *("mechanism", "configuration", "reading"),
+    },
     "paper": {"common", "quantities", "mechanism", "reading", "networks"},
 }
 MAY_TOO = {"drive.training": {"networks", "paper"}}

@@ -1,47 +1,57 @@
 """Where numbers are read: what stands there gives the number again."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from breaker.documents.terminal import text_of
 from breaker.drive.answers.answer_document import document
-from breaker.drive.answers.number_sources import explained, place_lines
+from breaker.drive.answers.answer_words import words_of
 
 
 @pytest.fixture(scope="module")
-def told(answers):
-    found = document(answers, [[]] * len(answers), {"words": []}, {})
-    return [each for each in explained(found, answers)["records"] if each["accepted"]]
+def document_of_all(answers):
+    return document(answers, [[]] * len(answers), {"words": []}, {}, explain=True)
+
+
+@pytest.fixture(scope="module")
+def told(document_of_all):
+    return [each for each in document_of_all.records if each.accepted]
 
 
 def test_places_give_the_numbers_again(told):
     for record in told:
-        known, places = record["quantities"], record["places"]
+        known, places = record.quantities, record.places
         before, after = places["stroke"]
-        way = abs(after["travel"] - before["travel"])
-        assert known["stroke"]["median"] == pytest.approx(way, rel=1e-4)
+        way = abs(after.travel - before.travel)
+        assert known["stroke"].median == pytest.approx(way, rel=1e-4)
         begin, end = places["travel_time"]
-        lasts = end["time"] - begin["time"]
-        assert known["travel_time"]["median"] == pytest.approx(lasts, rel=1e-4)
+        lasts = end.time - begin.time
+        assert known["travel_time"].median == pytest.approx(lasts, rel=1e-4)
         for name, (first, last) in places.items():
             if "_speed" in name:
-                way = abs(last["travel"] - first["travel"])
-                speed = way / (last["time"] - first["time"])
-                assert known[name]["median"] == pytest.approx(speed, rel=1e-3)
+                way = abs(last.travel - first.travel)
+                speed = way / (last.time - first.time)
+                assert known[name].median == pytest.approx(speed, rel=1e-3)
 
 
 def test_only_what_is_measured_has_places(told):
     for record in told:
-        shown = {n for n, each in record["quantities"].items() if each["median"] is not None}
-        assert record["places"].keys() <= shown
-        assert not any(record["quantities"][n]["source"] == "inferred" for n in record["places"])
+        shown = {n for n, each in record.quantities.items() if each.median is not None}
+        assert record.places.keys() <= shown
+        assert not any(record.quantities[n].source == "inferred" for n in record.places)
 
 
-def test_samples_count_from_one_and_rests_have_an_end(told):
-    before, after = told[0]["places"]["stroke"]
-    assert 1 <= before["sample"] < after["sample"]
-    assert before["until"] > before["time"]
-    assert np.diff([before["time"], before["until"], after["time"], after["until"]]).min() > 0.0
-    lines = place_lines(told[0])
-    assert lines[0].split()[:4] == ["where", "it", "is", "read"]
-    assert any("stroke: rest after" in line for line in lines)
-    assert place_lines({"quantities": {}}) == []
+def test_samples_count_from_one_and_rests_have_an_end(told, document_of_all):
+    before, after = told[0].places["stroke"]
+    assert 1 <= before.sample < after.sample
+    assert before.until > before.time
+    assert np.diff([before.time, before.until, after.time, after.until]).min() > 0.0
+    text = text_of(words_of(document_of_all))
+    assert "stroke: rest after" not in text  # several files have short blocks
+    text = text_of(words_of(replace(document_of_all, records=told[:1])))
+    assert "  where it is read " in text
+    assert "stroke: rest after" in text
+    none = replace(told[0], places=None)
+    assert "where it is read" not in text_of(words_of(replace(document_of_all, records=[none])))

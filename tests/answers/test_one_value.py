@@ -49,34 +49,34 @@ def test_a_quantity_has_one_value_on_all_pages(seed, tmp_path, levels, defaults)
     assessment = Assessment(config, LIMITS, families=lambda: [levels])
     answers = assessment.infer(assessment.read(operations, loose=True))
     verdicts = assessment.judge(answers)
-    entries = [e for e in document(answers, verdicts, {}, {})["records"] if e["accepted"]]
+    entries = [e for e in document(answers, verdicts, {}, {}).records if e.accepted]
     found = report_of(answers, verdicts, {"plate": []})
-    tables = [each for each in found.tables if each.head[0] == "measured"]
+    tables = [each for each in found.parts if [*each.head[:1]] == ["measured"]]
     assert len(tables) == len(entries) > 1
     for entry in entries:
-        told = entry["quantities"]
-        assert not told.keys() & entry["parameters"].keys()
-        for part in (part for limit in entry["limits"] for part in limit["parts"]):
-            if part["value"] is not None:  # a verdict is on the value that stands above it
-                assert part["value"] == told[part["quantity"]]["median"]
-        event = EVENTS[entry["motion"]]
+        told = entry.quantities
+        assert not told.keys() & entry.parameters.keys()
+        for part in (part for limit in entry.limits for part in limit.parts):
+            if part.value is not None:  # a verdict is on the value that stands above it
+                assert part.value == told[part.quantity].median
+        event = EVENTS[entry.motion]
         (table,) = (
             each
             for each in tables
-            if each.title.endswith(entry["file"].rpartition("/")[2])
-            and each.title.startswith(entry["motion"])
+            if each.title.endswith(entry.file.rpartition("/")[2])
+            and each.title.startswith(entry.motion)
         )
-        names = [row[0].text for row in table.rows if not row[0].text.startswith(" ")]
+        names = [row[0] for row in table.rows if not row[0].startswith(" ")]
         assert len({*names}) == len(names)
-        shown = {row[0].text: row[2].text for row in table.rows}
+        shown = {row[0]: row[2] for row in table.rows}
         for name, each in told.items():
-            if not name.endswith(FROM_TENTH) and each["median"] is not None:
-                assert shown[name] == in_digits(each["median"], 4) + "*" * starred(each)
+            if not name.endswith(FROM_TENTH) and each.median is not None:
+                assert shown[name] == in_digits(each.median, 4) + "*" * starred(each)
         if f"{event} at" in shown:
             after = float(shown[f"{event} at"]) - float(shown["first motion at"])
             time = told[{"touch": "touch_time", "parting": "part_time"}[event]]
-            assert time["source"] == "measured"
-            assert after == pytest.approx(time["median"], abs=0.02)
+            assert time.source == "measured"
+            assert after == pytest.approx(time.median, abs=0.02)
         star = any("was not measured" in note for note in table.notes)
         assert star == any("*" in text for text in shown.values())
         assert not (star and "contact_column" in form)

@@ -5,10 +5,11 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from breaker.documents.terminal import text_of
 from breaker.drive.answers.assessment import Assessment
 from breaker.drive.answers.drive_records import read_operations
 from breaker.drive.answers.remounting import slack_between
-from breaker.drive.answers.visit_document import visits_in_words
+from breaker.drive.answers.visit_document import words_of_visits
 from breaker.mechanism.curves import travel
 from breaker.quantities.parameters import MOTIONS
 from breaker.reading.files.operations_table import Operation
@@ -79,7 +80,7 @@ def test_another_zero_is_said_and_changes_nothing_else(between):
     (said,) = (each for each in found["trust"] if "the transducer is mounted elsewhere" in each)
     assert "is at 5.1 mm" in said
     assert (found["differences"], found["warnings"]) == ([], [])
-    assert "mounted elsewhere" in " ".join(visits_in_words(found).split())
+    assert "mounted elsewhere" in " ".join(text_of(words_of_visits(found)).split())
 
 
 @pytest.mark.parametrize(("whole", "told"), [(0.0, True), (1.5, False)])

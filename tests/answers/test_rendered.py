@@ -8,8 +8,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from breaker.common.plain_values import to_json
+from breaker.documents.terminal import text_of
 from breaker.drive.answers.answer_document import document, table_of
-from breaker.drive.answers.answer_words import in_words
+from breaker.drive.answers.answer_words import words_of
 from breaker.drive.answers.arviz_tree import tree
 from breaker.drive.answers.evidence import Given
 from breaker.drive.answers.limit_verdicts import VERDICTS, judged
@@ -34,7 +36,7 @@ def verdict(answers):
 
     def verdict(limit, answer=answers[0]):
         (row,) = judged(answer, [limit], seed=1)
-        return row["verdict"]
+        return row.verdict
 
     return verdict
 
@@ -63,8 +65,8 @@ def test_measured_quantities_are_judged_as_measured(answers, infer, timed, verdi
     (measured,) = infer(some=[timed(20.09)])
     assert verdict(limit("touch_time", 5.0, "record"), measured) == VERDICTS[-1]
     assert verdict(limit("latch_time", 5.0, "record")) == "not shown"
-    fit = document([measured], [[]], {}, {})["records"][0]["fit"]
-    assert fit["contact_time"] == pytest.approx(10.09, abs=0.5)  # after the first motion
+    fit = document([measured], [[]], {}, {}).records[0].fit
+    assert fit.contact_time == pytest.approx(10.09, abs=0.5)  # after the first motion
 
 
 @pytest.fixture
@@ -74,9 +76,10 @@ def found(answers):
 
 
 def test_a_document_has_every_record_and_no_number_that_json_lacks(found, answers):
-    assert json.loads(json.dumps(found, allow_nan=False)) == found
-    first, _, rejected, _ = found["records"]
-    assert [each["accepted"] for each in found["records"]] == [True, True, False, True]
+    written = json.loads(to_json(found), parse_constant=pytest.fail)
+    assert json.loads(to_json(written)) == written
+    first, _, rejected, _ = written["records"]
+    assert [each["accepted"] for each in written["records"]] == [True, True, False, True]
     assert first["phase"] == "L1"
     assert "is not there" in rejected["reason"]
     assert "parameters" not in rejected
@@ -85,9 +88,9 @@ def test_a_document_has_every_record_and_no_number_that_json_lacks(found, answer
     assert first["parameters"]["L"]["interval_95"] == pytest.approx([low, high], rel=1e-5)
     assert first["verdict"] == "fail"
     assert first["quantities"]["wipe"]["meaning"] == "way still to go at touch"
-    together = found["together"]
+    together = written["together"]
     assert set(together) == {"closing"}
-    each = [found["records"][k]["parameters"]["mu"] for k in (0, 1)]
+    each = [written["records"][k]["parameters"]["mu"] for k in (0, 1)]
     mu = together["closing"]["parameters"]["mu"]
     assert mu["sd"] == pytest.approx(np.std([e["median"] for e in each], ddof=1), rel=1e-3)
     half = np.median([np.ptp(e["interval_95"]) for e in each]) / 2.0
@@ -98,13 +101,13 @@ def test_a_document_has_every_record_and_no_number_that_json_lacks(found, answer
 def test_words_of_an_answer_that_is_not_one_name_the_remedies(answers):
     few = replace(answers[1], draws=None, unresolved="effective size 9", prior_p_value=1e-9)
     few = replace(few, prior_sds=np.linspace(3.0, -6.0, 7))
-    text = in_words(document([few], [[]], {"words": []}, {}))
+    text = text_of(words_of(document([few], [[]], {"words": []}, {})))
     for words in ("NOT resolved (effective size 9)", "--model FILE", "L is -6.0 of its sds"):
         assert words in " ".join(text.split())
     parts = {"start": 0.5, "main motion": 3.0, "end": None}
     match = answers[1].match._replace(p_value=0.0, parts=parts)
     out = replace(answers[1], misfit=True, draws=None, match=match)
-    text = in_words(document([out], [[]], {"words": []}, {}))
+    text = text_of(words_of(document([out], [[]], {"words": []}, {})))
     assert "more than 99 % of its drives do in: main motion, 3 times." in " ".join(text.split())
     assert "config/any.yaml" in text
     assert max(map(len, text.splitlines())) <= 100
@@ -173,11 +176,11 @@ def test_every_limit_has_a_row_whatever_is_known_of_its_quantity(answers, timed,
     for answer in (*answers, latched, out, replace(answers[3], unresolved="few", draws=None)):
         rows = judged(answer, limits, seed=1)
         found = document([answer], [rows], {"words": []}, {})
-        text = in_words(found)
+        text = text_of(words_of(found))
         for row in [] if answer.record.reason else rows:
-            assert (row["verdict"] == "not shown") == bool(row["reason"])
-            assert f"  {row['name']} " in text
-    verdicts = {row["name"]: row["verdict"] for row in judged(latched, limits, seed=1)}
+            assert (row.verdict == "not shown") == bool(row.reason)
+            assert f"  {row.name} " in text
+    verdicts = {row.name: row.verdict for row in judged(latched, limits, seed=1)}
     assert verdicts["latch_time record closing upper"] == "fail"
     assert verdicts["touch_time record closing lower"] == "pass"
 
@@ -185,12 +188,12 @@ def test_every_limit_has_a_row_whatever_is_known_of_its_quantity(answers, timed,
 def test_a_pair_is_one_row_with_both_bounds(answers):
     entry = {"quantity": "stroke", "motion": "closing", "reference": 13.5, "tolerance": "5 %"}
     (row,) = judged(answers[0], from_list([entry], MOTIONS), seed=1)
-    (part,) = row["parts"]
-    assert (row["name"], row["verdict"], row["probability"]) == ("stroke", "pass", 0.0)
-    assert part["bounds"] == pytest.approx([12.825, 14.175])
-    assert part["interval_95"][0] < part["value"] < part["interval_95"][1]
+    (part,) = row.parts
+    assert (row.name, row.verdict, row.probability) == ("stroke", "pass", 0.0)
+    assert part.bounds == pytest.approx([12.825, 14.175])
+    assert part.interval_95[0] < part.value < part.interval_95[1]
     (row,) = judged(answers[0], from_list([entry | {"reference": 15}], MOTIONS), seed=1)
-    assert (row["verdict"], row["probability"]) == ("fail", 1.0)
+    assert (row.verdict, row.probability) == ("fail", 1.0)
 
 
 def test_measured_values_come_first_with_how_many_there_are_and_why_others_lack(answers):
@@ -199,13 +202,13 @@ def test_measured_values_come_first_with_how_many_there_are_and_why_others_lack(
     ended = replace(answers[0], measured=answers[0].measured | {"stroke": gone})
     out = replace(answers[1], misfit=True, draws=None)
     found = document([ended, answers[1], out], [[]] * 3, {"words": []}, {})
-    stroke = found["together"]["closing"]["quantities"]["stroke"]
-    assert (stroke["told"], stroke["of"], stroke["reasons"]) == (2, 3, {gone.reason: 1})
-    text = in_words(found)
+    stroke = found.together["closing"].quantities["stroke"]
+    assert (stroke.told, stroke.of, stroke.reasons) == (2, 3, {gone.reason: 1})
+    text = text_of(words_of(found))
     assert f"  no stroke: {gone.reason}" in text
     together = text[text.index("3 records of closing") :]
     assert "2 of 3\n    1 without: the record ends before the drive rests" in together
     assert together.index("stroke") < together.index("travel_time") < together.index("\ninferred")
     assert together.index("\ninferred") < together.index("  gamma_a")
-    alone = in_words(document([ended], [[]], {"words": []}, {}))
+    alone = text_of(words_of(document([ended], [[]], {"words": []}, {})))
     assert alone.index(gone.reason) < alone.index("  gamma_a")

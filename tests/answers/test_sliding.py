@@ -24,23 +24,23 @@ def limit(name, bound):
 
 
 def test_a_short_stroke_tells_its_touch(answers):
-    (entry,) = document(answers[:1], [[]], {}, {})["records"]
-    assert entry["quantities"]["touch_time"]["median"] > 0.0
-    assert entry["parameters"]["L"]["median"] > 0.0
+    (entry,) = document(answers[:1], [[]], {}, {}).records
+    assert entry.quantities["touch_time"].median > 0.0
+    assert entry.parameters["L"].median > 0.0
 
 
 def test_a_long_one_withholds_it_everywhere(answers):
     answer = long(answers[0])
     verdicts = judged(answer, [limit("touch_time", 50.0), limit("L", 500.0)], seed=1)
-    assert [each["verdict"] for each in verdicts] == ["not shown"] * 2
-    assert {each["reason"] for each in verdicts} == {MAY_SLIDE}
-    (entry,) = document([answer], [[]], {}, {})["records"]
+    assert [each.verdict for each in verdicts] == ["not shown"] * 2
+    assert {each.reason for each in verdicts} == {MAY_SLIDE}
+    (entry,) = document([answer], [[]], {}, {}).records
     for name in ("touch_time", "wipe"):
-        assert entry["quantities"][name]["median"] is None
-        assert entry["quantities"][name]["reason"] == MAY_SLIDE
-    assert "touch_from10" not in entry["quantities"]
-    assert entry["parameters"]["L"]["reason"] == MAY_SLIDE
-    assert entry["parameters"]["f"]["median"] > 0.0
+        assert entry.quantities[name].median is None
+        assert entry.quantities[name].reason == MAY_SLIDE
+    assert "touch_from10" not in entry.quantities
+    assert entry.parameters["L"].reason == MAY_SLIDE
+    assert entry.parameters["f"].median > 0.0
     drawn = shown([answer], Given(), seed=1)
     assert not drawn.switching
     assert drawn.curves["closing"].switching.size == 0

@@ -6,6 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from breaker.documents.terminal import text_of
 from breaker.drive.answers.comparability import judged_today, unlike
 from breaker.drive.answers.operation_scatter import visit_error
 from breaker.drive.answers.visit_changes import (
@@ -14,7 +15,7 @@ from breaker.drive.answers.visit_changes import (
     measured_changes,
     mechanism_changes,
 )
-from breaker.drive.answers.visit_document import visits_document, visits_in_words
+from breaker.drive.answers.visit_document import visits_document, words_of_visits
 from breaker.drive.family.change_network import ChangeDraws
 from breaker.drive.family.level_network import LevelDraws
 from breaker.drive.family.membership import PARTS, Match
@@ -117,7 +118,7 @@ def test_what_changed_is_in_the_headline_after_what_is_measured():
     assert other["headline"].endswith(
         "No parameter changed for sure beyond 20 %; not beyond 20 %: all others"
     )
-    assert "P>20 %" in visits_in_words(other)
+    assert "P>20 %" in text_of(words_of_visits(other))
 
 
 def test_the_first_family_that_fits_both_visits_answers():
@@ -158,7 +159,7 @@ def test_parameters_of_a_drive_of_no_family_are_withheld():
 def test_visits_that_were_measured_differently_are_warned_of_first():
     """By the stroke, measured or as networks see it, or by the ratio that files state."""
     found = document(family(f=0.9), today=records(stroke=131.2))
-    text = " ".join(visits_in_words(found).split())
+    text = " ".join(text_of(words_of_visits(found)).split())
     assert text.startswith("WARNING: the scale of all ways and speeds, as of another ratio of the ")
     assert "was 1 and is 1.64. The visits were measured differently" in text
     assert found["headline"].startswith("No change of the drive is told")
@@ -203,20 +204,20 @@ def test_limits_are_judged_by_the_second_visit():
     ]
     limits = from_list(entries, MOTIONS, SPEEDS)
     found = document(family(f=0.9), today=records(stroke=80.8), limits=limits)
-    rows = {row["name"]: row for row in found["limits"]}
-    verdicts = {name: row["verdict"] for name, row in rows.items()}
+    rows = {row.name: row for row in found["limits"]}
+    verdicts = {name: row.verdict for name, row in rows.items()}
     none = dict.fromkeys(("late", "gap"), "not shown")
     assert verdicts == {"stroke": "pass", "travel_time": "fail", **none, "f": "fail"}
-    (part,) = rows["stroke"]["parts"]
-    assert (part["value"], part["bounds"]) == (pytest.approx(80.8, abs=0.1), [76.0, 84.0])
-    assert rows["late"]["reason"].startswith("no contact timing")
-    assert "stroke 76 to 84 mm" in visits_in_words(found)
+    (part,) = rows["stroke"].parts
+    assert (part.value, part.bounds) == (pytest.approx(80.8, abs=0.1), [76.0, 84.0])
+    assert rows["late"].reason.startswith("no contact timing")
+    assert "stroke 76 to 84 mm" in text_of(words_of_visits(found))
 
 
 def test_a_change_beyond_any_wear_is_not_told():
     found = document(family(gamma_b=1e36))
     assert (found["parameters"], inferred(found)) == ("beyond", {})
-    assert found["headline"].endswith("no wear of a drive is as large as this change")
+    assert found["headline"].endswith("larger than any wear that the networks know")
     assert "are rate and ratio of both files right?" in found["trust"][1]
     assert document(family(gamma_b=1.6))["parameters"] == "told"
 
@@ -284,7 +285,7 @@ def test_means_are_known_no_better_than_their_readings():
 def test_the_text_has_a_row_for_each_and_what_was_rejected():
     rejected = [{"file": "x.csv", "motion": "closing", "visit": "today", "reason": "no rise"}]
     found = document(family(f=0.9), rejected=rejected)
-    text = visits_in_words(found)
+    text = text_of(words_of_visits(found))
     assert "rejected: today: x.csv: no rise" in text
     assert "closing 2 before, 2 today" in text
     for name in (*NAMES, "touch_time", "stroke (closing)", "closing_speed_mean"):

@@ -69,9 +69,9 @@ def test_the_parts_of_a_log_sd_are_under_their_names(prior):
         name: np.full(7, value) for name, value in (("between", 3), ("design", 5), ("room", 6))
     }
     spread = SimpleNamespace(centre_sd=np.full(7, 4))
-    head, first, *_ = _table(SimpleNamespace(prior=prior, reference=prior, spread=spread, **parts))
-    assert head.split()[4:9] == ["between", "not", "known", "design", "wear"]
-    assert first.split()[4:8] == [f"{part * prior.log_sds[0]:.3f}" for part in (3, 4, 5, 6)]
+    table = _table(SimpleNamespace(prior=prior, reference=prior, spread=spread, **parts))
+    assert [*table.head[4:8]] == ["of it: between", "not known", "design", "wear"]
+    assert [*table.rows[0][4:8]] == [f"{part * prior.log_sds[0]:.3f}" for part in (3, 4, 5, 6)]
 
 
 def test_what_the_files_need_is_written_along(folder, tmp_path, capsys):

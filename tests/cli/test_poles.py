@@ -2,7 +2,9 @@
 
 import re
 from pathlib import Path
+from types import SimpleNamespace
 
+import numpy as np
 import pytest
 import yaml
 
@@ -67,14 +69,16 @@ def test_simultaneity_of_a_contact_that_is_not_recorded_is_not_told():
 
 def test_times_of_several_files_need_a_trigger():
     def of(file, touch, **fit):
-        return {"motion": "closing", "file": file, "fit": {"moves": 10.0, **fit} | touch}
+        switches = 10.0 + touch.get("contact_time", np.nan)
+        known = {"contact_time": None, "trigger": None, "switches": switches} | touch | fit
+        return SimpleNamespace(motion="closing", file=file, fit=SimpleNamespace(**known))
 
     known = {"contact_time": 5.0}
     said = simultaneity_of({"R": of("1", known), "Y": of("2", {"contact_time": 7.0})})
     assert "of R, Y no trigger is known" in said
     said = simultaneity_of({"R": of("1", known), "Y": of("1", {"contact_time": 7.0})})
     assert said == "simultaneity of the touch: 2 ms, R first, Y last, of one record"
-    apart = {"R": of("1", known, trigger=1.0), "Y": of("2", {"contact_time": 7.0}, trigger=2.0)}
+    apart = {"R": of("1", known, trigger=0.0), "Y": of("2", {"contact_time": 7.0}, trigger=1.0)}
     assert simultaneity_of(apart | {"B": of("3", {})}) == (
         "simultaneity of the touch: 1 ms, R first, Y last, each from the trigger of its file; not "
         "recorded of B"

@@ -96,7 +96,7 @@ def test_the_share_without_an_answer_is_of_operations():
 @pytest.mark.parametrize(
     ("family", "agreement", "why"),
     [
-        ("", 1.0, "The drive fits no known family"),
+        ("", 1.0, "The drive is of no family that ships"),
         ("", 0.001, "Closing and opening contradict each other"),
         ("medium", 0.5, "The change is larger than any wear"),
     ],

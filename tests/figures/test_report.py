@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from breaker.documents.parts import Cell, Table
 from breaker.drive.answers.picture_data import Marked, Panel
 from breaker.drive.answers.reference_curve import Overlay
-from breaker.drive.answers.report_tables import Cell, Table
 from breaker.drive.answers.test_report import Report
 from breaker.figures.overlay import overlay
 from breaker.figures.report import pages
@@ -32,16 +32,15 @@ def report(channels, rows=8, motions=2):
     """A report of long names."""
     phases = [f"travel of the interrupter unit {k}" for k in range(channels)]
     head = ("measured", "unit", *phases, "limit", "result")
-    row = tuple(map(Cell, ("travel_time", "ms", *["142.25*"] * channels, "≥ 178.2", "FAIL")))
-    table = Table(f"closing: {NAME}", head, [row] * rows, ["a note that is not short $ " * 12])
+    row = ("travel_time", "ms", *["142.25*"] * channels, "≥ 178.2", "FAIL")
+    table = Table(head, [row] * rows, f"closing: {NAME}", ["a note that is not short $ " * 12])
     about = (20.0, 0.0), (60.0, 150.0), False, (0.0, 178.0), [(30.0, 40.0)]
     curves = [Marked(phase, TIME, WAY, *about) for phase in phases]
     overlays = [over(phase, leaves=(40.0, 9.0)) for phase in phases]
     panels = [Panel(f"closing: {NAME}", "closing", curves, overlays)] * motions
     plate = [("Breaker", NAME), ("Test date", "2021-03-14"), ("Files", ""), ("Odd", "$5")]
-    return Report(
-        plate, ["WARNING: another bay"], Cell("FAIL: slow", "bad"), [table] * motions, panels
-    )
+    summary = [Cell("WARNING: another bay", "bad"), Cell("FAIL: slow", "bad")]
+    return Report("Test report", plate, summary, [table] * motions, panels)
 
 
 @pytest.mark.parametrize("channels", [1, 3, 6])

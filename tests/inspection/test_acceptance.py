@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
+from breaker.documents.terminal import text_of
 from breaker.drive.simulation.endurance_rig import Rig
-from breaker.reading.inspection.acceptance import check_folder, checked_text
+from breaker.reading.inspection.acceptance import check_folder, words_of_checked
 from breaker.reading.instruments.export import write_curve
 
 SENSOR = {"start": -2.0, "stop": 58.0, "samples": 151, "noise_sd": 0.1, "zero_sd": 0.1}
@@ -31,8 +32,8 @@ def check(folder, motions=("closing", "opening"), **endurance):
     return check_folder(folder, {**ENDURANCE, **endurance}, SENSOR, motions)
 
 
-def text_of(folder, **endurance):
-    return checked_text(check(folder, **endurance))
+def said_of(folder, **endurance):
+    return text_of(words_of_checked(check(folder, **endurance)))
 
 
 def rewrite(file, change):
@@ -45,7 +46,7 @@ def rewrite(file, change):
 def test_a_folder_without_faults_is_a_table(folder):
     checked = check(folder)
     assert [(each.motion, each.accepted) for each in checked] == [("closing", 12), ("opening", 1)]
-    lines = checked_text(checked).splitlines()
+    lines = text_of(words_of_checked(checked)).splitlines()
     assert len(lines) == 3
     assert lines[1].split()[:5] == ["closing", "12", "12", "0", "0"]
     low, _, high = lines[1].split()[5:8]
@@ -60,7 +61,7 @@ def test_like_reasons_are_said_once_with_their_number_and_the_first_file(folder)
         rewrite(folder / "closing" / f"closing_{number:03d}.csv", other_unit)
     rewrite(folder / "opening" / "opening_001.csv", other_unit)
     (folder / "closing" / "closing_009.csv").write_text("", encoding="utf-8")
-    text = text_of(folder)
+    text = said_of(folder)
     said = " ".join(text.split())
     assert "Rejected: - 3 of closing, first " in said
     assert "closing_002.csv, line 6: the unit of 'travel' is 'deg', but endurance.format" in said
@@ -75,7 +76,7 @@ def test_remarks_are_said_of_what_is_accepted(folder):
         lines[60] = lines[60].split(",")[0] + ",55"
 
     rewrite(folder / "closing" / "closing_004.csv", spike)
-    text = " ".join(text_of(folder).split())
+    text = " ".join(said_of(folder).split())
     assert "Remarks on what was accepted: - closing, " in text
     assert "closing_004.csv: 1 sample that no sensor of this stroke gives" in text
     assert "closing 12 12 1 0 1" in text  # records, accepted, with remarks, rejected, stroke
@@ -98,7 +99,7 @@ def test_a_record_unlike_the_others_is_named(folder, rig, fault):
         time, travel = even, np.interp(even, time, travel)
     file = folder / "closing" / "closing_003.csv"
     write_curve(file, time, travel, motion="closing", operation=3)
-    text = " ".join(text_of(folder).split())
+    text = " ".join(said_of(folder).split())
     what = "stroke" if fault == "gain" else "travel time"
     assert f"Unlike the others of their folder: - closing, {file}: its {what} is" in text
     assert text.count("that of most") == 1
@@ -108,8 +109,8 @@ def test_what_cannot_be_listed_is_said_and_the_rest_goes_on(folder):
     (folder / "opening" / "opening_001.csv").rename(folder / "opening" / "opening.csv")
     checked = check(folder)
     assert [each.accepted for each in checked] == [12, 0]
-    assert "opening: " in checked_text(checked)
-    assert "has no number" in checked_text(checked)
+    assert "opening: " in text_of(words_of_checked(checked))
+    assert "has no number" in text_of(words_of_checked(checked))
 
 
 def test_breakers_and_phases_of_a_table_are_apart(folder):

@@ -6,10 +6,11 @@ import pytest
 import yaml
 
 from breaker.cli import main
+from breaker.documents.terminal import text_of
 from breaker.reading.files.printed_results import Printed
 from breaker.reading.inspection.file_contents import stated_in
 from breaker.reading.inspection.printed_comparison import meant_motions, measured_name
-from breaker.reading.inspection.proposal_words import overlay_of, report_of
+from breaker.reading.inspection.proposal_words import overlay_of, words_of
 from breaker.reading.inspection.setting_proposal import inspect_file
 from tests.exports import preamble, write
 
@@ -57,7 +58,9 @@ def test_unused_channels_are_no_travels(tmp_path, unused):
     proposal = inspected(tmp_path, unused=unused)
     assert [travel.place for travel in proposal.travels] == [6, 7, 8]
     assert proposal.settings["stroke"] == [160.0, 197.0]
-    assert ("'Travel 4', 'Travel 5', 'Travel 6'" in report_of(proposal)) == (unused == "cross")
+    assert ("'Travel 4', 'Travel 5', 'Travel 6'" in text_of(words_of(proposal))) == (
+        unused == "cross"
+    )
     if unused == "cross":
         assert [t.place for t in inspected(tmp_path, "Travel 5", unused=unused).travels] == [10]
 
@@ -75,7 +78,7 @@ def test_printed_results_stand_beside_measured_ones(tmp_path):
         ("speed", "Travel 3", True),
     ]
     assert proposal.compared[1].difference == pytest.approx(178.36 / 182.0 - 1.0, abs=1e-3)
-    text = report_of(proposal)
+    text = text_of(words_of(proposal))
     assert "HV-20417" in text
     assert "2021-03-14T10:42:17" in text
     assert "Travel 1 R" in text
@@ -93,7 +96,7 @@ def test_printed_results_stand_beside_measured_ones(tmp_path):
 def test_a_ratio_is_shown_but_not_applied(tmp_path, printed, said):
     proposal = inspected(tmp_path, ratio=1.64, results=printed)
     assert "ratio" not in proposal.settings
-    assert said in " ".join(report_of(proposal).split())
+    assert said in " ".join(text_of(words_of(proposal)).split())
 
 
 def test_remarks_that_differ_in_numbers_only_are_said_once(tmp_path, capsys):
@@ -161,4 +164,4 @@ def test_a_printed_time_stands_beside_that_from_coil_to_contact_or_has_its_reaso
         ("closing_time", "")
     }
     assert others == {("rebound", "makers mean different things by it")}
-    assert "contacts and coils" in report_of(proposal)
+    assert "contacts and coils" in text_of(words_of(proposal))

@@ -8,10 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from breaker.documents.terminal import text_of
 from breaker.reading.files.preamble import preamble_of
 from breaker.reading.inspection import setting_proposal as proposals
 from breaker.reading.inspection.file_contents import look_into
-from breaker.reading.inspection.proposal_words import report_of
+from breaker.reading.inspection.proposal_words import words_of
 from breaker.reading.inspection.setting_proposal import inspect_file
 
 SENSOR = {"start": -2.0, "stop": 58.0, "samples": 151, "noise_sd": 0.1}
@@ -72,8 +73,8 @@ def test_of_a_long_record_the_first_motions_are_read(tmp_path, monkeypatch):
     short = inspect_file(file, SENSOR)
     assert [each.record is None for each in short.motions] == [False, True]
     assert (short.settings, short.sensor) == (whole.settings, whole.sensor)
-    assert re.search("opening .* not read", report_of(short))
-    assert "choose a column by --channel, or export a" in report_of(short)
+    assert re.search("opening .* not read", text_of(words_of(short)))
+    assert "choose a column by --channel, or export a" in text_of(words_of(short))
 
 
 @pytest.mark.parametrize("bad", ['"x', '"1;2', "1;2;3;4;5", "\0"])

@@ -4,11 +4,12 @@ import numpy as np
 import pytest
 import yaml
 
+from breaker.documents.terminal import text_of
 from breaker.drive.simulation.endurance_rig import Rig
 from breaker.reading.files.guards import RejectedCurveError
 from breaker.reading.files.operations_table import Operation
 from breaker.reading.inspection.file_contents import look_into
-from breaker.reading.inspection.proposal_words import overlay_of, report_of
+from breaker.reading.inspection.proposal_words import overlay_of, words_of
 from breaker.reading.inspection.setting_guesses import guess_grid
 from breaker.reading.inspection.setting_proposal import inspect_file
 from breaker.reading.inspection.table_layout import LayoutError
@@ -86,14 +87,14 @@ def test_what_is_proposed_for_a_dialect_reads_it_as_its_own_settings_do(
     assert [each.motion for each in proposal.motions] == [motion]
     assert proposal.sensor == {} or name == "degrees"
     assert len(overlay_of(proposal).splitlines()) <= 10
-    assert report_of(proposal).startswith(str(file))
+    assert text_of(words_of(proposal)).startswith(str(file))
     settings = yaml.safe_load(overlay_of(proposal))["endurance"]["format"]
     # What no file tells has to be filled in.
     lacking = {"angles": {"table": str(ANGLES)}}.get(name, {})
     assert list(proposal.lacking) == (["ratio"] if lacking else [])
     if name == "degrees":
         # It states no unit, so that mm are the guess, and said to be one.
-        assert "mm is a guess from the stroke" in report_of(proposal)
+        assert "mm is a guess from the stroke" in text_of(words_of(proposal))
         lacking = {"travel_unit": "deg", "ratio": 0.25, "stroke": [12.0, 17.0]}
     if name == "angles":
         settings["zero"] = 0.0  # of the table, not of the reading
@@ -154,7 +155,7 @@ def test_without_a_rate_it_asks(put, closing):
     assert list(proposal.lacking) == ["rate"]
     assert "rate: null  # FILL IN: kHz" in overlay_of(proposal)
     assert yaml.safe_load(overlay_of(proposal))["endurance"]["format"]["rate"] is None
-    assert "Fill in rate." in report_of(proposal)
+    assert "Fill in rate." in text_of(words_of(proposal))
 
 
 def test_times_printed_in_whole_milliseconds_give_the_mean_rate(put, closing):
@@ -300,7 +301,7 @@ def test_every_motion_of_every_channel_is_read_in_its_part(switched):
 
 
 def test_the_report_has_a_line_for_each_motion(switched):
-    text = report_of(inspect_file(switched, SENSOR))
+    text = text_of(words_of(inspect_file(switched, SENSOR)))
     first = next(line.split() for line in text.splitlines() if line.startswith("  A "))
     assert first[:2] == ["A", "closing"]
     numbers = [float(each) for each in first[2:7]]
@@ -354,7 +355,7 @@ def test_every_line_is_looked_at_where_samples_are_damaged(put, closing):
     assert proposal.layout.names == ["time", "travel"]
     assert proposal.motions[0].record is None
     assert "line 7: 'time' is 'x', which is not a number" in proposal.motions[0].said[0]
-    assert "REJECTED" in report_of(proposal)
+    assert "REJECTED" in text_of(words_of(proposal))
 
 
 def test_nothing_that_moves_and_no_numbers_are_errors(put, closing):
@@ -427,7 +428,7 @@ def test_damaged_files_end_in_a_proposal_or_a_reason(tmp_path, rig, name):
         part = put_in[rng.integers(len(put_in))]
         file.write_bytes(content[:begin] + part + content[begin + size * (part == b"") :])
         try:
-            ends.append(bool(report_of(inspect_file(file, SENSOR))))
+            ends.append(bool(text_of(words_of(inspect_file(file, SENSOR)))))
         except (InspectionError, LayoutError, RejectedCurveError):
             ends.append(False)
     assert any(ends)

@@ -56,6 +56,6 @@ def test_what_is_not_known_is_not_said():
 def test_the_page_holds_sentences_table_and_picture():
     _, limits, _ = tables()
     page = opening(["A < b", "more"], limit_words(limits), b"png")
-    assert "<h1>A &lt; b</h1><p>more</p>" in page
+    assert "<h1>A &lt; b</h1>\n<p>more</p>" in page
     assert "<td>slow</td>" in page
     assert "data:image/png;base64,cG5n" in page

@@ -15,6 +15,8 @@ FILES = {
     "room/second.py": "",
     "other/__init__.py": "",
     "other/third.py": "",
+    "other/page.py": "",
+    "other/page.html": "",
     "tool.py": "def f():\n    import breaker.room.second\n",
 }
 ONE = {"room/__init__.py", "room/first.py", "other/__init__.py", "other/third.py"}
@@ -51,6 +53,10 @@ def package(tmp_path, monkeypatch):
         ("import breaker.room.second", TWO | {"__init__.py"}),
         ("import breaker.room.second as name", TWO | {"__init__.py"}),
         ("import numpy, breaker.room.second", TWO | {"__init__.py"}),
+        (
+            "from breaker.other.page import html",
+            {"__init__.py", "other/__init__.py", "other/page.py", "other/page.html"},
+        ),
         ("import breaker.tool", TWO | {"__init__.py", "tool.py"}),
         ("from breaker import tool", TWO | {"__init__.py", "tool.py"}),
         ("def f():\n    from breaker.room.second import two", TWO | {"__init__.py"}),

@@ -15,11 +15,12 @@ def add(check: argparse.ArgumentParser) -> None:
 
 
 def _run(options: argparse.Namespace) -> int:
-    from breaker.reading.inspection.acceptance import check_folder, checked_text
+    from breaker.documents.terminal import text_of
+    from breaker.reading.inspection.acceptance import check_folder, words_of_checked
 
     config = settings_of(options.config)
     motions = config["motions"]
     checked = check_folder(options.folder, config["endurance"], config["sensor"], motions)
-    say(checked_text(checked))
+    say(text_of(words_of_checked(checked)))
     accepted = {each.motion for each in checked if each.accepted}
     return 0 if accepted == set(motions) else 1

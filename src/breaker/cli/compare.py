@@ -1,7 +1,6 @@
 """`breaker compare`: compare two visits to a drive."""
 
 import argparse
-import json
 import os
 from collections.abc import Mapping, Sequence
 from functools import reduce
@@ -49,8 +48,10 @@ def _run(options: argparse.Namespace) -> int:
     listed = {visit: operations_of(named[visit], options, configs[visit]) for visit in _VISITS}
     _check_visits([operations for operations, _ in listed.values()])
     # Imported here, so that --help and wrong options answer at once.
+    from breaker.common.plain_values import to_json
+    from breaker.documents.terminal import text_of
     from breaker.drive.answers.assessment import Assessment
-    from breaker.drive.answers.visit_document import visits_in_words
+    from breaker.drive.answers.visit_document import words_of_visits
 
     visits = {
         visit: Assessment(configs[visit]).read(each, loose=loose)
@@ -63,7 +64,7 @@ def _run(options: argparse.Namespace) -> int:
         from breaker.figures import visits
 
         written.append(draw(visits.visits(document), options.plot))
-    say(json.dumps(document) if options.json else visits_in_words(document))
+    say(to_json(document) if options.json else text_of(words_of_visits(document)))
     say_written(written, options.json)
     return 0
 

@@ -30,8 +30,9 @@ def _run(options: argparse.Namespace) -> int:
     limits = limits_of(config, options.config)
     # Imported here, so that --help and wrong options answer at once.
     from breaker.configuration.loading import check, merge, read
+    from breaker.documents.terminal import text_of
     from breaker.drive.answers.prior_checks import check_fitted
-    from breaker.drive.answers.prior_report import overlay_of, overlay_text, report
+    from breaker.drive.answers.prior_report import overlay_of, overlay_text, words_of_prior
     from breaker.drive.answers.type_prior import SWINGING, FittedPrior, swings_back
     from breaker.mechanism.limits import from_list
     from breaker.quantities.size import Size
@@ -65,7 +66,7 @@ def _run(options: argparse.Namespace) -> int:
         from breaker.figures import fitted_prior
 
         written.append(draw(fitted_prior.fitted_prior(fitted.to_dataset()), options.plot))
-    say(report(recorded, fitted, checks), end="\n\n")
+    say(text_of(words_of_prior(recorded, fitted, checks)), end="\n\n")
     say_written(written)
     return 0
 

@@ -1,10 +1,10 @@
 """`breaker infer`: infer the state of a drive from its records."""
 
 import argparse
-import json
 import math
 import shlex
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from breaker.cli.command_settings import limits_of, settings_of
@@ -21,6 +21,7 @@ from breaker.cli.records_named import (
 )
 
 if TYPE_CHECKING:
+    from breaker.drive.answers.answer_document import AnswerDocument
     from breaker.drive.answers.assessment import Assessment
 
 _FACTORS = (0.01, 100.0)  # of a size, as in the configuration
@@ -93,10 +94,11 @@ def _run(options: argparse.Namespace) -> int:
     limits = limits_of(config, options.config)
     operations, loose = operations_of(options.files, options, config)
     # Imported here, so that --help and wrong options answer at once.
+    from breaker.common.plain_values import to_json
+    from breaker.documents.terminal import text_of
     from breaker.drive.answers.answer_document import document
-    from breaker.drive.answers.answer_words import in_words
+    from breaker.drive.answers.answer_words import words_of
     from breaker.drive.answers.assessment import Assessment, given_by
-    from breaker.drive.answers.number_sources import explained
 
     given, words = given_by(config, options.size, _facts(options.known))
     assessment = Assessment(config, limits, given, families=_families(options.model))
@@ -108,21 +110,19 @@ def _run(options: argparse.Namespace) -> int:
         words = [*words, f"not judged, as of changes between visits: {', '.join(apart)}"]
     about = {"size": given.size and vars(given.size), "words": words}
     settings = vars(assessment.settings) | {"known": dict(given.known)}
-    means = assessment.infer_means(answers)
-    found = document(answers, assessment.judge(answers), about, settings, means)
-    if options.explain:
-        found = explained(found, answers)
+    means, verdicts = assessment.infer_means(answers), assessment.judge(answers)
+    found = document(answers, verdicts, about, settings, means, explain=options.explain)
     if overlays:
-        found["reference"] = [each.values for each in overlays]
-    rejected = [each for each in found["records"] if not each["accepted"]]
-    nothing = len(rejected) == len(found["records"])
+        found = replace(found, reference=[each.values for each in overlays])
+    rejected = [each for each in found.records if not each.accepted]
+    nothing = len(rejected) == len(found.records)
     written = [] if nothing else _write(answers, given, found, overlays, options)
-    say(json.dumps(found) if options.json else in_words(found))
+    say(to_json(found) if options.json else text_of(words_of(found)))
     for each in [] if options.json else overlays:
         say(f"\n{each.title}: {each.words}")
     if rejected:
-        read = {each["file"] for each in found["records"] if each["accepted"]}
-        unread = sorted({each["file"] for each in rejected} - read)
+        read = {each.file for each in found.records if each.accepted}
+        unread = sorted({each.file for each in rejected} - read)
         _say_remedy(rejected, unread, nothing=nothing)
     say_written(written, options.json)
     return int(nothing)
@@ -160,7 +160,7 @@ def _families(model: str | None) -> Callable[[], Iterable]:
     return lambda: [network]
 
 
-def _say_remedy(rejected: Sequence[Mapping], unread: Sequence[str], *, nothing: bool) -> None:
+def _say_remedy(rejected: Sequence, unread: Sequence[str], *, nothing: bool) -> None:
     """Say on stderr that records were rejected, and how to find out how those can be read that
     could not be.
     """
@@ -175,9 +175,11 @@ def _say_remedy(rejected: Sequence[Mapping], unread: Sequence[str], *, nothing: 
     say(f"breaker: {what}{remedy}", beside=True)
 
 
-def _write(answers: Sequence, given, found: Mapping, overlays: Sequence, options) -> list[str]:
+def _write(
+    answers: Sequence, given, found: "AnswerDocument", overlays: Sequence, options
+) -> list[str]:
     """Write what the options ask for, and return what was written, in words."""
-    seed, written = found["settings"]["seed"], []
+    seed, written = found.settings["seed"], []
     if options.output:
         from breaker.drive.answers.answer_document import table_of
 

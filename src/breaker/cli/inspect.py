@@ -25,7 +25,8 @@ def add(inspect: argparse.ArgumentParser) -> None:
 def _run(options: argparse.Namespace) -> int:
     outputs = [(options.output, "lines"), (options.plot, "picture")]
     check_outputs(outputs, [options.file, *options.config])
-    from breaker.reading.inspection.proposal_words import overlay_of, report_of
+    from breaker.documents.terminal import text_of
+    from breaker.reading.inspection.proposal_words import overlay_of, words_of
     from breaker.reading.inspection.setting_proposal import inspect_file
 
     sensor = settings_of(options.config)["sensor"]
@@ -36,7 +37,7 @@ def _run(options: argparse.Namespace) -> int:
         from breaker.figures import record
 
         written.append(draw(record.record(proposal), options.plot))
-    say(report_of(proposal))
+    say(text_of(words_of(proposal)))
     say(f"\nProposed, to lay over {PROJECT}:\n\n{overlay}")
     say_written(written)
     return 0 if any(each.record for each in proposal.motions) else 1

@@ -73,11 +73,12 @@ def _run(options: argparse.Namespace) -> int:
     verdicts = assessment.judge(answers)
     found = report_of(answers, verdicts, beside)
     lacking = _write(found, options.output)
-    for each in found.warnings:
+    *warnings, verdict = found.summary
+    for each in warnings:
         say(each)
     for reason in dict.fromkeys(each.reason for each in records if each.reason):
         say(f"breaker: not in the report: {reason}", beside=True)
-    say(f"{found.verdict.text}\nreport written to {options.output}")
+    say(f"{verdict}\nreport written to {options.output}")
     if lacking:
         say(lacking)
     return 0
@@ -108,13 +109,12 @@ def _usable(records: Sequence, what: str) -> Sequence:
 
 def _plate(records: Sequence, before: Sequence, stated: Mapping) -> list[tuple[str, str]]:
     """Nameplate and test, as far as they are known: of the table of operations, and of files."""
-    from breaker.common.numerals import in_digits
+    from breaker.common.numerals import first_of, in_digits
     from breaker.drive.answers.file_statements import date_of, dates_in_words
     from breaker.reading.files.guards import printable
 
     operations = [each.operation for each in records]
     files = dict.fromkeys(each.operation.file for each in records if not each.reason)
-    first, *more = (printable(file).rpartition("/")[2] for file in files)
     shown = [
         f"{in_digits(each.temperature, 4)} °C" if each.temperature == each.temperature else ""
         for each in operations
@@ -127,7 +127,7 @@ def _plate(records: Sequence, before: Sequence, stated: Mapping) -> list[tuple[s
             date_of(each) or " or ".join(dict.fromkeys(each.stated.dates)) for each in records
         ],
         **({"Visit before": [dates_in_words(before)]} if before else {}),
-        "Files": [first + (f" and {len(more)} more" if more else "")],
+        "Files": [first_of([printable(file).rpartition("/")[2] for file in files], 1)],
         **{name.title(): [getattr(each, name) for each in stated.values()] for name in _PLATE},
         "Linkage ratio": [
             in_digits(each.ratio, 6) for each in stated.values() if each.ratio == each.ratio
@@ -234,8 +234,8 @@ def _write(report, output: str) -> str:
         pages = list(drawn.pages(report))
         write_bytes(output, encoded(pages, "pdf"))
         return without_font(pages)
-    from breaker.drive.answers.html_page import report_page
+    from breaker.documents.html_page import html_page
 
     pages = list(drawn.curve_pages(report))
-    write_lines(output, report_page(report, [encoded([each], "png") for each in pages]))
+    write_lines(output, html_page(report, [encoded([each], "png") for each in pages]))
     return without_font(pages)

@@ -1,5 +1,7 @@
 """Numbers in words for people: rounded, and never with a power of ten."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 _LEAST_P = 1e-4  # below which a p-value says no more by its digits
@@ -13,6 +15,16 @@ def in_digits(value: float, digits: int, *, sign: bool = False) -> str:
     """
     more = {"unique": False, "fractional": False, "trim": "-", "sign": sign}
     return np.format_float_positional(value, precision=digits, **more)
+
+
+def first_of(names: Sequence[str], most: int) -> str:
+    """List names, at most so many, and count the others.
+
+    >>> first_of(["a", "b", "c"], 2)
+    'a, b and 1 more'
+    """
+    more = len(names) - most
+    return ", ".join(names[:most]) + (f" and {more} more" if more > 0 else "")
 
 
 def in_p(value: float) -> str:

@@ -5,7 +5,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from breaker.drive.life.first_page import in_percent
+from breaker.drive.life.first_page import exceeded, in_percent
 from breaker.drive.life.limit_states import STATES
 from breaker.figures import marks, style
 
@@ -68,6 +68,6 @@ def _limit(axis: Axes, one: xr.Dataset) -> None:
     if np.isfinite(certain):
         axis.axvline(crossed, ls=":", label="crossed: likelier than not from here on", **_OVER)
         axis.axvline(certain, label="certain from here on", **_OVER)
-        words = marks.exceeded(certain, crossed)
+        words = exceeded(certain, crossed)
     above = {"xycoords": "axes fraction", "xytext": (0, 5), "textcoords": "offset points"}
     axis.annotate(words, (0.0, 1.0), color=marks.COLOURS[name], weight="bold", **above)

@@ -6,6 +6,7 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from breaker.drive.family.untold import APART, BEYOND, WITHHELD, as_sentence
 from breaker.drive.life.limit_states import STATES
 from breaker.figures import style
 
@@ -36,15 +37,6 @@ def legend(figure: Figure, *keys: Artist, columns: int) -> None:
     style.legend_below(figure, [*keys, *found.values()], columns=columns)
 
 
-def exceeded(certain: float, crossed: float) -> str:
-    """Say since when a limit is exceeded.
-
-    >>> exceeded(1906.0, 1870.0)
-    'exceeded: certain at 1,906, crossed about 1,870'
-    """
-    return f"exceeded: certain at {certain:,.0f}, crossed about {crossed:,.0f}"
-
-
 def change_lines(axis: Axes, life: xr.Dataset) -> None:
     """Draw the changes of a life with their 90 % intervals."""
     for k in range(life.sizes["change"]):
@@ -59,13 +51,9 @@ def untold(life: xr.Dataset) -> str:
     """Say why no change of a parameter is told; empty if some is."""
     if life["changed"].notnull().any():
         return ""
-    if life.attrs["family"]:
-        why = "The change is larger than any wear that the networks know"
-    elif life.attrs["agreement"] < 1.0:
-        why = "Closing and opening contradict each other"
-    else:
-        why = "The drive fits no known family"
-    return f"{why}: changes of the parameters are not told."
+    alone = APART if life.attrs["agreement"] < 1.0 else WITHHELD
+    why = BEYOND if life.attrs["family"] else alone
+    return f"{as_sentence(why)}: changes of the parameters are not told."
 
 
 def sentence(title: str, text: str) -> Figure:

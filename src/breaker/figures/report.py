@@ -6,8 +6,8 @@ from textwrap import wrap
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from breaker.documents.parts import Remark, Section, Table, tone_of, words_in
 from breaker.drive.answers.picture_data import Marked, Panel
-from breaker.drive.answers.report_tables import Cell, Table
 from breaker.drive.answers.test_report import Report
 from breaker.figures import style
 from breaker.figures.overlay import difference
@@ -64,18 +64,33 @@ class _Sheet:
             self.write(_MARGIN, line, size, **look)
             self.y += size * _LEADING
 
-    def table(self, table: Table) -> None:
-        """Write a table with its title and notes; its head again where a page ends in it."""
+    def part(self, part: Section | Table | Remark | str) -> None:
+        """Write a part of a document with its title and notes."""
+        if isinstance(part, str | Remark):
+            self.paragraph(words_in(part), _SIZES[1] * self.scale)
+            return
         self.room(70.0)
-        self.paragraph(table.title, 9.0, weight="bold")
+        self.paragraph(part.title, 9.0, weight="bold")
+        if isinstance(part, Section):
+            for each in part.parts:
+                self.part(each)
+        else:
+            self._table(part)
+
+    def _table(self, table: Table) -> None:
+        """Write a table; its head again where a page ends in it."""
         if table.rows:
             size, places = _columns(table, self.scale)
-            head = tuple(Cell(_stacked(each)) for each in table.head)
-            self._row(head, size, places, weight="bold")
+            head = [_stacked(each) for each in table.head]
+            if head:
+                self._row(head, size, places, weight="bold")
             for row in table.rows:
+                if isinstance(row, str | Remark):
+                    self.paragraph(words_in(row), size)
+                    continue
                 before = len(self.pages)
                 self.room(_height(row, size))
-                if len(self.pages) > before:
+                if head and len(self.pages) > before:
                     self._row(head, size, places, weight="bold")
                 self._row(row, size, places)
         self.y += 2.0
@@ -83,12 +98,13 @@ class _Sheet:
             self.paragraph(note, _NOTE * self.scale, color="#555555")
         self.y += 7.0
 
-    def _row(self, row: Sequence[Cell], size: float, places: Sequence[float], **look) -> None:
+    def _row(self, row: Sequence[str], size: float, places: Sequence[float], **look) -> None:
         for k, (cell, at) in enumerate(zip(row, places, strict=True)):
-            own = {"color": _TONES[cell.tone]} if cell.tone else {}
-            own |= {"weight": "bold"} if cell.tone == "bad" else {}
+            tone = tone_of(cell)
+            own = {"color": _TONES[tone]} if tone else {}
+            own |= {"weight": "bold"} if tone == "bad" else {}
             own |= {"ha": "left" if k == 0 else "right"}
-            for line, text in enumerate(cell.text.split("\n")):
+            for line, text in enumerate(cell.split("\n")):
                 below = size * (1.0 + _LINES * line)
                 self.write(at, text, size, below=below, va="baseline", **(look | own))
         self.y += _height(row, size)
@@ -100,17 +116,15 @@ def _stacked(text: str) -> str:
     return "\n".join(line for part in lines for line in part)
 
 
-def _height(row: Sequence[Cell], size: float) -> float:
-    lines = max(cell.text.count("\n") + 1 for cell in row)
+def _height(row: Sequence[str], size: float) -> float:
+    lines = max(cell.count("\n") + 1 for cell in row)
     return size * (_LEADING + _LINES * (lines - 1)) + (2.0 if lines > 1 else 0.0)
 
 
 def _columns(table: Table, scale: float) -> tuple[float, list[float]]:
     """Size of letters, and where columns are: the first begins, the others end there."""
-    cells = [
-        [_stacked(each) for each in table.head],
-        *([cell.text for cell in row] for row in table.rows),
-    ]
+    cells = [row for row in table.rows if not isinstance(row, str | Remark)]
+    cells += [[_stacked(each) for each in table.head]] if table.head else []
     widths = [
         max(len(line) for text in column for line in text.split("\n"))
         for column in zip(*cells, strict=True)
@@ -150,16 +164,17 @@ def pages(report: Report) -> Iterator[Figure]:
 def _sheet(report: Report, scale: float) -> _Sheet:
     """All that is written, with letters of tables and notes at a scale."""
     sheet = _Sheet(scale)
-    sheet.paragraph("Test report", 15.0, weight="bold")
+    sheet.paragraph(report.title, 15.0, weight="bold")
     sheet.y += 4.0
     _plate(sheet, report.plate)
-    for each in report.warnings:
-        sheet.paragraph(each, 8.5, weight="bold", color=_TONES["bad"])
-    tone = report.verdict.tone
-    sheet.paragraph(report.verdict.text, 9.5, weight="bold", color=_TONES.get(tone, "black"))
+    *warnings, verdict = report.summary
+    for each in warnings:
+        sheet.paragraph(each, 8.5, weight="bold", color=_TONES[tone_of(each)])
+    color = _TONES.get(tone_of(verdict), "black")
+    sheet.paragraph(verdict, 9.5, weight="bold", color=color)
     sheet.y += 6.0
-    for table in report.tables:
-        sheet.table(table)
+    for part in report.parts:
+        sheet.part(part)
     return sheet
 
 

@@ -7,7 +7,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from breaker.drive.life.first_page import about, in_percent, span
+from breaker.drive.life.first_page import about, exceeded, in_percent, span
 from breaker.drive.life.limit_states import STATES
 from breaker.figures import marks, style
 
@@ -117,7 +117,7 @@ def _left(axis: Axes, row: int, one: xr.Dataset) -> None:
     if np.isfinite(one["certain"].item()) or state == "unknown":
         words, look = "cannot be told", {"color": style.REFERENCE}
         if state != "unknown":
-            words = marks.exceeded(one["certain"].item(), one["crossed"].item())
+            words = exceeded(one["certain"].item(), one["crossed"].item())
             look = {"color": marks.COLOURS[state], "weight": "bold"}
         axis.text(0.02, row, words, transform=axis.get_yaxis_transform(), va="center", **look)
         return

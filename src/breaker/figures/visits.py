@@ -9,6 +9,7 @@ from matplotlib.figure import Figure
 
 from breaker.common.numerals import in_digits
 from breaker.drive.answers.visit_document import visits_said
+from breaker.drive.family.untold import WITHHELD
 from breaker.figures import style
 
 _WORDS = {"not told": "cannot be told"}
@@ -19,7 +20,7 @@ _RIGHT = {"unchanged": 0.28, "beyond": 0.6, "worse": 1.0}
 _TITLES = {
     "told": "inferred",
     "apart": "inferred of each motion alone; they contradict each other",
-    "withheld": "parameters are withheld: the drive is of no family that ships",
+    "withheld": f"parameters are withheld: {WITHHELD}",
 }
 _WIDEST = 4.0  # shares, that the axis shows at least
 _MOST = 40.0  # percent, that it shows at most

@@ -35,6 +35,8 @@ def modules_of(script: str | Path, named: str | None = None) -> list[str]:
 @cache
 def _imported(file: Path) -> tuple[Path, ...]:
     """Files of the package that a file itself imports, ``__init__`` of the rooms on the way too."""
+    if file.suffix == ".html":
+        return ()
     return tuple(
         path
         for node in _statements(ast.parse(file.read_text(encoding="utf-8")))
@@ -71,6 +73,7 @@ def _files(module: str, names: tuple[str, ...]) -> Iterator[Path]:
         place = place / part
     if not place.is_dir():
         yield place.with_suffix(".py")
+        yield from place.parent.glob(f"{place.name}.html")  # its template
         return
     yield place / "__init__.py"
     for name in names:  # a module, or a room; what a face itself defines is in its file

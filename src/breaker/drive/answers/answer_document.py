@@ -1,16 +1,20 @@
-"""An answer as one document of plain values, which ``--json`` writes, and this as a tidy table.
+"""An answer as one document: its records, each with what is known of it, and what they share.
 
-docs/usage.md explains its keys. A number that is not known is None.
+Words, tables, JSON and the test report are renderings of it. docs/usage.md explains the keys of the
+JSON. A number that is not known is None.
 """
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from breaker.common.plain_values import Plain, plainly
 from breaker.drive.answers.evidence import MAY_SLIDE, WITH_CONTACT, Answer
 from breaker.drive.answers.identity import doubts_about
-from breaker.drive.answers.limit_verdicts import NORMAL, VERDICTS
+from breaker.drive.answers.limit_verdicts import NORMAL, VERDICTS, Verdict
+from breaker.drive.answers.number_sources import Place, places_of
 from breaker.drive.family.mechanisms import MECHANISMS
 from breaker.quantities.catalogue import quantities_of
 from breaker.quantities.parameters import MOTIONS, PARAMETERS
@@ -18,6 +22,7 @@ from breaker.quantities.speeds import EVENTS
 from breaker.reading.files.guards import printable
 from breaker.reading.files.operations_table import ABOUT
 from breaker.reading.files.safe_text import table_text
+from breaker.reading.records.measurements import Reading
 
 _FEWEST = 2  # records that are summed up together
 _WIPE = {"closing": "way still to go at touch", "opening": "way gone at parting"}
@@ -25,19 +30,190 @@ _LEVELS = (0.5, 0.25, 0.75, 0.025, 0.975)
 _KINDS = {"parameters": "parameter", "mechanisms": "mechanism", "quantities": "quantity"}
 _FIRST = ("motion", "operation", "file", "kind", "output", "unit", "median")
 _FIRST += tuple(f"interval_{of}_{end}" for of in (50, 95) for end in ("lower", "upper"))
+_LEFT_OUT = (*_KINDS, "fit", "limits", "remarks", "places")
 FROM_TENTH = "_from10"
 """How names of inferred times end that count from 10 % of the way."""
 
-_LEFT_OUT = (*_KINDS, "fit", "limits", "remarks")
+
+@dataclass(frozen=True)
+class Estimate(Plain):
+    """A number with the ends of its central intervals."""
+
+    unit: str
+    meaning: str
+    median: float | None
+    interval_50: Sequence[float] | None
+    interval_95: Sequence[float] | None
+    reason: str | None = None  # why it is not told, though others are
+    prior_share: float | None = None  # variance of the prior that is left, as a share of it
+    prior_sds: float | None = None  # of the median from that of the prior, in sds of this
+    probability: float | None = None  # that the drive has a mechanism at all
+
+    @property
+    def half(self) -> float:
+        """Half of the 95 % interval."""
+        low, high = self.interval_95
+        return (high - low) / 2.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class QuantityEstimate(Estimate):
+    """A quantity that is no parameter: its source, such as "measured", or why it is not known."""
+
+    source: str | None
+
+    def plain(self) -> dict:
+        """Return the values by name, the reason also where it is None."""
+        return super().plain() | {"reason": self.reason}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Fit(Plain):
+    """How a record is like the drives of a family, and how it was read."""
+
+    family: str
+    p_value: float
+    misfit: bool
+    parts: Mapping[str, float | None]
+    motions: Sequence[str]
+    resolved: bool
+    why_unresolved: str | None
+    effective_size: float | None
+    prior_p_value: float | None
+    far_from_prior: bool
+    moves: float
+    moves_sd: float
+    missing: int
+    masked: int
+    noise: float
+    contact_time: float | None = None  # ms after the first motion
+    contact_sd: float | None = None
+    contact_surprise: float | None = None
+    main_contact_time: float | None = None
+    trigger: float | None = None
+
+    @property
+    def switches(self) -> float:
+        """When the contact switches in the record, ms; nan where it was not timed."""
+        return np.nan if self.contact_time is None else self.moves + self.contact_time
+
+    def plain(self) -> dict:
+        """Return the values by name, with the surprise of a contact that was timed."""
+        timed = {} if self.contact_time is None else {"contact_surprise": self.contact_surprise}
+        return super().plain() | timed
+
+
+@dataclass(frozen=True)
+class RecordAnswer(Plain):
+    """What is known of a record; of a rejected one, why it is."""
+
+    file: str
+    operation: int
+    motion: str
+    about: Mapping[str, object]  # what the table of operations states, of what it states of any
+    part: Mapping[str, float]  # "from" and "to", ms, of a part of the file
+    reason: str | None
+    remarks: Sequence[str]
+    fit: Fit | None = None
+    parameters: Mapping[str, Estimate] | None = None
+    mechanisms: Mapping[str, Estimate] | None = None
+    quantities: Mapping[str, QuantityEstimate] | None = None
+    limits: Sequence[Verdict] | None = None
+    places: Mapping[str, Sequence[Place]] | None = None  # where each quantity is read
+
+    @property
+    def accepted(self) -> bool:
+        """Whether the record could be used."""
+        return self.reason is None
+
+    @property
+    def phase(self) -> str:
+        """Name of the phase or channel; empty where none is known."""
+        return self.about.get("phase") or ""
+
+    @property
+    def verdict(self) -> str:
+        """The worst verdict on its limits; empty without limits."""
+        return max((each.verdict for each in self.limits or ()), key=VERDICTS.index, default="")
+
+    def plain(self) -> dict:
+        """Return the values by name, those of ``about`` and ``part`` among them."""
+        found = super().plain()
+        first = {name: found.pop(name) for name in ("file", "operation")}
+        first |= found.pop("about") | found.pop("part")
+        first |= {"motion": found.pop("motion"), "accepted": self.accepted}
+        return first | found | ({"verdict": self.verdict} if self.limits else {})
+
+
+@dataclass(frozen=True)
+class Spread(Plain):
+    """Medians of a parameter or quantity in several records: in how many it is told, and why not
+    in the others; and half of the interval of one record, as most have it.
+    """
+
+    unit: str
+    told: int
+    of: int
+    reasons: Mapping[str, int]
+    median: float | None
+    lowest: float | None
+    highest: float | None
+    sd: float | None
+    half_interval_95: float | None
+
+
+@dataclass(frozen=True, kw_only=True)
+class QuantitySpread(Spread):
+    """The same of a quantity, with its source where it is known."""
+
+    source: str | None
+
+
+@dataclass(frozen=True)
+class Together(Plain):
+    """What the accepted records of a motion have in common, and how many have which verdict."""
+
+    records: int
+    parameters: Mapping[str, Spread]
+    quantities: Mapping[str, QuantitySpread]
+    limits: Mapping[str, Mapping[str, int]] | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class MeanAnswer(Plain):
+    """What the means of several records of a pole tell: how many records of each motion."""
+
+    breaker: str | None
+    phase: str | None
+    records: Mapping[str, int]
+    parameters: Mapping[str, Estimate]
+    remarks: Sequence[str]
+    mechanisms: Mapping[str, Estimate]
+    resolved: bool
+
+
+@dataclass(frozen=True)
+class AnswerDocument(Plain):
+    """All answers of a call: what is said first, each record, and what several share."""
+
+    warnings: Sequence[str]
+    drive: Mapping[str, object]
+    settings: Mapping[str, object]
+    records: Sequence[RecordAnswer]
+    together: Mapping[str, Together]
+    means: Sequence[MeanAnswer]
+    reference: Sequence[Mapping] | None = None  # differences from a good record
 
 
 def document(
     answers: Sequence[Answer],
-    limits: Sequence[Sequence[Mapping]],
+    limits: Sequence[Sequence[Verdict]],
     drive: Mapping[str, object],
     settings: Mapping[str, object],
     means: Sequence[Sequence[Answer]] = (),
-) -> dict:
+    *,
+    explain: bool = False,
+) -> AnswerDocument:
     """Return answers as a document.
 
     Args:
@@ -46,30 +222,46 @@ def document(
         drive: What is known of the drive as a whole: goes into the document as it is.
         settings: What the answers were made with: the same.
         means: What ``infer_means`` returns.
-
-    Returns:
-        ``{"warnings", "drive", "settings", "records", "together", "means"}``: sentences to be said
-        first, an entry for each record, what several of a motion share, and what means tell.
+        explain: Whether to say where in its file each measured number is read.
     """
     known = [n for n in ABOUT if any(_about(each)[n] is not None for each in answers)]
     records = [_record(*both, known) for both in zip(answers, limits, strict=True)]
     together = {motion: each for motion in MOTIONS if (each := _together(motion, records))}
-    found = {"warnings": doubts_about([a.record for a in answers]), "drive": drive}
-    found["settings"] = settings
-    pooled = [entry for pole in means for entry in _means(pole)]
-    return plainly(found | {"records": records, "together": together, "means": pooled})
+    warnings = doubts_about([each.record for each in answers])
+    pooled = [mean for pole in means for mean in _means(pole)]
+    found = plainly(AnswerDocument(warnings, drive, settings, records, together, pooled))
+    if not explain:
+        return found
+    pairs = zip(found.records, answers, strict=True)  # of places, all digits count
+    return replace(found, records=[_explained(*pair) for pair in pairs])
 
 
-def _means(answers: Sequence[Answer]) -> list[dict]:
-    """An entry for each answer on means of records of a pole, whichever motions it is from."""
-    found: dict[int, dict] = {}
+def _explained(record: RecordAnswer, answer: Answer) -> RecordAnswer:
+    """A record with the places of what is measured of it, if it could be used."""
+    if not record.accepted:
+        return record
+    reading = Reading(answer.record.raw, answer.contact, answer.speeds)
+    known = {n for n, e in record.quantities.items() if e.source and e.source != "inferred"}
+    places = {name: places_of(reading, name) for name in record.quantities if name in known}
+    return replace(record, places={name: some for name, some in places.items() if some})
+
+
+def _means(answers: Sequence[Answer]) -> list[MeanAnswer]:
+    """An answer for each inference from means of records of a pole, of one motion or both."""
+    same: dict[int, list[Answer]] = {}
     for each in answers:
-        about = {name: _about(each)[name] for name in ("breaker", "phase")}
-        empty = about | {"records": {}, "parameters": _parameters(each), "remarks": each.remarks}
-        empty["mechanisms"] = _mechanisms(each)
-        entry = found.setdefault(id(each.draws), empty | {"resolved": not each.unresolved})
-        entry["records"][each.record.motion] = each.records
-    return [*found.values()]
+        same.setdefault(id(each.draws), []).append(each)
+    return [
+        MeanAnswer(
+            **{name: _about(some[0])[name] for name in ("breaker", "phase")},
+            records={each.record.motion: each.records for each in some},
+            parameters=_parameters(some[0]),
+            remarks=some[0].remarks,
+            mechanisms=_mechanisms(some[0]),
+            resolved=not some[0].unresolved,
+        )
+        for some in same.values()
+    ]
 
 
 def _about(answer: Answer) -> dict:
@@ -79,110 +271,111 @@ def _about(answer: Answer) -> dict:
     return {n: None if each == "" or each != each else each for n, each in values.items()}
 
 
-def _record(answer: Answer, limits: Sequence[Mapping], known: Sequence[str]) -> dict:
-    """One entry; what a rejected record lacks is left out."""
-    record = answer.record
-    entry = {"file": printable(record.operation.file), "operation": record.operation.number}
-    entry |= {name: _about(answer)[name] for name in known}
-    part = {"from": record.operation.begin, "to": record.operation.end}
-    entry |= {name: at for name, at in part.items() if at == at}
-    entry |= {"motion": record.motion, "accepted": not record.reason}
-    entry |= {"reason": record.reason or None, "remarks": [*answer.remarks]}
-    if record.reason:
-        return entry
-    entry |= {"fit": _fit(answer), "parameters": _parameters(answer)}
-    entry["mechanisms"] = _mechanisms(answer)
-    entry["quantities"] = _quantities(answer)
-    if limits:
-        worst = max((each["verdict"] for each in limits), key=VERDICTS.index)
-        entry |= {"limits": [*limits], "verdict": worst}
-    return entry
+def _record(answer: Answer, limits: Sequence[Verdict], known: Sequence[str]) -> RecordAnswer:
+    """The answer of one record."""
+    record, operation = answer.record, answer.record.operation
+    part = {"from": operation.begin, "to": operation.end}
+    found: dict = {}
+    if not record.reason:
+        found = {"fit": _fit(answer), "parameters": _parameters(answer)}
+        found |= {"mechanisms": _mechanisms(answer), "quantities": _quantities(answer)}
+        found["limits"] = limits or None
+    return RecordAnswer(
+        printable(operation.file),
+        operation.number,
+        record.motion,
+        {name: _about(answer)[name] for name in known},
+        {name: at for name, at in part.items() if at == at},
+        record.reason or None,
+        answer.remarks,
+        **found,
+    )
 
 
-def _fit(answer: Answer) -> dict:
+def _fit(answer: Answer) -> Fit:
     raw = answer.record.raw
-    found = {
-        "family": answer.levels.settings["family"],
-        "p_value": answer.match.p_value,
-        "misfit": answer.misfit,
-        "parts": answer.match.parts,
-        "motions": [*answer.motions],
-        "resolved": not answer.unresolved and not answer.misfit,
-        "why_unresolved": answer.unresolved or None,
-        "effective_size": answer.effective_size,
-        "prior_p_value": answer.prior_p_value,
-        "far_from_prior": answer.far_from_prior,
-        "moves": raw.moves,
-        "moves_sd": raw.first_motion_sd,
-        "missing": int(np.isnan(raw.left).sum()),
-        "masked": int((raw.doubts[raw.inside] != "").sum()),
-        "noise": raw.noise_at(raw.step).sd,
-    }
+    contact: dict = {"trigger": raw.contact.trigger}
     if answer.record.timed:
-        found |= {"contact_time": raw.contact.time - raw.moves, "contact_sd": raw.contact.sd}
-        found["contact_surprise"] = answer.surprise
-        if np.isfinite(raw.contact.main):
-            found["main_contact_time"] = raw.contact.main - raw.moves
-    return found | ({"trigger": trigger} if np.isfinite(trigger := raw.contact.trigger) else {})
+        contact |= {"contact_time": raw.contact.time - raw.moves, "contact_sd": raw.contact.sd}
+        contact["contact_surprise"] = answer.surprise
+        contact["main_contact_time"] = raw.contact.main - raw.moves
+    return Fit(
+        family=answer.levels.settings["family"],
+        p_value=answer.match.p_value,
+        misfit=answer.misfit,
+        parts=answer.match.parts,
+        motions=answer.motions,
+        resolved=not answer.unresolved and not answer.misfit,
+        why_unresolved=answer.unresolved or None,
+        effective_size=answer.effective_size,
+        prior_p_value=answer.prior_p_value,
+        far_from_prior=answer.far_from_prior,
+        moves=raw.moves,
+        moves_sd=raw.first_motion_sd,
+        missing=int(np.isnan(raw.left).sum()),
+        masked=int((raw.doubts[raw.inside] != "").sum()),
+        noise=raw.noise_at(raw.step).sd,
+        **contact,
+    )
 
 
 def _drawn(draws: np.ndarray | None) -> dict:
     """Median and central intervals of draws, or none."""
     if draws is None:
-        return {"median": None, "interval_50": None, "interval_95": None}
+        return dict.fromkeys(("median", "interval_50", "interval_95"))
     middle, *ends = np.quantile(draws, _LEVELS)
     return {"median": middle, "interval_50": ends[:2], "interval_95": ends[2:]}
 
 
-def _parameters(answer: Answer) -> dict:
+def _parameters(answer: Answer) -> dict[str, Estimate]:
     found = {}
     for k, each in enumerate(PARAMETERS):
         draws = None if answer.draws is None else answer.inferred(each.name)
-        row = found[each.name] = {"unit": each.unit, "meaning": each.meaning} | _drawn(draws)
+        known = _drawn(draws)
         if each.name in WITH_CONTACT and draws is not None and answer.may_slide:  # where it touches
-            row |= _drawn(None) | {"reason": MAY_SLIDE}
-        if answer.prior_share is not None:
-            found[each.name]["prior_share"] = answer.prior_share[k]
-        if answer.prior_sds is not None:
-            found[each.name]["prior_sds"] = answer.prior_sds[k]
+            known = _drawn(None) | {"reason": MAY_SLIDE}
+        beside = {"prior_share": answer.prior_share, "prior_sds": answer.prior_sds}
+        known |= {name: of[k] for name, of in beside.items() if of is not None}
+        found[each.name] = Estimate(each.unit, each.meaning, **known)
     return found
 
 
-def _mechanisms(answer: Answer) -> dict:
+def _mechanisms(answer: Answer) -> dict[str, Estimate]:
     """What the drive has beside the model: how probably, and how much of it."""
     return {
-        name: {"unit": "ms" if name == "build_up" else "1", "meaning": MECHANISMS[name]}
-        | {"probability": np.mean(draws != 0.0)}
-        | _drawn(draws)
+        name: Estimate(
+            "ms" if name == "build_up" else "1",
+            MECHANISMS[name],
+            **_drawn(draws),
+            probability=np.mean(draws != 0.0),
+        )
         for name, draws in (answer.draws.mechanisms if answer.draws else {}).items()
     }
 
 
-def _quantities(answer: Answer) -> dict:
+def _quantities(answer: Answer) -> dict[str, QuantityEstimate]:
     """Quantities that are no parameters, as far as the record may show them at all."""
     found = {}
     motion = answer.record.motion
     for name, each in quantities_of(motion, answer.speeds, of=None).items():
-        row = {"unit": each.unit, "meaning": _WIPE[motion] if name == "wipe" else each.meaning}
-        reason, source = answer.why_not(name), None
+        reason, source, known = answer.why_not(name), None, _drawn(None)
         if name == "latch_time" and reason:
             continue
-        if reason:
-            row |= _drawn(None)
-        elif answer.is_inferred(name) and answer.draws is not None:
-            row |= _drawn(answer.inferred(name))
-            source = "inferred"
-        else:
+        if not reason and answer.is_inferred(name) and answer.draws is not None:
+            known, source = _drawn(answer.inferred(name)), "inferred"
+        elif not reason:
             measured = answer.measured[name]
             ends = [measured.value + sds * measured.sd for sds in (-NORMAL[95], NORMAL[95])]
             ends[0] = max(ends[0], min(measured.value, 0.0))  # a way or a time is not negative
-            row |= {"median": measured.value, "interval_50": None, "interval_95": ends}
             source = "measured" if answer.alone(name) else f"measured, {EVENTS[motion]} inferred"
-        found[name] = row | {"source": source, "reason": reason or None}
+            known |= {"median": measured.value, "interval_95": ends}
+        meaning = _WIPE[motion] if name == "wipe" else each.meaning
+        about = {"source": source, "reason": reason or None}
+        found[name] = QuantityEstimate(each.unit, meaning, **known, **about)
     return found | _from_a_tenth(answer)
 
 
-def _from_a_tenth(answer: Answer) -> dict:
+def _from_a_tenth(answer: Answer) -> dict[str, QuantityEstimate]:
     """When the drive is released and its contact switches, from 10 % of the way on, which a record
     shows; a release that builds up slowly it does not.
     """
@@ -193,106 +386,87 @@ def _from_a_tenth(answer: Answer) -> dict:
     if not answer.may_slide:
         events[EVENTS[motion]] = answer.draws.switching[motion]
     for event, draws in events.items():
-        about = {"unit": "ms", "meaning": f"{event}, counted from 10 % of the way"}
-        about |= _drawn(draws) | {"source": "inferred", "reason": None}
-        found[event + FROM_TENTH] = about
+        meaning = f"{event}, counted from 10 % of the way"
+        about = _drawn(draws) | {"source": "inferred", "reason": None}
+        found[event + FROM_TENTH] = QuantityEstimate("ms", meaning, **about)
     return found
 
 
-def _together(motion: str, records: Sequence[Mapping]) -> dict:
+def _together(motion: str, records: Sequence[RecordAnswer]) -> Together | None:
     """What the accepted records of a motion have in common; nothing of fewer than two."""
-    there = [each for each in records if each["accepted"] and each["motion"] == motion]
+    there = [each for each in records if each.accepted and each.motion == motion]
     if len(there) < _FEWEST:
-        return {}
-    found: dict = {"records": len(there)}
-    for group in ("parameters", "quantities"):
-        names = dict.fromkeys(name for each in there for name in each[group])
-        rows = {name: [e[group][name] for e in there if name in e[group]] for name in names}
-        found[group] = {n: {"unit": each[0]["unit"]} | _spread(each) for n, each in rows.items()}
-        for name, each in rows.items() if group == "quantities" else ():
-            found[group][name]["source"] = next((e["source"] for e in each if e["source"]), None)
-    if "limits" in there[0]:
-        found["limits"] = {
-            limit["name"]: {
-                verdict: sum(each["limits"][k]["verdict"] == verdict for each in there)
-                for verdict in VERDICTS
-            }
-            for k, limit in enumerate(there[0]["limits"])
-        }
-    return found
+        return None
+    quantities = {}
+    for name, some in _by_name([each.quantities for each in there]).items():
+        source = next((each.source for each in some if each.source), None)
+        quantities[name] = QuantitySpread(some[0].unit, **_spread(some), source=source)
+    parameters = _by_name([each.parameters for each in there]).items()
+    of = {name: Spread(some[0].unit, **_spread(some)) for name, some in parameters}
+    by_limit = {
+        limit.name: Counter(each.limits[k].verdict for each in there)
+        for k, limit in enumerate(there[0].limits or ())
+    }
+    counts = {name: {each: count[each] for each in VERDICTS} for name, count in by_limit.items()}
+    return Together(len(there), of, quantities, counts or None)
 
 
-def _spread(rows: Sequence[Mapping]) -> dict:
+def _by_name(found: Sequence[Mapping[str, Estimate]]) -> dict[str, list]:
+    """Estimates of several records by name."""
+    names = dict.fromkeys(name for each in found for name in each)
+    return {name: [each[name] for each in found if name in each] for name in names}
+
+
+def _spread(rows: Sequence[Estimate]) -> dict:
     """Of a parameter or quantity in several records, how many tell it, and why others do not."""
-    known = [row for row in rows if row["median"] is not None]
-    reasons = Counter(row.get("reason") or "not inferred" for row in rows if row["median"] is None)
-    found = {"told": len(known), "of": len(rows), "reasons": dict(reasons)}
+    known = [row for row in rows if row.median is not None]
+    reasons = Counter(row.reason or "not inferred" for row in rows if row.median is None)
+    found = {"told": len(known), "of": len(rows), "reasons": reasons}
     if not known:
         return found | dict.fromkeys(("median", "lowest", "highest", "sd", "half_interval_95"))
-    medians = np.array([row["median"] for row in known])
-    halves = [(row["interval_95"][1] - row["interval_95"][0]) / 2.0 for row in known]
+    medians = np.array([row.median for row in known])
     return found | {
         "median": np.median(medians),
         "lowest": medians.min(),
         "highest": medians.max(),
         "sd": medians.std(ddof=1) if len(known) >= _FEWEST else np.nan,
-        "half_interval_95": np.median(halves),
+        "half_interval_95": np.median([row.half for row in known]),
     }
 
 
-def table_of(document: Mapping) -> str:
+def table_of(document: AnswerDocument) -> str:
     """Return the records of a document as CSV.
 
     Beside what stands in the document of each parameter and quantity, every row has what is known
     of its record: ``part_PART`` of each part of the motion, ``exceeded_LIMIT``, the probabilities
     of limits, and ``verdict``. A rejected record is one row without numbers.
     """
-    rows = [row for record in document["records"] for row in _rows(record)]
+    rows = [row for record in document.records for row in _rows(record)]
     names = dict.fromkeys([*_FIRST, *(name for row in rows for name in row)])
     return table_text([*names], rows)
 
 
-def _rows(record: Mapping) -> list[dict]:
+def _rows(record: RecordAnswer) -> Iterator[dict]:
     """A row for each parameter and quantity of a record, or one of a rejected record."""
-    about = {name: each for name, each in record.items() if name not in _LEFT_OUT}
-    about["remarks"] = "; ".join(record["remarks"])
-    if not record["accepted"]:
-        return [about]
-    fit = dict(record["fit"])
+    about = {name: each for name, each in record.plain().items() if name not in _LEFT_OUT}
+    about["remarks"] = "; ".join(record.remarks)
+    if not record.accepted:
+        yield about
+        return
+    fit = record.fit.plain()
     parts = {f"part_{name.replace(' ', '_')}": each for name, each in fit.pop("parts").items()}
     about |= fit | {"motions": " ".join(fit["motions"])} | parts
-    about |= {f"exceeded_{e['name']}": e["probability"] for e in record.get("limits", [])}
-    return [
-        {"kind": kind, "output": name, **_numbers(each), **about}
-        for group, kind in _KINDS.items()
-        for name, each in record[group].items()
-    ]
+    about |= {f"exceeded_{each.name}": each.probability for each in record.limits or ()}
+    for group, kind in _KINDS.items():
+        for name, each in getattr(record, group).items():
+            yield {"kind": kind, "output": name, **_numbers(each), **about}
 
 
-def _numbers(each: Mapping) -> dict:
-    """A parameter or quantity in columns; its meaning is no number."""
-    found = {"unit": each["unit"], "median": each["median"]}
+def _numbers(estimate: Estimate) -> dict:
+    """A parameter or quantity in columns; its meaning and reason are no numbers."""
+    found = estimate.plain()
+    first = {name: found.pop(name) for name in ("unit", "median")}
     for name in ("interval_50", "interval_95"):
-        ends = each[name] or (None, None)
-        found |= {f"{name}_{end}": v for end, v in zip(("lower", "upper"), ends, strict=True)}
-    more = ("source", "prior_share", "prior_sds", "probability")
-    return found | {name: each[name] for name in more if name in each}
-
-
-def plainly(value: object) -> object:
-    """A number, flag, text or array of them as JSON has it, numbers to six digits.
-
-    >>> plainly({"sd": np.array([2.0 / 3.0, np.nan])})
-    {'sd': [0.666667, None]}
-    """
-    if isinstance(value, Mapping):
-        return {key: plainly(each) for key, each in value.items()}
-    if isinstance(value, np.ndarray):
-        value = value.tolist()
-    if isinstance(value, list | tuple):
-        return [plainly(each) for each in value]
-    if isinstance(value, np.generic):
-        value = value.item()
-    if isinstance(value, float):
-        return float(f"{value:.6g}") if np.isfinite(value) else None
-    return value
+        ends = found.pop(name) or (None, None)
+        first |= {f"{name}_{end}": v for end, v in zip(("lower", "upper"), ends, strict=True)}
+    return first | {name: each for name, each in found.items() if name not in ("meaning", "reason")}

@@ -3,7 +3,8 @@
 from collections.abc import Mapping, Sequence
 
 from breaker.common.numerals import in_digits
-from breaker.drive.answers.report_tables import NONE, Cell, Table, named
+from breaker.documents.parts import Cell, Table
+from breaker.drive.answers.report_tables import NONE, named
 from breaker.drive.answers.visit_changes import VERDICT_WORDS
 from breaker.drive.answers.visit_document import change_words, label_of
 
@@ -27,7 +28,7 @@ def changes_table(changed: Mapping[str, Mapping], phases: Sequence[str]) -> Tabl
             continue
         cells = [_change(found.get(phase), len(there) <= _WIDE) for phase in there]
         unit, source = (first["unit"], "measured") if kind == "measured" else ("", "inferred")
-        rows.append((Cell(label), Cell(unit), Cell(source, "faint"), *cells))
+        rows.append((label, unit, Cell(source, "faint"), *cells))
     shares = [each["settings"]["share"] for each in changed.values() if each["changes"]]
     notes = [
         f"{how} beyond {in_digits(100.0 * shares[0], 3)} %: {', '.join(names)}"
@@ -38,7 +39,7 @@ def changes_table(changed: Mapping[str, Mapping], phases: Sequence[str]) -> Tabl
     when = next((each["dates"]["before"] for each in changed.values() if "dates" in each), "")
     since = f"since the visit before{', ' * bool(when)}{when}"
     head = (since, "unit", "", *(phase or "change" for phase in there))
-    return Table("Changes", head, rows, [*notes, *named(trust, len(changed))])
+    return Table(head, rows, "Changes", [*notes, *named(trust, len(changed))])
 
 
 def _change(row: Mapping | None, wide: bool) -> Cell:

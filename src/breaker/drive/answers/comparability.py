@@ -6,7 +6,7 @@ from types import MappingProxyType
 
 import numpy as np
 
-from breaker.drive.answers.limit_verdicts import NORMAL, Told, judge
+from breaker.drive.answers.limit_verdicts import NORMAL, Told, Verdict, judge
 from breaker.drive.answers.operation_scatter import usual_scatter, visit_error
 from breaker.drive.answers.visit_changes import VisitChanges
 from breaker.mechanism.limits import Limit
@@ -134,7 +134,7 @@ def judged_today(
     limits: Sequence[Limit],
     speeds: Sequence[Speed],
     seed: int,
-) -> list[dict]:
+) -> list[Verdict]:
     """Return what ``judge`` does of limits at the second of two visits.
 
     Of what records show, the mean of the visit is judged; of changes of parameters, those between

@@ -8,6 +8,7 @@ import numpy as np
 from breaker.common.numerals import in_digits
 from breaker.drive.answers.evidence import Answer, DriveRecord, Given
 from breaker.drive.family.change_network import agreement_of
+from breaker.drive.family.untold import APART
 from breaker.quantities.parameters import GAP, NAMES
 from breaker.quantities.size import Size, powers
 from breaker.reading.records.normalised_shape import SHAPE_TIMES
@@ -84,7 +85,7 @@ def apart(answers: Sequence[Answer], given: Given, rng: np.random.Generator) -> 
         return ""
     least = int(agreement_of(*alone).argmin())
     return (
-        f"closing and opening contradict each other, most in {NAMES[least]}: that they are of two "
+        f"{APART}, most in {NAMES[least]}: that they are of two "
         f"drives of the family is {_times(-evidence)} times as probable as that they "
         "are of one. Each is inferred by itself; trust what is measured"
     )

@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from breaker.common.numerals import in_digits
+from breaker.common.numerals import first_of, in_digits
 from breaker.drive.answers.evidence import DriveRecord
 from breaker.drive.answers.file_statements import date_of
 from breaker.reading.files.date_text import earlier
@@ -306,5 +306,4 @@ def _name(record: DriveRecord, beside: DriveRecord | None = None) -> str:
 def _listed(records: Sequence[DriveRecord]) -> str:
     """Names of files, the first few of them."""
     names = list(dict.fromkeys(_name(each).rpartition("/")[2] for each in records))
-    more = f" and {len(names) - _NAMED} more" if len(names) > _NAMED else ""
-    return ", ".join(names[:_NAMED]) + more
+    return first_of(names, _NAMED)

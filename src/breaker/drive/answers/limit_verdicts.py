@@ -1,12 +1,13 @@
 """Which limits are kept: every limit has a row with what is known of its quantities."""
 
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
 
 from breaker.common.numerals import in_digits
+from breaker.common.plain_values import Plain
 from breaker.common.randomness import generator
 from breaker.drive.answers.evidence import MAY_SLIDE, NOTHING, WITH_CONTACT, Answer
 from breaker.mechanism.limit_sources import Reader
@@ -48,51 +49,69 @@ class Told(NamedTuple):
         return middle, np.array(ends)
 
 
-def judge(limits: Iterable[Limit], reader: Reader, *key: object) -> list[dict]:
-    """Return a row for each limit, and one for both sides of a reference.
+@dataclass(frozen=True)
+class JudgedPart(Plain):
+    """A quantity of a limit: its value, and least and largest that pass, None where all do."""
+
+    quantity: str
+    unit: str
+    value: float | None
+    interval_95: Sequence[float | None]
+    bounds: Sequence[float | None]
+
+
+@dataclass(frozen=True)
+class Verdict(Plain):
+    """What is known of a limit: "pass" and "fail" where the 95 % interval is on one side of each
+    bound, else "not shown" with a reason. Both sides of a reference are one part.
+    """
+
+    name: str
+    motion: str
+    words: str
+    probability: float | None  # that it is exceeded
+    verdict: str
+    reason: str
+    parts: Sequence[JudgedPart]
+
+
+def judge(limits: Iterable[Limit], reader: Reader, *key: object) -> list[Verdict]:
+    """Return a verdict for each limit, and one for both sides of a reference.
 
     Args:
         reader: Tells what is known of a quantity of a limit, as ``Told``.
         key: Of the generator of errors of what is measured, the seed first.
-
-    Returns:
-        Of each limit its ``name``, ``motion``, ``words``, ``probability`` that it is exceeded, nan
-        if it is not known, ``verdict``: "pass" and "fail" where the 95 % interval is on one side of
-        each bound, else "not shown" with the ``reason``; and ``parts``, of each quantity its
-        ``value``, ``interval_95``, ``unit`` and ``bounds``, least and largest that pass, None where
-        all do.
     """
     groups: dict[str, list[Limit]] = {}
     for limit in limits:
         groups.setdefault(limit.pair or limit.name, []).append(limit)
-    return [_row(name, sides, reader, key) for name, sides in groups.items()]
+    return [_verdict(name, sides, reader, key) for name, sides in groups.items()]
 
 
-def _row(name: str, sides: Sequence[Limit], reader: Reader, key: Sequence) -> dict:
+def _verdict(name: str, sides: Sequence[Limit], reader: Reader, key: Sequence) -> Verdict:
     known = [[limit.read(reader, quantity) for quantity in limit.quantities] for limit in sides]
     reasons = dict.fromkeys(each.reason for some in known for each in some if each.reason)
     reasons |= dict.fromkeys(filter(None, map(_far, sides, known)))
-    row = {"name": name, "motion": sides[0].motion}
-    row["words"] = " or ".join(limit.words for limit in sides)
-    row |= {"probability": np.nan, "verdict": "not shown", "reason": "; ".join(reasons)}
+    probability, verdict, reason = np.nan, "not shown", "; ".join(reasons)
     if not reasons:
         shares = [_exceedance(*both, key) for both in zip(sides, known, strict=True)]
-        row["probability"], most = min(sum(shares), 1.0), max(shares)
-        row["verdict"] = VERDICTS[sum(most > each for each in _ENDS)]
-        if row["verdict"] == "not shown":
-            row["reason"] = "the bound is within the 95 % interval"
-    row["parts"] = []
-    for limit, some in zip(sides, known, strict=True):
-        parts = zip(limit.parts, limit.units, some, strict=True)
-        for (quantity, bound, is_upper), unit, each in parts:
-            bounds = [None, bound] if is_upper else [bound, None]
-            if limit.pair and row["parts"]:  # the other side of the same quantity
-                row["parts"][0]["bounds"][0] = bound
-                continue
-            value, interval = each.interval
-            about = {"quantity": quantity, "unit": unit, "value": value}
-            row["parts"].append(about | {"interval_95": interval, "bounds": bounds})
-    return row
+        probability, most = min(sum(shares), 1.0), max(shares)
+        verdict = VERDICTS[sum(most > each for each in _ENDS)]
+        reason = "the bound is within the 95 % interval" if verdict == "not shown" else ""
+    parts = [part for both in zip(sides, known, strict=True) for part in _parts(*both)]
+    if sides[0].pair:  # both sides are of the same quantity
+        ends = zip(*(part.bounds for part in parts), strict=True)
+        bounds = [next((each for each in end if each is not None), None) for end in ends]
+        parts = [replace(parts[0], bounds=bounds)]
+    words = " or ".join(limit.words for limit in sides)
+    return Verdict(name, sides[0].motion, words, probability, verdict, reason, parts)
+
+
+def _parts(limit: Limit, known: Sequence[Told]) -> Iterator[JudgedPart]:
+    """The quantities of a limit, with what is known of each."""
+    for (name, bound, is_upper), unit, each in zip(limit.parts, limit.units, known, strict=True):
+        bounds = [None, bound] if is_upper else [bound, None]
+        yield JudgedPart(name, unit, *each.interval, bounds)
 
 
 def _far(limit: Limit, known: Sequence[Told]) -> str:
@@ -125,7 +144,7 @@ def _exceedance(limit: Limit, known: Sequence[Told], key: Sequence) -> float:
     return float(limit.exceeded(draws).mean())
 
 
-def judged(answer: Answer, limits: Sequence[Limit], *, seed: int) -> list[dict]:
+def judged(answer: Answer, limits: Sequence[Limit], *, seed: int) -> list[Verdict]:
     """Return what ``judge`` does of the limits of a record's motion; none of a rejected record.
 
     Parameters and the time of touch or parting are judged by their draws; all else as measured,

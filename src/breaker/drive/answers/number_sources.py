@@ -1,32 +1,29 @@
-"""Where in its file each measured number of a document is read."""
+"""Where in a record what is measured of it is read: times, readings, and from what to what.
 
-from collections.abc import Mapping, Sequence
+With these an engineer can check each number against the analyser's own cursor.
+"""
+
+from dataclasses import dataclass
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 
-from breaker.drive.answers.evidence import Answer
+from breaker.common.plain_values import Plain
 from breaker.quantities.speeds import EVENTS, Point, Speed
 from breaker.reading.records.measurements import Reading
 from breaker.reading.records.rejections import NotShownError
 
-_LINE = "  {:<50} {:<22} {:>8} {:>11}"
 
-
-class Place(NamedTuple):
-    """A place in a record.
-
-    Attributes:
-        what: What is there, in words.
-        time: In the time of the file, ms; the begin of a rest.
-        until: The end of a rest, ms; the same as ``time`` of a point.
-        travel: Reading there, mm towards closed; the mean of a rest.
-    """
+@dataclass(frozen=True)
+class Place(Plain):
+    """A place in a record: what is there, and when; None where there is none of a value."""
 
     what: str
-    time: float
-    until: float
-    travel: float
+    time: float  # of the file, ms; the begin of a rest
+    until: float | None  # the end of a rest, ms
+    sample: int  # the nearest one, counted from 1
+    travel: float | None  # mm towards closed; the mean of a rest
 
 
 def places_of(reading: Reading, name: str) -> list[Place]:
@@ -48,7 +45,7 @@ def _places(reading: Reading, name: str):
     before, after = _Rest(reading, "before"), _Rest(reading, "after")
     first = _Point(reading, Point(0.0, "%"), "first motion")
     contact = _Point(reading, Point(0.0, "mm"), EVENTS[motion])
-    trigger = Place("trigger", *[reading.contact.trigger] * 2, float("nan"))
+    trigger = partial(_place, reading, "trigger", reading.contact.trigger)
     speed = next((each for each in reading.speeds if each.name == name), None)
     known = {
         "stroke": (before, after),
@@ -62,13 +59,13 @@ def _places(reading: Reading, name: str):
     if name == "bounce_time":
         times = reading.contact.time, reading.contact.settles
         for what, at in zip(("first change", "last change"), times, strict=True):
-            yield Place(f"{what} of the contact", at, at, float("nan"))
+            yield _place(reading, f"{what} of the contact", at)
         return
     if speed is not None:
         yield from _ends(reading, speed)
         return
     for each in known.get(name, ()):
-        yield each if isinstance(each, Place) else each()
+        yield each()
 
 
 def _ends(reading: Reading, speed: Speed):
@@ -86,7 +83,7 @@ class _Rest(NamedTuple):
     def __call__(self) -> Place:
         begin, end = self.reading.rests.window(self.side)
         level = getattr(self.reading, self.side).value
-        return Place(f"rest {self.side}", begin, end, _towards_closed(self.reading, level))
+        return _place(self.reading, f"rest {self.side}", begin, level, end)
 
 
 class _Point(NamedTuple):
@@ -98,8 +95,7 @@ class _Point(NamedTuple):
 
     def __call__(self) -> Place:
         at, level = self.reading.place(self.point)
-        travel = _towards_closed(self.reading, level.value)
-        return Place(self.what, at.value, at.value, travel)
+        return _place(self.reading, self.what, at.value, level.value)
 
 
 class _Top(NamedTuple):
@@ -112,60 +108,15 @@ class _Top(NamedTuple):
         level = self.reading.beyond().value + self.reading.after.value
         later = trace.time > arrival
         at = float(trace.time[later][int(trace.smooth[later].argmax())])
-        return Place("farthest", at, at, _towards_closed(self.reading, level))
+        return _place(self.reading, "farthest", at, level)
 
 
-def _towards_closed(reading: Reading, forward: float) -> float:
-    return forward if reading.located.motion == "closing" else -forward
-
-
-def explained(document: Mapping, answers: Sequence[Answer]) -> dict:
-    """Return a document with the places of what is measured.
-
-    Args:
-        document: What ``document`` returns.
-        answers: Those that it is of.
-
-    Returns:
-        The same; each accepted record has ``places``, by the names of its quantities a list of
-        ``what`` is there, its ``time`` and, of a rest, ``until``, ms of the file; ``sample``, the
-        number of the nearest one from 1; and ``travel``, mm towards closed; None where there is
-        none.
-    """
-    records = []
-    for entry, answer in zip(document["records"], answers, strict=True):
-        more = {"places": _places_in(entry, answer)} if entry["accepted"] else {}
-        records.append({**entry, **more})
-    return {**document, "records": records}
-
-
-def place_lines(record: Mapping) -> list[str]:
-    """Return the places of a record as lines of a terminal; none where the document has none."""
-    rows = record.get("places", {})
-    lines = [_LINE.format("where it is read", "time of the file, ms", "sample", "travel, mm")]
-    for name, places in rows.items():
-        for each in places:
-            until = "" if each["until"] is None else f" to {each['until']:.2f}"
-            way = "" if each["travel"] is None else f"{each['travel']:.3f}"
-            what, at = f"{name}: {each['what']}", f"{each['time']:.2f}{until}"
-            lines.append(_LINE.format(what, at, each["sample"], way).rstrip())
-    return lines if rows else []
-
-
-def _places_in(entry: Mapping, answer: Answer) -> dict[str, list[dict]]:
-    raw, found = answer.record.raw, {}
-    reading = Reading(raw, answer.contact, answer.speeds)
-    for name, each in entry["quantities"].items():
-        if each["median"] is None or each["source"] == "inferred":
-            continue
-        found[name] = [
-            {
-                "what": place.what,
-                "time": place.time,
-                "until": None if place.until == place.time else place.until,
-                "sample": round((place.time - float(raw.time[0])) / raw.step) + 1,
-                "travel": place.travel if np.isfinite(place.travel) else None,
-            }
-            for place in places_of(reading, name)
-        ]
-    return {name: places for name, places in found.items() if places}
+def _place(
+    reading: Reading, what: str, at: float, forward: float = np.nan, until: float | None = None
+) -> Place:
+    """A place, by the travel from open or from closed on that is read there."""
+    record = reading.located
+    sample = round((at - float(record.time[0])) / record.step) + 1
+    travel = forward if record.motion == "closing" else -forward
+    until = None if until == at else until
+    return Place(what, at, until, sample, travel if np.isfinite(travel) else None)

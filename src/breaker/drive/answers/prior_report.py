@@ -8,13 +8,14 @@ import yaml
 
 from breaker.common.numerals import in_digits
 from breaker.configuration.loading import read
+from breaker.documents.parts import Document, Remark, Section, Table
+from breaker.documents.terminal import text_of
 from breaker.drive.answers.prior_checks import Finding
 from breaker.drive.answers.type_prior import FittedPrior
 from breaker.drive.answers.type_records import Recorded, Span
 from breaker.drive.family.level_network import Levels
 from breaker.mechanism.sensor import Sensor
 from breaker.quantities.parameters import MOTIONS, NAMES, PARAMETERS, Parameter
-from breaker.reading.files.safe_text import wrapped
 from breaker.shipped import DEFAULTS
 
 # mm of the reference drive, sd of what a model leaves out of records of little noise, at the least.
@@ -22,6 +23,7 @@ _LEFT_OUT = 0.02
 _REST = 2.0  # times the longest motion, after which the rest tells no more
 _WHOLE = 1e-3  # of a step, by which one may be off whole samples
 _BEFORE = 0.1  # share of the usual time before the first motion, that a grid has at the least
+_FORM = "  {:8}{:8}{:>8} {:>8} {:>16} {:>9} {:>9} {:>9} {:>9} {:>8}"
 _ABOUT = {
     "size": ["# Size of the drive beside the default drive."],
     "prior": [
@@ -37,9 +39,12 @@ _ABOUT = {
 }
 
 
-def report(recorded: Recorded, fitted: FittedPrior, checks: Mapping[str, Sequence[Finding]]) -> str:
-    """Return what was found, for the terminal."""
-    return "\n".join([*_sources(recorded), "", *_table(fitted), "", *_checked(checks, recorded)])
+def words_of_prior(
+    recorded: Recorded, fitted: FittedPrior, checks: Mapping[str, Sequence[Finding]]
+) -> Document:
+    """Return what was found, in words."""
+    checked = _checked(checks, recorded)
+    return Document(parts=[_sources(recorded), Section(parts=[_table(fitted)]), *checked])
 
 
 def overlay_of(
@@ -115,9 +120,10 @@ def overlay_text(
     overlay: Mapping, recorded: Recorded, checks: Mapping[str, Sequence[Finding]]
 ) -> str:
     """Return the commented lines of YAML of what ``overlay_of`` returns."""
-    said = ["Prior of a type of breaker, fitted by `breaker fit-prior`.", *_sources(recorded)]
-    said += ["", *_checked(checks, recorded)]
-    blocks = [_comment(said)]
+    title = "Prior of a type of breaker, fitted by `breaker fit-prior`."
+    first = replace(_sources(recorded), title=title)
+    said = text_of(Document(parts=[first, *_checked(checks, recorded)]))
+    blocks = ["\n".join(f"# {line}".rstrip() for line in said.splitlines())]
     for section, values in overlay.items():
         lines = [_yaml({section: values})]
         if section == "prior":
@@ -126,7 +132,7 @@ def overlay_text(
     return "\n\n".join(blocks) + "\n"
 
 
-def _sources(recorded: Recorded) -> list[str]:
+def _sources(recorded: Recorded) -> Section:
     """What the prior was made from."""
     records, size = recorded.records, recorded.size
     lines = []
@@ -152,46 +158,36 @@ def _sources(recorded: Recorded) -> list[str]:
             "as these differ: choose one with --type"
         )
     lines += [f"type: {each}" for each in recorded.types if len(recorded.types) == 1]
-    return [*lines, "breakers: " + ", ".join(records)]
+    return Section(parts=[*lines, "breakers: " + ", ".join(records)])
 
 
-def _table(fitted: FittedPrior) -> list[str]:
+def _table(fitted: FittedPrior) -> Table:
     """Medians and log-sds, beside those of the default prior at the size, and their parts."""
-    prior, reference = fitted.prior, fitted.reference
-    spread = fitted.spread
-    lines = [
-        "                    median   log_sd   of it: between  not known  design    wear    default"
-        "   log_sd"
-    ]
-    parts = np.array([fitted.between, spread.centre_sd, fitted.design, fitted.room])
+    prior, reference, rows = fitted.prior, fitted.reference, []
+    parts = np.array([fitted.between, fitted.spread.centre_sd, fitted.design, fitted.room])
     for i, each in enumerate(PARAMETERS):
-        numbers = "".join(f"{value:10.3f}" for value in reference.log_sds[i] * parts[:, i])
-        lines.append(
-            f"  {each.name:8s}{each.unit:8s}{prior.medians[i]:8.4g}{prior.log_sds[i]:9.3f}"
-            f"       {numbers}{reference.medians[i]:10.4g}{reference.log_sds[i]:9.3f}"
-        )
-    return lines
+        of = (f"{value:.3f}" for value in reference.log_sds[i] * parts[:, i])
+        fit = f"{prior.medians[i]:.4g}", f"{prior.log_sds[i]:.3f}"
+        default = f"{reference.medians[i]:.4g}", f"{reference.log_sds[i]:.3f}"
+        rows.append((each.name, each.unit, *fit, *of, *default))
+    of = ("of it: between", "not known", "design", "wear")
+    return Table(("", "", "median", "log_sd", *of, "default", "log_sd"), rows, form=_FORM)
 
 
-def _checked(checks: Mapping[str, Sequence[Finding]], recorded: Recorded) -> list[str]:
+def _checked(checks: Mapping[str, Sequence[Finding]], recorded: Recorded) -> list[Section]:
     """What checks found, and which records were rejected."""
-    lines = []
+    parts: list = []
     for name, findings in checks.items():
-        lines.append(f"{name}:")
-        for text, good in findings:
-            lines += wrapped(text, "  " if good else "  WARNING: ")
-    if rejected := recorded.rejected:
-        lines += ["", f"rejected records: {len(rejected)}", *map("  {}".format, rejected)]
-    return lines
+        parts.append(f"{name}:")
+        parts += [Remark(text, "  " if good else "  WARNING: ") for text, good in findings]
+    rejected = [f"  {each}" for each in recorded.rejected]
+    title = f"rejected records: {len(rejected)}"
+    return [Section(parts=parts), *([Section(title, rejected)] if rejected else [])]
 
 
 def _prior_line(parameter: Parameter, values: Mapping[str, float]) -> str:
     pair = f"  {parameter.name}: {_yaml(values)}"
     return f"{pair:45s}# {parameter.unit.replace('²', '^2'):9s} {parameter.meaning}"
-
-
-def _comment(lines: Sequence[str]) -> str:
-    return "\n".join(f"# {line}".rstrip() for text in lines for line in text.splitlines() or [""])
 
 
 def _yaml(value: object) -> str:

@@ -5,10 +5,11 @@ from collections.abc import Mapping
 import numpy as np
 
 from breaker.common.numerals import in_digits
+from breaker.drive.answers.answer_document import RecordAnswer
 from breaker.quantities.speeds import EVENTS
 
 
-def simultaneity_of(channels: Mapping[str, Mapping]) -> str:
+def simultaneity_of(channels: Mapping[str, RecordAnswer]) -> str:
     """Say by how much poles switch apart, by their recorded contacts, or why that is not told.
 
     Times of one record are on one base; those of several each count from the trigger of theirs.
@@ -16,15 +17,15 @@ def simultaneity_of(channels: Mapping[str, Mapping]) -> str:
     Args:
         channels: Entry of a motion in the document, by pole; "" of one.
     """
-    entries, motion = channels.values(), next(iter(channels.values()))["motion"]
+    entries, motion = channels.values(), next(iter(channels.values())).motion
     event, base = EVENTS[motion], "of one record"
     if len(channels) == 1:
         return ""
-    dumb = [name for name, each in channels.items() if "contact_time" not in each["fit"]]
-    times = [e["fit"]["moves"] + e["fit"].get("contact_time", np.nan) for e in entries]
-    if len({each["file"] for each in entries}) > 1:
+    dumb = [name for name, each in channels.items() if each.fit.contact_time is None]
+    times = [each.fit.switches for each in entries]
+    if len({each.file for each in entries}) > 1:
         base = "each from the trigger of its file"
-        triggers = [each["fit"].get("trigger", np.nan) for each in entries]
+        triggers = np.array([each.fit.trigger for each in entries], float)  # None becomes nan
         times = [time - trigger for time, trigger in zip(times, triggers, strict=True)]
     none = f"simultaneity of the {event} is not told: "
     if len(channels) - len(dumb) < 2:

@@ -1,20 +1,22 @@
 """A test report of a visit: what is measured of each channel against limits, and what it means.
 
 Tables hold words, from documents of plain values; panels hold the curves. ``figures.report`` and
-``html_page`` put both on paper, and compute nothing.
+``documents.html_page`` put both on paper, and compute nothing.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
-from typing import NamedTuple
+from dataclasses import dataclass
 
+from breaker.common.numerals import first_of
+from breaker.documents.parts import Cell, Document, Table
+from breaker.drive.answers.answer_document import RecordAnswer
 from breaker.drive.answers.answer_document import document as document_of
 from breaker.drive.answers.change_table import changes_table
 from breaker.drive.answers.evidence import Answer
+from breaker.drive.answers.limit_verdicts import Verdict
 from breaker.drive.answers.picture_data import Panel, panel_of
 from breaker.drive.answers.report_tables import (
     RESULTS,
-    Cell,
-    Table,
     few,
     measured_table,
     model_table,
@@ -23,27 +25,22 @@ from breaker.drive.answers.report_tables import (
 )
 from breaker.reading.files.file_names import natural
 
+_Pair = tuple[Answer, RecordAnswer]
 
-class Report(NamedTuple):
-    """A report.
+
+@dataclass(frozen=True)
+class Report(Document):
+    """A report: its summary is warnings, then what all limits together say.
 
     Attributes:
-        plate: Names and values of the nameplate and the test.
-        warnings: What is to be said first, as of a rate, or of visits that are not alike.
-        verdict: What all limits together say.
-        tables: In their order.
         panels: One for each motion of each operation.
     """
 
-    plate: list[tuple[str, str]]
-    warnings: list[str]
-    verdict: Cell
-    tables: list[Table]
-    panels: list[Panel]
+    panels: Sequence[Panel] = ()
 
 
 def report_of(
-    answers: Sequence[Answer], verdicts: Sequence[Sequence[Mapping]], beside: Mapping[str, object]
+    answers: Sequence[Answer], verdicts: Sequence[Sequence[Verdict]], beside: Mapping[str, object]
 ) -> Report:
     """Return the report of a visit.
 
@@ -55,64 +52,57 @@ def report_of(
             ``rejected``, sentences on what was not read.
     """
     document = document_of(answers, verdicts, {}, {})
-    found = document["records"]
-    pairs = [pair for pair in zip(answers, found, strict=True) if pair[1]["accepted"]]
+    found = document.records
+    pairs = [pair for pair in zip(answers, found, strict=True) if pair[1].accepted]
     entries = [entry for _, entry in pairs]
-    phases = list(dict.fromkeys(map(_phase, entries)))
+    phases = list(dict.fromkeys(each.phase for each in entries))
     tables, panels = [], []
     for own in _motions(pairs):
-        title, channels = _title([e for _, e in own]), {_phase(each): each for _, each in own}
+        title, channels = _title([e for _, e in own]), {each.phase: each for _, each in own}
         tables.append(measured_table(title, channels, beside.get("printed", {})))
         panels.append(panel_of([each for each, _ in own], beside.get("overlays", ()), title))
-    lines = [*beside.get("rejected", ()), *(e["reason"] for e in found if not e["accepted"])]
+    lines = [*beside.get("rejected", ()), *(each.reason for each in found if not each.accepted)]
     if lines:
-        tables.append(Table("Not read", (), [], few(list(dict.fromkeys(lines)))))
+        tables.append(Table(title="Not read", notes=few(list(dict.fromkeys(lines)))))
     if changed := beside.get("changes", {}):
         tables.append(changes_table(changed, phases))
     tables.append(model_table(entries))
     said = [(phase, w) for phase, each in changed.items() for w in each.get("warnings", ())]
-    warnings = [*(f"WARNING: {each}" for each in document["warnings"]), *named(said, len(changed))]
-    verdict = _verdict(entries, len(phases))
-    return Report(list(beside["plate"]), warnings, verdict, tables, panels)
+    warnings = [*(f"WARNING: {each}" for each in document.warnings), *named(said, len(changed))]
+    summary = [*(Cell(each, "bad") for each in warnings), _verdict(entries, len(phases))]
+    return Report("Test report", beside["plate"], summary, tables, panels)
 
 
-def _phase(entry: Mapping) -> str:
-    return entry.get("phase") or ""
-
-
-def _motions(pairs: Iterable[tuple[Answer, Mapping]]) -> list[list[tuple[Answer, Mapping]]]:
+def _motions(pairs: Iterable[_Pair]) -> list[list[_Pair]]:
     """Motions of operations, with all poles of each, in the order of their files."""
     found: dict[tuple, list] = {}
     for answer, entry in pairs:
-        key = entry["operation"], entry["motion"]
-        there = {_phase(each) for _, each in found.get(key, ())}
-        key += (entry["file"],) if _phase(entry) in there else ()
+        key = entry.operation, entry.motion
+        there = {each.phase for _, each in found.get(key, ())}
+        key += (entry.file,) if entry.phase in there else ()
         found.setdefault(key, []).append((answer, entry))
-    every = sorted({entry["file"] for some in found.values() for _, entry in some}, key=natural)
+    every = sorted({entry.file for some in found.values() for _, entry in some}, key=natural)
     files = {file: k for k, file in enumerate(every)}
     for some in found.values():
-        some.sort(key=lambda pair: files[pair[1]["file"]])
-    return sorted(
-        found.values(), key=lambda own: (files[own[0][1]["file"]], own[0][1]["fit"]["moves"])
-    )
+        some.sort(key=lambda pair: files[pair[1].file])
+    return sorted(found.values(), key=lambda own: (files[own[0][1].file], own[0][1].fit.moves))
 
 
-def _title(entries: Sequence[Mapping]) -> str:
+def _title(entries: Sequence[RecordAnswer]) -> str:
     """Which motion it is: when, of several in a file; of which operation, where that counts."""
-    entry, files = entries[0], list(dict.fromkeys(each["file"] for each in entries))
-    part = "from" in entry or "to" in entry
-    said = entry["motion"] + (f" at {entry['fit']['moves']:.0f} ms" if part else "")
-    of = f", operation {entry['operation']}" if entry.get("breaker") or entry.get("date") else ""
-    more = f" and {len(files) - 1} more" if len(files) > 1 else ""
-    return f"{said}{of}: {files[0].rpartition('/')[2]}{more}"
+    entry, files = entries[0], list(dict.fromkeys(each.file for each in entries))
+    said = entry.motion + (f" at {entry.fit.moves:.0f} ms" if entry.part else "")
+    known = entry.about.get("breaker") or entry.about.get("date")
+    of = f", operation {entry.operation}" if known else ""
+    return f"{said}{of}: {first_of([file.rpartition('/')[2] for file in files], 1)}"
 
 
-def _verdict(entries: Sequence[Mapping], channels: int) -> Cell:
+def _verdict(entries: Sequence[RecordAnswer], channels: int) -> Cell:
     """What all limits together say."""
     found: dict[str, dict[str, list[str]]] = {verdict: {} for verdict in RESULTS}
     for entry in entries:
-        for each in entry.get("limits", ()):
-            found[each["verdict"]].setdefault(each["name"], []).append(_phase(entry))
+        for each in entry.limits or ():
+            found[each.verdict].setdefault(each.name, []).append(entry.phase)
     passed = found.pop("pass")
     if said := {verdict: names for verdict, names in found.items() if names}:
         text = "; ".join(

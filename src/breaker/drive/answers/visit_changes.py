@@ -15,7 +15,7 @@ from math import erfc
 
 import numpy as np
 
-from breaker.drive.answers.answer_document import plainly
+from breaker.common.plain_values import plainly
 from breaker.drive.answers.limit_verdicts import NORMAL
 from breaker.drive.answers.operation_scatter import PAST_REST, scattered, usual_scatter, visit_error
 from breaker.drive.family.change_network import (

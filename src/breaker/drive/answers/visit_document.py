@@ -6,20 +6,21 @@ docs/usage.md explains its keys. A number that is not known is None.
 from collections.abc import Iterable, Mapping, Sequence
 
 from breaker.common.numerals import in_digits, in_p
-from breaker.drive.answers.answer_document import plainly
-from breaker.drive.answers.answer_words import limit_lines
+from breaker.common.plain_values import plainly
+from breaker.documents.parts import Document, Section, Table
+from breaker.drive.answers.answer_words import limit_tables
 from breaker.drive.answers.visit_changes import VERDICT_WORDS, VisitChanges
 from breaker.drive.family.mechanisms import CHANGE_OF
-from breaker.reading.files.safe_text import wrapped
+from breaker.drive.family.untold import APART, BEYOND, UNLIKE, WITHHELD, as_sentence
 
 _NAME = "{:<28}{:>8} {:>8}"
 _ROW = "  {:<45} {:>8}  {:<15}{:>7} {:>6} {:>7}"
 _GROUPS = {"measured": "measured", "parameter": "inferred"}  # titles, where one begins
 _NOT_TOLD = {
-    "unlike": "No change of the drive is told: the visits were measured differently",
-    "withheld": "Parameters are withheld: the drive is of no family that ships",
-    "beyond": "No parameter is told: no wear of a drive is as large as this change",
-    "apart": "No parameter is told: closing and opening contradict each other",
+    "unlike": f"No change of the drive is told: {UNLIKE}",
+    "withheld": f"Parameters are withheld: {WITHHELD}",
+    "beyond": f"No parameter is told: {BEYOND}",
+    "apart": f"No parameter is told: {APART}",
 }
 
 
@@ -77,9 +78,9 @@ def _unlike(document: Mapping) -> list[str]:
         return []
     differ = differ_in_words(document["differences"])
     return [
-        f"WARNING: {'; '.join(differ)}. The visits were measured differently, or are of different "
-        "drives or phases: check transducer, ratio and endurance.format of both. What follows "
-        "compares the records, not the drive"
+        f"WARNING: {'; '.join(differ)}. {as_sentence(UNLIKE)}, or are of different drives or "
+        "phases: check transducer, ratio and endurance.format of both. What follows compares the "
+        "records, not the drive"
     ]
 
 
@@ -167,12 +168,12 @@ def _trust(document: Mapping) -> list[str]:
     how = f"{agreement['parameter']}, {in_p(agreement['p_value'])}"
     if document["parameters"] == "beyond":
         said.append(
-            "WARNING: the change is larger than any that the networks know. Are both visits of the "
-            "same drive and phase, and are rate and ratio of both files right?"
+            f"WARNING: {BEYOND}. Are both visits of the same drive and phase, and are rate and "
+            "ratio of both files right?"
         )
     elif document["parameters"] == "apart":
         said.append(
-            f"WARNING: closing and opening contradict each other ({how}), so that something else "
+            f"WARNING: {APART} ({how}), so that something else "
             "has changed, or a record is of another drive; what each indicates is listed apart"
         )
     elif agreement["parameter"]:
@@ -207,41 +208,40 @@ def visits_said(document: Mapping) -> tuple[list[str], list[str]]:
     return first, [*document["trust"], f"records: {'; '.join(counts)}", *said]
 
 
-def visits_in_words(document: Mapping) -> str:
-    """Return a document as text for a terminal of 100 columns."""
+def words_of_visits(document: Mapping) -> Document:
+    """Return a comparison in words."""
     said = [each for some in visits_said(document) for each in some]
     said += [
         f"rejected: {each['visit']}: {each['file']}: {each['reason']}"
         for each in document["rejected"]
     ]
-    beyond = f"P>{in_digits(100 * document['settings']['share'], 4)} %"
-    lines = [line for each in said for line in wrapped(each, "", "  ")]
-    first = _NAME.format("", "before", "today")
-    title = _ROW.format(first, "change", "90 % interval", "P same", beyond, "P worse")
-    lines += ["", title]
-    kind = ""
+    share, rows, kind = document["settings"]["share"], [], ""
     for row in document["changes"]:
         if row["kind"] != kind and row["kind"] in _GROUPS:
-            lines.append(_GROUPS[row["kind"]])
+            rows.append(_GROUPS[row["kind"]])
         kind = row["kind"]
-        lines.append(_in_words(row))
+        rows.append(_cells(row))
     mechanisms = [row for row in document["mechanisms"] if row["verdict"] != VERDICT_WORDS[2]]
-    least = in_digits(20 * document["settings"]["share"], 4)
-    lines += [f"mechanisms, % of {CHANGE_OF} (P> {least} %)"] if mechanisms else []
-    lines += map(_in_words, mechanisms)
-    return "\n".join([*lines, *limit_lines(document["limits"])])
+    least = in_digits(20 * share, 4)
+    rows += [f"mechanisms, % of {CHANGE_OF} (P> {least} %)"] if mechanisms else []
+    rows += map(_cells, mechanisms)
+    beyond = f"P>{in_digits(100 * share, 4)} %"
+    first = _NAME.format("", "before", "today")
+    head = (first, "change", "90 % interval", "P same", beyond, "P worse")
+    tables = [Table(head, rows, form=_ROW), *limit_tables(document["limits"])]
+    return Document(summary=said, parts=[Section(parts=tables)])
 
 
-def _in_words(row: Mapping) -> str:
+def _cells(row: Mapping) -> list[str]:
     values = [in_digits(row[visit], 4) for visit in ("before", "today") if visit in row]
     name, alone = label_of(row), row["kind"] == "parameter" and row["motion"]
     name += f" ({row['unit']})" if values else "" if alone else f": {row['meaning']}"
     known = [row[key] for key in ("unchanged", "beyond", "worse")]
-    return _ROW.format(
+    return [
         _NAME.format(name, *values) if values else name,
         *change_words(row),
         *("" if each is None else f"{each:.2f}" for each in known),
-    ).rstrip()
+    ]
 
 
 def change_words(row: Mapping) -> tuple[str, str]:

@@ -15,6 +15,7 @@ import pandas as pd
 from breaker.configuration.loading import read
 from breaker.drive.answers.assessment import Assessment
 from breaker.drive.answers.evidence import Answer
+from breaker.drive.answers.limit_verdicts import VERDICTS, Verdict
 from breaker.drive.answers.visit_changes import VERDICT_WORDS
 from breaker.drive.answers.visit_document import differ_in_words
 from breaker.drive.fleet.fleet_states import DIFFERENT, UNJUDGED, other_strokes
@@ -143,12 +144,11 @@ def _about(member: Member, visits: Sequence, answers: Sequence[Answer]) -> dict:
     }
 
 
-def _judged(rows: Sequence[Mapping]) -> dict:
+def _judged(rows: Sequence[Verdict]) -> dict:
     """State and verdicts of limits that were judged: of several records, the worst of each."""
-    order = ("pass", "not shown", "fail")
     worst: dict[str, str] = {}
     for row in rows:
-        worst[row["name"]] = max(worst.get(row["name"], "pass"), row["verdict"], key=order.index)
+        worst[row.name] = max(worst.get(row.name, "pass"), row.verdict, key=VERDICTS.index)
     failed = [name for name, verdict in worst.items() if verdict == "fail"]
     state = "now" if failed else "healthy" if "pass" in worst.values() else "unknown"
     return {"limits": worst, "state": state, "due": {"limit": failed[0]} if failed else {}}
@@ -174,7 +174,7 @@ def _compared(member: Member, visits: Mapping[str, Sequence], assessment: Assess
     if said["state"] == "now" or not all(dates):
         return said
     first, last = (datetime.fromisoformat(each).replace(tzinfo=None) for each in dates)
-    due = [(_left(limit, rows), limit["name"]) for limit in found["limits"]]
+    due = [(_left(limit, rows), limit.name) for limit in found["limits"]]
     left, name = min(due, default=(np.inf, ""))
     days = left * ((last - first) / timedelta(days=1))
     if days < _YEAR * assessment.config["planning"]["years"]:
@@ -199,19 +199,19 @@ def _unlike_life(member: Member, visits: Mapping[str, Sequence], assessment: Ass
     return told if said else {}
 
 
-def _left(limit: Mapping, rows: Sequence[Mapping]) -> float:
+def _left(limit: Verdict, rows: Sequence[Mapping]) -> float:
     """Time until a changed quantity is at a limit, in times between the visits; inf if never."""
-    if len(limit["parts"]) != 1 or limit["verdict"] == "fail":
+    if len(limit.parts) != 1 or limit.verdict == "fail":
         return np.inf
-    (part,) = limit["parts"]
-    about = part["quantity"], limit["motion"]
+    (part,) = limit.parts
+    about = part.quantity, limit.motion
     of = [e for e in rows if (e["name"], e["motion"]) == about and e["verdict"] == "changed"]
-    if not of or part["value"] is None:
+    if not of or part.value is None:
         return np.inf
     before = of[0].get("before", 0.0)  # of a parameter, its change
-    step, (low, high) = part["value"] - before, part["bounds"]
+    step, (low, high) = part.value - before, part.bounds
     bound = high if step > 0.0 else low
-    return np.inf if bound is None or step == 0.0 else max((bound - part["value"]) / step, 0.0)
+    return np.inf if bound is None or step == 0.0 else max((bound - part.value) / step, 0.0)
 
 
 def _followed(member: Member, used: Sequence[Answer], assessment: Assessment) -> dict:

@@ -3,9 +3,8 @@
 import pandas as pd
 
 from breaker.common.numerals import in_digits
-from breaker.drive.answers.html_page import report_page
-from breaker.drive.answers.report_tables import Cell, Table
-from breaker.drive.answers.test_report import Report
+from breaker.documents.html_page import html_page
+from breaker.documents.parts import Cell, Document, Table
 from breaker.drive.fleet.fleet_states import FLEET_STATES
 
 _TONES = dict(zip(FLEET_STATES, ("doubt", "good", *3 * ("doubt",), "bad"), strict=True))
@@ -29,7 +28,7 @@ def fleet_page(table: pd.DataFrame, types: pd.DataFrame, picture: bytes) -> str:
         ("State", ", ".join(states)),
     ]
     rows = [
-        (*(_cell(name, each[name]) for name in _SHOWN), Cell(each["reason"]))
+        (*(_cell(name, each[name]) for name in _SHOWN), each["reason"])
         for each in table.to_dict("records")
     ]
     head = (*(name.replace("_", " ") for name in _SHOWN), "reason")
@@ -37,18 +36,16 @@ def fleet_page(table: pd.DataFrame, types: pd.DataFrame, picture: bytes) -> str:
     notes = [f"pole spread: ms, of {' or '.join(of)}"] if of else []
     notes.append("fleet.csv has all columns")
     known = [
-        tuple(
-            Cell(in_digits(value, 3) if isinstance(value, float) else str(value)) for value in row
-        )
+        [in_digits(value, 3) if isinstance(value, float) else str(value) for value in row]
         for row in types.itertuples(index=False)
     ]
     tables = [
-        Table("By what is due", head, rows, notes),
-        Table("Types", tuple(types.columns), known, ["spread: log-sd from drive to drive"]),
+        Table(head, rows, "By what is due", notes),
+        Table([*types.columns], known, "Types", ["spread: log-sd from drive to drive"]),
     ]
     worst = FLEET_STATES[max(map(FLEET_STATES.index, table.state))]
     verdict = Cell(f"{', '.join(states)}; unlike their type: {odd}", _TONES[worst])
-    return report_page(Report(plate, [], verdict, tables, []), [picture], "Fleet")
+    return html_page(Document("Fleet", plate, [verdict], tables), [picture], alt="the fleet")
 
 
 def _cell(name: str, value: object) -> Cell:

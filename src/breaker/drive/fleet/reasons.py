@@ -4,7 +4,8 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from breaker.common.numerals import in_digits
+from breaker.common.numerals import first_of, in_digits
+from breaker.drive.family.untold import UNLIKE
 from breaker.drive.fleet.fleet_states import DIFFERENT, UNJUDGED
 from breaker.quantities.catalogue import QUANTITIES
 
@@ -21,7 +22,7 @@ def reason_of(row: Mapping, document: Mapping) -> str:
     """
     said = [*document["differences"]]
     if document["state"] == DIFFERENT:
-        said += ["the visits were measured differently, so no trend is told"]
+        said += [f"{UNLIKE}, so no trend is told"]
     elif said:
         said += ["so no trend is told"]
     said += [f"exceeded: {row['failed']}"] if row["failed"] else []
@@ -73,9 +74,8 @@ def _off_type(row: Mapping) -> list[str]:
 def _changes(rows: Sequence[Mapping]) -> str:
     """The largest changes, and how many more there are."""
     most = sorted(rows, key=lambda each: -abs(each["change"][1]))
-    words = [f"{label(e)} {in_digits(e['change'][1], 2, sign=True)} %" for e in most[:_TOLD]]
-    more = len(most) - _TOLD
-    return ", ".join(words) + (f" and {more} more" if more > 0 else "")
+    words = [f"{label(e)} {in_digits(e['change'][1], 2, sign=True)} %" for e in most]
+    return first_of(words, _TOLD)
 
 
 def largest(rows: Sequence[Mapping]) -> Mapping | None:

@@ -1,14 +1,14 @@
 """The first page, in sentences and as HTML: rendered from tables, never read back."""
 
-import base64
 import math
 from collections.abc import Sequence
-from html import escape
 
 import pandas as pd
 import xarray as xr
 
-from breaker.common.numerals import in_digits, in_p
+from breaker.common.numerals import first_of, in_digits, in_p
+from breaker.documents.parts import Document, Table
+from breaker.drive.family.untold import APART, BEYOND, WITHHELD
 from breaker.mechanism.limit_sources import SOURCES
 from breaker.quantities.parameters import PARAMETERS
 
@@ -17,21 +17,6 @@ _SURE = 0.05  # probability of no change below which a parameter is named
 _MOST = 4
 _PERHAPS = 2
 _WORDS = {each.name: each.word for each in PARAMETERS}
-
-
-# The report sets its description into a narrow column beside the graph of the rules. Here it takes
-# the whole width, and the graph comes below it.
-_STYLE = """<style>
-.prose:has(#first-page) { max-width: none; }
-div:has(> .prose #first-page) { width: 100%; }
-div:has(> div > .prose #first-page) { flex-direction: column; }
-div:has(> div > div > .prose #first-page) { align-items: flex-start; }
-#first-page h1 { font-size: 1.3rem; margin: 0 0 .5rem; }
-#first-page p { margin: .2rem 0; max-width: 75rem; }
-#first-page img { display: block; width: 100%; max-width: 85rem; margin: .5rem 0; }
-#first-page table { width: auto; font-size: .8rem; }
-#first-page th, #first-page td { text-align: left; padding: .1rem 1rem .1rem 0; }
-</style>"""
 
 
 def since_new(changes: pd.DataFrame, life: xr.Dataset) -> str:
@@ -48,7 +33,7 @@ def since_new(changes: pd.DataFrame, life: xr.Dataset) -> str:
         return f"Since new: nothing is told before operation {life.attrs['told']:,}."
     names = [str(name) for name in life.parameter.values]
     if math.isnan(row[names[0]]):
-        return "Since new: the change is larger than any wear that the networks know."
+        return f"Since new: {BEYOND}."
     sure = [name for name in names if row[f"{name}_unchanged"] < _SURE]
     sure.sort(key=lambda name: -abs(row[name]))
     told = [f"{_WORDS[name]} {_signed(row[name])} % ({_span(row, name)})" for name in sure]
@@ -57,7 +42,7 @@ def since_new(changes: pd.DataFrame, life: xr.Dataset) -> str:
     may = sorted((name for name in rest if most[name] > _NOTED), key=lambda name: -most[name])
     words = ", ".join(told) if told else "nothing for sure"
     if may:
-        perhaps = _and_so_on([_WORDS[name] for name in may], _PERHAPS)
+        perhaps = first_of([_WORDS[name] for name in may], _PERHAPS)
         words += f"; perhaps {perhaps}, by up to {in_digits(most[may[0]], 2)} %"
     if len(may) < len(rest):
         words += f"; nothing else beyond {_NOTED:g} %"
@@ -87,7 +72,7 @@ def headline(decisions: pd.DataFrame, limits: pd.DataFrame) -> str:
     if row.state == "now":
         over = by_limit[by_limit.certain.notna()].sort_values("certain")
         each = [f"{one.limit} (certain at {one.certain:,})" for one in over.itertuples()]
-        why = f"exceeded: {_and_so_on(each, _MOST)}" if each else f"{row.limit} is due, {left}"
+        why = f"exceeded: {first_of(each, _MOST)}" if each else f"{row.limit} is due, {left}"
         words = f"Service now: {why}"
     elif row.state == "plan":
         on = f" ({row.service_by_date})" if row.get("service_by_date") else ""
@@ -107,24 +92,18 @@ def headline(decisions: pd.DataFrame, limits: pd.DataFrame) -> str:
         for one in unknown.itertuples()
         if one.probability == one.probability
     ]
-    doubts = (
-        f" Cannot tell {_and_so_on(cannot, _MOST)}." if cannot and row.state != "unknown" else ""
-    )
+    doubts = f" Cannot tell {first_of(cannot, _MOST)}." if cannot and row.state != "unknown" else ""
     return f"{words}.{doubts} As of operation {row.operation:,}."
 
 
 def trust(life: xr.Dataset) -> str:
     """Say how far the answer can be trusted."""
     least = in_p(float(life.p_value.min())) if life.sizes["motion"] else "p unknown"
-    if life.attrs["agreement"] < 1.0 and not life.attrs["family"]:
-        return (
-            "Trust: closing and opening contradict each other on what has changed "
-            f"({in_p(life.attrs['agreement'])}); only what is measured is told."
-        )
     if not life.attrs["family"]:
-        return (
-            f"Trust: the drive is of no family that ships ({least}); only what is measured is told."
-        )
+        agree = life.attrs["agreement"]
+        why = f"{APART} on what has changed ({in_p(agree)})"
+        why = why if agree < 1.0 else f"{WITHHELD} ({least})"
+        return f"Trust: {why}; only what is measured is told."
     words = f"Trust: drives of the family {life.attrs['family']} look like this one ({least})"
     if life.sizes["motion"] > 1:
         words += f", and closing and opening agree ({in_p(life.attrs['agreement'])})"
@@ -140,7 +119,7 @@ def limit_words(limits: pd.DataFrame) -> pd.DataFrame:
     rows = []
     for one in limits.itertuples():
         if one.certain is not pd.NA and one.certain == one.certain:
-            left = f"exceeded: certain at {one.certain:,}, crossed about {one.crossed:,}"
+            left = exceeded(one.certain, one.crossed)
         elif math.isnan(one.operations_left) or one.state == "unknown":
             left = "cannot be told"
         else:
@@ -174,13 +153,22 @@ def opening(sentences: Sequence[str], limits: pd.DataFrame, picture: bytes) -> s
     Returns:
         One element of HTML, which loads nothing.
     """
-    first, *others = map(escape, sentences)
-    encoded = base64.b64encode(picture).decode()
-    return (
-        f'{_STYLE}<div id="first-page"><h1>{first}</h1>{"".join(f"<p>{s}</p>" for s in others)}'
-        f"{limits.to_html(index=False, border=0)}"
-        f'<img alt="How each limit stands" src="data:image/png;base64,{encoded}"></div>'
-    )
+    # Imported here, as figures take words from this module, and need no jinja2.
+    from breaker.documents.html_page import html_page
+
+    first, *others = sentences
+    table = Table([*limits], limits.astype(str).values.tolist())
+    page = Document(first, summary=others, parts=[table])
+    return html_page(page, [picture], alt="How each limit stands", inner="first-page")
+
+
+def exceeded(certain: float, crossed: float) -> str:
+    """Say since when a limit is exceeded.
+
+    >>> exceeded(1906.0, 1870.0)
+    'exceeded: certain at 1,906, crossed about 1,870'
+    """
+    return f"exceeded: certain at {certain:,.0f}, crossed about {crossed:,.0f}"
 
 
 def about(value: float) -> str:
@@ -213,13 +201,3 @@ def in_percent(probability: float) -> str:
     if probability < 0.01:
         return "< 1 %"
     return "> 99 %" if probability > 0.99 else f"{100 * probability:.0f} %"
-
-
-def _and_so_on(words: list[str], most: int) -> str:
-    """List words, at most so many, and count the others.
-
-    >>> _and_so_on(["a", "b", "c"], 2)
-    'a, b and 1 more'
-    """
-    more = len(words) - most
-    return ", ".join(words) if more <= 0 else f"{', '.join(words[:most])} and {more} more"

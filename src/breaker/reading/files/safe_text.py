@@ -6,7 +6,6 @@ Names of files, columns, breakers and phases are what others wrote. Light to imp
 
 import re
 from collections.abc import Iterable, Mapping, Sequence
-from textwrap import wrap
 from typing import TYPE_CHECKING
 from unicodedata import category
 
@@ -20,7 +19,6 @@ _HIDDEN = re.compile(
 )
 # A spreadsheet runs what begins so; apostrophes before it are of this module, or count as such.
 _RUNS = re.compile("'*[=+@\t\r\n-]")
-_WIDTH = 100  # signs of a line
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
 
 
@@ -38,12 +36,6 @@ def on_terminal(text: str) -> str:
         each if each.isprintable() and not _HIDDEN.search(each) else "".join(map(_shown, each))
         for each in lines
     )
-
-
-def wrapped(text: str, first: str = "  ", indent: str = "    ") -> list[str]:
-    """Return the lines of a text for a terminal of 100 columns: how the first and others begin."""
-    look = {"initial_indent": first, "subsequent_indent": indent}
-    return wrap(text, _WIDTH, break_long_words=False, break_on_hyphens=False, **look)
 
 
 def _shown(sign: str) -> str:

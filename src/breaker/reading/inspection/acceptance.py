@@ -10,9 +10,10 @@ import numpy as np
 import xarray as xr
 
 from breaker.common.numerals import in_digits
+from breaker.documents.parts import Document, Remark, Section, Table
 from breaker.reading.files.folder_listing import list_operations
 from breaker.reading.files.operations_table import MANIFEST, Operation, read_manifest
-from breaker.reading.inspection.proposal_words import alike, bullet
+from breaker.reading.inspection.proposal_words import ITEM, alike
 from breaker.reading.records.curve_reader import read_curves
 from breaker.reading.records.model_grid import Grid
 
@@ -97,10 +98,10 @@ def _groups(folder: str | Path, endurance: Mapping) -> list[tuple[str | None, st
 # ---- in words -----------------------------------------------------------------------------------
 
 
-def checked_text(checked: Sequence[Checked]) -> str:
+def words_of_checked(checked: Sequence[Checked]) -> Document:
     """Return a table of what was accepted, and the reasons and remarks, each once."""
-    parts = [_table(checked)]
-    parts += [f"{_name(each)}: {each.trouble}" for each in checked if each.curves is None]
+    parts: list = [_table(checked)]
+    parts += [Section(f"{_name(each)}: {each.trouble}") for each in checked if each.trouble]
     sections = {
         "Rejected:": partial(_texts, kind="reason"),
         "Remarks on what was accepted:": partial(_texts, kind="remarks"),
@@ -109,8 +110,8 @@ def checked_text(checked: Sequence[Checked]) -> str:
     read = [(_name(each), each.curves) for each in checked if each.curves is not None]
     for title, find in sections.items():
         if found := [(name, *pair) for name, curves in read for pair in find(curves)]:
-            parts.append("\n".join([title, *_grouped(found)]))
-    return "\n\n".join(parts)
+            parts.append(Section(title, _grouped(found)))
+    return Document(parts=parts)
 
 
 def _name(checked: Checked) -> str:
@@ -123,8 +124,8 @@ def _texts(curves: xr.Dataset, kind: str) -> list[tuple[str, str]]:
     return [(file, text) for file, text in pairs if text]
 
 
-def _table(checked: Sequence[Checked]) -> str:
-    rows = [["", "records", "accepted", "with remarks", "rejected", "stroke (mm)", "noise (mm)"]]
+def _table(checked: Sequence[Checked]) -> Table:
+    rows = []
     for each in checked:
         if each.curves is None:
             rows.append([_name(each), "none", "0", "", "", "", ""])
@@ -134,11 +135,8 @@ def _table(checked: Sequence[Checked]) -> str:
         stroke = each.curves.measured.sel(quantity="stroke")
         ranges = map(_range, (stroke.values, each.curves.noise.values))
         rows.append([_name(each), *map(str, numbers), *ranges])
-    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    lines = (
-        "  ".join([row[0].ljust(widths[0]), *map(str.rjust, row[1:], widths[1:])]) for row in rows
-    )
-    return "\n".join(map(str.rstrip, lines))
+    head = ("", "records", "accepted", "with remarks", "rejected", "stroke (mm)", "noise (mm)")
+    return Table(head, rows)
 
 
 def _range(values: np.ndarray) -> str:
@@ -164,12 +162,12 @@ def _outliers(curves: xr.Dataset) -> list[tuple[str, str]]:
     return found
 
 
-def _grouped(found: Sequence[tuple[str, str, str]]) -> list[str]:
-    """Lines with each text once, where texts are alike: how many, and the first of them."""
+def _grouped(found: Sequence[tuple[str, str, str]]) -> list[Remark]:
+    """Items with each text once, where texts are alike: how many, and the first of them."""
     lines = []
     for members in sorted(alike(found), key=len, reverse=True):
         name, file, text = members[0]
         text = text if text.startswith(file) else f"{file}: {text}"
         count = f"{len(members)} of {name}, first " if len(members) > 1 else f"{name}, "
-        lines.append(bullet(count + text))
+        lines.append(Remark(count + text, ITEM))
     return lines

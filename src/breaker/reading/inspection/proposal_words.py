@@ -7,13 +7,20 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 import yaml
 
-from breaker.common.numerals import in_digits
+from breaker.common.numerals import first_of, in_digits
+from breaker.documents.parts import Document, Remark, Section, Table
+from breaker.documents.terminal import wrapped
 from breaker.reading.files.format_settings import FORMAT
-from breaker.reading.files.safe_text import on_terminal, wrapped
+from breaker.reading.files.safe_text import on_terminal
 from breaker.reading.inspection.printed_comparison import stated_remarks
 from breaker.reading.inspection.setting_proposal import NOT_READ, InspectedMotion, Proposal
 
 _LONGEST = 10  # of an overlay
+_STATED = "  {:<16} {}"
+_COMPARED = "  {:<12}  {:<8}  {:<16}  {:>9}  {:>9}  {:<6}  {:<1}"
+_MOTIONS = "  {:<12}  {:<8}  {:>12}  {:>9}  {:>9}  {:>8}  {:>7}  {:>8}  {:>8}  {:<1}"
+ITEM = "  - "
+"""How an item of a list begins on a terminal."""
 
 
 def overlay_of(proposal: Proposal) -> str:
@@ -47,21 +54,19 @@ def _yaml(value: object) -> str:
     return text.strip()[1:-1]
 
 
-def report_of(proposal: Proposal) -> str:
+def words_of(proposal: Proposal) -> Document:
     """Return what was found in a file, and whether it can be read with the proposal."""
-    parts = [f"{proposal.layout.file}\n  {_text(proposal)}\n  {_time(proposal)}"]
+    parts = [Section(str(proposal.layout.file), [f"  {_text(proposal)}", f"  {_time(proposal)}"])]
     parts += [*_stated(proposal), _table(proposal), *_wired(proposal), *_compared(proposal)]
     unit = {**FORMAT, **proposal.settings}["travel_unit"]
     about = stated_remarks(proposal.layout.stated, unit, proposal.compared)
     said = [*proposal.remarks, *about, *_said_of(proposal)]
-    if said:
-        parts.append("\n".join(["To look at:", *map(bullet, said)]))
+    parts += [Section("To look at:", [Remark(each, ITEM) for each in said])] if said else []
     if proposal.lacking:
         lacking = " and ".join(proposal.lacking)
-        parts.append(
-            f"Fill in {lacking}. In the table above, a number stands in for what is lacking."
-        )
-    return "\n\n".join(parts)
+        what = "In the table above, a number stands in for what is lacking."
+        parts.append(Section(f"Fill in {lacking}. {what}"))
+    return Document(parts=parts)
 
 
 def _said_of(proposal: Proposal) -> list[str]:
@@ -74,8 +79,7 @@ def _said_of(proposal: Proposal) -> list[str]:
     lines = []
     for members in alike((file, file, text) for file, _, text in said):
         of = [where for file, where, text in said if (file, file, text) in members]
-        more = f" and {len(of) - 1} more" if len(of) > 1 else ""
-        lines.append(f"{of[0]}{more}: {members[0][2]}")
+        lines.append(f"{first_of(of, 1)}: {members[0][2]}")
     return lines
 
 
@@ -89,11 +93,6 @@ def alike(said: Iterable[tuple[str, str, str]]) -> list[list[tuple[str, str, str
         key = of, re.sub(rf"{place}|'[^']*'|[\d.]+", "", text)
         groups.setdefault(key, []).append((of, where, text))
     return list(groups.values())
-
-
-def bullet(text: str) -> str:
-    """Return a text as an item of a list, in lines of no more than 100 signs."""
-    return "\n".join(wrapped(text, "  - "))
 
 
 def _text(proposal: Proposal) -> str:
@@ -122,7 +121,7 @@ def _time(proposal: Proposal) -> str:
     return f"time: no column, {in_digits(clock.rate, 6)} kHz, {lasts}"
 
 
-def _stated(proposal: Proposal) -> list[str]:
+def _stated(proposal: Proposal) -> list[Table]:
     """What the text above the samples says of the breaker, the test and the settings."""
     stated = proposal.layout.stated
     phases = (f"{number or 'all'} {name}" for number, name in sorted(stated.phases.items()))
@@ -140,53 +139,44 @@ def _stated(proposal: Proposal) -> list[str]:
             f"{pair.name} {pair.text} {pair.number()[1]}".strip() for pair in stated.speed_points
         ),
     }
-    lines = [
-        "\n".join(wrapped(value, f"  {name + ':':<16} ", " " * 19))
-        for name, value in given.items()
-        if value
-    ]
-    return ["\n".join(["  stated above the samples", *lines])] if lines else []
+    rows = [(f"{name}:", value) for name, value in given.items() if value]
+    return [Table(rows=rows, title="  stated above the samples", form=_STATED)] if rows else []
 
 
-def _wired(proposal: Proposal) -> list[str]:
+def _wired(proposal: Proposal) -> list[Table]:
     """The contact and the coil of each motion, where there are any."""
-    lines = ["  contacts and coils, which breaker report and breaker manifest take for each"]
+    rows = []
     for each in proposal.motions:
         settings, others = each.beside
         contact, coil = (str(settings.get(f"{key}_column", "")) for key in ("contact", "trigger"))
         left = f", not {', '.join(map(str, others))}" if contact and others else ""
         if contact or coil:
-            lines.append(
-                f"  {each.column!s:<12}  {each.motion:<8}  {contact}{left}  {coil}".rstrip()
-            )
-    return ["\n".join(dict.fromkeys(lines))] if len(lines) > 1 else []
+            rows.append((str(each.column), each.motion, contact + left, coil))
+    title = "  contacts and coils, which breaker report and breaker manifest take for each"
+    return [Table(rows=rows, title=title, form="  {:<12}  {:<8}  {}  {:<1}")] if rows else []
 
 
-def _compared(proposal: Proposal) -> list[str]:
+def _compared(proposal: Proposal) -> list[Table]:
     """Results of the analyser beside those measured here; a mark where they differ."""
-    if not (compared := proposal.compared):
-        return []
-    form = "  {:<12}  {:<8}  {:<16}  {:>9}  {:>9}  {:<6}  {}"
-    heads = ("column", "motion", "quantity", "printed", "measured", "unit", "differs")
-    lines = ["  results of the analyser, and those measured here", form.format(*heads)]
-    for each in compared:
+    rows = []
+    for each in proposal.compared:
         quantity, _, channel, value, unit, _ = each.printed
         there = np.isfinite(each.measured)
         differs = f"{each.difference:+.1%}{'  <' if each.differs else ''}" if there else each.reason
         shown = in_digits(each.measured, 4) if there else ""
-        where = str(each.column) or channel
-        cells = where, each.motion, quantity.replace("_", " "), in_digits(value, 4), shown, unit
-        lines.append(form.format(*cells, differs).rstrip())
-    return ["\n".join(lines)]
+        named = str(each.column) or channel, each.motion, quantity.replace("_", " ")
+        rows.append((*named, in_digits(value, 4), shown, unit, differs))
+    title = "  results of the analyser, and those measured here"
+    heads = ("column", "motion", "quantity", "printed", "measured", "unit", "differs")
+    return [Table(heads, rows, title, form=_COMPARED)] if rows else []
 
 
-def _table(proposal: Proposal) -> str:
+def _table(proposal: Proposal) -> Table:
     """A line for each motion of each channel; times in ms, lengths in mm."""
-    form = "  {:<12}  {:<8}  {:>12}  {:>9}  {:>9}  {:>8}  {:>7}  {:>8}  {:>8}  {}"
-    heads = "column", "motion", "first motion", "rest by", "stroke", "noise", "colour", "quantum"
-    rows = [(*heads, "doubtful", "as proposed"), *map(_row, proposal.motions)]
-    lines = [form.format(*row).rstrip() for row in rows]
-    return "\n".join(["  times in ms, lengths in mm", *lines])
+    heads = ("column", "motion", "first motion", "rest by", "stroke", "noise", "colour", "quantum")
+    heads += ("doubtful", "as proposed")
+    rows = [*map(_row, proposal.motions)]
+    return Table(heads, rows, "  times in ms, lengths in mm", form=_MOTIONS)
 
 
 def _row(each: InspectedMotion) -> Sequence[str]:

@@ -1,0 +1,43 @@
+"""Values as JSON has them, so that every rendering of a document shows the same ones."""
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, fields, replace
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class Plain:
+    """A part of a document. A value whose default is None is left out of JSON where it is None."""
+
+    def plain(self) -> dict:
+        """Return the values by name, parts among them as they are."""
+        pairs = ((each, getattr(self, each.name)) for each in fields(self))
+        return {each.name: v for each, v in pairs if v is not None or each.default is not None}
+
+
+def plainly(value: object) -> object:
+    """A number, flag, text, or array or document of them as JSON has it, numbers to six digits.
+
+    >>> plainly({"sd": np.array([2.0 / 3.0, np.nan])})
+    {'sd': [0.666667, None]}
+    """
+    if isinstance(value, Plain):
+        return replace(value, **{e.name: plainly(getattr(value, e.name)) for e in fields(value)})
+    if isinstance(value, Mapping):
+        return {key: plainly(each) for key, each in value.items()}
+    if isinstance(value, np.ndarray):
+        value = value.tolist()
+    if isinstance(value, list | tuple):
+        return [plainly(each) for each in value]
+    if isinstance(value, np.generic):
+        value = value.item()
+    if isinstance(value, float):
+        return float(f"{value:.6g}") if np.isfinite(value) else None
+    return value
+
+
+def to_json(document: object) -> str:
+    """Return a document as JSON."""
+    return json.dumps(document, default=lambda part: part.plain())

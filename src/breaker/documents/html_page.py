@@ -1,0 +1,33 @@
+"""A document as one page of HTML that needs nothing beside it."""
+
+from base64 import b64encode
+from collections.abc import Sequence
+from pathlib import Path
+
+from jinja2 import Environment, FileSystemLoader
+
+from breaker.documents.parts import Document, Remark, tone_of, words_in
+
+
+def html_page(
+    document: Document, pictures: Sequence[bytes] = (), *, alt: str = "curves", inner: str = ""
+) -> str:
+    """Return a document as HTML; whatever its words hold is text there.
+
+    Args:
+        document: The document.
+        pictures: PNG, below its parts.
+        alt: What they show, for who does not see them.
+        inner: Identifier of one element, with a style of its own, to be set into another page; a
+            whole page without.
+
+    >>> "<h1>A &lt; B</h1>" in html_page(Document("A < B"))
+    True
+    """
+    folder = FileSystemLoader(Path(__file__).parent)
+    jinja = Environment(loader=folder, autoescape=True, trim_blocks=True, lstrip_blocks=True)
+    jinja.filters |= {"tone": tone_of, "words": words_in}
+    jinja.tests["remark"] = lambda part: isinstance(part, Remark)
+    encoded = [b64encode(each).decode("ascii") for each in pictures]
+    page = jinja.get_template("html_page.html")
+    return page.render(document=document, pictures=encoded, alt=alt, inner=inner)

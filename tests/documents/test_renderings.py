@@ -1,0 +1,79 @@
+"""One document on a terminal, as HTML and on pages of a PDF: every word of it, and no other."""
+
+import re
+from dataclasses import make_dataclass
+from html import unescape
+
+import pytest
+
+from breaker.common.plain_values import Plain, plainly, to_json
+from breaker.documents.html_page import html_page
+from breaker.documents.parts import Cell, Remark, Section, Table
+from breaker.documents.terminal import lines_of, text_of
+from breaker.drive.answers.test_report import Report
+from breaker.figures.report import pages
+
+HOSTILE = '<script>alert("$x$")</script>&amp;'
+PARTS = [
+    Section("a section", ["a line", Remark("a remark"), Table(rows=[("left", "right")])]),
+    Table(
+        ("name", "value"),
+        [("stroke", Cell("178", "bad")), "a group", Remark(f"why {HOSTILE}")],
+        "a table",
+        ["a note"],
+    ),
+]
+WORDS = ["summed up", "a section", "a line", "a remark", "left", "right", "a table", "name"]
+WORDS += ["value", "stroke", "178", "a group", f"why {HOSTILE}", "a note"]
+
+
+@pytest.fixture
+def report():
+    return Report(HOSTILE, [("Breaker", HOSTILE)], [Cell("summed up", "good")], PARTS)
+
+
+def test_every_rendering_has_every_word_in_its_order(report):
+    html = html_page(report)
+    shown = unescape(re.sub(r"<style>.*?</style>|<[^>]*>", " ", html, flags=re.S))
+    drawn = " ".join(
+        text.get_text().replace(r"\$", "$") for page in pages(report) for text in page.texts
+    )
+    for rendering in (text_of(report), shown, drawn):
+        places = [rendering.find(word) for word in WORDS]
+        assert -1 not in places
+        assert places == sorted(places)
+
+
+@pytest.mark.parametrize("inner", ["", "first-page"])
+def test_no_word_is_markup(report, inner):
+    html = html_page(report, inner=inner)
+    assert "<script" not in html
+    assert "&amp;amp;" in html
+    assert unescape(html).count(HOSTILE) == (4 if not inner else 3)
+
+
+def test_a_tone_is_a_class_of_the_page(report):
+    html = html_page(report)
+    assert '<td class="bad">178</td>' in html
+    assert '<p class="good">summed up</p>' in html
+
+
+def test_a_last_column_without_a_width_is_wrapped_under_itself():
+    (table,) = [Table(rows=[("a", "word " * 30), ("b", "")], form="  {:<6} {}")]
+    first, second, last = lines_of(table)
+    assert max(map(len, (first, second))) <= 100
+    assert first.startswith("  a      word")
+    assert second.startswith(" " * 9 + "word")
+    assert last == "  b"
+
+
+def test_columns_without_a_form_are_as_wide_as_they_need_to_be():
+    table = Table(("", "records"), [("closing", "11"), ("o", "2")])
+    assert lines_of(table) == ["         records", "closing       11", "o              2"]
+
+
+def test_json_leaves_out_what_is_none_by_default():
+    of = make_dataclass("Of", [("sd", float), ("why", str, None)], bases=(Plain,), frozen=True)
+    assert to_json(plainly([of(float("nan")), of(2 / 3, "few")])) == (
+        '[{"sd": null}, {"sd": 0.666667, "why": "few"}]'
+    )
