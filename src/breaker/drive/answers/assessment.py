@@ -14,7 +14,7 @@ from breaker.configuration.loading import read
 from breaker.drive.answers.drive_records import read_operations
 from breaker.drive.answers.evidence import FACTS, Answer, AnswerSettings, DriveRecord, Given
 from breaker.drive.answers.inference import infer_drive, infer_means
-from breaker.drive.answers.limit_verdicts import judged
+from breaker.drive.answers.limit_verdicts import Verdict, judged
 from breaker.drive.family.level_network import Levels
 from breaker.drive.family.network_files import shipped_levels
 from breaker.mechanism.limits import Limit, from_list
@@ -97,7 +97,7 @@ class Assessment:
         speeds = next((each.speeds for each in answers if each.speeds), ())
         return from_list(self.limits, [*motions], speeds) if speeds else []
 
-    def judge(self, answers: Sequence[Answer]) -> list[list[dict]]:
+    def judge(self, answers: Sequence[Answer]) -> list[list[Verdict]]:
         """Return the verdicts of each answer: see ``judged``."""
         limits = self.limits_on(answers)
         return [judged(each, limits, seed=self.settings.seed) for each in answers]
