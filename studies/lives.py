@@ -3,20 +3,28 @@
     python -m studies.lives follow develop lives.csv          # or calibrate, or score
     python -m studies.lives table lives.csv docs/lives.csv    # sums one or more up
 
-Three seeds: to develop by, to calibrate by (threshold, future and margin in ``wear_model``), and to
-score. Drives of the family that networks are trained on, and foreign ones, wear along a straight
+Three seeds: to develop by, to calibrate by (threshold and future in ``wear_model``), and to score.
+Drives of the family that networks are trained on, and foreign ones, wear along a straight
 line in their parameters and elements; half of them faster from 30 to 90 % of the life on. All that
 wears and all parameters scatter by 0.4 %; sensors round, and have coloured noise
 (``studies.sensors``). A record every fifth operation. Each life has a limit on a measured
 quantity, and one on the change of a parameter, at what the drive reaches at a random share of its
 wear; where nothing changes enough for that, it has none. ``steady`` lives have no change of rate,
-``faults`` a sudden one of a parameter.
+``faults`` a sudden one of a parameter. ``other`` are lives of drives of other code, by other laws
+of wear, of other lengths (``studies.other_lives``); their truth is not shifted to what records
+show.
+
+A service is done at the operation that is told, by two ways of looking: ``watched``, at every
+record, and ``visits``, where the records are read at each twentieth of the life. What a life costs,
+divided by its operations, is compared with a service at a fixed interval, of all intervals the one
+that would have been cheapest in all other lives of the set. A life that is never serviced fails.
 """
 
 import sys
 from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -43,11 +51,12 @@ from breaker.quantities.parameters import NAMES
 from breaker.reading.records.measurements import measure_curve
 from breaker.reading.records.normalised_shape import shape_of
 from breaker.shipped import DEFAULTS
+from studies.other_lives import RECORDS, Curves, OtherLife, records_of, truth_of
 from studies.sensors import Reading
 from studies.shared import append
 
 SEEDS = {"develop": 71, "calibrate": 72, "score": 73}
-SETS = {"family": 200, "foreign": 100, "steady": 200, "faults": 100}
+SETS = {"family": 200, "foreign": 100, "steady": 200, "faults": 100, "other": 200}
 LIFE, EVERY, LONGER = 2000, 5, 1.3
 KNEE, FASTER = (0.3, 0.9), (3.0, 8.0)  # share of the life, times
 FAILS = (0.7, 0.97)  # share of the wear at which a limit is reached
@@ -60,6 +69,8 @@ FAULT = (3.0, 12.0)  # percent of a parameter
 CLEAR = 6.0  # percent of a parameter, or scatters of a measured quantity, that make a limit
 ASKED = 3  # operations of a life at which it is asked
 INTERVAL = ("low", "middle", "high")  # columns of an answer
+VISITS = 20  # in a life, where nobody watches
+RESAMPLES = 2000
 
 
 @dataclass
@@ -71,6 +82,7 @@ class Life:
     knee: float
     faster: float
     fault: tuple[float, str, float] = (np.inf, "", 0.0)
+    length, every = LIFE, EVERY
 
     @classmethod
     def drawn(cls, name: str, config: Mapping, rng: np.random.Generator) -> "Life":
@@ -97,6 +109,11 @@ class Life:
             size = np.exp(rng.uniform(*np.log(FAULT))) * np.sign(np.sum(ranges[which]))
             life.fault = LIFE * rng.uniform(0.6, 0.9), which, float(size)
         return life
+
+    def reached(self, share: float) -> float:
+        """Return the operation at which a share of the wear is reached."""
+        way = share * (self.knee + self.faster * (LIFE - self.knee))
+        return way if way <= self.knee else self.knee + (way - self.knee) / self.faster
 
     def at(self, operation: float, noise: Mapping[str, float] | None = None) -> Drive:
         """Return the drive at an operation; its numbers times ``1 + noise``."""
@@ -126,7 +143,8 @@ def simulate(life: Life, config: Mapping, rng: np.random.Generator) -> tuple[Ser
             if drive.holds:
                 break
         drives.append(drive)
-    motions = {m: recorded(drives, m, sensor, reading, rng) for m in MEASURED}
+    travels = {m: [partial(drive.travel, m) for drive in drives] for m in MEASURED}
+    motions = {m: recorded(travels[m], m, sensor, reading, rng) for m in MEASURED}
     stages = np.unique(np.append(np.linspace(0.0, LONGER * LIFE, 53).round(), round(life.knee)))
     rows = []
     for stage in stages:
@@ -155,13 +173,26 @@ def measured(curve: np.ndarray, motion: str) -> dict[str, float]:
     return {}
 
 
-def recorded(drives, motion: str, sensor: Sensor, reading: Reading, rng) -> MotionRecords:
-    """Records of drives, normalised."""
+def simulate_other(
+    life: OtherLife, config: Mapping, rng: np.random.Generator
+) -> tuple[Series, pd.DataFrame]:
+    """The same of a drive of other code."""
+    sensor, reading = Sensor.from_settings(config["sensor"]), Reading.draw(rng)
+    curves, operations = Curves(life), life.every * np.arange(1, RECORDS + 1)
+    travels = records_of(life, curves, operations, rng)
+    motions = {m: recorded(travels[m], m, sensor, reading, rng) for m in MEASURED}
+    series = Series(operations, motions, np.arange(config["wear_model"]["reference"]), {})
+    truth = truth_of(life, curves, TIMES, measured)
+    return series, truth[[*NAMES, *(f"{m} {q}" for m in MEASURED for q in MEASURED[m])]]
+
+
+def recorded(travels, motion: str, sensor: Sensor, reading: Reading, rng) -> MotionRecords:
+    """Records of travels, functions of times after the release, normalised."""
     sign = 1.0 if motion == "closing" else -1.0
     ways, presents, noises, rows, like = [], [], [], [], None
-    for drive in drives:
+    for travel in travels:
         late = ONSET * rng.standard_normal()
-        record = reading.corrupt(drive.travel(motion, TIMES - late), sensor, rng)
+        record = reading.corrupt(travel(TIMES - late), sensor, rng)
         like = like or shape_of(sign * record, STEP)
         shape = shape_of(sign * record, STEP, like)
         rest = record[:35]
@@ -178,11 +209,10 @@ def recorded(drives, motion: str, sensor: Sensor, reading: Reading, rng) -> Moti
 def limits_of(truth: pd.DataFrame, series: Series, life: Life, rng) -> dict[Limit, float]:
     """Choose limits that the drive reaches, and when it does."""
     share = rng.uniform(*FAILS)
-    way = share * (life.knee + life.faster * (LIFE - life.knee))
-    fails = way if way <= life.knee else life.knee + (way - life.knee) / life.faster
-    whole, found = np.arange(0.0, LONGER * LIFE), {}
+    fails = life.reached(share)
+    whole, found = np.arange(0.0, LONGER * life.length), {}
     dense = {n: np.interp(whole, truth.index, truth[n]) for n in truth.columns}
-    new = slice(0, EVERY * series.new.size)
+    new = slice(0, life.every * series.new.size)
 
     def add(name: str, of: str, motion: str, quantity: str, values: np.ndarray, end: float) -> None:
         upper = bool(end > values[new].mean())
@@ -216,8 +246,11 @@ def simulated(
     """Draw and simulate one life of a benchmark; also returns the generator, for what follows."""
     for attempt in range(TRIES):
         rng = generator(seed, f"benchmark of {of}", name, number, attempt)
-        life = Life.drawn(name, config, rng)
         with suppress(ValueError):  # a drive that does not hold all along its life
+            if name == "other":
+                other = OtherLife.drawn(Prior.from_settings(config["prior"]), rng)
+                return other, *simulate_other(other, config, rng), rng
+            life = Life.drawn(name, config, rng)
             return life, *simulate(life, config, rng), rng
     raise RuntimeError(f"none of {TRIES} drives of '{name}' holds all along its life")
 
@@ -235,18 +268,19 @@ def followed(name: str, number: int, seed: int, config: Mapping, networks) -> tu
 def scored(name: str, number: int, seed: int, config: Mapping, networks) -> list[dict]:
     """Rows of one life."""
     life, truth, limits, readout, data = followed(name, number, seed, config, networks)
-    about = {"set": name, "life": number, "knee": life.knee, "faster": life.faster}
-    about |= {"family": data.attrs["family"]}
+    about = {"set": name, "life": number, "family": data.attrs["family"]}
+    if isinstance(life, Life):
+        about |= {"knee": life.knee, "faster": life.faster}
     rng = generator(seed, "benchmark of lives, asked", name, number)
-    rows = [about | each for each in changes_of(life, data, readout)]
-    told = data.attrs["told"]
-    stands = standing(data, config["planning"], np.full(data.sizes["operation"], np.nan))
+    rows = [] if name == "other" else [about | each for each in changes_of(life, data, readout)]
+    told, looks = data.attrs["told"], looked_at(life, data, config["planning"])
     for limit, fails in limits.items():
         left = left_of(limit.name, fails, data, told, rng)
         rows += [about | each | {"names": " ".join(limit.quantities)} for each in left]
-        rows.append(about | acted(limit.name, fails, data, stands))
+        for way, stands in looks.items():
+            rows.append(about | {"kind": way} | acted(limit.name, fails, stands))
     where = rng.choice(data.asked.values[data.asked.values >= told], ASKED, replace=False)
-    reference = truth[list(NAMES)].pipe(_at, EVERY * config["wear_model"]["reference"] / 2.0)
+    reference = _at(truth[list(NAMES)], life.every * config["wear_model"]["reference"] / 2.0)
     for operation in where:
         true = 100.0 * (_at(truth[list(NAMES)], operation) / reference - 1.0)
         one = data.sel(asked=operation)
@@ -259,6 +293,20 @@ def scored(name: str, number: int, seed: int, config: Mapping, networks) -> list
             change = {"score": "change", "name": parameter, "truth": truly}
             rows.append(about | change | dict(zip(INTERVAL, interval, strict=True)))
     return rows
+
+
+def looked_at(life, data: xr.Dataset, planning: Mapping) -> dict[str, xr.Dataset]:
+    """How the drive stands, where every record is looked at, and where visits read them."""
+    days = np.full(data.sizes["operation"], np.nan)
+    visit = max(round(life.length / VISITS), 1)
+    asked = data.asked.values
+    visits = np.arange(visit, asked[-1] + 1, visit)
+    last = np.unique(asked[np.maximum(np.searchsorted(asked, visits, side="right") - 1, 0)])
+    ways = {"watched": (data, life.every), "visits": (data.sel(asked=last), visit)}
+    return {
+        way: standing(each, {**planning, "inspection": f"{apart} operations"}, days)
+        for way, (each, apart) in ways.items()
+    }
 
 
 def _at(table: pd.DataFrame, operation: float) -> np.ndarray:
@@ -326,10 +374,11 @@ def left_of(limit: str, fails: float, data: xr.Dataset, told: int, rng) -> list[
     return rows
 
 
-def acted(limit: str, fails: float, data: xr.Dataset, stands: xr.Dataset) -> dict:
+def acted(limit: str, fails: float, stands: xr.Dataset) -> dict:
     """What it costs to obey: when a service is first planned, when it is due, moves of the date.
 
-    ``known`` is whether anything is said of the limit when it fails, or when its service is due.
+    ``known`` is whether anything is said of the limit when it fails, or when its service is due;
+    ``count`` of ``records`` rows that plan have it behind the 5 % quantile of the operations left.
     """
     one, operations = stands.sel(limit=limit), stands.operation.values
     state = one.state.values
@@ -340,7 +389,11 @@ def acted(limit: str, fails: float, data: xr.Dataset, stands: xr.Dataset) -> dic
     until = (operations <= min(service, fails)) & (state == STATES.index("plan"))
     by = one.service_by.values[until]
     moves = int((by[1:] != by[:-1]).sum()) if by.size else 0
+    told = np.isfinite(one.service_by.values) & one.left.notnull().all("quantile").values
+    last = operations + one.left.values[:, 0].round()
     return {
+        "records": int(told.sum()),
+        "count": int((one.service_by.values > last)[told].sum()),
         "score": "acted",
         "name": limit,
         "fails": fails,
@@ -385,7 +438,9 @@ def summed(some: pd.DataFrame) -> dict[str, tuple[float, int]]:
     found["names hold what changed most"] = named.right.astype(float).mean(), len(named)
     found["names in a set"] = named["count"].mean(), len(named)
     quiet, false = (some[some.score == each] for each in ("quiet", "false"))
-    found["false changes in 10,000 records"] = 1e4 * len(false) / quiet.records.sum(), len(quiet)
+    if len(quiet):
+        rate = 1e4 * len(false) / quiet.records.sum()
+        found["false changes in 10,000 records"] = rate, len(quiet)
     changed = quiet[np.isfinite(quiet.truth)].set_index("life")
     if len(changed):
         late = some[some.score == "noticed"].groupby("life").late.min().reindex(changed.index)
@@ -399,20 +454,63 @@ def summed(some: pd.DataFrame) -> dict[str, tuple[float, int]]:
     for name, each in some[(some.score == "left") & some.low.notna()].groupby("name"):
         holds = (each.low <= each.truth) & (each.truth <= each.high)
         found[f"{name} limits: 90 % hold operations left"] = holds.mean(), len(each)
-    for name, each in some[some.score == "acted"].groupby("name"):
-        told = each[each.known.astype(bool)]
-        found[f"{name} limits: told"] = len(told) / len(each), len(each)
-        failed = told.service > told.fails
-        found[f"{name} limits: failed before service_by"] = failed.mean(), len(told)
-        away = ((told.fails - told.service) / (told.fails - told["first"]))[~failed]
-        found[f"{name} limits: share of life given away"] = away.median(), len(away)
-        found[f"{name} limits: moves of service_by"] = told.moves.median(), len(told)
-        fixed = each.fails.quantile(0.05)  # the longest fixed interval that fails as seldom
-        away = ((each.fails - fixed) / each.fails).median()
-        found[f"{name} limits: share of a whole life given away, fixed interval"] = away, len(each)
-        away = ((told.fails - told.service) / told.fails)[~failed].median()
-        found[f"{name} limits: share of a whole life given away"] = away, len(told)
+    for (name, way), each in some[some.score == "acted"].groupby(["name", "kind"]):
+        found |= {f"{name} limits, {way}: {what}": one for what, one in planned_of(each).items()}
     return found
+
+
+def planned_of(lives: pd.DataFrame) -> dict[str, tuple[float, int]]:
+    """Sum up how lives were serviced, by one way of looking, each of one limit."""
+    fails, service = lives.fails.values, lives.service.fillna(np.inf).values
+    intime, first = service <= fails, lives["first"].values
+    rows = int(lives.records.sum())
+    found = {"told": (lives.known.astype(bool).mean(), len(lives))}
+    found["serviced in time"] = intime.mean(), len(lives)
+    behind = lives["count"].sum() / rows if rows else np.nan
+    found["rows with service_by behind the 5 % quantile"] = behind, rows
+    away = ((fails - service) / fails)[intime]
+    found["share of the life given away"] = (
+        float(np.median(away)) if away.size else np.nan,
+        away.size,
+    )
+    lead = ((service - first) / fails)[intime]
+    found["lead of the plan, share of the life"] = (
+        float(np.median(lead)) if lead.size else np.nan,
+        lead.size,
+    )
+    found["moves of service_by"] = float(lives.moves.median()), len(lives)
+    if len(lives) > 2:
+        ratio, low, high = against_fixed(service, fails)
+        found["cost, beside a fixed interval"] = ratio, len(lives)
+        found["the same, from (90 %)"], found["the same, to (90 %)"] = (
+            (low, len(lives)),
+            (high, len(lives)),
+        )
+    return found
+
+
+def against_fixed(service: np.ndarray, fails: np.ndarray) -> tuple[float, float, float]:
+    """What an operation costs, beside a service at the interval that is best in all other lives.
+
+    Returns:
+        The ratio, and its 90 % interval over lives drawn again.
+    """
+    settings = load([DEFAULTS])["planning"]
+    costs = np.array([settings["service_cost"], settings["failure_cost"]])
+    each = costs[(service > fails).astype(int)], np.minimum(service, fails)
+    tried = np.append(np.sort(fails), np.inf)
+    over = tried[:, None] > fails  # an interval of just what a life lasts is in time
+    cost, made = costs[over.astype(int)], np.minimum(tried[:, None], fails)
+    others = (cost.sum(axis=1, keepdims=True) - cost) / (made.sum(axis=1, keepdims=True) - made)
+    best, lives = others.argmin(axis=0), np.arange(len(fails))
+    fixed = cost[best, lives], made[best, lives]
+
+    def ratio(some: np.ndarray) -> np.ndarray:
+        ours, theirs = ((c[some].sum(-1) / m[some].sum(-1)) for c, m in (each, fixed))
+        return ours / theirs
+
+    again = generator(1, "lives drawn again").integers(len(fails), size=(RESAMPLES, len(fails)))
+    return float(ratio(lives)), *np.quantile(ratio(again), [0.05, 0.95]).tolist()
 
 
 def table(*files: str) -> None:

@@ -4,12 +4,14 @@ import numpy as np
 import xarray as xr
 
 from breaker.common.randomness import generator
+from breaker.drive.life.forecast import Future
 from breaker.quantities.parameters import NAMES
 
 _QUANTILE = [0.05, 0.5, 0.95]
 _DIMS = {
     **dict.fromkeys(("evidence", "weight"), "operation"),
-    **dict.fromkeys(("remaining", "steady"), ("asked", "limit", "quantile")),
+    "remaining": ("asked", "limit", "quantile"),
+    "lives": ("asked", "limit", "draw"),
     "p_value": "motion",
     "changed": ("asked", "parameter", "quantile"),
     "unchanged": ("asked", "parameter"),
@@ -46,7 +48,7 @@ OPERATIONS = np.arange(1, 501)
 _TWO = {"slow": "measured travel_time above 1 ms", "stiff": "change of gamma_a above +1 %"}
 
 
-def a_life(fails=(450.0, np.inf), *, told=100, half=(0.01, 0.31), family="medium_voltage"):
+def a_life(fails=(450.0, np.inf), *, told=100, half=(0.01, 0.95), family="medium_voltage"):
     """A life whose first limit is measured, its second on the change of gamma_a.
 
     Args:
@@ -63,6 +65,7 @@ def a_life(fails=(450.0, np.inf), *, told=100, half=(0.01, 0.31), family="medium
     parts |= {"upper": (True, True), "unit": ("ms", "%")}
     changes = {"noticed": [310], "start": [300], "earliest": [295], "latest": [305]}
     changes |= {"kind": ["rate"], "certainty": [20.0], "change_names": ["gamma_a or f"]}
+    changes |= {"work": [False]}
     values = {
         "evidence": np.where(OPERATIONS > 50, 0.5, np.nan),
         "weight": np.ones(OPERATIONS.size),
@@ -72,10 +75,11 @@ def a_life(fails=(450.0, np.inf), *, told=100, half=(0.01, 0.31), family="medium
         "names": np.full(asked.size, "gamma_a"),
         "beyond": (left == 0.0).astype(float),
         "remaining": left[..., None] * [0.5, 1.0, 1.5],
-        "steady": left[..., None] * [0.9, 1.0, 1.1],
+        "lives": left[..., None] * np.linspace(0.9, 1.1, 41),
         "value": gone[..., None] + np.array(half)[:, None] * [-1.0, 0.0, 1.0],
     }
-    attrs = {"family": family, "agreement": 0.4, "told": told, "threshold": 10.0, "margin": 0.8}
+    attrs = {"family": family, "agreement": 0.4, "told": told, "threshold": 10.0}
+    attrs |= Future(changes=0.001)._asdict()
     life = life_of(OPERATIONS, asked, _TWO, parts, changes, values, attrs)
     return life.assign_coords(of=("limit", ["record", "change"]))
 

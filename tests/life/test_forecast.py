@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from breaker.drive.life.forecast import Forecast, Future, Onward, _crossings, _quantiles
+from breaker.drive.life.forecast import Forecast, Future, Onward, _crossings
 from breaker.drive.life.tracker import Tracker
 from breaker.mechanism.limits import Limit
 
@@ -49,8 +49,9 @@ def test_a_straight_path_crosses_where_it_does():
     found = forecast(path(1.0, 0.002))
     assert found.beyond[0] == 0.0
     assert found.value[0, 0, 1] == pytest.approx(9.0)
-    assert found.steady[0, 1] == pytest.approx(500.0, rel=0.02)
-    np.testing.assert_allclose(found.remaining[0], found.steady[0], rtol=0.1)
+    assert np.median(found.lives[0]) == pytest.approx(500.0, rel=0.02)
+    steady = np.quantile(found.lives[0], [0.05, 0.5, 0.95])
+    np.testing.assert_allclose(found.remaining[0], steady, rtol=0.1)
 
 
 @pytest.mark.parametrize(("at", "rate", "left"), [(1.0, -0.002, np.inf), (2.5, 0.002, 0.0)])
@@ -58,33 +59,46 @@ def test_a_path_that_leads_away_never_does_and_one_beyond_has_nothing_left(at, r
     found = forecast(path(at, rate))
     assert found.beyond[0] == (at > 2.0)
     assert (found.remaining[0] == left).all()
-    assert (found.steady[0] == left).all()
+    assert (found.lives[0] == left).all()
 
 
 def test_wear_that_may_become_faster_shortens_the_early_end_alone():
     steady, may = forecast(path(1.0, 0.002)), forecast(path(1.0, 0.002), Future(changes=1.0))
     assert may.remaining[0, 0] < 0.6 * steady.remaining[0, 0]
-    np.testing.assert_allclose(may.steady, steady.steady)
+    np.testing.assert_allclose(may.lives, steady.lives)
     vague = forecast(path(1.0, 0.002, sd=0.6))  # what is known badly is told so
-    assert np.ptp(vague.steady[0]) > 5.0 * np.ptp(steady.steady[0])
+    assert np.ptp(vague.remaining[0]) > 5.0 * np.ptp(steady.remaining[0])
 
 
 def test_changes_come_as_often_in_any_unit_of_operations():
     future = Future(horizon=10000, changes=1.5)
-    ways, shares = future.ways(2000.0)
-    np.testing.assert_allclose(shares.sum(axis=1), 1.0)
+    ways, shares = future.ways(), future.shares(2000.0)
+    assert shares.sum() == pytest.approx(1.0)
     ahead = future.ahead()
     np.testing.assert_allclose(ways[:, 0], ahead)
-    np.testing.assert_allclose(shares[:, 0], np.exp(-1.5 * ahead / 2000.0))
+    assert shares[0] == pytest.approx(np.exp(-1.5 * 10000 / 2000.0))
     assert (ways >= ahead[:, None] - 1e-9).all()  # faster is the usual change
-    twice, same = Future(horizon=20000, changes=1.5).ways(4000.0)
-    np.testing.assert_allclose(twice[-1], 2.0 * ways[-1])
-    np.testing.assert_allclose(same[-1], shares[-1])
+    lives = np.tile(2000.0 * np.linspace(0.9, 1.1, 101), (1, 1))
+    left = future.quantiles(future.fails(lives, np.array([500.0])))
+    twice = Future(horizon=20000, changes=1.5)
+    doubled = twice.quantiles(twice.fails(2.0 * lives, np.array([1000.0])))
+    np.testing.assert_allclose(doubled, 2.0 * left, rtol=0.05)
 
 
 def test_no_change_comes_in_a_life_without_an_end():
-    ways, shares = Future().ways(np.inf)
-    np.testing.assert_allclose((shares * ways).sum(axis=1), Future().ahead(), rtol=1e-6)
+    assert Future().shares(np.inf)[0] == 1.0
+
+
+def test_a_change_that_is_noticed_leads_no_further():
+    """Draws that last 1,000 more, and one change, at once, which makes them 4 times as fast."""
+    future = Future(changes=100.0, faster=4.0, spread=0.0)
+    lives, past = np.full((1, 50), 1000.0), np.array([1000.0])
+    unseen, seen = (future.fails(lives, past, lag)[0] for lag in (np.inf, 100.0))
+    ahead = future.ahead()
+    assert np.interp(200.0, ahead, unseen) < 0.01
+    assert np.interp(400.0, ahead, unseen) > 0.99
+    # After 100 operations it has come 300 further, and is serviced: what fails came later.
+    assert np.interp(600.0, ahead, seen) < 0.01
 
 
 def test_crossings_lie_on_the_line_between_nodes():
@@ -97,6 +111,10 @@ def test_crossings_lie_on_the_line_between_nodes():
 
 
 def test_quantiles_of_a_distribution_that_ends_early():
-    ahead = np.array([0.0, 10.0, 100.0])
-    assert _quantiles(ahead, np.array([0.0, 0.4, 0.6])) == [1.25, 55.0, np.inf]
-    assert _quantiles(ahead, np.array([1.0, 1.0, 1.0])) == [0.0, 0.0, 0.0]
+    future = Future(horizon=100)
+    ahead = future.ahead()
+    low = np.where(ahead < 10.0, 0.04 * ahead, np.minimum(0.4 + (ahead - 10.0) / 450.0, 0.6))
+    found = future.quantiles(np.stack([low, np.ones(ahead.size), np.full(ahead.size, np.nan)]))
+    np.testing.assert_allclose(found[0], [1.25, 55.0, np.inf], rtol=0.02)
+    assert (found[1] == 0.0).all()
+    assert np.isnan(found[2]).all()

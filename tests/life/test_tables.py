@@ -4,6 +4,7 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
+from breaker.configuration.loading import read
 from breaker.drive.life.life_tables import (
     CHANGES,
     DECISIONS,
@@ -14,9 +15,10 @@ from breaker.drive.life.life_tables import (
     operation_metadata,
 )
 from breaker.drive.life.limit_states import standing
+from breaker.shipped import DEFAULTS
 from tests.lives import OPERATIONS, a_life
 
-PLANNING = {"operations": 150, "years": 2.0}
+PLANNING = read(DEFAULTS)["planning"] | {"operations": 150, "years": 2.0}
 
 
 def curves(**columns):

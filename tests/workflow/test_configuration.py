@@ -326,6 +326,21 @@ correction: {round_draws: 300, fit_size: 301}
 planning: {operations: -1, yeers: 2}
     planning.operations is -1, but must be a number, at least 0
     planning.yeers is not a known key. Did you mean planning.years?
+planning: {service_cost: -1, failure_cost: 20, inspection_cost: -0.1}
+    planning.service_cost is -1, but must be a number, at least 0
+    planning.inspection_cost is -0.1, but must be a number, at least 0
+planning: {service_cost: 0, failure_cost: 0, inspection_cost: 0}
+    planning.service_cost is 0, so a service costs nothing and would always be due. State a cost
+planning: {service_cost: 5, failure_cost: 2}
+    planning.failure_cost is 2, not more than planning.service_cost (5): then no service pays.
+planning: {inspection: 3 weeks}
+    planning.inspection is "3 weeks", which is no interval of inspection. Write a number of years
+planning: {inspection: 0 years}
+    planning.inspection is "0 years", which is no interval of inspection
+planning: {inspection: 2}
+    planning.inspection is 2, but must be a text
+wear_model: {future: {margin: 0.8}}
+    wear_model.future.margin is no key any more: a service is planned by what it costs.
 rigs: {elements: {closing_stop: {reach: [2.0, 1.0]}}}
     rigs.elements closing_stop: reach is [2.0, 1.0], but the first must not exceed the second
 family: {more: {drag: [0.2, 0.1]}}

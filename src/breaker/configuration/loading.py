@@ -29,6 +29,10 @@ _FORMER = {  # keys that are gone, and the remedy
         "is no key any more: of measured operations, figures and tables show the posterior of the "
         "paper's networks and that of the family. Leave it out."
     ),
+    ("wear_model", "future", "margin"): (
+        "is no key any more: a service is planned by what it costs. Leave it out, and set "
+        "planning.service_cost, planning.failure_cost and planning.inspection."
+    ),
 }
 
 

@@ -9,6 +9,7 @@ from functools import partial
 from math import isnan
 from typing import Any
 
+from breaker.configuration.inspection_interval import interval_of
 from breaker.configuration.magnitudes import FOLDER, MAGNITUDES, is_fleet, listed, refused
 from breaker.mechanism.limits import entries_of_type, from_list
 from breaker.quantities.catalogue import check_fact, check_quantity
@@ -90,6 +91,22 @@ def _wear(wear: Mapping[str, Any]) -> Iterator[str]:
                 f"second the number of {kind} that can change ({there})."
             )
             return
+
+
+def _some_cost(service: float) -> Iterator[str]:
+    if not service:
+        yield (
+            "is 0, so a service costs nothing and would always be due. State a cost, in the unit "
+            "of planning.failure_cost."
+        )
+
+
+def _dearer(failure: float, service: float) -> Iterator[str]:
+    if service and failure <= service:
+        yield (
+            f"is {failure:g}, not more than planning.service_cost ({service:g}): then no service "
+            "pays. Raise it, or lower planning.service_cost."
+        )
 
 
 _speeds = partial(refused, "cannot be used. {}.", speeds_of)
@@ -280,6 +297,9 @@ RULES: tuple[tuple[tuple[str, ...], Callable[..., Iterator[str]]], ...] = (
     *(((f"endurance.{name}", "endurance.curves"), _choice) for name in ("breaker", "phase")),
     (("endurance.events",), _events),
     (("wear_model.reference",), _reference),
+    (("planning.service_cost",), _some_cost),
+    (("planning.failure_cost", "planning.service_cost"), _dearer),
+    (("planning.inspection",), partial(refused, "{}", interval_of)),
     (FOLDER, _curves),
     *MAGNITUDES,
 )

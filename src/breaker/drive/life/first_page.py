@@ -76,7 +76,6 @@ def headline(decisions: pd.DataFrame, limits: pd.DataFrame) -> str:
         words = f"Service now: {why}"
     elif row.state == "plan":
         on = f" ({row.service_by_date})" if row.get("service_by_date") else ""
-        on += ", if the wear goes on as it does"
         words = f"Plan service by operation {row.service_by:,}{on}: {row.limit}, {left}"
     elif row.state == "healthy":
         known = row.limit and math.isfinite(row.operations_left)
@@ -93,6 +92,10 @@ def headline(decisions: pd.DataFrame, limits: pd.DataFrame) -> str:
         if one.probability == one.probability
     ]
     doubts = f" Cannot tell {first_of(cannot, _MOST)}." if cannot and row.state != "unknown" else ""
+    if row.state in ("plan", "now"):
+        words += f". Told since operation {row.told_since:,}"
+    if row.state == "plan" and row.risk == row.risk:
+        words += f"; P {in_percent(row.risk)} to fail before the next inspection"
     return f"{words}.{doubts} As of operation {row.operation:,}."
 
 

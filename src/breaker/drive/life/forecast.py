@@ -5,8 +5,8 @@ lives (``wear_model.future``): in each tenth of the life that a drive would have
 whether these are ten operations or a thousand. The probability to be beyond after so many
 operations is that of the path so much further on, over all the changes that there may be.
 
-A service is planned by the path as it is: a change is noticed when it comes, and moves the plan.
-What lives cost in which it comes too late for that is in the margin (``docs/lives.csv``).
+A change that is noticed ends in a service. The probability to be beyond a limit before any change
+of this path is noticed is that of the same draws and changes, each followed until then.
 """
 
 from collections.abc import Mapping
@@ -21,7 +21,9 @@ from breaker.mechanism.limits import Limit
 
 _NODES, _NEAREST, _FARTHEST = 12, 10.0, 8.0  # along the path, operations, horizons
 _AHEAD = 160  # operations ahead at which a distribution is computed
-_WHEN, _HOW = 5, 3  # nodes of when the next change comes, and of its size
+_FINE = 1500  # and lengths of a path at which the share of draws that is beyond is tabled
+_WHEN, _HOW = 48, 3  # nodes of when the next change comes, and of its size
+_BLOCK = 32  # rows at once
 _SHARES = (0.05, 0.5, 0.95)
 
 
@@ -34,7 +36,7 @@ class Future(NamedTuple):
         faster: Median of the factor on the rate,
         spread: and sd of its logarithm.
         widening: Factor on the intervals of changes along a path: a network errs alike all along.
-        margin: Share of the life that is left for almost sure, after which to service.
+        noticed: Records after which a change of the rate is noticed.
     """
 
     horizon: int = 10000
@@ -42,7 +44,7 @@ class Future(NamedTuple):
     faster: float = 6.0
     spread: float = 0.4
     widening: float = 1.8
-    margin: float = 0.8
+    noticed: float = 50.0
 
     @classmethod
     def from_settings(cls, settings: Mapping) -> Self:
@@ -53,23 +55,82 @@ class Future(NamedTuple):
         """Return operations ahead at which it is asked, ``(h,)``; the first is 0."""
         return np.append(0.0, np.geomspace(1.0, self.horizon, _AHEAD - 1))
 
-    def ways(self, life: float) -> tuple[np.ndarray, np.ndarray]:
-        """Return how far the path may have come, in operations at its rate, and how probably.
+    def ways(self, lag: np.ndarray | float = np.inf) -> np.ndarray:
+        """Return how far the path has come, in operations at its rate so far.
 
         Args:
-            life: Operations from new to the limit, if the wear goes on as it does.
+            lag: Operations from a change to when it is noticed, from where on the path is not
+                followed, ``(...)``.
 
         Returns:
-            For each of ``ahead``, ``(h, w)`` each.
+            For each of ``ahead`` and each change that may come, the first none, ``(..., h, w)``.
         """
-        ahead, often = self.ahead()[:, None, None], max(self.changes / life, 1e-12)
-        goes_on = np.exp(-often * ahead)
-        when = (np.arange(_WHEN) + 0.5)[:, None] / _WHEN  # quantiles, given that a change comes
-        before = np.minimum(-np.log1p(-when * (1.0 - goes_on)) / often, ahead)
+        ahead, lag = (
+            self.ahead()[:, None, None],
+            np.asarray(lag, dtype=float)[..., None, None, None],
+        )
+        when = np.minimum(self._when()[:, None], ahead)
+        until = np.minimum(ahead, when + lag)
         factor = self.faster * np.exp(self.spread * ndtri((np.arange(_HOW) + 0.5) / _HOW))
-        way = (before + factor * (ahead - before)).reshape(len(ahead), -1)
-        share = np.repeat((1.0 - goes_on[:, 0]) / way.shape[1], way.shape[1], axis=1)
-        return np.hstack([ahead[:, 0], way]), np.hstack([goes_on[:, 0], share])
+        way = when + factor * (until - when)
+        way = way.reshape(*way.shape[:-2], -1)
+        none = np.broadcast_to(self.ahead()[:, None], (*way.shape[:-1], 1))
+        return np.concatenate([none, way], axis=-1)
+
+    def shares(self, life: np.ndarray) -> np.ndarray:
+        """Return how probable each change of ``ways`` is, ``(..., w)``.
+
+        Args:
+            life: Operations from new to the limit, if the wear goes on as it does, ``(...)``.
+        """
+        often = self.changes / np.asarray(life, dtype=float)[..., None]
+        when = self._when()
+        ends = np.concatenate([[0.0], np.sqrt(when[1:] * when[:-1]), [self.horizon]])
+        stays = np.exp(-often * ends)
+        each = (stays[..., :-1] - stays[..., 1:]) / _HOW
+        return np.concatenate([stays[..., -1:], np.repeat(each, _HOW, axis=-1)], axis=-1)
+
+    def _when(self) -> np.ndarray:
+        """Operations ahead at which the next change may come."""
+        return np.geomspace(1.0, self.horizon, _WHEN)
+
+    def fails(
+        self, lives: np.ndarray, past: np.ndarray, lag: np.ndarray | float = np.inf
+    ) -> np.ndarray:
+        """Return the probability to be beyond a limit, by each of ``ahead``, ``(n, h)``.
+
+        Args:
+            lives: Operations that are left to each draw at the rate so far, ``(n, d)``, sorted; inf
+                where it never is beyond, nan where nothing is known.
+            past: Operations so far, ``(n,)``.
+            lag: Operations from a change to when it is noticed, and the drive serviced, ``(n,)``;
+                inf where nobody looks.
+        """
+        fine = np.append(0.0, np.geomspace(0.5, _FARTHEST * self.horizon, _FINE))
+        lag, found = np.broadcast_to(lag, past.shape), np.full((len(past), _AHEAD), np.nan)
+        shares = self.shares(past + np.median(lives, axis=1))
+        known = np.flatnonzero(~np.isnan(lives[:, 0]))
+        for lags in np.unique(lag[known]):
+            places = np.searchsorted(fine, self.ways(lags), side="right") - 1
+            rows = known[lag[known] == lags]
+            for some in np.split(rows, range(_BLOCK, len(rows), _BLOCK)):
+                over = [np.searchsorted(each, fine, side="right") for each in lives[some]]
+                over = np.array(over, dtype=np.float32).reshape(-1, fine.size) / lives.shape[1]
+                found[some] = np.einsum("nhw,nw->nh", over[:, places], shares[some])
+        return np.maximum.accumulate(found, axis=1)
+
+    def quantiles(self, fails: np.ndarray) -> np.ndarray:
+        """Return operations ahead by which 5, 50 and 95 % are beyond, ``(n, 3)``; inf if never."""
+        ahead, found = self.ahead(), np.full((len(fails), len(_SHARES)), np.nan)
+        rows = np.flatnonzero(~np.isnan(fails[:, 0]))
+        for j, share in enumerate(_SHARES):
+            k = (fails[rows] < share).sum(axis=1)
+            low, high = np.maximum(k - 1, 0), np.minimum(k, _AHEAD - 1)
+            before, after = fails[rows, low], fails[rows, high]
+            part = (share - before) / np.where(after > before, after - before, 1.0)
+            between = ahead[low] + part * (ahead[high] - ahead[low])
+            found[rows, j] = np.where(k == 0, 0.0, np.where(k == _AHEAD, np.inf, between))
+        return found
 
 
 class Onward:
@@ -114,13 +175,13 @@ class Forecast(NamedTuple):
         value: Quantities of the limit now, ``(n, parts, 3)``, at 5, 50 and 95 %.
         remaining: Operations left, ``(n, 3)``, at 5, 50 and 95 %; 0 where the limit is exceeded,
             inf beyond the horizon.
-        steady: Operations left if the wear goes on as it does, ``(n, 3)``.
+        lives: Operations left to each draw if the wear goes on as it does, ``(n, d)``, sorted.
     """
 
     beyond: np.ndarray
     value: np.ndarray
     remaining: np.ndarray
-    steady: np.ndarray
+    lives: np.ndarray
 
     @classmethod
     def of(cls, limit: Limit, onward: Onward, past: np.ndarray, future: Future) -> Self:
@@ -135,20 +196,14 @@ class Forecast(NamedTuple):
             middle = np.median(along, axis=2, keepdims=True)
             wide = middle + future.widening * (along - middle)
             along = np.where(np.isfinite(along), wide, along)
-        excess = limit.excess(along)
-        remaining, steady = np.full((2, len(past), 3), np.nan)
-        ahead = future.ahead()
-        for k in np.flatnonzero(np.isfinite(now).any(axis=(1, 2))):
-            lives = np.sort(_crossings(excess[:, k], onward.nodes))
-            steady[k] = np.quantile(lives, _SHARES, method="inverted_cdf")
-            ways, shares = future.ways(past[k] + steady[k, 1])
-            over = np.searchsorted(lives, ways, side="right") / lives.size
-            remaining[k] = _quantiles(ahead, (over * shares).sum(axis=1))
-        steady = np.where(steady > future.horizon, np.inf, steady)
-        known = ~np.isnan(remaining[:, 0])
+        excess, lives = limit.excess(along), np.full(now.shape[:2], np.nan)
+        known = np.isfinite(now).any(axis=(1, 2))
+        for k in np.flatnonzero(known):
+            lives[k] = np.sort(_crossings(excess[:, k], onward.nodes))
+        remaining = future.quantiles(future.fails(lives, past))
         beyond = np.where(known, limit.exceeded(now).mean(axis=1), np.nan)
         value = np.moveaxis(np.quantile(now, _SHARES, axis=1), 0, -1)
-        return cls(beyond, value, remaining, steady)
+        return cls(beyond, value, remaining, lives)
 
 
 def _continued(draws: np.ndarray, nodes: np.ndarray) -> np.ndarray:
@@ -177,16 +232,4 @@ def _crossings(excess: np.ndarray, nodes: np.ndarray) -> np.ndarray:
         share = np.where(before > 0.0, 0.0, before / (before - after))
     share = np.nan_to_num(share, nan=1.0).max(axis=-1)
     found[coming] = nodes[first[coming] - 1] + share * np.diff(nodes)[first[coming] - 1]
-    return found
-
-
-def _quantiles(ahead: np.ndarray, beyond: np.ndarray) -> list[float]:
-    """Operations ahead by which so much of a probability is there, inf if not by the last."""
-    total, found = np.maximum.accumulate(beyond), []
-    for share, k in zip(_SHARES, np.searchsorted(total, _SHARES), strict=True):
-        if 0 < k < len(total):
-            part = (share - total[k - 1]) / (total[k] - total[k - 1])
-            found.append(float(ahead[k - 1] + part * (ahead[k] - ahead[k - 1])))
-        else:
-            found.append(np.inf if k else 0.0)
     return found

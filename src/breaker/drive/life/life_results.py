@@ -80,13 +80,14 @@ def follow_life(
         the record; over ``asked``, numbers of the operations at which the life was read:
         ``changed`` ``(asked, parameter, quantile)``, percent since new, ``unchanged`` ``(asked,
         parameter)``, the probability of no change, ``names``, the set of what has changed most,
-        ``beyond`` ``(asked, limit)``, ``remaining`` and ``steady`` ``(asked, limit, quantile)``, as
-        of ``Forecast``, and ``value`` ``(asked, part, quantile)`` of the limits' parts, with ``new
-        (part)``; over ``change``: ``noticed``, ``start``, ``earliest`` and ``latest``, numbers of
-        operations, ``kind``, ``certainty`` (nats; below 0 taken back) and ``change_names``; over
+        ``beyond`` ``(asked, limit)``, ``remaining`` ``(asked, limit, quantile)`` and ``lives``
+        ``(asked, limit, draw)``, as of ``Forecast``, and ``value`` ``(asked, part, quantile)`` of
+        the limits' parts, with ``new (part)``; over ``change``: ``noticed``, ``start``,
+        ``earliest`` and ``latest``, numbers of operations, ``kind``, ``certainty`` (nats; below 0
+        taken back), ``work``, whether it is work on the drive, and ``change_names``; over
         ``motion``: ``p_value`` of the family. Attributes ``family``, empty if it is of none,
         ``agreement`` of the motions, 1 of a single one, ``told``, the first operation at which
-        anything but what is measured is told, and ``threshold``.
+        anything but what is measured is told, ``threshold``, and the fields of ``Future``.
     """
     series = readout.series
     blocks = readout.coordinates.blocks(series)
@@ -114,9 +115,7 @@ def follow_life(
     coords |= {"motion": list(readout.matches), "quantile": list(QUANTILES)}
     coords |= _limit_coords(limits)
     attrs = {"family": readout.family, "agreement": apart, "told": int(told)}
-    return xr.Dataset(
-        found, coords, attrs | {"threshold": tracker.threshold, "margin": future.margin}
-    )
+    return xr.Dataset(found, coords, attrs | {"threshold": tracker.threshold} | future._asdict())
 
 
 def agreement(readout: Readout, path: Path) -> float:
@@ -173,7 +172,9 @@ def _limits(
     return {
         "beyond": (each[:2], np.hstack([none[..., 0], *beyond])),
         "remaining": (each, np.hstack([none, *(one.remaining[:, None] for one in found)])),
-        "steady": (each, np.hstack([none, *(one.steady[:, None] for one in found)])),
+        "lives": ((*each[:2], "draw"), np.stack([one.lives for one in found], axis=1))
+        if found
+        else ((*each[:2], "draw"), np.zeros((len(where), 0, 0))),
         "value": (("asked", "part", "quantile"), np.hstack([none, *(one.value for one in found)])),
         "new": ("part", np.concatenate([np.zeros(0), *new])),
     }
@@ -205,8 +206,14 @@ def _changes(readout: Readout, path: Path, settle: int) -> Mapping[str, tuple]:
     return {name: ("change", column) for name, column in about} | {
         "kind": ("change", np.array([change.kind for change in path.changes], dtype=str)),
         "certainty": ("change", np.array([change.evidence for change in path.changes])),
+        "work": ("change", np.array([_work(change) for change in path.changes], dtype=bool)),
         "change_names": ("change", np.array(names, dtype=str)),
     }
+
+
+def _work(change: Change) -> bool:
+    """Whether a change is known work on the drive, not on its transducer alone."""
+    return change.kind == "event" and not change.transducer
 
 
 def _named(readout: Readout, path: Path, before: int, after: int) -> str:

@@ -28,6 +28,8 @@ DECISIONS = {
     "days_left": "days left to it at the recent rate, quantile at 50 %",
     "service_by": "operation by which to service, of the most urgent limit",
     "service_by_date": "its date at the recent rate",
+    "told_since": "operation since when a service has been told without a break",
+    "risk": "probability to exceed that limit, or to fail suddenly, before the next inspection",
     "exceeded": "limits that are exceeded",
     "worn": "what has changed most since new: of these one, by 90 %",
     "change": "kind of a change that was noticed at this operation",
@@ -53,6 +55,8 @@ LIMITS = {
     "operations_left": "the same at 50 %",
     "operations_left_95": "and at 95 %",
     "service_by": "operation by which to service; empty where none is planned",
+    "told_since": "operation since when a service has been told without a break",
+    "risk": "probability to exceed it, or to fail suddenly, before the next inspection",
 }
 """Columns of ``limits.csv``, one row per part of a limit, after the last operation."""
 
@@ -117,6 +121,8 @@ def decide(life: xr.Dataset, stands: xr.Dataset, known: pd.DataFrame) -> pd.Data
     left = np.full((len(rows), 3), np.nan)
     some = subject >= 0
     left[some] = stands.left.values[rows[some], subject[some]]
+    risk = np.full(len(rows), np.nan)
+    risk[some] = stands.risk.values[rows[some], subject[some]]
     by = stands.drive_service_by.values
     at = np.searchsorted(life.asked.values, operations, side="right") - 1
     names = np.where(at >= 0, life.names.values[np.maximum(at, 0)], "")
@@ -131,6 +137,8 @@ def decide(life: xr.Dataset, stands: xr.Dataset, known: pd.DataFrame) -> pd.Data
         "days_left": np.where(left[:, 1] == 0.0, 0.0, left[:, 1] * pace).round(1),
         "service_by": _whole(by),
         "service_by_date": on_date(by, operations, list(known.date), pace),
+        "told_since": _whole(stands.drive_since.values),
+        "risk": risk,
         "exceeded": [", ".join(life.limit.values[row]) for row in over],
         "worn": np.where(operations >= life.attrs["told"], names, ""),
         "change": [changed.get(number, "") for number in operations.tolist()],
@@ -174,6 +182,8 @@ def limit_table(life: xr.Dataset, stands: xr.Dataset) -> pd.DataFrame:
         "crossed": _whole(stands.crossed.values[of]),
         **dict(zip(_LEFT, left.T, strict=True)),
         "service_by": _whole(last.service_by.values[of]),
+        "told_since": _whole(last.since.values[of]),
+        "risk": last.risk.values[of],
     }
     return pd.DataFrame({name: data[name] for name in LIMITS})
 

@@ -1,14 +1,16 @@
 """How a drive stands to each of its limits after every operation: one vocabulary, one record each.
 
-A limit is *now* where it is exceeded, or the operation has come by which to service; *plan* where
-that is within the planning horizon; *healthy* before; and *unknown* where too little is known:
-before the drive was followed long enough, without records, or where a service would have to be
-planned for a quantity, or a life, that is known too badly. Such a limit is told apart, with its
+A limit is *now* where it is exceeded, or the operation has come by which to service, and stays so
+until work on the drive; *plan* where the cheapest time of a service is within the planning horizon;
+*healthy* before; and *unknown* where too little is known: before the drive was followed long
+enough, without records, or where a service would have to be planned for a quantity of which the
+records do not tell whether it is as new or at the limit. Such a limit is told apart, with its
 probability, and hides no other; what is left to it is not told.
 
-The operation by which to service is after a share of what is left for almost sure. It is told from
+The operation by which to service is what ``breaker.drive.life.service_plan`` finds cheapest, and
+never behind the 5 % quantile of the operations left, which is of the same draws. It is told from
 when it is within the horizon, and moved by evidence alone: where the estimate leaves it by a share
-of what is left.
+of what is left, or that quantile comes before it.
 
 Shapes: ``o`` operations, ``a`` of them asked, ``l`` limits.
 """
@@ -18,17 +20,16 @@ from collections.abc import Mapping
 import numpy as np
 import xarray as xr
 
-from breaker.mechanism.limit_sources import SOURCES
+from breaker.drive.life.forecast import Future
+from breaker.drive.life.service_plan import YEAR, Costs, plan
 
 STATES = ("unknown", "healthy", "plan", "now")
 """States of a limit and of a drive, the most urgent last."""
 
-_RAISE, _CLEAR = 0.95, 0.5  # probability from which a limit is exceeded, and below which no more
-_VAGUE = 0.3  # half a 90 % interval over the way to a limit, from which the limit cannot be told
-_EARLY = 0.6  # life that is left for almost sure over that left by half, below which it is vague
+_RAISE, _CLEAR = 0.95, 0.5  # probability from which a limit is exceeded, and crossed
 _STAYS = 1.5  # planning horizons, within which a plan stays one
 _MOVES = 0.5  # share of what is left, by which an estimate leaves what is told,
-_LATER = 0.05  # and of the planning horizon, which a later date has to bring
+_LATER = 0.01  # and of the operations since new, which a later date has to bring
 _UNKNOWN, _HEALTHY, _PLAN, _NOW = range(len(STATES))
 
 
@@ -37,69 +38,112 @@ def standing(life: xr.Dataset, settings: Mapping, per_operation: np.ndarray) -> 
 
     Args:
         life: What ``life_results.follow_life`` returns.
-        settings: The section ``planning`` of the configuration: ``operations`` and ``years`` ahead.
+        settings: The section ``planning`` of the configuration.
         per_operation: Days from one operation to the next, of late, ``(o,)``; nan if not known.
 
     Returns:
         Dataset over ``operation`` and ``limit``: ``state``, number in ``STATES``; ``beyond``, the
-        probability that it is exceeded; ``service_by``, a number, inf without one; ``left``, by
-        ``quantile``, operations, 0 where it is exceeded; and over ``operation`` the drive's own
-        ``drive_state``, ``subject``, the limit that it is about (-1 without one), and
-        ``drive_service_by``. Over ``limit``: ``certain`` and ``crossed``, the first operation at
-        which it is exceeded for sure, and from which on it is likelier than not; nan if it is not
-        exceeded at the end.
+        probability that it is exceeded; ``service_by``, a number, inf without one; ``since``, the
+        operation since when a service has been told, nan if none is; ``left``, by ``quantile``,
+        operations, 0 where it is exceeded; ``risk``, the probability to fail before the next
+        inspection; and over ``operation`` the drive's own ``drive_state``, ``drive_since``,
+        ``subject``, the limit that it is about (-1 without one), and ``drive_service_by``. Over
+        ``limit``: ``certain`` and ``crossed``, the first operation at which it is exceeded for
+        sure, and from which on it is likelier than not; nan if it is not exceeded at the end;
+        ``rate``, the expected cost of an operation after the last one, and over ``ahead``
+        (operations) ``extra``, what a service costs more then than at the best time.
     """
     asked, operations = life.asked.values, life.operation.values
-    beyond = life.beyond.values
-    exceeded = _latched(beyond >= _RAISE, beyond < _CLEAR)
+    work = life.start.values[life.work.values]
     at = np.searchsorted(asked, operations, side="right") - 1
-    shown, at = (at >= 0)[:, None], np.maximum(at, 0)
-    by, badly, soon = _services(life, settings, per_operation)
-    by, over = np.where(shown, by[at], np.inf), exceeded[at] & shown
+    done = np.searchsorted(work, operations, side="right")
+    shown = (at >= 0) & (np.searchsorted(work, asked[np.maximum(at, 0)], side="right") == done)
+    shown, at = shown[:, None], np.maximum(at, 0)
+    plans = _plans(life, Costs.from_settings(settings), per_operation, work)
+    by, unsure = _services(life, settings, per_operation, plans, work)
+    exceeded = _latched(life.beyond.values >= _RAISE, np.searchsorted(work, asked, side="right"))
+    by, over, beyond = np.where(shown, by[at], np.inf), exceeded[at] & shown, life.beyond.values
     gone = (operations - asked[at])[:, None, None]
     left = np.maximum(life.remaining.values[at] - gone, 0.0)
-    left = np.where((shown & (np.isfinite(by) | ~badly[at]))[..., None], left, np.nan)
+    left = np.where((shown & (np.isfinite(by) | ~unsure[at]))[..., None], left, np.nan)
     beyond = np.where(shown, beyond[at], np.nan)
-    unknown = np.isnan(beyond) | (operations < life.attrs["told"])[:, None] | soon[at]
+    early = np.isnan(beyond) | (operations < life.attrs["told"])[:, None]
     state = np.where(by <= operations[:, None], _NOW, np.where(np.isfinite(by), _PLAN, _HEALTHY))
-    state = np.where(unknown & np.isinf(by), _UNKNOWN, state)
+    state = np.where((early | unsure[at]) & np.isinf(by), _UNKNOWN, state)
     state = np.where(over, _NOW, state)
-    begins = over & ~np.vstack([np.zeros((1, over.shape[1]), dtype=bool), over[:-1]])
-    since = np.maximum.accumulate(np.where(begins, operations[:, None], 0), axis=0)
-    by = np.where(over, np.minimum(by, since), by)
+    by = np.where(over, np.minimum(by, _begun(over, operations[:, None])), by)
     certain, crossed = _since(over, beyond, operations)
     next_ = np.nan_to_num(np.where(np.isfinite(by), by, left[..., 1]), nan=np.inf, posinf=np.inf)
     drive, subject = _drive(state, next_)
+    told, drive_told = state >= _PLAN, drive >= _PLAN
     each = ("operation", "limit")
+    rates = np.stack([one.rate[-1:] for one in plans], axis=1) if plans else np.zeros((1, 0))
+    extra, ahead = [one.extra[-1] for one in plans], _future(life).ahead()
     return xr.Dataset(
         {
             "state": (each, state.astype(np.int8)),
             "beyond": (each, beyond),
             "service_by": (each, by),
+            "since": (each, np.where(told, _begun(told, operations[:, None]), np.nan)),
             "left": ((*each, "quantile"), np.where(over[..., None], 0.0, left)),
+            "risk": (each, np.where(np.isnan(left[..., 0]), np.nan, _risks(plans, len(asked))[at])),
             "certain": ("limit", certain),
             "crossed": ("limit", crossed),
+            "rate": ("limit", rates[-1]),
+            "extra": (("limit", "ahead"), np.reshape(extra, (len(plans), ahead.size))),
             "drive_state": ("operation", drive.astype(np.int8)),
             "drive_service_by": ("operation", by.min(axis=1, initial=np.inf)),
+            "drive_since": (
+                "operation",
+                np.where(drive_told, _begun(drive_told, operations), np.nan),
+            ),
             "subject": ("operation", subject),
         },
-        {name: life[name] for name in ("operation", "limit", "quantile")},
+        {name: life[name] for name in ("operation", "limit", "quantile")} | {"ahead": ahead},
         {"states": list(STATES)},
     )
 
 
+def _future(life: xr.Dataset) -> Future:
+    """What may become of the wear, as the life was judged by."""
+    return Future(**{name: life.attrs[name] for name in Future._fields})
+
+
+def _plans(life: xr.Dataset, costs: Costs, per_operation: np.ndarray, work: np.ndarray) -> list:
+    """Plans of the limits."""
+    operations, asked = life.operation.values, life.asked.values
+    place = np.searchsorted(operations, asked)
+    past = np.maximum(asked - float(operations[0]), 1.0)
+    last = np.append(operations[0], work)[np.searchsorted(work, asked, side="right")]
+    about = {
+        "age": np.maximum(asked - last, 1.0).astype(float),
+        "days": per_operation[place],
+        "spacing": past / np.maximum(place, 1),
+    }
+    lives = np.moveaxis(life.lives.values, 1, 0)
+    return [plan(_future(life), costs, each, past, **about) for each in lives]
+
+
+def _risks(plans: list, count: int) -> np.ndarray:
+    """Probabilities to fail before the next inspection, ``(a, l)``."""
+    return np.stack([one.risk for one in plans], axis=1) if plans else np.zeros((count, 0))
+
+
 def _services(
-    life: xr.Dataset, settings: Mapping, per_operation: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """When to service, what is known too badly, and would have to be planned, ``(a, l)`` each."""
-    asked = life.asked.values
+    life: xr.Dataset, settings: Mapping, per_operation: np.ndarray, plans: list, work: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """When to service, and what would have to be planned, but is not known, ``(a, l)`` each."""
+    asked, known = life.asked.values, life.asked.values >= life.attrs["told"]
     days = per_operation[np.searchsorted(life.operation.values, asked)]
-    horizon = np.fmax(settings["operations"], settings["years"] * 365.25 / days)
-    badly, early = _vague(life), life.steady.values[..., 0]
-    due = asked[:, None] + np.where(np.isfinite(early), life.attrs["margin"] * early, early)
-    known = (asked >= life.attrs["told"])[:, None] & ~badly
-    soon = badly & (due - asked[:, None] <= horizon[:, None])
-    return planned(np.where(known, due, np.nan), asked, horizon), badly, soon
+    horizon = np.fmax(settings["operations"], settings["years"] * YEAR / days)
+    last = asked[:, None] + life.remaining.values[..., 0]
+    best = asked[:, None] + np.stack([one.best for one in plans], axis=1) if plans else last
+    vague, soon = _vague(life), best - asked[:, None] <= horizon[:, None]
+    sure = known[:, None] & ~vague & ~np.isnan(best)
+    done = np.searchsorted(work, asked, side="right")
+    age = asked - np.append(life.operation.values[0], work)[done]
+    by = planned(np.where(sure, best, np.nan), last, asked, horizon, done, age)
+    return by, vague & soon
 
 
 def _drive(state: np.ndarray, by: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -111,57 +155,79 @@ def _drive(state: np.ndarray, by: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return drive, np.where(np.isfinite(urgent).any(axis=1), urgent.argmin(axis=1), -1)
 
 
-def _latched(on: np.ndarray, off: np.ndarray) -> np.ndarray:
-    """Return what holds from ``on`` until ``off``, ``(o, l)`` of bool each.
+def _latched(on: np.ndarray, spell: np.ndarray) -> np.ndarray:
+    """Return what holds from ``on`` until the spell is over, ``(a, l)`` of bool.
 
-    >>> on_off = np.array([[0, 1, 0, 0], [0, 0, 0, 1]])[:, :, None] > 0
-    >>> _latched(*on_off)[:, 0]
-    array([False,  True,  True, False])
+    >>> on = np.array([[0, 1, 0, 0, 1]])[0, :, None] > 0
+    >>> _latched(on, np.array([0, 0, 0, 1, 1]))[:, 0]
+    array([False,  True,  True, False,  True])
     """
     at = np.arange(len(on))[:, None]
-    last = np.maximum.accumulate(np.where(on | off, at, -1), axis=0)
-    return np.take_along_axis(on, np.maximum(last, 0), axis=0) & (last >= 0)
+    last = np.maximum.accumulate(np.where(on, at, -1), axis=0)
+    return (last >= 0) & (spell[np.maximum(last, 0)] == spell[:, None])
+
+
+def _begun(on: np.ndarray, operations: np.ndarray) -> np.ndarray:
+    """Return the operation at which what is on began, ``(o, ...)``; 0 before the first."""
+    begins = on & ~np.concatenate([np.zeros_like(on[:1]), on[:-1]])
+    return np.maximum.accumulate(np.where(begins, operations, 0), axis=0)
 
 
 def _vague(life: xr.Dataset) -> np.ndarray:
-    """Say of which limits the quantity, or the life that is left, is known badly, ``(a, l)``."""
-    value = life.value.values
-    half = (value[..., 2] - value[..., 0]) / 2.0
-    way = np.abs(life.part_bound.values - life.new.values)
-    unsure = ~(half <= _VAGUE * way)
-    of, early, middle = life.part_limit.values, *np.moveaxis(life.steady.values[..., :2], -1, 0)
+    """Say of which limits a quantity may be as new, and at the limit, ``(a, l)``."""
+    new, bound = life.new.values[:, None], life.part_bound.values[:, None]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        gone = np.sort((life.value.values - new) / (bound - new), axis=-1)
+    unsure = ~((gone[..., 0] > 0.0) | (gone[..., 2] < 1.0))
+    of = life.part_limit.values
     every = [unsure[:, of == name].any(axis=1) for name in life.limit.values]
-    inferred = [SOURCES[of].inferred for of in life.of.values.tolist()]
-    badly = (early < _EARLY * middle) & np.array(inferred, dtype=bool)
-    return np.array(every, dtype=bool).reshape(-1, len(value)).T | badly
+    return np.array(every, dtype=bool).reshape(-1, len(gone)).T
 
 
-def planned(estimate: np.ndarray, operations: np.ndarray, horizon: np.ndarray) -> np.ndarray:
+def planned(
+    estimate: np.ndarray,
+    last: np.ndarray,
+    operations: np.ndarray,
+    horizon: np.ndarray,
+    spell: np.ndarray,
+    age: np.ndarray,
+) -> np.ndarray:
     """Return by when to service, ``(a, l)``; inf while that is not within the planning horizon.
 
-    A date is told once an estimate is within the horizon, and moved by evidence alone.
+    A date is told once an estimate is within the horizon, and moved by evidence alone. What is due
+    stays so until the next spell.
 
-    >>> estimate = np.array([900.0, 640, 660, 450, 460])[:, None]
-    >>> planned(estimate, np.array([100, 200, 300, 350, 355]), np.full(5, 500.0))[:, 0].tolist()
+    >>> estimate, asked = np.array([900.0, 640, 660, 450, 460])[:, None], [100, 200, 300, 350, 355]
+    >>> about = np.full(5, 500.0), np.zeros(5), np.zeros(5)
+    >>> planned(estimate, estimate + 50, np.array(asked), *about)[:, 0].tolist()
     [inf, 640.0, 640.0, 450.0, 450.0]
 
     Args:
         estimate: Operations by which to service, ``(a, l)``; inf without one, nan not known.
+        last: Operations that what is told must not exceed.
         operations: After which they were estimated, ``(a,)``.
         horizon: How many operations ahead a service is planned, ``(a,)``.
+        spell: Number of the work on the drive that was done last, ``(a,)``.
+        age: Operations since, ``(a,)``.
     """
     found = np.full(estimate.shape, np.inf)
-    for j, column in enumerate(estimate.T.tolist()):
-        told, given = np.inf, 0.0
-        for i, (new, operation, ahead) in enumerate(zip(column, operations, horizon, strict=True)):
-            left, moves = new - operation, new - operation <= ahead
+    rows = list(zip(operations.tolist(), horizon, spell, age, strict=True))
+    for j, columns in enumerate(zip(estimate.T.tolist(), last.T.tolist(), strict=True)):
+        told, before = np.inf, None
+        for i, (new, most, (operation, ahead, work, old)) in enumerate(
+            zip(*columns, rows, strict=True)
+        ):
+            told, before = told if work == before else np.inf, work
+            earlier = rows[max(i - 1, 0)][0]
+            left, moves, capped = new - operation, new - operation <= ahead, min(new, most)
             if np.isfinite(told):
-                far = abs(new - told) > _MOVES * max(left, told - operation, 2.0)
-                far &= new < told or new - told > _LATER * ahead
-                # What is due stays so, unless there is more left than when that was told.
-                moves = (far or left > _STAYS * ahead) and (left > given or told > operation)
-            if moves:
-                told, given = new if left <= _STAYS * ahead else np.inf, left
+                far = abs(capped - told) > _MOVES * max(capped - operation, told - operation, 2.0)
+                # Where it is about to come, all that is gained counts.
+                far |= told - operation <= 1.5 * (operation - earlier)
+                far &= capped < told or capped - told > _LATER * old
+                moves = (far or left > _STAYS * ahead or told > most) and told > operation
+            if moves or (new == new and most <= operation < told):  # perhaps exceeded already
+                told = capped if left <= _STAYS * ahead or capped <= operation else np.inf
             found[i, j] = told
     return np.floor(found)
 

@@ -1,0 +1,174 @@
+"""When to service a drive, by what it costs.
+
+A service costs ``c``, a failure ``d`` more. A drive that goes on for ``t`` more operations instead
+of being serviced now fails with probability P(t), and is used for E(t) more. What an operation is
+worth is what it costs with drives like this one: the least, over t, of ``(c + d W) / A``, where A
+is the mean number of operations from new and W the probability to wear out in them, if all changes
+of the wear were noticed at once. The operation by which to service minimises the expected cost
+
+    d P(t) - (c + d W) / A * E(t).
+
+P is the probability that a limit is exceeded, the rate of the wear may change, and nobody notices
+until an interval of inspection is over and the records show it. So a longer interval and a dearer
+failure never plan later. Sudden failures, of a constant rate, are as probable with a service as
+without it: they cost both alike, and only shorten E and A.
+
+P and the operations left are of the same draws and changes (``breaker.drive.life.forecast``), and
+the operation by which to service is never behind the 5 % quantile of the operations left.
+Renewal reward and age replacement: Barlow & Proschan, Mathematical Theory of Reliability, 1965.
+
+Shapes: ``n`` rows, ``h`` operations ahead.
+"""
+
+from collections.abc import Mapping
+from typing import NamedTuple, Self
+
+import numpy as np
+
+from breaker.configuration.inspection_interval import OPERATIONS, interval_of
+from breaker.drive.life.forecast import Future
+
+YEAR = 365.25  # days
+
+
+class Costs(NamedTuple):
+    """What is planned with: the section ``planning`` of the configuration.
+
+    Attributes:
+        service, failure, inspection: What each costs, in any unit.
+        often, unit: How far inspections are apart, in operations or years.
+        sudden: Failures of a drive in a year that no wear announces.
+    """
+
+    service: float
+    failure: float
+    inspection: float
+    often: float
+    unit: str
+    sudden: float
+
+    @classmethod
+    def from_settings(cls, planning: Mapping) -> Self:
+        """Build from the section.
+
+        Raises:
+            ValueError: If the interval of inspection is none.
+        """
+        costs = (planning[f"{name}_cost"] for name in ("service", "failure", "inspection"))
+        return cls(*costs, *interval_of(planning["inspection"]), planning["sudden_failures"])
+
+    def interval(self, days: np.ndarray) -> np.ndarray:
+        """Return operations from one inspection to the next, at least 1.
+
+        Args:
+            days: From one operation to the next, ``(n,)``; nan where not known: then inf, since no
+                further inspection can be counted on.
+        """
+        if self.unit == OPERATIONS:
+            return np.full(np.shape(days), max(self.often, 1.0))
+        return np.nan_to_num(np.maximum(self.often * YEAR / days, 1.0), nan=np.inf)
+
+    def suddenly(self, days: np.ndarray) -> np.ndarray:
+        """Return sudden failures in an operation, ``(n,)``; 0 where no days are known."""
+        return np.nan_to_num(self.sudden * days / YEAR)
+
+
+class Plan(NamedTuple):
+    """What is best for rows of the same limit.
+
+    Attributes:
+        best: Operations ahead at which a service costs least, ``(n,)``; inf beyond the horizon, nan
+            where nothing is known.
+        risk: Probability to exceed the limit or to fail suddenly before the next inspection.
+        extra: What a service costs more at each of ``ahead`` than at the best, ``(n, h)``.
+        rate: Expected cost of an operation by this plan, ``(n,)``; inspections count unless every
+            operation is watched.
+    """
+
+    best: np.ndarray
+    risk: np.ndarray
+    extra: np.ndarray
+    rate: np.ndarray
+
+
+def plan(
+    future: Future,
+    costs: Costs,
+    lives: np.ndarray,
+    past: np.ndarray,
+    *,
+    age: np.ndarray,
+    days: np.ndarray,
+    spacing: np.ndarray,
+) -> Plan:
+    """Plan the service of a limit.
+
+    Args:
+        lives, past: As of ``Future.fails``.
+        age: Operations since new, or since the last work, ``(n,)``.
+        days: From one operation to the next, ``(n,)``, nan if not known.
+        spacing: Operations from one record to the next, ``(n,)``.
+    """
+    ahead, interval, sudden = future.ahead(), costs.interval(days), costs.suddenly(days)
+    lag = interval + future.noticed * spacing
+    lag = np.append(ahead, np.inf)[np.searchsorted(ahead, lag)]
+    fails, unseen = (future.fails(lives, past, each) for each in (np.inf, lag))
+    over = np.searchsorted
+    steady = np.array([over(each, ahead, side="right") for each in lives]).reshape(fails.shape)
+    steady = steady / lives.shape[1]
+    more, price = costs.failure - costs.service, costs.service / (costs.failure - costs.service)
+    worth = _worth(_coming(steady), ahead, sudden, age, price)
+    lost, used = _going_on(_coming(unseen), ahead, sudden)
+    extra = lost - worth[:, None] * used
+    at = np.argmin(extra, axis=1)
+    best = np.where(at == len(ahead) - 1, np.inf, ahead[at])
+    by_then = [np.interp(each, ahead, row) for each, row in zip(interval, fails, strict=True)]
+    with np.errstate(invalid="ignore"):
+        risk = 1.0 - (1.0 - np.array(by_then)) * np.exp(-sudden * interval)
+    rows = np.arange(len(at))
+    before = _made(age, sudden)
+    alive = np.exp(-sudden * age)
+    rate = (price + alive * lost[rows, at]) / (before + alive * used[rows, at]) + sudden
+    visits = np.where(interval > 1.0, costs.inspection / interval, 0.0)
+    known = ~np.isnan(lives[:, 0])
+    least = extra[rows, at][:, None]
+    return Plan(
+        np.where(known, best, np.nan),
+        np.where(known, risk, np.nan),
+        np.where(known[:, None], more * (extra - least), np.nan),
+        np.where(known, more * rate + visits, np.nan),
+    )
+
+
+def _coming(fails: np.ndarray) -> np.ndarray:
+    """Probabilities of drives that are not beyond the limit yet: no service undoes what is."""
+    now = fails[:, :1]
+    return np.where(now < 1.0, (fails - now) / np.where(now < 1.0, 1.0 - now, 1.0), 1.0)
+
+
+def _going_on(
+    fails: np.ndarray, ahead: np.ndarray, sudden: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Probability to wear out, and mean operations made, by each of ``ahead``, ``(n, h)`` each."""
+    middle = 0.5 * (ahead[1:] + ahead[:-1])
+    lasts = np.exp(-sudden[:, None] * middle)
+    made = lasts * np.diff(ahead) * (1.0 - 0.5 * (fails[:, 1:] + fails[:, :-1]))
+    worn = lasts * np.diff(fails, axis=1)
+    none = np.zeros((len(fails), 1))
+    return tuple(np.hstack([none, each.cumsum(axis=1)]) for each in (worn, made))
+
+
+def _made(age: np.ndarray, sudden: np.ndarray) -> np.ndarray:
+    """Mean number of operations by an age, if nothing but sudden failures ended a life."""
+    with np.errstate(invalid="ignore", divide="ignore"):
+        return np.where(sudden * age > 1e-9, -np.expm1(-sudden * age) / sudden, age)
+
+
+def _worth(
+    fails: np.ndarray, ahead: np.ndarray, sudden: np.ndarray, age: np.ndarray, price: float
+) -> np.ndarray:
+    """What an operation costs at least, from new on, beside sudden failures: in failures, (n,)."""
+    worn, made = _going_on(fails, ahead, sudden)
+    alive = np.exp(-sudden * age)[:, None]
+    whole = _made(age, sudden)[:, None] + alive * made
+    return ((price + alive * worn) / whole).min(axis=1)
