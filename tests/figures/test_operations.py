@@ -5,15 +5,19 @@ import pytest
 import xarray as xr
 
 from breaker.common.randomness import generator
+from breaker.configuration.loading import read
+from breaker.drive.life.limit_states import standing as stands
 from breaker.figures.changepoint import changepoint
 from breaker.figures.changes import changes
 from breaker.figures.evolution import evolution
 from breaker.figures.health import health
 from breaker.figures.remaining_life import remaining_life
+from breaker.figures.service_cost import service_cost
 from breaker.paper.validation.operation_blocks import blocks_of
 from breaker.quantities.parameters import NAMES
+from breaker.shipped import DEFAULTS
 from tests.figures.drawn import assert_drawn, words, written
-from tests.lives import LIMITS, life_data, standing_data
+from tests.lives import LIMITS, OPERATIONS, a_life, life_data, standing_data
 
 
 @pytest.fixture
@@ -41,6 +45,19 @@ def test_operations_left_services_and_truths_are_drawn(life, standing):
     assert "truth" not in words(remaining_life(life, standing))
     standing["state"][:] = 0
     assert_drawn(remaining_life(life, standing), "remaining life, unknown")
+
+
+def test_the_cost_of_a_service_its_least_and_what_is_told_are_drawn():
+    planning, days = read(DEFAULTS)["planning"], np.full(OPERATIONS.size, np.nan)
+
+    def drawn(*fails):
+        return service_cost(stands(a_life(fails, half=(0.01, 0.01)), planning, days))
+
+    assert_drawn(drawn(700.0, np.inf), "service cost")
+    assert (
+        "Exceeded, so service now: slow." in drawn(450.0, 900.0).legends[0].get_title().get_text()
+    )
+    assert "Exceeded" in "".join(text.get_text() for text in drawn(450.0, 450.0).texts)
 
 
 def test_changes_evidence_and_weights_are_drawn_and_told():

@@ -31,7 +31,7 @@ def test_a_drive_is_healthy_then_planned_then_due():
     # Due before the failure, and not far before.
     assert 430 <= OPERATIONS[np.argmax(found == "now")] <= 450
     by = stands.service_by.sel(limit="slow").values
-    # What is told is no later than half of what is left: so it is moved with each half that is gone.
+    # The 5 % quantile is half of what is left: so the date is moved with each half that is gone.
     assert (np.diff(by[np.isfinite(by)]) != 0).sum() <= 8
 
 

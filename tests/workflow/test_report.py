@@ -14,7 +14,7 @@ from breaker.shipped import DEFAULTS
 
 ROOT = Path(__file__).parents[2]
 # Of the drive, from all its motions.
-TOGETHER = {"verdict", "health", "remaining_life", "changepoint", "changes"}
+TOGETHER = {"verdict", "health", "service_cost", "remaining_life", "changepoint", "changes"}
 TOGETHER |= {"fleet", *(f"{n}_table" for n in ("decisions", "limits", "changes", "fleet"))}
 PAGES = {
     path.stem: path

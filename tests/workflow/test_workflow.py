@@ -44,6 +44,7 @@ ENDURANCE_FIGURES = [
     "numbers",
 ]
 PAGES = ["figure_verdict", "first_page", "figure_health", "figure_remaining_life"]
+PAGES += ["figure_service_cost"]
 DECISIONS = ["decide", *PAGES]
 LIFE = ["life", *DECISIONS, "figure_changepoint", "figure_changes", "numbers"]
 MEASURING = ["read_curves", *LIFE]

@@ -73,6 +73,15 @@ rule first_page:
 # Probability of each limit and its state, over the operations.
 figure("health", "6 Decisions", of="", within="health", **STANDING)
 
+# What a service costs by its operation.
+figure(
+    "service_cost",
+    "6 Decisions",
+    of="",
+    within="service_cost",
+    standing="results/standing.zarr",
+)
+
 # The path of the wear and its changes.
 figure(
     "changepoint",

@@ -76,6 +76,7 @@ TAKEN = {
     "figure_identifiability": (200, 5, {"draws": (140, 0)}),
     "figure_verdict": (145, 5, {}),
     "figure_health": (160, 5, {}),
+    "figure_service_cost": (160, 5, {}),
     "figure_changepoint": (180, 4, {}),
     "figure_remaining_life": (170, 6, {}),
     "figure_evolution": (185, 9, {"life": (90, 0)}),

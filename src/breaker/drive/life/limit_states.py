@@ -50,8 +50,8 @@ def standing(life: xr.Dataset, settings: Mapping, per_operation: np.ndarray) -> 
         ``subject``, the limit that it is about (-1 without one), and ``drive_service_by``. Over
         ``limit``: ``certain`` and ``crossed``, the first operation at which it is exceeded for
         sure, and from which on it is likelier than not; nan if it is not exceeded at the end;
-        ``rate``, the expected cost of an operation after the last one, and over ``ahead``
-        (operations) ``extra``, what a service costs more then than at the best time.
+        ``rate``, the expected cost of an operation, as of the last one, and over ``ahead``
+        (operations) ``extra``, what a service costs more then than at the best time, in services.
     """
     asked, operations = life.asked.values, life.operation.values
     work = life.start.values[life.work.values]

@@ -80,9 +80,9 @@ class Plan(NamedTuple):
         best: Operations ahead at which a service costs least, ``(n,)``; inf beyond the horizon, nan
             where nothing is known.
         risk: Probability to exceed the limit or to fail suddenly before the next inspection.
-        extra: What a service costs more at each of ``ahead`` than at the best, ``(n, h)``.
-        rate: Expected cost of an operation by this plan, ``(n,)``; inspections count unless every
-            operation is watched.
+        extra: What a service costs more at each of ``ahead`` than at the best, ``(n, h)``,
+        rate: and the expected cost of an operation by this plan, ``(n,)``, in services; inspections
+            count unless every operation is watched.
     """
 
     best: np.ndarray
@@ -116,27 +116,28 @@ def plan(
     over = np.searchsorted
     steady = np.array([over(each, ahead, side="right") for each in lives]).reshape(fails.shape)
     steady = steady / lives.shape[1]
-    more, price = costs.failure - costs.service, costs.service / (costs.failure - costs.service)
+    price = costs.service / (costs.failure - costs.service)
     worth = _worth(_coming(steady), ahead, sudden, age, price)
     lost, used = _going_on(_coming(unseen), ahead, sudden)
     extra = lost - worth[:, None] * used
     at = np.argmin(extra, axis=1)
-    best = np.where(at == len(ahead) - 1, np.inf, ahead[at])
+    rows = np.arange(len(at))
+    least = extra[rows, at][:, None]
+    # Where nothing is lost by going on to the horizon, no service is planned.
+    best = np.where(extra[:, -1] <= least[:, 0] + 1e-9, np.inf, ahead[at])
     by_then = [np.interp(each, ahead, row) for each, row in zip(interval, fails, strict=True)]
     with np.errstate(invalid="ignore"):
         risk = 1.0 - (1.0 - np.array(by_then)) * np.exp(-sudden * interval)
-    rows = np.arange(len(at))
     before = _made(age, sudden)
     alive = np.exp(-sudden * age)
     rate = (price + alive * lost[rows, at]) / (before + alive * used[rows, at]) + sudden
-    visits = np.where(interval > 1.0, costs.inspection / interval, 0.0)
+    visits = np.where(interval > 1.0, costs.inspection / costs.service / interval, 0.0)
     known = ~np.isnan(lives[:, 0])
-    least = extra[rows, at][:, None]
     return Plan(
         np.where(known, best, np.nan),
         np.where(known, risk, np.nan),
-        np.where(known[:, None], more * (extra - least), np.nan),
-        np.where(known, more * rate + visits, np.nan),
+        np.where(known[:, None], (extra - least) / price, np.nan),
+        np.where(known, rate / price + visits, np.nan),
     )
 
 
