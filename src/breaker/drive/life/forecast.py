@@ -111,7 +111,7 @@ class Future(NamedTuple):
         shares = self.shares(past + np.median(lives, axis=1))
         known = np.flatnonzero(~np.isnan(lives[:, 0]))
         for lags in np.unique(lag[known]):
-            places = np.searchsorted(fine, self.ways(lags), side="right") - 1
+            places = np.searchsorted(0.5 * (fine[1:] + fine[:-1]), self.ways(lags))
             rows = known[lag[known] == lags]
             for some in np.split(rows, range(_BLOCK, len(rows), _BLOCK)):
                 over = [np.searchsorted(each, fine, side="right") for each in lives[some]]

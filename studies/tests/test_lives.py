@@ -1,0 +1,48 @@
+"""Lives of drives of other code, and what a service costs beside the best fixed interval."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from breaker.configuration.loading import load
+from breaker.mechanism.prior import Prior
+from breaker.shipped import DEFAULTS
+from studies.lives import against_fixed, planned_of
+from studies.other_lives import LAWS, OtherLife
+
+
+@pytest.mark.parametrize("name", LAWS)
+def test_a_law_wears_from_new_to_worn_and_never_back(name):
+    wear = LAWS[name](np.linspace(0.0, 1.0, 1001))
+    assert wear[0] == pytest.approx(0.0, abs=1e-9)
+    assert wear[-1] == pytest.approx(1.0)
+    assert (np.diff(wear) >= 0.0).all()
+
+
+def test_a_share_of_the_wear_is_reached_when_the_law_says():
+    prior = Prior.from_settings(load([DEFAULTS])["prior"])
+    life = OtherLife.drawn(prior, np.random.default_rng(1))
+    operation = life.reached(0.8)
+    assert life.wear(operation - 1.0) < 0.8 <= life.wear(operation)
+    names = [name for name in life.factors if name in life.drive.more]
+    worn = life.at(1.0)
+    assert all(worn.more[n] == life.drive.more[n] * (1.0 + life.factors[n]) for n in names)
+
+
+def test_the_cost_is_beside_the_best_interval_of_all_other_lives():
+    """Lives of 100, 100 and 200: the others' best is 100 for each; served in time, or never."""
+    fails = np.array([100.0, 100.0, 200.0])
+    intime, low, high = against_fixed(fails, fails)
+    assert intime == pytest.approx((3.0 / 400.0) / (3.0 / 300.0))
+    assert low <= intime <= high
+    never, *_ = against_fixed(np.full(3, np.inf), fails)
+    assert never == pytest.approx(20.0 * intime)
+
+
+def test_a_life_that_is_never_serviced_fails():
+    lives = pd.DataFrame({"fails": [100.0, 100.0, 200.0], "service": [90.0, np.inf, 150.0]})
+    lives[["first", "known", "records", "count", "moves"]] = [50.0, True, 10, 0, 1]
+    found = planned_of(lives)
+    assert found["serviced in time"] == (2.0 / 3.0, 3)
+    assert found["share of the life given away"] == (pytest.approx(0.175), 2)
+    assert found["rows with service_by behind the 5 % quantile"] == (0.0, 30)
