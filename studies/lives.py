@@ -2,6 +2,7 @@
 
     python -m studies.lives follow develop lives.csv          # or calibrate, or score
     python -m studies.lives table lives.csv docs/lives.csv    # sums one or more up
+    python -m studies.lives plans lives.csv docs/plans.csv    # and how lives were serviced
 
 Three seeds: to develop by, to calibrate by (threshold and future in ``wear_model``), and to score.
 Drives of the family that networks are trained on, and foreign ones, wear along a straight
@@ -56,7 +57,7 @@ from studies.sensors import Reading
 from studies.shared import append
 
 SEEDS = {"develop": 71, "calibrate": 72, "score": 73}
-SETS = {"family": 200, "foreign": 100, "steady": 200, "faults": 100, "other": 200}
+SETS = {"family": 200, "foreign": 100, "steady": 200, "faults": 100, "other": 60}
 LIFE, EVERY, LONGER = 2000, 5, 1.3
 KNEE, FASTER = (0.3, 0.9), (3.0, 8.0)  # share of the life, times
 FAILS = (0.7, 0.97)  # share of the wear at which a limit is reached
@@ -454,8 +455,6 @@ def summed(some: pd.DataFrame) -> dict[str, tuple[float, int]]:
     for name, each in some[(some.score == "left") & some.low.notna()].groupby("name"):
         holds = (each.low <= each.truth) & (each.truth <= each.high)
         found[f"{name} limits: 90 % hold operations left"] = holds.mean(), len(each)
-    for (name, way), each in some[some.score == "acted"].groupby(["name", "kind"]):
-        found |= {f"{name} limits, {way}: {what}": one for what, one in planned_of(each).items()}
     return found
 
 
@@ -513,6 +512,36 @@ def against_fixed(service: np.ndarray, fails: np.ndarray) -> tuple[float, float,
     return float(ratio(lives)), *np.quantile(ratio(again), [0.05, 0.95]).tolist()
 
 
+def plans(*files: str) -> None:
+    """Sum up how lives were serviced; the last file is written, and the table in the evidence."""
+    rows = pd.concat([pd.read_csv(file) for file in files[:-1]])
+    acts, data = rows[rows.score == "acted"], []
+    for (of, name, way), each in acts.groupby(["set", "name", "kind"]):
+        scores = {what: value for what, (value, _) in planned_of(each).items()}
+        data.append({"set": of, "limit": name, "looked at": way, "lives": len(each)} | scores)
+    left = rows[(rows.score == "left") & rows.low.notna()]
+    holds = (left.low <= left.truth) & (left.truth <= left.high)
+    for row in data:
+        some = holds[(left.set == row["set"]) & (left.name == row["limit"])]
+        row |= {"90 % hold operations left": some.mean(), "of": len(some)}
+    found = pd.DataFrame(data)
+    found.to_csv(files[-1], index=False, float_format="%.3g")
+    heads = [f"{row['limit']}, {row['looked at']}" for row in data]
+    lines = [f"| {data[0]['set']} | {' | '.join(heads)} |", "|---|" + "---|" * len(heads)]
+    for score in found.columns[3:]:
+        lines.append(f"| {score} | {' | '.join(f'{row[score]:.3g}' for row in data)} |")
+    write_table("evidence", "plans", lines)
+
+
+def write_table(page: str, name: str, lines: list[str]) -> None:
+    """Put a table in its place in a page."""
+    file, mark = Path(f"docs/{page}.md"), f"<!-- {name}: made by studies/lives.py -->\n"
+    start, rest = file.read_text(encoding="utf-8").split(mark)
+    rest = rest[rest.index("\n\n") :]
+    file.write_text(start + mark + "\n".join(lines) + rest, encoding="utf-8")
+    print("\n".join(lines))
+
+
 def table(*files: str) -> None:
     """Sum rows up; the last file is written, and the table in docs/decisions.md."""
     rows = pd.concat([pd.read_csv(file) for file in files[:-1]])
@@ -527,12 +556,8 @@ def table(*files: str) -> None:
         lines.append(f"| {score} | {' | '.join(shown)} |")
     columns = ["score", *(name for of in sets for name in (of, f"{of}_count"))]
     pd.DataFrame(data, columns=columns).to_csv(files[-1], index=False, float_format="%.3g")
-    page, mark = Path("docs/decisions.md"), "<!-- lives: made by studies/lives.py -->\n"
-    start, rest = page.read_text(encoding="utf-8").split(mark)
-    rest = rest[rest.index("\n\n") :]
-    page.write_text(start + mark + "\n".join(lines) + rest, encoding="utf-8")
-    print("\n".join(lines))
+    write_table("decisions", "lives", lines)
 
 
 if __name__ == "__main__":
-    {"follow": follow, "table": table}[sys.argv[1]](*sys.argv[2:])
+    {"follow": follow, "table": table, "plans": plans}[sys.argv[1]](*sys.argv[2:])

@@ -21,7 +21,7 @@ import numpy as np
 import xarray as xr
 
 from breaker.drive.life.forecast import Future
-from breaker.drive.life.service_plan import YEAR, Costs, plan
+from breaker.drive.life.service_plan import YEAR, Costs, Plan, plan
 
 STATES = ("unknown", "healthy", "plan", "now")
 """States of a limit and of a drive, the most urgent last."""
@@ -55,12 +55,9 @@ def standing(life: xr.Dataset, settings: Mapping, per_operation: np.ndarray) -> 
     """
     asked, operations = life.asked.values, life.operation.values
     work = life.start.values[life.work.values]
-    at = np.searchsorted(asked, operations, side="right") - 1
-    done = np.searchsorted(work, operations, side="right")
-    shown = (at >= 0) & (np.searchsorted(work, asked[np.maximum(at, 0)], side="right") == done)
-    shown, at = shown[:, None], np.maximum(at, 0)
+    at, shown = _last_asked(asked, operations, work)
     plans = _plans(life, Costs.from_settings(settings), per_operation, work)
-    by, unsure = _services(life, settings, per_operation, plans, work)
+    by, unsure = _services(life, settings, per_operation, plans.best, work)
     exceeded = _latched(life.beyond.values >= _RAISE, np.searchsorted(work, asked, side="right"))
     by, over, beyond = np.where(shown, by[at], np.inf), exceeded[at] & shown, life.beyond.values
     gone = (operations - asked[at])[:, None, None]
@@ -75,33 +72,38 @@ def standing(life: xr.Dataset, settings: Mapping, per_operation: np.ndarray) -> 
     certain, crossed = _since(over, beyond, operations)
     next_ = np.nan_to_num(np.where(np.isfinite(by), by, left[..., 1]), nan=np.inf, posinf=np.inf)
     drive, subject = _drive(state, next_)
-    told, drive_told = state >= _PLAN, drive >= _PLAN
     each = ("operation", "limit")
-    rates = np.stack([one.rate[-1:] for one in plans], axis=1) if plans else np.zeros((1, 0))
-    extra, ahead = [one.extra[-1] for one in plans], _future(life).ahead()
     return xr.Dataset(
         {
             "state": (each, state.astype(np.int8)),
             "beyond": (each, beyond),
             "service_by": (each, by),
-            "since": (each, np.where(told, _begun(told, operations[:, None]), np.nan)),
+            "since": (each, _told(state, operations[:, None])),
             "left": ((*each, "quantile"), np.where(over[..., None], 0.0, left)),
-            "risk": (each, np.where(np.isnan(left[..., 0]), np.nan, _risks(plans, len(asked))[at])),
+            "risk": (each, np.where(np.isnan(left[..., 0]), np.nan, plans.risk[at])),
             "certain": ("limit", certain),
             "crossed": ("limit", crossed),
-            "rate": ("limit", rates[-1]),
-            "extra": (("limit", "ahead"), np.reshape(extra, (len(plans), ahead.size))),
+            "rate": ("limit", plans.rate[-1]),
+            "extra": (("limit", "ahead"), plans.extra[-1]),
             "drive_state": ("operation", drive.astype(np.int8)),
             "drive_service_by": ("operation", by.min(axis=1, initial=np.inf)),
-            "drive_since": (
-                "operation",
-                np.where(drive_told, _begun(drive_told, operations), np.nan),
-            ),
+            "drive_since": ("operation", _told(drive, operations)),
             "subject": ("operation", subject),
         },
-        {name: life[name] for name in ("operation", "limit", "quantile")} | {"ahead": ahead},
+        {name: life[name] for name in ("operation", "limit", "quantile")}
+        | {"ahead": _future(life).ahead()},
         {"states": list(STATES)},
     )
+
+
+def _last_asked(
+    asked: np.ndarray, operations: np.ndarray, work: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Where each operation was asked last, ``(o,)``, and whether since the last work, ``(o, 1)``."""
+    at = np.searchsorted(asked, operations, side="right") - 1
+    done, when = np.searchsorted(work, operations, side="right"), asked[np.maximum(at, 0)]
+    shown = (at >= 0) & (np.searchsorted(work, when, side="right") == done)
+    return np.maximum(at, 0), shown[:, None]
 
 
 def _future(life: xr.Dataset) -> Future:
@@ -109,8 +111,8 @@ def _future(life: xr.Dataset) -> Future:
     return Future(**{name: life.attrs[name] for name in Future._fields})
 
 
-def _plans(life: xr.Dataset, costs: Costs, per_operation: np.ndarray, work: np.ndarray) -> list:
-    """Plans of the limits."""
+def _plans(life: xr.Dataset, costs: Costs, per_operation: np.ndarray, work: np.ndarray) -> Plan:
+    """Plans of all limits, ``(a, l)`` and ``(a, l, ahead)``."""
     operations, asked = life.operation.values, life.asked.values
     place = np.searchsorted(operations, asked)
     past = np.maximum(asked - float(operations[0]), 1.0)
@@ -120,29 +122,31 @@ def _plans(life: xr.Dataset, costs: Costs, per_operation: np.ndarray, work: np.n
         "days": per_operation[place],
         "spacing": past / np.maximum(place, 1),
     }
-    lives = np.moveaxis(life.lives.values, 1, 0)
-    return [plan(_future(life), costs, each, past, **about) for each in lives]
-
-
-def _risks(plans: list, count: int) -> np.ndarray:
-    """Probabilities to fail before the next inspection, ``(a, l)``."""
-    return np.stack([one.risk for one in plans], axis=1) if plans else np.zeros((count, 0))
+    future, lives = _future(life), np.moveaxis(life.lives.values, 1, 0)
+    found = [plan(future, costs, each, past, **about) for each in lives]
+    if not found:
+        none = np.zeros((asked.size, 0))
+        return Plan(none, none, np.zeros((asked.size, 0, future.ahead().size)), none)
+    return Plan(*(np.stack(each, axis=1) for each in zip(*found, strict=True)))
 
 
 def _services(
-    life: xr.Dataset, settings: Mapping, per_operation: np.ndarray, plans: list, work: np.ndarray
+    life: xr.Dataset,
+    settings: Mapping,
+    per_operation: np.ndarray,
+    best: np.ndarray,
+    work: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray]:
     """When to service, and what would have to be planned, but is not known, ``(a, l)`` each."""
     asked, known = life.asked.values, life.asked.values >= life.attrs["told"]
     days = per_operation[np.searchsorted(life.operation.values, asked)]
     horizon = np.fmax(settings["operations"], settings["years"] * YEAR / days)
     last = asked[:, None] + life.remaining.values[..., 0]
-    best = asked[:, None] + np.stack([one.best for one in plans], axis=1) if plans else last
-    vague, soon = _vague(life), best - asked[:, None] <= horizon[:, None]
+    vague, soon = _vague(life), best <= horizon[:, None]
     sure = known[:, None] & ~vague & ~np.isnan(best)
     done = np.searchsorted(work, asked, side="right")
     age = asked - np.append(life.operation.values[0], work)[done]
-    by = planned(np.where(sure, best, np.nan), last, asked, horizon, done, age)
+    by = planned(np.where(sure, asked[:, None] + best, np.nan), last, asked, horizon, done, age)
     return by, vague & soon
 
 
@@ -171,6 +175,11 @@ def _begun(on: np.ndarray, operations: np.ndarray) -> np.ndarray:
     """Return the operation at which what is on began, ``(o, ...)``; 0 before the first."""
     begins = on & ~np.concatenate([np.zeros_like(on[:1]), on[:-1]])
     return np.maximum.accumulate(np.where(begins, operations, 0), axis=0)
+
+
+def _told(state: np.ndarray, operations: np.ndarray) -> np.ndarray:
+    """Return the operation since when a service has been told, ``(o, ...)``; nan if none is."""
+    return np.where(state >= _PLAN, _begun(state >= _PLAN, operations), np.nan)
 
 
 def _vague(life: xr.Dataset) -> np.ndarray:
