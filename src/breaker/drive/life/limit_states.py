@@ -50,8 +50,7 @@ def standing(life: xr.Dataset, settings: Mapping, per_operation: np.ndarray) -> 
         ``subject``, the limit that it is about (-1 without one), and ``drive_service_by``. Over
         ``limit``: ``certain`` and ``crossed``, the first operation at which it is exceeded for
         sure, and from which on it is likelier than not; nan if it is not exceeded at the end;
-        ``rate``, the expected cost of an operation, as of the last one, and over ``ahead``
-        (operations) ``extra``, what a service costs more then than at the best time, in services.
+        ``rate`` and, over ``ahead``, ``extra``, as of ``service_plan.Plan``, at the end.
     """
     asked, operations = life.asked.values, life.operation.values
     work = life.start.values[life.work.values]
@@ -60,29 +59,24 @@ def standing(life: xr.Dataset, settings: Mapping, per_operation: np.ndarray) -> 
     by, unsure = _services(life, settings, per_operation, plans.best, work)
     exceeded = _latched(life.beyond.values >= _RAISE, np.searchsorted(work, asked, side="right"))
     by, over, beyond = np.where(shown, by[at], np.inf), exceeded[at] & shown, life.beyond.values
-    gone = (operations - asked[at])[:, None, None]
-    left = np.maximum(life.remaining.values[at] - gone, 0.0)
-    left = np.where((shown & (np.isfinite(by) | ~unsure[at]))[..., None], left, np.nan)
+    left = life.remaining.values[at] - (operations - asked[at])[:, None, None]
+    told = (shown & (np.isfinite(by) | ~unsure[at]))[..., None]
+    left = np.where(told, np.maximum(left, 0.0), np.nan)
     beyond = np.where(shown, beyond[at], np.nan)
     early = np.isnan(beyond) | (operations < life.attrs["told"])[:, None]
-    state = np.where(by <= operations[:, None], _NOW, np.where(np.isfinite(by), _PLAN, _HEALTHY))
-    state = np.where((early | unsure[at]) & np.isinf(by), _UNKNOWN, state)
-    state = np.where(over, _NOW, state)
+    state = _states(by, early | unsure[at], over, operations[:, None])
     by = np.where(over, np.minimum(by, _begun(over, operations[:, None])), by)
-    certain, crossed = _since(over, beyond, operations)
-    next_ = np.nan_to_num(np.where(np.isfinite(by), by, left[..., 1]), nan=np.inf, posinf=np.inf)
-    drive, subject = _drive(state, next_)
-    each = ("operation", "limit")
+    drive, subject = _drive(state, np.where(np.isfinite(by), by, left[..., 1]))
+    left, each = np.where(over[..., None], 0.0, left), ("operation", "limit")
     return xr.Dataset(
         {
             "state": (each, state.astype(np.int8)),
             "beyond": (each, beyond),
             "service_by": (each, by),
             "since": (each, _told(state, operations[:, None])),
-            "left": ((*each, "quantile"), np.where(over[..., None], 0.0, left)),
+            "left": ((*each, "quantile"), left),
             "risk": (each, np.where(np.isnan(left[..., 0]), np.nan, plans.risk[at])),
-            "certain": ("limit", certain),
-            "crossed": ("limit", crossed),
+            **dict(zip(("certain", "crossed"), _since(over, beyond, operations), strict=True)),
             "rate": ("limit", plans.rate[-1]),
             "extra": (("limit", "ahead"), plans.extra[-1]),
             "drive_state": ("operation", drive.astype(np.int8)),
@@ -99,11 +93,19 @@ def standing(life: xr.Dataset, settings: Mapping, per_operation: np.ndarray) -> 
 def _last_asked(
     asked: np.ndarray, operations: np.ndarray, work: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Where each operation was asked last, ``(o,)``, and whether since the last work, ``(o, 1)``."""
+    """Where an operation was asked last, ``(o,)``, and whether since the last work, ``(o, 1)``."""
     at = np.searchsorted(asked, operations, side="right") - 1
     done, when = np.searchsorted(work, operations, side="right"), asked[np.maximum(at, 0)]
     shown = (at >= 0) & (np.searchsorted(work, when, side="right") == done)
     return np.maximum(at, 0), shown[:, None]
+
+
+def _states(
+    by: np.ndarray, untold: np.ndarray, over: np.ndarray, operations: np.ndarray
+) -> np.ndarray:
+    """Return the state of each limit, ``(o, l)``, by when its service is told."""
+    state = np.where(by <= operations, _NOW, np.where(np.isfinite(by), _PLAN, _HEALTHY))
+    return np.where(over, _NOW, np.where(untold & np.isinf(by), _UNKNOWN, state))
 
 
 def _future(life: xr.Dataset) -> Future:
@@ -152,6 +154,7 @@ def _services(
 
 def _drive(state: np.ndarray, by: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the state of the drive and the limit that it is about, -1 without one, ``(o,)``."""
+    by = np.nan_to_num(by, nan=np.inf, posinf=np.inf)
     drive = state.max(axis=1, initial=_UNKNOWN)
     urgent = np.where((state == drive[:, None]) & (state > _UNKNOWN), by, np.inf)
     if not state.shape[1]:
@@ -243,12 +246,12 @@ def planned(
 
 def _since(
     over: np.ndarray, beyond: np.ndarray, operations: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return since when limits are exceeded for sure, and since when likely, ``(l,)`` each."""
+) -> tuple[tuple[str, np.ndarray], ...]:
+    """Return since when limits are exceeded for sure, and since when likely, by ``limit``."""
     at = np.arange(len(over))[:, None]
     first = np.where(over, 0, at + 1).max(axis=0, initial=0)  # after the last that is not
     unlikely = (at <= first) & ~(beyond >= _CLEAR)
     begins = np.minimum(np.where(unlikely, at + 1, 0).max(axis=0, initial=0), first)
     places = np.minimum([first, begins], len(over) - 1)
     certain, crossed = np.where(over[-1], operations[places], np.nan)
-    return certain, crossed
+    return ("limit", certain), ("limit", crossed)
