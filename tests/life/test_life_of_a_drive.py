@@ -9,7 +9,8 @@ from breaker.drive.family.network_files import open_network
 from breaker.drive.family.record_inputs import network_record
 from breaker.drive.life.forecast import Future
 from breaker.drive.life.life_records import MotionRecords, Series
-from breaker.drive.life.life_results import follow_life
+from breaker.drive.life.life_results import _work, follow_life
+from breaker.drive.life.path import Change
 from breaker.drive.life.readout import Readout, name_set
 from breaker.drive.life.tracker import Tracker
 from breaker.drive.simulation.rich_drive import Drive, Elements
@@ -74,6 +75,12 @@ def followed(families):
 @pytest.fixture(scope="module")
 def life(followed):
     return followed(a_series())
+
+
+def test_work_is_on_the_drive_and_not_on_its_transducer():
+    kinds = (("event", False), ("event", True), ("rate", False))
+    each = [Change(1, 1, 1, 1, kind, np.inf, transducer) for kind, transducer in kinds]
+    assert [_work(change) for change in each] == [True, False, False]
 
 
 def test_what_wears_is_told_and_nothing_else(life):
