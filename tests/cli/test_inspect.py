@@ -32,6 +32,12 @@ def test_a_file_that_cannot_be_inspected(folder, capsys):
     (folder / "words.csv").write_text("once upon a time", encoding="utf-8")
     assert main(["inspect", "words.csv"]) == 1
     assert "no columns of numbers" in capsys.readouterr().err
+    lines = (folder / "a.csv").read_text(encoding="utf-8").splitlines()
+    first = next(i for i, line in enumerate(lines) if line[0].isdigit())
+    falls = "\n".join([*lines[:first], *lines[first:][::-1]])
+    (folder / "falls.csv").write_text(falls, encoding="utf-8")
+    assert main(["inspect", "falls.csv"]) == 1
+    assert "fall from line to line; sort its lines by time" in capsys.readouterr().err
     with (folder / "b 2.csv").open("a", encoding="utf-8") as damaged:
         damaged.write("x,y\n")
     assert main(["inspect", "b 2.csv"]) == 1

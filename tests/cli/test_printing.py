@@ -82,7 +82,9 @@ def test_commands_print_in_one_place():
 def test_names_that_a_spreadsheet_would_run_are_the_same_after_a_round_trip(folder, capsys):
     name = _exported(folder, "=close.csv", "@Weg", Station="N", Bay="@Q0", Stroke="150 mm")
     assert main(["inspect", name, "--output", "own.yaml"]) == 0
+    capsys.readouterr()
     assert main(["manifest", "records", "--output", "records/operations.csv"]) == 0
+    assert capsys.readouterr().out == "written to records/operations.csv\n"
     with open("records/operations.csv", encoding="utf-8", newline="") as table:
         (row,) = csv.DictReader(table)
     assert [row[key] for key in ("file", "channel", "breaker")] == ["'=close.csv", "'@Weg", "'@Q0"]

@@ -184,6 +184,13 @@ def test_letters_of_phases_are_no_units_of_a_name():
         assert split_unit(name) == (name, None)
 
 
+def test_a_unit_behind_a_blank_is_that_of_a_time_or_a_travel():
+    names = {"weg cm": "cm", "Travel 1 mm": "mm", "Zeit s": "s", "t msec": "ms", "Hub zoll": "inch"}
+    assert {name: split_unit(name)[1] for name in names} == names
+    for name in ("Coil mA", "Contact s", "Travel min", "travel in", "Travel S", "stroke phase"):
+        assert split_unit(name) == (name, None)
+
+
 def test_doubled_names_are_refused_and_read_by_number(file):
     rows = [f"{row},9,{row.split(',')[1]}" for row in ROWS]
     put(file, ["time,travel,current,travel", *rows])
@@ -213,6 +220,9 @@ def test_missing_names_are_told_with_what_is_there(file):
     message = rejection(file)
     assert "no line has 'time' and 'travel'" in message
     assert "line 2, above the numbers, has 't', 's'" in message
+    put(file, ["time,travel,force", "ms,mm,kN", *(f"{row},1" for row in ROWS)])
+    message = rejection(file, travel_column="nope")
+    assert "line 1, above the numbers, has 'time', 'travel', 'force'" in message
     put(file, [row.replace(",", ";") for row in ["time,travel", *ROWS]])
     assert "is endurance.format.delimiter ';'?" in rejection(file)
 

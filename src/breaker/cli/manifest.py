@@ -3,7 +3,7 @@
 import argparse
 
 from breaker.cli.command_settings import settings_of
-from breaker.cli.outputs import check_outputs, write_lines
+from breaker.cli.outputs import check_outputs, say_written, write_lines
 from breaker.cli.printing import say
 from breaker.cli.records_named import SEVERAL, add_path
 
@@ -29,9 +29,8 @@ def _run(options: argparse.Namespace) -> int:
     own = {"configured": config["endurance"]["format"] != FORMAT}
     motions, folder = config["motions"], options.folder
     text, remarks = propose_manifest(folder, options.channels, motions, describe_file, **own)
-    if options.output:
-        write_lines(options.output, text)
-    else:
+    written = [write_lines(options.output, text)] if options.output else []
+    if not written:
         say(text, end="")
         if on_terminal(text) != text:
             remarks.append(
@@ -40,4 +39,5 @@ def _run(options: argparse.Namespace) -> int:
             )
     for remark in remarks:
         say(f"check: {remark}", beside=True)
+    say_written(written)
     return 0

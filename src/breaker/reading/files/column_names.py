@@ -1,9 +1,9 @@
 """Columns by their names or numbers, and the units that they state.
 
 A name is found in these words, or else without regard to capitals and to a unit behind it. A unit
-is bare, in brackets, or behind a name, in the usual languages. `Grad` is a degree, as no transducer
-reads gons. A single letter counts in its own case, and letters of phases are no units behind a
-name: `Travel (S)`.
+is bare, in brackets, or behind a name, in the usual languages; behind a blank only if the name is
+of a time or a travel. `Grad` is a degree, as no transducer reads gons. A single letter counts in
+its own case, and letters of phases are no units behind a name: `Travel (S)`.
 """
 
 import re
@@ -21,7 +21,8 @@ _KNOWN = {each: unit for unit, spelt in UNITS.items() for each in spelt.split()}
 _KNOWN |= {other: other for other in OTHER_UNITS.split()}
 _FOLDED = {spelling.casefold(): unit for spelling, unit in _KNOWN.items() if len(spelling) > 1}
 _BEHIND = re.compile(
-    r"(.*?)\s*(?:\[(.*)\]|\((.*)\)|/\s*(\S+)|\sin\s+(\S+)|[,_]\s*(\w{2,}|m|°)|([°º˚]))\s*"
+    r"(.*?)\s*(?:\[(.*)\]|\((.*)\)|/\s*(\S+)|\sin\s+(\S+)|[,_]\s*(\w{2,}|m|°)|([°º˚])"
+    r"|(?<=\s)(?P<bare>[^\W_]{2,}|[ms]))\s*"
 )
 _LONGEST = 200  # signs of a name
 
@@ -128,13 +129,16 @@ def unit_of(text: str) -> str | None:
 def split_unit(name: str) -> tuple[str, str | None]:
     """Return the name of a column without its unit, and the unit; None where it has none.
 
-    >>> [split_unit(name) for name in ("Travel [mm]", "t/ms", "Travel (A)", "Travel A(in)")]
-    [('Travel', 'mm'), ('t', 'ms'), ('Travel (A)', None), ('Travel A', 'inch')]
+    >>> [split_unit(name) for name in ("Travel [mm]", "t/ms", "Travel (A)", "weg cm")]
+    [('Travel', 'mm'), ('t', 'ms'), ('Travel (A)', None), ('weg', 'cm')]
     """
     found = _BEHIND.fullmatch(name) if len(name) <= _LONGEST else None
     behind = next(filter(None, found.groups()[1:]), "") if found else ""
     inches = found and "in" in found.groups()[1:3] and is_travel_name(found[1])
     unit = None if behind.strip() in NO_UNITS and not inches else unit_of(behind)
+    if found and found["bare"]:  # `Coil s` and `Travel min` have none
+        timely = holds(found[1], "time") or is_travel_name(found[1])
+        unit = unit if timely and unit in UNITS else None
     return (found[1], unit) if unit else (name, None)
 
 

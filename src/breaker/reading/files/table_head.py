@@ -190,7 +190,8 @@ def _no_names(table: SampleTable, wanted: Mapping[str, str | int]) -> str:
     numeric = (i for i, row in enumerate(rows) if 2 * sum(map(table.is_number, row)) > len(row))
     if first := next(filter(None, numeric), None):
         above = range(first - 1, max(0, first - 2) - 1, -1)
-        names = max(above, key=lambda i: sum(map(bool, map(str.strip, rows[i]))))
+        filled = {i: list(filter(str.strip, rows[i])) for i in above}
+        names = max(above, key=lambda i: (not all(map(unit_of, filled[i])), len(filled[i])))
         reason += f"; line {table.lines[names]}, above the numbers, has {listed(rows[names])}"
     return reason + "; see endurance.format, also its encoding, or give numbers of columns"
 

@@ -103,6 +103,13 @@ def _time_in(layout: Layout, place: int) -> Clock | None:
     return Clock(None, None, rate, (how,))
 
 
+def falling_times(layout: Layout) -> str | int | None:
+    """Return the column whose times fall from line to line; None if there is none."""
+    back = replace(layout, columns=[each[::-1] for each in layout.columns])
+    fall = (i for i in range(len(back.columns)) if _time_in(back, i))
+    return next(map(layout.column, fall), None)
+
+
 def _units_of(step: float) -> list[str]:
     """The unit of time in which a step is one of a recorder; one or none."""
     return [u for u, ms in TO_MS.items() if RATES[0] <= 1.0 / (step * ms) <= RATES[1]][:1]

@@ -15,7 +15,7 @@ from breaker.reading.files.phases import channel_of, listed_in, phase_in
 from breaker.reading.files.word_lookup import holds
 from breaker.reading.inspection.contact_rows import stated_contacts
 from breaker.reading.inspection.table_layout import Layout
-from breaker.reading.inspection.timing import Clock
+from breaker.reading.inspection.timing import Clock, falling_times
 from breaker.reading.records.motion_search import Course
 
 _TRAVEL_UNITS = frozenset([*TO_MM, "deg", "rad", "V", "counts", "%"])
@@ -140,6 +140,10 @@ def chosen_travels(
                 "records stand one below the other; export a column for each channel, and a file "
                 "for each record"
             )
+    elif (column := falling_times(layout)) is not None:
+        raise InspectionError(
+            f"{file}: its times, column {column!r}, fall from line to line; sort its lines by time"
+        )
     travels = find_travels(layout, clock)
     if not travels:
         raise InspectionError(
