@@ -10,6 +10,7 @@ import pytest
 
 from breaker.documents.terminal import text_of
 from breaker.reading.files.preamble import preamble_of
+from breaker.reading.files.text_lines import Lines, cells_of
 from breaker.reading.inspection import setting_proposal as proposals
 from breaker.reading.inspection.file_contents import look_into
 from breaker.reading.inspection.proposal_words import words_of
@@ -21,9 +22,12 @@ MOST = 400  # MiB, imports included; a small file takes a third of it
 LOOK = """
 import re, sys
 from pathlib import Path
+from breaker.reading.files.format_settings import FORMAT
+from breaker.reading.files.formats import read_columns
 from breaker.reading.inspection.setting_proposal import inspect_file
+numbers = FORMAT | {"time_column": None, "rate": 10, "travel_column": 1}
 try:
-    inspect_file(sys.argv[1], {})
+    read_columns(sys.argv[1], numbers) if sys.argv[2:] else inspect_file(sys.argv[1], {})
 except ValueError as error:
     print(str(error)[:400])
 # Not ru_maxrss, which begins with that of the process that started this one.
@@ -59,6 +63,34 @@ def test_what_no_recorder_writes_is_refused_in_little_memory(tmp_path, text, sai
     *words, peak = done.stdout.splitlines()
     assert re.search(f"hostile.csv.*{said}", words[0])
     assert int(peak) < MOST
+
+
+@pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="tells no peak of memory")
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("1\n" * 20_000_000, "has more than 2,000,000 lines; export a shorter part"),
+        ("1\r" * 20_000_000, "has more than 2,000,000 lines; export a shorter part"),
+        ("1\n" * 1_300_000, "has 1,300,000 samples, but of 1 columns at most 1,200,000 are read"),
+    ],
+    ids=["lines", "returns", "samples"],
+)
+def test_what_is_longer_than_a_record_is_not_read_either(tmp_path, text, said):
+    file = tmp_path / "long.csv"
+    file.write_text(text, encoding="utf-8", newline="")
+    command = [sys.executable, "-c", LOOK, file, "read"]
+    *words, peak = subprocess.check_output(command, text=True).splitlines()
+    assert said in words[0]
+    assert int(peak) < MOST
+
+
+def test_cells_that_are_quoted_without_need_are_split_together():
+    lines = [f'"{i}","{i / 7:.3f}",{i}' for i in range(9)]
+    assert Lines(lines, range(9), ",").columns(1, 3) == [
+        [cells_of(line, ",")[place] for line in lines[1:]] for place in range(3)
+    ]
+    for odd in ('"1,5",2,3', '5",2,3', '"1" x,2,3', '"1""2",2,3'):
+        assert Lines([*lines, odd], range(10), ",").columns(0, 3) is None
 
 
 def test_of_a_long_record_the_first_motions_are_read(tmp_path, monkeypatch):

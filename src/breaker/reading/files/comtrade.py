@@ -27,7 +27,7 @@ from breaker.reading.files.time_and_travel import Columns
 
 _SECTION = re.compile(rb"(?im)^--- *file type: *([a-z]+)[^\r\n]*---[ \t]*\r?\n?")
 _MOST_CHANNELS = 10_000
-_MOST_VALUES = 20_000_000  # of a text, where a line takes the time of ten
+_MOST_VALUES = 8_000_000  # of a text, where a line takes the time of ten
 _NO_STAMP, _OFF = 2.0**32 - 1, 0.01  # us, of a sample without one; share by which rates may differ
 _BYTES = {"BINARY": 2, "BINARY32": 4, "FLOAT32": 4}  # of an analog value
 
@@ -78,7 +78,6 @@ def look(opened: Opened) -> Labelled:
         settings = {"encoding": "latin-1"}
         record = _open(opened, **settings)
     channels = record.cfg.analog_channels
-    check_size(opened.file, len(record.time), 1 + len(channels))
     names = [FORMAT["time_column"], *(each.name for each in channels)]
     units = [FORMAT["time_unit"], *(unit_of(each.uu) for each in channels)]
     columns = [np.asarray(record.time), *map(np.asarray, record.analog)]
@@ -170,6 +169,7 @@ def _check_data(file: str | Path, cfg, data: bytes) -> None:
         there = len(data) // row
     else:
         raise RejectedCurveError(file, f"is of the unknown type {cfg.ft[:40]!r}")
+    check_size(file, there, 1 + cfg.analog_count)
     if there != stated:
         reason = f"says that there are {stated} samples, but its data have {there}; copy both again"
         raise RejectedCurveError(file, reason)

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from breaker.reading.files.file_look import check_lines
 from breaker.reading.files.guards import RejectedCurveError
 from breaker.reading.files.opened_file import Opened
 from breaker.reading.files.text_lines import Lines
@@ -30,6 +31,7 @@ def claims(file: str | Path) -> bool:
 def read(opened: Opened, settings: Mapping, channel: str = "") -> Columns:
     """Read the columns of a text: see ``formats``."""
     file, content = opened.file, opened.content
+    check_lines(file, content)
     form = settings["encoding"], settings["delimiter"]
     blocks = (_kept_blocks if len(content) <= _KEPT else _blocks)(file, content, *form)
     return columns_of(file, blocks, settings, channel)

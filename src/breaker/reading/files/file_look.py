@@ -12,6 +12,7 @@ MOST_COLUMNS = 300
 """Columns of the widest table; exports have a tenth of it."""
 
 _MOST_SAMPLES = 1_200_000  # a record of 10 s at 100 kHz has a million
+_MOST_LINES = 2_000_000
 _MOST_CELLS = 8_000_000
 
 
@@ -43,6 +44,13 @@ class Tables(NamedTuple):
 
     lines: Iterable[Sequence[str]]
     reason: str
+
+
+def check_lines(file: str | Path, content: bytes) -> None:
+    """Reject a text with more lines than a record, before they are split."""
+    if max(content.count(b"\n"), content.count(b"\r")) > _MOST_LINES:
+        reason = f"has more than {_MOST_LINES:,} lines; export a shorter part of the record"
+        raise RejectedCurveError(file, reason)
 
 
 def check_size(file: str | Path, samples: int, columns: int, *, line: int | None = None) -> None:

@@ -191,9 +191,10 @@ def _columns(file: str | Path, dataset, settings: Mapping, channel: str) -> Colu
     wanted = wanted_columns([names], settings, channel)
     travel = dataset[names[place_of(file, names, wanted["travel"])]]
     along = [name for name, size in travel.sizes.items() if size > 1]
-    if len(along) != 1 or travel.size > _LARGEST:
+    if len(along) != 1:
         reason = f"{label_of(wanted['travel'])} is no single record: its sizes are "
         raise RejectedCurveError(file, reason + ", ".join(map(str, travel.sizes.items())))
+    check_size(file, travel.size, len(wanted))
     remarks = _unit(file, "travel", travel, settings)
     readings = _numbers(file, "travel", travel)
     lines, beside = np.arange(1, readings.size + 1), {}

@@ -6,6 +6,7 @@ Lines of samples that are alike are split together, column by column.
 import csv
 import re
 from collections.abc import Sequence
+from functools import cache
 
 _COMMENT = re.compile(r"^([#%!]|//)\s+")  # its sign is no cell of a line of names
 # The blank before a unit in brackets that follows a name, where blanks separate.
@@ -55,6 +56,8 @@ class Lines(Sequence):
     def _split(self, lines: Sequence[str], width: int) -> list[list[str]] | None:
         sign = self._delimiter
         joined = f"{sign}\0{sign}".join(lines)  # no text has a zero byte
+        if '"' in joined:  # cells that are quoted without need
+            joined = _quoted(sign).sub(r"\1", f"{sign}{joined}{sign}")[1:-1]
         if any(each in joined for each in _NOT_ALIKE):
             return None
         cells, step = joined.split(None if sign == " " else sign), width + 1
@@ -62,6 +65,13 @@ class Lines(Sequence):
         if len(cells) != step * len(lines) - 1 or ends.count("\0") != len(ends):
             return None
         return [cells[place::step] for place in range(width)]
+
+
+@cache
+def _quoted(sign: str) -> re.Pattern:
+    """What matches a cell in quotation marks without a delimiter in it."""
+    sign = re.escape(sign)
+    return re.compile(rf'(?<={sign})"([^"{sign}]*)"(?={sign})')
 
 
 def cells_of(line: str, delimiter: str) -> list[str]:

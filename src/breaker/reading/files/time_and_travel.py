@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from breaker.reading.files.column_names import BESIDE
+from breaker.reading.files.file_look import check_size
 from breaker.reading.files.guards import RejectedCurveError
 from breaker.reading.files.number_cells import LARGEST_NUMBER, strict_numbers, why_none
 from breaker.reading.files.preamble import Preamble, preamble_of
@@ -74,6 +75,7 @@ def columns_of(
     parts = [_part(head, lines, rows, head.first), *(_part(head, *each) for each in blocks)]
     columns = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
     travel, numbers = columns["travel"], columns["lines"]
+    check_size(file, travel.size, len(head.places))
     there = np.flatnonzero(~np.isnan(travel))
     if there.size == 0:
         raise RejectedCurveError(file, f"{head.labels['travel']} has no samples")

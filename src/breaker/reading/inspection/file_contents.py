@@ -12,7 +12,7 @@ from dataclasses import replace
 from itertools import islice
 from pathlib import Path
 
-from breaker.reading.files.file_look import Labelled
+from breaker.reading.files.file_look import Labelled, check_lines
 from breaker.reading.files.format_settings import FORMAT, complete
 from breaker.reading.files.formats import format_of, is_text, read_columns, understood
 from breaker.reading.files.guards import RejectedCurveError
@@ -30,7 +30,6 @@ _DELIMITERS = (";", "\t", "|", ",", " ")  # in case of doubt, the first that fit
 _LOOKED_AT = (200, 100_000)  # lines, and signs, from which the delimiter is guessed
 _TELLING = (1_000, 2**14)  # lines, and bytes, from which an encoding is guessed
 _LONGEST_LINE = 100_000  # signs; reading takes no longer ones
-_MOST_LINES = 2_000_000
 
 
 def look_into(file: str | Path | Opened) -> Layout:
@@ -104,13 +103,11 @@ def guess_layout(file: str | Path | Opened) -> Layout:
     """
     opened = as_opened(file)
     file, content = opened.file, opened.content
+    check_lines(file, content)
     encoding = _encoding(content)
     # Damaged signs do not hide the rest; reading says where they are.
     stream = io.TextIOWrapper(io.BytesIO(content), encoding, errors="replace")
-    lines = list(islice(stream, _MOST_LINES + 1))
-    if len(lines) > _MOST_LINES:
-        reason = f"has more than {_MOST_LINES:,} lines; export a shorter part of the record"
-        raise RejectedCurveError(file, reason)
+    lines = list(stream)
     lines[:1] = [line.removeprefix("\ufeff") for line in lines[:1]]
     if max(map(len, lines), default=0) > _LONGEST_LINE:
         long = next(i for i, line in enumerate(lines) if len(line) > _LONGEST_LINE)
