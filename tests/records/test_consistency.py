@@ -55,8 +55,18 @@ BURST = (np.arange(760) // 20) == 10  # two ms
 
 
 def test_a_first_motion_before_that_of_the_drive_is_found(records):
-    for remarks in found(records, shift=-5.0, rows=slice(10)):
+    for remarks in found(records, shift=-4.0, rows=slice(10)):
         assert any("earlier than the rise suggests" in each for each in remarks)
+
+
+@pytest.mark.parametrize("frequency", [0.05, 0.06])
+def test_hum_is_found(records, frequency):
+    time, measured, moves = records
+    hum = 0.3 * np.sin(2.0 * np.pi * frequency * time + 1.0)
+    words = found((time, measured, moves), lambda x: x + hum, slice(40))
+    told = [each for remarks in words for each in remarks if "hum of the mains" in each]
+    assert len(told) >= 30
+    assert all(f"+-0.3 mm at {1e3 * frequency:.0f} Hz" in each for each in told if "0.3 " in each)
 
 
 def test_what_is_steady_at_rest_is_no_repetition():

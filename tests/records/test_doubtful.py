@@ -100,6 +100,19 @@ def test_damage_is_masked_and_nothing_else(prior, damage, motion, stroke):
         assert len(found) >= len(wrong) - 1
 
 
+def test_single_samples_off_by_some_sd_of_the_noise_are_masked_at_rest(prior):
+    """Medians of five samples differ by noise as well: that is no bend, and leaves no room."""
+    rng, time = generator(8, "doubtful"), np.arange(0.0, 76.0, 0.1)
+    exact = travel(prior.sample(40, rng), time, "closing", onset=10.0).travel
+    found = 0
+    for x in measured(exact.ravel(), 14.0, rng, noise=0.05).reshape(exact.shape):
+        x[650] = np.median(x[640:660]) + 0.42
+        kinds = doubts(x, 10.0)
+        found += kinds[650] == "spike"
+        assert not (np.delete(kinds, 650) != "").any()
+    assert found >= 36
+
+
 def median(prior, motion="closing"):
     """The curve of the median drive at 10 kHz."""
     return travel(prior.medians[None], np.arange(0.0, 76.0, 0.1), motion, onset=10.0).travel[0]

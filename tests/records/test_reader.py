@@ -166,6 +166,26 @@ def test_a_wrong_zero_is_told(file, prior, times, motion):
     read_curve(file, {**FORMAT, "zero": 3.0}, times, motion)
 
 
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (lambda time, x: x, ""),
+        (lambda time, x: x - 0.36, "rests at -0.3. mm after the opening, which is no zero"),
+        (lambda time, x: x + 20.0 * np.clip((time - 72.0) / 8.0, 0.0, 1.0) ** 2, "goes back"),
+    ],
+    ids=["good", "zero", "back"],
+)
+def test_an_opening_that_does_not_end_at_its_rest_is_told(file, prior, times, change, said):
+    """A zero off by less than a stroke may vary, and a drive that is on its way back."""
+    time, x = record(prior, "opening")
+    write_curve(file, time, change(time, x), motion="opening", operation=12)
+    stroke = np.median(x[:50]) - np.median(x[-50:])
+    settings = FORMAT | {"stroke": [0.98 * stroke, 1.02 * stroke]}
+    read = read_curves([Operation(12, file)], settings, Grid(times, 0.05, 0.05), "opening")
+    assert read.accepted.item()
+    assert re.search(said or "^$", read.remarks.item())
+
+
 def test_a_stuck_breaker_and_its_unit_are_both_possible(file, prior, times):
     time, x = record(prior, "closing", noise=0.0)
     write_curve(file, time, 0.1 * x, motion="closing", operation=1)

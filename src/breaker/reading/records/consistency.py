@@ -25,7 +25,11 @@ _HIDES = 0.012  # strokes of noise, in which a swing may hide
 _TENTHS = np.arange(0.1, 0.95, 0.1)  # of the way, between which speeds are compared
 _SUDDEN = 0.4  # of the greatest speed in the last tenth, with which no drive stops flat
 _MEAN, _STEADY = 5, 0.7  # samples whose mean is at rest, within such a share of what hides a swing
-_EARLY = 0.4  # of the time between these: first motions that a gradual force makes are less early
+_EARLY = 0.2  # of the time between these: first motions that a gradual force makes are less early
+_MAINS = 0.05, 0.06  # kHz
+_SHORTEST = 15.0  # ms after a motion, in which a swing of the mains shows
+_SEEN = 0.8  # sd of the noise, least swing that counts
+_SWINGS, _AS_LARGE = 3.3, (0.5, 1.7)  # sd; of it, what then is there before the motion
 
 
 def inconsistencies(
@@ -46,12 +50,14 @@ def inconsistencies(
         return []
     time, travel = time[there], travel[there]
     third = np.diff(travel, n=3) / np.sqrt(20.0)
-    sd = max(sd, 1.4826 * float(np.median(np.abs(third))), _FLICKER * quantum)
-    sd = max(sd, _EXACT * float(np.ptp(travel)))
+    own = max(1.4826 * float(np.median(np.abs(third))), _FLICKER * quantum)
+    own = max(own, _EXACT * float(np.ptp(travel)))
+    sd = max(sd, own)
     found = [
         _equal(time, travel),
         _unrest(time, third, sd),
         _early(time, travel, moves),
+        _hum(time, travel, moves, own),
         _at_full_speed(time, travel, sd),
     ]
     return [words for words in found if words]
@@ -111,6 +117,37 @@ def _early(time: np.ndarray, travel: np.ndarray, moves: float) -> str:
         f"the first motion, at {in_digits(moves, 4)} ms, is {early} ms earlier than the rise "
         "suggests: was something disturbed before it?"
     )
+
+
+def _hum(time: np.ndarray, travel: np.ndarray, moves: float, sd: float) -> str:
+    """A swing of the mains' frequency after the motion that is there before it, too.
+
+    A drive that settles makes a swing after its motion alone.
+    """
+    start, end = (float(np.median(each)) for each in (travel[:_CALM], travel[-_CALM:]))
+    there = np.abs(travel - start) >= 0.9 * abs(end - start)
+    arrival = float(time[int(there.argmax())])
+    before, after = time < moves, time > 2.0 * arrival - moves
+    lasts = time[-1] - (2.0 * arrival - moves)
+    if min(before.sum(), after.sum()) < _CALM or lasts < _SHORTEST:
+        return ""
+    for frequency in _MAINS:
+        phase = 2.0 * np.pi * frequency * (time - arrival)
+        waves = np.column_stack([np.cos(phase), np.sin(phase)])
+        shapes = np.column_stack([waves, np.vander((time - arrival) / np.ptp(time), 3)])[after]
+        sizes = np.linalg.lstsq(shapes, travel[after], rcond=None)[0][:2]
+        swing = (waves @ sizes)[before]
+        swing -= swing.mean()
+        square = float(swing @ swing)
+        found = float(swing @ travel[before]) / square if square > 0.0 else 0.0
+        alike = _AS_LARGE[0] < found < _AS_LARGE[1] and found * np.sqrt(square) > _SWINGS * sd
+        if alike and (size := float(np.hypot(*sizes))) > _SEEN * sd:
+            return (
+                f"the reading swings by +-{in_digits(size, 2)} mm at "
+                f"{1e3 * frequency:.0f} Hz before and after the motion, as by hum of the mains: "
+                "shield the transducer's cable"
+            )
+    return ""
 
 
 def _at_full_speed(time: np.ndarray, travel: np.ndarray, sd: float) -> str:

@@ -27,7 +27,8 @@ _STEPS = 12  # in the time of the longest burst
 _LARGEST, _BACK = 0.3, 0.5  # of the way in such a time, a motion's largest step, and its way back
 _RANGE = 0.5  # strokes, by which travel may be beyond its rest positions
 _THINNED, _SOON = (1, 2, 4), 0.4  # every so many samples, no more than so many ms apart
-_SPIKE = 7.0  # sd of the noise, from the median of five samples
+_SPIKE = 6.0  # sd of the noise, from the median of five samples
+_STRAIGHT = 2.0  # sd of the noise, by which such medians differ within five
 _JUMP = 9.0  # sd of the noise, from one sample to the next
 _COUNTS = 2.5  # quanta: unseen noise moves a reading by two at most
 _FASTER = 2.5  # times the greatest speed of the running median, that of an instant
@@ -79,8 +80,10 @@ def doubtful_samples(travel: np.ndarray, step: float, quantum: float) -> np.ndar
     speed = np.abs(smooth[lag:] - smooth[:-lag]).max(initial=0.0) / (lag * between)
     near = running_median(filled(left), 5)
     ways = np.ptp(sliding_window_view(np.pad(near, 2, mode="edge"), 5), axis=1)
+    bends = np.maximum(ways - _STRAIGHT * noise, 0.0)
+    seen = max(_SPIKE * noise + quantum, _COUNTS * quantum) + _LEAST * stroke
+    leave_out(np.abs(left - near) > seen + bends, "spike")
     rounded = _COUNTS * quantum + _LEAST * stroke
-    leave_out(np.abs(left - near) > _SPIKE * noise + rounded + ways, "spike")
     pace = stroke / (speed * step) if speed else np.inf
     leave_out(_clipped(left, quantum, stroke, pace), "clipped")
     coarse = _JUMP * noise + rounded

@@ -29,6 +29,8 @@ _FAR = 0.15
 # 4 sd of a zero of 0.1 mm, at a stroke of 10 mm; some openings are not quite at rest at their end.
 _SDS = 4.0  # sd of the zero
 _OFF = {"closing": 0.04, "opening": 0.08}
+_BELOW = 0.005  # strokes, by which a drive rests beyond where it opens to
+_BACK = -0.4  # of the greatest speed: so fast no drive rebounds at the end of a record
 _REMEDY = "set endurance.format.zero to its reading, or to rest"
 
 
@@ -103,7 +105,11 @@ def rest_of_open(segment: Segment, settings: Mapping, motion: str) -> float:
 
 
 def rest_remark(
-    segment: Segment, settings: Mapping, motion: str, zero_sd: float | None = None
+    segment: Segment,
+    settings: Mapping,
+    motion: str,
+    zero_sd: float | None = None,
+    settles: tuple[float, float] = (np.nan, np.nan),
 ) -> str:
     """Say where the breaker's rests are not those that the settings state; "" if they are.
 
@@ -114,8 +120,12 @@ def rest_remark(
         zero_sd: Standard deviation of the zero that the model takes for granted, mm. With it, the
             rest before the motion is compared: it is at 0, or a stroke of
             ``endurance.format.stroke`` from it.
+        settles: Where the travel settles after the motion, and how well that is known, mm; NaN
+            where it is not seen.
     """
     seen, rest = _open(segment, motion)
+    if segment.speed < _BACK:
+        return f"ends while the travel goes back, at {-segment.speed:.0%} of the greatest speed"
     if settings["zero"] == "rest" and not seen:
         return "ends before the open breaker rests: its last reading stands for that rest"
     if settings["zero"] == "rest" or not seen:
@@ -124,6 +134,10 @@ def rest_remark(
         return f"the open breaker rests at {rest:.2f} mm: {_REMEDY}, if sensor.zero_sd is less"
     least, most = (0.0, 0.0) if motion == "closing" else settings["stroke"] or STROKES
     clear = np.inf if zero_sd is None else _SDS * zero_sd
+    # A drive may creep on to its rest, but not from below, and it may still swing about it.
+    highest = min(max(rest, settles[0]), settles[0] + 2.0 * settles[1])
+    if motion == "opening" and highest < -clear - _BELOW * segment.stroke:
+        return f"rests at {highest:.2f} mm after the opening, which is no zero: {_REMEDY}"
     if least - clear <= segment.before <= most + clear:
         return ""
     return f"rests at {segment.before:.2f} mm before the {motion}, which is no zero: {_REMEDY}"

@@ -4,7 +4,9 @@ All that a record shows without a model's grid; ``curve_reader`` puts it there.
 """
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -31,7 +33,7 @@ from breaker.reading.records.plausible_motion import (
     rest_of_open,
     rest_remark,
 )
-from breaker.reading.records.rejections import SeveralMotionsError, UnusableError
+from breaker.reading.records.rejections import NotShownError, SeveralMotionsError, UnusableError
 from breaker.reading.records.sample_times import count_remark, even_times
 from breaker.reading.records.sensor_scale import Scale, seen_quantum
 
@@ -70,13 +72,25 @@ class Raw(LocatedMotion):
         return [
             *self.said,
             self._of_no_drive,
-            rest_remark(self.segment, self.settings, self.motion, zero_sd),
+            rest_remark(self.segment, self.settings, self.motion, zero_sd, self._settles),
             doubts_in_words(self.time, self.whole, self.doubts),
             self._rippled,
             self._slipped,
             self._hidden,
             *inconsistencies(time, left, self.moves, noise_sd or 0.0, self.quantum),
         ]
+
+    @cached_property
+    def _reading(self) -> Reading:
+        return Reading(self, self.contact, ())
+
+    @property
+    def _settles(self) -> tuple[float, float]:
+        """Where the travel settles after the motion, and its sd, mm; NaN where it is not seen."""
+        with suppress(NotShownError):
+            after, sign = self._reading.after, 1.0 if self.motion == "closing" else -1.0
+            return sign * after.value, self._reading.trace.sd(after)
+        return float("nan"), float("nan")
 
     @property
     def _of_no_drive(self) -> str:
@@ -98,12 +112,11 @@ class Raw(LocatedMotion):
     @property
     def _hidden(self) -> str:
         """That the reading steps within its noise, in words; "" if it does not."""
-        reading = Reading(self, self.contact, ())
-        if reading.hidden is None:
+        if self._reading.hidden is None:
             return ""
-        place, size = reading.hidden
+        place, size = self._reading.hidden
         return (
-            f"at {in_digits(reading.trace.time[place], 5)} ms the reading steps by "
+            f"at {in_digits(self._reading.trace.time[place], 5)} ms the reading steps by "
             f"{in_digits(abs(size), 2)} mm, as if the transducer slipped: the stroke is no better "
             "known than that"
         )
