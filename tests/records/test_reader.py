@@ -171,9 +171,10 @@ def test_a_wrong_zero_is_told(file, prior, times, motion):
     [
         (lambda time, x: x, ""),
         (lambda time, x: x - 0.36, "rests at -0.3. mm after the opening, which is no zero"),
+        (lambda time, x: x + 0.36, "rests at 0.3. mm after the opening, which is no zero"),
         (lambda time, x: x + 20.0 * np.clip((time - 72.0) / 8.0, 0.0, 1.0) ** 2, "goes back"),
     ],
-    ids=["good", "zero", "back"],
+    ids=["good", "below", "above", "back"],
 )
 def test_an_opening_that_does_not_end_at_its_rest_is_told(file, prior, times, change, said):
     """A zero off by less than a stroke may vary, and a drive that is on its way back."""

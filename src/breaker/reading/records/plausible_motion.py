@@ -29,7 +29,7 @@ _FAR = 0.15
 # 4 sd of a zero of 0.1 mm, at a stroke of 10 mm; some openings are not quite at rest at their end.
 _SDS = 4.0  # sd of the zero
 _OFF = {"closing": 0.04, "opening": 0.08}
-_BELOW = 0.005  # strokes, by which a drive rests beyond where it opens to
+_ABOUT = 0.005  # strokes, by which a drive that settles rests elsewhere than it opens to
 _BACK = -0.4  # of the greatest speed: so fast no drive rebounds at the end of a record
 _REMEDY = "set endurance.format.zero to its reading, or to rest"
 
@@ -135,9 +135,11 @@ def rest_remark(
     least, most = (0.0, 0.0) if motion == "closing" else settings["stroke"] or STROKES
     clear = np.inf if zero_sd is None else _SDS * zero_sd
     # A drive may creep on to its rest, but not from below, and it may still swing about it.
-    highest = min(max(rest, settles[0]), settles[0] + 2.0 * settles[1])
-    if motion == "opening" and highest < -clear - _BELOW * segment.stroke:
-        return f"rests at {highest:.2f} mm after the opening, which is no zero: {_REMEDY}"
+    settled, error = settles[0], 2.0 * settles[1]
+    highest, off = min(max(rest, settled), settled + error), clear + _ABOUT * segment.stroke
+    if motion == "opening" and (highest < -off or settled - error > off):
+        here = highest if highest < -off else settled
+        return f"rests at {here:.2f} mm after the opening, which is no zero: {_REMEDY}"
     if least - clear <= segment.before <= most + clear:
         return ""
     return f"rests at {segment.before:.2f} mm before the {motion}, which is no zero: {_REMEDY}"
