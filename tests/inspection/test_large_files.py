@@ -85,9 +85,11 @@ def test_what_is_longer_than_a_record_is_not_read_either(tmp_path, text, said):
 
 
 def test_cells_that_are_quoted_without_need_are_split_together():
-    lines = [f'"{i}","{i / 7:.3f}",{i}' for i in range(9)]
-    assert Lines(lines, range(9), ",").columns(1, 3) == [
-        [cells_of(line, ",")[place] for line in lines[1:]] for place in range(3)
+    lines = [f'"{i}",{i},"{i / 7:.3f}"\n' for i in range(9)]
+    columns = Lines(lines, range(9), ",").columns(1, 3)
+    rows = [cells_of(line, ",") for line in lines[1:]]
+    assert [[cell.strip() for cell in column] for column in columns] == [
+        *map(list, zip(*rows, strict=True))
     ]
     for odd in ('"1,5",2,3', '5",2,3', '"1" x,2,3', '"1""2",2,3'):
         assert Lines([*lines, odd], range(10), ",").columns(0, 3) is None

@@ -71,7 +71,7 @@ class Lines(Sequence):
 def _quoted(sign: str) -> re.Pattern:
     """What matches a cell in quotation marks without a delimiter in it."""
     sign = re.escape(sign)
-    return re.compile(rf'(?<={sign})"([^"{sign}]*)"(?={sign})')
+    return re.compile(rf'(?<={sign})"([^"{sign}]*)"(?=\n?{sign})')
 
 
 def cells_of(line: str, delimiter: str) -> list[str]:
