@@ -114,6 +114,9 @@ def test_the_catalogue_finds_what_it_looks_for(tmp_path):
     where = ["-s", ROOT / "workflow/Snakefile", "-c", "1", "-d", tmp_path / ".test"]
     graph = snakemake(*where, "--forceall", "--rulegraph")
     assert 'label = "figure_verdict"' in graph
+    here = ["--configfile", ROOT / "config/test.yaml", "--forceall", "--rulegraph"]
+    rules = [set(re.findall('label = "(.*?)"', said)) for said in (graph, snakemake(*here))]
+    assert rules[1] - rules[0] == {"everything"}, "without a target, the project's file does `all`"
     assert (ROOT / "workflow/schemas/config.schema.yaml").exists()
     words = (ROOT / "README.md").read_text(encoding="utf-8").lower()
     assert "snakemake" in words
