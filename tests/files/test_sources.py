@@ -256,6 +256,8 @@ def test_damaged_comtrade_is_refused(tmp_path):
     file = tmp_path / "a.cfg"
     data = recorded(file)
     head = file.read_text(encoding="utf-8")
+    file.write_text(head.replace("10000,60", "nan,60"), encoding="utf-8")
+    assert "states a rate that is no number" in rejection(file, "comtrade", "S")
     file.write_text(head.replace("3,2A,1D", "999999999,999999998A,1D"), encoding="utf-8")
     assert "does not describe the channels that it counts" in rejection(file, "comtrade", "S")
     file.write_text(head.replace("ASCII", "OTHER"), encoding="utf-8")

@@ -157,6 +157,8 @@ def _check_data(file: str | Path, cfg, data: bytes) -> None:
     the missing ones.
     """
     stated, kind = cfg.sample_rates[-1][1], cfg.ft.upper()
+    if not all(math.isfinite(rate) for rate, _ in cfg.sample_rates):
+        raise RejectedCurveError(file, "states a rate that is no number; export it again")
     if kind == "ASCII":
         if not data.isascii() or b"_" in data:
             raise RejectedCurveError(file, "has data that are no plain numbers")
