@@ -50,13 +50,18 @@ def test_operations_left_services_and_truths_are_drawn(life, standing):
 def test_the_cost_of_a_service_its_least_and_what_is_told_are_drawn():
     planning, days = read(DEFAULTS)["planning"], np.full(OPERATIONS.size, np.nan)
 
-    def drawn(*fails):
-        return service_cost(stands(a_life(fails, half=(0.01, 0.01)), planning, days))
+    def drawn(*fails, surely=True):
+        life = a_life(fails, half=(0.01, 0.01))
+        life.remaining[-1, :, 0] *= surely
+        return service_cost(stands(life, planning, days))
 
     assert_drawn(drawn(700.0, np.inf), "service cost")
     assert (
         "Exceeded, so service now: slow." in drawn(450.0, 900.0).legends[0].get_title().get_text()
     )
+    # What may be exceeded already is due, however far away the cheapest operation is.
+    titles = [axis.get_title("left") for axis in drawn(700.0, np.inf, surely=False).axes]
+    assert "perhaps exceeded already, so service now" in titles[0].replace("\n", " ")
     assert "Exceeded" in "".join(text.get_text() for text in drawn(450.0, 450.0).texts)
 
 

@@ -64,6 +64,8 @@ def _words(one: xr.Dataset) -> str:
     """Say where the least is, and how flat."""
     ahead, (low, high) = one["ahead"].values, _flat(one)
     now, best = float(one["operation"]), float(ahead[int(one["extra"].values.argmin())])
+    if one["left"].values[0] == 0.0:
+        return "perhaps exceeded already, so service now"
     if best == ahead[-1]:
         return "nothing leads to it within the horizon"
     words = f"least at {about(now + best)}, within {_FLAT:g} from {about(now + low)}"
