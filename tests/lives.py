@@ -117,6 +117,7 @@ def life_data(operations=200, changes=("rate",)):
         "value": np.tile(_VALUES, (len(asked), 1, 1)),
     }
     parts = {"limit": LIMITS, "bound": _BOUNDS, "upper": np.array(_BOUNDS) > 0}
+    parts |= {"unit": ("ms", "%", "%", "mm")}
     moments = {"noticed": start + 4, "start": start, "earliest": start - 3, "latest": start + 2}
     moments |= {"kind": np.array(changes, dtype=str), "certainty": np.full(len(start), 12.0)}
     moments |= {"change_names": np.array(["gamma_a or f"] * len(start), dtype=str)}
@@ -138,6 +139,8 @@ def standing_data(life):
             "state": (each, state.astype(np.int8)),
             "beyond": (each, np.where(late, _BEYOND, [0.0, 0.0, 0.0, 0.3])),
             "service_by": (each, by),
+            "since": (each, np.where(state >= 2, 0.75 * number[-1] + 1, np.nan)),
+            "drive_state": ("operation", state.max(axis=1).astype(np.int8)),
             "left": ((*each, "quantile"), np.tile(_LEFT, (len(number), 1, 1))),
             "certain": ("limit", [0.75 * len(number) + 1, *nowhere]),
             "crossed": ("limit", [0.75 * len(number) - 9, *nowhere]),

@@ -54,7 +54,7 @@ rule decide:
 STANDING = {"life": "results/life.zarr", "standing": "results/standing.zarr"}
 
 # The picture of the first page: how each limit stands.
-figure("verdict", "0 Verdict", of="", within="verdict", **STANDING)
+figure("verdict", "0 Verdict", of="", words="results/verdict.json", **STANDING)
 
 
 rule first_page:

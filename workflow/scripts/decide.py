@@ -24,7 +24,7 @@ pace = days_per_operation(life.operation.values, list(known.date))
 stands = standing(life, planning, pace)
 decisions, limits = decide(life, stands, known), limit_table(life, stands)
 changes = change_table(life)
-sentences = [since_new(changes, life), headline(decisions, limits), trust(life)]
+sentences = [headline(decisions, limits), since_new(changes, life), trust(life)]
 log.info(" ".join(sentences))
 
 save(describe(stands, "standing", planning=planning), output.standing)

@@ -104,9 +104,9 @@ def _words(change: xr.Dataset, number: int) -> list[str]:
     )
     kind, names = change["kind"].item(), change["change_names"].item()
     what = f"{_KINDS[kind]}: {names}" if names else _KINDS[kind]
-    lines = [f"{number}  operation {start}", *wrap(what, _WIDTH)]
+    lines = [f"{number}  operation {start}", *wrap(style.spoken(what), _WIDTH)]
     if kind != "event":
         lines += [f"90 %: {earliest} to {latest}", f"noticed at {noticed}"]
     if change["certainty"].item() < 0.0:
         lines.append("taken back by later records")
-    return [lines[0], *(f"    {style.symbolic(line)}" for line in lines[1:])]
+    return [lines[0], *(f"    {line}" for line in lines[1:])]

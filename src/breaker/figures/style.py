@@ -121,13 +121,16 @@ def literal(text: object) -> str:
     return printable(str(text)).replace("$", r"\$")
 
 
-def symbolic(text: object) -> str:
-    r"""Return a literal text with parameters by their symbols, as panels name them.
+def spoken(text: object) -> str:
+    """Return a literal text for somebody who knows no names of code: words, and no underscores.
 
-    >>> symbolic("touch_time above 9.7 ms and f below 0.765 mm/ms²")
-    'touch_time above 9.7 ms and $f$ below 0.765 mm/ms²'
+    >>> spoken("slow_opening: measured travel_time above 9.5 ms, change of f below -5 %")
+    'slow opening: measured travel time above 9.5 ms, change of closing force $f$ below -5 %'
     """
-    return _NAMES.sub(lambda found: OUTPUTS[found.group()].symbol, literal(text))
+    parts = _NAMES.split(literal(text))
+    named = [f"{OUTPUTS[name].word} {OUTPUTS[name].symbol}".strip() for name in parts[1::2]]
+    plain = [part.replace("_", " ") for part in parts[::2]]
+    return "".join(a + b for a, b in zip(plain, [*named, ""], strict=True))
 
 
 def file_name(path: object) -> str:
@@ -248,7 +251,7 @@ def limit_panels(
         count, columns=columns, width=width, height=height, sharex=True, sharey=sharey
     )
     for axis, limit, words in zip(axes, data["limit"].values, titles, strict=True):
-        said = fill(f"{literal(limit)}: {symbolic(words)}", int(width * 10.5))
+        said = fill(spoken(f"{limit}: {words}"), int(width * 10.5))
         axis.set_title(said, loc="left", pad=6.0 + 14.0 * above)
         axis.margins(x=0.01)
     label_outer(axes, "operation")
