@@ -7,6 +7,7 @@ import xarray as xr
 from breaker.common.randomness import generator
 from breaker.configuration.loading import read
 from breaker.drive.life.limit_states import standing as stands
+from breaker.drive.simulation.failure_times import held
 from breaker.figures.changepoint import changepoint
 from breaker.figures.changes import changes
 from breaker.figures.evolution import evolution
@@ -39,12 +40,28 @@ def test_health_shows_probability_state_and_since_when(life, standing):
 
 def test_operations_left_services_and_truths_are_drawn(life, standing):
     true = {"failure": ("limit", [180.0, 300, np.nan, 1]), "changed": ((), 80.0)}
+    true |= {"held": ("limit", [0.9, 0.72, np.nan, np.nan])}
     true |= {"failure_without": ("limit", [220.0, np.nan, np.nan, np.nan])}
     truth = xr.Dataset(true, {"limit": list(LIMITS)})
     assert_drawn(remaining_life(life, standing, truth), "remaining life")
+    assert "hold the truth at 72 % to 90 % of the operations" in words(
+        remaining_life(life, standing, truth)
+    )
     assert "truth" not in words(remaining_life(life, standing))
     standing["state"][:] = 0
     assert_drawn(remaining_life(life, standing), "remaining life, unknown")
+
+
+def test_operations_hold_the_truth_between_what_is_told_and_the_failure(life):
+    """Of the first limit the band is 0.8 to 1.2 times what is left to 180; the others go on."""
+    assert held(life, [180.0, 180.0, np.nan, 5.0]) == pytest.approx(
+        [1.0, 0.0, np.nan, np.nan], nan_ok=True
+    )
+    asked = life.asked.values
+    asked = asked[(asked >= life.attrs["told"]) & (asked < 150)]
+    inside = (0.8 * (180 - asked) <= 150 - asked) & (150 - asked <= 1.2 * (180 - asked))
+    assert 0.0 < inside.mean() < 1.0
+    assert held(life, [150.0] * 4)[0] == pytest.approx(inside.mean())
 
 
 def test_the_cost_of_a_service_its_least_and_what_is_told_are_drawn():

@@ -57,7 +57,7 @@ def test_names_of_limits_are_no_mathematics():
     data = xr.Dataset({}, {"limit": [name], "operation": [1, 2]})
     figure, (axis,) = style.limit_panels(data, ["f below 1"], height=2.0)
     figure.canvas.draw()  # mathematics would raise
-    assert axis.get_title("left") == r"50_\\$ or \$x^{ <b>`*ü: $f$ below 1"
+    assert axis.get_title("left") == (r"50 \\$ or \$x^{ <b>`*ü: closing force $f$ below 1")
 
 
 def test_spans_end_halfway_to_the_neighbours():

@@ -7,7 +7,7 @@ import xarray as xr
 from breaker.common.randomness import generator
 from breaker.figures import pairs, validation
 from breaker.paper.validation.calibration import judge_draws
-from breaker.paper.validation.diagnostics import correlation, recovery, scores
+from breaker.paper.validation.diagnostics import REGIONS, correlation, recovery, regions, scores
 from breaker.quantities.parameters import outputs
 from tests.figures.drawn import assert_drawn
 from tests.validation.made import exact_posteriors
@@ -54,6 +54,18 @@ def test_recovery_has_the_truth_across():
     assert_drawn(figure, "recovery")
 
 
+def test_regions_hold_their_share_of_the_draws():
+    draws = generator(5, "test", "regions").standard_normal((2000, 3)) * [1.0, 5.0, 0.0]
+    found = regions(draws)
+    assert set(found) == {(0, 1)}  # the third does not vary
+    x, y, density, levels = found[0, 1]
+    area = (x[1] - x[0]) * (y[1] - y[0])
+    shares = [density[density >= level].sum() * area for level in levels]
+    assert shares == pytest.approx(REGIONS, abs=0.05)
+    wide, high = (each[density.max(axis=k) >= levels[0]].max() for k, each in enumerate((x, y)))
+    assert high > 3.0 * wide  # the second output is up
+
+
 def test_pairs_have_column_across_and_row_up():
     draws, truth = inferred(FOUR)
     strength = correlation(draws[0], log=np.full(4, True))
@@ -61,5 +73,5 @@ def test_pairs_have_column_across_and_row_up():
         {"draws": (("draw", "output"), draws[0]), "truth": ("output", truth[0])},
         {"output": list(FOUR)},
     )
-    figure = pairs.pairs(case, truth, motion="closing", correlation=strength)
-    assert_drawn(figure, "pairs")
+    about = {"motion": "closing", "correlation": strength, "regions": regions(draws[0])}
+    assert_drawn(pairs.pairs(case, truth, **about), "pairs")

@@ -5,7 +5,7 @@ import numpy as np
 from breaker.common.zarr_store import open_store
 from breaker.figures.pairs import pairs
 from breaker.figures.style import save
-from breaker.paper.validation.diagnostics import correlation
+from breaker.paper.validation.diagnostics import correlation, regions
 from breaker.paper.validation.quality_tables import parameters_of
 from breaker.quantities.parameters import is_logarithmic
 from breaker.workflow.jobs import start
@@ -23,6 +23,7 @@ figure = pairs(
     columns[:, : len(names)],
     motion=wildcards.get("source") or wildcards.motion,
     correlation=correlation(case.draws.values, log=is_logarithmic(names)),
+    regions=regions(case.draws.values),
     **snakemake.params.get("words", {}),
 )
 save(figure, snakemake.output[0])

@@ -3,7 +3,7 @@
 import xarray as xr
 
 from breaker.common.zarr_store import open_store
-from breaker.drive.simulation.failure_times import true_lives
+from breaker.drive.simulation.failure_times import held, true_lives
 from breaker.figures.remaining_life import remaining_life
 from breaker.figures.style import save
 from breaker.mechanism.limits import from_list
@@ -17,4 +17,6 @@ if snakemake.input.truth:
     limits = from_list(params.limits, params.motions, speeds_of(params.speeds))
     lives = true_lives(open_store(snakemake.input.truth).load(), limits)
     truth = xr.Dataset(lives, {"limit": [limit.name for limit in limits]})
+    truth = truth.sel(limit=life.limit.values)
+    truth["held"] = "limit", held(life, truth.failure.values)
 save(remaining_life(life, standing, truth), snakemake.output[0])

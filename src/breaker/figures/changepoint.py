@@ -46,9 +46,20 @@ def changepoint(life: xr.Dataset) -> Figure:
     for axis in (top, evidence):
         axis.tick_params(labelbottom=False)
     _tell(figure.add_subplot(grid[:, 1]), life)
-    figure.suptitle("Changes of the drive")
+    figure.suptitle(f"Changes of the drive: {_outcome(life)}")
     marks.legend(figure, columns=5)
     return figure
+
+
+def _outcome(life: xr.Dataset) -> str:
+    """Say how many changes were found that nobody knew of, and the last of them."""
+    found = (life["certainty"].values >= 0.0) & (life["kind"].values != "event")
+    last = life.isel(change=found)
+    if not last.sizes["change"]:
+        return f"none is found in {life.sizes['operation']:,} operations"
+    last, count = last.isel(change=-1), last.sizes["change"]
+    words = f"{_KINDS[last['kind'].item()]} at operation {last['start'].item():,}"
+    return words if count == 1 else f"{count} are found, the last: {words}"
 
 
 def _parameters(axis: Axes, life: xr.Dataset) -> None:

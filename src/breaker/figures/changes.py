@@ -35,7 +35,7 @@ def changes(life: xr.Dataset, truth: xr.DataArray | None = None) -> Figure:
     axes[0].set_xlim(ends[0], ends[-1])
     axes[0].xaxis.set_major_formatter("{x:,.0f}")
     style.label_outer(axes, "operation", "% since new")
-    figure.suptitle(_TITLE)
+    style.title(figure, f"{_TITLE}\n{marks.moved(life)}")
     keys = [style.line_key("median", lw=1.6), style.band_key("90 % interval", style.REFERENCE, 0.3)]
     marks.legend(figure, *keys, columns=3)
     return figure

@@ -15,6 +15,8 @@ from breaker.quantities.parameters import NAMES
 _NAMED = 12  # odd drives whose names are written
 _WIDTH = 0.7  # of the strip of a parameter
 _FARTHEST = 60.0  # percent, that is drawn
+# Types have shades and shapes: colours mean parameters, in every figure.
+_SHADES, _SHAPES = ("#000000", "#6A6A6A", "#A8A8A8"), "o^sDv"
 
 
 @style.styled
@@ -41,9 +43,9 @@ def fleet(
             spread = np.linspace(-0.4, 0.4, len(where)) / count
             x = k + _WIDTH * (spread + (t + 0.5) / count - 0.5)
             y = np.clip(100.0 * learned.off[:, k], -_FARTHEST, _FARTHEST)
-            look = {"color": f"C{t}", "alpha": 0.6, "ls": ""}
+            look = {"color": _shade(t), "alpha": 0.7, "ls": ""}
             crossed = np.array([drives[i] in unlike for i in where], bool)
-            axis.plot(x[~crossed], y[~crossed], marker="o", ms=3.5, mew=0, **look)
+            axis.plot(x[~crossed], y[~crossed], marker=_shape(t), ms=4.0, mew=0, **look)
             axis.plot(x[crossed], y[crossed], marker="x", ms=5.0, mew=1.2, **look)
             for i, drive in enumerate(where):
                 of = drives[drive]
@@ -56,8 +58,21 @@ def fleet(
     axis.set(xticks=range(len(NAMES)), ylabel="off the median of the type (%)")
     axis.set_xticklabels(style.symbols(NAMES))
     style.title(figure, f"{len(table)} drives beside their type: {len(odd)} odd")
-    keys = [style.dot_key(style.literal(n or "all drives"), f"C{t}") for t, n in enumerate(types)]
+    keys = [
+        style.dot_key(style.literal(name or "all drives"), _shade(t), _shape(t))
+        for t, name in enumerate(types)
+    ]
     ring = Line2D([], [], ls="", marker="o", mfc="none", mec=style.WARNING, mew=1.6, label="odd")
     cross = Line2D([], [], ls="", marker="x", color=style.REFERENCE, label=DIFFERENT)
     style.legend_below(figure, [*keys, *[ring] * bool(odd), *[cross] * bool(unlike)])
     return figure
+
+
+def _shade(number: int) -> str:
+    """Colour of a type by its number."""
+    return _SHADES[number % len(_SHADES)]
+
+
+def _shape(number: int) -> str:
+    """Marker of a type by its number."""
+    return _SHAPES[number % len(_SHAPES)]

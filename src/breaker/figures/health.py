@@ -35,10 +35,11 @@ def health(life: xr.Dataset, standing: xr.Dataset) -> Figure:
     axes[0].set(ylim=(-0.13, 1.05), yticks=np.linspace(0.0, 1.0, 6))
     axes[0].xaxis.set_major_formatter("{x:,.0f}")
     over = int(standing["certain"].notnull().sum())
-    words = f"limits exceeded: {over} of {len(axes)}" if over else "no limit is exceeded"
+    count = f"{over} of {len(axes)} limits are exceeded" if over else "no limit is exceeded"
+    words = f"Health: {count} after operation {operation[-1]:,}\nprobability that each is exceeded"
     if first:
-        words += f"; shown from operation {operation[first]:,}, nothing happened before"
-    figure.suptitle(f"Health: probability that a limit is exceeded\n{words}")
+        words += f", from operation {operation[first]:,}; nothing happened before"
+    style.title(figure, words)
     marks.legend(figure, columns=4)
     return figure
 

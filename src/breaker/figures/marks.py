@@ -6,6 +6,7 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from breaker.common.numerals import first_of, in_digits
 from breaker.drive.family.untold import APART, BEYOND, WITHHELD, as_sentence
 from breaker.drive.life.limit_states import STATES
 from breaker.figures import style
@@ -19,6 +20,7 @@ _LOOKS = {
     "known work": {"color": style.MEASURED, "ls": "--", "label": "known work"},
     "taken back": {"color": style.PRIOR, "ls": ":", "label": "change taken back"},
 }
+_NAMED = 4  # parameters in a title
 _STRIP = 0.05  # height of the strip of states, share of the panel
 
 
@@ -54,6 +56,17 @@ def untold(life: xr.Dataset) -> str:
     alone = APART if life.attrs["agreement"] < 1.0 else WITHHELD
     why = BEYOND if life.attrs["family"] else alone
     return f"{as_sentence(why)}: changes of the parameters are not told."
+
+
+def moved(life: xr.Dataset) -> str:
+    """Say which parameters have changed for sure since new, and by how much, in percent."""
+    low, middle, high = life["changed"].isel(asked=-1).transpose("quantile", ...).values
+    sure = np.flatnonzero(low * high > 0.0)
+    sure = sure[np.argsort(-np.abs(middle[sure]))]
+    names = [style.OUTPUTS[str(name)].word for name in life["parameter"].values[sure]]
+    values = [in_digits(value, 2, sign=True).replace("-", "−") for value in middle[sure]]
+    each = [f"{name} {value} %" for name, value in zip(names, values, strict=True)]
+    return first_of(each, _NAMED) or "no parameter has changed for sure"
 
 
 def sentence(title: str, text: str) -> Figure:

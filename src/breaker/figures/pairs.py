@@ -1,6 +1,6 @@
 """Prior, posterior and truth of one simulated case, pair by pair (paper, Fig. 7)."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 import xarray as xr
@@ -8,7 +8,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from breaker.figures import style
-from breaker.paper.validation.diagnostics import pairs_words
+from breaker.paper.validation.diagnostics import REGIONS, pairs_words
+
+_CONTOURS = {"colors": style.MODEL, "linewidths": (0.9, 1.5)}  # of the widest region first
 
 
 @style.styled
@@ -18,9 +20,10 @@ def pairs(
     *,
     motion: str,
     correlation: np.ndarray,
+    regions: Mapping[tuple[int, int], tuple[np.ndarray, ...]],
     of: str = style.MODELLED,
 ) -> Figure:
-    """Draw draws pair by pair below the diagonal, marginals on it, correlations above it.
+    """Draw regions pair by pair below the diagonal, marginals on it, correlations above it.
 
     Args:
         case: Draws of the posterior, ``draws (draw, output)``, and the values that made the curve,
@@ -28,6 +31,7 @@ def pairs(
         prior: Draws of the prior, ``(m, q)``, of the same outputs.
         correlation: Correlation of the posterior draws, ``(q, q)``, from
             ``diagnostics.correlation``.
+        regions: Where these draws are densest, from ``diagnostics.regions``.
         of: Which drives the record is of.
     """
     posterior, truth, names = (case[name].values for name in ("draws", "truth", "output"))
@@ -42,13 +46,15 @@ def pairs(
             elif row > column:
                 chosen = [column, row]
                 _scatter(axis, prior[:, chosen], posterior[:, chosen], truth[chosen])
+                if (column, row) in regions:
+                    axis.contour(*regions[column, row], **_CONTOURS)
             else:
                 _coefficient(axis, correlation[row, column])
     _frame(grid, np.concatenate([prior, posterior, truth[None]]), names)
     outcome = pairs_words(posterior, truth, correlation, style.symbols(names))
     text = "prior, posterior and truth of one simulated curve"
     style.heading(figure, motion, text, outcome, of=of)
-    style.legend_below(figure, _handles(), columns=4 if q > 6 else 2)
+    style.legend_below(figure, _handles(), columns=5 if q > 6 else 2)
     return figure
 
 
@@ -63,7 +69,7 @@ def _marginal(
 
 def _scatter(axis: Axes, prior: np.ndarray, posterior: np.ndarray, truth: np.ndarray) -> None:
     axis.plot(*prior.T, "o", color=style.PRIOR, ms=1.4, mew=0, alpha=0.35, rasterized=True)
-    axis.plot(*posterior.T, "o", color=style.MODEL, ms=1.6, mew=0, alpha=0.5, rasterized=True)
+    axis.plot(*posterior.T, "o", color=style.MODEL, ms=1.4, mew=0, alpha=0.22, rasterized=True)
     axis.axvline(truth[0], color=style.MEASURED, lw=0.7, ls="--")
     axis.axhline(truth[1], color=style.MEASURED, lw=0.7, ls="--")
 
@@ -99,9 +105,11 @@ def _frame(grid: np.ndarray, drawn: np.ndarray, names: Sequence[str]) -> None:
 
 def _handles() -> list:
     marginals = "posterior (marginals: colour of the parameter)"
+    shares = " and ".join(f"{100 * share:.0f} %" for share in REGIONS)
     return [
         style.band_key("prior", style.PRIOR, 0.7),
         style.band_key(marginals, style.MODEL, 0.8),
+        style.line_key(f"regions of {shares} of the posterior", style.MODEL, lw=1.2),
         style.line_key("truth", style.MEASURED, "--"),
         style.dot_key("posterior correlation", style.MODEL, "$+.5$", ms=18),
     ]

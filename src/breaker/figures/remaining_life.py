@@ -5,6 +5,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from breaker.drive.life.first_page import about, in_percent, span
 from breaker.drive.life.limit_states import STATES
 from breaker.figures import marks, style
 
@@ -27,10 +28,11 @@ def remaining_life(
         truth: Of a stand-in, ``failure`` and ``failure_without`` ``(limit)``, the operation at
             which the drive is first beyond the limit, nan if it is not, and at which it would be
             without the change of its wear, nan where that is the same, and ``changed``, the
-            operation of that change, nan without one; None for real measurements.
+            operation of that change, nan without one, and ``held`` ``(limit)``, what
+            ``failure_times.held`` returns; None for real measurements.
     """
     known = (standing["state"] > STATES.index("unknown")).any("operation").values
-    vague = ", ".join(style.literal(name) for name in standing["limit"].values[~known])
+    vague = ", ".join(style.spoken(name) for name in standing["limit"].values[~known])
     note = f"Too little is known to draw: {vague}." if vague else ""
     if not known.any():
         return marks.sentence(_TITLE, note)
@@ -39,17 +41,40 @@ def remaining_life(
     titles = told["words"].values.astype(object)
     if truth is not None:
         truth = truth.sel(limit=told["limit"].values)
-        titles[truth["failure"].isnull()] += " (in truth not reached)"
+        titles += [_held(truth.isel(limit=j)) for j in range(len(titles))]
     figure, axes = style.limit_panels(told, titles, height=3.0, sharey=False)
     for j, axis in enumerate(axes):
         lines = [] if truth is None else _truths(truth.isel(limit=j), life["operation"].values)
         _limit(axis, told["remaining"].isel(limit=j), standing.isel(limit=j), lines)
         axis.set_ylabel("operations left")
     axes[0].xaxis.set_major_formatter("{x:,.0f}")
-    figure.suptitle(_TITLE)
+    style.title(figure, f"{_TITLE}{_outcome(standing.isel(operation=-1), truth)}")
     marks.legend(figure, columns=4)
     figure.legends[0].set_title(note)
     return figure
+
+
+def _held(one: xr.Dataset) -> str:
+    """Say how often what is told of a limit holds the truth."""
+    if np.isnan(one["failure"].item()):
+        return "; in truth not reached"
+    if np.isnan(one["held"].item()):
+        return "\nexceeded before anything is told"
+    return f"\nthe interval holds the truth at {in_percent(one['held'].item())} of the operations"
+
+
+def _outcome(last: xr.Dataset, truth: xr.Dataset | None) -> str:
+    """Say how well the truth is told, or which limit is the next."""
+    if truth is not None and (shares := truth["held"].values[truth["held"].notnull()]).size:
+        ends = " to ".join(in_percent(each) for each in (shares.min(), shares.max()))
+        return f"\n90 % intervals hold the truth at {ends} of the operations, limit by limit"
+    middle = last["left"].values[:, 1]
+    if not np.isfinite(middle).any():
+        return ""
+    k = int(np.nanargmin(middle))
+    low, _, high = last["left"].values[k]
+    left = f"{about(middle[k])} ({span(low, high)})"
+    return f"\nnext: {style.spoken(last['limit'].values[k])}, operations left: {left}"
 
 
 def _truths(one: xr.Dataset, operation: np.ndarray) -> list[tuple[np.ndarray, np.ndarray, dict]]:
@@ -78,6 +103,10 @@ def _limit(axis: Axes, told: xr.DataArray, standing: xr.Dataset, truths: list) -
         axis.plot(at, left, color=style.MEASURED, lw=1.2, zorder=2.5, **line)
     marks.state_strip(axis, operation, state)
     axis.set_ylim(-0.06 * top, top)
+    if not np.isfinite(middle).any() and not truths:
+        axis.set_yticks([])
+        place = {"transform": axis.transAxes, "ha": "center", "color": style.REFERENCE}
+        axis.text(0.5, 0.5, "beyond the horizon, or not told, at all operations", **place)
     axis.yaxis.set_major_formatter("{x:,.0f}")
 
 

@@ -1,19 +1,22 @@
 """What a service costs by its time: the least, how flat that is, and what is told."""
 
+from collections.abc import Sequence
+
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from breaker.drive.life.first_page import about
+from breaker.common.numerals import first_of
 from breaker.figures import marks, style
 
-_TITLE = "Expected cost of a service, by its operation"
+_TITLE = "What a service costs, by the operation at which it is done"
 _FLAT = 0.1  # services, within which an operation is as good as the best
 _TOP = 1.2  # services that a panel shows, of what a service costs more than at the best operation
-_BEYOND = 1.6  # times the way to the last that is as good, shown
+_BEYOND = 1.6  # times the way to the last that is as good, shown,
+_LEAST = 20.0  # and at least so many operations
 _BY = {"color": "#8A4B00", "lw": 1.6, "label": "service by"}
-_LAST = {"color": style.WARNING, "lw": 1.2, "ls": "--", "label": "exceeded by 5 %"}
+_LAST = {"color": style.WARNING, "lw": 1.2, "ls": "--", "label": "exceeded by here with 5 %"}
 
 
 @style.styled
@@ -28,26 +31,47 @@ def service_cost(standing: xr.Dataset) -> Figure:
     shown = (
         last["extra"].notnull().all("ahead").values & ~over & last["left"].notnull().all("quantile")
     )
-    note = ", ".join(style.literal(name) for name in last["limit"].values[over])
+    note = ", ".join(style.spoken(name) for name in last["limit"].values[over])
     note = f"Exceeded, so service now: {note}." if note else ""
     if not shown.any():
         return marks.sentence(_TITLE, note or "Too little is known to draw.")
     last = last.isel(limit=np.flatnonzero(shown))
-    titles = [_words(last.isel(limit=k)) for k in range(last.sizes["limit"])]
-    figure, axes = style.limit_panels(last, titles, height=2.7, sharey=False)
-    for k, axis in enumerate(axes):
-        _limit(axis, last.isel(limit=k))
-        axis.set_ylabel("services")
-    ends = [_flat(last.isel(limit=k))[1] for k in range(last.sizes["limit"])]
-    finite = [end for end in ends if end < float(last["ahead"][-1])]
-    end = min(_BEYOND * max(finite, default=float(last["ahead"][-1])), float(last["ahead"][-1]))
-    now = float(last["operation"])
-    axes[0].set_xlim(now, now + max(end, 10.0))
-    axes[0].xaxis.set_major_formatter("{x:,.0f}")
-    figure.suptitle(f"{_TITLE}: beside the best one, as of operation {now:,.0f}")
+    each = [last.isel(limit=k) for k in range(last.sizes["limit"])]
+    titles = [_words(one) for one in each]
+    figure, axes = style.limit_panels(last, titles, height=2.7, sharex=False, sharey=False)
+    for axis, one in zip(axes, each, strict=True):
+        _limit(axis, one)
+    for axis in (axis for axis in axes if axis.get_subplotspec().is_first_col()):
+        axis.set_ylabel("services beyond the least")
+    style.title(figure, f"{_TITLE}\n{_outcome(each)}")
     marks.legend(figure, columns=4)
     figure.legends[0].set_title(note)
     return figure
+
+
+def _perhaps_exceeded(one: xr.Dataset) -> bool:
+    """Whether a limit is exceeded already with 5 %: then service is due, whatever waiting costs."""
+    return one["left"].values[0] == 0.0
+
+
+def _best(one: xr.Dataset) -> float:
+    """Operations ahead at which a service costs least; inf beyond the horizon."""
+    ahead = one["ahead"].values
+    best = float(ahead[int(one["extra"].values.argmin())])
+    return np.inf if best == ahead[-1] else best
+
+
+def _outcome(each: Sequence[xr.Dataset]) -> str:
+    """Say which limit wants a service first, and when."""
+    if due := [style.spoken(one["limit"].item()) for one in each if _perhaps_exceeded(one)]:
+        return f"service now: {first_of(due, 2)} perhaps exceeded already"
+    first = min(each, key=_best)
+    now, best = float(first["operation"]), _best(first)
+    if np.isinf(best):
+        return f"as of operation {now:,.0f} nothing leads to a limit within the horizon"
+    name, until = style.spoken(first["limit"].item()), now + _flat(first)[1]
+    words = f"first is {name}: least at operation {now + best:,.0f}"
+    return f"{words}; waiting until {until:,.0f} costs at most {_FLAT:g} services more"
 
 
 def _flat(one: xr.Dataset) -> tuple[float, float]:
@@ -61,17 +85,17 @@ def _flat(one: xr.Dataset) -> tuple[float, float]:
 
 
 def _words(one: xr.Dataset) -> str:
-    """Say where the least is, and how flat."""
-    ahead, (low, high) = one["ahead"].values, _flat(one)
-    now, best = float(one["operation"]), float(ahead[int(one["extra"].values.argmin())])
-    if one["left"].values[0] == 0.0:
-        return "perhaps exceeded already, so service now"
-    if best == ahead[-1]:
+    """Say where the least is, how flat, what operations cost then, and whether it is due."""
+    ahead, (low, high), best = one["ahead"].values, _flat(one), _best(one)
+    now, by = float(one["operation"]), one["service_by"].item()
+    if _perhaps_exceeded(one):
+        return f"perhaps exceeded already, so service now\ndue since {by:,.0f}"
+    if np.isinf(best):
         return "nothing leads to it within the horizon"
-    words = f"least at {about(now + best)}, within {_FLAT:g} from {about(now + low)}"
-    rate = 1000.0 * one["rate"].item()
-    words += f" to {about(now + high)}" if high < ahead[-1] else " on"
-    return f"{words}; {rate:.2g} per 1,000 operations"
+    words, due = f"least at {now + best:,.0f}", f"due since {by:,.0f}; " if by <= now else ""
+    if high < ahead[-1]:
+        words += f"; {now + low:,.0f} to {now + high:,.0f} cost at most {_FLAT:g} more"
+    return f"{words}\n{due}{1000.0 * one['rate'].item():.2g} services per 1,000 operations"
 
 
 def _limit(axis: Axes, one: xr.Dataset) -> None:
@@ -83,6 +107,9 @@ def _limit(axis: Axes, one: xr.Dataset) -> None:
     label = f"within {_FLAT:g} services of the least"
     axis.axvspan(now + low, now + high, color=style.CORRECTED, alpha=0.15, lw=0, label=label)
     for value, look in ((one["service_by"].item(), _BY), (now + one["left"].values[0], _LAST)):
-        if np.isfinite(value):
+        if now < value < np.inf:
             axis.axvline(value, **look)
-    axis.set_ylim(0.0, _TOP)
+    end = high * _BEYOND if high < ahead[-1] else ahead[-1]
+    axis.set(xlim=(now, now + max(end, _LEAST)), ylim=(0.0, _TOP))
+    axis.xaxis.get_major_locator().set_params(integer=True)
+    axis.xaxis.set_major_formatter("{x:,.0f}")

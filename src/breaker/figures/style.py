@@ -238,6 +238,7 @@ def limit_panels(
     *,
     height: float,
     above: int = 0,
+    sharex: bool = True,
     sharey: bool = True,
 ) -> tuple[Figure, list[Axes]]:
     """Return a figure with one panel per limit of ``data``, over the operations.
@@ -248,10 +249,11 @@ def limit_panels(
     count = len(titles)
     columns, width = (2, 6.4) if count > 1 else (1, 10.0)
     figure, axes = panels(
-        count, columns=columns, width=width, height=height, sharex=True, sharey=sharey
+        count, columns=columns, width=width, height=height, sharex=sharex, sharey=sharey
     )
     for axis, limit, words in zip(axes, data["limit"].values, titles, strict=True):
-        said = fill(spoken(f"{limit}: {words}"), int(width * 10.5))
+        lines = f"{limit}: {words}".splitlines()
+        said = "\n".join(fill(spoken(line), int(width * 10.5)) for line in lines)
         axis.set_title(said, loc="left", pad=6.0 + 14.0 * above)
         axis.margins(x=0.01)
     label_outer(axes, "operation")

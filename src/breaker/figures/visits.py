@@ -12,7 +12,7 @@ from breaker.drive.answers.visit_document import visits_said
 from breaker.drive.family.untold import WITHHELD
 from breaker.figures import style
 
-_WORDS = {"not told": "cannot be told"}
+_WORDS, _FACES = {"not told": "? cannot be told"}, {"not told": "white"}
 _COLOURS = {"changed": style.WARNING, "not told": style.PRIOR, "did not change": style.CORRECTED}
 _LEFT = {"before": 0.76, "today": 0.98}  # of the texts beside the changes
 _MEANING = 0.4
@@ -24,6 +24,7 @@ _TITLES = {
 }
 _WIDEST = 4.0  # shares, that the axis shows at least
 _MOST = 40.0  # percent, that it shows at most
+_GOES_ON = style.dot_key("goes on beyond the axis", marker=">", ms=7)
 _ROW, _LINE = 0.29, 0.2  # inches
 
 
@@ -61,7 +62,8 @@ def visits(document: Mapping) -> Figure:
     _changes(middle, places, share)
     _texts(left, right, places, share)
     middle.set_xlabel("change since the first visit (%)")
-    style.legend_below(figure, _keys(share))
+    cut = [line for line in middle.lines if line.get_marker() in ("<", ">")]
+    style.legend_below(figure, [*_keys(share), *[_GOES_ON] * bool(cut)])
     return figure
 
 
@@ -76,14 +78,30 @@ def _changes(axis: Axes, places: Mapping[int, Mapping], share: float) -> None:
         colour, marker = _COLOURS[row["verdict"]], "s" if row["kind"] == "measured" else "o"
         axis.hlines(y, low, high, color=colour, lw=2.4)
         if abs(row["change"][1]) <= extent:
-            edges = {"mfc": "white"} if _alone(row) else {"mec": "white"}
-            axis.plot(middle, y, marker, color=colour, ms=7, **edges)
-        else:
-            side = ("<", "left", 0.02) if middle < 0.0 else (">", "right", -0.02)
-            axis.plot(middle, y, side[0], color=colour, ms=7, clip_on=False)
-            said = f"{row['change'][1]:+.0f} %"
-            axis.text(middle + 2 * side[2] * extent, y, said, ha=side[1], va="bottom", fontsize=8)
+            edges = {"mfc": "white"} if _alone(row) or _vague(row) else {"mec": "white"}
+            axis.plot(middle, y, marker, color=colour, ms=11 if _vague(row) else 7, **edges)
+            if _vague(row):
+                look = {"fontsize": 7.5, "weight": "bold", "color": style.REFERENCE}
+                axis.text(middle, y, "?", ha="center", va="center_baseline", **look)
+        _clipped(axis, y, row["change"], extent, colour)
     axis.set_xlim(-extent, extent)
+
+
+def _vague(row: Mapping) -> bool:
+    """Whether it cannot be told if it changed."""
+    return row["verdict"] == "not told"
+
+
+def _clipped(axis: Axes, y: int, change: Sequence[float], extent: float, colour: str) -> None:
+    """Point to what is beyond the axis, and say how far."""
+    low, middle, high = change
+    ends = (low < -extent, "<", "left", -1), (high > extent, ">", "right", 1)
+    for beyond, marker, side, sign in ends:
+        if beyond:
+            axis.plot(sign * extent, y, marker, color=colour, ms=8, clip_on=False, zorder=3)
+            said = f"{middle:+.0f} % ({low:+.0f} to {high:+.0f})".replace("-", "−")
+            place = {"xytext": (-7 * sign, 4), "textcoords": "offset points", "ha": side}
+            axis.annotate(said, (sign * extent, y), fontsize=8, **place)
 
 
 def _alone(row: Mapping) -> bool:
@@ -117,8 +135,9 @@ def _cells(axis: Axes, y: float, texts: Mapping, places: Mapping, **look: object
 
 
 def _keys(share: float) -> Sequence:
+    look = {"marker": "o", "lw": 2.4}
     keys = [
-        style.line_key(_WORDS.get(each, each), colour, marker="o", lw=2.4)
+        style.line_key(_WORDS.get(each, each), colour, mfc=_FACES.get(each, colour), **look)
         for each, colour in _COLOURS.items()
     ]
     return [*keys, style.band_key(f"within {in_digits(share, 4)} %", style.PRIOR, 0.15)]

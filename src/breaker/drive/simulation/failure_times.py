@@ -62,6 +62,27 @@ class _Truth:
         return limit.excess(seen.transpose("operation", "quantity").values)
 
 
+def held(life: xr.Dataset, failure: np.ndarray) -> list[float]:
+    """Return how often the told lives of limits hold the truth: shares of operations, ``(limit,)``.
+
+    Of the operations asked from when limits are told until the drive is beyond a limit, the share
+    at which the 90 % interval of those left holds the true number; nan of a limit that is not
+    reached, or of which nothing is told before.
+
+    Args:
+        life: What ``life_results.follow_life`` returns.
+        failure: Operations at which the drive is first beyond each limit, ``(limit,)``.
+    """
+    told = life.sel(asked=slice(life.attrs["told"], None))
+    asked, remaining = told.asked.values, told.remaining.transpose("limit", "asked", "quantile")
+    shares = []
+    for end, values in zip(failure, remaining.values, strict=True):
+        some = (asked < end) & np.isfinite(values[:, 0])
+        left, low, high = end - asked[some], values[some, 0], values[some, 2]
+        shares.append(float(((low <= left) & (left <= high)).mean()) if some.any() else np.nan)
+    return shares
+
+
 def true_lives(
     truth: xr.Dataset, limits: Sequence[Limit]
 ) -> dict[str, tuple[tuple[str, ...], list[float] | float]]:

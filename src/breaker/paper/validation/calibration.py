@@ -79,7 +79,9 @@ class Calibration:
 
     def words(self, symbols: Sequence[str]) -> str:
         """Return the result in one line; ``symbols`` name the ``q`` outputs."""
-        p = f"{in_p(self.p_value)} of all together, level {in_digits(self.alpha, 4)}"
+        least = int(np.argmin(self.p_values))
+        p = f"{in_p(self.p_value)} together, smallest {in_p(self.p_values[least])} of "
+        p += f"{symbols[least]}, level {in_digits(self.alpha, 4)}"
         if not self.outside.any():
             return f"calibrated: all {len(symbols)} outputs inside the band ({p})"
         names = [name for name, out in zip(symbols, self.outside, strict=True) if out]

@@ -17,6 +17,11 @@ from breaker.paper.posterior.posterior_tables import quantiles, share_inside
 from breaker.paper.validation.amortised_against_exact import percent
 from breaker.paper.validation.calibration import checked_draws, coverage, ranks
 
+REGIONS = (0.9, 0.5)
+"""Shares of the draws that the regions of :func:`regions` hold, the widest first."""
+
+_GRID, _ON_A_LINE = 48, 1e-9  # values of a density, and how far a correlation is below 1
+
 
 @dataclass(frozen=True)
 class Scores:
@@ -139,6 +144,38 @@ def correlation(draws: ArrayLike, *, log: ArrayLike) -> np.ndarray:
         ValueError: If a value to take the logarithm of is not positive.
     """
     return np.corrcoef(_scaled(np.asarray(draws, dtype=np.float64), log), rowvar=False)
+
+
+def regions(draws: ArrayLike) -> dict[tuple[int, int], tuple[np.ndarray, ...]]:
+    """Return where the density of draws is highest, of each pair of outputs.
+
+    A Gaussian kernel estimates the density. A pair whose draws lie on a line has none.
+
+    Args:
+        draws: Draws, ``(d, q)``, physical units.
+
+    Returns:
+        By the columns ``(i, j)`` of a pair, ``i < j``: values of both, ``(g,)`` each, the density
+        there, ``(g of j, g of i)``, and the levels above which 90 % and 50 % of the draws lie,
+        ``(2,)``, rising.
+    """
+    from scipy.stats import gaussian_kde  # which takes long to import
+
+    draws = np.asarray(draws, dtype=np.float64)
+    low, high = draws.min(axis=0), draws.max(axis=0)
+    room = 0.1 * (high - low)
+    grids = np.linspace(low - room, high + room, _GRID)
+    found = {}
+    for i, j in zip(*np.triu_indices(draws.shape[1], 1), strict=True):
+        pair = draws[:, [i, j]].T
+        if not np.ptp(pair, axis=1).all() or abs(np.corrcoef(pair)[0, 1]) > 1.0 - _ON_A_LINE:
+            continue
+        kernel = gaussian_kde(pair)
+        x, y = np.meshgrid(grids[:, i], grids[:, j])
+        density = kernel([x.ravel(), y.ravel()]).reshape(x.shape)
+        levels = np.quantile(kernel(pair), 1.0 - np.array(REGIONS))
+        found[int(i), int(j)] = grids[:, i], grids[:, j], density, levels
+    return found
 
 
 @dataclass(frozen=True)
