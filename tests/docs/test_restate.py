@@ -1,6 +1,8 @@
 """The texts state the numbers of the run: a digit that differs is seen."""
 
+import csv
 import importlib.util
+import re
 from pathlib import Path
 
 import pytest
@@ -55,6 +57,26 @@ def test_a_changed_digit_is_put_right(right, wrong):
 def test_what_cannot_be_put_right_is_refused(wrong, message):
     with pytest.raises(ValueError, match=message):
         restate.restated(wrong, NUMBERS)
+
+
+def test_the_readme_states_what_the_family_and_its_lives_reach():
+    """As the tables beside the page on evidence have it: the lives, and the levels by both."""
+    readme, docs = restate.README.read_text(encoding="utf-8"), SCRIPT.parent
+    with (docs / "lives.csv").open(encoding="utf-8", newline="") as file:
+        lives = {row["score"]: row for row in csv.DictReader(file)}
+    for of, said in (("changed", "changes"), ("measured", "measured quantities")):
+        row = lives[f"{of} limits: 90 % hold operations left"]
+        shares = ", ".join(f"{float(row[name]):.2f}" for name in ("family", "foreign", "faults"))
+        assert re.search(rf"\| limits on {said}: .* \| {shares} \|", readme)
+    evidence = (docs / "evidence.md").read_text(encoding="utf-8")
+    levels = evidence[evidence.index("<!-- levels: made by") :]
+    held = re.search(r"\| medium_voltage, both \|.*\| (\d+ to \d+ %) \|", levels)
+    assert f"| {held[1]} |" in readme
+    begin = evidence.index("differs from that of the chains by")
+    apart = evidence[begin : evidence.index("(opening)", begin)]
+    nats = sorted(float(each) for each in re.findall(r"\d+\.\d+", apart))
+    middle = (nats[2] + nats[3]) / 2
+    assert f"| {middle:.2g} ({nats[0]:.2f} to {nats[-1]:g}) |" in readme
 
 
 def test_a_result_without_a_name_is_found():
