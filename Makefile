@@ -38,6 +38,7 @@ help:
 	@echo "make format       format Python and Snakemake files in place"
 	@echo "make environment  $(VENV) from $(LOCK), with $(PYTHON) (PYTHON=...)"
 	@echo "make numbers      write the numbers of the last run into README.md and docs/"
+	@echo "make pictures     draw the pictures of docs/ from the last run, which is that of the defaults"
 	@echo "make defaults     put the defaults of config/ into the package, and the schema beside the rules"
 	@echo "make ship         put the models of the last run, which is that of the defaults, into the package"
 	@echo "make dist         wheel and source distribution in dist/, checked and used in a bare environment"
@@ -114,6 +115,10 @@ $(PINNED): $(LOCK)
 numbers: $(INSTALLED)
 	cp results/numbers.csv docs/numbers.csv
 	$(BIN)/python docs/restate.py
+
+pictures: $(INSTALLED)
+	$(BIN)/python docs/pictures.py results
+	$(BIN)/python docs/tutorial/renew.py
 
 defaults: $(INSTALLED)
 	$(BIN)/python envs/defaults.py

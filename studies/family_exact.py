@@ -2,7 +2,7 @@
 
     python -m studies.family_exact              # 20 records a motion: two hours of a core
     python -m studies.family_exact --records 2 --steps 1500
-    python -m studies.family_exact --draw docs/family_exact.png     # the first records, drawn
+    python -m studies.family_exact --draw results/family_exact.png   # the first records, drawn
 
 The likelihood of a drive whose elements are unknown is an integral over them, so chains walk over
 all that the family draws: seven parameters, contact, elements with a strength of their own, laws,

@@ -95,13 +95,15 @@ def _vague(row: Mapping) -> bool:
 def _clipped(axis: Axes, y: int, change: Sequence[float], extent: float, colour: str) -> None:
     """Point to what is beyond the axis, and say how far."""
     low, middle, high = change
-    ends = (low < -extent, "<", "left", -1), (high > extent, ">", "right", 1)
-    for beyond, marker, side, sign in ends:
-        if beyond:
-            axis.plot(sign * extent, y, marker, color=colour, ms=8, clip_on=False, zorder=3)
-            said = f"{middle:+.0f} % ({low:+.0f} to {high:+.0f})".replace("-", "−")
-            place = {"xytext": (-7 * sign, 4), "textcoords": "offset points", "ha": side}
-            axis.annotate(said, (sign * extent, y), fontsize=8, **place)
+    sides = [-1] * (low < -extent) + [1] * (high > extent)
+    for sign in sides:
+        marker = "<" if sign < 0 else ">"
+        axis.plot(sign * extent, y, marker, color=colour, ms=8, clip_on=False, zorder=3)
+    if sides:
+        at = sides[-1] if middle > 0.0 else sides[0]
+        said = f"{middle:+.0f} % ({low:+.0f} to {high:+.0f})".replace("-", "−")
+        place = {"xytext": (-7 * at, 4), "textcoords": "offset points"}
+        axis.annotate(said, (at * extent, y), ha="left" if at < 0 else "right", fontsize=8, **place)
 
 
 def _alone(row: Mapping) -> bool:

@@ -1,0 +1,102 @@
+"""Draw the pictures of the pages beside this file; those of the tutorial: ``tutorial/renew.py``.
+
+    python docs/pictures.py results    # take the data from the last run of the defaults, then draw
+    python docs/pictures.py            # draw what was taken
+
+The data lie in ``pictures.json``: the end of the stand-in's life, and a comparison of two visits to
+a simulated drive. A test draws them again and compares what is drawn with the pictures.
+"""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+import xarray as xr
+from matplotlib.figure import Figure
+
+from breaker.common.randomness import generator
+from breaker.common.zarr_store import open_store
+from breaker.configuration.loading import read
+from breaker.drive.simulation.endurance_rig import Rig
+from breaker.figures.style import save
+from breaker.figures.verdict import verdict
+from breaker.figures.visits import visits
+from breaker.quantities.parameters import MOTIONS, NAMES
+from breaker.reading.instruments.export import write_curve
+from breaker.shipped import DEFAULTS
+
+DOCS = Path(__file__).resolve().parent
+DATA = DOCS / "pictures.json"
+
+_LIFE = ["value", "new"]
+_STANDING = ["state", "beyond", "service_by", "since", "left", "certain", "crossed", "drive_state"]
+_TIMES, _RELEASE = 0.1 * np.arange(900), 15.0  # ms
+_NOISE, _SCATTER = 0.01, 0.002  # mm; of parameters from one operation to the next
+_CHANGES = {"f": 0.92, "gamma_a": 1.15}
+_RECORDS = 3
+
+
+def of_run(results: Path) -> dict:
+    """Return the end of a life, as the figure of the verdict takes it."""
+    life = open_store(results / "life.zarr").isel(asked=[-1], operation=[-1])
+    standing = open_store(results / "standing.zarr").isel(operation=[-1])
+    words = json.loads((results / "verdict.json").read_text(encoding="utf-8"))
+    taken = {"life": _plain(life, _LIFE), "standing": _plain(standing, _STANDING)}
+    return taken | {"sentences": words["sentences"]}
+
+
+def _plain(data: xr.Dataset, names: list[str]) -> dict:
+    """Variables of a dataset with all its coordinates, as JSON has them."""
+    return data.drop_vars(set(data.data_vars) - {*names}).load().drop_attrs().to_dict()
+
+
+def of_visits() -> dict:
+    """Return what ``breaker compare`` finds of two visits to a drive whose truth is known."""
+    settings = read(DEFAULTS)
+    new = Rig.from_settings(settings["rig"], settings["seed"]).new
+    worn = new.changed(**{name: new.value(name) * by for name, by in _CHANGES.items()})
+    rng = generator(settings["seed"], "pictures", "visits")
+    with TemporaryDirectory() as name:
+        folder = Path(name)
+        for visit, drive in (("before", new), ("today", worn)):
+            for motion in MOTIONS:
+                (folder / visit / motion).mkdir(parents=True)
+                for operation in range(1, _RECORDS + 1):
+                    factors = np.exp(_SCATTER * rng.standard_normal(len(NAMES)))
+                    moved = drive.changed(**dict(zip(NAMES, drive.theta * factors, strict=True)))
+                    travel = moved.travel(motion, _TIMES - _RELEASE)
+                    travel = travel + _NOISE * rng.standard_normal(travel.shape)
+                    file = folder / visit / motion / f"op_{operation}.csv"
+                    write_curve(file, _TIMES, travel, motion=motion, operation=operation)
+        command = [sys.executable, "-m", "breaker", "compare", "before", "--today", "today"]
+        done = subprocess.run(
+            [*command, "--json"], cwd=folder, check=True, stdout=subprocess.PIPE, text=True
+        )
+    return json.loads(done.stdout)
+
+
+def drawn(data: dict) -> dict[str, Figure]:
+    """Return the figures by name of their file."""
+    life, standing = (xr.Dataset.from_dict(data["verdict"][name]) for name in ("life", "standing"))
+    return {
+        "verdict.png": verdict(life, standing, data["verdict"]["sentences"]),
+        "visits.png": visits(data["visits"]),
+    }
+
+
+def main() -> int:
+    """Take the data, if a run is named, and draw."""
+    if sys.argv[1:]:
+        data = {"verdict": of_run(Path(sys.argv[1])), "visits": of_visits()}
+        DATA.write_text(json.dumps(data, indent=1) + "\n", encoding="utf-8")
+    for name, figure in drawn(json.loads(DATA.read_text(encoding="utf-8"))).items():
+        save(figure, DOCS / name)
+        print(f"{name}: {(DOCS / name).stat().st_size / 1000:.0f} kB")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
