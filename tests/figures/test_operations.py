@@ -15,6 +15,7 @@ from breaker.figures.health import health
 from breaker.figures.remaining_life import remaining_life
 from breaker.figures.service_cost import service_cost
 from breaker.paper.validation.operation_blocks import blocks_of
+from breaker.paper.validation.operation_blocks import held as in_band
 from breaker.quantities.parameters import NAMES
 from breaker.shipped import DEFAULTS
 from tests.figures.drawn import assert_drawn, words, written
@@ -116,7 +117,8 @@ def test_evolution_shows_values_of_both_and_cuts_nothing_off():
     theta = np.array([2.0, 0.045, 0.04, 0.3, 0.12, 0.75, 10.0]) * np.ones((200, 1))
     coords = {"operation": np.arange(1, 201), "parameter": list(NAMES)}
     truth = xr.DataArray(theta, coords, ("operation", "parameter"))
-    figure = evolution(blocks, truth, motion="closing")
+    shares = {by: in_band(one, truth) for by, one in blocks.items()}
+    figure = evolution(blocks, truth, shares, motion="closing")
     assert_drawn(figure, "evolution")
     for k, axis in enumerate(figure.axes):
         low, high = axis.get_ylim()

@@ -3,11 +3,12 @@
 from breaker.common.zarr_store import open_store
 from breaker.figures.evolution import evolution
 from breaker.figures.style import save
-from breaker.paper.validation.operation_blocks import blocks_of
+from breaker.paper.validation.operation_blocks import blocks_of, held
 from breaker.workflow.jobs import start
 
 log = start(snakemake)
 files = snakemake.input
 blocks = {by: blocks_of(open_store(files[by])) for by in ("paper", "family")}
 truth = open_store(files.truth).value.load() if files.truth else None
-save(evolution(blocks, truth, motion=snakemake.wildcards.motion), snakemake.output[0])
+shares = None if truth is None else {by: held(one, truth) for by, one in blocks.items()}
+save(evolution(blocks, truth, shares, motion=snakemake.wildcards.motion), snakemake.output[0])

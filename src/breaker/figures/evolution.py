@@ -9,7 +9,6 @@ from matplotlib.figure import Figure
 
 from breaker.figures import style
 from breaker.paper.validation.amortised_against_exact import percent
-from breaker.paper.validation.operation_blocks import held
 from breaker.quantities.parameters import NAMES
 
 _LOOKS = {"paper": ("the paper's network", style.AMORTISED), "family": ("family", style.CORRECTED)}
@@ -18,16 +17,21 @@ _TRUTH = {"color": style.MEASURED, "lw": 1.2, "ls": "--"}
 
 @style.styled
 def evolution(
-    blocks: Mapping[str, xr.Dataset], truth: xr.DataArray | None = None, *, motion: str
+    blocks: Mapping[str, xr.Dataset],
+    truth: xr.DataArray | None = None,
+    shares: Mapping[str, np.ndarray] | None = None,
+    *,
+    motion: str,
 ) -> Figure:
     """Draw every parameter over the operations: median and 90 % band in blocks of them.
 
     Args:
         blocks: Of "paper" and "family", what ``operation_blocks.blocks_of`` returns.
         truth: True values of the stand-in, ``(operation, parameter)``; None for real measurements.
+        shares: Of "paper" and "family", what ``operation_blocks.held`` returns, with a truth.
     """
     figure, axes = style.panels(len(NAMES), columns=2, width=6.4, height=2.3, sharex=True)
-    shares = {} if truth is None else {by: held(one, truth) for by, one in blocks.items()}
+    shares = shares or {}
     for k, (axis, name) in enumerate(zip(axes, NAMES, strict=True)):
         for by, one in blocks.items():
             _band(axis, one.sel(parameter=name), _LOOKS[by][1])
@@ -44,7 +48,7 @@ def evolution(
     style.label_outer(axes, "operation")
     size = int(np.max(last - first)) + 1
     of = f"blocks of {size} operations" if size > 1 else "single operations"
-    style.heading(figure, motion, f"evolution of the parameters, {of}", _outcome(blocks))
+    style.heading(figure, motion, f"evolution of the parameters, {of}", _outcome(blocks, shares))
     keys = [style.line_key("truth of the stand-in", _TRUTH["color"], "--")] if shares else []
     for label, colour in _LOOKS.values():
         keys += [style.line_key(f"{label}: median", colour, lw=1.6)]
@@ -62,10 +66,16 @@ def _band(axis: Axes, one: xr.Dataset, colour: str) -> None:
     axis.plot(edges, middle, drawstyle="steps-post", color=colour, lw=1.6)
 
 
-def _outcome(blocks: Mapping[str, xr.Dataset]) -> str:
-    """State of how many operations there is no posterior, if of any."""
+def _outcome(blocks: Mapping[str, xr.Dataset], shares: Mapping[str, np.ndarray]) -> str:
+    """State how often the truth is held, and of how many operations there is no posterior."""
+    held = []
+    for by, share in shares.items():
+        ends = dict.fromkeys(percent(each) for each in (share.min(), share.max()))
+        held.append(f"{_LOOKS[by][0]} {' to '.join(ends)}")
+    lines = [f"blocks whose band holds the truth: {', '.join(held)}"] if held else []
     lacking = {
         by: 1.0 - float(one["answered"].sum() / one["count"].sum()) for by, one in blocks.items()
     }
     said = [f"{_LOOKS[by][0]} {percent(share)}" for by, share in lacking.items() if share]
-    return f"operations without an answer: {', '.join(said)}" if said else ""
+    lines += [f"operations without an answer: {', '.join(said)}"] if said else []
+    return "\n".join(lines)

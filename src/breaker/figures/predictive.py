@@ -68,7 +68,9 @@ def posterior_predictive(predictive: xr.Dataset, *, motion: str) -> Figure:
     shares = enumerate(data["share_inside"].values, start=1)
     titles = [f"simulated record {i}: {percent(share)} in the band" for i, share in shares]
     figure = _checks(data, titles, "simulated record")
-    style.heading(figure, motion, "posterior predictive check on simulated records")
+    ends = [percent(each(data["share_inside"].values)) for each in (np.min, np.max)]
+    outcome = f"{' to '.join(dict.fromkeys(ends))} of the samples of a record in the 95 % band"
+    style.heading(figure, motion, "posterior predictive check on simulated records", outcome)
     return figure
 
 
