@@ -89,7 +89,8 @@ def _words(one: xr.Dataset) -> str:
     ahead, (low, high), best = one["ahead"].values, _flat(one), _best(one)
     now, by = float(one["operation"]), one["service_by"].item()
     if _perhaps_exceeded(one):
-        return f"perhaps exceeded already, so service now\ndue since {by:,.0f}"
+        due = f"\ndue since {by:,.0f}" if by <= now else ""
+        return f"perhaps exceeded already, so service now{due}"
     if np.isinf(best):
         return "nothing leads to it within the horizon"
     words, due = f"least at {now + best:,.0f}", f"due since {by:,.0f}; " if by <= now else ""
