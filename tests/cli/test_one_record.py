@@ -1,12 +1,16 @@
 """One record has the same numbers, whichever is asked: infer, report, compare or the fleet."""
 
+import csv
 import json
 import math
+import re
+from pathlib import Path
 
 import pytest
 import yaml
 
 from breaker.cli import main
+from breaker.common.plain_values import to_json
 from breaker.configuration.loading import merge
 from breaker.drive.answers import drive_records, test_report
 from breaker.drive.answers.answer_document import document
@@ -56,7 +60,7 @@ def reported(capsys, monkeypatch):
     assert main(["report", "one.csv", "--output", "a.html", "--config", "own.yaml"]) == 0
     capsys.readouterr()
     ((answers, verdicts, _),) = caught
-    return told(document(answers, verdicts, {}, {})["records"])
+    return told(json.loads(to_json(document(answers, verdicts, {}, {})))["records"])
 
 
 def compared(capsys):
@@ -104,3 +108,40 @@ def test_a_command_that_prepares_a_record_in_another_way_is_noticed(config, caps
 
     monkeypatch.setattr(drive_records, "as_told", as_told)
     assert ("touch_time", "closing") in unlike(alone, reported(capsys, monkeypatch))
+
+
+OF_STROKE = [f"{m}_speed_{zone}" for m in MOTIONS for zone in ("10_90", "10_50", "50_90")]
+
+
+def test_a_drive_without_a_contact_has_speeds_of_its_stroke_everywhere(config, capsys, monkeypatch):
+    form = FORM | {"rate": 5.0, "contact_column": "Aux 1"}  # which never switches
+    own = yaml.safe_dump({"endurance": OWN["endurance"] | {"format": form}})
+    Path("own.yaml").write_text(own, encoding="utf-8")
+    alone, report = inferred(capsys), reported(capsys, monkeypatch)
+    fleet = of_fleet(merge(config, {"endurance": {"format": form}}))
+    for found in (alone, report, compared(capsys), fleet):
+        assert {name for name, _ in found} >= {*OF_STROKE}
+        assert not {(n, m) for n, m in found if n in OF_STROKE and not found[n, m] > 0.0}
+
+
+def test_a_speed_has_its_zone_in_text_table_json_and_report(config, capsys):
+    where = "from 10 to 90 % of stroke"
+    assert main(["infer", "one.csv", "--config", "own.yaml", "--output", "a.csv"]) == 0
+    assert re.search(rf"closing_speed_10_90 .* m/s +{where}, measured\n", capsys.readouterr().out)
+    rows = {
+        (r["output"], r["motion"]): r
+        for r in csv.DictReader(Path("a.csv").read_text(encoding="utf-8").splitlines())
+    }
+    own = rows["closing_speed", "closing"]
+    assert (own["zone"], own["unit"]) == ("from 40 to 80 % of stroke", "m/s")  # as the file states
+    assert rows["stroke", "closing"]["zone"] == ""
+    assert main(["infer", "one.csv", "before.csv", "--config", "own.yaml"]) == 0
+    assert f"closing_speed_10_90 {where}; " in capsys.readouterr().out.replace("\n  ", " ")
+    call = ["compare", "before.csv", "--today", "one.csv", "--config", "own.yaml"]
+    assert main(call) == 0
+    assert f"closing_speed_10_90 {where}; " in capsys.readouterr().out.replace("\n  ", " ")
+    assert main([*call, "--json"]) == 0
+    rows = {row["name"]: row for row in json.loads(capsys.readouterr().out)["changes"]}
+    assert (rows["opening_speed_10_90"]["zone"], "zone" in rows["stroke"]) == (where, False)
+    assert main(["report", "one.csv", "--output", "a.html", "--config", "own.yaml"]) == 0
+    assert f"closing_speed_10_90 {where}; " in Path("a.html").read_text(encoding="utf-8")

@@ -47,7 +47,7 @@ def test_a_report_has_every_channel_and_verdict(visit, capsys):
         "170 to 180",
         "differ by",
         "North 400 kV",  # of the text above the samples
-        "from 40 % of stroke to 80 % of stroke",
+        "from 40 to 80 % of stroke",
         "touch at",  # by the contact of each channel, which the wider family has there
         "since the visit before",
         "What the model adds",

@@ -103,7 +103,7 @@ def test_probability_of_measured_values():
         ),
         (
             {"quantity": "closing_speed", "reference": 4.0, "tolerance": "± 2.5 %"},
-            [f"measured closing_speed {end} mm/ms" for end in ("above 4.1", "below 3.9")],
+            [f"measured closing_speed {end} m/s" for end in ("above 4.1", "below 3.9")],
         ),
         (
             {"quantity": "L", "motion": "opening", "reference": 10, "tolerance": "+-10%"},

@@ -10,7 +10,6 @@ from breaker.cli.command_settings import limits_of, settings_of
 from breaker.cli.outputs import check_outputs, write_bytes, write_lines
 from breaker.cli.printing import say
 from breaker.cli.records_named import (
-    MOTIONS,
     SEVERAL,
     add_path,
     add_reference,
@@ -25,8 +24,6 @@ if TYPE_CHECKING:
 
 _PLATE = ("station", "bay", "type", "serial")  # what a file may state of its breaker
 _BESIDE = ("Gas pressure", "Temperature", "Operator")  # and of the test
-# Beside those of the configuration, which may need the contact: any record shows them.
-_SPEEDS = {f"{motion}_speed_10_90": ["10 % of stroke", "90 % of stroke"] for motion in MOTIONS}
 
 
 def add(report: argparse.ArgumentParser) -> None:
@@ -53,7 +50,7 @@ def _run(options: argparse.Namespace) -> int:
     from breaker.drive.answers.test_report import report_of
 
     given, words = given_by(config)
-    assessment = Assessment(config, limits, given, speeds=_SPEEDS)
+    assessment = Assessment(config, limits, given)
     records = _usable(read_visit(options.files, options, assessment), "record")
     good = read_visit([options.reference], options, assessment) if options.reference else []
     before = read_visit(options.before, options, assessment)

@@ -96,7 +96,7 @@ def _speed(axis: Axes, first: Sequence[InspectedMotion]) -> None:
         axis.axvline(each.record.moves, color=_MOTIONS[each.motion], lw=1.2)
     if (touch := _touch(first)) is not None:
         axis.axvline(touch, color=style.REFERENCE, lw=1.0, ls=":")
-    axis.set(xlabel="time of the record (ms)", ylabel="speed (mm/ms)")
+    axis.set(xlabel="time of the record (ms)", ylabel="speed (m/s)")
 
 
 def _touch(first: Sequence[InspectedMotion]) -> float | None:

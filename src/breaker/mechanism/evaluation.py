@@ -27,7 +27,7 @@ from breaker.mechanism.readings import Readings
 from breaker.quantities.catalogue import check_quantity
 from breaker.quantities.parameters import NAMES, split
 from breaker.quantities.size import Size
-from breaker.quantities.speeds import SPEEDS, Point, Speed
+from breaker.quantities.speeds import SPEED_UNIT, SPEEDS, Point, Speed
 
 # Of the reference drive: contact gap, mm, and the times in which force and opening spring move it,
 # sqrt(L / f) and sqrt(1 / k_a), ms.
@@ -94,7 +94,7 @@ def _read_from_curves(
         points = {each.name: (each.sized(back).start, each.sized(back).end) for each in speeds}
         for name in names:
             if name in points:
-                found[name][rows] = readings.speed(*points[name]) * size.factor("mm/ms")
+                found[name][rows] = readings.speed(*points[name]) * size.factor(SPEED_UNIT)
             elif name == "travel_time":
                 found[name][rows] = readings.duration(*_TRAVEL) * size.times
             elif name in ("touch_time", "part_time"):

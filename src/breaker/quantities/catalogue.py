@@ -8,7 +8,7 @@ from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 from breaker.quantities.parameters import MOTIONS, NAMES, PARAMETERS, Parameter
-from breaker.quantities.speeds import SPEEDS, Speed
+from breaker.quantities.speeds import SPEED_UNIT, SPEEDS, Speed
 
 _SHARPEST = 1e-3  # of its value, to which a fact can be known
 _LARGEST_FACT = 1e6
@@ -24,10 +24,12 @@ class Quantity(Parameter):
     Attributes:
         motions: Motions that have it.
         of: Names of the sources that it can be read from (``limit_sources``).
+        zone: Of a speed, between which points it is the mean; else empty.
     """
 
     motions: tuple[str, ...] = MOTIONS
     of: tuple[str, ...] = (*_MODEL, *_RECORD)
+    zone: str = ""
 
     @property
     def modelled(self) -> bool:
@@ -81,10 +83,11 @@ def quantities(speeds: Sequence[Speed] = SPEEDS) -> dict[str, Quantity]:
         Quantity(
             speed.name,
             _SYMBOLS.get(speed.name, speed.name),
-            "mm/ms",
+            SPEED_UNIT,
             f"mean speed of the drive {speed.words}",
             worse=-1,
             motions=(speed.motion,),
+            zone=speed.words,
         )
         for speed in speeds
     )

@@ -17,7 +17,7 @@ _POWERS = {
     "1": (0, 0),
     "mm": (1, 0),
     "ms": (0, 1),
-    "mm/ms": (1, -1),
+    "m/s": (1, -1),  # which is mm/ms
     "mm/ms²": (1, -2),
     "1/ms": (0, -1),
     "1/ms²": (0, -2),
@@ -38,7 +38,7 @@ class Size:
 
     Example:
         >>> size = Size(lengths=10.0, times=4.0)
-        >>> size.factor("mm/ms"), size.factor("1/ms²")
+        >>> size.factor("m/s"), size.factor("1/ms²")
         (2.5, 0.0625)
     """
 

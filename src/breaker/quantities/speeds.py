@@ -18,6 +18,9 @@ from dataclasses import dataclass, replace
 
 from breaker.quantities.size import UNIT, Size
 
+SPEED_UNIT = "m/s"
+"""Unit of speeds wherever one is told: as a number the same as mm/ms."""
+
 EVENTS = {"closing": "touch", "opening": "parting"}
 _TEXT = re.compile(
     r"(?:(?P<time>\d+(?:\.\d+)?) ?ms (?P<when>before|after) )?(?:"
@@ -154,7 +157,10 @@ class Speed:
 
     @property
     def words(self) -> str:
-        """Between which points, in words."""
+        """Between which points, in words: those of a configuration, or in short of shares."""
+        shares = (self.start.unit, self.end.unit) == ("%", "%")
+        if shares and not (self.start.later or self.end.later):
+            return f"from {self.start.amount:g} to {self.end.text(self.motion)}"
         return "from {} to {}".format(*self.points)
 
     @property
@@ -206,6 +212,14 @@ def speeds_at(settings: Mapping[str, Sequence[str] | None], stroke: float) -> tu
     """
     return speeds_of(settings, Size(float(f"{stroke / _STROKE:.1g}")))
 
+
+OF_STROKE = {
+    f"{motion}_speed_{begin}_{end}": [f"{begin} % of stroke", f"{end} % of stroke"]
+    for motion in EVENTS
+    for begin, end in ((10, 90), (10, 50), (50, 90))
+}
+"""Points of speeds that any record shows, also one without a contact, by name: over most of the
+way, and over either half of that, which shows where a drive is slow."""
 
 SPEEDS = speeds_of()
 """Speeds of a drive of size 1 where none is configured."""

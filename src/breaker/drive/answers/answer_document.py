@@ -58,9 +58,12 @@ class Estimate(Plain):
 
 @dataclass(frozen=True, kw_only=True)
 class QuantityEstimate(Estimate):
-    """A quantity that is no parameter: its source, such as "measured", or why it is not known."""
+    """A quantity that is no parameter: its source, such as "measured", or why it is not known; of
+    a speed the zone, from where to where it is the mean.
+    """
 
     source: str | None
+    zone: str | None = None
 
     def plain(self) -> dict:
         """Return the values by name, the reason also where it is None."""
@@ -164,9 +167,10 @@ class Spread(Plain):
 
 @dataclass(frozen=True, kw_only=True)
 class QuantitySpread(Spread):
-    """The same of a quantity, with its source where it is known."""
+    """The same of a quantity, with its source where it is known, and the zone of a speed."""
 
     source: str | None
+    zone: str | None = None
 
 
 @dataclass(frozen=True)
@@ -370,7 +374,7 @@ def _quantities(answer: Answer) -> dict[str, QuantityEstimate]:
             source = "measured" if answer.alone(name) else f"measured, {EVENTS[motion]} inferred"
             known |= {"median": measured.value, "interval_95": ends}
         meaning = _WIPE[motion] if name == "wipe" else each.meaning
-        about = {"source": source, "reason": reason or None}
+        about = {"source": source, "reason": reason or None, "zone": each.zone or None}
         found[name] = QuantityEstimate(each.unit, meaning, **known, **about)
     return found | _from_a_tenth(answer)
 
@@ -399,8 +403,9 @@ def _together(motion: str, records: Sequence[RecordAnswer]) -> Together | None:
         return None
     quantities = {}
     for name, some in _by_name([each.quantities for each in there]).items():
-        source = next((each.source for each in some if each.source), None)
-        quantities[name] = QuantitySpread(some[0].unit, **_spread(some), source=source)
+        about = {"source": next((each.source for each in some if each.source), None)}
+        about["zone"] = some[0].zone
+        quantities[name] = QuantitySpread(some[0].unit, **_spread(some), **about)
     parameters = _by_name([each.parameters for each in there]).items()
     of = {name: Spread(some[0].unit, **_spread(some)) for name, some in parameters}
     by_limit = {

@@ -1,6 +1,6 @@
 """An answer in words: a document of sections, one for each record."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 from breaker.common.numerals import in_digits, in_p
 from breaker.documents.parts import Document, Remark, Section, Table
@@ -16,11 +16,11 @@ from breaker.drive.answers.answer_document import (
 )
 from breaker.drive.answers.limit_verdicts import VERDICTS, JudgedPart, Verdict
 
-_ROW = "  {:<14} {:>8}  {:<20} {:<7} {}"
+_ROW = "  {:<19} {:>8}  {:<20} {:<7} {}"
 _LIMIT = "  {:<20} {:<9} {:>8}  {:<20} {}"
 _PLACE = "  {:<50} {:<22} {:>8} {:>11}"
-_SHARED = "  {:<14} {:>9}  {:<22} {:>9} {:>12}  {:<7}{}"
-_CELLS, _SHORT = 3, "  {:<31} {:<31} {:<31}"  # of a line of a short section
+_SHARED = "  {:<19} {:>9}  {:<22} {:>9} {:>12}  {:<7}{}"
+_CELLS, _SHORT = 3, "  {:<32} {:<32} {:<32}"  # of a line of a short section
 _EDGE = 0.02  # p-value, below which a record is at the edge of a family
 _THERE = 0.9  # probability from which on a mechanism is there; from 1 less it on it is not
 _PRIOR = 0.8  # share of the prior's variance, from which on a record says hardly anything
@@ -32,14 +32,15 @@ def words_of(answer: AnswerDocument) -> Document:
     """Return an answer in words: a section for each record, short where there are several files."""
     records = answer.records
     section = _short if len({each.file for each in records}) > 1 else _long
-    first = []
-    if any(each.accepted for each in records):
+    first, accepted = [], any(each.accepted for each in records)
+    if accepted:
         first = [f"WARNING: {each}" for each in answer.warnings] + answer.drive["words"]
-    if first and section is _short:
+    if accepted and section is _short:
         first.append(
             "± is half of a 95 % interval, * by the model's touch or parting; --json, --output and "
             "--draws have all numbers"
         )
+        first += zones_of(each.quantities for each in records if each.accepted)
     parts = []
     for file in dict.fromkeys(each.file for each in records):
         there = [each for each in records if each.file == file]
@@ -67,13 +68,29 @@ def _rejected(record: RecordAnswer, of_file: Sequence[RecordAnswer]) -> Section:
 def _long(record: RecordAnswer) -> Section:
     """A section with everything that is known of a record, what is measured first."""
     measured, inferred = _both(record)
-    rows = [_row(name, each, each.source or each.reason) for name, each in measured.items()]
+    rows = [_row(name, each, _source(each)) for name, each in measured.items()]
     parts = [Table(("", "value", "95 % interval", "", ""), rows, form=_ROW)]
     if record.fit.resolved:
         together = " of both motions together" if len(record.fit.motions) > 1 else ""
         parts += [f"inferred{together}", *_inferred(inferred), *_mechanisms(record.mechanisms)]
     parts += limit_tables(record.limits or ()) + _places(record)
     return Section(_title(record), [*parts, *_ending(record)])
+
+
+def _source(each: QuantityEstimate) -> str:
+    """Of what a quantity is, or why it is not known; of a speed with its zone."""
+    return ", ".join(filter(None, (each.zone, each.source or each.reason)))
+
+
+def zones_of(records: Iterable[Mapping[str, QuantityEstimate]]) -> list[str]:
+    """Say between which points each speed of some records is the mean, if there is one."""
+    return zones_in_words((n, e.zone) for each in records for n, e in each.items() if e.zone)
+
+
+def zones_in_words(zones: Iterable[tuple[str, str]]) -> list[str]:
+    """Say the zones of speeds, each a name and a zone, once; nothing of none."""
+    said = "; ".join(f"{name} {zone}" for name, zone in dict.fromkeys(zones))
+    return [f"speeds, means of the drive: {said}"] if said else []
 
 
 def _places(record: RecordAnswer) -> list[Table]:

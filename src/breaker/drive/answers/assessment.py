@@ -5,7 +5,7 @@ of contact and coil, the family of drives, the zone of each speed, what is given
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -20,7 +20,7 @@ from breaker.drive.family.network_files import shipped_levels
 from breaker.mechanism.limits import Limit, from_list
 from breaker.quantities.parameters import MOTIONS
 from breaker.quantities.size import Size
-from breaker.quantities.speeds import Speed, speeds_at
+from breaker.quantities.speeds import OF_STROKE, Speed, speeds_at
 from breaker.reading.files.opened_file import Files
 from breaker.reading.files.operations_table import Operation
 from breaker.shipped import DEFAULTS
@@ -38,14 +38,12 @@ class Assessment:
         limits: Entries of the section ``limits``, on which to judge.
         given: What is given beside the records.
         families: Opens the networks of levels, in the order in which families are tried.
-        speeds: Points of more speeds than those of the configuration, by name.
     """
 
     config: Mapping
     limits: Sequence[Mapping] = ()
     given: Given = field(default_factory=Given)
     families: Callable[[], Iterable[Levels]] = shipped_levels
-    speeds: Mapping[str, Sequence[str]] = field(default_factory=dict)
 
     @property
     def settings(self) -> AnswerSettings:
@@ -74,14 +72,14 @@ class Assessment:
         return infer_means(answers, self.given, self.settings)
 
     def speeds_of(self, records: Iterable[DriveRecord]) -> tuple[Speed, ...]:
-        """Return the speeds of a drive: between points of the configuration, or else those that its
-        files state; where there are none, over a way that goes with its stroke. None of a drive
-        without a usable record.
+        """Return the speeds of a drive: those that any record shows (``OF_STROKE``), and between
+        points of the configuration, or else those that its files state; where there are none, over
+        a way that goes with its stroke. None of a drive without a usable record.
         """
         usable = [each for each in records if not each.reason]
         if not usable:
             return ()
-        points = {**self.speeds, **self.config["speeds"]}
+        points = {**OF_STROKE, **self.config["speeds"]}
         if any(each.stated.speed_points for each in usable):
             from breaker.reading.inspection.printed_comparison import stated_speeds
 
@@ -106,10 +104,9 @@ class Assessment:
         self, visits: Mapping[str, Sequence[DriveRecord]], beyond: float = BEYOND
     ) -> dict[str, object]:
         """Compare records "before" and "today": see ``visit_comparison.compared``."""
-        from breaker.drive.answers.visit_comparison import SPEEDS, compared
+        from breaker.drive.answers.visit_comparison import compared
 
-        own = replace(self, speeds={**SPEEDS, **self.speeds})
-        speeds = own.speeds_of(each for records in visits.values() for each in records)
+        speeds = self.speeds_of(each for records in visits.values() for each in records)
         return compared(visits, speeds, self.settings, beyond=beyond, limits=self.limits)
 
 

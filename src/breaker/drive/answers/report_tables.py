@@ -19,6 +19,7 @@ from breaker.drive.answers.answer_words import (
     is_prior,
     present,
     starred,
+    zones_of,
 )
 from breaker.drive.answers.limit_verdicts import NORMAL
 from breaker.drive.answers.simultaneity import simultaneity_of
@@ -187,17 +188,15 @@ def _limits(name: str, channels: Mapping[str, RecordAnswer]) -> tuple[str, ...]:
 def _notes(channels: Mapping[str, RecordAnswer]) -> list[str]:
     """Why values are missing, what a star means, and what is doubtful."""
     said, any_star = [], False
-    points: dict[str, None] = {}
     for phase, entry in channels.items():
         for name, each in entry.quantities.items():
             any_star |= starred(each) and not name.endswith(FROM_TENTH)
-            if "_speed" in name and not name[-1].isdigit():  # whose name does not say its points
-                points[f"{name}: {each.meaning}"] = None
             said += [(phase, f"– {name}: {each.reason}")] if each.reason else []
         said += [(phase, f"remark: {remark}") for remark in entry.remarks]
     event = EVENTS[entry.motion]
     star = f"* the time of the {event} was not measured: by the model's, with its interval"
     together = [each for each in [simultaneity_of(channels)] if each]
+    points = zones_of(entry.quantities for entry in channels.values())
     return [*together, *points, *([star] if any_star else []), *named(said, len(channels))]
 
 

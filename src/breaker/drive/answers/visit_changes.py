@@ -213,6 +213,7 @@ def _row(of: Parameter, values: Mapping, more: float, less: float) -> dict[str, 
     about |= {"beyond": total, "more": more, "less": less, "worse": worse}
     sure = total >= _SURE and abs(values["change"][1]) > values.get("least", 0.0)
     verdict = VERDICT_WORDS[0 if sure else 2 if total <= 1.0 - _SURE else 1]
+    about |= {"zone": of.zone} if getattr(of, "zone", "") else {}
     return plainly(about | {"verdict": verdict})
 
 

@@ -22,14 +22,6 @@ from breaker.quantities.parameters import MOTIONS
 from breaker.quantities.speeds import Speed
 from breaker.shipped import KINDS
 
-SPEEDS = {
-    f"{motion}_speed_{begin}_{end}": [f"{begin} % of stroke", f"{end} % of stroke"]
-    for motion in MOTIONS
-    for begin, end in ((10, 50), (50, 90))
-}
-"""Beside those of the configuration: any record shows them, and where along the way a drive is
-slow."""
-
 
 def compared(
     visits: Mapping[str, Sequence],

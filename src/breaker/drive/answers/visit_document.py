@@ -8,7 +8,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from breaker.common.numerals import in_digits, in_p
 from breaker.common.plain_values import plainly
 from breaker.documents.parts import Document, Section, Table
-from breaker.drive.answers.answer_words import limit_tables
+from breaker.drive.answers.answer_words import limit_tables, zones_in_words
 from breaker.drive.answers.visit_changes import VERDICT_WORDS, VisitChanges
 from breaker.drive.family.mechanisms import CHANGE_OF
 from breaker.drive.family.untold import APART, BEYOND, UNLIKE, WITHHELD, as_sentence
@@ -205,6 +205,7 @@ def visits_said(document: Mapping) -> tuple[list[str], list[str]]:
     dates = document.get("dates", {})
     when = [f"{visit} {each or 'not stated'}" for visit, each in dates.items()]
     said = [f"dates: {', '.join(when)}"] if any(dates.values()) else []
+    said += zones_in_words((e["name"], e["zone"]) for e in document["changes"] if "zone" in e)
     return first, [*document["trust"], f"records: {'; '.join(counts)}", *said]
 
 

@@ -52,7 +52,8 @@ class Examined(NamedTuple):
             differently, ``changed``, rows of ``name``, ``motion``, ``change`` at 5, 50 and 95 %,
             ``since``, the same of all that is measured since the first visit, ``trust``, why
             something is not told, ``rejected``, reasons, ``measured``, values of the last visit by
-            quantity and motion, ``spread`` of these, sd in percent, ``family`` and ``p_value``.
+            quantity and motion, ``zones`` of speeds, ``spread`` of values, sd in percent,
+            ``family`` and ``p_value``.
         theta: Draws of the parameters, those of each operation in turn, ``(o, d, p)``.
     """
 
@@ -133,6 +134,7 @@ def _about(member: Member, visits: Sequence, answers: Sequence[Answer]) -> dict:
         "trust": trust,
         "rejected": [each.record.reason for each in answers if each.record.reason],
         "measured": [[*of, float(np.mean(values))] for of, values in shown.items()],
+        "zones": {each.name: each.words for answer in used[:1] for each in answer.speeds},
         "spread": [
             [*of, float(100.0 * np.std(values, ddof=1) / abs(np.mean(values)))]
             for of, values in shown.items()

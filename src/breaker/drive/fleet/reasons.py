@@ -8,6 +8,7 @@ from breaker.common.numerals import first_of, in_digits
 from breaker.drive.family.untold import UNLIKE
 from breaker.drive.fleet.fleet_states import DIFFERENT, UNJUDGED
 from breaker.quantities.catalogue import QUANTITIES
+from breaker.quantities.speeds import SPEED_UNIT
 
 _TOLD = 3  # changes in a reason
 
@@ -35,7 +36,7 @@ def reason_of(row: Mapping, document: Mapping) -> str:
         since = "since new" if document["how"] == "life" else _since_first(document)
         said.append(f"{since} {_changes(document['changed'])}")
     if row["odd"]:
-        said += _off_type(row)
+        said += _off_type(row, document.get("zones", {}))
         share = in_digits(100.0 * row["off"], 2, sign=True)
         said.append(f"{row['odd']} is {share} % off the median of {row['type'] or 'all drives'}")
     if document["state"] == UNJUDGED:
@@ -55,20 +56,21 @@ def _known(row: Mapping, document: Mapping) -> list[str]:
         name, motion, percent = max(document["spread"], key=lambda each: each[2])
         of = label({"name": name, "motion": motion})
         said.append(f"records of the last visit differ most in {of}, sd {in_digits(percent, 2)} %")
-    return said if row["odd"] else said + _off_type(row)
+    return said if row["odd"] else said + _off_type(row, document.get("zones", {}))
 
 
 def _since_first(document: Mapping) -> str:
     return f"since the first visit {document['first'][:10]}".rstrip()
 
 
-def _off_type(row: Mapping) -> list[str]:
+def _off_type(row: Mapping, zones: Mapping[str, str]) -> list[str]:
     if not row.get("shown"):
         return []
     name, motion, value, middle = row["shown"]
-    unit = QUANTITIES[name].unit if name in QUANTITIES else "mm/ms"  # of a speed
+    unit = SPEED_UNIT if name in zones else QUANTITIES[name].unit
     values = f"{in_digits(value, 3)} {unit}, of its type {in_digits(middle, 3)}"
-    return [f"measured {name} ({motion}) {values}"]
+    about = ", ".join(filter(None, (motion, zones.get(name, ""))))
+    return [f"measured {name} ({about}) {values}"]
 
 
 def _changes(rows: Sequence[Mapping]) -> str:

@@ -137,7 +137,7 @@ def noise_remarks(noise: Noise, noise_sd: float, step: float, times: np.ndarray)
     certain = noise.samples >= _STEADY and abs(noise.drift) > (_NORMAL + 0.5) * error
     if certain and drifts > _DRIFT * noise_sd:
         remarks.append(
-            f"the reading drifts at rest, by {in_digits(noise.drift, 2)} mm/ms: "
+            f"the reading drifts at rest, by {in_digits(noise.drift, 2)} m/s: "
             f"{in_digits(drifts, 2)} mm over the grid"
         )
     return remarks
