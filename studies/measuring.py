@@ -103,6 +103,8 @@ def measure_drives(
         contact = Contact(switching + sd * rng.standard_normal(), sd)
         found = measure_curve(time, curve, motion, contact=contact, speeds=speeds)
         for name, modelled in zip(own, model, strict=True):
+            if name not in found:  # of the model alone
+                continue
             row = {"drive": number, "quantity": name, "own": own[name], "model": modelled}
             row |= {"measured": found[name].value, "measured_sd": found[name].sd}
             rows.append(row | {"reason": found[name].reason})

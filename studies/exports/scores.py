@@ -5,6 +5,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from breaker.quantities.speeds import EVENTS
+
 
 class Row(NamedTuple):
     """What is said of one true value; `hint` is what a false value truly is."""
@@ -70,7 +72,7 @@ def true_values(move: dict, quantities: dict) -> dict[str, tuple[list, float]]:
         "latch_time": ([None if on is None else first - on], start),
         touch: ([after], start),
         f"{motion}_time": ([move["from_coil"]], 0.3),
-        "wipe": (wipes, 0.01 * stroke),
+        f"wipe_at_{EVENTS[motion]}": (wipes, 0.01 * stroke),
     }
 
 

@@ -97,10 +97,10 @@ def test_a_share_of_an_interval_is_the_prior(infer, answers, records, defaults):
 def test_what_needs_the_touch_is_measured_at_the_inferred_one(answers, infer, timed):
     inferred = answers[0].measured
     (measured,) = infer(some=[timed(TOUCH, 0.02)])
-    assert measured.alone("wipe")
-    assert not answers[0].alone("wipe")
+    assert measured.alone("wipe_at_touch")
+    assert not answers[0].alone("wipe_at_touch")
     assert answers[0].alone("stroke")
-    for name in ("wipe", "closing_speed"):
+    for name in ("wipe_at_touch", "closing_speed"):
         assert measured.measured[name].sd < 0.9 * inferred[name].sd
         off = measured.measured[name].value - inferred[name].value
         assert abs(off) < 4.0 * inferred[name].sd
@@ -130,15 +130,24 @@ def test_a_fact_narrows_what_it_is_about(infer, records, name, value, sd):
     assert far.draws is None
 
 
-def test_a_fact_on_the_wipe_is_about_the_way_after_the_touch(infer, records, answers):
-    """By the first motion that is there, and where that is contradicted it is said once."""
-    for each in (answers[0], answers[3]):
-        wipe = each.measured["wipe"].value
-        assert np.median(each.inferred("wipe")) == pytest.approx(wipe, abs=0.3)
-    wipe = answers[0].measured["wipe"].value
-    closing, *_, opening = infer(Given(known={"wipe": [wipe + 0.2, 0.05]}), records)
-    assert closing.measured["wipe"].value == pytest.approx(wipe + 0.2, abs=0.15)
-    assert not any("contradicts" in each for each in opening.remarks)
+def test_the_wipe_is_one_of_both_motions_and_the_stroke_less_the_gap(infer, records, answers):
+    """The drive's way from touch or to parting is another one, and another in either motion."""
+    closing, opening = answers[0], answers[3]
+    for each in (closing, opening):
+        rest = each.record.shape.stroke - each.inferred("L")
+        np.testing.assert_allclose(each.inferred("wipe"), rest)
+    one, other = (np.median(each.inferred("wipe")) for each in (closing, opening))
+    assert one == pytest.approx(other, abs=0.1)
+    ways = [
+        closing.measured["wipe_at_touch"].value,
+        opening.measured["wipe_at_parting"].value,
+    ]
+    assert ways[1] < 0.7 * ways[0] < 0.7 * one  # friction holds the contact back in an opening
+    for each, way in zip((closing, opening), ways, strict=True):
+        assert np.median(each.way_to_rest) == pytest.approx(way, abs=0.3)
+    found, *_, later = infer(Given(known={"wipe": [one + 0.2, 0.05]}), records)
+    assert np.median(found.inferred("wipe")) == pytest.approx(one + 0.2, abs=0.15)
+    assert not any("contradicts" in each for each in later.remarks)
 
 
 def test_a_fact_that_is_contradicted_is_told_with_its_side():

@@ -87,7 +87,7 @@ def test_a_document_has_every_record_and_no_number_that_json_lacks(found, answer
     assert first["parameters"]["L"]["median"] == pytest.approx(median, rel=1e-5)
     assert first["parameters"]["L"]["interval_95"] == pytest.approx([low, high], rel=1e-5)
     assert first["verdict"] == "fail"
-    assert first["quantities"]["wipe"]["meaning"] == "way still to go at touch"
+    assert first["quantities"]["wipe_at_touch"]["source"] == "measured, touch inferred"
     together = written["together"]
     assert set(together) == {"closing"}
     each = [written["records"][k]["parameters"]["mu"] for k in (0, 1)]

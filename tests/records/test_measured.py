@@ -9,10 +9,9 @@ from scipy.stats import chi2
 from breaker.common.randomness import generator
 from breaker.mechanism.curves import travel
 from breaker.mechanism.evaluation import evaluate
-from breaker.mechanism.limit_sources import SOURCES
 from breaker.quantities.catalogue import quantities_of
 from breaker.quantities.size import Size
-from breaker.quantities.speeds import speeds_of
+from breaker.quantities.speeds import EVENTS, speeds_of
 from breaker.reading.records import motion as located
 from breaker.reading.records.contact_edges import Contact
 from breaker.reading.records.landmarks import first_motion
@@ -79,6 +78,7 @@ def scores(motion, prior, n=40):
         at = np.array([0.0, known[names.index(TIMED[motion])]])
         there = travel(row[None], at, motion).travel[0, 1]
         known[names.index("wipe")] = known[names.index("stroke")] - there
+    names[names.index("wipe")] = f"wipe_at_{EVENTS[motion]}"
     found = [record_of(row, motion, rng) for row in theta]
     values, sds = (
         np.array([[getattr(each[name], part) for name in names] for each in found])
@@ -113,7 +113,7 @@ def test_any_size_is_read_alike(prior, size, monkeypatch):
     rest = tuple(size.times * each for each in located._REST)  # the one length in ms
     monkeypatch.setattr(located, "_REST", rest)
     there = record_of(theta, "closing", np.random.default_rng(1), size=size, speeds=sized)
-    for name, quantity in quantities_of("closing", SPEEDS, SOURCES).items():
+    for name, quantity in quantities_of("closing", SPEEDS, ("record",)).items():
         factor = size.factor(quantity.unit)
         assert there[name].value == pytest.approx(factor * here[name].value, rel=1e-6, nan_ok=True)
         assert there[name].sd == pytest.approx(factor * here[name].sd, rel=1e-6, nan_ok=True)
@@ -132,7 +132,7 @@ def reading(prior):
 
 def test_without_contact_timing(reading):
     found = reading.quantities()
-    for name in ("touch_time", "wipe", "closing_speed", "closing_speed_late"):
+    for name in ("touch_time", "wipe_at_touch", "closing_speed", "closing_speed_late"):
         assert "no contact timing" in found[name].reason
         assert np.isnan([found[name].value, found[name].sd]).all()
     for name in ("stroke", "travel_time", "closing_speed_mean", "over_travel"):

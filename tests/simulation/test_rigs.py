@@ -12,6 +12,7 @@ from breaker.mechanism.curves import travel
 from breaker.mechanism.limits import Limit, from_list
 from breaker.paper.model.joint_model import Model
 from breaker.quantities.parameters import MOTIONS, NAMES
+from breaker.quantities.speeds import EVENTS
 from breaker.reading.files.folder_listing import list_operations
 from breaker.reading.records.curve_reader import read_curves
 from breaker.reading.records.landmarks import main_motion
@@ -120,7 +121,9 @@ def test_truth_of_what_records_show(rig, truth):
                 seen = truth.measured.sel(operation=operation, motion=motion, quantity=name)
                 assert seen == pytest.approx(own[name], rel=0.005, abs=0.04), (operation, name)
     assert np.isnan(truth.measured.sel(quantity="latch_time")).all()
-    assert (truth.measured.sel(quantity="wipe") > 0.5).all()  # the contact's time is known
+    for motion, event in EVENTS.items():  # the contact's time is known
+        wipe = truth.measured.sel(quantity=f"wipe_at_{event}")
+        assert (wipe.sel(motion=motion) > 0.5).all()
     never = Limit("latch", "closing", (("latch_time", 1.0, True),), of="record")
     assert np.isnan(failures(truth, [never])["latch"])
 

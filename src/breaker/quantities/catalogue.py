@@ -50,9 +50,15 @@ def _past(name: str, rest: str, motion: str) -> Quantity:
     return Quantity(name, symbol, "mm", meaning, worse=1, motions=(motion,))
 
 
+def _wipe(event: str, meaning: str, motions: tuple[str, ...]) -> Quantity:
+    """A wipe as analysers count it, at an event of the contact; of which less is the worse."""
+    name, symbol = f"wipe_at_{event}", rf"$w_\mathrm{{{event}}}$"
+    return Quantity(name, symbol, "mm", meaning, worse=-1, motions=motions, of=_RECORD)
+
+
 _FIXED = (
     *(Quantity(**vars(parameter), of=_MODEL) for parameter in PARAMETERS),
-    Quantity("wipe", r"$w$", "mm", "way of the drive past the contact gap, closed", of=_MODEL),
+    Quantity("wipe", r"$w$", "mm", "stroke less contact gap: spring pressed at rest", of=_MODEL),
     Quantity("stroke", r"$s$", "mm", "way of the drive between its rest positions"),
     _time("travel_time", "time in which the drive goes from 10 to 90 % of its stroke"),
     _time("touch_time", "first motion to contact touch", _CLOSING),
@@ -62,6 +68,8 @@ _FIXED = (
     _time("latch_time", "from the trigger to the first motion", of=_RECORD),
     _time("closing_time", "from the trigger to contact touch", _CLOSING, of=_RECORD),
     _time("opening_time", "from the trigger to contact parting", _OPENING, of=_RECORD),
+    _wipe("touch", "way of the drive from contact touch to its closed rest", _CLOSING),
+    _wipe("parting", "way of the drive from its closed rest to contact parting", _OPENING),
     _time("bounce_time", "from the first contact touch to the last", _CLOSING, of=_RECORD),
 )
 _ELSEWHERE = {  # where a quantity is, by where it is not

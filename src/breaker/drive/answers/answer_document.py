@@ -25,7 +25,6 @@ from breaker.reading.files.safe_text import table_text
 from breaker.reading.records.measurements import Reading
 
 _FEWEST = 2  # records that are summed up together
-_WIPE = {"closing": "way still to go at touch", "opening": "way gone at parting"}
 _LEVELS = (0.5, 0.25, 0.75, 0.025, 0.975)
 _KINDS = {"parameters": "parameter", "mechanisms": "mechanism", "quantities": "quantity"}
 _FIRST = ("motion", "operation", "file", "kind", "output", "unit", "median")
@@ -373,9 +372,8 @@ def _quantities(answer: Answer) -> dict[str, QuantityEstimate]:
             ends[0] = max(ends[0], min(measured.value, 0.0))  # a way or a time is not negative
             source = "measured" if answer.alone(name) else f"measured, {EVENTS[motion]} inferred"
             known |= {"median": measured.value, "interval_95": ends}
-        meaning = _WIPE[motion] if name == "wipe" else each.meaning
         about = {"source": source, "reason": reason or None, "zone": each.zone or None}
-        found[name] = QuantityEstimate(each.unit, meaning, **known, **about)
+        found[name] = QuantityEstimate(each.unit, each.meaning, **known, **about)
     return found | _from_a_tenth(answer)
 
 

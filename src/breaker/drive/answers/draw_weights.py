@@ -9,7 +9,7 @@ from breaker.common.numerals import in_digits
 from breaker.drive.answers.evidence import Answer, DriveRecord, Given
 from breaker.drive.family.change_network import agreement_of
 from breaker.drive.family.untold import APART
-from breaker.quantities.parameters import GAP, NAMES
+from breaker.quantities.parameters import NAMES
 from breaker.quantities.size import Size, powers
 from breaker.reading.records.normalised_shape import SHAPE_TIMES
 
@@ -69,7 +69,7 @@ def possible(answers: Sequence[Answer]) -> np.ndarray:
     for answer in answers:
         shape, at = answer.record.shape, answer.draws.switching[answer.record.motion]
         there = SHAPE_TIMES[shape.way >= 1.0]
-        found &= (answer.inferred(GAP.name) < shape.stroke) & ~(answer.inferred("wipe") <= 0.0)
+        found &= (answer.inferred("wipe") > 0.0) & ~(answer.way_to_rest <= 0.0)
         found &= at < (there[0] if there.size else np.inf) * shape.duration
     return found
 

@@ -11,7 +11,7 @@ from breaker.drive.family.membership import Match
 from breaker.drive.family.network_inputs import NormalisedRecords
 from breaker.quantities.parameters import GAP, MOTIONS, NAMES
 from breaker.quantities.size import UNIT, Size, powers
-from breaker.quantities.speeds import Speed
+from breaker.quantities.speeds import EVENTS, Speed
 from breaker.reading.files.operations_table import SWITCHING, Operation
 from breaker.reading.files.preamble import Preamble
 from breaker.reading.records.contact_edges import Contact
@@ -23,13 +23,14 @@ if TYPE_CHECKING:
     from breaker.mechanism.prior import Prior
 
 FACTS = (*NAMES, "wipe", *SWITCHING.values())
-"""What facts may be about: all that is inferred, and the wipe, which follows from the touch."""
+"""What facts may be about: all that is inferred, and the wipe, which follows from the gap."""
 
 NOTHING = Measured(np.nan, np.nan, "the record was rejected")
 """What is measured of a record that is not there."""
 
-_OF_EVENT = {"wipe", *SWITCHING.values(), *(f"{motion}_time" for motion in MOTIONS)}
-WITH_CONTACT = _OF_EVENT | {GAP.name}
+_OF_EVENT = {*SWITCHING.values(), *(f"{motion}_time" for motion in MOTIONS)}
+_OF_EVENT |= {f"wipe_at_{event}" for event in EVENTS.values()}
+WITH_CONTACT = _OF_EVENT | {GAP.name, "wipe"}
 """What is withheld where the contact may slide."""
 
 MAY_SLIDE = (
@@ -245,13 +246,13 @@ class Answer:
 
     def is_inferred(self, name: str) -> bool:
         """Whether draws tell a quantity, and no reading of the record."""
-        of_event = name in ("wipe", SWITCHING[self.record.motion])
-        return name in NAMES or (of_event and not self.record.timed)
+        of_event = name == SWITCHING[self.record.motion]
+        return name in (*NAMES, "wipe") or (of_event and not self.record.timed)
 
     def alone(self, name: str) -> bool:
         """Whether the record shows a quantity without an inferred touch or parting."""
         of_event = {each.name for each in self.speeds if each.of_event} | _OF_EVENT
-        return self.record.timed or name not in of_event
+        return self.record.timed or name not in of_event | {"wipe"}
 
     def inferred(self, name: str) -> np.ndarray | None:
         """Draws of a parameter, of the time of touch or parting, or of the wipe, ``(d,)``; None of
@@ -259,8 +260,13 @@ class Answer:
         """
         if name in NAMES:
             return self.draws.theta[:, NAMES.index(name)]
-        if name != "wipe":
-            return self.after_release if name == SWITCHING[self.record.motion] else None
+        if name == "wipe":
+            return self.record.shape.stroke - self.draws.theta[:, NAMES.index(GAP.name)]
+        return self.after_release if name == SWITCHING[self.record.motion] else None
+
+    @property
+    def way_to_rest(self) -> np.ndarray:
+        """Way of the drive between touch or parting and its closed rest, ``(d,)``, mm."""
         record = self.record
         at = self.draws.switching[record.motion] / record.shape.duration
         way = np.interp(at, SHAPE_TIMES, record.shape.way)

@@ -49,7 +49,8 @@ def _places(reading: Reading, name: str):
     speed = next((each for each in reading.speeds if each.name == name), None)
     known = {
         "stroke": (before, after),
-        "wipe": (contact, after) if motion == "closing" else (before, contact),
+        "wipe_at_touch": (contact, after),
+        "wipe_at_parting": (before, contact),
         "travel_time": tuple(_Point(reading, Point(p, "%"), f"{p:.0f} %") for p in (10.0, 90.0)),
         **dict.fromkeys(("over_travel", "rebound"), (_Top(reading), after)),
         **dict.fromkeys(("touch_time", "part_time"), (first, contact)),

@@ -72,7 +72,7 @@ def _measured(
     times = np.arange(-sensor["lead"], sensor["length"], 1.0 / sensor["rate"])
     stages = np.append(np.linspace(1, operations[-1], _STAGES), knee * rig.settings["operations"])
     stages = np.unique(np.clip(stages.round(), 1, operations[-1])).astype(int)
-    names = list(dict.fromkeys(n for m in motions for n in quantities_of(m, speeds, of=None)))
+    names = list(dict.fromkeys(n for m in motions for n in quantities_of(m, speeds, ("record",))))
     seen = np.full((len(stages), len(motions), len(names)), np.nan)
     for i, operation in enumerate(stages.tolist()):
         drive = rig.worn(operation, scatter=False, changes=changes)

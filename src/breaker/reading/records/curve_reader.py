@@ -170,7 +170,7 @@ def _dataset(
         **{name: np.array([getattr(each, name) for each in operations]) for name in ABOUT},
     }
     numbers = [each.numbers if each else _NUMBERS for each in read]
-    names = quantities_of(motion, speeds, of=None)
+    names = quantities_of(motion, speeds, ("record",))
     rejected = dict.fromkeys(names, Measured(np.nan, np.nan, "the record was rejected"))
     rows = [each.measured(speeds) if each else rejected for each in read]
     shape = len(rows), len(names)

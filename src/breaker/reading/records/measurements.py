@@ -143,10 +143,10 @@ class Reading:
         self.rests = Rests(self.trace, segment, moves, self.arrival)
 
     def quantities(self) -> dict[str, Measured]:
-        """Return all of ``catalogue.quantities_of`` by name: the model's and those of records."""
+        """Return those of ``catalogue.quantities_of`` that records show, by name."""
         ways = {
             "stroke": self.stroke,
-            "wipe": self.wipe,
+            **dict.fromkeys(("wipe_at_touch", "wipe_at_parting"), self.wipe),
             "travel_time": self.travel_time,
             **dict.fromkeys(("over_travel", "rebound"), self.beyond),
             **dict.fromkeys(("touch_time", "part_time"), self.switching),
@@ -155,7 +155,7 @@ class Reading:
             "bounce_time": self.bounce_time,
             **{each.name: partial(self.speed, each) for each in self.speeds},
         }
-        names = quantities_of(self.located.motion, self.speeds, of=None)
+        names = quantities_of(self.located.motion, self.speeds, ("record",))
         return {name: self.told(ways[name]) for name in names}
 
     def told(self, way) -> Measured:
