@@ -1,5 +1,6 @@
 """What is inferred of each operation: by which records, which family, and with which weights."""
 
+import re
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -7,7 +8,10 @@ import numpy as np
 import pytest
 
 from breaker.common.randomness import generator
+from breaker.documents.terminal import text_of
 from breaker.drive.answers import inference as inferred
+from breaker.drive.answers.answer_document import document
+from breaker.drive.answers.answer_words import words_of
 from breaker.drive.answers.draw_weights import contradicted, possible, weights_of
 from breaker.drive.answers.drive_records import _Reader, read_operations
 from breaker.drive.answers.evidence import Answer, Given
@@ -148,6 +152,27 @@ def test_the_wipe_is_one_of_both_motions_and_the_stroke_less_the_gap(infer, reco
     found, *_, later = infer(Given(known={"wipe": [one + 0.2, 0.05]}), records)
     assert np.median(found.inferred("wipe")) == pytest.approx(one + 0.2, abs=0.15)
     assert not any("contradicts" in each for each in later.remarks)
+
+
+def test_each_time_of_a_contact_has_one_zero_whether_it_was_recorded_or_not(infer, timed, answers):
+    """From the first motion by a recorded touch and by an inferred one, which are a release apart
+    from the time that networks infer.
+    """
+    (seen,) = infer(some=[timed(TOUCH)])
+    said = document([seen, answers[0]], [[], []], {"words": []}, {}).records
+    recorded, inferred = (each.quantities["touch_time"] for each in said)
+    words = text_of(words_of(document([seen], [[]], {"words": []}, {})))
+    assert re.search(r"recorded touch \S+ ms after the first motion, .* sd .* they agree", words)
+    assert (recorded.source, inferred.source) == ("measured", "measured, touch inferred")
+    assert abs(recorded.median - inferred.median) < recorded.half + inferred.half
+    for each, entry in zip((seen, answers[0]), said, strict=True):
+        moves = each.record.tenth - each.record.raw.moves
+        later = entry.quantities["touch_from10"].median - entry.quantities["release_from10"].median
+        after = entry.quantities["touch_after_release"]
+        assert after.median == pytest.approx(later, abs=0.2)
+        np.testing.assert_allclose(
+            each.inferred("touch_time"), moves + each.draws.switching["closing"]
+        )
 
 
 def test_a_fact_that_is_contradicted_is_told_with_its_side():

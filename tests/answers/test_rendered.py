@@ -19,9 +19,8 @@ from breaker.drive.answers.picture_data import shown
 from breaker.drive.family.level_network import LevelDraws
 from breaker.drive.family.membership import PARTS
 from breaker.mechanism.limits import Limit, from_list
-from breaker.quantities.catalogue import QUANTITIES
+from breaker.quantities.catalogue import AFTER_RELEASE, QUANTITIES
 from breaker.quantities.parameters import MOTIONS, NAMES
-from breaker.reading.files.operations_table import SWITCHING
 from breaker.reading.records.measurements import Measured
 from breaker.reading.records.normalised_shape import SHAPE_TIMES
 
@@ -116,9 +115,13 @@ def test_words_of_an_answer_that_is_not_one_name_the_remedies(answers):
 def test_a_table_has_a_row_for_each_parameter_and_quantity(found):
     rows = list(csv.DictReader(table_of(found).splitlines()))
     counts = Counter((row["motion"], row["operation"]) for row in rows)
-    assert [*counts.values()] == [27, 27, 1, 26]
+    assert [*counts.values()] == [29, 29, 1, 28]
     touch = next(row for row in rows if row["output"] == "touch_time")
-    assert (touch["kind"], touch["unit"], touch["source"]) == ("quantity", "ms", "inferred")
+    assert (touch["kind"], touch["unit"], touch["source"]) == (
+        "quantity",
+        "ms",
+        "measured, touch inferred",
+    )
     assert touch["verdict"] == "fail"
     assert float(touch["exceeded_wide"]) == 1.0
     assert {row["phase"] for row in rows} == {"L1"}
@@ -147,7 +150,9 @@ def test_a_tree_has_the_records_with_a_posterior(answers):
     draws = answers[1].draws.theta[:, -1]
     assert np.array_equal(posterior["L"].sel(chain=0, record=1), draws)
     assert posterior["L"].attrs["unit"] == "mm"
-    nothing = [posterior[name].isnull().all("draw").values.tolist() for name in SWITCHING.values()]
+    nothing = [
+        posterior[name].isnull().all("draw").values.tolist() for name in AFTER_RELEASE.values()
+    ]
     assert nothing == [[[False, False, True]], [[True, True, False]]]
     assert (posterior.mu.sel(record=0) == posterior.mu.sel(record=2)).all()  # of both motions
     assert found["observed_data"].way.sel(record=0).max() == pytest.approx(1.05, abs=0.1)

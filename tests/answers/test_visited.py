@@ -98,7 +98,7 @@ def test_what_changed_is_in_the_headline_after_what_is_measured():
     measured, parameters = found["headline"].split("\n")
     assert measured.startswith("Measured: travel_time (closing) +15 % (+1")
     assert parameters.startswith("Changed: f -10 % (-1")
-    assert "touch_time +20 % (+20 to +20), part_time" in parameters
+    assert "touch_after_release +20 % (+20 to +20), parting_after_release" in parameters
     assert parameters.endswith("cannot be told: k_b; not beyond 5 %: mu, k_a, gamma_a, gamma_b, L")
     rows = inferred(found)
     assert rows["f"]["change"] == pytest.approx([-11.5, -10.0, -8.5], abs=0.3)
@@ -232,7 +232,7 @@ def test_motions_that_contradict_each_other_are_told_apart():
     both = [row for row in found["changes"] if row["name"] == "f"]
     assert [row["motion"] for row in both] == list(MOTIONS)
     assert [row["verdict"] for row in both] == ["changed", "did not change"]
-    assert inferred(found)["touch_time"]["change"] == pytest.approx([40.0] * 3)
+    assert inferred(found)["touch_after_release"]["change"] == pytest.approx([40.0] * 3)
     # One that differs by less than both are wide is told of both together.
     assert document(family(f=0.9, f_closing=0.9, f_opening=0.91))["parameters"] == "told"
 
@@ -288,6 +288,6 @@ def test_the_text_has_a_row_for_each_and_what_was_rejected():
     text = text_of(words_of_visits(found))
     assert "rejected: today: x.csv: no rise" in text
     assert "closing 2 before, 2 today" in text
-    for name in (*NAMES, "touch_time", "stroke (closing)", "closing_speed_mean"):
+    for name in (*NAMES, "touch_after_release", "stroke (closing)", "closing_speed_mean"):
         assert f"\n  {name}" in text
     assert max(map(len, text.splitlines())) <= 100

@@ -19,7 +19,7 @@ def drawn(parameters="told"):
     inferred = [
         row("f", [-12.0, -10.0, -8.0], "changed", worse=0.9),
         row("mu", [-2.0, 0.0, 2.0], "not told"),
-        row("touch_time", [-90.0, -70.0, -60.0], "changed", "time", "closing"),
+        row("touch_after_release", [-90.0, -70.0, -60.0], "changed", "time", "closing"),
     ]
     return visits(
         {

@@ -43,7 +43,8 @@ def add(infer: argparse.ArgumentParser) -> None:
         help="the drive's size beside that of the reference drive, if it is known",
     )
     what = "what is known of a parameter, the wipe, or the time of touch or parting, such as "
-    what += "mu=2.4:0.07 or wipe=3.5:0.3"
+    what += "mu=2.4:0.07 or wipe=3.5:0.3; mass=12:0.5, the moving mass of the drive in kg, adds "
+    what += "forces in N and energies in J, and narrows nothing"
     infer.add_argument("--known", type=_fact, metavar="NAME=VALUE:SD", help=what, **SEVERAL)
     add_path(infer, "--model", "FILE", "a network of another family, trained by the workflow")
     what = "say where in the record each number is read, to be checked against the analyser"
@@ -66,12 +67,15 @@ def _factor(text: str) -> float:
 def _fact(text: str) -> tuple[str, list[float]]:
     """Name, value and sd of ``NAME=VALUE:SD``."""
     from breaker.quantities.catalogue import check_fact
+    from breaker.quantities.moving_mass import check_mass
 
     name, _, numbers = text.partition("=")
-    value, sd = map(_number, numbers.partition(":")[::2])
+    value, between, sd = numbers.partition(":")
+    value, sd = _number(value), 0.0 if name == "mass" and not between else _number(sd)
     if not name or math.isnan(value) or math.isnan(sd):
-        raise argparse.ArgumentTypeError(f"{text!r} is not NAME=VALUE:SD, such as L=10.8:0.2")
-    if complaint := check_fact(value, sd):
+        such = "such as L=10.8:0.2, or mass=12:0.5 in kg"
+        raise argparse.ArgumentTypeError(f"{text!r} is not NAME=VALUE:SD, {such}")
+    if complaint := (check_mass if name == "mass" else check_fact)(value, sd):
         raise argparse.ArgumentTypeError(f"{text!r} {complaint}")
     return name, [value, sd]
 
@@ -109,9 +113,11 @@ def _run(options: argparse.Namespace) -> int:
     if apart := dict.fromkeys(each.pair or each.name for each in of_visits):
         words = [*words, f"not judged, as of changes between visits: {', '.join(apart)}"]
     about = {"size": given.size and vars(given.size), "words": words}
-    settings = vars(assessment.settings) | {"known": dict(given.known)}
+    known = dict(given.known) | ({"mass": given.mass} if given.mass else {})
+    settings = vars(assessment.settings) | {"known": known}
     means, verdicts = assessment.infer_means(answers), assessment.judge(answers)
-    found = document(answers, verdicts, about, settings, means, explain=options.explain)
+    more = {"explain": options.explain, "mass": assessment.mass}
+    found = document(answers, verdicts, about, settings, means, **more)
     if overlays:
         found = replace(found, reference=[each.values for each in overlays])
     rejected = [each for each in found.records if not each.accepted]

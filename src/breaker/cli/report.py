@@ -66,6 +66,7 @@ def _run(options: argparse.Namespace) -> int:
         "overlays": overlays,
         "changes": _changes(records, before, assessment),
         "rejected": [each.reason for each in good if each.reason],
+        "mass": assessment.mass,
     }
     verdicts = assessment.judge(answers)
     found = report_of(answers, verdicts, beside)

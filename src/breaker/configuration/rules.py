@@ -13,6 +13,7 @@ from breaker.configuration.inspection_interval import interval_of
 from breaker.configuration.magnitudes import FOLDER, MAGNITUDES, is_fleet, listed, refused
 from breaker.mechanism.limits import entries_of_type, from_list
 from breaker.quantities.catalogue import check_fact, check_quantity
+from breaker.quantities.moving_mass import check_mass
 from breaker.quantities.parameters import MOTIONS, NAMES
 from breaker.quantities.speeds import speeds_of
 from breaker.reading.files.operations_table import SWITCHING, Operation
@@ -164,12 +165,12 @@ def _known(
     if any(_speeds(speeds)):
         return
     defined = speeds_of(speeds)
-    for name in known:
+    for name in known.keys() - {"mass"}:
         complaints = [check_quantity(name, motion, defined) for motion in MOTIONS]
         if all(complaints):
             yield "cannot be used. " + " ".join(complaints)
     for name, fact in known.items():
-        if complaint := check_fact(*fact):
+        if complaint := (check_mass if name == "mass" else check_fact)(*fact):
             yield f"has {name}: {fact}, which {complaint}"
 
 

@@ -5,15 +5,15 @@ Names, units and motions alone: ``mechanism.evaluation`` reads them from the mod
 """
 
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from breaker.quantities.parameters import MOTIONS, NAMES, PARAMETERS, Parameter
-from breaker.quantities.speeds import SPEED_UNIT, SPEEDS, Speed
+from breaker.quantities.speeds import EVENTS, SPEED_UNIT, SPEEDS, Speed
 
 _SHARPEST = 1e-3  # of its value, to which a fact can be known
 _LARGEST_FACT = 1e6
 
-_MODEL, _RECORD = ("model",), ("record",)
+_MODEL, _RECORD, _ANSWER = ("model",), ("record",), ("answer",)
 _CLOSING, _OPENING = ("closing",), ("opening",)
 
 
@@ -23,7 +23,8 @@ class Quantity(Parameter):
 
     Attributes:
         motions: Motions that have it.
-        of: Names of the sources that it can be read from (``limit_sources``).
+        of: Names of the sources that it can be read from (``limit_sources``); "answer" of what is
+            inferred of a record beside the parameters, which no limit is on.
         zone: Of a speed, between which points it is the mean; else empty.
     """
 
@@ -56,6 +57,14 @@ def _wipe(event: str, meaning: str, motions: tuple[str, ...]) -> Quantity:
     return Quantity(name, symbol, "mm", meaning, worse=-1, motions=motions, of=_RECORD)
 
 
+def _since(event: str, motions: tuple[str, ...]) -> tuple[Quantity, ...]:
+    """Times of an event that networks infer, by their zero: the release, and 10 % of the way."""
+    about = f"{event}_after_release", r"$t$", "ms", f"release of the drive to {event}"
+    release = Quantity(*about, worse=1)
+    tenth = Quantity(f"{event}_from10", r"$t_{10}$", "ms", f"10 % of the way to {event}")
+    return tuple(replace(each, motions=motions, of=_ANSWER) for each in (release, tenth))
+
+
 _FIXED = (
     *(Quantity(**vars(parameter), of=_MODEL) for parameter in PARAMETERS),
     Quantity("wipe", r"$w$", "mm", "stroke less contact gap: spring pressed at rest", of=_MODEL),
@@ -71,6 +80,9 @@ _FIXED = (
     _wipe("touch", "way of the drive from contact touch to its closed rest", _CLOSING),
     _wipe("parting", "way of the drive from its closed rest to contact parting", _OPENING),
     _time("bounce_time", "from the first contact touch to the last", _CLOSING, of=_RECORD),
+    Quantity("release_from10", r"$t_{10}$", "ms", "10 % of the way to release", of=_ANSWER),
+    *_since("touch", _CLOSING),
+    *_since("parting", _OPENING),
 )
 _ELSEWHERE = {  # where a quantity is, by where it is not
     "model": "{name} is not of the model: records alone show it, in limits with of: record.",
@@ -125,6 +137,12 @@ def quantities_of(
 QUANTITIES = quantities()
 """Quantities of a drive whose speeds are defined as usual, by name."""
 
+AFTER_RELEASE = {motion: f"{event}_after_release" for motion, event in EVENTS.items()}
+"""Names of the time from the release to touch or parting, by motion."""
+
+ANSWERED = frozenset(name for name, each in QUANTITIES.items() if each.of == _ANSWER)
+"""Names of those that only an answer has, as no instrument shows them."""
+
 
 def check_fact(value: float, sd: float) -> str | None:
     """Return why nobody knows a quantity so, with a remedy; None if that may be.
@@ -161,6 +179,8 @@ def check_quantity(
     known = ", ".join(each.name for each in there)
     if name not in every:
         return f"{name} is not a known quantity. Known of {motion}: {known}."
+    if every[name].of == _ANSWER:
+        return f"{name} is of a single answer, and no limit is on it. Known of {motion}: {known}."
     if of not in every[name].of:
         return _ELSEWHERE[of].format(name=name, motion=motion, known=known)
     if motion not in every[name].motions:

@@ -16,7 +16,8 @@ from breaker.drive.answers.identity import doubts_about
 from breaker.drive.answers.limit_verdicts import NORMAL, VERDICTS, Verdict
 from breaker.drive.answers.number_sources import Place, places_of
 from breaker.drive.family.mechanisms import MECHANISMS
-from breaker.quantities.catalogue import quantities_of
+from breaker.quantities.catalogue import ANSWERED, quantities_of
+from breaker.quantities.moving_mass import MASS_QUANTITIES, with_mass
 from breaker.quantities.parameters import MOTIONS, PARAMETERS
 from breaker.quantities.speeds import EVENTS
 from breaker.reading.files.guards import printable
@@ -27,11 +28,10 @@ from breaker.reading.records.measurements import Reading
 _FEWEST = 2  # records that are summed up together
 _LEVELS = (0.5, 0.25, 0.75, 0.025, 0.975)
 _KINDS = {"parameters": "parameter", "mechanisms": "mechanism", "quantities": "quantity"}
+_KINDS |= {"with_mass": "with mass"}
 _FIRST = ("motion", "operation", "file", "kind", "output", "unit", "median")
 _FIRST += tuple(f"interval_{of}_{end}" for of in (50, 95) for end in ("lower", "upper"))
 _LEFT_OUT = (*_KINDS, "fit", "limits", "remarks", "places")
-FROM_TENTH = "_from10"
-"""How names of inferred times end that count from 10 % of the way."""
 
 
 @dataclass(frozen=True)
@@ -120,6 +120,7 @@ class RecordAnswer(Plain):
     parameters: Mapping[str, Estimate] | None = None
     mechanisms: Mapping[str, Estimate] | None = None
     quantities: Mapping[str, QuantityEstimate] | None = None
+    with_mass: Mapping[str, Estimate] | None = None  # parameters times a known moving mass
     limits: Sequence[Verdict] | None = None
     places: Mapping[str, Sequence[Place]] | None = None  # where each quantity is read
 
@@ -216,6 +217,7 @@ def document(
     means: Sequence[Sequence[Answer]] = (),
     *,
     explain: bool = False,
+    mass: np.ndarray | None = None,
 ) -> AnswerDocument:
     """Return answers as a document.
 
@@ -226,9 +228,10 @@ def document(
         settings: What the answers were made with: the same.
         means: What ``infer_means`` returns.
         explain: Whether to say where in its file each measured number is read.
+        mass: Draws of the moving mass, kg, as many as of an answer.
     """
     known = [n for n in ABOUT if any(_about(each)[n] is not None for each in answers)]
-    records = [_record(*both, known) for both in zip(answers, limits, strict=True)]
+    records = [_record(*both, known, mass) for both in zip(answers, limits, strict=True)]
     together = {motion: each for motion in MOTIONS if (each := _together(motion, records))}
     warnings = doubts_about([each.record for each in answers])
     pooled = [mean for pole in means for mean in _means(pole)]
@@ -274,7 +277,9 @@ def _about(answer: Answer) -> dict:
     return {n: None if each == "" or each != each else each for n, each in values.items()}
 
 
-def _record(answer: Answer, limits: Sequence[Verdict], known: Sequence[str]) -> RecordAnswer:
+def _record(
+    answer: Answer, limits: Sequence[Verdict], known: Sequence[str], mass: np.ndarray | None
+) -> RecordAnswer:
     """The answer of one record."""
     record, operation = answer.record, answer.record.operation
     part = {"from": operation.begin, "to": operation.end}
@@ -283,6 +288,7 @@ def _record(answer: Answer, limits: Sequence[Verdict], known: Sequence[str]) -> 
         found = {"fit": _fit(answer), "parameters": _parameters(answer)}
         found |= {"mechanisms": _mechanisms(answer), "quantities": _quantities(answer)}
         found["limits"] = limits or None
+        found["with_mass"] = _with_mass(answer, mass)
     return RecordAnswer(
         printable(operation.file),
         operation.number,
@@ -343,6 +349,15 @@ def _parameters(answer: Answer) -> dict[str, Estimate]:
     return found
 
 
+def _with_mass(answer: Answer, mass: np.ndarray | None) -> dict[str, Estimate] | None:
+    """What parameters are with a moving mass; None where either is not known."""
+    if mass is None or answer.draws is None:
+        return None
+    drawn = with_mass(answer.draws.theta, answer.record.shape.stroke, mass)
+    about = ((each, drawn[each.name]) for each in MASS_QUANTITIES)
+    return {each.name: Estimate(each.unit, each.meaning, **_drawn(some)) for each, some in about}
+
+
 def _mechanisms(answer: Answer) -> dict[str, Estimate]:
     """What the drive has beside the model: how probably, and how much of it."""
     return {
@@ -362,7 +377,7 @@ def _quantities(answer: Answer) -> dict[str, QuantityEstimate]:
     motion = answer.record.motion
     for name, each in quantities_of(motion, answer.speeds, of=None).items():
         reason, source, known = answer.why_not(name), None, _drawn(None)
-        if name == "latch_time" and reason:
+        if reason and (name == "latch_time" or name in ANSWERED):
             continue
         if not reason and answer.is_inferred(name) and answer.draws is not None:
             known, source = _drawn(answer.inferred(name)), "inferred"
@@ -374,23 +389,6 @@ def _quantities(answer: Answer) -> dict[str, QuantityEstimate]:
             known |= {"median": measured.value, "interval_95": ends}
         about = {"source": source, "reason": reason or None, "zone": each.zone or None}
         found[name] = QuantityEstimate(each.unit, each.meaning, **known, **about)
-    return found | _from_a_tenth(answer)
-
-
-def _from_a_tenth(answer: Answer) -> dict[str, QuantityEstimate]:
-    """When the drive is released and its contact switches, from 10 % of the way on, which a record
-    shows; a release that builds up slowly it does not.
-    """
-    if answer.draws is None:
-        return {}
-    motion, found = answer.record.motion, {}
-    events = {"release": answer.draws.release[motion]}
-    if not answer.may_slide:
-        events[EVENTS[motion]] = answer.draws.switching[motion]
-    for event, draws in events.items():
-        meaning = f"{event}, counted from 10 % of the way"
-        about = _drawn(draws) | {"source": "inferred", "reason": None}
-        found[event + FROM_TENTH] = QuantityEstimate("ms", meaning, **about)
     return found
 
 
@@ -461,7 +459,7 @@ def _rows(record: RecordAnswer) -> Iterator[dict]:
     about |= fit | {"motions": " ".join(fit["motions"])} | parts
     about |= {f"exceeded_{each.name}": each.probability for each in record.limits or ()}
     for group, kind in _KINDS.items():
-        for name, each in getattr(record, group).items():
+        for name, each in (getattr(record, group) or {}).items():
             yield {"kind": kind, "output": name, **_numbers(each), **about}
 
 

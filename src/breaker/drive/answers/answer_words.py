@@ -14,7 +14,9 @@ from breaker.drive.answers.answer_document import (
     Spread,
     Together,
 )
+from breaker.drive.answers.draw_weights import SURPRISING
 from breaker.drive.answers.limit_verdicts import VERDICTS, JudgedPart, Verdict
+from breaker.quantities.speeds import EVENTS
 
 _ROW = "  {:<19} {:>8}  {:<20} {:<7} {}"
 _LIMIT = "  {:<20} {:<9} {:>8}  {:<20} {}"
@@ -73,6 +75,8 @@ def _long(record: RecordAnswer) -> Section:
     if record.fit.resolved:
         together = " of both motions together" if len(record.fit.motions) > 1 else ""
         parts += [f"inferred{together}", *_inferred(inferred), *_mechanisms(record.mechanisms)]
+    if record.with_mass:
+        parts += ["with the moving mass", *_inferred(record.with_mass)]
     parts += limit_tables(record.limits or ()) + _places(record)
     return Section(_title(record), [*parts, *_ending(record)])
 
@@ -151,7 +155,8 @@ def _both(found: RecordAnswer | Together) -> tuple[dict, dict]:
 def _short(record: RecordAnswer) -> Section:
     """A section of a few lines, what is measured first."""
     parts: list = []
-    for title, some in zip(("", "inferred"), _both(record), strict=True):
+    groups = *_both(record), record.with_mass or {}
+    for title, some in zip(("", "inferred", "with the moving mass"), groups, strict=True):
         cells = [
             f"{n} {_number(e.median)}{'*' * (not title and starred(e))} ±{in_digits(e.half, 2)}"
             for n, e in some.items()
@@ -216,6 +221,11 @@ def _unit(unit: str) -> str:
 def _ending(record: RecordAnswer) -> list[Remark]:
     """Whether the answer can be trusted, what is doubtful, and the verdict."""
     fit, said = record.fit, [_fit(record.fit)]
+    if fit.contact_surprise is not None:
+        how = "agree" if abs(fit.contact_surprise) <= SURPRISING else "do NOT agree"
+        about = f"{in_digits(fit.contact_time, 4)} ms after the first motion"
+        event, off = EVENTS[record.motion], f"{fit.contact_surprise:+.1f} sd"
+        said.append(f"recorded {event} {about}, {off} from the inferred one: they {how}")
     if fit.far_from_prior:
         said.append(_far(record))
     if fit.why_unresolved:

@@ -8,9 +8,10 @@ import xarray as xr
 from breaker import __version__
 from breaker.common.randomness import generator
 from breaker.drive.answers.evidence import Answer, Given
+from breaker.quantities.catalogue import AFTER_RELEASE
 from breaker.quantities.parameters import PARAMETERS
 from breaker.reading.files.guards import printable
-from breaker.reading.files.operations_table import ABOUT, SWITCHING
+from breaker.reading.files.operations_table import ABOUT
 from breaker.reading.records.normalised_shape import SHAPE_TIMES
 
 
@@ -78,7 +79,7 @@ def _switching(there: Sequence[Answer]) -> dict[str, tuple]:
     nothing = np.full(len(there[0].draws.theta), np.nan)
     return {
         name: _variable([a.after_release if a.record.motion == m else nothing for a in there], "ms")
-        for m, name in SWITCHING.items()
+        for m, name in AFTER_RELEASE.items()
         if m in motions
     }
 

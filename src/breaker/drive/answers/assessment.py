@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from breaker.common.numerals import in_digits
+from breaker.common.randomness import generator
 from breaker.configuration.loading import read
 from breaker.drive.answers.drive_records import read_operations
 from breaker.drive.answers.evidence import FACTS, Answer, AnswerSettings, DriveRecord, Given
@@ -18,6 +19,7 @@ from breaker.drive.answers.limit_verdicts import Verdict, judged
 from breaker.drive.family.level_network import Levels
 from breaker.drive.family.network_files import shipped_levels
 from breaker.mechanism.limits import Limit, from_list
+from breaker.quantities.moving_mass import mass_draws
 from breaker.quantities.parameters import MOTIONS
 from breaker.quantities.size import Size
 from breaker.quantities.speeds import OF_STROKE, Speed, speeds_at
@@ -50,6 +52,14 @@ class Assessment:
         """How answers are drawn."""
         some = self.config["endurance"]
         return AnswerSettings(some["draws"], some["misfit_p_value"], self.config["seed"])
+
+    @property
+    def mass(self) -> np.ndarray | None:
+        """Draws of the moving mass, kg, as many as of an answer; None where it is not given."""
+        if self.given.mass is None:
+            return None
+        rng = generator(self.settings.seed, "moving mass")
+        return mass_draws(*self.given.mass, self.settings.draws, rng)
 
     def read(
         self,
@@ -124,17 +134,21 @@ def given_by(
         ValueError: If a fact is of nothing that is inferred, or a size is given beside a prior.
     """
     known = {**config["known"], **(facts or {})}
+    mass = known.pop("mass", None)
     if wrong := [name for name in known if name not in FACTS]:
         raise ValueError(
             f"known: {wrong[0]} is not inferred, so no fact narrows it. Known can be: "
-            f"{', '.join(FACTS)}"
+            f"{', '.join(FACTS)}; or mass, in kg"
         )
+    told = "moving mass given: {} kg with an sd of {}"
+    words = [told.format(*(in_digits(each, 4) for each in mass))] if mass else []
     defaults = read(DEFAULTS)
     if all(config[key] == defaults[key] for key in ("prior", "size")):
         if not size:
-            return Given(known=known), []
+            return Given(known=known, mass=mass), words
         said = "size given: lengths {} and times {} times those of the reference drive"
-        return Given(Size(*size), None, known), [said.format(*(in_digits(e, 4) for e in size))]
+        words = [said.format(*(in_digits(e, 4) for e in size)), *words]
+        return Given(Size(*size), None, known, mass), words
     if size:
         raise ValueError(
             "--size is of drives with the default prior, and that of the configuration is another; "
@@ -143,4 +157,5 @@ def given_by(
     from breaker.mechanism.prior import Prior
 
     prior = Prior.from_settings(config["prior"])
-    return Given(Size(**config["size"]), prior, known), ["prior and size are the configuration's"]
+    words = ["prior and size are the configuration's", *words]
+    return Given(Size(**config["size"]), prior, known, mass), words

@@ -9,6 +9,7 @@ import numpy as np
 from breaker.drive.family.level_network import LevelDraws, Levels
 from breaker.drive.family.membership import Match
 from breaker.drive.family.network_inputs import NormalisedRecords
+from breaker.quantities.catalogue import ANSWERED
 from breaker.quantities.parameters import GAP, MOTIONS, NAMES
 from breaker.quantities.size import UNIT, Size, powers
 from breaker.quantities.speeds import EVENTS, Speed
@@ -30,6 +31,7 @@ NOTHING = Measured(np.nan, np.nan, "the record was rejected")
 
 _OF_EVENT = {*SWITCHING.values(), *(f"{motion}_time" for motion in MOTIONS)}
 _OF_EVENT |= {f"wipe_at_{event}" for event in EVENTS.values()}
+_OF_EVENT |= ANSWERED - {"release_from10"}
 WITH_CONTACT = _OF_EVENT | {GAP.name, "wipe"}
 """What is withheld where the contact may slide."""
 
@@ -99,11 +101,13 @@ class Given:
         size: Size of the drive beside the family's; None if it is not known.
         prior: Prior of one's own, at that size; None is the family's.
         known: Facts, ``{name: [value, sd]}``, of ``FACTS``.
+        mass: Moving mass of the drive and its sd, kg; None if it is not known. It narrows nothing.
     """
 
     size: Size | None = None
     prior: "Prior | None" = None
     known: Mapping[str, Sequence[float]] = field(default_factory=dict)
+    mass: Sequence[float] | None = None
 
     def prior_of(self, levels: Levels) -> "Prior":
         """Return the prior at the size: one's own, or the family's."""
@@ -246,8 +250,7 @@ class Answer:
 
     def is_inferred(self, name: str) -> bool:
         """Whether draws tell a quantity, and no reading of the record."""
-        of_event = name == SWITCHING[self.record.motion]
-        return name in (*NAMES, "wipe") or (of_event and not self.record.timed)
+        return name in (*NAMES, "wipe", *ANSWERED)
 
     def alone(self, name: str) -> bool:
         """Whether the record shows a quantity without an inferred touch or parting."""
@@ -255,14 +258,19 @@ class Answer:
         return self.record.timed or name not in of_event | {"wipe"}
 
     def inferred(self, name: str) -> np.ndarray | None:
-        """Draws of a parameter, of the time of touch or parting, or of the wipe, ``(d,)``; None of
-        anything else.
+        """Draws of a parameter, of the wipe, or of a time of touch, parting or release, ``(d,)``;
+        None of anything else. From the first motion, which is measured, times of facts count.
         """
         if name in NAMES:
             return self.draws.theta[:, NAMES.index(name)]
         if name == "wipe":
             return self.record.shape.stroke - self.draws.theta[:, NAMES.index(GAP.name)]
-        return self.after_release if name == SWITCHING[self.record.motion] else None
+        motion, record = self.record.motion, self.record
+        event, switching = EVENTS[motion], self.draws.switching[motion]
+        times = {f"{event}_from10": switching, f"{event}_after_release": self.after_release}
+        times["release_from10"] = self.draws.release[motion]
+        times[SWITCHING[motion]] = record.tenth - record.raw.moves + switching
+        return times.get(name)
 
     @property
     def way_to_rest(self) -> np.ndarray:

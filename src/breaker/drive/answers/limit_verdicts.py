@@ -176,11 +176,10 @@ class _Single:
     def of_model(self, _limit: Limit, name: str) -> Told:
         if withheld := self._withheld(name):
             return withheld
-        if not self.answer.is_inferred(name):
-            return self._measured(name)
-        if self.answer.draws is None:
+        inferred = self.answer.is_inferred(name)
+        if self.answer.draws is None and (inferred or not self.answer.alone(name)):
             return Told(reason=self.answer.why_not_inferred)
-        return Told(draws=self.answer.inferred(name))
+        return Told(draws=self.answer.inferred(name)) if inferred else self._measured(name)
 
     def of_change(self, _limit: Limit, _name: str) -> Told:
         return Told(reason="of no single record")

@@ -7,7 +7,6 @@ import numpy as np
 from breaker.common.numerals import in_digits, in_p
 from breaker.documents.parts import Cell, Table
 from breaker.drive.answers.answer_document import (
-    FROM_TENTH,
     Estimate,
     QuantityEstimate,
     RecordAnswer,
@@ -23,6 +22,7 @@ from breaker.drive.answers.answer_words import (
 )
 from breaker.drive.answers.limit_verdicts import NORMAL
 from breaker.drive.answers.simultaneity import simultaneity_of
+from breaker.quantities.catalogue import ANSWERED
 from breaker.quantities.speeds import EVENTS
 from breaker.reading.inspection.printed_comparison import differs
 from breaker.reading.inspection.proposal_words import alike
@@ -87,7 +87,7 @@ def measured_table(
     found: dict[str, dict[str, QuantityEstimate]] = {}
     for phase, entry in channels.items():
         for name, each in entry.quantities.items():
-            if not name.endswith(FROM_TENTH):  # no time that an instrument has
+            if name not in ANSWERED:  # no time that an instrument has
                 found.setdefault(name, {})[phase] = each
     rows, said = _times(channels), []
     for name in sorted(found, key=lambda name: any(map(starred, found[name].values()))):
@@ -190,7 +190,7 @@ def _notes(channels: Mapping[str, RecordAnswer]) -> list[str]:
     said, any_star = [], False
     for phase, entry in channels.items():
         for name, each in entry.quantities.items():
-            any_star |= starred(each) and not name.endswith(FROM_TENTH)
+            any_star |= starred(each) and name not in ANSWERED
             said += [(phase, f"– {name}: {each.reason}")] if each.reason else []
         said += [(phase, f"remark: {remark}") for remark in entry.remarks]
     event = EVENTS[entry.motion]
@@ -250,3 +250,20 @@ def _posterior(each: Estimate) -> Cell:
         return NONE
     low, high = (in_digits(end, 2) for end in each.interval_95)
     return Cell(f"{in_digits(each.median, 3)}\n{low}–{high}", "faint" * is_prior(each))
+
+
+def mass_table(entries: Sequence[RecordAnswer]) -> list[Table]:
+    """Return what parameters of the first operation of each channel are with the moving mass; none
+    where it is not known.
+    """
+    first: dict[str, RecordAnswer] = {}
+    for entry in entries:
+        if entry.with_mass:
+            first.setdefault(entry.phase, entry)
+    if not first:
+        return []
+    names = next(iter(first.values())).with_mass
+    units = (f"{name}\n{each.unit}" for name, each in names.items())
+    rows = [(phase, *map(_posterior, each.with_mass.values())) for phase, each in first.items()]
+    notes = ["; ".join(f"{name}: {each.meaning}" for name, each in names.items())]
+    return [Table(("channel", *units), rows, "With the moving mass", notes)]

@@ -18,6 +18,7 @@ from breaker.drive.answers.picture_data import Panel, panel_of
 from breaker.drive.answers.report_tables import (
     RESULTS,
     few,
+    mass_table,
     measured_table,
     model_table,
     named,
@@ -49,9 +50,9 @@ def report_of(
         verdicts: Of each, what ``judged`` returns.
         beside: ``plate``, names and values; ``overlays`` over a good record; ``changes``, the
             document of a comparison by phase; ``printed``, what ``measured_table`` takes;
-            ``rejected``, sentences on what was not read.
+            ``rejected``, sentences on what was not read; ``mass``, draws of the moving mass, kg.
     """
-    document = document_of(answers, verdicts, {}, {})
+    document = document_of(answers, verdicts, {}, {}, mass=beside.get("mass"))
     found = document.records
     pairs = [pair for pair in zip(answers, found, strict=True) if pair[1].accepted]
     entries = [entry for _, entry in pairs]
@@ -66,7 +67,7 @@ def report_of(
         tables.append(Table(title="Not read", notes=few(list(dict.fromkeys(lines)))))
     if changed := beside.get("changes", {}):
         tables.append(changes_table(changed, phases))
-    tables.append(model_table(entries))
+    tables += [model_table(entries), *mass_table(entries)]
     said = [(phase, w) for phase, each in changed.items() for w in each.get("warnings", ())]
     warnings = [*(f"WARNING: {each}" for each in document.warnings), *named(said, len(changed))]
     summary = [*(Cell(each, "bad") for each in warnings), _verdict(entries, len(phases))]

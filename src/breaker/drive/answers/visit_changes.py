@@ -28,10 +28,9 @@ from breaker.drive.family.level_network import Levels
 from breaker.drive.family.mechanisms import MECHANISMS
 from breaker.drive.family.membership import Match, choose_family
 from breaker.drive.family.record_means import Mean, mean_and_change, mean_record, pace_of
-from breaker.quantities.catalogue import QUANTITIES, quantities_of
+from breaker.quantities.catalogue import AFTER_RELEASE, QUANTITIES, quantities_of
 from breaker.quantities.parameters import NAMES, PARAMETERS, Parameter
 from breaker.quantities.speeds import Speed
-from breaker.reading.files.operations_table import SWITCHING
 from breaker.reading.records.raw_record import Raw
 
 VERDICT_WORDS = ("changed", "not told", "did not change")
@@ -177,7 +176,7 @@ def changes(found: VisitChanges, beyond: float = 0.05) -> list[dict]:
         parts = zip(PARAMETERS, ratios.T, strict=True)
         rows += [_inferred(each, "parameter", of, draws - 1.0, beyond) for each, draws in parts]
     for motion, draws in found.later.items():
-        rows.append(_inferred(QUANTITIES[SWITCHING[motion]], "time", motion, draws, beyond))
+        rows.append(_inferred(QUANTITIES[AFTER_RELEASE[motion]], "time", motion, draws, beyond))
     return rows
 
 

@@ -1,0 +1,93 @@
+"""Forces, springs, friction and energies of a drive whose moving mass is known.
+
+Parameters are per mass of the drive, without that of the contact behind its spring. With this mass
+``m`` in kg the closing force is ``f m``, a spring ``k m``, friction ``gamma m``; to close, the
+force works ``f m s`` over the stroke ``s``, and the opening spring of the model, which is free in
+the open position, then holds ``k_a m s^2 / 2``.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from breaker.quantities.parameters import NAMES, PARAMETERS
+
+_LARGEST = 1e5  # kg
+_WIDEST = 1.0 / 3.0  # of the mass, that its standard deviation may be
+
+
+@dataclass(frozen=True)
+class MassQuantity:
+    """A quantity that needs the moving mass.
+
+    Attributes:
+        name, unit, meaning: As of a parameter.
+        of: Parameter that is multiplied by the mass.
+        factor: From the parameter's unit times kg and mm to the power ``ways`` to the unit.
+        ways: Power of the stroke.
+    """
+
+    name: str
+    unit: str
+    meaning: str
+    of: str
+    factor: float
+    ways: int = 0
+
+
+_WORDS = {each.name: each.word for each in PARAMETERS}
+
+# mm/ms^2 are 1e3 m/s^2, 1/ms^2 are 1e6 1/s^2, 1/ms are 1e3 1/s, and mm are 1e-3 m.
+MASS_QUANTITIES = (
+    MassQuantity("closing_force", "N", _WORDS["f"], "f", 1e3),
+    MassQuantity("opening_spring", "N/m", _WORDS["k_a"], "k_a", 1e6),
+    MassQuantity("contact_spring", "N/m", _WORDS["k_b"], "k_b", 1e6),
+    MassQuantity("drive_friction", "N s/m", _WORDS["gamma_a"], "gamma_a", 1e3),
+    MassQuantity("contact_friction", "N s/m", _WORDS["gamma_b"], "gamma_b", 1e3),
+    MassQuantity("closing_work", "J", "work of the closing force over the stroke", "f", 1.0, 1),
+    MassQuantity(
+        "opening_energy", "J", "energy of the opening spring, closed", "k_a", 0.5e6 * 1e-6, 2
+    ),
+)
+"""All of them, in the order in which they are told."""
+
+
+def check_mass(mass: float, sd: float) -> str | None:
+    """Return why nothing moves with such a mass, kg, with a remedy; None if it may.
+
+    Example:
+        >>> check_mass(0.0, 0.5)
+        'has the value 0, but a moving mass is above 0 and at most 100000 kg.'
+    """
+    if not 0.0 < mass <= _LARGEST:
+        return f"has the value {mass:g}, but a moving mass is above 0 and at most {_LARGEST:g} kg."
+    if not 0.0 <= sd <= _WIDEST * mass:
+        return (
+            f"has the standard deviation {sd:g}, but must have one from 0 to a third of the mass: "
+            "weigh the moving parts, or leave it out."
+        )
+    return None
+
+
+def mass_draws(mass: float, sd: float, n: int, rng: np.random.Generator) -> np.ndarray:
+    """Return draws of a mass, ``(n,)``, kg: normal, and above 0."""
+    return np.abs(mass + sd * rng.standard_normal(n))
+
+
+def with_mass(theta: np.ndarray, stroke: float, mass: np.ndarray) -> dict[str, np.ndarray]:
+    """Return draws of all quantities by name, ``(d,)``.
+
+    Args:
+        theta: Draws of the parameters, ``(d, p)``.
+        stroke: Of the drive, mm.
+        mass: Of the drive, kg, ``(d,)``.
+
+    Example:
+        >>> found = with_mass(np.array([[2.0, 0.045, 0.04, 0.3, 0.12, 0.75, 10.0]]), 14.0, 12.0)
+        >>> {name: float(each[0].round(2)) for name, each in found.items()}  # doctest: +ELLIPSIS
+        {'closing_force': 9000.0, 'opening_spring': 540000.0, ..., 'opening_energy': 52.92}
+    """
+    return {
+        each.name: each.factor * theta[:, NAMES.index(each.of)] * mass * stroke**each.ways
+        for each in MASS_QUANTITIES
+    }
