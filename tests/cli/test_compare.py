@@ -1,6 +1,7 @@
 """`breaker compare`: what it prints and draws, and where it fails."""
 
 import json
+import re
 
 import numpy as np
 import pytest
@@ -17,6 +18,27 @@ def visits(folder, prior):
         (folder / name).mkdir()
         written(folder / name / f"{name}.csv", drive, "closing", "opening")
     return folder
+
+
+def test_where_to_look_first_is_said_of_what_is_worse_and_in_words_of_the_user(visits, capsys):
+    (visits / "own.yaml").write_text("advice: {f: Book 7, closing_speed: '', gamma_a: grease}\n")
+    assert call("then", "--today", "now", "--config", "own.yaml") == 0
+    text = capsys.readouterr().out
+    assert "\n\nWhere to look first (no diagnosis)\n" in text
+    look = text.partition("Where to look first")[2]
+    assert re.search(r"\n  f: Book 7\b", look)
+    assert "touch_after_release: closing force" in look  # a default
+    assert "closing_speed" not in look
+    assert "gamma_a" not in look  # which has not changed
+    assert call("then", "--today", "now", "--json", "--config", "own.yaml") == 0
+    found = json.loads(capsys.readouterr().out)
+    assert "f: Book 7" in found["advice"]
+    assert call("now", "--today", "then", "--json") == 0  # what is better
+    assert not json.loads(capsys.readouterr().out)["advice"]
+    report = ["report", "now", "--before", "then", "--output", "a.html", "--config", "own.yaml"]
+    assert main(report) == 0
+    page = (visits / "a.html").read_text(encoding="utf-8")
+    assert "Where to look first (no diagnosis): f: Book 7" in page
 
 
 def call(*arguments):
@@ -38,7 +60,7 @@ def test_a_weaker_force_is_measured_noticed_and_drawn(visits, capsys):
     assert force["verdict"] == "changed"
     low, _, high = force["change"]  # 90 %: false alarm below 1e-3 at three times its half
     assert low - (high - low) < -15.0 < high + (high - low)
-    assert rows["touch_time", "closing"]["more"] > 0.95
+    assert rows["touch_after_release", "closing"]["more"] > 0.95
     assert (visits / "visits.png").stat().st_size > 10_000
 
 

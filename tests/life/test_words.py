@@ -2,7 +2,14 @@
 
 import numpy as np
 
-from breaker.drive.life.first_page import headline, limit_words, opening, since_new, trust
+from breaker.drive.life.first_page import (
+    headline,
+    limit_words,
+    look_first,
+    opening,
+    since_new,
+    trust,
+)
 from tests.life.test_tables import tables
 from tests.lives import a_life
 
@@ -51,6 +58,20 @@ def test_what_is_not_known_is_not_said():
     beyond = a_life()
     beyond["changed"][:] = np.nan
     assert "larger than any wear" in said(beyond)[1]
+
+
+def test_where_to_look_first_is_said_for_the_limit_that_is_due(defaults):
+    advice = defaults["advice"]
+    decisions, limits, _ = tables(a_life())
+    (look,) = look_first(decisions, limits, advice)
+    assert decisions.iloc[-1].limit == "slow"
+    names = limits.quantity[limits.limit == "slow"]
+    assert look.startswith(f"Where to look first (no diagnosis): {names.iloc[0]}: ")
+    assert advice[names.iloc[0]] in look
+    assert not any(advice[name] in look for name in limits.quantity if name not in {*names})
+    assert look_first(decisions, limits, {}) == []
+    decisions, limits, _ = tables(a_life(fails=(900.0, np.inf)))  # healthy
+    assert look_first(decisions, limits, advice) == []
 
 
 def test_the_page_holds_sentences_table_and_picture():

@@ -47,6 +47,7 @@ rule decide:
     params:
         motions=MOTIONS,
         planning=config["planning"],
+        advice=config["advice"],
     script:
         "../scripts/decide.py"
 

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from breaker.common.zarr_store import describe, open_store, save
 from breaker.drive.life.calendar import days_per_operation
-from breaker.drive.life.first_page import headline, limit_words, since_new, trust
+from breaker.drive.life.first_page import headline, limit_words, look_first, since_new, trust
 from breaker.drive.life.life_tables import change_table, decide, limit_table, operation_metadata
 from breaker.drive.life.limit_states import standing
 from breaker.reading.files.safe_text import save_frame
@@ -24,7 +24,8 @@ pace = days_per_operation(life.operation.values, list(known.date))
 stands = standing(life, planning, pace)
 decisions, limits = decide(life, stands, known), limit_table(life, stands)
 changes = change_table(life)
-sentences = [headline(decisions, limits), since_new(changes, life), trust(life)]
+sentences = [headline(decisions, limits), since_new(changes, life)]
+sentences += [*look_first(decisions, limits, snakemake.params.advice), trust(life)]
 log.info(" ".join(sentences))
 
 save(describe(stands, "standing", planning=planning), output.standing)

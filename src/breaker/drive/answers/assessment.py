@@ -117,7 +117,8 @@ class Assessment:
         from breaker.drive.answers.visit_comparison import compared
 
         speeds = self.speeds_of(each for records in visits.values() for each in records)
-        return compared(visits, speeds, self.settings, beyond=beyond, limits=self.limits)
+        about = {"beyond": beyond, "limits": self.limits, "advice": self.config["advice"]}
+        return compared(visits, speeds, self.settings, **about)
 
 
 def given_by(

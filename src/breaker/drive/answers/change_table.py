@@ -7,6 +7,7 @@ from breaker.documents.parts import Cell, Table
 from breaker.drive.answers.report_tables import NONE, named
 from breaker.drive.answers.visit_changes import VERDICT_WORDS
 from breaker.drive.answers.visit_document import change_words, label_of
+from breaker.quantities.advice import LOOK
 
 _TONES = dict(zip(VERDICT_WORDS, ("bad", "doubt", ""), strict=True))
 _WIDE = 3  # channels, up to which a change has room for its values
@@ -36,6 +37,8 @@ def changes_table(changed: Mapping[str, Mapping], phases: Sequence[str]) -> Tabl
         if names
     ]
     trust = [(phase, text) for phase, each in changed.items() for text in each["trust"]]
+    look = [(p, f"{LOOK}: {e}") for p, each in changed.items() for e in each.get("advice", ())]
+    notes += named(look, len(changed))
     when = next((each["dates"]["before"] for each in changed.values() if "dates" in each), "")
     since = f"since the visit before{', ' * bool(when)}{when}"
     head = (since, "unit", "", *(phase or "change" for phase in there))

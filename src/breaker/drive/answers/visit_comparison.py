@@ -15,9 +15,10 @@ from breaker.drive.answers.visit_changes import (
     measured_changes,
     mechanism_changes,
 )
-from breaker.drive.answers.visit_document import visits_document
+from breaker.drive.answers.visit_document import visits_document, worse_in
 from breaker.drive.family.network_files import shipped_networks
 from breaker.mechanism.limits import from_list
+from breaker.quantities.advice import advice_on
 from breaker.quantities.parameters import MOTIONS
 from breaker.quantities.speeds import Speed
 from breaker.shipped import KINDS
@@ -30,6 +31,7 @@ def compared(
     *,
     beyond: float,
     limits: Sequence[Mapping] = (),
+    advice: Mapping[str, str] | None = None,
 ) -> dict:
     """Return the document of a comparison.
 
@@ -39,6 +41,7 @@ def compared(
         settings: How answers are drawn.
         beyond: Share beyond which a change counts.
         limits: Entries of the section ``limits`` on which to judge today's visit.
+        advice: Where to look first, by name of what has become worse.
 
     Raises:
         ValueError: If no motion has a usable record in both visits.
@@ -49,8 +52,6 @@ def compared(
     networks = shipped_networks(*KINDS)
     found = compare(before, today, networks, rng, misfit_p_value=misfit)
     measured = measured_changes(before, today, speeds, beyond)
-    shown = {(row["name"], row["motion"]) for row in measured}  # which no network tells again
-    inferred = [e for e in changes(found, beyond) if (e["name"], e["motion"]) not in shown]
     entries = from_list(limits, [*before], speeds)
     stated = {visit: stated_of(each) for visit, each in visits.items()}
     used = {visit: _used(each) for visit, each in visits.items()}
@@ -63,7 +64,7 @@ def compared(
         {
             "warnings": _warnings(visits),
             "differences": differences,
-            "changes": [*measured, *inferred],
+            "changes": [*measured, *changes(found, beyond)],
             "mechanisms": mechanism_changes(found, beyond),
             "limits": judged_today(told, today, entries, speeds, seed),
         },
@@ -72,6 +73,7 @@ def compared(
         {"share": beyond, "seed": seed, "misfit_p_value": misfit},
     )
     document["trust"] += filter(None, [zero_between(used)])
+    document["advice"] = advice_on(worse_in(document), advice or {})
     return document | {"dates": {visit: dates_in_words(each) for visit, each in used.items()}}
 
 

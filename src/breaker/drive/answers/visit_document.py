@@ -7,15 +7,17 @@ from collections.abc import Iterable, Mapping, Sequence
 
 from breaker.common.numerals import in_digits, in_p
 from breaker.common.plain_values import plainly
-from breaker.documents.parts import Document, Section, Table
+from breaker.documents.parts import Document, Remark, Section, Table
 from breaker.drive.answers.answer_words import limit_tables, zones_in_words
 from breaker.drive.answers.visit_changes import VERDICT_WORDS, VisitChanges
 from breaker.drive.family.mechanisms import CHANGE_OF
 from breaker.drive.family.untold import APART, BEYOND, UNLIKE, WITHHELD, as_sentence
+from breaker.quantities.advice import LOOK
 
 _NAME = "{:<28}{:>8} {:>8}"
 _ROW = "  {:<45} {:>8}  {:<15}{:>7} {:>6} {:>7}"
 _GROUPS = {"measured": "measured", "parameter": "inferred"}  # titles, where one begins
+_WORSE = 0.5  # probability from which on a change is one to the worse
 _NOT_TOLD = {
     "unlike": f"No change of the drive is told: {UNLIKE}",
     "withheld": f"Parameters are withheld: {WITHHELD}",
@@ -209,6 +211,28 @@ def visits_said(document: Mapping) -> tuple[list[str], list[str]]:
     return first, [*document["trust"], f"records: {'; '.join(counts)}", *said]
 
 
+def worse_in(document: Mapping) -> list[str]:
+    """Return names of what a comparison tells as changed to the worse, or, where neither side is
+    the worse, as changed: as the headline, nothing of visits that were measured differently, and
+    parameters and mechanisms only beside a measured change.
+    """
+    if document["differences"]:
+        return []
+    sure = [
+        row
+        for row in (*document["changes"], *document["mechanisms"])
+        if row["verdict"] == VERDICT_WORDS[0] and (row["worse"] is None or row["worse"] > _WORSE)
+    ]
+    measured = [row["name"] for row in sure if row["kind"] == "measured"]
+    beside = any(
+        row["kind"] == "measured" and row["verdict"] == VERDICT_WORDS[0]
+        for row in document["changes"]
+    )
+    if document["parameters"] != "told" or not beside:
+        return measured
+    return measured + [row["name"] for row in sure if row["kind"] != "measured"]
+
+
 def words_of_visits(document: Mapping) -> Document:
     """Return a comparison in words."""
     said = [each for some in visits_said(document) for each in some]
@@ -230,7 +254,10 @@ def words_of_visits(document: Mapping) -> Document:
     first = _NAME.format("", "before", "today")
     head = (first, "change", "90 % interval", "P same", beyond, "P worse")
     tables = [Table(head, rows, form=_ROW), *limit_tables(document["limits"])]
-    return Document(summary=said, parts=[Section(parts=tables)])
+    parts = [Section(parts=tables)]
+    if look := document.get("advice"):
+        parts.append(Section(LOOK, [*map(Remark, look)]))
+    return Document(summary=said, parts=parts)
 
 
 def _cells(row: Mapping) -> list[str]:

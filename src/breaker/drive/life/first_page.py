@@ -1,7 +1,7 @@
 """The first page, in sentences and as HTML: rendered from tables, never read back."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import pandas as pd
 import xarray as xr
@@ -10,6 +10,7 @@ from breaker.common.numerals import first_of, in_digits, in_p
 from breaker.documents.parts import Document, Table
 from breaker.drive.family.untold import APART, BEYOND, WITHHELD
 from breaker.mechanism.limit_sources import SOURCES
+from breaker.quantities.advice import LOOK, advice_on
 from breaker.quantities.parameters import PARAMETERS
 
 _NOTED = 2.0  # percent, beyond which a change is worth a word
@@ -97,6 +98,22 @@ def headline(decisions: pd.DataFrame, limits: pd.DataFrame) -> str:
     if row.state == "plan" and row.risk == row.risk:
         words += f"; P {in_percent(row.risk)} to fail before the next inspection"
     return f"{words}.{doubts} As of operation {row.operation:,}."
+
+
+def look_first(
+    decisions: pd.DataFrame, limits: pd.DataFrame, advice: Mapping[str, str]
+) -> list[str]:
+    """Say where to look first for the limit that is due, if one is.
+
+    Args:
+        decisions, limits: What ``decide`` and ``limit_table`` return.
+        advice: The section ``advice`` of the configuration.
+    """
+    row = decisions.iloc[-1]
+    if row.state not in ("plan", "now"):
+        return []
+    names = limits.quantity[limits.limit == row.limit]
+    return [f"{LOOK}: {'; '.join(said)}." for said in [advice_on(names, advice)] if said]
 
 
 def trust(life: xr.Dataset) -> str:
