@@ -10,12 +10,13 @@ from breaker.documents.terminal import text_of
 from breaker.drive.answers.comparability import judged_today, unlike
 from breaker.drive.answers.operation_scatter import visit_error
 from breaker.drive.answers.visit_changes import (
+    VERDICT_WORDS,
     changes,
     compare,
     measured_changes,
     mechanism_changes,
 )
-from breaker.drive.answers.visit_document import visits_document, words_of_visits
+from breaker.drive.answers.visit_document import visits_document, words_of_visits, worse_in
 from breaker.drive.family.change_network import ChangeDraws
 from breaker.drive.family.level_network import LevelDraws
 from breaker.drive.family.membership import PARTS, Match
@@ -90,6 +91,31 @@ def ratios(before, today):
 
 def inferred(found):
     return {row["name"]: row for row in found["changes"] if row["kind"] != "measured"}
+
+
+def row(name, kind, worse, verdict=VERDICT_WORDS[0]):
+    return {"name": name, "kind": kind, "worse": worse, "verdict": verdict}
+
+
+@pytest.mark.parametrize(
+    ("state", "differences", "measured", "names"),
+    [
+        ("told", [], VERDICT_WORDS[0], ["travel_time", "f", "drag"]),
+        ("told", [], VERDICT_WORDS[1], []),  # no parameter but beside what is measured
+        ("apart", [], VERDICT_WORDS[0], ["travel_time"]),
+        ("unlike", ["stroke"], VERDICT_WORDS[0], []),
+    ],
+)
+def test_what_is_worse_is_named_as_far_as_the_headline_tells_it(
+    state, differences, measured, names
+):
+    rows = [row("travel_time", "measured", 1.0, measured), row("f", "parameter", 0.99)]
+    rows += [row("rebound", "measured", 0.0), row("k_a", "parameter", 0.01)]  # better
+    rows = [each for each in rows if each["name"] != "rebound" or measured == VERDICT_WORDS[0]]
+    rows.append(row("L", "parameter", 0.6, VERDICT_WORDS[1]))
+    mechanisms = [row("drag", "mechanism", None), row("build_up", "mechanism", None, "no")]
+    about = {"parameters": state, "differences": differences}
+    assert worse_in({"changes": rows, "mechanisms": mechanisms, **about}) == names
 
 
 def test_what_changed_is_in_the_headline_after_what_is_measured():

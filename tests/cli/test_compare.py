@@ -33,8 +33,6 @@ def test_where_to_look_first_is_said_of_what_is_worse_and_in_words_of_the_user(v
     assert call("then", "--today", "now", "--json", "--config", "own.yaml") == 0
     found = json.loads(capsys.readouterr().out)
     assert "f: Book 7" in found["advice"]
-    assert call("now", "--today", "then", "--json") == 0  # what is better
-    assert not json.loads(capsys.readouterr().out)["advice"]
     report = ["report", "now", "--before", "then", "--output", "a.html", "--config", "own.yaml"]
     assert main(report) == 0
     page = (visits / "a.html").read_text(encoding="utf-8")
