@@ -15,7 +15,7 @@ from breaker.drive.answers.answer_document import document
 from breaker.drive.answers.assessment import Assessment
 from breaker.drive.answers.report_tables import starred
 from breaker.drive.answers.test_report import report_of
-from breaker.quantities.catalogue import ANSWERED
+from breaker.quantities.catalogue import INFERRED
 from breaker.quantities.parameters import MOTIONS
 from breaker.quantities.speeds import EVENTS
 from breaker.reading.files.operations_table import Operation
@@ -71,7 +71,7 @@ def test_a_quantity_has_one_value_on_all_pages(seed, tmp_path, levels, defaults)
         assert len({*names}) == len(names)
         shown = {row[0]: row[2] for row in table.rows}
         for name, each in told.items():
-            if name not in ANSWERED and each.median is not None:
+            if name not in INFERRED and each.median is not None:
                 assert shown[name] == in_digits(each.median, 4) + "*" * starred(each)
         if f"{event} at" in shown:
             after = float(shown[f"{event} at"]) - float(shown["first motion at"])

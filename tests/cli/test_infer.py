@@ -67,7 +67,7 @@ def test_a_closing_and_an_opening_are_found_in_any_folder(folder, capsys, prior)
     assert closing["quantities"]["touch_time"]["source"] == "measured, touch inferred"
     assert closing["quantities"]["touch_time"]["meaning"] == "first motion to contact touch"
     touch = closing["quantities"]["touch_after_release"]
-    assert (touch["source"], touch["meaning"]) == ("inferred", "release of the drive to touch")
+    assert (touch["source"], touch["meaning"]) == ("inferred", "release to touch")
     assert touch["interval_95"][0] - 0.5 < 10.09 < touch["interval_95"][1] + 0.5
     assert opening["quantities"]["stroke"]["source"] == "measured"
     assert opening["quantities"]["opening_speed"]["source"] == "measured, parting inferred"

@@ -119,7 +119,8 @@ def _texts(left: Axes, right: Axes, places: Mapping[int, Mapping], share: float)
     for y, row in places.items():
         bold = {"weight": "bold"} if row["verdict"] == "changed" and not _alone(row) else {}
         measured = row["kind"] == "measured"
-        of = f", {row['motion']}" if row["motion"] not in row["name"] else ""
+        named = row["motion"] in row["name"] or row["kind"] == "time"
+        of = "" if named else f", {row['motion']}"
         unit = f" ({row['unit']})" if measured else ""
         name = style.literal(f"{row['name']}{of}{unit}")
         left.text(0.03, y, name, va="center", fontsize=9, **bold)

@@ -59,7 +59,7 @@ def _wipe(event: str, meaning: str, motions: tuple[str, ...]) -> Quantity:
 
 def _since(event: str, motions: tuple[str, ...]) -> tuple[Quantity, ...]:
     """Times of an event that networks infer, by their zero: the release, and 10 % of the way."""
-    about = f"{event}_after_release", r"$t$", "ms", f"release of the drive to {event}"
+    about = f"{event}_after_release", r"$t$", "ms", f"release to {event}"
     release = Quantity(*about, worse=1)
     tenth = Quantity(f"{event}_from10", r"$t_{10}$", "ms", f"10 % of the way to {event}")
     return tuple(replace(each, motions=motions, of=_ANSWER) for each in (release, tenth))
@@ -141,7 +141,10 @@ AFTER_RELEASE = {motion: f"{event}_after_release" for motion, event in EVENTS.it
 """Names of the time from the release to touch or parting, by motion."""
 
 ANSWERED = frozenset(name for name, each in QUANTITIES.items() if each.of == _ANSWER)
-"""Names of those that only an answer has, as no instrument shows them."""
+"""Names of those that only an answer has, and no limit is on."""
+
+INFERRED = ANSWERED | {"wipe"}
+"""Names of those beside the parameters that are inferred, as no instrument shows them."""
 
 
 def check_fact(value: float, sd: float) -> str | None:

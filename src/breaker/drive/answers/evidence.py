@@ -9,7 +9,7 @@ import numpy as np
 from breaker.drive.family.level_network import LevelDraws, Levels
 from breaker.drive.family.membership import Match
 from breaker.drive.family.network_inputs import NormalisedRecords
-from breaker.quantities.catalogue import ANSWERED
+from breaker.quantities.catalogue import ANSWERED, INFERRED
 from breaker.quantities.parameters import GAP, MOTIONS, NAMES
 from breaker.quantities.size import UNIT, Size, powers
 from breaker.quantities.speeds import EVENTS, Speed
@@ -250,7 +250,7 @@ class Answer:
 
     def is_inferred(self, name: str) -> bool:
         """Whether draws tell a quantity, and no reading of the record."""
-        return name in (*NAMES, "wipe", *ANSWERED)
+        return name in NAMES or name in INFERRED
 
     def alone(self, name: str) -> bool:
         """Whether the record shows a quantity without an inferred touch or parting."""

@@ -22,7 +22,7 @@ from breaker.drive.answers.answer_words import (
 )
 from breaker.drive.answers.limit_verdicts import NORMAL
 from breaker.drive.answers.simultaneity import simultaneity_of
-from breaker.quantities.catalogue import ANSWERED
+from breaker.quantities.catalogue import INFERRED
 from breaker.quantities.speeds import EVENTS
 from breaker.reading.inspection.printed_comparison import differs
 from breaker.reading.inspection.proposal_words import alike
@@ -87,7 +87,7 @@ def measured_table(
     found: dict[str, dict[str, QuantityEstimate]] = {}
     for phase, entry in channels.items():
         for name, each in entry.quantities.items():
-            if name not in ANSWERED:  # no time that an instrument has
+            if name not in INFERRED:  # no time that an instrument has
                 found.setdefault(name, {})[phase] = each
     rows, said = _times(channels), []
     for name in sorted(found, key=lambda name: any(map(starred, found[name].values()))):
@@ -190,7 +190,7 @@ def _notes(channels: Mapping[str, RecordAnswer]) -> list[str]:
     said, any_star = [], False
     for phase, entry in channels.items():
         for name, each in entry.quantities.items():
-            any_star |= starred(each) and name not in ANSWERED
+            any_star |= starred(each) and name not in INFERRED
             said += [(phase, f"– {name}: {each.reason}")] if each.reason else []
         said += [(phase, f"remark: {remark}") for remark in entry.remarks]
     event = EVENTS[entry.motion]
@@ -222,9 +222,9 @@ def model_table(entries: Sequence[RecordAnswer]) -> Table:
             for name, each in present(entry.mechanisms).items()
         ]
         of = " and ".join(fit.motions or [entry.motion])
-        cells = map(_posterior, entry.parameters.values())
+        cells = map(_posterior, _inferred(entry).values())
         rows.append((f"{phase}: {of}" if phase else of, trust, *cells))
-    names = entries[0].parameters
+    names = _inferred(entries[0])
     units = (f"{n}\n{'' if each.unit == '1' else each.unit}" for n, each in names.items())
     notes = named(said, len(first))
     if any(each.fit.resolved for each in first.values()):
@@ -243,6 +243,11 @@ def model_table(entries: Sequence[RecordAnswer]) -> Table:
         told = (f"{result} {', '.join(where)}" for result, where in results.items())
         notes.append(f"{limit}: {'; '.join(told)}")
     return Table(("channel", "trust", *units), rows, "What the model adds", notes)
+
+
+def _inferred(entry: RecordAnswer) -> dict[str, Estimate]:
+    """Parameters of a record, and the wipe that follows from the gap."""
+    return {**entry.parameters, "wipe": entry.quantities["wipe"]}
 
 
 def _posterior(each: Estimate) -> Cell:
