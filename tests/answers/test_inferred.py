@@ -163,6 +163,7 @@ def test_each_time_of_a_contact_has_one_zero_whether_it_was_recorded_or_not(infe
     recorded, inferred = (each.quantities["touch_time"] for each in said)
     words = text_of(words_of(document([seen], [[]], {"words": []}, {})))
     assert re.search(r"recorded touch \S+ ms after the first motion, .* sd .* they agree", words)
+    assert "first motion to contact touch, measured" in " ".join(words.split())
     assert (recorded.source, inferred.source) == ("measured", "measured, touch inferred")
     assert abs(recorded.median - inferred.median) < recorded.half + inferred.half
     for each, entry in zip((seen, answers[0]), said, strict=True):

@@ -69,7 +69,7 @@ _FIXED = (
     *(Quantity(**vars(parameter), of=_MODEL) for parameter in PARAMETERS),
     Quantity("wipe", r"$w$", "mm", "stroke less contact gap: spring pressed at rest", of=_MODEL),
     Quantity("stroke", r"$s$", "mm", "way of the drive between its rest positions"),
-    _time("travel_time", "time in which the drive goes from 10 to 90 % of its stroke"),
+    _time("travel_time", "drive from 10 to 90 % of its stroke"),
     _time("touch_time", "first motion to contact touch", _CLOSING),
     _past("over_travel", "closed", "closing"),
     _time("part_time", "first motion to contact parting", _OPENING),

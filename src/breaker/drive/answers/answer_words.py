@@ -82,8 +82,11 @@ def _long(record: RecordAnswer) -> Section:
 
 
 def _source(each: QuantityEstimate) -> str:
-    """Of what a quantity is, or why it is not known; of a speed with its zone."""
-    return ", ".join(filter(None, (each.zone, each.source or each.reason)))
+    """How a quantity is known, or why it is not; of a speed with its zone, of a time with its
+    zero.
+    """
+    what = each.meaning if each.unit == "ms" else each.zone
+    return ", ".join(filter(None, (what, each.source or each.reason)))
 
 
 def zones_of(records: Iterable[Mapping[str, QuantityEstimate]]) -> list[str]:
