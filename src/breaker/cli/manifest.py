@@ -1,6 +1,7 @@
 """`breaker manifest`: propose a table of the operations in a folder."""
 
 import argparse
+from collections.abc import Sequence
 
 from breaker.cli.command_settings import settings_of
 from breaker.cli.outputs import check_outputs, say_written, write_lines
@@ -20,15 +21,9 @@ def add(manifest: argparse.ArgumentParser) -> None:
 
 def _run(options: argparse.Namespace) -> int:
     check_outputs([(options.output, "lines")], [options.folder, *options.config])
-    from breaker.reading.files.format_settings import FORMAT
     from breaker.reading.files.safe_text import on_terminal
-    from breaker.reading.files.table_proposal import propose_manifest
-    from breaker.reading.inspection.file_description import describe_file
 
-    config = settings_of(options.config)
-    own = {"configured": config["endurance"]["format"] != FORMAT}
-    motions, folder = config["motions"], options.folder
-    text, remarks = propose_manifest(folder, options.channels, motions, describe_file, **own)
+    text, remarks = table_of(options.folder, options.config, options.channels)
     written = [write_lines(options.output, text)] if options.output else []
     if not written:
         say(text, end="")
@@ -41,3 +36,16 @@ def _run(options: argparse.Namespace) -> int:
         say(f"check: {remark}", beside=True)
     say_written(written)
     return 0
+
+
+def table_of(
+    folder: str, overlays: Sequence[str], channels: Sequence[str] = ()
+) -> tuple[str, list[str]]:
+    """Return the proposed table of a folder, and what to check in it; nothing is written."""
+    from breaker.reading.files.format_settings import FORMAT
+    from breaker.reading.files.table_proposal import propose_manifest
+    from breaker.reading.inspection.file_description import describe_file
+
+    config = settings_of(overlays)
+    own = {"configured": config["endurance"]["format"] != FORMAT}
+    return propose_manifest(folder, channels, config["motions"], describe_file, **own)

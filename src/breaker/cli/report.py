@@ -4,10 +4,11 @@ import argparse
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from math import isnan
-from typing import TYPE_CHECKING
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
 
 from breaker.cli.command_settings import limits_of, settings_of
-from breaker.cli.outputs import check_outputs, write_bytes, write_lines
+from breaker.cli.outputs import check_outputs, write_bytes
 from breaker.cli.printing import say
 from breaker.cli.records_named import (
     SEVERAL,
@@ -19,7 +20,9 @@ from breaker.cli.records_named import (
 
 if TYPE_CHECKING:
     from breaker.drive.answers.assessment import Assessment
-    from breaker.drive.answers.evidence import Given
+    from breaker.drive.answers.evidence import Answer, DriveRecord, Given
+    from breaker.drive.answers.limit_verdicts import Verdict
+    from breaker.drive.answers.test_report import Report
     from breaker.reading.files.preamble import Preamble
 
 _PLATE = ("station", "bay", "type", "serial")  # what a file may state of its breaker
@@ -43,11 +46,54 @@ def add(report: argparse.ArgumentParser) -> None:
 def _run(options: argparse.Namespace) -> int:
     read = [*options.files, *options.before, *filter(None, [options.reference]), *options.config]
     check_outputs([(options.output, "report")], read)
+    visit = visit_of(read_of(options))
+    content, lacking = content_of(visit.report, Path(options.output).suffix)
+    write_bytes(options.output, content)
+    *warnings, verdict = visit.report.summary
+    for each in warnings:
+        say(each)
+    for reason in dict.fromkeys(each.reason for each in visit.records if each.reason):
+        say(f"breaker: not in the report: {reason}", beside=True)
+    say(f"{verdict}\nreport written to {options.output}")
+    if lacking:
+        say(lacking)
+    return 0
+
+
+class ReadVisit(NamedTuple):
+    """What was read of a visit, and what is asked of it.
+
+    Attributes:
+        assessment: By which it is inferred and judged.
+        records, before: Of the visit, and of the one before.
+        beside: What a report shows beside answers and changes.
+    """
+
+    assessment: "Assessment"
+    records: Sequence["DriveRecord"]
+    before: Sequence["DriveRecord"]
+    beside: Mapping[str, object]
+
+
+class Visit(NamedTuple):
+    """What is known of a visit, and its report."""
+
+    records: Sequence["DriveRecord"]
+    answers: Sequence["Answer"]
+    verdicts: Sequence[Sequence["Verdict"]]
+    report: "Report"
+
+
+def read_of(options: argparse.Namespace) -> ReadVisit:
+    """Read the records that the command names.
+
+    Raises:
+        OSError, ValueError: If there is nothing of which a report can be.
+    """
     config = settings_of(options.config)
     limits = limits_of(config, options.config)
     # Imported here, so that --help and wrong options answer at once.
     from breaker.drive.answers.assessment import Assessment, given_by
-    from breaker.drive.answers.test_report import report_of
 
     given, words = given_by(config)
     assessment = Assessment(config, limits, given)
@@ -58,28 +104,26 @@ def _run(options: argparse.Namespace) -> int:
     overlays = overlays_of(records, good, options)
     _check_one(records)
     stated = {each.operation.file: each.stated for each in records}
-    answers = assessment.infer(records)
     speeds = {each.name: each for each in assessment.speeds_of(records)}
     beside = {
         "plate": [*_plate(records, before, stated), *_beside_records(given, words)],
         "printed": _printed(stated, records, speeds),
         "overlays": overlays,
-        "changes": _changes(records, before, assessment),
         "rejected": [each.reason for each in good if each.reason],
         "mass": assessment.mass,
     }
+    return ReadVisit(assessment, records, before, beside)
+
+
+def visit_of(read: ReadVisit) -> Visit:
+    """Infer and judge records, and compare them with those before; nothing is written."""
+    from breaker.drive.answers.test_report import report_of
+
+    assessment, records = read.assessment, read.records
+    answers = assessment.infer(records)
+    changes = {"changes": _changes(records, read.before, assessment)}
     verdicts = assessment.judge(answers)
-    found = report_of(answers, verdicts, beside)
-    lacking = _write(found, options.output)
-    *warnings, verdict = found.summary
-    for each in warnings:
-        say(each)
-    for reason in dict.fromkeys(each.reason for each in records if each.reason):
-        say(f"breaker: not in the report: {reason}", beside=True)
-    say(f"{verdict}\nreport written to {options.output}")
-    if lacking:
-        say(lacking)
-    return 0
+    return Visit(records, answers, verdicts, report_of(answers, verdicts, read.beside | changes))
 
 
 def _check_one(records: Sequence) -> None:
@@ -220,20 +264,16 @@ def _changes(records: Sequence, before: Sequence, assessment: "Assessment") -> d
     return found
 
 
-def _write(report, output: str) -> str:
-    """Write a report as its name's ending says, and return what to say of its letters.
-
-    All of it is drawn before a file is begun.
-    """
+def content_of(report: "Report", ending: str) -> tuple[bytes, str]:
+    """Return a report as ".pdf" or ".html", and what to say of its letters."""
     from breaker.figures import report as drawn
     from breaker.figures.encoding import encoded, without_font
 
-    if output.lower().endswith(".pdf"):
+    if ending.lower() == ".pdf":
         pages = list(drawn.pages(report))
-        write_bytes(output, encoded(pages, "pdf"))
-        return without_font(pages)
+        return encoded(pages, "pdf"), without_font(pages)
     from breaker.documents.html_page import html_page
 
     pages = list(drawn.curve_pages(report))
-    write_lines(output, html_page(report, [encoded([each], "png") for each in pages]))
-    return without_font(pages)
+    page = html_page(report, [encoded([each], "png") for each in pages])
+    return page.encode("utf-8"), without_font(pages)

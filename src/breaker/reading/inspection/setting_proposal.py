@@ -83,6 +83,7 @@ class Proposal:
         lacking: Keys of ``endurance.format`` that the file does not tell, and what they mean.
         motions: Every motion of every channel.
         remarks: What has to be looked at, in words.
+        guesses: Of which the settings are, each with the remarks that are about it.
     """
 
     layout: Layout
@@ -93,6 +94,7 @@ class Proposal:
     lacking: dict[str, str]
     motions: Sequence[InspectedMotion]
     remarks: Sequence[str]
+    guesses: Sequence[Guess] = ()
 
     @cached_property
     def compared(self) -> list[PrintedComparison]:
@@ -153,6 +155,7 @@ def inspect_file(file: str | Path, sensor: Mapping, channel: str = "") -> Propos
         lacking=lacking,
         motions=motions,
         remarks=[*unused, *(remark for guess in guesses for remark in guess.remarks)],
+        guesses=guesses,
     )
 
 
