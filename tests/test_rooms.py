@@ -33,6 +33,7 @@ FLOORS = [
     {"drive.answers"},
     {"drive.fleet"},
     {"figures"},
+    {"app"},  # `breaker view` starts it, and gives it what commands do
     {"cli"},  # draws a picture of what it inspects
 ]
 FLOOR = {room: floor for floor, rooms in enumerate(FLOORS) for room in rooms}

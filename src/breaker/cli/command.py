@@ -18,7 +18,9 @@ from breaker.cli.records_named import SEVERAL, add_path
 from breaker.configuration.yaml_sources import ConfigurationError
 from breaker.workflow.jobs import missing_packages, set_threads
 
-_COMMANDS = "inspect", "manifest", "check", "infer", "compare", "report", "fit-prior"  # of --help
+_COMMANDS = (  # of --help
+    *("inspect", "manifest", "check", "infer", "compare", "report", "fit-prior", "view"),
+)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -1,0 +1,209 @@
+"""The curves of a page: every channel of each file, the marks on it, and readings at two cursors.
+
+Samples are those of the file, thinned to the lowest and highest of each part where there are more
+than a screen shows; a part that is zoomed into is sent anew.
+"""
+
+import math
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from breaker.drive.answers.evidence import Answer, DriveRecord
+from breaker.reading.files.format_settings import TO_MS
+from breaker.reading.files.guards import printable
+from breaker.reading.files.word_lookup import holds
+from breaker.reading.inspection.table_layout import Layout
+from breaker.reading.records.measurements import Reading
+
+MOST = 3000
+"""Points of a trace that are sent at once."""
+
+
+class Trace(NamedTuple):
+    """A channel.
+
+    Attributes:
+        name, unit: What it is called; the unit is as in the file, or mm.
+        kind: "travel", "contact", "coil" or "other".
+        time, reading: Its samples, ``(t,)``, ms of the file.
+    """
+
+    name: str
+    unit: str
+    kind: str
+    time: np.ndarray
+    reading: np.ndarray
+
+
+class Mark(NamedTuple):
+    """A time, or a zone between two, that is measured or inferred.
+
+    Attributes:
+        name, channel: What it is, and of which channel.
+        start, stop: ms of the file; the same where it is no zone.
+        low, high: Travel there, mm; nan where none is.
+        inferred: Whether the model tells it.
+    """
+
+    name: str
+    channel: str
+    start: float
+    stop: float
+    low: float
+    high: float
+    inferred: bool = False
+
+
+def record_traces(records: Sequence[DriveRecord], layouts: Sequence[Layout]) -> list[Trace]:
+    """Return travels as they were read, and all other columns as they are in their files.
+
+    Args:
+        records: Of the visit; those that were rejected have none.
+        layouts: What is in each of the files.
+    """
+    travels: dict[tuple, Trace] = {}
+    beside: dict[str, DriveRecord] = {}
+    for each in records:
+        if each.raw is None:
+            continue
+        file, column = str(each.operation.file), each.raw.settings["travel_column"]
+        column = each.operation.channel or column
+        beside.setdefault(file, each)
+        name = " ".join(filter(None, [printable(str(column)), each.operation.phase]))
+        found = Trace(name, "mm", "travel", each.raw.time, each.raw.sure)
+        travels.setdefault((file, str(column)), found)
+    taken = {file: {c for f, c in travels if f == file} for file in beside}
+    others = []
+    for layout in layouts:
+        file = str(layout.file)
+        others += _columns(layout, beside.get(file), taken.get(file, set()))
+    several = len(layouts) > 1
+    named = [
+        trace._replace(name=f"{printable(file).rpartition('/')[2]}: {trace.name}")
+        for (file, _), trace in travels.items()
+    ]
+    return [*(named if several else travels.values()), *others]
+
+
+def _columns(layout: Layout, record: DriveRecord | None, taken: set[str]) -> Iterator[Trace]:
+    """The columns of a file beside those of travel that were read and of the time."""
+    form = record.raw.settings if record else layout.settings
+    place, count = None, layout.columns[0].size
+    if form.get("time_column") is not None:
+        place = layout.place_of(form["time_column"])
+    if place is not None:
+        time = layout.columns[place] * TO_MS[form["time_unit"]]
+    elif record:
+        time = np.arange(count) * record.raw.step
+    else:
+        time = np.arange(count, dtype=float)
+    kinds = {
+        str(form.get(f"{key}_column")): kind
+        for key, kind in (("contact", "contact"), ("trigger", "coil"))
+    }
+    for i, values in enumerate(layout.columns):
+        column = layout.column(i)
+        if i == place or str(column) in taken or not np.isfinite(values).any():
+            continue
+        if np.nanmin(values) == np.nanmax(values):
+            continue  # an unused channel
+        kind = kinds.get(str(column)) or _kind(layout.names[i])
+        yield Trace(printable(str(column)), layout.units[i] or "", kind, time, values)
+
+
+def _kind(name: str) -> str:
+    """What a column is by its name alone, for where it stands in the legend."""
+    return next((kind for kind in ("coil", "contact") if holds(name, kind)), "other")
+
+
+def marks_of(answers: Sequence[Answer]) -> list[Mark]:
+    """Return the times that are measured or inferred, and the zones of speeds."""
+    found = []
+    for answer in answers:
+        record = answer.record
+        if record.raw is None:
+            continue
+        channel, contact = record.operation.phase, answer.contact
+        reading = Reading(record.raw, contact)
+        sign = 1.0 if record.motion == "closing" else -1.0
+        level = _level(record, record.raw.moves)
+        found.append(
+            Mark(f"{record.motion}: first motion", channel, *[record.raw.moves] * 2, *[level] * 2)
+        )
+        if np.isfinite(contact.time):
+            event = "touch" if record.motion == "closing" else "parting"
+            level, inferred = _level(record, contact.time), not record.timed
+            name = f"{record.motion}: {event}" + " (inferred)" * inferred
+            found.append(Mark(name, channel, *[contact.time] * 2, *[level] * 2, inferred))
+        if np.isfinite(trigger := record.raw.contact.trigger):
+            found.append(Mark(f"{record.motion}: coil", channel, *[trigger] * 2, *[np.nan] * 2))
+        for speed in answer.speeds:
+            if speed.motion == record.motion and not answer.measured[speed.name].reason:
+                (start, low), (stop, high) = map(reading.place, (speed.start, speed.end))
+                ends = start.value, stop.value, sign * low.value, sign * high.value
+                told = speed.of_event and not record.timed
+                found.append(Mark(speed.name.replace("_", " "), channel, *ends, told))
+    return found
+
+
+def _level(record: DriveRecord, at: float) -> float:
+    raw = record.raw
+    time, left = raw.time[raw.inside], raw.left
+    known = np.isfinite(left)
+    return float(np.interp(at, time[known], left[known]))
+
+
+def thinned(trace: Trace, begin: float, end: float) -> dict[str, list]:
+    """Return the points of a trace between two times: all, or of each part the lowest and highest.
+
+    >>> trace = Trace("a", "", "other", np.arange(9000.0), np.arange(9000.0))
+    >>> len(thinned(trace, 0, 9000)["x"]), len(thinned(trace, 10, 19)["x"])
+    (3000, 12)
+    """
+    first, last = np.searchsorted(trace.time, (begin, end))
+    kept = np.arange(max(first - 1, 0), min(last + 2, trace.time.size))
+    if kept.size > MOST:
+        parts = np.array_split(kept, MOST // 2)
+        reading = (
+            np.nan_to_num(trace.reading, nan=np.inf),
+            np.nan_to_num(trace.reading, nan=-np.inf),
+        )
+        low = [part[np.argmin(reading[0][part])] for part in parts]
+        high = [part[np.argmax(reading[1][part])] for part in parts]
+        kept = np.sort(np.concatenate([low, high]))
+    return {"x": plain(trace.time[kept]), "y": plain(trace.reading[kept])}
+
+
+def plain(values: np.ndarray) -> list[float | None]:
+    """Return numbers for JSON, which has no nan."""
+    return [each if math.isfinite(each) else None for each in np.round(values, 6).tolist()]
+
+
+class AtCursors(NamedTuple):
+    """Readings of a trace at two cursors, and their difference; nan where there is none."""
+
+    name: str
+    unit: str
+    first: float
+    second: float
+
+    @property
+    def difference(self) -> float:
+        """Of the second from the first."""
+        return self.second - self.first
+
+
+def at_cursors(traces: Sequence[Trace], first: float, second: float) -> list[AtCursors]:
+    """Return the reading of each trace at the samples nearest to two times, ms."""
+    return [
+        AtCursors(each.name, each.unit, *(_nearest(each, at) for at in (first, second)))
+        for each in traces
+    ]
+
+
+def _nearest(trace: Trace, at: float) -> float:
+    if not (trace.time.size and trace.time[0] <= at <= trace.time[-1]):
+        return np.nan
+    return float(trace.reading[np.nanargmin(np.abs(trace.time - at))])

@@ -1,0 +1,160 @@
+"""Pages as HTML: templates with what a session knows; every text of a file is escaped."""
+
+import math
+import os
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+
+import jinja2
+import numpy as np
+from markupsafe import Markup
+
+from breaker.app.curve_traces import AtCursors, Mark, at_cursors, plain, thinned
+from breaker.app.page_choices import WHOLE, Choices
+from breaker.app.view_session import SHOWN, Answered, Session, Shown
+from breaker.common.numerals import in_digits
+from breaker.documents.html_page import html_page
+from breaker.documents.parts import tone_of
+from breaker.reading.files.guards import printable
+from breaker.reading.files.safe_text import on_terminal
+
+
+@cache
+def _templates() -> jinja2.Environment:
+    found = jinja2.Environment(
+        loader=jinja2.PackageLoader("breaker.app"),
+        autoescape=True,
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    found.filters |= {"digits": _digits, "printable": printable, "printable_lines": on_terminal}
+    return found
+
+
+def _digits(value: float) -> str:
+    """A number of a table; a dash where there is none.
+
+    >>> _digits(12.3456), _digits(float("nan"))
+    ('12.35', '–')
+    """
+    return in_digits(value, 4) if math.isfinite(value) else "–"
+
+
+def _page(name: str, **about: object) -> str:
+    return _templates().get_template(name).render(**about)
+
+
+def list_page(session: Session, number: str, look: str) -> str:
+    """Return the list of the files of a session, a part at a time, of which as many as are told are
+    looked into.
+    """
+    every = list(session.files())
+    pages = max(1, math.ceil(len(every) / SHOWN))
+    page = min(max(int(number) if number.isdecimal() else 1, 1), pages)
+    shown = every[(page - 1) * SHOWN : page * SHOWN]
+    return _page(
+        "list.html",
+        folder=printable(os.path.abspath(session.named)),
+        lines=session.listed(shown, int(look) if look.isdecimal() else 0),
+        count=len(every),
+        first=(page - 1) * SHOWN + 1,
+        page=page,
+        pages=pages,
+        whole=WHOLE if session.whole else "",
+    )
+
+
+def visit_page(session: Session, choices: Choices) -> str:
+    """Return the page of a visit."""
+    shown = session.shown(choices)
+    names = [printable(each) for each in session.paths(shown.choices.files)]
+    uncertain = sum(row.state in ("lacking", "doubtful") for row in shown.rows)
+    return _page(
+        "visit.html",
+        names=names,
+        before=[printable(each) for each in session.paths(shown.choices.before)],
+        shown=shown,
+        uncertain=uncertain,
+        address=shown.choices.address,
+        other=_other(shown.choices),
+        command=shown.command,
+        settings_name=_free("my.yaml"),
+        table_name=_table(session),
+    )
+
+
+def answer_part(session: Session, choices: Choices) -> str:
+    """Return the part of a page that takes longer: values, limits, and what the model says."""
+    answered = session.answered(choices)
+    report = answered.visit.report
+    values = replace(report, title="Values, limits and the model", summary=())
+    return _page(
+        "answer.html",
+        summary=[(each, tone_of(each)) for each in report.summary],
+        values=Markup(html_page(values, inner="report")),  # which escapes what it is given
+        marks=answered.marks,
+        words=answered.words,
+        address=choices.address,
+    )
+
+
+def _other(choices: Choices) -> str:
+    """The address of the same files with the other base, and nothing chosen."""
+    base = "seen" if choices.base == "configured" else "configured"
+    return choices._replace(base=base, settings={}).address
+
+
+def _free(name: str) -> str:
+    """A name at which nothing is yet: lines of settings replace nothing."""
+    path, number = Path(name), 2
+    while path.exists():
+        path, number = Path(name).with_stem(f"{Path(name).stem}-{number}"), number + 1
+    return str(path)
+
+
+def _table(session: Session) -> str:
+    """Where the table of the folder goes; empty where there is no folder, or it has one."""
+    place = Path(session.named, "operations.csv")
+    return printable(place) if session.is_folder and not os.path.lexists(place) else ""
+
+
+def error_page(text: str, *, allowed: bool = True) -> str:
+    """Return a page that says what is wrong."""
+    return _page("error.html", text=printable(text), allowed=allowed)
+
+
+def curves_of(shown: Shown, begin: float | None, end: float | None) -> dict:
+    """Return the points of all traces between two times, for JSON."""
+    ends = [(float(each.time[0]), float(each.time[-1])) for each in shown.traces if each.time.size]
+    first = min((e[0] for e in ends), default=0.0) if begin is None else begin
+    last = max((e[1] for e in ends), default=1.0) if end is None else end
+    traces = [
+        {
+            "name": each.name,
+            "unit": each.unit,
+            "kind": each.kind,
+            **thinned(each, first, last),
+        }
+        for each in shown.traces
+    ]
+    return {"from": first, "to": last, "traces": traces}
+
+
+def marks_for(answered: Answered) -> dict:
+    """Return the marks of curves, for JSON."""
+    return {"marks": [*map(_mark, answered.marks)]}
+
+
+def _mark(mark: Mark) -> dict:
+    start, stop, low, high = plain(np.array([mark.start, mark.stop, mark.low, mark.high]))
+    name = " ".join(filter(None, [mark.name, printable(mark.channel)]))
+    return {"name": name, "x": [start, stop], "y": [low, high], "inferred": mark.inferred}
+
+
+def cursor_page(shown: Shown, first: float, second: float) -> str:
+    """Return the table of readings at two cursors."""
+    rows: Sequence[AtCursors] = at_cursors(shown.traces, first, second)
+    return _page("cursors.html", rows=rows, first=first, second=second, apart=second - first)

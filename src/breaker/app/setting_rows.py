@@ -1,0 +1,128 @@
+"""How a file was read, setting by setting, each with its reason; what is uncertain comes first."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+from breaker.app.page_choices import FIELDS, Field, as_text
+from breaker.drive.answers.evidence import DriveRecord
+from breaker.reading.files.format_settings import FORMAT
+from breaker.reading.inspection.setting_proposal import Proposal
+from breaker.reading.inspection.table_layout import Layout
+
+
+class SettingRow(NamedTuple):
+    """A setting as the page shows it.
+
+    Attributes:
+        field: What it is.
+        text: Value, as the text of its field.
+        used: What was used, in words.
+        reason: Why.
+        state: "lacking", "doubtful", "chosen" or "sure".
+        options: Texts and words of a choice.
+    """
+
+    field: Field
+    text: str
+    used: str
+    reason: str
+    state: str
+    options: Sequence[tuple[str, str]]
+
+
+_ORDER = ("lacking", "doubtful", "chosen", "sure")
+
+
+class Base(NamedTuple):
+    """Settings before anything is chosen on the page, complete.
+
+    Attributes:
+        form: Of ``endurance.format``.
+        name: "configured", or "seen" of what is proposed of the file.
+    """
+
+    form: Mapping[str, Any]
+    name: str
+
+
+def base_of(config: Mapping, proposal: Proposal | None, wanted: str) -> Base:
+    """Return the settings from which a page starts: as it was wanted; else a configuration of the
+    user's own, or what is proposed of the file.
+    """
+    own = config["endurance"]["format"]
+    if (wanted or ("seen" if own == FORMAT else "configured")) == "seen" and proposal is not None:
+        return Base({**FORMAT, **proposal.settings, **dict.fromkeys(proposal.lacking)}, "seen")
+    return Base({**FORMAT, **own}, "configured")
+
+
+def rows_of(
+    base: Base,
+    proposal: Proposal | None,
+    layout: Layout | None,
+    chosen: Mapping[str, Any],
+    records: Sequence[DriveRecord],
+) -> list[SettingRow]:
+    """Return the settings that the page offers.
+
+    Args:
+        base: Settings before anything is chosen.
+        proposal, layout: Of the first file; None where there is none.
+        chosen: What was changed on the page.
+        records: As they were read.
+    """
+    rows = []
+    for field in FIELDS:
+        key = field.key
+        value = chosen.get(key, None if key == "travel_column" else base.form[key])
+        told = _told(key, records)
+        reason, state = told[1:] if told else _reason(key, base, proposal)
+        if key in chosen:
+            reason, state = "you chose it here", "chosen"
+        elif base.name == "seen" and proposal and key in proposal.lacking and not told:
+            reason, state = f"fill it in: {proposal.lacking[key]}", "lacking"
+        shown, words = as_text(key, value), _options(field, layout, value)
+        used = told[0] if told else dict(words).get(shown, field.none if value is None else shown)
+        rows.append(SettingRow(field, shown, str(used), reason, state, words))
+    return sorted(rows, key=lambda row: _ORDER.index(row.state))
+
+
+def _told(key: str, records: Sequence[DriveRecord]) -> tuple[str, str, str] | None:
+    """What files tell of a setting that nothing else does, how, and that it is sure."""
+    values = dict.fromkeys(
+        str(each.operation.settings[key]) for each in records if key in each.operation.settings
+    )
+    if not values:
+        return None
+    how = "stated by the file" if key == "rate" else "the column that goes with each travel"
+    return ", ".join(values), f"{how}, or by its row of operations.csv", "sure"
+
+
+def _reason(key: str, base: Base, proposal: Proposal | None) -> tuple[str, str]:
+    """Why a setting is as it is, where nobody chose it and no file tells it alone."""
+    default = base.form[key] == FORMAT[key]
+    if base.name == "configured" or proposal is None:
+        return ("the default" if default else "of your configuration"), "sure"
+    for guess in proposal.guesses:
+        if key in guess.settings:
+            if guess.remarks:
+                return "; ".join(guess.remarks), "doubtful"
+            return "seen in the file" if guess.sure else "guessed from the curve", "sure"
+    if key in proposal.layout.settings:
+        return f"seen in the lines of {proposal.layout.kind}", "sure"
+    if key in ("contact_column", "trigger_column"):
+        return "by name, number and time, beside each travel", "sure"
+    if key == "travel_column":
+        return "the column that moves as a drive does", "sure"
+    return ("the default" if default else "seen in the file"), "sure"
+
+
+def _options(field: Field, layout: Layout | None, value: object) -> list[tuple[str, str]]:
+    """What may be chosen, the value as it is among it."""
+    found = [(as_text(field.key, each), words) for each, words in field.options]
+    if field.kind == "column":
+        columns = [layout.column(i) for i in range(len(layout.columns))] if layout else []
+        found = [(as_text(field.key, each), str(each)) for each in columns]
+        found = [("null", field.none), *found] if field.none else found
+    if found and as_text(field.key, value) not in dict(found):
+        found.append((as_text(field.key, value), str(value)))
+    return found

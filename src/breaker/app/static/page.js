@@ -1,0 +1,272 @@
+"use strict";
+// What a browser adds to pages that work without: curves, cursors, and changes without a new page.
+// It computes nothing: readings, marks and differences come from the server.
+
+const byId = (id) => document.getElementById(id);
+const busy = (text) => { byId("busy").textContent = text; };
+let plot = null; // of the curves: what cursors and a zoom change
+
+async function answer(address, options) {
+  let got;
+  try {
+    got = await fetch(address, options);
+  } catch {
+    throw new Error("breaker view does not answer: was it ended? Start it again in the terminal");
+  }
+  if (got.ok) return got;
+  const page = new DOMParser().parseFromString(await got.text(), "text/html");
+  throw new Error(page.getElementById("error")?.textContent ?? `error ${got.status}`);
+}
+
+// ---- a page in place of another ----
+
+async function show(address, push) {
+  busy("reading ...");
+  const started = performance.now();
+  const focused = document.activeElement?.id;
+  let page;
+  try {
+    page = await answer(address);
+  } catch (error) {
+    busy(error.message);
+    return;
+  }
+  const found = new DOMParser().parseFromString(await page.text(), "text/html");
+  if (push) history.pushState(null, "", address);
+  document.title = found.title;
+  byId("main").replaceWith(found.getElementById("main"));
+  prepare();
+  busy("");
+  if (focused) byId(focused)?.focus({ preventScroll: true });
+  await draw();
+  document.body.dataset.took = Math.round(performance.now() - started);
+  await complete();
+}
+
+function prepare() {
+  const form = byId("settings");
+  if (form) {
+    const again = () => show("/visit?" + new URLSearchParams(new FormData(form)), true);
+    form.addEventListener("change", again);
+    form.addEventListener("submit", (event) => { event.preventDefault(); again(); });
+  }
+  for (const each of document.querySelectorAll("form.save")) each.addEventListener("submit", save);
+  for (const id of ["cursor1", "cursor2"]) byId(id)?.addEventListener("change", readCursors);
+  byId("drop")?.addEventListener("change", (event) => drop(event.target.files));
+}
+
+// ---- what takes longer: files of a list, values of a visit ----
+
+async function complete() {
+  const list = byId("list"), top = byId("top");
+  while (list?.isConnected && list.querySelector("tr[data-pending]")) {
+    let page;
+    try {
+      page = await answer(`/?page=${list.dataset.page}&look=5`);
+    } catch (error) {
+      busy(error.message);
+      return;
+    }
+    const found = new DOMParser().parseFromString(await page.text(), "text/html");
+    const rows = new Map([...found.querySelectorAll("#list tbody tr")].map((row) => [row.querySelector("input").value, row]));
+    let changed = false;
+    for (const old of list.querySelectorAll("tr[data-pending]")) {
+      const row = rows.get(old.querySelector("input").value);
+      if (!row || row.hasAttribute("data-pending")) continue;
+      // What can be clicked stays: a row may be in use.
+      while (old.cells.length > 3) old.deleteCell(3);
+      old.append(...[...row.cells].slice(3));
+      old.removeAttribute("data-pending");
+      changed = true;
+    }
+    if (!changed) return;
+  }
+  if (!top) return;
+  const query = top.dataset.address;
+  let part, marks;
+  try {
+    part = await (await answer("/answer?" + query)).text();
+    marks = await (await answer("/marks?" + query)).json();
+  } catch (error) {
+    if (top.isConnected) { top.textContent = error.message; top.className = "verdict bad"; }
+    return;
+  }
+  if (!top.isConnected) return; // another page is shown by now
+  const found = new DOMParser().parseFromString(part, "text/html");
+  for (const each of found.querySelectorAll("[data-place]")) byId(each.dataset.place).replaceChildren(...each.childNodes);
+  if (plot?.query === byId("curves").dataset.query) fillMarks(plot.marks, marks.marks);
+}
+
+async function save(event) {
+  event.preventDefault();
+  const form = event.target, said = byId("saved");
+  said.textContent = "";
+  try {
+    const body = new URLSearchParams(new FormData(form));
+    said.textContent = await (await answer("/save?" + form.dataset.query, { method: "POST", body })).text();
+  } catch (error) {
+    said.textContent = error.message;
+  }
+}
+
+async function drop(files) {
+  const ids = [];
+  busy("reading ...");
+  try {
+    for (const file of files) {
+      const name = encodeURIComponent(file.name);
+      ids.push((await (await answer("/drop?name=" + name, { method: "POST", body: file })).json()).id);
+    }
+  } catch (error) {
+    busy(error.message);
+    return;
+  }
+  const shown = ids.filter((id) => !id.toLowerCase().endsWith(".dat"));
+  if (shown.length) location.assign("/visit?" + new URLSearchParams(shown.map((id) => ["file", id])));
+}
+
+// ---- curves ----
+
+const COLOURS = ["#2166ac", "#d6604d", "#1b9e77", "#8856a7", "#b8860b", "#1f9fb4", "#a6761d", "#7f7f7f"];
+const DARK = ["#6baed6", "#fc8d62", "#66c2a5", "#b39ddb", "#e6c35c", "#66d9e8", "#d2a56d", "#bdbdbd"];
+const PANELS = { // label and height by kind of channel, in their order
+  travel: ["travel (mm)", 340], coil: ["coil", 150], contact: ["contact", 130], other: ["others, as in the file", 170],
+};
+const numbers = (list) => list.map((each) => (each === null ? NaN : each));
+
+function looks(figure, ink, paper, line) {
+  figure.background_fill_color = figure.border_fill_color = paper;
+  figure.outline_line_color = line;
+  for (const axis of [...figure.xaxes, ...figure.yaxes]) {
+    axis.axis_label_text_color = axis.major_label_text_color = ink;
+    axis.axis_line_color = axis.major_tick_line_color = axis.minor_tick_line_color = line;
+  }
+  for (const grid of [...figure.xgrids, ...figure.ygrids]) grid.grid_line_color = line;
+}
+
+function panel(label, height, range) {
+  return Bokeh.Plotting.figure({
+    height, x_range: range, y_range: new Bokeh.DataRange1d({ only_visible: true }), sizing_mode: "stretch_width", y_axis_label: label,
+    tools: "xpan,xwheel_zoom,box_zoom,undo,reset,save", active_drag: "xpan", active_scroll: "xwheel_zoom",
+    output_backend: "canvas",
+  });
+}
+
+async function draw() {
+  const place = byId("curves");
+  plot = null;
+  if (!place || !globalThis.Bokeh) return;
+  let data;
+  try {
+    data = await (await answer("/curves?" + place.dataset.query)).json();
+  } catch (error) {
+    place.textContent = error.message;
+    return;
+  }
+  const dark = matchMedia("(prefers-color-scheme: dark)").matches;
+  const [ink, paper, line] = dark ? ["#e8e8e8", "#17191c", "#454a50"] : ["#1a1a1a", "#ffffff", "#dddddd"];
+  const colours = dark ? DARK : COLOURS;
+  const range = new Bokeh.Range1d({ start: data.from, end: data.to });
+  const panels = new Map(), sources = [];
+  for (const trace of data.traces) {
+    if (!panels.has(trace.kind)) panels.set(trace.kind, panel(...PANELS[trace.kind], range));
+    const figure = panels.get(trace.kind), items = figure.items ??= [];
+    const source = new Bokeh.ColumnDataSource({ data: { x: numbers(trace.x), y: numbers(trace.y) } });
+    sources.push(source);
+    const name = trace.unit && trace.kind !== "travel" ? `${trace.name} (${trace.unit})` : trace.name;
+    const glyph = figure.line({ field: "x" }, { field: "y" }, {
+      source, line_width: 1.5, line_color: colours[items.length % colours.length],
+    });
+    glyph.visible = trace.kind !== "other" || !items.length; // of a dozen, those that are asked for
+    items.push(new Bokeh.LegendItem({ label: { value: name }, renderers: [glyph] }));
+  }
+  const shown = Object.keys(PANELS).filter((kind) => panels.has(kind)).map((kind) => panels.get(kind));
+  const empty = (...names) => new Bokeh.ColumnDataSource({ data: Object.fromEntries(names.map((name) => [name, []])) });
+  const cursors = [0, 1].map((k) => {
+    const source = empty("x");
+    for (const figure of shown) {
+      figure.vspan({ field: "x" }, { source, line_color: ink, line_width: 2, line_dash: k ? "dotted" : "solid" });
+    }
+    return source;
+  });
+  const marks = { times: empty("x"), told: empty("x"), zones: empty("x0", "x1"), points: empty("x", "y", "name") };
+  if (shown.length) addMarks(shown[0], marks, colours, ink);
+  for (const figure of shown) {
+    looks(figure, ink, paper, line);
+    figure.y_range.renderers = figure.items.flatMap((item) => item.renderers);
+    figure.toolbar.logo = null;
+    figure.add_layout(new Bokeh.Legend({ items: figure.items, click_policy: "hide", background_fill_color: paper,
+      border_line_color: null, label_text_color: ink, label_text_font_size: "11px", spacing: 0, padding: 2,
+      inactive_fill_color: paper, inactive_fill_alpha: 0.7 }), "right");
+    figure.on_event("tap", (event) => setCursor(event));
+  }
+  if (shown.length) shown.at(-1).xaxis.axis_label = "time (ms)";
+  place.replaceChildren();
+  await Bokeh.Plotting.show(new Bokeh.Column({ children: shown, sizing_mode: "stretch_width" }), place);
+  plot = { cursors, marks, query: place.dataset.query };
+  let timer = null;
+  for (const end of [range.properties.start, range.properties.end]) {
+    end.change.connect(() => {
+      clearTimeout(timer);
+      timer = setTimeout(() => zoomed(range, sources, place), 150);
+    });
+  }
+}
+
+function addMarks(figure, marks, colours, ink) {
+  figure.vstrip({ field: "x0" }, { field: "x1" }, { source: marks.zones, fill_color: colours[3], fill_alpha: 0.1, line_color: null });
+  for (const [source, dash] of [[marks.times, "dashed"], [marks.told, "dotted"]]) {
+    figure.vspan({ field: "x" }, { source, line_color: colours[1], line_alpha: 0.6, line_dash: dash });
+  }
+  const glyph = figure.scatter({ field: "x" }, { field: "y" }, { source: marks.points, size: 8, marker: "diamond", color: ink });
+  figure.add_tools(new Bokeh.HoverTool({ renderers: [glyph], tooltips: [["", "@name"], ["ms", "@x{0.00}"], ["mm", "@y{0.00}"]] }));
+}
+
+function fillMarks(sources, marks) {
+  const times = marks.filter((mark) => mark.x[0] === mark.x[1]), zones = marks.filter((mark) => mark.x[0] !== mark.x[1]);
+  const at = (list) => ({ x: list.map((mark) => mark.x[0]) });
+  sources.times.data = at(times.filter((mark) => !mark.inferred));
+  sources.told.data = at(times.filter((mark) => mark.inferred));
+  sources.zones.data = { x0: zones.map((mark) => mark.x[0]), x1: zones.map((mark) => mark.x[1]) };
+  const points = [...times.map((mark) => [mark, 0]), ...zones.flatMap((mark) => [[mark, 0], [mark, 1]])]
+    .filter(([mark, k]) => mark.y[k] !== null);
+  sources.points.data = {
+    x: points.map(([mark, k]) => mark.x[k]), y: points.map(([mark, k]) => mark.y[k]), name: points.map(([mark]) => mark.name),
+  };
+}
+
+async function zoomed(range, sources, place) {
+  const part = `&from=${range.start}&to=${range.end}`;
+  try {
+    const data = await (await answer("/curves?" + place.dataset.query + part)).json();
+    data.traces.forEach((trace, k) => { sources[k].data = { x: numbers(trace.x), y: numbers(trace.y) }; });
+  } catch (error) {
+    busy(error.message);
+  }
+}
+
+function setCursor(event) {
+  const field = byId(event.modifiers?.shift ? "cursor2" : "cursor1");
+  field.value = event.x.toFixed(3);
+  readCursors();
+}
+
+async function readCursors() {
+  if (!plot) return;
+  const fields = [byId("cursor1"), byId("cursor2")];
+  plot.cursors.forEach((source, k) => { source.data = { x: fields[k].value === "" ? [] : [Number(fields[k].value)] }; });
+  if (fields.some((field) => field.value === "")) return;
+  try {
+    const found = await answer(`/cursors?${plot.query}&first=${fields[0].value}&second=${fields[1].value}`);
+    const page = new DOMParser().parseFromString(await found.text(), "text/html");
+    byId("readings").replaceChildren(...page.body.children);
+  } catch (error) {
+    busy(error.message);
+  }
+}
+
+addEventListener("popstate", () => show(location.href, false));
+addEventListener("dragover", (event) => event.preventDefault());
+addEventListener("drop", (event) => { event.preventDefault(); drop(event.dataTransfer.files); });
+prepare();
+draw().then(complete);

@@ -1,0 +1,387 @@
+"""What a page knows: the files of a folder, and a visit to them as the commands read it."""
+
+import os
+import re
+import shlex
+import tempfile
+import threading
+from collections import OrderedDict
+from collections.abc import Callable, Hashable, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from breaker.app.curve_traces import Mark, Trace, marks_of, record_traces
+from breaker.app.page_choices import WHOLE, Choices, id_of, overlay_text
+from breaker.app.setting_rows import SettingRow, base_of, rows_of
+from breaker.common.atomic_writes import whole
+from breaker.documents.terminal import text_of
+from breaker.drive.answers.answer_document import document
+from breaker.drive.answers.answer_words import words_of
+from breaker.drive.answers.evidence import DriveRecord
+from breaker.drive.answers.file_statements import date_in
+from breaker.quantities.parameters import MOTIONS
+from breaker.reading.files.folder_facts import Description
+from breaker.reading.files.folder_listing import odd_signs, record_files
+from breaker.reading.files.formats import ENDINGS
+from breaker.reading.files.guards import LARGEST, printable
+from breaker.reading.files.operations_table import MANIFEST
+from breaker.reading.inspection.file_contents import look_into
+from breaker.reading.inspection.file_description import describe_file
+from breaker.reading.inspection.setting_proposal import Proposal, inspect_file
+from breaker.reading.inspection.table_layout import Layout
+
+SHOWN = 100
+"""Files of a list that are looked into at a time."""
+
+MOST_DROPPED = 4 * LARGEST
+"""Bytes of all files that are dropped on a page."""
+
+_KEPT = 6  # visits, of which the page needs nothing anew
+_TRAVEL = "travel_column"  # which chooses a channel of several, also where it is the base's
+
+
+class Commands(NamedTuple):
+    """What the commands do, called as they call it.
+
+    Attributes:
+        settings_of: The configuration of overlays.
+        read_of: What ``breaker report`` reads for files, files of the visit before, a channel and
+            overlays.
+        visit_of: What it then infers and judges, and its report.
+        content_of: The bytes of its report by ending, and what to say of them.
+        manifest_of: The table of ``breaker manifest`` for a folder and overlays, and remarks.
+        write_lines: Write a text where nothing of a user is, for a name and what is read.
+    """
+
+    settings_of: Callable[[Sequence[str]], Mapping]
+    read_of: Callable[[Sequence[str], Sequence[str], str, Sequence[str]], Any]
+    visit_of: Callable[[Any], Any]
+    content_of: Callable[[Any, str], tuple[bytes, str]]
+    manifest_of: Callable[[str, Sequence[str]], tuple[str, Sequence[str]]]
+    write_lines: Callable[[str, str, Sequence[str]], str]
+
+
+class Listed(NamedTuple):
+    """A line of the list: a file, and what is seen in it, unless it was not looked into yet."""
+
+    identity: str
+    name: str
+    breaker: str = ""
+    phases: str = ""
+    motions: str = ""
+    date: str = ""
+    reason: str = ""
+    pending: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class Shown:
+    """Records of a visit as a page shows them.
+
+    Attributes:
+        choices: What was chosen.
+        overlay: The lines of YAML that repeat it.
+        rows: Settings, with reasons.
+        remarks: What is to be looked at, in words.
+        trouble: Why nothing can be read so; empty if it can.
+        read: As of ``breaker report``; None if there is trouble.
+        traces: Of the curves.
+        command: The command line that writes the same sheet.
+    """
+
+    choices: Choices
+    overlay: str
+    rows: Sequence[SettingRow]
+    remarks: Sequence[str]
+    trouble: str
+    read: Any
+    traces: Sequence[Trace]
+    command: str
+
+
+class Answered(NamedTuple):
+    """A visit as ``breaker report`` answers it, the marks of its curves, and the whole in words."""
+
+    visit: Any
+    marks: Sequence[Mark]
+    words: str
+
+
+class MissingError(ValueError):
+    """Something of an address that is not, or no more, among what is shown."""
+
+
+class Session:
+    """A folder or a file, the overlays of the command line, and what was read last.
+
+    Args:
+        named: The folder or file.
+        overlays: Files of configuration that the command line names.
+        commands: What the commands do.
+        own: A folder of this session alone, for dropped files and settings that are not saved.
+
+    Raises:
+        OSError: If the folder cannot be read.
+    """
+
+    def __init__(
+        self, named: str, overlays: Sequence[str], commands: Commands, own: str | Path
+    ) -> None:
+        self.named, self.overlays, self.commands = named, list(overlays), commands
+        self.own = Path(own)
+        self.is_folder = os.path.isdir(named) and not named.lower().endswith(".zarr")
+        if self.is_folder:
+            os.listdir(named)  # one that may not be read says so, before a page is opened
+        elif not os.path.exists(named):
+            raise FileNotFoundError(f"there is no {printable(named)}; name a folder of exports")
+        self._kept: OrderedDict[Hashable, Any] = OrderedDict()
+        self._lock = threading.RLock()
+
+    # ---- the list ----
+
+    def files(self) -> dict[str, str]:
+        """Return paths of all files by their ids, those that were dropped last."""
+        dropped = record_files(self.own / "dropped")
+        if not self.is_folder:
+            found = {id_of(Path(self.named).name): self.named}
+        else:
+            folder = Path(self.named)
+            parts = [folder, *(folder / each for each in MOTIONS)]
+            paths = [each for part in parts for each in record_files(part)]
+            found = {id_of(os.path.relpath(each, folder)): str(each) for each in paths}
+        return found | {f"dropped/{id_of(each.name)}": str(each) for each in dropped}
+
+    def listed(self, identities: Sequence[str], most: int) -> list[Listed]:
+        """Return lines of the list; of files that were not looked into before, some are now."""
+        files, lines = self.files(), []
+        for each in identities:
+            key = "described", _state(files[each])
+            new = key not in self._kept
+            seen = None if new and most <= 0 else self._described(key, files[each])
+            most -= new
+            lines.append(_listed(each, files[each], seen))
+        return lines
+
+    def _described(self, key: Hashable, path: str) -> Description:
+        return self._once(key, lambda: describe_file(path), 10_000)
+
+    @property
+    def whole(self) -> bool:
+        """Whether the folder says itself which file is which operation."""
+        parts = [Path(self.named, each) for each in MOTIONS]
+        table = Path(self.named, MANIFEST).exists()
+        return self.is_folder and (table or any(each.is_dir() for each in parts))
+
+    def drop(self, name: str, content: bytes) -> str:
+        """Keep a file that was dropped on the page until the session ends, and return its id.
+
+        Raises:
+            ValueError: If its name is none of a record, or there are too many bytes.
+        """
+        plain = Path(name.replace("\\", "/")).name
+        if odd_signs(plain) or plain.startswith((".", "~$")) or plain == MANIFEST:
+            raise ValueError(f"{printable(plain)} is no name of a record; rename it")
+        if not plain.lower().endswith((*ENDINGS, ".dat")):
+            endings = " ".join(ENDINGS)
+            raise ValueError(f"{printable(plain)} has no ending of a record ({endings})")
+        folder = self.own / "dropped"
+        folder.mkdir(exist_ok=True)
+        held = sum(each.stat().st_size for each in folder.iterdir())
+        if len(content) > LARGEST or held + len(content) > MOST_DROPPED:
+            raise ValueError(
+                f"{printable(plain)} is too large to be dropped here; name its folder instead: "
+                "breaker view FOLDER"
+            )
+        with whole(folder / plain) as part:
+            part.write_bytes(content)
+        return f"dropped/{id_of(plain)}"
+
+    # ---- a visit ----
+
+    def shown(self, choices: Choices) -> Shown:
+        """Return a visit, read, inferred and judged; once for the same files and choices.
+
+        Raises:
+            MissingError: If a file is not, or no more, among those that are listed.
+            ConfigurationError, OSError, ValueError: If the configuration is wrong.
+        """
+        named, before = self.paths(choices.files), self.paths(choices.before)
+        states = tuple(_state(each) for each in (*named, *before, *self.overlays))
+        return self._once(
+            ("shown", choices.address, states), lambda: self._shown(choices, named, before), _KEPT
+        )
+
+    def paths(self, identities: Sequence[str]) -> list[str]:
+        """Return what the command line calls files."""
+        files = self.files()
+        if lost := [each for each in identities if each not in files and each != WHOLE]:
+            raise MissingError(
+                f"{lost[0]} is not in {printable(self.named)} any more, or never was: was it moved "
+                "or renamed? Go back to the list"
+            )
+        return [self.named if each == WHOLE else files[each] for each in identities]
+
+    def _shown(self, choices: Choices, named: list[str], before: list[str]) -> Shown:
+        config = self.commands.settings_of(self.overlays)
+        first = named[0] if choices.files[0] != WHOLE else next(iter(self.files().values()), "")
+        layout, proposal, trouble = self._seen(first, choices, config)
+        base = base_of(config, proposal, choices.base)
+        chosen = {k: v for k, v in choices.settings.items() if v != base.form[k] or k == _TRAVEL}
+        choices = choices._replace(base=base.name, settings=chosen)
+        form, own = {**base.form, **chosen}, config["endurance"]["format"]
+        sensor = proposal.sensor if base.name == "seen" else {}
+        overlay = overlay_text({key: form[key] for key in form if form[key] != own[key]}, sensor)
+        read = None
+        try:
+            with self._overlay(overlay) as written:
+                read = self.commands.read_of(named, before, choices.channel, written)
+                trouble = ""
+        except (ValueError, OSError) as error:
+            trouble = re.sub(rf"{re.escape(str(self.own))}\S*/(?=my\.yaml)", "", str(error))
+        return Shown(
+            choices,
+            overlay,
+            rows_of(base, proposal, layout, chosen, read.records if read else ()),
+            proposal.remarks if proposal else (),
+            trouble,
+            read,
+            self._traces(read.records if read else (), layout),
+            self._command(choices, named, before),
+        )
+
+    def answered(self, choices: Choices) -> Answered:
+        """Return what is inferred and judged of a visit.
+
+        Raises:
+            ValueError: If nothing of it can be used.
+        """
+        shown = self.shown(choices)
+        if shown.read is None:
+            raise ValueError(shown.trouble)
+
+        def answer() -> Answered:
+            visit = self.commands.visit_of(shown.read)
+            text = text_of(words_of(document(visit.answers, visit.verdicts, {"words": []}, {})))
+            return Answered(visit, marks_of(visit.answers), text)
+
+        return self._once(("answered", id(shown), shown), answer, _KEPT)
+
+    def _traces(self, records: Sequence[DriveRecord], first: Layout | None) -> list[Trace]:
+        """Curves of all files that can be looked into; the others are said elsewhere."""
+        layouts = []
+        for each in dict.fromkeys(str(each.operation.file) for each in records):
+            with suppress(ValueError, OSError):
+                layouts.append(self._layout(each))
+        return record_traces(records, layouts or [*filter(None, [first])])
+
+    def _layout(self, path: str) -> Layout:
+        return self._once(("layout", _state(path)), lambda: look_into(path), _KEPT)
+
+    def _seen(
+        self, first: str, choices: Choices, config: Mapping
+    ) -> tuple[Layout | None, Proposal | None, str]:
+        """The layout of a file, what is proposed for it, and why nothing is."""
+        key = first, _state(first), tuple(map(_state, self.overlays))
+        try:
+            layout = self._layout(first)
+        except (ValueError, OSError) as error:
+            return None, None, str(error)
+        try:
+            find = lambda: inspect_file(first, config["sensor"])  # noqa: E731
+            return layout, self._once(("proposed", *key), find, 50), ""
+        except (ValueError, OSError) as error:
+            return layout, None, str(error)
+
+    def _overlay(self, text: str) -> "_Written":
+        return _Written(self.own / "settings", text, self.overlays)
+
+    def _command(self, choices: Choices, named: Sequence[str], before: Sequence[str]) -> str:
+        """The command line that writes the sheet of a page."""
+        words = ["breaker", "report", *map(printable, named)]
+        words += ["--before", *map(printable, before)] if before else []
+        words += ["--channel", choices.channel] if choices.channel else []
+        return shlex.join([*words, "--config", *self.overlays, "my.yaml", "--output", "sheet.pdf"])
+
+    def sheet(self, choices: Choices, ending: str) -> bytes:
+        """Return the sheet of a visit, as ``breaker report`` writes it.
+
+        Raises:
+            ValueError: If there is none.
+        """
+        return self.commands.content_of(self.answered(choices).visit.report, ending)[0]
+
+    def save(self, choices: Choices, kind: str, name: str) -> str:
+        """Write the settings of a page, or the table of its folder, where the user says.
+
+        Raises:
+            OSError, ValueError: If it cannot or must not be written there.
+        """
+        read = [self.named, *self.overlays]
+        shown = self.shown(choices)
+        if kind == "settings":
+            return self.commands.write_lines(name, shown.overlay, read)
+        with self._overlay(shown.overlay) as written:
+            text, remarks = self.commands.manifest_of(self.named, written)
+        said = self.commands.write_lines(name, text, read)
+        return "\n".join([said, *(f"check: {each}" for each in remarks)])
+
+    def _once(self, key: Hashable, find: Callable[[], Any], most: int) -> Any:
+        """What was found before, or is now; of a kind as many as are told are kept."""
+        with self._lock:
+            if key in self._kept:
+                self._kept.move_to_end(key)
+                return self._kept[key]
+            found = self._kept[key] = find()
+            same = [each for each in self._kept if each[0] == key[0]]
+            for each in same[: max(0, len(same) - most)]:
+                del self._kept[each]
+            return found
+
+
+class _Written:
+    """Lines of YAML in a file for as long as a command reads them, after other overlays."""
+
+    def __init__(self, place: Path, text: str, overlays: Sequence[str]) -> None:
+        self.place, self.text, self.overlays = place, text, overlays
+
+    def __enter__(self) -> list[str]:
+        self.place.mkdir(exist_ok=True)
+        self.folder = tempfile.TemporaryDirectory(dir=self.place)
+        file = Path(self.folder.name, "my.yaml")
+        file.write_text(self.text, encoding="utf-8")
+        return [*self.overlays, str(file)]
+
+    def __exit__(self, *_: object) -> None:
+        self.folder.cleanup()
+
+
+def _listed(identity: str, path: str, seen: Description | None) -> Listed:
+    name = printable(Path(path).name if identity.startswith("dropped/") else path)
+    if seen is None:
+        return Listed(identity, name, pending=True)
+    stated, parts = seen.preamble, seen.parts
+    return Listed(
+        identity,
+        name,
+        ", ".join(filter(None, [stated.station, stated.bay, stated.serial])),
+        ", ".join(dict.fromkeys(each.phase or str(each.channel) for each in parts)),
+        " and ".join(dict.fromkeys(each.motion for each in parts)),
+        date_in(path, stated),
+        seen.reason,
+    )
+
+
+def _state(path: str) -> tuple[str, int, int]:
+    """A file as it is now: one that changes is read again."""
+    try:
+        found = os.stat(path)
+    except OSError:
+        return path, 0, 0
+    if os.path.isdir(path):
+        parts = sorted(each for each in record_files(path))
+        table = Path(path, MANIFEST)
+        inside = hash(tuple(_state(str(each)) for each in [*parts, table]))
+        return path, inside, found.st_mtime_ns
+    return path, found.st_size, found.st_mtime_ns

@@ -1,0 +1,82 @@
+"""`breaker view`: show a folder of exports in the browser."""
+
+import argparse
+import gc
+import importlib.util
+import tempfile
+import webbrowser
+from collections.abc import Sequence
+
+from breaker import DISTRIBUTION
+from breaker.cli.command_settings import settings_of
+from breaker.cli.manifest import table_of
+from breaker.cli.outputs import check_outputs, write_lines
+from breaker.cli.printing import say
+from breaker.cli.records_named import add_path
+from breaker.cli.report import ReadVisit, content_of, read_of, visit_of
+
+_NEEDED = ("bokeh", "tornado")
+
+
+def add(view: argparse.ArgumentParser) -> None:
+    """Show a folder of exports in the browser of this machine, offline: curves, how they were read,
+    measured values, and the sheet of a visit. Records are never changed. It ends with Ctrl-C.
+    """
+    what = "a folder of exports, or one of them (default: the current folder)"
+    add_path(view, "folder", "FOLDER", what, nargs="?", default=".")
+    view.add_argument("--port", type=int, default=0, help="where it listens (default: a free port)")
+    view.add_argument("--no-browser", action="store_true", help="only print the page's address")
+
+
+def _run(options: argparse.Namespace) -> int:
+    if lacking := [name for name in _NEEDED if importlib.util.find_spec(name) is None]:
+        raise ValueError(f'the page needs {", ".join(lacking)}: pip install "{DISTRIBUTION}[app]"')
+    settings_of(options.config)  # what is wrong there is said before a page opens
+    gc.enable()  # commands do without, as they end soon
+    import asyncio
+
+    from breaker.app.local_server import PageServer
+    from breaker.app.view_session import Session
+
+    with tempfile.TemporaryDirectory(prefix="breaker-view-") as own:
+        server = PageServer(Session(options.folder, options.config, commands(), own), options.port)
+
+        def ready() -> None:
+            say(f"the page is at {server.address}\nCtrl-C ends it")
+            if not (options.no_browser or _opened(server.address)):
+                say("no browser could be started: open the address in one of this machine")
+
+        try:
+            asyncio.run(server.serve(asyncio.Event(), ready))
+        except KeyboardInterrupt:
+            say("ended; what was being written is written")
+    return 0
+
+
+def _opened(address: str) -> bool:
+    try:
+        return webbrowser.open(address)
+    except (OSError, webbrowser.Error):
+        return False
+
+
+def commands():
+    """Return what the page asks of the other commands."""
+    from breaker.app.view_session import Commands
+
+    return Commands(settings_of, _read, visit_of, content_of, table_of, _write)
+
+
+def _read(
+    files: Sequence[str], before: Sequence[str], channel: str, overlays: Sequence[str]
+) -> ReadVisit:
+    """What ``breaker report`` reads with these options."""
+    chosen = {"channel": [channel] if channel else [], "reference": None, "tolerance": None}
+    given = {"files": [*files], "before": [*before], "config": [*overlays]}
+    return read_of(argparse.Namespace(**given, **chosen))
+
+
+def _write(name: str, text: str, read: Sequence[str]) -> str:
+    """Write lines that a user may complete, where none of theirs are."""
+    check_outputs([(name, "lines")], read)
+    return write_lines(name, text)

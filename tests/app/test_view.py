@@ -1,0 +1,302 @@
+"""`breaker view` without a browser: what its pages say, and whom they answer."""
+
+import ast
+import hashlib
+import json
+import re
+import subprocess
+import sys
+from html import unescape
+from pathlib import Path
+from urllib.parse import urlencode
+
+import pytest
+
+from breaker.app.local_server import HOST, POLICY, PageServer
+from breaker.app.view_session import SHOWN, Session
+from breaker.cli import main
+from breaker.cli.view import commands
+from breaker.reading.files.guards import LARGEST
+from tests.app.conftest import ODD
+
+SOURCE = Path(__file__).parents[2] / "src" / "breaker"
+TODAY = "file=today.csv"
+
+
+def test_a_list_has_names_at_once_and_what_is_in_the_files_when_it_is_asked(page):
+    names = page.get("/").text
+    assert names.count("not looked into yet") == 4
+    told = page.get("/?look=9").text
+    for text in ("HV-20417", "R, Y, B", "closing and opening", "2021-03-14", "Bay 4"):
+        assert text in told
+    assert "not looked into yet" in names
+    assert "not looked into yet" not in told
+
+
+def test_a_page_shows_how_a_file_was_read_and_why(page):
+    text = unescape(page.get(f"/visit?{TODAY}").text)
+    assert "seen in the file" in text
+    assert "the column that goes with each travel" in text
+    assert "Contact 1, Contact 2, Contact 3" in text
+    assert 'value="5.0"' in text
+    assert "rate: 5.0" in text  # of the settings that repeat it
+
+
+def test_values_limits_and_the_model_come_after(page):
+    text = unescape(page.get(f"/answer?{TODAY}").text)
+    for words in ("FAIL: slow", "What the model adds", "travel_time", "closing: first motion"):
+        assert words in text
+
+
+def test_curves_have_every_channel_and_marks_lie_on_them(page):
+    found = json.loads(page.get(f"/curves?{TODAY}").text)
+    kinds = {each["name"]: each["kind"] for each in found["traces"]}
+    assert kinds["Travel 1 R"] == "travel"
+    assert kinds["Contact 2"] == "contact"
+    assert kinds["Coil 3 (A)"] == "coil"
+    part = json.loads(page.get(f"/curves?{TODAY}&from=50&to=60").text)["traces"][0]
+    assert 50 <= len(part["x"]) < 60
+    assert len({each["name"] for each in found["traces"]}) == len(found["traces"])
+    marks = json.loads(page.get(f"/marks?{TODAY}").text)["marks"]
+    travel = found["traces"][0]
+    for mark in [
+        each for each in marks if each["name"].endswith(" R") and each["y"][0] is not None
+    ]:
+        near = min(range(len(travel["x"])), key=lambda i: abs(travel["x"][i] - mark["x"][0]))
+        assert abs(travel["y"][near] - mark["y"][0]) < 2.0  # mm; a sample is 0.2 ms
+
+
+def test_readings_at_cursors_are_those_of_the_file(page, folder):
+    text = page.get(f"/cursors?{TODAY}&first=40&second=100").text
+    lines = (folder / "curves" / "today.csv").read_text().splitlines()
+    head = next(i for i, line in enumerate(lines) if "Travel 1 (mm)" in line)
+    place = lines[head].split(",").index("Travel 1 (mm)")
+    rows = [line.split(",") for line in lines[head + 1 :]]
+    rows = [row for row in rows if re.fullmatch(r"-?[\d.]+", row[0])]
+    first, second = (float(rows[round(at * 5.0)][place]) for at in (40, 100))
+    cells = re.search(r"<td>Travel 1 R</td><td>(.*?)</td><td>(.*?)</td><td>(.*?)</td>", text)
+    assert [float(each) for each in cells.groups()] == pytest.approx(
+        [first, second, second - first], rel=1e-3
+    )
+    assert "is no time" in unescape(page.get(f"/cursors?{TODAY}&first=x").text)
+
+
+@pytest.mark.parametrize("ending", ["pdf", "html"])
+def test_a_sheet_is_that_of_the_command_with_the_settings_that_are_saved(
+    page, folder, tmp_path, ending
+):
+    query = "file=one.csv&before=old.csv&set.zero=rest"
+    settings = tmp_path / "my.yaml"
+    said = page.post(f"/save?{query}", urlencode({"kind": "settings", "name": settings})).text
+    assert said == f"written to {settings}"
+    assert "zero: rest" in settings.read_text()
+    output = tmp_path / f"sheet.{ending}"
+    before = ["--before", str(folder / "curves" / "old.csv")]
+    config = ["--config", str(folder / "few.yaml"), str(settings)]
+    named = str(folder / "curves" / "one.csv")
+    assert main(["report", named, *before, *config, "--output", str(output)]) == 0
+    sheet = page.get(f"/sheet.{ending}?{query}")
+    assert sheet.content == output.read_bytes()
+    assert 'filename="sheet' in sheet.headers["Content-Disposition"]
+
+
+def test_a_change_is_read_at_once_and_told_as_chosen(page):
+    text = unescape(page.get(f"/visit?{TODAY}&set.sign=-1&set.rate=5.0").text)
+    assert text.count("you chose it here") == 1  # the rate is as it was
+    assert "sign: -1" in text
+    first = unescape(page.get(f"/answer?{TODAY}&set.travel_column=%22Travel+2%22").text)
+    assert "--channel 'Travel 2'" in unescape(
+        page.get(f"/visit?{TODAY}&set.travel_column=%22Travel+2%22").text
+    )
+    assert first != page.get(f"/answer?{TODAY}").text
+
+
+@pytest.mark.parametrize(
+    ("query", "said"),
+    [
+        ("set.rate=fast", "is no number; write one"),
+        ("set.rate=-3", "endurance.format.rate"),
+        ("set.delimiter=;;", "endurance.format.delimiter"),
+        ("set.seed=3", "the page has no setting"),
+        ("set.time_unit=%22h%22", "endurance.format.time_unit"),
+    ],
+)
+def test_a_wrong_setting_is_said_with_a_remedy(page, query, said):
+    assert said in unescape(page.get(f"/visit?{TODAY}&{query}").text)
+
+
+def test_names_and_texts_of_files_are_escaped_everywhere(page):
+    listed = page.get("/?look=9").text
+    assert "&lt;img src=x" in listed
+    hostile = re.search(r'value="([^"]*img[^"]*)"', listed)[1]
+    query = urlencode({"file": unescape(hostile)})
+    pages = [listed, page.get(f"/visit?{query}").text, page.get(f"/answer?{query}").text]
+    pages += [page.get(f"/{name}?{TODAY}").text for name in ("visit", "answer")]
+    pages += [page.get(f"/cursors?{TODAY}&first=1&second=2").text]
+    pages += [page.get("/visit?file=%3Cimg+src=x%3E").text]
+    assert "Coil &lt;b&gt;" in pages[3]
+    for each in pages:
+        for raw in ("<img", "<script>alert", "<b>", 'onerror=alert(1)>"', ODD):
+            assert raw not in each
+
+
+@pytest.mark.parametrize("path", ["/", f"/visit?{TODAY}", f"/answer?{TODAY}", "/static/page.js"])
+def test_nobody_else_is_answered(page, path):
+    assert page.get(path).status == 200
+    port = page.server.port
+    for refused in (
+        {"cookie": ""},
+        {"cookie": f"breaker-{port}=guessed"},
+        {"Host": f"evil.example:{port}"},
+        {"Host": HOST},
+        {"Origin": "http://evil.example"},
+        {"Origin": "null"},
+    ):
+        assert page.get(path, **refused).status == 403
+
+
+def test_a_token_opens_and_a_wrong_one_does_not(page):
+    wrong = page.get("/?token=guessed", cookie="")
+    assert wrong.status == 403
+    assert "take the one on the terminal" in wrong.text
+    right = page.get(f"/?token={page.server.token}", cookie="")
+    assert right.status == 200
+    cookie = right.headers["Set-Cookie"]
+    assert "HttpOnly" in cookie
+    assert "SameSite=Strict" in cookie
+
+
+def test_nothing_is_changed_for_another_page(page, tmp_path):
+    body = urlencode({"kind": "settings", "name": tmp_path / "a.yaml"})
+    port = page.server.port
+    for headers in (
+        {},
+        {"Origin": "http://evil.example"},
+        {"Origin": f"http://{HOST}:{port}", "Sec_Fetch_Site": "cross-site"},
+    ):
+        answer = page.get(f"/save?{TODAY}", method="POST", body=body, **headers)
+        assert answer.status == 403
+    assert not list(tmp_path.iterdir())
+
+
+def test_pages_load_nothing_from_elsewhere(page):
+    for path in ("/", f"/visit?{TODAY}", f"/answer?{TODAY}", "/static/page.js", "/static/page.css"):
+        answer = page.get(path)
+        assert answer.headers["Content-Security-Policy"] == POLICY
+        assert not re.search(r"""(src|href|url\(|fetch\()\s*=?\s*["'`]?(https?:)?//""", answer.text)
+    assert "script-src 'self';" in POLICY
+    assert page.get("/static/bokeh.min.js").status == 200
+    assert page.get("/static/..%2f__init__.py").status == 404
+
+
+def test_what_is_not_there_any_more_is_said(page, folder):
+    lost = folder / "curves" / "lost.csv"
+    lost.write_bytes((folder / "curves" / "today.csv").read_bytes())
+    assert page.get("/visit?file=lost.csv").status == 200
+    lost.unlink()
+    answer = page.get("/visit?file=lost.csv")
+    assert answer.status == 404
+    assert "was it moved or renamed?" in answer.text
+    assert page.get("/visit?file=../few.yaml").status == 404
+    assert "no file is chosen" in page.get("/visit").text
+
+
+def test_lines_of_a_user_are_not_replaced(page, tmp_path):
+    mine = tmp_path / "mine.yaml"
+    mine.write_text("seed: 3\n")
+    body = urlencode({"kind": "settings", "name": mine})
+    assert "it is not overwritten" in page.post(f"/save?{TODAY}", body).text
+    assert mine.read_text() == "seed: 3\n"
+    body = urlencode({"kind": "settings", "name": tmp_path / "none" / "a.yaml"})
+    assert "make it first" in page.post(f"/save?{TODAY}", body).text
+
+
+def test_a_table_is_that_of_the_command(page, folder, tmp_path):
+    body = urlencode({"kind": "table", "name": tmp_path / "operations.csv"})
+    assert page.post(f"/save?{TODAY}", body).status == 200
+    page.post(f"/save?{TODAY}", urlencode({"kind": "settings", "name": tmp_path / "my.yaml"}))
+    config = ["--config", str(folder / "few.yaml"), str(tmp_path / "my.yaml")]
+    output = ["--output", str(tmp_path / "b.csv")]
+    assert main(["manifest", str(folder / "curves"), *output, *config]) == 0
+    assert (tmp_path / "operations.csv").read_bytes() == (tmp_path / "b.csv").read_bytes()
+
+
+def test_dropped_files_are_bounded_and_shown(opened, folder, tmp_path):
+    (tmp_path / "empty").mkdir()
+    (tmp_path / "own").mkdir()
+    page = opened(tmp_path / "empty", tmp_path / "own", [str(folder / "few.yaml")])
+    assert "no file of a record" in page.get("/").text
+    content = (folder / "curves" / "today.csv").read_bytes()
+    identity = json.loads(page.post("/drop?name=..%2F..%2Ftoday.csv", content).text)["id"]
+    assert identity == "dropped/today.csv"
+    assert "Contact 1" in page.get(f"/visit?file={identity}").text
+    assert not list((tmp_path / "empty").iterdir())
+    assert "no ending of a record" in page.post("/drop?name=a.exe", b"x").text
+    assert "rename it" in page.post("/drop?name=operations.csv", b"x").text
+    large = page.server.session
+    with pytest.raises(ValueError, match="too large"):
+        large.drop("a.csv", bytes(LARGEST + 1))
+
+
+def test_ten_thousand_files_are_listed_a_part_at_a_time(opened, tmp_path):
+    (tmp_path / "many").mkdir()
+    for k in range(10_000):
+        (tmp_path / "many" / f"{k:05d}.csv").touch()
+    text = opened(tmp_path / "many", tmp_path).get("/?page=3").text
+    assert f"Files {2 * SHOWN + 1} to {3 * SHOWN} of 10000" in text
+    assert "the workflow is made" in text
+
+
+def test_records_are_never_changed(opened, folder, tmp_path):
+    def state():
+        files = sorted((folder / "curves").iterdir())
+        return [(f, f.stat().st_mtime_ns, hashlib.sha256(f.read_bytes()).digest()) for f in files]
+
+    before = state()
+    page = opened(folder / "curves", tmp_path, [str(folder / "few.yaml")])
+    for path in ("/?look=9", f"/visit?{TODAY}", f"/sheet.html?{TODAY}"):
+        page.get(path.replace("today", "one"))
+    named = urlencode({"kind": "settings", "name": folder / "curves" / "today.csv"})
+    assert "would be replaced" in page.post(f"/save?{TODAY}", named).text
+    assert state() == before
+
+
+def test_two_windows_and_two_sessions_do_not_disturb_each_other(page, opened, folder, tmp_path):
+    other = opened(folder / "curves", tmp_path, [str(folder / "few.yaml")])
+    one = "/answer?file=one.csv"
+    plain = page.get(one).text
+    assert other.get(f"{one}&set.ratio=2").text != plain
+    assert page.get(one).text == plain == other.get(one).text
+    assert other.get("/", cookie=f"breaker-{page.server.port}={page.server.token}").status == 403
+
+
+def test_a_port_in_use_and_a_folder_that_is_not_there(page, folder, tmp_path, capsys):
+    session = Session(str(folder / "curves"), [], commands(), tmp_path)
+    with pytest.raises(OSError, match="leave --port out"):
+        PageServer(session, page.server.port)
+    assert main(["view", str(tmp_path / "none")]) == 1
+    assert "name a folder of exports" in capsys.readouterr().err
+
+
+def test_without_the_extra_one_line_says_what_to_install(monkeypatch, capsys):
+    monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
+    assert main(["view", "."]) == 1
+    assert capsys.readouterr().err.count("\n") == 1
+
+
+def test_the_command_prints_its_address_where_there_is_no_browser_and_ends(folder):
+    command = [sys.executable, "-m", "breaker", "view", str(folder / "curves"), "--no-browser"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
+        line = process.stdout.readline()
+        process.terminate()
+        assert process.wait(20) == 128 + 15
+    assert re.fullmatch(rf"the page is at http://{HOST}:\d+/\?token=[\w-]{{32}}\n", line)
+
+
+def test_no_other_command_imports_the_page():
+    users = set()
+    for file in SOURCE.rglob("*.py"):
+        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("breaker.app"):
+                users.add(file.relative_to(SOURCE).parts[0] + "/" + file.name)
+    assert {each for each in users if not each.startswith("app/")} == {"cli/view.py"}
