@@ -25,13 +25,14 @@ REAL := import os, sys; print(os.path.realpath(sys.executable))
 export PATH := $(CURDIR)/$(BIN):$(PATH)
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
-.PHONY: help all test test-faults test-slurm test-pythons lint format environment numbers defaults ship dist site lock clean distclean
+.PHONY: help all test test-browser test-faults test-slurm test-pythons lint format environment numbers defaults ship dist site lock clean distclean
 .DELETE_ON_ERROR:
 
 help:
 	@echo "make all          environment, then the whole workflow on $(CORES) cores (CORES=...)"
 	@echo "make test         environment, lint, unit tests, the whole workflow at a small size"
 	@echo "make test-faults  100,000 damaged files before the reader, half an hour of two cores"
+	@echo "make test-browser the page of breaker view in Chromium (apt install chromium chromium-driver)"
 	@echo "make test-slurm   the whole workflow at a small size through a Slurm of this machine"
 	@echo "make test-pythons the instrument under each of Python 3.11 to 3.14 that is here"
 	@echo "make lint         the lint of make test alone"
@@ -60,6 +61,10 @@ test-faults: $(INSTALLED)
 	@echo "== damaged files before the reader: results/faults.csv, half an hour of two cores"
 	$(BIN)/python -m tests.cli.command_lines --cores $(CORES)
 	$(BIN)/python -m studies.faults --cores $(CORES)
+
+test-browser: $(INSTALLED)
+	@echo "== breaker view in Chromium: pictures in build/browser/, to be looked at"
+	$(BIN)/python -m tests.browser.walk
 
 # The plugin lies beside the environment, in which is nothing but its lock.
 test-slurm: $(INSTALLED)

@@ -1,0 +1,126 @@
+"""Drives Debian's Chromium by its ChromeDriver: the few words of WebDriver that a walk needs."""
+
+import base64
+import json
+import shutil
+import socket
+import subprocess
+import time
+import urllib.request
+from pathlib import Path
+
+_ELEMENT = "element-6066-11e4-a52e-4f735466cecf"  # the key of an element, as the standard has it
+_FLAGS = (
+    *("--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run"),
+    *("--disable-background-networking", "--disable-component-update", "--disable-sync"),
+)
+
+
+class Browser:
+    """A browser with an empty profile; what it downloads goes into a folder.
+
+    Args:
+        folder: Of its profile and downloads.
+        width: Of its window, pixels.
+        dark: Whether it prefers dark pages.
+    """
+
+    def __init__(self, folder: Path, width: int = 1280, dark: bool = False) -> None:
+        driver = shutil.which("chromedriver")
+        if driver is None:
+            raise SystemExit("no ChromeDriver is here: apt install chromium chromium-driver")
+        with socket.create_server(("127.0.0.1", 0)) as free:
+            port = free.getsockname()[1]
+        self.process = subprocess.Popen([driver, f"--port={port}"], stdout=subprocess.DEVNULL)
+        self.base = f"http://127.0.0.1:{port}"
+        self.until(self._ready, "ChromeDriver")
+        profile, size = f"--user-data-dir={folder / 'profile'}", f"--window-size={width},1400"
+        options = {
+            "args": [*_FLAGS, profile, size],
+            "prefs": {"download.default_directory": str(folder)},
+        }
+        logs = {"browser": "ALL", "performance": "ALL"}
+        wanted = {"goog:chromeOptions": options, "goog:loggingPrefs": logs}
+        session = self._ask("/session", {"capabilities": {"alwaysMatch": wanted}})
+        self.base += f"/session/{session['sessionId']}"
+        scheme = [{"name": "prefers-color-scheme", "value": "dark" if dark else "light"}]
+        media = {"cmd": "Emulation.setEmulatedMedia", "params": {"features": scheme}}
+        self._ask("/goog/cdp/execute", media)
+
+    def _ready(self) -> bool:
+        try:
+            return self._ask("/status")["ready"]
+        except OSError:
+            return False
+
+    def _ask(self, path: str, body: dict | None = None):
+        content = None if body is None else json.dumps(body).encode()
+        request = urllib.request.Request(self.base + path, content)
+        with urllib.request.urlopen(request, timeout=120) as answer:
+            return json.load(answer)["value"]
+
+    def open(self, address: str) -> None:
+        """Open an address, and wait for its page."""
+        self._ask("/url", {"url": address})
+
+    def find(self, selector: str) -> str:
+        """An element by its CSS selector, once it is there."""
+
+        def found():
+            try:
+                return self._ask("/element", {"using": "css selector", "value": selector})
+            except OSError:
+                return None
+
+        return self.until(found, selector)[_ELEMENT]
+
+    def click(self, selector: str) -> None:
+        """Click on an element."""
+        self._ask(f"/element/{self.find(selector)}/click", {})
+
+    def keys(self, text: str, selector: str = "body") -> None:
+        """Press keys, in an element."""
+        self._ask(f"/element/{self.find(selector)}/value", {"text": text})
+
+    def run(self, script: str, *arguments):
+        """What a script returns in the page."""
+        return self._ask("/execute/sync", {"script": script, "args": list(arguments)})
+
+    def text(self, selector: str = "body") -> str:
+        """What stands in an element."""
+        return self._ask(f"/element/{self.find(selector)}/text")
+
+    def picture(self, file: Path, height: int = 1400) -> None:
+        """Take a picture of the page."""
+        window = self._ask("/window/rect")
+        self._ask("/window/rect", {"width": window["width"], "height": height})
+        time.sleep(0.5)
+        file.write_bytes(base64.b64decode(self._ask("/screenshot")))
+
+    def log(self, kind: str) -> list[dict]:
+        """What was logged since it was last asked for: "browser" or "performance"."""
+        return self._ask("/se/log", {"type": kind})
+
+    def requests(self) -> list[str]:
+        """Addresses that pages asked for since this was last asked."""
+        found = (json.loads(each["message"])["message"] for each in self.log("performance"))
+        sent = (each for each in found if each["method"] == "Network.requestWillBeSent")
+        return [each["params"]["request"]["url"] for each in sent]
+
+    @staticmethod
+    def until(found, what: str, most: float = 60.0):
+        """What is found, once it is."""
+        end = time.monotonic() + most
+        while not (value := found()):
+            if time.monotonic() > end:
+                raise AssertionError(f"{what} did not come in {most:.0f} s")
+            time.sleep(0.05)
+        return value
+
+    def end(self) -> None:
+        """End the browser and its driver."""
+        try:
+            urllib.request.urlopen(urllib.request.Request(self.base, method="DELETE"), timeout=20)
+        finally:
+            self.process.terminate()
+            self.process.wait()
