@@ -87,8 +87,8 @@ class Browser:
         return self._ask("/execute/sync", {"script": script, "args": list(arguments)})
 
     def text(self, selector: str = "body") -> str:
-        """What stands in an element."""
-        return self._ask(f"/element/{self.find(selector)}/text")
+        """What stands in an element; nothing where it is not there."""
+        return self.run("return document.querySelector(arguments[0])?.innerText ?? ''", selector)
 
     def picture(self, file: Path, height: int = 1400) -> None:
         """Take a picture of the page."""
