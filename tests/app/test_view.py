@@ -66,6 +66,13 @@ def test_curves_have_every_channel_and_marks_lie_on_them(page):
         assert abs(travel["y"][near] - mark["y"][0]) < 2.0  # mm; a sample is 0.2 ms
 
 
+def test_curves_of_what_cannot_be_read_have_samples_and_no_times(page):
+    wrong = f"{TODAY}&set.rate=-3"
+    assert json.loads(page.get(f"/curves?{wrong}").text)["clock"] == "samples"
+    assert "10 samples apart" in page.get(f"/cursors?{wrong}&first=10&second=20").text
+    assert json.loads(page.get(f"/curves?{TODAY}").text)["clock"] == "ms"
+
+
 def test_readings_at_cursors_are_those_of_the_file(page, folder):
     text = page.get(f"/cursors?{TODAY}&first=40&second=100").text
     lines = (folder / "curves" / "today.csv").read_text().splitlines()

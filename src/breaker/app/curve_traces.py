@@ -61,7 +61,8 @@ def record_traces(records: Sequence[DriveRecord], layouts: Sequence[Layout]) -> 
 
     Args:
         records: Of the visit; those that were rejected have none.
-        layouts: What is in each of the files.
+        layouts: What is in each of the files. Where no record was read, their times are the numbers
+            of samples, as nobody knows them; else those of other files are left out.
     """
     travels: dict[tuple, Trace] = {}
     beside: dict[str, DriveRecord] = {}
@@ -78,6 +79,8 @@ def record_traces(records: Sequence[DriveRecord], layouts: Sequence[Layout]) -> 
     others = []
     for layout in layouts:
         file = str(layout.file)
+        if beside and file not in beside:
+            continue  # nobody knows its times, and others are shown over theirs
         others += _columns(layout, beside.get(file), taken.get(file, set()))
     several = len(layouts) > 1
     named = [

@@ -123,7 +123,7 @@ def _table(session: Session) -> str:
 
 def error_page(text: str, *, allowed: bool = True) -> str:
     """Return a page that says what is wrong."""
-    return _page("error.html", text=printable(text), allowed=allowed)
+    return _page("error.html", text=on_terminal(text), allowed=allowed)
 
 
 def curves_of(shown: Shown, begin: float | None, end: float | None) -> dict:
@@ -140,7 +140,7 @@ def curves_of(shown: Shown, begin: float | None, end: float | None) -> dict:
         }
         for each in shown.traces
     ]
-    return {"from": first, "to": last, "traces": traces}
+    return {"from": first, "to": last, "clock": shown.clock, "traces": traces}
 
 
 def marks_for(answered: Answered) -> dict:
@@ -157,4 +157,11 @@ def _mark(mark: Mark) -> dict:
 def cursor_page(shown: Shown, first: float, second: float) -> str:
     """Return the table of readings at two cursors."""
     rows: Sequence[AtCursors] = at_cursors(shown.traces, first, second)
-    return _page("cursors.html", rows=rows, first=first, second=second, apart=second - first)
+    return _page(
+        "cursors.html",
+        rows=rows,
+        first=first,
+        second=second,
+        apart=second - first,
+        clock=shown.clock,
+    )

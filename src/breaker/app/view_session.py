@@ -100,6 +100,11 @@ class Shown:
     traces: Sequence[Trace]
     command: str
 
+    @property
+    def clock(self) -> str:
+        """Unit of the times of its curves: that of a record, or samples where none was read."""
+        return "ms" if any(each.kind == "travel" for each in self.traces) else "samples"
+
 
 class Answered(NamedTuple):
     """A visit as ``breaker report`` answers it, the marks of its curves, and the whole in words."""

@@ -200,7 +200,7 @@ async function draw() {
       inactive_fill_color: paper, inactive_fill_alpha: 0.7 }), "right");
     figure.on_event("tap", (event) => setCursor(event));
   }
-  if (shown.length) shown.at(-1).xaxis.axis_label = "time (ms)";
+  if (shown.length) shown.at(-1).xaxis.axis_label = `time (${data.clock})`;
   place.replaceChildren();
   await Bokeh.Plotting.show(new Bokeh.Column({ children: shown, sizing_mode: "stretch_width" }), place);
   plot = { cursors, marks, query: place.dataset.query };
