@@ -19,6 +19,7 @@ FORKS.set_forkserver_preload(["snakemake.cli", "yte", "jsonschema", "xarray", "n
 # So are jobs of a command, each of one process that has loaded what takes half the time of most.
 OF_JOBS = ["matplotlib.backends.backend_agg", "matplotlib.backends.backend_pdf"]
 OF_JOBS += ["scipy.special", "snakemake.iocontainers", "snakemake.logging", "xarray", "zarr"]
+LOST = 255  # of a job whose end the server of forks did not tell: it is then run as users run it
 LEAST = 670  # MiB that a job reserves which draws no figure, and yet has memory for all of these
 
 
@@ -39,16 +40,15 @@ def command(arguments: list[str], folder: Path, source: str, environment: dict, 
     anew = PythonScript._execute_cmd
 
     def execute(script: PythonScript, template: str, *, fname: str, **more: Any) -> None:
-        if ".figure" in fname or script.resources.get("mem_mb", 0) >= LEAST:
-            fork(fname, script.bench_record)
-        else:
+        forks = ".figure" in fname or script.resources.get("mem_mb", 0) >= LEAST
+        if not forks or fork(fname, script.bench_record) == LOST:
             anew(script, template, fname=fname, **more)
 
     PythonScript._execute_cmd = execute
     main()
 
 
-def fork(file: str, record: object) -> None:
+def fork(file: str, record: object) -> int:
     """Run the script of a job, and keep a record of its time and memory as Snakemake does."""
     from snakemake.benchmark import benchmarked
 
@@ -56,8 +56,9 @@ def fork(file: str, record: object) -> None:
     process.start()
     with benchmarked(process.pid if record else False, record):
         process.join()
-    if process.exitcode:
+    if process.exitcode not in (0, LOST):
         raise subprocess.CalledProcessError(process.exitcode, file)
+    return process.exitcode
 
 
 def job(file: str) -> None:

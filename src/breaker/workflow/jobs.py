@@ -19,7 +19,7 @@ _VARIABLES = (
     "NUMEXPR_NUM_THREADS",
 )
 _PACKAGES = (
-    *("charset_normalizer", "jsonschema", "matplotlib", "numba", "numcodecs"),
+    *("charset_normalizer", "jinja2", "jsonschema", "matplotlib", "numba", "numcodecs"),
     *("numpy", "pandas", "safetensors", "scipy", "snakemake", "torch", "tqdm", "xarray", "yaml"),
     *("PIL", "zarr"),
 )

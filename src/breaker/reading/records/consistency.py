@@ -29,6 +29,7 @@ _EARLY = 0.2  # of the time between these: first motions that a gradual force ma
 _MAINS = 0.05, 0.06  # kHz
 _SHORTEST = 15.0  # ms after a motion, in which a swing of the mains shows
 _SEEN = 0.8  # sd of the noise, least swing that counts
+_CALMLY = 2.0  # sd, most that is left before a motion without the swing
 _SWINGS, _AS_LARGE = 3.3, (0.5, 1.7)  # sd; of it, what then is there before the motion
 
 
@@ -141,6 +142,8 @@ def _hum(time: np.ndarray, travel: np.ndarray, moves: float, sd: float) -> str:
         square = float(swing @ swing)
         found = float(swing @ travel[before]) / square if square > 0.0 else 0.0
         alike = _AS_LARGE[0] < found < _AS_LARGE[1] and found * np.sqrt(square) > _SWINGS * sd
+        # Nothing else moves before it, such as a drive that comes to rest after another motion.
+        alike &= float(np.std(travel[before] - found * swing)) < _CALMLY * sd
         if alike and (size := float(np.hypot(*sizes))) > _SEEN * sd:
             return (
                 f"the reading swings by +-{in_digits(size, 2)} mm at "
