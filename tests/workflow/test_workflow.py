@@ -240,7 +240,7 @@ def test_every_job_reserves_what_it_takes(workflow):
 def test_every_figure_is_there(workflow):
     figures = sorted(path.name for path in (workflow / "figures").glob("*.png"))
     # Of both motions, of the life; and those of shipped networks, and of the family's.
-    assert len(figures) == 24 + 5 + 4 + 4
+    assert len(figures) == 24 + 6 + 4 + 4
     assert all((workflow / "figures" / name).stat().st_size > 10_000 for name in figures)
 
 
