@@ -113,7 +113,9 @@ def _scale(rows: Sequence[Mapping]) -> float | None:
     by = {row["name"]: row for row in rows}
     if "stroke" not in by or not _apart(by["stroke"], _SCALED):
         return None
-    logs = {name: np.log(row["today"] / row["before"]) for name, row in by.items() if row["before"]}
+    # Nothing else is looked at: an over-travel may be 0 and has no logarithm.
+    used = (e for e in by if (e in ("stroke", "travel_time") or "_speed" in e) and by[e]["before"])
+    logs = {name: np.log(by[name]["today"] / by[name]["before"]) for name in used}
     scale = logs.pop("stroke")
     speeds = [logs[name] / scale for name in logs if "_speed" in name] or [1.0]
     still = abs(logs.get("travel_time", np.nan) / scale) < _LESS
