@@ -4,6 +4,7 @@ import numpy as np
 
 from breaker.reading.files.operations_table import Operation
 from breaker.reading.records.contact_edges import Contact
+from breaker.reading.records.currents import Currents
 from breaker.reading.records.motion_search import Segment
 from breaker.reading.records.raw_record import Raw
 
@@ -14,7 +15,7 @@ def raw_of(way, step, moves, motion="closing"):
     segment = Segment(0, len(way), float(whole[0]), float(whole[-1]), 0.0, np.nan)
     time = step * np.arange(len(way))
     located = motion, time, whole, np.full(len(way), ""), 0.0, segment, moves, 0.0
-    return Raw(*located, Operation(1, "a.csv"), {}, 0.0, Contact(), ())
+    return Raw(*located, Operation(1, "a.csv"), {}, 0.0, Contact(), Currents(time), ())
 
 
 def smooth(rng, motion="closing", *, stroke=80.0, noise=1e-3, late=0.0, bump=0.0, **more):

@@ -63,6 +63,7 @@ FIELDS = (
     Field("zero", "Reading of the open breaker (a number, or rest)", "text"),
     Field("contact_column", "Main contact", "column", none="as found beside each travel"),
     Field("trigger_column", "Coil", "column", none="as found beside each travel"),
+    Field("motor_column", "Motor", "column", none="as found beside each travel"),
     Field("delimiter", "Sign between columns", "text"),
     Field("decimal", "Decimal sign", "choice", _same([".", ","])),
     Field("encoding", "Encoding", "text"),

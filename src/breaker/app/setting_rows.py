@@ -109,7 +109,7 @@ def _reason(key: str, base: Base, proposal: Proposal | None) -> tuple[str, str]:
             return "seen in the file" if guess.sure else "guessed from the curve", "sure"
     if key in proposal.layout.settings:
         return f"seen in the lines of {proposal.layout.kind}", "sure"
-    if key in ("contact_column", "trigger_column"):
+    if key in ("contact_column", "trigger_column", "motor_column"):
         return "by name, number and time, beside each travel", "sure"
     if key == "travel_column":
         return "the column that moves as a drive does", "sure"

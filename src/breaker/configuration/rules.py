@@ -12,7 +12,7 @@ from typing import Any
 from breaker.configuration.inspection_interval import interval_of
 from breaker.configuration.magnitudes import FOLDER, MAGNITUDES, is_fleet, listed, refused
 from breaker.mechanism.limits import entries_of_type, from_list
-from breaker.quantities.catalogue import check_fact, check_quantity
+from breaker.quantities.catalogue import CURRENTS, check_fact, check_quantity
 from breaker.quantities.moving_mass import check_mass
 from breaker.quantities.parameters import MOTIONS, NAMES
 from breaker.quantities.speeds import speeds_of
@@ -211,9 +211,10 @@ def _record_limits(
     speeds: Mapping[str, Sequence[str] | None],
     contact: str | int | None,
     trigger: str | int | None,
+    motor: str | int | None,
     *folder: Any,
 ) -> Iterator[str]:
-    """What is wrong with limits on what records show by a contact or trigger alone.
+    """What is wrong with limits on what records show by a contact, trigger or motor alone.
 
     None is shown where neither a column nor a table states when the contact switched, or the
     trigger came.
@@ -226,13 +227,14 @@ def _record_limits(
     needs = dict.fromkeys((*timed, *SWITCHING.values(), "bounce_time"), ("contact",))
     needs |= dict.fromkeys(("closing_time", "opening_time"), ("contact", "trigger"))
     needs["latch_time"] = ("trigger",)
+    needs |= {name: (kind,) for name, kind in CURRENTS.items()}
     wrong = []
     for limit in from_list(entries, motions, defined, of=["record"]):
         try:
             rows = listed(*folder[:-1], [limit.motion])
         except (OSError, ValueError):
             return  # which another rule says
-        lacking = _never_stated(rows, limit.motion, contact, trigger)
+        lacking = _never_stated(rows, limit.motion, contact, trigger, motor)
         wrong += [
             f"{limit.pair or limit.name}: no record shows {name} without the {need}. Set "
             f"endurance.format.{need}_column, or state {lacking[need]} in operations.csv."
@@ -245,12 +247,19 @@ def _record_limits(
 
 
 def _never_stated(
-    rows: Sequence[Operation], motion: str, contact: str | int | None, trigger: str | int | None
+    rows: Sequence[Operation],
+    motion: str,
+    contact: str | int | None,
+    trigger: str | int | None,
+    motor: str | int | None,
 ) -> dict[str, str]:
     """What no record shows, and the column of the table that could state it."""
     contacts = (row.settings.get("contact_column", contact) for row in rows)
     triggers = (row.settings.get("trigger_column", trigger) for row in rows)
+    motors = (row.settings.get("motor_column", motor) for row in rows)
     lacking = {}
+    if set(motors) == {None}:
+        lacking["motor"] = "motor_column"
     if set(contacts) == {None} and all(isnan(row.switching) for row in rows):
         lacking["contact"] = SWITCHING[motion]
     if set(triggers) == {None} and all(isnan(row.trigger) for row in rows):
@@ -290,7 +299,7 @@ RULES: tuple[tuple[tuple[str, ...], Callable[..., Iterator[str]]], ...] = (
     (
         (
             *("limits", "speeds", "endurance.format.contact_column"),
-            *("endurance.format.trigger_column", *FOLDER),
+            *("endurance.format.trigger_column", "endurance.format.motor_column", *FOLDER),
         ),
         _record_limits,
     ),

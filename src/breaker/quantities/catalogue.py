@@ -57,6 +57,12 @@ def _wipe(event: str, meaning: str, motions: tuple[str, ...]) -> Quantity:
     return Quantity(name, symbol, "mm", meaning, worse=-1, motions=motions, of=_RECORD)
 
 
+def _current(name: str, meaning: str, motions: tuple[str, ...] = MOTIONS) -> Quantity:
+    """A current of coil or motor, of which more is the worse."""
+    symbol = rf"$I_\mathrm{{{name.removesuffix('_current').replace('_', ' ')}}}$"
+    return Quantity(name, symbol, "A", meaning, worse=1, motions=motions, of=_RECORD)
+
+
 def _since(event: str, motions: tuple[str, ...]) -> tuple[Quantity, ...]:
     """Times of an event that networks infer, by their zero: the release, and 10 % of the way."""
     about = f"{event}_after_release", r"$t$", "ms", f"release to {event}"
@@ -80,6 +86,14 @@ _FIXED = (
     _wipe("touch", "way of the drive from contact touch to its closed rest", _CLOSING),
     _wipe("parting", "way of the drive from its closed rest to contact parting", _OPENING),
     _time("bounce_time", "from the first contact touch to the last", _CLOSING, of=_RECORD),
+    _current("coil_current", "largest current of the coil"),
+    _time(
+        "coil_dip_time", "from the trigger to the armature's dip in the coil's current", of=_RECORD
+    ),
+    _time("coil_off_time", "from the trigger until the coil's current is broken", of=_RECORD),
+    _current("motor_inrush", "largest current of the motor as it starts, rms", _CLOSING),
+    _current("motor_current", "current of the running motor, rms", _CLOSING),
+    replace(_time("charging_time", "for which the motor runs", _CLOSING, of=_RECORD), unit="s"),
     Quantity("release_from10", r"$t_{10}$", "ms", "10 % of the way to release", of=_ANSWER),
     *_since("touch", _CLOSING),
     *_since("parting", _OPENING),
@@ -139,6 +153,12 @@ QUANTITIES = quantities()
 
 AFTER_RELEASE = {motion: f"{event}_after_release" for motion, event in EVENTS.items()}
 """Names of the time from the release to touch or parting, by motion."""
+
+CURRENTS = {
+    **dict.fromkeys(("coil_current", "coil_dip_time", "coil_off_time"), "trigger"),
+    **dict.fromkeys(("motor_inrush", "motor_current", "charging_time"), "motor"),
+}
+"""Those that a current shows, by name: whose it is, of the coil ("trigger") or the motor."""
 
 ANSWERED = frozenset(name for name, each in QUANTITIES.items() if each.of == _ANSWER)
 """Names of those that only an answer has, and no limit is on."""

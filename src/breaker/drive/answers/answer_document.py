@@ -16,7 +16,7 @@ from breaker.drive.answers.identity import doubts_about
 from breaker.drive.answers.limit_verdicts import NORMAL, VERDICTS, Verdict
 from breaker.drive.answers.number_sources import Place, places_of
 from breaker.drive.family.mechanisms import MECHANISMS
-from breaker.quantities.catalogue import ANSWERED, quantities_of
+from breaker.quantities.catalogue import ANSWERED, CURRENTS, quantities_of
 from breaker.quantities.moving_mass import MASS_QUANTITIES, with_mass
 from breaker.quantities.parameters import MOTIONS, PARAMETERS
 from breaker.quantities.speeds import EVENTS
@@ -377,7 +377,7 @@ def _quantities(answer: Answer) -> dict[str, QuantityEstimate]:
     motion = answer.record.motion
     for name, each in quantities_of(motion, answer.speeds, of=None).items():
         reason, source, known = answer.why_not(name), None, _drawn(None)
-        if reason and (name == "latch_time" or name in ANSWERED):
+        if reason and (name == "latch_time" or name in {*ANSWERED, *CURRENTS}):
             continue
         if not reason and answer.is_inferred(name) and answer.draws is not None:
             known, source = _drawn(answer.inferred(name)), "inferred"

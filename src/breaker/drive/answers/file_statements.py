@@ -25,7 +25,8 @@ from breaker.reading.files.preamble import Preamble
 from breaker.reading.inspection.file_contents import look_into
 from breaker.reading.records.raw_record import Raw
 
-_WITH = {"contact_column", "trigger_column"}  # of ``endurance.format``, that go with a travel
+# Of ``endurance.format``, that go with a travel.
+_WITH = {"contact_column", "trigger_column", "motor_column"}
 _RATES, _LENGTHS = 0.01, 0.02  # shares, by which rates and lengths of a record may differ
 
 
@@ -34,9 +35,10 @@ def as_told(
 ) -> Operation:
     """Return an operation with settings that its file tells, and its row does not.
 
-    The rate that the file states counts where nothing else gives times. The columns of a contact
-    and a coil are those that go with the travel (``contact_columns``). Those of the configuration
-    are of the configured travel, and of another travel of the file that has none of its own.
+    The rate that the file states counts where nothing else gives times. The columns of a contact,
+    a coil and a motor are those that go with the travel (``contact_columns``). Those of the
+    configuration are of the configured travel, and of another travel of the file that has none of
+    its own.
     """
     form = {**FORMAT, **settings, **operation.settings}
     told = _columns_with(operation, motion, opened, form)

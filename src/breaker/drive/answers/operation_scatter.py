@@ -5,11 +5,13 @@ from collections.abc import Sequence
 import numpy as np
 
 from breaker.drive.family.scatter import beside_usual
+from breaker.quantities.catalogue import CURRENTS
 
 # Usual scatter of operations, and how well it is known, as from so many records more than one.
 _SCATTER, _KNOWN = 0.004, 4
 _PAST = 0.05, 0.002  # of ways past a rest: of themselves, and of the stroke
 _BOUNCE = 0.2, 0.3  # of a bounce: of itself, and ms, as it hits another time each time
+_CURRENT = 0.02  # of what coils and motors draw, whose voltage varies
 PAST_REST = {"over_travel", "rebound"}
 """Ways past a rest, which may be 0."""
 
@@ -20,7 +22,7 @@ def usual_scatter(name: str, value: float, stroke: float) -> float:
         return float(np.hypot(*np.multiply(_PAST, (value, stroke))))
     if name == "bounce_time":
         return float(np.hypot(_BOUNCE[0] * value, _BOUNCE[1]))
-    return _SCATTER * abs(value)
+    return (_CURRENT if name in CURRENTS else _SCATTER) * abs(value)
 
 
 def visit_error(visits: Sequence[np.ndarray], usual: float) -> float:

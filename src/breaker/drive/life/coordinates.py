@@ -21,6 +21,7 @@ from breaker.drive.family.record_means import SCATTER_DIRECTIONS
 from breaker.drive.family.scatter import beside_usual
 from breaker.drive.life.life_records import Series
 from breaker.drive.life.path import Block
+from breaker.quantities.catalogue import CURRENTS
 
 _COMPONENTS = 24
 _ROWS = 1000  # records that are projected at once
@@ -34,6 +35,7 @@ _MOVES = 30.0  # what wear may do to the rest of a measured quantity, in its sca
 _APART = {
     *("latch_time", "touch_time", "part_time"),
     *("closing_time", "opening_time", "bounce_time"),
+    *CURRENTS,
 }
 _FEWEST = 10  # readings of a quantity that is followed
 _LEAST = 1e-12

@@ -11,10 +11,10 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
 from breaker.reading.files.guards import RejectedCurveError
-from breaker.reading.files.lexicon import NO_UNITS, OTHER_UNITS, UNITS
+from breaker.reading.files.lexicon import AMPERES, NO_UNITS, OTHER_UNITS, UNITS
 from breaker.reading.files.word_lookup import holds
 
-BESIDE = ("contact", "trigger")
+BESIDE = ("contact", "trigger", "motor")
 """Columns that a record may have beside time and travel, in any unit."""
 
 _KNOWN = {each: unit for unit, spelt in UNITS.items() for each in spelt.split()}
@@ -25,6 +25,7 @@ _BEHIND = re.compile(
     r"|(?<=\s)(?P<bare>[^\W_]{2,}|[ms]))\s*"
 )
 _LONGEST = 200  # signs of a name
+_AMPERES = re.compile(r"([\[(/,_ ])\s*(mA|A|[Aa]mp(?:ere)?s?)\s*[\])]?\s*")
 
 
 def wanted_columns(
@@ -124,6 +125,27 @@ def unit_of(text: str) -> str | None:
     """
     bare = text.strip().strip("[](){}<>").strip().removesuffix(".")
     return _KNOWN.get(bare) or _FOLDED.get(bare.casefold())
+
+
+def amperes_of(name: str, unit: str = "") -> float:
+    """Return how many amperes one of the unit of a column is; nan where that is no current.
+
+    Args:
+        name: Of the column. An `A` behind it is a phase, unless the name is of a current.
+        unit: That is stated apart from the name.
+
+    >>> [amperes_of(name) for name in ("I coil [A]", "Trip (mA)", "Coil Current (A)", "Coil (A)")]
+    [1.0, 0.001, 1.0, nan]
+    """
+    if unit.strip():
+        return AMPERES.get(unit_of(unit), float("nan"))
+    ends = [each for each in _AMPERES.finditer(name[-_LONGEST:]) if each.end() == len(name)]
+    if not ends:
+        return float("nan")
+    before, found = ends[-1].groups()
+    if found == "A" and before != "[" and not holds(name, "current"):
+        return float("nan")
+    return AMPERES["mA" if found == "mA" else "A"]
 
 
 def split_unit(name: str) -> tuple[str, str | None]:

@@ -12,6 +12,7 @@ import numpy as np
 from breaker.common.numerals import in_digits
 from breaker.reading.files.column_names import (
     BESIDE,
+    amperes_of,
     check_unit,
     label_of,
     place_of,
@@ -63,11 +64,11 @@ def read(opened: Opened, settings: Mapping, channel: str = "") -> Columns:
     # Contacts and triggers may be analog or status channels.
     every = [*names, *(each.name for each in cfg.status_channels)]
     values = [*record.analog, *record.status]
-    beside = {
-        kind: np.asarray(values[place_of(file, every, wanted[kind])], dtype=float)
-        for kind in wanted.keys() & {*BESIDE}
-    }
-    return Columns(time, travel, np.arange(1, travel.size + 1), remarks, beside)
+    places = {kind: place_of(file, every, wanted[kind]) for kind in wanted.keys() & {*BESIDE}}
+    beside = {kind: np.asarray(values[each], dtype=float) for kind, each in places.items()}
+    units = [each.uu for each in cfg.analog_channels] + [""] * len(cfg.status_channels)
+    amperes = {kind: amperes_of(every[place], units[place]) for kind, place in places.items()}
+    return Columns(time, travel, np.arange(1, travel.size + 1), remarks, beside, amperes)
 
 
 def look(opened: Opened) -> Labelled:

@@ -23,7 +23,8 @@ class Part(NamedTuple):
         phase: Its phase, empty if nothing says it.
         begin, end: Part of the record in which the motion is, ms; NaN for its beginning and end.
         ratio: Stated mm for one unit of the reading; NaN where that is a length, or none is stated.
-        beside: Columns that go with it, by ``contact_column`` and ``trigger_column``.
+        beside: Columns that go with it, by ``contact_column``,
+            ``trigger_column`` and ``motor_column``.
         others: Columns of contacts that are not taken.
     """
 

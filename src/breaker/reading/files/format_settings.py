@@ -30,6 +30,7 @@ FORMAT = {
     "contact_column": None,
     "timing_sd": 0.1,
     "trigger_column": None,
+    "motor_column": None,
     "doubtful": "mask",
     "missing": 0.5,
 }
@@ -38,6 +39,7 @@ FORMAT = {
 READ_BY = (
     *("encoding", "delimiter", "decimal", "skip_rows", "units_row", "time_column", "time_unit"),
     *("travel_column", "travel_unit", "contact_column", "trigger_column"),
+    "motor_column",
 )
 """Settings by which the columns of a file are read; the others say what is made of these."""
 

@@ -47,6 +47,13 @@ COLUMNS = {
         "fr es": "bobin|courant|corr[ie]ent",
         "zh": "线圈|电流",
     },
+    "current": {
+        "en": r"\bcurr|^i\b|^i[ _-]",
+        "de": "strom",
+        "fr es": "courant|corr[ie]ent",
+        "zh": "电流",
+    },
+    "motor": {"en de es": "motor", "fr": "moteur", "ru": "двигат", "zh": "电机|储能"},
     "test current": {
         "en": "dcrm",
         "en de": r"(?:test|mess|prüf)\W?(?:curr|strom)",
@@ -328,6 +335,9 @@ OTHER_UNITS = (
     "m/s mm/s mm/ms cm/s ft/s in/s deg/s rad/s m/s² m/s2 g"
 )
 """Units of no time or travel that the settings can have: they contradict any of these."""
+
+AMPERES = {"A": 1.0, "mA": 1e-3, "kA": 1e3}
+"""Amperes that one of a unit of currents is."""
 
 NO_UNITS = frozenset(["A", "V", "W", "N", "h", "g", "in", "inc"])
 """What behind a name rather is a phase, a pole or a direction than a unit."""

@@ -12,6 +12,7 @@ import numpy as np
 
 from breaker.reading.files.column_names import (
     BESIDE,
+    amperes_of,
     check_unit,
     label_of,
     place_of,
@@ -197,14 +198,16 @@ def _columns(file: str | Path, dataset, settings: Mapping, channel: str) -> Colu
     check_size(file, travel.size, len(wanted))
     remarks = _unit(file, "travel", travel, settings)
     readings = _numbers(file, "travel", travel)
-    lines, beside = np.arange(1, readings.size + 1), {}
+    lines, beside, amperes = np.arange(1, readings.size + 1), {}, {}
     for kind in wanted.keys() & {*BESIDE}:
-        beside[kind] = _numbers(file, kind, dataset[names[place_of(file, names, wanted[kind])]])
+        name = names[place_of(file, names, wanted[kind])]
+        beside[kind] = _numbers(file, kind, dataset[name])
+        amperes[kind] = amperes_of(name, _unit_text(dataset[name]))
         if beside[kind].size != readings.size:
             reason = f"{label_of(wanted[kind])} has {beside[kind].size} values for {readings.size}"
             raise RejectedCurveError(file, f"{reason} samples of travel")
     if "time" not in wanted:
-        return Columns(None, readings, lines, remarks, beside)
+        return Columns(None, readings, lines, remarks, beside, amperes)
     # The time by its name, or else the coordinate along which the travel lies.
     named = [name for name in names if name in (wanted["time"], along[0])]
     named.sort(key=lambda name: name != wanted["time"])
@@ -214,7 +217,7 @@ def _columns(file: str | Path, dataset, settings: Mapping, channel: str) -> Colu
         reason = f"{names[place]!r} has {time.size} times for {readings.size} samples"
         raise RejectedCurveError(file, reason)
     remarks += _unit(file, "time", time, settings)
-    return Columns(_numbers(file, "time", time), readings, lines, remarks, beside)
+    return Columns(_numbers(file, "time", time), readings, lines, remarks, beside, amperes)
 
 
 def _unit(file: str | Path, kind: str, variable, settings: Mapping) -> tuple[str, ...]:

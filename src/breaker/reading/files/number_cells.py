@@ -9,7 +9,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-LARGEST_NUMBER = {"time": 1e16, "travel": 1e9, "contact": 1e40, "trigger": 1e40}
+LARGEST_NUMBER = {"time": 1e16, "travel": 1e9, "contact": 1e40, "trigger": 1e40, "motor": 1e40}
 """Beyond it is no time (those since 1970 are 2e15 microseconds), and no reading of a sensor. Some
 instruments write 9.9e37 for the resistance of an open contact."""
 

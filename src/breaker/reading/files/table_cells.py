@@ -213,4 +213,5 @@ READ: dict[str, Callable] = {
     "contact_column": _column(1),
     "timing_sd": _number(0.01, 10.0, "ms"),
     "trigger_column": _column(0),
+    "motor_column": _column(1),
 }

@@ -15,6 +15,7 @@ from pathlib import Path
 from breaker.common.numerals import in_digits
 from breaker.reading.files.column_names import (
     BESIDE,
+    amperes_of,
     check_unit,
     label_of,
     listed,
@@ -83,6 +84,7 @@ class Head:
         places: Place of each column in a row, from 0, by its kind: see
             ``column_names.wanted_columns``.
         labels: What messages call these columns.
+        amperes: As of ``Columns``.
         width: Cells that a row may have.
         remarks: What is doubtful, in words.
     """
@@ -92,6 +94,7 @@ class Head:
     named: Sequence[int]
     places: Mapping[str, int]
     labels: Mapping[str, str]
+    amperes: Mapping[str, float]
     width: int
     remarks: tuple[str, ...]
 
@@ -131,7 +134,12 @@ def find_head(table: SampleTable, channel: str) -> Head:
         time, rate = table.settings["time_column"], in_digits(table.settings["rate"], 6)
         remarks += (f"there is no column {time!r}: times are those of the rate, {rate} kHz",)
     named = [] if unnamed else [row for row in (names, units) if row is not None]
-    return Head(table, first, named, places, labels, width, remarks)
+    amperes = {
+        kind: amperes_of(table.cell(names, place), table.cell(units, place))
+        for kind, place in places.items()
+        if kind in BESIDE
+    }
+    return Head(table, first, named, places, labels, amperes, width, remarks)
 
 
 def is_remark(row: Row) -> bool:

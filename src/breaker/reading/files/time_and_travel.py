@@ -26,6 +26,7 @@ class Columns:
         remarks: What is doubtful about the file, in words.
         beside: Those of ``column_names.BESIDE`` that are wanted, by kind, ``(t,)``, NaN where
             missing.
+        amperes: That one of the unit of these is; nan where it is no current.
         above: Cells of the lines above the samples, but for names and units.
         decimal: Sign of numbers in these.
         width: How many columns the table has; 0 where they are not counted.
@@ -36,6 +37,7 @@ class Columns:
     lines: np.ndarray
     remarks: tuple[str, ...] = ()
     beside: Mapping[str, np.ndarray] = field(default_factory=dict)
+    amperes: Mapping[str, float] = field(default_factory=dict)
     above: Sequence[Row] = ()
     decimal: str = "."
     width: int = 0
@@ -95,7 +97,7 @@ def columns_of(
     above = [row for i, row in enumerate(rows[: head.first]) if i not in head.named]
     if isinstance(rows, Lines):
         above = rows.above(lines[head.first], named)
-    found = travel[kept], numbers[kept], head.remarks, beside
+    found = travel[kept], numbers[kept], head.remarks, beside, head.amperes
     return Columns(time, *found, above, settings["decimal"], head.width)
 
 

@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from breaker.quantities.parameters import MOTIONS
+from breaker.reading.files.column_names import amperes_of
 from breaker.reading.files.format_settings import TO_MM
 from breaker.reading.files.motion_words import motion_of
 from breaker.reading.files.phases import COLUMN_PHASE
@@ -29,8 +30,8 @@ class Beside(NamedTuple):
     """What goes with a travel in a motion.
 
     Attributes:
-        settings: Columns by ``contact_column`` and ``trigger_column`` of ``endurance.format``; a
-            key is lacking where none is found.
+        settings: Columns by ``contact_column``, ``trigger_column`` and ``motor_column`` of
+            ``endurance.format``; a key is lacking where none is found.
         others: Columns of contacts of the same travel that are not taken.
     """
 
@@ -81,6 +82,8 @@ def columns_beside(
     several = len(_named(layout, there, "resistance")) > 1
     known = _known_phases(layout, own, _named(layout, there, "contact"))
     numbered = set().union(*(numbers for _, numbers in own))
+    motors = [i for i in range(len(layout.names)) if _is_motor(layout, i)]
+    motors = motors if len(motors) == 1 else []  # of several, nobody knows whose each is
     found = []
     for order, (travel, marks) in enumerate(zip(travels, own, strict=True), start=1):
         pole = _Pole(*marks, order, len(travels), known, numbered)
@@ -98,6 +101,7 @@ def columns_beside(
             taken = {
                 "contact_column": counted,
                 "trigger_column": _coil(layout, coils, motion, pole),
+                "motor_column": motors if motion == "closing" else [],
             }
             settings = {key: layout.column(places[0]) for key, places in taken.items() if places}
             others = (layout.column(i) for i in contacts if i not in counted[:1])
@@ -236,6 +240,13 @@ def _is_coil(layout: Layout, place: int) -> bool:
     pair = holds(before, "resistance") and _marks(before)[1] == _marks(name)[1]
     usual = np.nanquantile(np.abs(layout.columns[place]), _USUAL)
     return not pair and not (_AMPERES.search(name) and usual > _LARGEST)
+
+
+def _is_motor(layout: Layout, place: int) -> bool:
+    """Whether a column is of a motor's current."""
+    name, values = layout.names[place], layout.columns[place]
+    current = np.isfinite(amperes_of(name, layout.units[place] or ""))
+    return bool(current and holds(name, "motor") and np.isfinite(values).sum() >= _FEWEST)
 
 
 def _go_together(name: str, pole: _Pole, several: bool) -> bool:

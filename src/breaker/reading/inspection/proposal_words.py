@@ -144,11 +144,13 @@ def _stated(proposal: Proposal) -> list[Table]:
 
 
 def _wired(proposal: Proposal) -> list[Table]:
-    """The contact and the coil of each motion, where there are any."""
+    """The contact, the coil and the motor of each motion, where there are any."""
     rows = []
     for each in proposal.motions:
         settings, others = each.beside
-        contact, coil = (str(settings.get(f"{key}_column", "")) for key in ("contact", "trigger"))
+        found = (str(settings.get(f"{key}_column", "")) for key in ("contact", "trigger", "motor"))
+        contact, coil, motor = found
+        coil += f", motor {motor}" if motor else ""
         left = f", not {', '.join(map(str, others))}" if contact and others else ""
         if contact or coil:
             rows.append((str(each.column), each.motion, contact + left, coil))

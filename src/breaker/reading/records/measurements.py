@@ -16,9 +16,10 @@ from typing import NamedTuple
 import numpy as np
 
 from breaker.common.numerals import in_digits
-from breaker.quantities.catalogue import quantities_of
+from breaker.quantities.catalogue import CURRENTS, quantities_of
 from breaker.quantities.speeds import SPEEDS, Point, Speed
 from breaker.reading.records.contact_edges import Contact
+from breaker.reading.records.currents import Currents
 from breaker.reading.records.error_propagation import Trace, Uncertain
 from breaker.reading.records.faulty_samples import doubtful_samples
 from breaker.reading.records.jumps import hidden_slip, leap_at
@@ -57,6 +58,7 @@ class Measured(NamedTuple):
 
 
 _UNKNOWN = Contact()
+_NO_CURRENTS = Currents(np.zeros(0))
 
 
 def measure_curve(
@@ -107,6 +109,7 @@ class Reading:
         located: That motion.
         contact: When the contact touched or parted, and the trigger came.
         speeds: How speeds are defined.
+        currents: Of coil and motor.
         hidden: Sample of the trace from which on it is elsewhere by a slip that no sample alone
             shows, and by how much, mm; None without one.
     """
@@ -114,6 +117,7 @@ class Reading:
     located: LocatedMotion
     contact: Contact = _UNKNOWN
     speeds: Sequence[Speed] = SPEEDS
+    currents: Currents = _NO_CURRENTS
 
     def __post_init__(self) -> None:
         located, segment, moves = self.located, self.located.segment, self.located.moves
@@ -154,6 +158,7 @@ class Reading:
             **dict.fromkeys(("closing_time", "opening_time"), self.operating_time),
             "bounce_time": self.bounce_time,
             **{each.name: partial(self.speed, each) for each in self.speeds},
+            **{name: partial(self._current, name) for name in CURRENTS},
         }
         names = quantities_of(self.located.motion, self.speeds, ("record",))
         return {name: self.told(ways[name]) for name in names}
@@ -199,6 +204,10 @@ class Reading:
         if not np.isfinite(last):
             raise NotShownError("no contact channel: whether the contact bounces is not known")
         return self.trace.error(last - first, _EDGE * self.located.step)
+
+    def _current(self, name: str) -> Uncertain:
+        """A quantity of the currents of coil and motor."""
+        return self.trace.error(*getattr(self.currents, name)())
 
     def stroke(self) -> Uncertain:
         """Way between the rests, mm."""

@@ -21,6 +21,7 @@ from breaker.reading.files.operations_table import Operation
 from breaker.reading.files.time_and_travel import Columns
 from breaker.reading.records.consistency import inconsistencies
 from breaker.reading.records.contact_edges import Contact, events_of
+from breaker.reading.records.currents import CURRENT_CHANNELS, Channel, Currents
 from breaker.reading.records.faulty_samples import doubtful_samples, doubts_in_words
 from breaker.reading.records.landmarks import first_motion
 from breaker.reading.records.measurements import Measured, Reading
@@ -49,6 +50,7 @@ class Raw(LocatedMotion):
         settings: The section ``endurance.format``, complete, and what its row states over it.
         rest: Reading of the open breaker, mm, that is subtracted on the grid.
         contact: When the main contact touched or parted, and the trigger came.
+        currents: Of coil and motor.
         said: What is doubtful about the file, in words; "" is nothing.
     """
 
@@ -56,6 +58,7 @@ class Raw(LocatedMotion):
     settings: Mapping
     rest: float
     contact: Contact
+    currents: Currents
     said: tuple[str, ...]
 
     def on_grid(self, times: np.ndarray) -> Gridded:
@@ -141,7 +144,7 @@ class Raw(LocatedMotion):
             speeds: How speeds are defined.
             contact: When it switched, where the record has not seen it.
         """
-        return Reading(self, contact or self.contact, speeds).quantities()
+        return Reading(self, contact or self.contact, speeds, self.currents).quantities()
 
 
 class _Samples(NamedTuple):
@@ -212,13 +215,21 @@ def _raw(samples: _Samples, motion: str) -> Raw:
         inside = slice(segment.begin, segment.end)
         moves = first_motion(time[inside], left[inside], motion)
         found = motion, time, whole, doubts, quantum, segment, *moves
-        contact, odd = events_of(operation, settings, LocatedMotion(*found), samples.beside)
+        beside = samples.beside
+        contact, odd = events_of(operation, settings, LocatedMotion(*found), beside)
     except UnusableError as error:
         words = doubts_in_words(time, whole, doubts)
         reason = f"{error}; left out: {words}" if words else str(error)
         raise RejectedCurveError(operation.file, reason, line=error.line) from error
+    channels = {
+        kind: Channel(beside[kind], amperes)
+        for kind, amperes in columns.amperes.items()
+        if kind in CURRENT_CHANNELS
+    }
+    event = contact.trigger, contact.trigger_sd
+    currents = Currents(time, channels, inside, found[-2], *event)
     said = (*columns.remarks, uneven, count_remark(time.size, settings), *odd)
-    return Raw(*found, operation, settings, rest, contact, said)
+    return Raw(*found, operation, settings, rest, contact, currents, said)
 
 
 def read_raws(

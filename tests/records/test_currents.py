@@ -1,0 +1,122 @@
+"""Currents of coil and motor: what is read of them, against the circuit that made them."""
+
+import numpy as np
+import pytest
+
+from breaker.quantities.catalogue import CURRENTS
+from breaker.reading.files.column_names import amperes_of
+from breaker.reading.files.operations_table import Operation
+from breaker.reading.records.currents import Channel, Currents
+from breaker.reading.records.curve_reader import read_curves
+from breaker.reading.records.model_grid import Grid
+from breaker.reading.records.rejections import NotShownError
+
+STEP = 0.1  # ms
+TIME = np.arange(0.0, 120.0, STEP)
+TRIGGER, DIP, OFF, PEAK = 10.0, 24.0, 50.0, 3.0  # ms, A
+
+
+def coil(time=TIME, depth=0.25, peak=PEAK):
+    """A current that rises with 6 ms, loses a share of itself from 18 ms to the armature's arrival,
+    and is broken with 0.3 ms.
+    """
+    on = np.clip(time - TRIGGER, 0.0, None)
+    rise = 1.0 - np.exp(-on / 6.0)
+    moving = np.clip((time - 18.0) / (DIP - 18.0), 0.0, 1.0)
+    lost = depth * np.where(time <= DIP, moving**2, np.exp(-(time - DIP) / 4.0))
+    fall = np.where(time > OFF, np.exp(-np.clip(time - OFF, 0.0, None) / 0.3), 1.0)
+    return peak * (rise - lost) * fall
+
+
+def currents(values, **more):
+    about = {"moves": 30.0, "trigger": TRIGGER, "trigger_sd": 0.05} | more
+    return Currents(TIME, {"trigger": Channel(values, 1.0)}, **about)
+
+
+def test_a_coil_is_read_as_its_circuit_made_it():
+    """The peak at 50 ms is that of the rise; 100 draws of noise of 1 % of it: the errors of all
+    three in their sds, whose mean square is below 2 (chance of more: 1e-9 for normal errors).
+    """
+    rng = np.random.default_rng(1)
+    clean, peak = coil(), coil().max()
+    errors = {"coil_current": [], "coil_dip_time": [], "coil_off_time": []}
+    truth = {"coil_current": peak, "coil_dip_time": DIP - TRIGGER, "coil_off_time": OFF - TRIGGER}
+    for _ in range(100):
+        read = currents(clean + 0.01 * PEAK * rng.standard_normal(TIME.size))
+        for name, some in errors.items():
+            value, sd = getattr(read, name)()
+            some.append((value - truth[name]) / sd)
+    for name, some in errors.items():
+        assert np.mean(np.square(some)) < 2.0, name
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+@pytest.mark.parametrize("depth", [0.2, 0.4])
+def test_a_dip_of_any_depth_and_sign(sign, depth):
+    found, sd = currents(sign * coil(depth=depth) + 0.2).coil_dip_time()
+    assert found == pytest.approx(DIP - TRIGGER, abs=0.4)
+    assert 0.0 < sd < 0.5
+
+
+def test_what_a_current_does_not_show_is_not_told():
+    rise = coil(depth=0.0)
+    with pytest.raises(NotShownError, match="no dip"):
+        currents(rise).coil_dip_time()
+    noise = 0.02 * np.random.default_rng(2).standard_normal(TIME.size)
+    with pytest.raises(NotShownError, match="no dip"):  # by noise, in one of 1e6 records
+        currents(rise + noise).coil_dip_time()
+    held = np.where(TIME > TRIGGER, coil(peak=2.0)[TIME.searchsorted(49.0)], 0.0)
+    with pytest.raises(NotShownError, match="still flows"):
+        currents(held).coil_off_time()
+    with pytest.raises(NotShownError, match="no current flows"):
+        currents(noise).coil_current()
+    with pytest.raises(NotShownError, match="states no unit"):
+        Currents(TIME, {"trigger": Channel(coil(), np.nan)}, trigger=TRIGGER).coil_current()
+    for name in CURRENTS:
+        with pytest.raises(NotShownError, match="no channel"):
+            getattr(Currents(TIME), name)()
+
+
+@pytest.mark.parametrize("alternates", [False, True])
+def test_a_motor_runs(alternates):
+    """Inrush 40 A that decays with 150 ms to 8 A, from 200 ms to 6.2 s: rms of either kind."""
+    time = np.arange(0.0, 8000.0, 1.0)
+    runs = (time >= 200.0) & (time < 6200.0)
+    level = np.where(runs, 8.0 + 32.0 * np.exp(-(time - 200.0) / 150.0), 0.0)
+    wave = np.sqrt(2.0) * np.sin(0.1 * np.pi * time) if alternates else 1.0
+    noise = 0.1 * np.random.default_rng(3).standard_normal(time.size)
+    read = Currents(time, {"motor": Channel(level * wave + noise, 1.0)}, moves=50.0)
+    assert read.charging_time()[0] == pytest.approx(6.0, abs=0.015)
+    assert read.motor_current()[0] == pytest.approx(8.0, abs=0.05)
+    assert read.motor_inrush()[0] == pytest.approx(40.0, rel=0.08)  # over 20 ms it decays
+    cut = Currents(time[:3000], {"motor": Channel((level * wave)[:3000], 1.0)}, moves=50.0)
+    with pytest.raises(NotShownError, match="begins or ends"):
+        cut.charging_time()
+
+
+def test_units_of_currents():
+    stated = {"Coil Current C1 (A)": 1.0, "I coil [A]": 1.0, "Auslösestrom/mA": 1e-3}
+    phases = ["Coil (A)", "Trip A", "Coil", "Coil [V]"]
+    assert {name: amperes_of(name) for name in stated} == stated
+    assert np.isnan([amperes_of(name) for name in phases]).all()
+    assert amperes_of("Coil", "A") == 1.0
+    assert np.isnan(amperes_of("Coil [A]", "V"))  # a row of units counts
+
+
+@pytest.mark.parametrize("unit", ["A", "mA"])
+def test_through_a_file(tmp_path, unit):
+    travel = 16.0 / (1.0 + np.exp(22.0 + 10.0 - TIME))
+    many = 1e3 if unit == "mA" else 1.0
+    rows = zip(TIME * 1e-3, travel, many * coil(), strict=True)
+    file = tmp_path / "closing.csv"
+    lines = [
+        f"time,travel,Coil current [{unit}]",
+        *(f"{t:.5f},{s:.4f},{i:.5f}" for t, s, i in rows),
+    ]
+    file.write_text("\n".join(lines))
+    settings = {"trigger_column": f"Coil current [{unit}]"}
+    read = read_curves([Operation(1, str(file))], settings, Grid(np.arange(-2.0, 30.0)), "closing")
+    told = dict(zip(read.quantity.values, read.measured.values[0], strict=True))
+    assert told["coil_current"] == pytest.approx(coil().max(), rel=0.01)
+    assert told["coil_off_time"] == pytest.approx(OFF - TRIGGER, abs=0.5)
+    assert np.isnan(told["motor_current"])
