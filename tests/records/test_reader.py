@@ -232,7 +232,7 @@ def folder(tmp_path, prior):
 def test_rejected_operations_stay_and_the_rest_goes_on(folder, times, caplog):
     caplog.set_level(logging.WARNING, logger="breaker")  # a command before may have silenced it
     curves = read_curves(folder, FORMAT, Grid(times), "closing")
-    sizes = {"operation": 5, "time": times.size, "quantity": 9}
+    sizes = {"operation": 5, "time": times.size, "quantity": 15}
     assert dict(curves.sizes) == sizes | {"sample": curves.sizes["sample"]}
     assert curves.operation.values.tolist() == [1, 2, 3, 4, 5]
     assert curves.accepted.values.tolist() == [True, False, False, True, False]

@@ -87,9 +87,7 @@ _FIXED = (
     _wipe("parting", "way of the drive from its closed rest to contact parting", _OPENING),
     _time("bounce_time", "from the first contact touch to the last", _CLOSING, of=_RECORD),
     _current("coil_current", "largest current of the coil"),
-    _time(
-        "coil_dip_time", "from the trigger to the armature's dip in the coil's current", of=_RECORD
-    ),
+    _time("coil_dip_time", "from the trigger to the dip of the coil's current", of=_RECORD),
     _time("coil_off_time", "from the trigger until the coil's current is broken", of=_RECORD),
     _current("motor_inrush", "largest current of the motor as it starts, rms", _CLOSING),
     _current("motor_current", "current of the running motor, rms", _CLOSING),

@@ -82,8 +82,6 @@ def columns_beside(
     several = len(_named(layout, there, "resistance")) > 1
     known = _known_phases(layout, own, _named(layout, there, "contact"))
     numbered = set().union(*(numbers for _, numbers in own))
-    motors = [i for i in range(len(layout.names)) if _is_motor(layout, i)]
-    motors = motors if len(motors) == 1 else []  # of several, nobody knows whose each is
     found = []
     for order, (travel, marks) in enumerate(zip(travels, own, strict=True), start=1):
         pole = _Pole(*marks, order, len(travels), known, numbered)
@@ -101,7 +99,7 @@ def columns_beside(
             taken = {
                 "contact_column": counted,
                 "trigger_column": _coil(layout, coils, motion, pole),
-                "motor_column": motors if motion == "closing" else [],
+                "motor_column": _motor(layout) if motion == "closing" else [],
             }
             settings = {key: layout.column(places[0]) for key, places in taken.items() if places}
             others = (layout.column(i) for i in contacts if i not in counted[:1])
@@ -242,11 +240,12 @@ def _is_coil(layout: Layout, place: int) -> bool:
     return not pair and not (_AMPERES.search(name) and usual > _LARGEST)
 
 
-def _is_motor(layout: Layout, place: int) -> bool:
-    """Whether a column is of a motor's current."""
-    name, values = layout.names[place], layout.columns[place]
-    current = np.isfinite(amperes_of(name, layout.units[place] or ""))
-    return bool(current and holds(name, "motor") and np.isfinite(values).sum() >= _FEWEST)
+def _motor(layout: Layout) -> list[int]:
+    """The column of a motor's current; of several, nobody knows whose each is."""
+    named = _named(layout, range(len(layout.names)), "motor")
+    found = [i for i in named if np.isfinite(amperes_of(layout.names[i], layout.units[i] or ""))]
+    found = [i for i in found if np.isfinite(layout.columns[i]).sum() >= _FEWEST]
+    return found if len(found) == 1 else []
 
 
 def _go_together(name: str, pole: _Pole, several: bool) -> bool:
