@@ -241,7 +241,7 @@ def test_what_is_known_of_operations_of_any_motion(tmp_path):
         "g.csv,opening,6,L2,99,repair",
     ]
     table(tmp_path, *rows, head="file,motion,operation,phase,temperature,event")
-    events, temperatures = list_known(tmp_path, [1, 6, 8], phase="L1")
+    events, conditions = list_known(tmp_path, [1, 6, 8], phase="L1")
     assert events == {1: "greased", 6: "inspected, remounted"}
-    assert temperatures == {1: 22.0, 9: -3.0}
+    assert conditions == {"temperature": {1: 22.0, 9: -3.0}}
     assert list_known(tmp_path / "none", [1]) == ({}, {})

@@ -79,10 +79,19 @@ def test_work_between_ends_what_is_new():
 
 def test_new_operations_are_about_as_warm():
     warm = dict.fromkeys(range(1, 43), 20.0) | {5: 35.0}
-    found = series(temperatures=warm)
+    found = series(conditions={"temperature": warm})
     assert 5 not in found.operations[found.new]
-    assert found.warm[found.operations == 5] == pytest.approx(1.5)
-    assert series().warm is None
+    assert found.apart["temperature"][found.operations == 5] == pytest.approx(1.5)
+    assert not series().apart
+
+
+def test_new_operations_are_at_about_the_same_voltage():
+    """In volts or in percent, whatever the rated one."""
+    for rated in (100.0, 110.0):
+        volts = dict.fromkeys(range(1, 43), rated) | {5: 0.85 * rated}
+        found = series(conditions={"voltage": volts})
+        assert 5 not in found.operations[found.new]
+        assert found.apart["voltage"][found.operations == 5] == pytest.approx(-1.5)
 
 
 def test_events_mean_what_they_start_anew():

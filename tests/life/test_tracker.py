@@ -96,9 +96,23 @@ def test_work_begins_anew_without_an_alarm_and_what_a_transducer_moved_is_no_cha
 def test_a_season_is_not_taken_for_wear():
     warm = np.sin(2.0 * np.pi * TIME / 150.0)
     season = blocks(add=6.0 * warm)
-    assert not follow(season, temperature=warm).changes
-    assert follow(season, temperature=warm).change[-1, 0] == pytest.approx(0.0, abs=1.0)
+    known = {"temperature": warm}
+    assert not follow(season, conditions=known).changes
+    assert follow(season, conditions=known).change[-1, 0] == pytest.approx(0.0, abs=1.0)
     assert follow(season).changes  # the planted fault: no temperatures
+
+
+def test_a_low_battery_is_not_taken_for_wear():
+    """The voltage falls by 15 % for good, in a winter that comes and goes; true wear stays told."""
+    low = -1.5 * (TIME >= 150) + 0.2 * np.sin(TIME)
+    warm = np.sin(2.0 * np.pi * TIME / 150.0)
+    known = {"temperature": warm, "voltage": low}
+    path = follow(blocks(add=4.0 * low + 2.0 * warm), conditions=known)
+    assert not path.changes
+    assert path.change[-1, 0] == pytest.approx(0.0, abs=1.0)
+    worn = follow(blocks(add=4.0 * low + 0.05 * TIME), conditions=known)
+    assert worn.change[-1, 0] == pytest.approx(0.05 * (N - NEW / 2.0), abs=2.5)
+    assert follow(blocks(add=4.0 * low)).changes  # the planted fault: no voltages
 
 
 def test_a_motion_may_be_missing():
@@ -126,15 +140,15 @@ def test_a_change_that_later_records_deny_is_taken_back():
 
 
 STEPS = [Block(each.values[:, :4], each.variance[:4]) for each in blocks(add=4.0 * (TIME >= 120))]
-ABOUT = {"events": {90: True, 220: False}, "temperature": np.sin(TIME / 20.0)}
+ABOUT = {"events": {90: True, 220: False}, "conditions": {"temperature": np.sin(TIME / 20.0)}}
 
 
 def some_of(count, kept, values=STEPS):
     """Follow the first operations."""
     first = [block._replace(values=block.values[:count]) for block in values]
     done = {i: each for i, each in ABOUT["events"].items() if i < count}
-    warm = ABOUT["temperature"][:count]
-    return Tracker(kept=kept).follow(TIME[:count], first, events=done, temperature=warm)
+    known = {name: each[:count] for name, each in ABOUT["conditions"].items()}
+    return Tracker(kept=kept).follow(TIME[:count], first, events=done, conditions=known)
 
 
 def assert_same(path, whole, count):

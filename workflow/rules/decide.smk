@@ -18,7 +18,7 @@ rule life:
         seed=config["seed"],
         motions=MOTIONS,
         events=lambda wildcards: known()[0],
-        temperatures=lambda wildcards: known()[1],
+        conditions=lambda wildcards: known()[1],
         more_events=config["endurance"]["events"],
         limits=config["limits"],
         speeds=SPEEDS,

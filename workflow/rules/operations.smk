@@ -48,7 +48,7 @@ def operations(wildcards):
 
 @cache
 def known():
-    """Events and temperatures of operations, by their number, where a table has them."""
+    """Events and conditions of operations, by their number, where a table has them."""
     numbers = [number for chunk in chunks().values() for number in chunk]
     return list_known(OWN_CURVES, numbers, **CHOSEN) if OWN_CURVES else ({}, {})
 

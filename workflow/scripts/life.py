@@ -19,7 +19,7 @@ life = follow_curves(
     from_list(params.limits, params.motions, speeds_of(params.speeds)),
     params,
     events=Event.by_operation(params.events, params.more_events),
-    temperatures=params.temperatures,
+    conditions=params.conditions,
 )
 count, noticed = life.sizes["operation"], np.array(life.noticed).tolist()
 log.info("%d operations, family %s, changes at %s", count, life.attrs["family"], noticed)

@@ -31,6 +31,7 @@ from breaker.mechanism.sensor import grid
 from breaker.quantities.parameters import MOTIONS, NAMES
 from breaker.quantities.speeds import speeds_of
 from breaker.reading.files.guards import printable
+from breaker.reading.files.operations_table import CONDITIONS
 from breaker.reading.files.type_spelling import bare
 from breaker.reading.records.curve_reader import read_curves
 from breaker.reading.records.model_grid import Grid
@@ -229,14 +230,17 @@ def _followed(member: Member, used: Sequence[Answer], assessment: Assessment) ->
     }
     rows = [each for motion in MOTIONS for each in member.operations.get(motion, ())]
     texts = {each.number: each.event for each in rows if each.event}
-    warm = {each.number: each.temperature for each in rows if not np.isnan(each.temperature)}
+    conditions = {
+        name: {e.number: v for e in rows if not np.isnan(v := getattr(e, name))}
+        for name in CONDITIONS
+    }
     life = follow_curves(
         curves,
         assessment.limits_on(used, curves),
         {"wear_model": config["wear_model"], "seed": config["seed"]}
         | {"misfit_p_value": config["endurance"]["misfit_p_value"]},
         events=Event.by_operation(texts, config["endurance"]["events"]),
-        temperatures=warm,
+        conditions=conditions,
     )
     known = operation_metadata(curves, life.operation.values)
     pace = days_per_operation(life.operation.values, list(known.date))

@@ -24,7 +24,7 @@ _ALIKE = 0.9  # largest correlation of neighbouring records
 _FIRST = 100.0  # records that the scatter of the reference counts for in this
 _SOUGHT = ("rate", "rate", "step", "rate", "step")
 _LARGE = 30.0  # size of a large change, over that of another
-_BASE = 3  # columns that any design has; the next is that of the temperature
+_BASE = 3  # columns that any design has; the next is those of conditions
 # Of the state of a life: of it and of its fit, an entry for each operation, and what is now.
 _OF_EACH, _OF_EACH_FIT = ("known", "evidence", "weight"), ("weight",)
 _OF_NOW, _OF_NOW_FIT = ("counted", "alike"), ("noise", "memory", "change", "last", "mean", "cov")
@@ -60,7 +60,7 @@ class Life:
         operations: np.ndarray,
         fit: PathFit,
         new: np.ndarray | None,
-        temperature: np.ndarray | None,
+        conditions: Sequence[tuple[np.ndarray, float]],
     ) -> None:
         self.tracker, self.fit = tracker, fit
         some = fit.seen.any(axis=1)
@@ -68,7 +68,9 @@ class Life:
         where = np.asarray(operations, dtype=float)
         self.span = max(float(np.ptp(where[self.new])), 1.0)
         self.time = (where - where[self.new].mean()) / self.span
-        self.warm = None if temperature is None else np.nan_to_num(temperature)
+        known = [np.nan_to_num(values) for values, _ in conditions]
+        self.conditions = np.array(known).T.reshape(len(self.time), len(known))
+        self.effects = np.array([effect for _, effect in conditions])
         self.changes: list[Change] = []
         self.counted, self.alike = _FIRST, 0.0
         n = len(self.time)
@@ -104,10 +106,10 @@ class Life:
 
     def _made_from(self, count: int, events: Mapping[int, bool]) -> str:
         """Return the fingerprint of all that the path of the first operations depends on."""
-        fit, warm = self.fit, np.zeros(0) if self.warm is None else self.warm[:count]
+        fit, known = self.fit, self.conditions[:count]
         done = sorted((int(i), bool(each)) for i, each in events.items() if i < count)
-        settings = [asdict(self.tracker) | {"kept": ""}, done, self.span]
-        values = self.time[:count], warm, fit.values[:count], fit.there[:count]
+        settings = [asdict(self.tracker) | {"kept": ""}, done, self.span, self.effects.tolist()]
+        values = self.time[:count], known, fit.values[:count], fit.there[:count]
         return fingerprint(settings, (*values, self.new, fit.variance, fit.sought))
 
     def _go_on(self, state: Mapping[str, np.ndarray], events: Mapping[int, bool]) -> int:
@@ -127,6 +129,11 @@ class Life:
         self._renew(0, count)
         return count
 
+    @property
+    def _of_conditions(self) -> slice:
+        """Columns of the design that are those of conditions."""
+        return slice(_BASE, _BASE + self.effects.size)
+
     def _standing(self) -> list[Change]:
         """Changes that were not taken back."""
         return [change for change in self.changes if change.evidence >= 0.0]
@@ -136,8 +143,7 @@ class Life:
         columns = [
             _Column(power, 0.0, size=size) for power, size in enumerate((_LEVEL, _RATE, 0.0))
         ]
-        if self.warm is not None:
-            columns.append(_Column(0, 0.0, kept=False))
+        columns += [_Column(0, 0.0, kept=False)] * self.effects.size
         for change in self._standing():
             before = max(change.start - 1, 0)
             since = self.time[before], before, change.start, _LATER
@@ -152,8 +158,7 @@ class Life:
         since = self.time[where][:, None] - self.columns.origin
         after = np.asarray(where)[:, None] >= self.columns.first
         rows = np.where(after, since**self.columns.power, 0.0)
-        if self.warm is not None:
-            rows[:, _BASE] = self.warm[where]
+        rows[:, self._of_conditions] = self.conditions[where]
         return rows
 
     def _precision(self, i: int) -> np.ndarray:
@@ -162,8 +167,7 @@ class Life:
         along, aside = self.fit.bends()
         bends = self.tracker.bend**2 * along + self.tracker.aside**2 * aside + 1e-12
         wide = np.where(power == 2, bends[:, None], self.columns.size**2 * family + 1.0)
-        if self.warm is not None:
-            wide[:, _BASE] = self.tracker.warmth**2 * self.fit.variance
+        wide[:, self._of_conditions] = np.outer(self.fit.variance, np.square(self.effects))
         since = np.maximum(self.time[i] - self.time[self.columns.before], 1e-9)
         return since ** (2 * power) / wide
 
@@ -275,7 +279,7 @@ class Life:
     def _since(self, i: int, earlier: np.ndarray) -> np.ndarray:
         """Row of the design that gives the change since an earlier row.
 
-        What a temperature or a transducer moved is none.
+        What a condition or a transducer moved is none.
         """
         return self.columns.kept * (self._rows([i])[0] - earlier)
 

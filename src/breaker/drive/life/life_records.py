@@ -1,7 +1,7 @@
 """Records of a life as its tracker takes them: shapes in common units, and what is measured."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 import xarray as xr
@@ -11,7 +11,8 @@ from breaker.drive.family.record_inputs import network_record, stored_shape
 from breaker.drive.life.work_events import Event
 from breaker.reading.records.normalised_shape import SHAPE_TIMES, median_units
 
-_ALIKE = 5.0  # K, within which new operations are compared
+_STEP = {"temperature": 10.0, "voltage": 0.1}  # of a condition: K; share of that of the new ones
+_ALIKE = 0.5  # steps, within which new operations are compared
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,27 +55,30 @@ class Series:
         motions: Records, by motion.
         new: Which operations are new, indices.
         events: What was done before operations, by index.
-        temperature: °C, ``(o,)``, nan where it is not known; None if none is.
+        conditions: By name of ``CONDITIONS``, ``(o,)``, nan where one is not known.
     """
 
     operations: np.ndarray
     motions: Mapping[str, MotionRecords]
     new: np.ndarray
     events: Mapping[int, Event]
-    temperature: np.ndarray | None = None
+    conditions: Mapping[str, np.ndarray] = field(default_factory=dict)
 
     def new_of(self, motion: str) -> np.ndarray:
         """Indices of the new operations that have a record of a motion."""
         return self.new[self.motions[motion].there[self.new]]
 
     @property
-    def warm(self) -> np.ndarray | None:
-        """Temperature above that of the new operations, 10 K, ``(o,)``; 0 where not known."""
-        if self.temperature is None or not np.isfinite(self.temperature).any():
-            return None
-        known = self.temperature[self.new]
-        of = known if np.isfinite(known).any() else self.temperature
-        return np.nan_to_num((self.temperature - np.nanmean(of)) / 10.0)
+    def apart(self) -> dict[str, np.ndarray]:
+        """Conditions beside those of the new operations, ``(o,)`` each, in 10 K and in 10 % of the
+        voltage; 0 where one is not known.
+        """
+        found = {}
+        for name, values in self.conditions.items():
+            known = values[self.new]
+            of = known if np.isfinite(known).any() else values
+            found[name] = np.nan_to_num(_steps(name, values, float(np.nanmean(of))))
+        return found
 
 
 def series_of(
@@ -83,7 +87,7 @@ def series_of(
     *,
     followed: Mapping[str, Sequence[str]],
     events: Mapping[int, Event] | None = None,
-    temperatures: Mapping[int, float] | None = None,
+    conditions: Mapping[str, Mapping[int, float]] | None = None,
 ) -> Series:
     """Return the series of measured operations.
 
@@ -92,7 +96,8 @@ def series_of(
         reference: How many of the first operations with a record are new; or the first and the last
             number of those that are.
         followed: Names of measured quantities that are followed, by motion.
-        events, temperatures: By the number of an operation.
+        events: By the number of an operation.
+        conditions: By name of ``CONDITIONS``, by the number of an operation.
 
     Raises:
         ValueError: If no operation that is new has a record.
@@ -102,7 +107,11 @@ def series_of(
         motion: each.reindex(operation=operations, copy=False) for motion, each in data.items()
     }
     usable = {m: each.accepted.values == True for m, each in whole.items()}  # noqa: E712, nan is not
-    known = np.array([(temperatures or {}).get(int(o), np.nan) for o in operations])
+    known = {
+        name: np.array([values.get(int(o), np.nan) for o in operations])
+        for name, values in (conditions or {}).items()
+    }
+    known = {name: values for name, values in known.items() if np.isfinite(values).any()}
     place = {int(o): i for i, o in enumerate(operations)}
     done = {place[o]: each for o, each in (events or {}).items() if o in place}
     new = _new(operations, usable, reference, done, known)
@@ -110,7 +119,7 @@ def series_of(
     motions = {motion: each for motion, each in motions.items() if each is not None}
     if not motions:
         raise ValueError("no operation that counts as new has a record: see wear_model.reference")
-    return Series(operations, motions, new, done, known if temperatures else None)
+    return Series(operations, motions, new, done, known)
 
 
 def _new(
@@ -118,9 +127,11 @@ def _new(
     usable: Mapping[str, np.ndarray],
     reference: int | Sequence[int],
     events: Mapping[int, Event],
-    temperature: np.ndarray,
+    conditions: Mapping[str, np.ndarray],
 ) -> np.ndarray:
-    """Indices of the operations that are new: with all motions, no work between, about as warm."""
+    """Indices of the operations that are new: with all motions, no work between, under about the
+    same conditions.
+    """
     there = np.flatnonzero(np.logical_and.reduce(list(usable.values())))
     if not there.size:
         there = np.flatnonzero(np.logical_or.reduce(list(usable.values())))
@@ -132,11 +143,17 @@ def _new(
     first = there[:reference]
     if first.size:
         first = first[spells == np.bincount(spells).argmax()]
-        known = temperature[first]
+    for name, values in conditions.items():
+        known = values[first]
         if np.isfinite(known).any():
-            near = np.abs(known - np.nanmedian(known)) <= _ALIKE
+            near = np.abs(_steps(name, known, float(np.nanmedian(known)))) <= _ALIKE
             first = first[near]
     return first
+
+
+def _steps(name: str, values: np.ndarray, usual: float) -> np.ndarray:
+    """How far a condition is from the usual one, in its steps."""
+    return (values - usual) / (_STEP[name] * (usual if name == "voltage" else 1.0))
 
 
 def _motion(

@@ -27,7 +27,7 @@ def follow_curves(
     settings: Mapping,
     *,
     events: Mapping[int, Event] | None = None,
-    temperatures: Mapping[int, float] | None = None,
+    conditions: Mapping[str, Mapping[int, float]] | None = None,
 ) -> xr.Dataset:
     """Follow a drive by the networks that ship, and judge its limits: see ``follow_life``.
 
@@ -35,7 +35,7 @@ def follow_curves(
         data: What ``curve_reader.read_curves`` returns of each motion.
         settings: ``wear_model``, that section of the configuration, ``misfit_p_value``, ``seed``,
             and ``checkpoint``, a tracker's ``kept``, where it is there.
-        events, temperatures: By the number of an operation.
+        events, conditions: As of ``series_of``.
 
     Raises:
         ValueError: If no operation that is new has a record.
@@ -51,7 +51,7 @@ def follow_curves(
         wear_model["reference"],
         followed=followed,
         events=events,
-        temperatures=temperatures,
+        conditions=conditions,
     )
     del data  # which is large, and of no more use
     readout = Readout.of(
@@ -93,7 +93,7 @@ def follow_life(
     blocks = readout.coordinates.blocks(series)
     events = {i: event.transducer for i, event in series.events.items() if event.renews}
     path = tracker.follow(
-        series.operations, blocks, new=series.new, events=events, temperature=series.warm
+        series.operations, blocks, new=series.new, events=events, conditions=series.apart
     )
     apart = agreement(readout, path)
     if apart < LEAST_AGREEMENT:

@@ -11,7 +11,7 @@ import xarray as xr
 
 from breaker.drive.life.calendar import days_per_operation, on_date
 from breaker.drive.life.limit_states import STATES
-from breaker.reading.files.operations_table import ABOUT, metadata_names
+from breaker.reading.files.operations_table import ABOUT, CONDITIONS, metadata_names
 
 DECISIONS = {
     "breaker": "name of the breaker",
@@ -19,6 +19,7 @@ DECISIONS = {
     "operation": "number of the operation",
     "date": "its date, ISO 8601",
     "temperature": "of the drive, °C",
+    "voltage": "of the control circuit, as the table has it",
     "event": "what was done before it",
     "state": "of the drive: unknown, healthy, plan (a service) or now",
     "limit": "the limit that the state is about; empty without one",
@@ -83,7 +84,7 @@ def operation_metadata(curves: Mapping[str, xr.Dataset], operations: np.ndarray)
         operations: Numbers, ``(o,)``.
 
     Returns:
-        Columns ``ABOUT``, events of all motions and the mean temperature, else what the first
+        Columns ``ABOUT``, events of all motions and the mean conditions, else what the first
         motion knows; and ``not_used``.
     """
     frames = [
@@ -101,7 +102,7 @@ def operation_metadata(curves: Mapping[str, xr.Dataset], operations: np.ndarray)
 
 def _joined(name: str, values: Sequence) -> object:
     """One value of ``ABOUT`` from those of the motions of an operation; empty without any."""
-    if name == "temperature":
+    if name in CONDITIONS:
         return float(np.mean(values)) if values else np.nan
     words = list(dict.fromkeys(map(str, values)))
     return ", ".join(words if name == "event" else words[:1])

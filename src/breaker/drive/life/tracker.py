@@ -42,7 +42,8 @@ class Tracker:
         faster: Prior sd of the change of a rate, in rates.
         size: Prior sd of another change, in changes of the family.
         tails: Degrees of freedom of the scatter.
-        warmth: Prior sd of the effect of 10 K, in changes of the family.
+        warmth, voltage: Prior sds of the effect of 10 K, and of 10 % of the control voltage, in
+            changes of the family.
         kept: File that keeps how far a life was followed, so that the same with more operations
             is gone on with, to the same bytes; none if None.
 
@@ -63,6 +64,7 @@ class Tracker:
     size: float = 0.03
     tails: float = 100.0
     warmth: float = 0.1
+    voltage: float = 0.1
     kept: str | None = None
 
     @classmethod
@@ -78,7 +80,7 @@ class Tracker:
         *,
         new: np.ndarray | None = None,
         events: Mapping[int, bool] | None = None,
-        temperature: np.ndarray | None = None,
+        conditions: Mapping[str, np.ndarray] | None = None,
     ) -> Path:
         """Go through a life.
 
@@ -88,6 +90,11 @@ class Tracker:
             new: Indices of the operations that are new; the first that have a record if None.
             events: Indices of operations before which work was done, and whether on the transducer
                 alone.
-            temperature: Above that of the reference, 10 K, ``(o,)``; None where it is not known.
+            conditions: "temperature" and "voltage" beside those of the reference, in 10 K and in
+                10 % of the voltage, ``(o,)``, as far as they are known.
         """
-        return Life(self, operations, PathFit(blocks), new, temperature).followed(events or {})
+        found = [
+            (values, {"temperature": self.warmth, "voltage": self.voltage}[name])
+            for name, values in (conditions or {}).items()
+        ]
+        return Life(self, operations, PathFit(blocks), new, found).followed(events or {})

@@ -17,7 +17,13 @@ from breaker.reading.files.file_names import numbers_in
 from breaker.reading.files.formats import ENDINGS
 from breaker.reading.files.guards import RejectedCurveError, no_file, printable
 from breaker.reading.files.netcdf import is_store
-from breaker.reading.files.operations_table import MANIFEST, Operation, breakers_in, read_manifest
+from breaker.reading.files.operations_table import (
+    CONDITIONS,
+    MANIFEST,
+    Operation,
+    breakers_in,
+    read_manifest,
+)
 
 _SHOWN = 3  # files in a message
 
@@ -164,7 +170,7 @@ def list_known(
     *,
     breaker: str | None = None,
     phase: str | None = None,
-) -> tuple[dict[int, str], dict[int, float]]:
+) -> tuple[dict[int, str], dict[str, dict[int, float]]]:
     """List what the table of a folder, if there is one, knows of operations of any motion.
 
     Args:
@@ -173,21 +179,27 @@ def list_known(
             comes after it.
 
     Returns:
-        Events and mean temperature, °C, by operation, where there are any.
+        Events by operation, and by name of ``CONDITIONS`` their mean values by operation, where
+        there are any.
     """
     if not os.path.lexists(Path(folder, MANIFEST)):
         return {}, {}
     events: dict[int, list[str]] = {}
-    temperatures: dict[int, list[float]] = {}
+    conditions: dict[str, dict[int, list[float]]] = {name: {} for name in CONDITIONS}
     rows = _rows(Path(folder, MANIFEST), {"breaker": breaker, "phase": phase}, None)
     for _, each in sorted(rows, key=lambda row: row[1].number):
         if each.event and (next_one := bisect_left(numbers, each.number)) < len(numbers):
             events.setdefault(numbers[next_one], []).append(each.event)
-        if not math.isnan(each.temperature):
-            temperatures.setdefault(each.number, []).append(each.temperature)
+        for name, found in conditions.items():
+            if not math.isnan(value := getattr(each, name)):
+                found.setdefault(each.number, []).append(value)
     return (
         {number: ", ".join(dict.fromkeys(texts)) for number, texts in events.items()},
-        {number: sum(values) / len(values) for number, values in temperatures.items()},
+        {
+            name: {number: sum(values) / len(values) for number, values in found.items()}
+            for name, found in conditions.items()
+            if found
+        },
     )
 
 

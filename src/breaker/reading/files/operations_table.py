@@ -25,7 +25,10 @@ if TYPE_CHECKING:  # xarray takes longer to load than all of this
 MANIFEST = "operations.csv"
 """Name of the table, in the folder of the curve files."""
 
-ABOUT = ("breaker", "phase", "date", "temperature", "event")
+CONDITIONS = ("temperature", "voltage")
+"""What an operation depends on beside the drive: columns of the table."""
+
+ABOUT = ("breaker", "phase", "date", *CONDITIONS, "event")
 """What is known of an operation and kept through to all results; empty where it is not."""
 
 _REQUIRED = ("file", "motion", "operation")
@@ -53,6 +56,7 @@ class Operation:
         breaker, phase, type: Names, where a table gives them.
         date: Date and time as ISO 8601.
         temperature: Of the drive, °C.
+        voltage: Of the control circuit, V or % of the rated one.
         event: What was done before this operation, since the one before it: see ``event_words``.
         switching: When the main contact touched or parted, ms of the file's time; nan if not given.
         trigger: When the coil was energised, ms of the file's time; nan if not given.
@@ -69,6 +73,7 @@ class Operation:
     type: str = ""
     date: str = ""
     temperature: float = math.nan
+    voltage: float = math.nan
     event: str = ""
     switching: float = math.nan
     trigger: float = math.nan

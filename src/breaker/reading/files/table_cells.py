@@ -192,6 +192,7 @@ READ: dict[str, Callable] = {
     "type": _text,
     "date": iso_date,
     "temperature": _number(-60.0, 120.0, "°C"),
+    "voltage": _number(1.0, 1000.0, "V or % of the rated one"),
     "event": _text,
     "from": _TIME,
     "to": _TIME,
