@@ -52,6 +52,9 @@ def test_without_the_check_random_command_lines_would_change_inputs(monkeypatch)
         ("infer a.csv --plot drive", "is a folder, and is not replaced"),
         ("infer a.csv --output nowhere/out.csv", "there is no folder nowhere/"),
         ("infer a.csv --output pipe", "is a pipe or a device"),
+        ("infer a.csv --output loop.csv", "loop.csv cannot be written: Too many levels of symb"),
+        ("infer a.csv --output a\0b.csv", "is no name of a file: embedded null byte; name another"),
+        (f"infer a.csv --output {'x' * 300}", "cannot be written: File name too long; name"),
         ("inspect a.csv --output config/config.yaml", "it is what is read"),
         ("inspect a.csv --output few.yaml", "it is what is read"),
         ("fit-prior drive --output drive/closing/op_1.csv", "it is what is read"),
@@ -70,6 +73,7 @@ def test_nothing_that_is_not_a_result_is_replaced(folder, capsys, words, reason)
     (folder / "m.safetensors").write_bytes(b"a model")
     (folder / "foreign.zarr/.zgroup").write_text('{"zarr_format": 2}')
     os.mkfifo(folder / "pipe")
+    (folder / "loop.csv").symlink_to("loop.csv")
     files = [each for each in folder.rglob("*") if each.is_file()]
     before = {each: each.read_bytes() for each in files}
     assert main([*words.split(), "--config", "few.yaml"]) == 1

@@ -1,8 +1,10 @@
 """A file is opened only if it is one, and nothing waits; what is said of it can be printed."""
 
+import ast
 import os
 import socket
 import threading
+from collections import Counter
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +12,7 @@ import pandas as pd
 import pytest
 import xarray as xr
 
+import breaker
 from breaker.common.zarr_store import open_store, save
 from breaker.reading.files.guards import (
     LARGEST,
@@ -99,6 +102,57 @@ def test_a_file_with_more_than_it_states_is_rejected(monkeypatch):
     monkeypatch.setattr("breaker.reading.files.guards.LARGEST", 100)
     with pytest.raises(RejectedCurveError, match="has more, but no record"):
         read_bytes(file)
+
+
+def test_a_regular_file_that_waits_for_more_is_empty(tmp_path, monkeypatch):
+    """/proc/kmsg is such a file, for root alone: a pipe that nobody writes to stands for it."""
+    file, said = tmp_path / "op_1.csv", []
+    a_pipe(file)
+    monkeypatch.setattr("breaker.reading.files.guards.no_file", lambda _: "")
+    thread = threading.Thread(target=lambda: said.append(read_bytes(file)), daemon=True)
+    thread.start()
+    thread.join(timeout=2.0)
+    assert said == [b""]
+
+
+READS = {"open", "opened_at_once", "read_text", "read_bytes", "loadtxt", "genfromtxt"}
+READS |= {"fromfile", "memmap", "read_csv", "read_excel", "load_workbook", "open_dataset"}
+READS |= {"open_zarr", "safe_open", "ZipFile", "File", "load_dataset"}
+OWN = {
+    "app/local_server.py": 2,  # of the package, and of Bokeh
+    "shipped/__init__.py": 1,
+    "workflow/dependencies.py": 1,
+    "reading/instruments/dialects.py": 2,
+    "cli/command.py": 2,  # /dev/null, written
+    "cli/view.py": 1,  # a browser
+    "common/atomic_writes.py": 1,  # what was just written
+    # Stores, models and checkpoints of the workflow, regular files with checksums; `--model`.
+    "cli/outputs.py": 1,
+    "common/zarr_store.py": 3,
+    "common/tensor_file.py": 2,
+    "drive/life/checkpoint.py": 2,
+    "paper/posterior/training.py": 2,
+    "workflow/chunks.py": 1,
+    # Bytes that the opener has given, and a store whose parts it has looked at.
+    "reading/files/netcdf.py": 4,
+    "reading/files/excel.py": 2,
+    # The opener itself.
+    "reading/files/guards.py": 2,
+}
+"""Where something is read by other means than the opener that waits for nothing, and how often."""
+
+
+def test_files_of_others_are_read_by_one_opener():
+    package, found = Path(breaker.__file__).parent, Counter()
+    for module in package.rglob("*.py"):
+        for node in ast.walk(ast.parse(module.read_text(encoding="utf-8"))):
+            called = ast.unparse(node.func) if isinstance(node, ast.Call) else ""
+            guarded = called in ("read_bytes", "opened_at_once")
+            name = called.rpartition(".")[2]
+            reads = name in READS or called in ("np.load", "torch.load")
+            if reads and not guarded:
+                found[module.relative_to(package).as_posix()] += 1
+    assert found == OWN
 
 
 @pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() == 0, reason="root reads all")

@@ -11,6 +11,7 @@ from breaker.cli.command_settings import ADVANCED, PROJECT
 from breaker.cli.printing import say
 from breaker.cli.records_named import MOTIONS
 from breaker.common.atomic_writes import whole
+from breaker.reading.files.guards import opened_at_once
 from breaker.shipped import DEFAULTS
 
 _PICTURES = (".png", ".pdf", ".svg", ".jpg", ".jpeg")
@@ -43,6 +44,7 @@ def check_outputs(wanted: Sequence[tuple[str | None, str]], read: Iterable[str])
     for name, kind in wanted:
         if name is None:
             continue
+        _check_name(name)
         target = Path(os.path.realpath(name))
         if any(target.is_relative_to(each) or each.is_relative_to(target) for each in earlier):
             raise ValueError(f"{name} is, or is in, another output of this command; name another")
@@ -53,6 +55,18 @@ def check_outputs(wanted: Sequence[tuple[str | None, str]], read: Iterable[str])
             _check_own(name, target, kind)
         if not os.access(target if target.exists() else target.parent, os.W_OK):
             raise PermissionError(f"{name} may not be written; name another")
+
+
+def _check_name(name: str) -> None:
+    """Refuse a name that no file can have, and a link that leads nowhere but to itself."""
+    try:
+        os.stat(name)
+    except (FileNotFoundError, NotADirectoryError, PermissionError):
+        return  # see below
+    except OSError as error:
+        raise OSError(f"{name} cannot be written: {error.strerror}; name another") from error
+    except ValueError as error:
+        raise ValueError(f"{name} is no name of a file: {error}; name another") from error
 
 
 def _check_place(name: str, target: Path, kind: str) -> None:
@@ -116,8 +130,8 @@ def _check_own(name: str, target: Path, kind: str) -> None:
         return
     if not stat.S_ISREG(found.st_mode):
         raise FileExistsError(f"{name} is a pipe or a device, not a file; name another")
-    with open(target, "rb") as stream:
-        begins = stream.read(4096)
+    with opened_at_once(target) as stream:
+        begins = stream.read(4096) or b""
     if kind == "table":
         own = {*begins.partition(b"\n")[0].decode(errors="replace").split(",")} >= _COLUMNS
     else:

@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 
 from breaker.common.numerals import in_digits
 from breaker.reading.files.file_names import moments
+from breaker.reading.files.guards import opened_at_once
 from breaker.reading.files.preamble import Preamble
 
 
@@ -88,7 +89,7 @@ def _copies(folder: Path, paths: Sequence[str]) -> dict[str, str]:
     found = {}
     for path in sorted(paths, key=lambda path: (not moments(Path(path).stem), len(path))):
         if (size := sizes[path]) and alike[size] > 1 and (folder / path).is_file():
-            with open(folder / path, "rb") as content:
+            with opened_at_once(folder / path) as content:
                 digest = hashlib.file_digest(content, "sha256").digest()
             if (other := first.setdefault(digest, path)) != path:
                 found[path] = other

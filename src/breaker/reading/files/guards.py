@@ -4,6 +4,7 @@ import errno
 import os
 import stat
 from pathlib import Path
+from typing import BinaryIO
 
 LARGEST = 64 * 2**20
 """Bytes of the largest file that is read; a record of 10 s at 100 kHz has a quarter of it."""
@@ -64,6 +65,16 @@ def no_file(file: str | Path) -> str:
     return "" if stat.S_ISREG(found.st_mode) else f"is {kind}, not a file"
 
 
+def opened_at_once(file: str | Path) -> BinaryIO:
+    """Open a regular file to be read; what it does not hold yet is not waited for."""
+    return open(file, "rb", opener=_without_waiting)
+
+
+def _without_waiting(file: str, flags: int) -> int:
+    # Some files wait for more, as /proc/kmsg; Windows has no such, and no such flag.
+    return os.open(file, flags | getattr(os, "O_NONBLOCK", 0))
+
+
 def _why(error: OSError) -> str:
     return _WHY.get(error.errno, f"cannot be read: {error.strerror}")
 
@@ -81,10 +92,10 @@ def read_bytes(file: str | Path) -> bytes:
         if not why and (size := os.stat(file).st_size) > LARGEST:
             why = _too_large(f"{size / 2**20:.0f} MiB")
         if not why:
-            with open(file, "rb") as stream:
-                content = stream.read(size + 1)
+            with opened_at_once(file) as stream:
+                content = stream.read(size + 1) or b""
                 if len(content) > size:  # more than was stated
-                    content += stream.read(LARGEST + 1 - len(content))
+                    content += stream.read(LARGEST + 1 - len(content)) or b""
     except OSError as error:
         why = _why(error)
     except ValueError as error:
