@@ -24,6 +24,8 @@ _FLAT = (5.0, 0.003)  # sd of the noise, strokes: no more moves at a rest that n
 _HIDES = 0.012  # strokes of noise, in which a swing may hide
 _TENTHS = np.arange(0.1, 0.95, 0.1)  # of the way, between which speeds are compared
 _SUDDEN = 0.4  # of the greatest speed in the last tenth, with which no drive stops flat
+_LESS, _CLEARLY = 1.2, 4.0  # times less noise at the end of a range, and sd of such by chance
+_THIRD = 2.31  # times as many white samples know as little of their noise by third differences
 _MEAN, _STEADY = 5, 0.7  # samples whose mean is at rest, within such a share of what hides a swing
 _EARLY = 0.2  # of the time between these: first motions that a gradual force makes are less early
 _MAINS = 0.05, 0.06  # kHz
@@ -59,7 +61,7 @@ def inconsistencies(
         _unrest(time, third, sd),
         _early(time, travel, moves),
         _hum(time, travel, moves, own),
-        _at_full_speed(time, travel, sd),
+        _at_full_speed(time, travel, moves, sd, quantum),
     ]
     return [words for words in found if words]
 
@@ -153,25 +155,72 @@ def _hum(time: np.ndarray, travel: np.ndarray, moves: float, sd: float) -> str:
     return ""
 
 
-def _at_full_speed(time: np.ndarray, travel: np.ndarray, sd: float) -> str:
-    """A stop at speed without any swing: the end of the range, whatever noise lies on it.
+def _at_full_speed(
+    time: np.ndarray, travel: np.ndarray, moves: float, sd: float, quantum: float
+) -> str:
+    """A stop at speed without any swing, or a stop or start at speed at a rest that is calmer than
+    the other: the end of the range, whatever noise lies on it.
 
-    What stops a drive so suddenly throws it back.
+    What stops a drive so suddenly throws it back, and its noise is that of the sensor at both
+    rests.
     """
     start, end = (float(np.median(each)) for each in (travel[:_CALM], travel[-_CALM:]))
-    done = (travel - start) / (end - start) if end != start else np.zeros(travel.size)
-    near = max(_FLAT[0] * sd / max(abs(end - start), _EXACT), _FLAT[1])
-    stop = int((done >= 1.0 - near).argmax())
-    rest = np.convolve(done[stop:] - 1.0, np.full(_MEAN, 1.0 / _MEAN), "valid")
-    if near > _HIDES or rest.size < _CALM or np.abs(rest[1:]).max() > _STEADY * near:
+    if end == start:
         return ""
+    done, before = (travel - start) / (end - start), int((time < moves).sum())
+    stop, last = _stop(time, done, sd / abs(end - start))
+    begin, first = _stop(-time[::-1], 1.0 - done[::-1], sd / abs(end - start))
+    rests = travel[: before - _CALM], travel[max(stop + _CALM, travel.size - before) :]
+    calm = _calmer(*rests, quantum)
+    if last > _SUDDEN and (calm > 0 or _no_swing(done[stop:], sd / abs(end - start))):
+        what, at, share = "stops", time[stop], last
+    elif first > _SUDDEN and calm < 0:
+        what, at, share = "starts", time[::-1][begin], first
+    else:
+        return ""
+    side, speed = "behind" if what == "stops" else "before", f"{share:.0%} of its greatest speed"
+    return (
+        f"the travel {what} at {in_digits(at, 4)} ms at {speed}, and is flat {side} it: does the "
+        "range of the transducer end there? If so, the stroke is longer"
+    )
+
+
+def _stop(time: np.ndarray, done: np.ndarray, noise: float) -> tuple[int, float]:
+    """Sample at which a way, from 0 to 1, is gone but for noise, and the share of the greatest
+    speed of a tenth of it that is left in the last.
+    """
+    stop = int((done >= 1.0 - _near(noise)).argmax())
     marks = time[[int((done >= share).argmax()) for share in _TENTHS]]
     step = float(np.median(np.diff(time)))
     speeds = np.diff(_TENTHS) / np.maximum(np.diff(marks), step)
-    last = (done[stop] - _TENTHS[-1]) / max(time[stop] - marks[-1], step) / speeds.max()
-    if last < _SUDDEN:
-        return ""
-    return (
-        f"the travel stops at {in_digits(time[stop], 4)} ms from {last:.0%} of its greatest speed, "
-        "and rests at once: does the transducer's range end there? If so, the stroke is longer"
-    )
+    return stop, (done[stop] - _TENTHS[-1]) / max(time[stop] - marks[-1], step) / speeds.max()
+
+
+def _near(noise: float) -> float:
+    """Share of a way within which noise of such a share leaves a rest."""
+    return max(_FLAT[0] * noise, _FLAT[1])
+
+
+def _no_swing(done: np.ndarray, noise: float) -> bool:
+    """Whether a way ``(n,)`` from its stop on is 1 at once, in noise that hides no swing."""
+    rest, near = np.convolve(done - 1.0, np.full(_MEAN, 1.0 / _MEAN), "valid"), _near(noise)
+    return near <= _HIDES and rest.size >= _CALM and np.abs(rest[1:]).max() <= _STEADY * near
+
+
+def _calmer(first: np.ndarray, second: np.ndarray, quantum: float) -> int:
+    """Which of two rests has less noise than the other by far: 1 the second, -1 the first, or 0.
+
+    All that moves at the calm one counts, and noise alone at the other, where a drive may settle.
+    """
+    if min(first.size, second.size) < 2 * _CALM:
+        return 0
+    for sign, calm, other in ((1, second, first), (-1, first, second)):
+        line = np.polynomial.Polynomial.fit(np.arange(calm.size), calm, 1)
+        least = float(np.std(calm - line(np.arange(calm.size))))
+        noise = float(np.sqrt(np.mean(np.square(np.diff(other, n=3))) / 20.0))
+        chance = np.sqrt(0.5 / calm.size + 0.5 * _THIRD / other.size)  # sd of the logarithm
+        if noise > quantum and np.log(noise / max(least, 0.1 * noise)) > max(
+            np.log(_LESS), _CLEARLY * chance
+        ):
+            return sign
+    return 0
