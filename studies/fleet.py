@@ -23,7 +23,7 @@ import xarray as xr
 from breaker.common.randomness import generator
 from breaker.configuration.loading import read
 from breaker.drive.fleet.drive_dataset import stored
-from breaker.drive.fleet.drive_document import examine
+from breaker.drive.fleet.examination import examine
 from breaker.drive.fleet.members import members_of
 from breaker.drive.fleet.ranking import fleet_table, learn_types
 from breaker.drive.simulation.drive_family import Family

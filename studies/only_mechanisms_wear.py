@@ -20,7 +20,7 @@ import pandas as pd
 from breaker.common.randomness import generator
 from breaker.configuration.loading import load
 from breaker.drive.answers.drive_records import read_operations
-from breaker.drive.answers.visit_changes import VERDICT_WORDS, changes, compare, mechanism_changes
+from breaker.drive.answers.visit_changes import changes, compare, mechanism_changes
 from breaker.drive.family.network_files import shipped_networks
 from breaker.mechanism.prior import Prior
 from breaker.quantities.parameters import MOTIONS
@@ -75,8 +75,8 @@ def rows_of(name: str, options) -> pd.DataFrame:
         if not all(each[motion] for each in visits for motion in MOTIONS):
             continue  # no record of a motion shows its rests
         found = compare(*visits, [*shipped_networks()], rng)
-        sure = {row["name"] for row in changes(found) if row["verdict"] == VERDICT_WORDS[0]}
-        told = {e["name"] for e in mechanism_changes(found) if e["verdict"] == VERDICT_WORDS[0]}
+        sure = {row.name for row in changes(found) if row.sure}
+        told = {e.name for e in mechanism_changes(found) if e.sure}
         parameters = {e for e in sure if "time" not in e}
         rows.append(
             {"wears": name, "answered": bool(found.ratios), "apart": len(found.ratios) > 1}

@@ -171,11 +171,11 @@ def visits(prior: Prior, count: int, records: int = 3) -> None:
         later = Other(drive.theta * factors, drive.more)
         found = compare(visit(drive, records, rng), visit(later, records, rng), networks, rng)
         for row in changes(found):
-            if row["kind"] == "parameter" and not row["motion"]:
-                low, _, high = row["change"]
-                truth = 100.0 * (factors[NAMES.index(row["name"])] - 1.0)
+            if row.kind == "parameter" and not row.motion:
+                low, _, high = row.change
+                truth = 100.0 * (factors[NAMES.index(row.name)] - 1.0)
                 holds = low - 1e-9 <= truth <= high + 1e-9
-                rows[number % 2, row["name"]].append((holds, high - low, row["verdict"], truth))
+                rows[number % 2, row.name].append((holds, high - low, row.verdict, truth))
     for (changed, name), each in sorted(rows.items()):
         holds, width, verdicts, truths = zip(*each, strict=True)
         false = sum(v == "changed" and t == 0.0 for v, t in zip(verdicts, truths, strict=True))

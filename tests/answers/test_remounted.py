@@ -52,16 +52,16 @@ def between(tmp_path, prior, defaults):
 
 def test_slack_of_the_transducer_is_no_change_of_the_drive(between):
     found = between(slack=0.4)
-    assert [each["motion"] for each in found["differences"]] == [*MOTIONS]
-    assert "as of another slack of the transducer" in found["warnings"][0]
-    assert found["headline"].startswith("No change of the drive is told")
-    assert {row["kind"] for row in found["changes"]} == {"measured"}
+    assert [each.motion for each in found.differences] == [*MOTIONS]
+    assert "as of another slack of the transducer" in found.warnings[0]
+    assert found.headline.startswith("No change of the drive is told")
+    assert {row.kind for row in found.changes} == {"measured"}
 
 
 @pytest.mark.parametrize("change", [(), [(3, 1.25)], [(5, 0.97), (4, 1.5)], [(1, 0.9)]])
 def test_wear_is_no_slack(between, change):
     """Planted: friction, force, contact and opening spring, at noise that shows each."""
-    assert not any("slack" in each["what"] for each in between(change)["differences"])
+    assert not any("slack" in each.what for each in between(change).differences)
 
 
 def test_a_start_that_takes_longer_is_no_slack(tmp_path, prior, defaults):
@@ -72,14 +72,14 @@ def test_a_start_that_takes_longer_is_no_slack(tmp_path, prior, defaults):
         for name, slack in (("before", 0.4), ("today", 0.0))
     }
     found = Assessment(defaults).compare(visits)
-    assert not any("slack" in each["what"] for each in found["differences"])
+    assert not any("slack" in each.what for each in found.differences)
 
 
 def test_another_zero_is_said_and_changes_nothing_else(between):
     found = between(zero=5.0)
-    (said,) = (each for each in found["trust"] if "the transducer is mounted elsewhere" in each)
+    (said,) = (each for each in found.trust if "the transducer is mounted elsewhere" in each)
     assert "is at 5.1 mm" in said
-    assert (found["differences"], found["warnings"]) == ([], [])
+    assert (found.differences, found.warnings) == ([], [])
     assert "mounted elsewhere" in " ".join(text_of(words_of_visits(found)).split())
 
 
@@ -90,7 +90,7 @@ def test_a_later_start_that_the_contact_makes_up_for_is_slack(whole, told):
     record = SimpleNamespace(motion="closing", tenth=12.0, raw=raw)
     later = {"latch_time": 1.5, "touch_time": whole - 1.5, "closing_time": whole}
     rows = [
-        {"name": name, "motion": "closing", "before": 20.0, "difference": by, "sd": 0.1}
+        SimpleNamespace(name=name, motion="closing", before=20.0, difference=by, sd=0.1)
         for name, by in later.items()
     ]
     assert bool(slack_between({"before": [record], "today": [record]}, rows)) == told

@@ -6,17 +6,23 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from breaker.common.plain_values import plainly
 from breaker.documents.terminal import text_of
 from breaker.drive.answers.comparability import judged_today, unlike
 from breaker.drive.answers.operation_scatter import visit_error
 from breaker.drive.answers.visit_changes import (
     VERDICT_WORDS,
-    changes,
+    QuantityChange,
     compare,
     measured_changes,
-    mechanism_changes,
 )
-from breaker.drive.answers.visit_document import visits_document, words_of_visits, worse_in
+from breaker.drive.answers.visit_document import (
+    Agreement,
+    ComparisonSettings,
+    RejectedRecord,
+    visits_document,
+    words_of_visits,
+)
 from breaker.drive.family.change_network import ChangeDraws
 from breaker.drive.family.level_network import LevelDraws
 from breaker.drive.family.membership import PARTS, Match
@@ -74,15 +80,15 @@ def document(*families, before=None, today=None, beyond=0.05, rejected=(), **mor
     today = today or records(before)
     found = compare(before, today, families or [family()], np.random.default_rng(1))
     measured = measured_changes(before, today, SPEEDS, beyond)
-    told = {
-        "differences": unlike(measured, found.strokes, more.get("stated", {})),
-        "changes": [*measured, *changes(found, beyond)],
-        "mechanisms": mechanism_changes(found, beyond),
-        "limits": judged_today(found, today, more.get("limits", ()), SPEEDS, 1),
-    }
-    counts = {m: {"before": len(before[m]), "today": len(today[m])} for m in before}
-    settings = {"share": beyond, "misfit_p_value": 0.001, "seed": 1}
-    return visits_document(found, told, counts, rejected, settings)
+    return visits_document(
+        found,
+        measured,
+        unlike(measured, found.strokes, more.get("stated", {})),
+        ComparisonSettings(beyond, 1, 0.001),
+        limits=plainly(judged_today(found, today, more.get("limits", ()), SPEEDS, 1)),
+        records={m: {"before": len(before[m]), "today": len(today[m])} for m in before},
+        rejected=rejected,
+    )
 
 
 def ratios(before, today):
@@ -90,11 +96,13 @@ def ratios(before, today):
 
 
 def inferred(found):
-    return {row["name"]: row for row in found["changes"] if row["kind"] != "measured"}
+    return {row.name: row for row in found.changes if row.kind != "measured"}
 
 
 def row(name, kind, worse, verdict=VERDICT_WORDS[0]):
-    return {"name": name, "kind": kind, "worse": worse, "verdict": verdict}
+    about = dict.fromkeys(("unit", "meaning", "motion"), "") | {"change": [0.0, 0.0, 0.0]}
+    about |= dict.fromkeys(("unchanged", "beyond", "more", "less"), 0.5)
+    return QuantityChange(name=name, kind=kind, worse=worse, verdict=verdict, **about)
 
 
 @pytest.mark.parametrize(
@@ -111,37 +119,38 @@ def test_what_is_worse_is_named_as_far_as_the_headline_tells_it(
 ):
     rows = [row("travel_time", "measured", 1.0, measured), row("f", "parameter", 0.99)]
     rows += [row("rebound", "measured", 0.0), row("k_a", "parameter", 0.01)]  # better
-    rows = [each for each in rows if each["name"] != "rebound" or measured == VERDICT_WORDS[0]]
+    rows = [each for each in rows if each.name != "rebound" or measured == VERDICT_WORDS[0]]
     rows.append(row("L", "parameter", 0.6, VERDICT_WORDS[1]))
     mechanisms = [row("drag", "mechanism", None), row("build_up", "mechanism", None, "no")]
     about = {"parameters": state, "differences": differences}
-    assert worse_in({"changes": rows, "mechanisms": mechanisms, **about}) == names
+    found = replace(document(), changes=rows, mechanisms=mechanisms, **about)
+    assert found.worse == names
 
 
 def test_what_changed_is_in_the_headline_after_what_is_measured():
     slower = {"today": records(slow=1.15)}
     found = document(family(f=0.9, later=2.0, k_b=1.045), **slower)
-    measured, parameters = found["headline"].split("\n")
+    measured, parameters = found.headline.split("\n")
     assert measured.startswith("Measured: travel_time (closing) +15 % (+1")
     assert parameters.startswith("Changed: f -10 % (-1")
     assert "touch_after_release +20 % (+20 to +20), parting_after_release" in parameters
     assert parameters.endswith("cannot be told: k_b; not beyond 5 %: mu, k_a, gamma_a, gamma_b, L")
     rows = inferred(found)
-    assert rows["f"]["change"] == pytest.approx([-11.5, -10.0, -8.5], abs=0.3)
-    assert rows["f"]["less"] == rows["f"]["beyond"] == rows["f"]["worse"] == 1.0
-    assert rows["f"]["unchanged"] == 0.0
-    assert rows["L"]["unchanged"] == pytest.approx(0.75, abs=0.03)
-    assert rows["mu"]["unchanged"] == 1.0
-    assert (rows["mu"]["worse"], rows["L"]["worse"]) == (None, 0.0)
-    assert found["trust"][0].endswith("(least p = 0.5)")
-    assert "closing and opening agree" in found["trust"][1]
+    assert rows["f"].change == pytest.approx([-11.5, -10.0, -8.5], abs=0.3)
+    assert rows["f"].less == rows["f"].beyond == rows["f"].worse == 1.0
+    assert rows["f"].unchanged == 0.0
+    assert rows["L"].unchanged == pytest.approx(0.75, abs=0.03)
+    assert rows["mu"].unchanged == 1.0
+    assert (rows["mu"].worse, rows["L"].worse) == (None, 0.0)
+    assert found.trust[0].endswith("(least p = 0.5)")
+    assert "closing and opening agree" in found.trust[1]
     alone = document(family(f=0.9))
-    assert alone["headline"] == (
+    assert alone.headline == (
         "Measured: no change beyond 5 %\n"
         "No parameter is told: nothing measured has changed for sure beyond 5 %"
     )
     other = document(family(f=0.9), beyond=0.2, **slower)
-    assert other["headline"].endswith(
+    assert other.headline.endswith(
         "No parameter changed for sure beyond 20 %; not beyond 20 %: all others"
     )
     assert "P>20 %" in text_of(words_of_visits(other))
@@ -156,7 +165,7 @@ def test_the_first_family_that_fits_both_visits_answers():
             yield each
 
     found = document(*families(), before=records(["opening"]))
-    assert found["family"] == "second"
+    assert found.family == "second"
     lazy = compare(records(), records(), families(), np.random.default_rng(1))
     assert (lazy.family, opened[3:]) == ("second", ["first", "second", "third"])
 
@@ -170,13 +179,11 @@ def test_the_first_family_that_fits_both_visits_answers():
 def test_parameters_of_a_drive_of_no_family_are_withheld():
     longer = records(stroke=120.0)
     found = document(family("one"), family("two", 1e-5), today=longer)
-    assert (found["parameters"], inferred(found)) == ("unlike", {})
-    (odd,) = found["trust"]
+    assert (found.parameters, inferred(found)) == ("unlike", {})
+    (odd,) = found.trust
     found = document(family("one"), family("two", 1e-5), before=longer, today=longer)
-    assert (found["parameters"], inferred(found)) == ("withheld", {})
-    assert found["headline"].endswith(
-        "Parameters are withheld: the drive is of no family that ships"
-    )
+    assert (found.parameters, inferred(found)) == ("withheld", {})
+    assert found.headline.endswith("Parameters are withheld: the drive is of no family that ships")
     assert "the closing today (p < 0.0001, most at its end), the opening today" in odd
     assert "the closing before" not in odd
     assert "--motion" in odd
@@ -188,16 +195,16 @@ def test_visits_that_were_measured_differently_are_warned_of_first():
     text = " ".join(text_of(words_of_visits(found)).split())
     assert text.startswith("WARNING: the scale of all ways and speeds, as of another ratio of the ")
     assert "was 1 and is 1.64. The visits were measured differently" in text
-    assert found["headline"].startswith("No change of the drive is told")
-    assert (found["parameters"], inferred(found)) == ("unlike", {})
+    assert found.headline.startswith("No change of the drive is told")
+    assert (found.parameters, inferred(found)) == ("unlike", {})
     found = document(family(), stated=ratios(1.0, 1.64))
-    assert "linkage ratio was 1 and is 1.64" in found["warnings"][0]
+    assert "linkage ratio was 1 and is 1.64" in found.warnings[0]
     (other,) = unlike([], {"opening": {"before": 178.0, "today": 190.0}}, {})
-    assert other["what"] == "inferred stroke"
-    assert document(family(), today=records(stroke=81.6))["warnings"]
+    assert other.what == "inferred stroke"
+    assert document(family(), today=records(stroke=81.6)).warnings
     for same in (records(stroke=80.8), records(stroke=84.8, slow=1.1)):
         stated = {"before": {"linkage ratio": 1.0}}
-        assert document(family(), today=same, stated=stated)["warnings"] == []
+        assert document(family(), today=same, stated=stated).warnings == []
 
 
 @pytest.mark.parametrize(
@@ -217,7 +224,7 @@ def test_motions_at_another_pace_are_a_rate_however_noisy_their_records(
     paces = {"closing": (closing, left), "opening": (opening, left)}
     strokes = {motion: {"before": 12.6, "today": 12.65} for motion in paces}
     found = unlike([], strokes, {}, paces)
-    assert [row["today"] for row in found] == ([pytest.approx(rate, rel=0.01)] if rate else [])
+    assert [row.today for row in found] == ([pytest.approx(rate, rel=0.01)] if rate else [])
 
 
 def test_limits_are_judged_by_the_second_visit():
@@ -230,7 +237,7 @@ def test_limits_are_judged_by_the_second_visit():
     ]
     limits = from_list(entries, MOTIONS, SPEEDS)
     found = document(family(f=0.9), today=records(stroke=80.8), limits=limits)
-    rows = {row.name: row for row in found["limits"]}
+    rows = {row.name: row for row in found.limits}
     verdicts = {name: row.verdict for name, row in rows.items()}
     none = dict.fromkeys(("late", "gap"), "not shown")
     assert verdicts == {"stroke": "pass", "travel_time": "fail", **none, "f": "fail"}
@@ -242,44 +249,44 @@ def test_limits_are_judged_by_the_second_visit():
 
 def test_a_change_beyond_any_wear_is_not_told():
     found = document(family(gamma_b=1e36))
-    assert (found["parameters"], inferred(found)) == ("beyond", {})
-    assert found["headline"].endswith("larger than any wear that the networks know")
-    assert "are rate and ratio of both files right?" in found["trust"][1]
-    assert document(family(gamma_b=1.6))["parameters"] == "told"
+    assert (found.parameters, inferred(found)) == ("beyond", {})
+    assert found.headline.endswith("larger than any wear that the networks know")
+    assert "are rate and ratio of both files right?" in found.trust[1]
+    assert document(family(gamma_b=1.6)).parameters == "told"
 
 
 def test_motions_that_contradict_each_other_are_told_apart():
     found = document(family(f=0.9, f_closing=0.85, f_opening=1.0, later=2.0))
-    assert found["parameters"] == "apart"
-    assert found["agreement"] == {"p_value": pytest.approx(0.0), "parameter": "f"}
-    assert "No parameter is told" in found["headline"]
-    assert "Changed" not in found["headline"]
-    assert "contradict each other (f, p < 0.0001)" in found["trust"][1]
-    both = [row for row in found["changes"] if row["name"] == "f"]
-    assert [row["motion"] for row in both] == list(MOTIONS)
-    assert [row["verdict"] for row in both] == ["changed", "did not change"]
-    assert inferred(found)["touch_after_release"]["change"] == pytest.approx([40.0] * 3)
+    assert found.parameters == "apart"
+    assert found.agreement == Agreement(pytest.approx(0.0), "f")
+    assert "No parameter is told" in found.headline
+    assert "Changed" not in found.headline
+    assert "contradict each other (f, p < 0.0001)" in found.trust[1]
+    both = [row for row in found.changes if row.name == "f"]
+    assert [row.motion for row in both] == list(MOTIONS)
+    assert [row.verdict for row in both] == ["changed", "did not change"]
+    assert inferred(found)["touch_after_release"].change == pytest.approx([40.0] * 3)
     # One that differs by less than both are wide is told of both together.
-    assert document(family(f=0.9, f_closing=0.9, f_opening=0.91))["parameters"] == "told"
+    assert document(family(f=0.9, f_closing=0.9, f_opening=0.91)).parameters == "told"
 
 
 def test_measured_changes_are_those_of_means():
     rng = np.random.default_rng(6)
     before = {"closing": [smooth(rng, noise=2e-4)]}
     today = {"closing": [smooth(rng, stroke=stroke, noise=2e-4) for stroke in (74.0, 75.0)]}
-    rows = {row["name"]: row for row in measured_changes(before, today, SPEEDS)}
+    rows = {row.name: row for row in measured_changes(before, today, SPEEDS)}
     # Nobody timed the contact; that nothing goes beyond its rest is a value too.
     assert set(rows) == {"stroke", "travel_time", "over_travel", "closing_speed_mean"}
     stroke = rows["stroke"]
-    assert stroke["difference"] == pytest.approx(-5.5, abs=0.02)
+    assert stroke.difference == pytest.approx(-5.5, abs=0.02)
     # Operations are known to scatter by 0.4 % as from four records, and two of today do by 0.5 mm.
     scatter = np.sqrt((4 * 0.32**2 + 0.5) / 5)
-    assert stroke["sd"] == pytest.approx(scatter * np.sqrt(1.5), rel=0.02)
-    assert stroke["change"] == pytest.approx([-7.9, -6.875, -5.85], abs=0.1)
-    assert stroke["beyond"] == stroke["less"] == pytest.approx(0.9985, abs=0.001)
-    assert (stroke["verdict"], stroke["worse"]) == ("changed", None)
-    assert rows["travel_time"]["verdict"] == "did not change"
-    assert rows["closing_speed_mean"]["worse"] > 0.9
+    assert stroke.sd == pytest.approx(scatter * np.sqrt(1.5), rel=0.02)
+    assert stroke.change == pytest.approx([-7.9, -6.875, -5.85], abs=0.1)
+    assert stroke.beyond == stroke.less == pytest.approx(0.9985, abs=0.001)
+    assert (stroke.verdict, stroke.worse) == ("changed", None)
+    assert rows["travel_time"].verdict == "did not change"
+    assert rows["closing_speed_mean"].worse > 0.9
 
 
 def test_a_way_past_the_rest_changes_in_shares_of_itself_and_a_late_touch_is_worse():
@@ -293,13 +300,13 @@ def test_a_way_past_the_rest_changes_in_shares_of_itself_and_a_late_touch_is_wor
         return {"closing": [replace(raw, contact=Contact(touch, 0.1))]}
 
     rows = measured_changes(visit(0.2, 29.0), visit(0.1, 30.0), SPEEDS)
-    touch, over = (next(e for e in rows if e["name"] == f) for f in ("touch_time", "over_travel"))
-    assert over["change"][1] == pytest.approx(-50.0, abs=0.5)
-    assert (over["verdict"], over["worse"]) == ("changed", pytest.approx(0.0, abs=0.01))
-    assert touch["worse"] == touch["more"] > 0.95
+    touch, over = (next(e for e in rows if e.name == f) for f in ("touch_time", "over_travel"))
+    assert over.change[1] == pytest.approx(-50.0, abs=0.5)
+    assert (over.verdict, over.worse) == ("changed", pytest.approx(0.0, abs=0.01))
+    assert touch.worse == touch.more > 0.95
     rows = measured_changes(visit(0.002, 29.0), visit(0.004, 29.0), SPEEDS)
-    (over,) = (row for row in rows if row["name"] == "over_travel")
-    assert over["verdict"] == "did not change"
+    (over,) = (row for row in rows if row.name == "over_travel")
+    assert over.verdict == "did not change"
 
 
 def test_means_are_known_no_better_than_their_readings():
@@ -309,7 +316,7 @@ def test_means_are_known_no_better_than_their_readings():
 
 
 def test_the_text_has_a_row_for_each_and_what_was_rejected():
-    rejected = [{"file": "x.csv", "motion": "closing", "visit": "today", "reason": "no rise"}]
+    rejected = [RejectedRecord("x.csv", "closing", "today", "no rise")]
     found = document(family(f=0.9), rejected=rejected)
     text = text_of(words_of_visits(found))
     assert "rejected: today: x.csv: no rise" in text

@@ -14,7 +14,7 @@ from breaker.common.plain_values import to_json
 from breaker.configuration.loading import merge
 from breaker.drive.answers import drive_records, test_report
 from breaker.drive.answers.answer_document import document
-from breaker.drive.fleet.drive_document import examine
+from breaker.drive.fleet.examination import examine
 from breaker.drive.fleet.members import members_of
 from breaker.quantities.parameters import MOTIONS
 from breaker.reading.files.folder_listing import list_fleet
@@ -73,8 +73,8 @@ def compared(capsys):
 def of_fleet(config):
     (member,) = members_of(list_fleet("fleet"), MOTIONS, config["endurance"]["format"])
     document = examine(member, config).document
-    return {(name, motion): value for name, motion, value in document["measured"]} | {
-        ("family", motion): document["family"] for motion in MOTIONS
+    return {(name, motion): value for name, motion, value in document.measured} | {
+        ("family", motion): document.family for motion in MOTIONS
     }
 
 

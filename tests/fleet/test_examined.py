@@ -1,14 +1,16 @@
 """A small fleet: answered as single drives are, an odd one found, and ranked by what is due."""
 
-import json
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from breaker.common.plain_values import to_json
 from breaker.drive.answers.assessment import Assessment
 from breaker.drive.answers.drive_records import read_operations
 from breaker.drive.fleet.drive_dataset import stored
-from breaker.drive.fleet.drive_document import examine
+from breaker.drive.fleet.drive_document import DriveDocument, Due
+from breaker.drive.fleet.examination import examine
 from breaker.drive.fleet.fleet_page import fleet_page
 from breaker.drive.fleet.fleet_states import DIFFERENT
 from breaker.drive.fleet.members import Member, members_of
@@ -86,18 +88,16 @@ def test_two_visits_are_compared(rows, examined, defaults):
     for visit, number in (("before", 1), ("today", 2)):
         own = {m: [e for of, e in rows[WORN] if (of, e.number) == (m, number)] for m in MOTIONS}
         visits[visit] = read_operations(own, defaults["endurance"]["format"])
-    alone = [
-        e for e in Assessment(defaults).compare(visits)["changes"] if e["verdict"] == "changed"
-    ]
-    assert [each["name"] for each in document["changed"]] == [each["name"] for each in alone]
-    assert (document["how"], document["visits"], document["state"]) == ("visits", 2, "now")
-    assert document["due"] == {"limit": "stiff_drive"}
+    alone = [e for e in Assessment(defaults).compare(visits).changes if e.verdict == "changed"]
+    assert [each.name for each in document.changed] == [each.name for each in alone]
+    assert (document.how, document.visits, document.state) == ("visits", 2, "now")
+    assert document.due == Due("stiff_drive")
 
 
 def test_a_drive_without_a_usable_record_stops_no_other(examined):
     found = examined[BROKEN, ""]
-    assert (found.document["state"], len(found.theta)) == ("unknown", 0)
-    assert len(found.document["rejected"]) == 4
+    assert (found.document.state, len(found.theta)) == ("unknown", 0)
+    assert len(found.document.rejected) == 4
 
 
 def test_the_odd_one_is_found_and_what_is_due_comes_first(table):
@@ -118,18 +118,18 @@ def test_the_odd_one_is_found_and_what_is_due_comes_first(table):
 def test_poles_are_compared_by_instants_where_these_are_shown():
     times = {"R": (30.1, 9.0), "S": (31.4, 12.0), "T": (30.0, 9.1)}
     documents = [
-        {"breaker": "Q1", "phase": phase, "measured": measured}
-        for phase, (instant, way) in times.items()
-        for measured in [[["closing_time", "closing", instant], ["travel_time", "closing", way]]]
+        SimpleNamespace(breaker="Q1", measured=measured)
+        for instant, way in times.values()
+        for measured in [[("closing_time", "closing", instant), ("travel_time", "closing", way)]]
     ]
-    alone = {"breaker": "Q2", "measured": [["closing_time", "closing", 40.0]]}
-    rows = [{"breaker": each["breaker"]} for each in (*documents, alone)]
+    alone = SimpleNamespace(breaker="Q2", measured=[("closing_time", "closing", 40.0)])
+    rows = [{"breaker": each.breaker} for each in (*documents, alone)]
     compare_poles(rows, [*documents, alone])
     assert rows[0]["pole_spread"] == pytest.approx(1.4)
     assert [each["pole_spread_of"] for each in rows] == 3 * ["closing_time"] + [""]
     assert np.isnan(rows[3]["pole_spread"])
     for each in documents:
-        each["measured"] = each["measured"][1:]
+        each.measured = each.measured[1:]
     compare_poles(rows, [*documents, alone])
     assert (rows[1]["pole_spread"], rows[1]["pole_spread_of"]) == (3.0, "travel_time")
 
@@ -137,7 +137,8 @@ def test_poles_are_compared_by_instants_where_these_are_shown():
 def test_the_page_shows_every_drive(table, examined):
     found, types = table
     names = [*examined]
-    assert json.loads(json.dumps(examined[names[0]].document))
+    for each in examined.values():
+        assert to_json(DriveDocument.from_json(to_json(each.document))) == to_json(each.document)
     assert len(picture(found, names, types).axes) == 1
     page = fleet_page(found, type_table(types), b"")
     assert all(f"<td>{name}</td>" in page for name, _ in names)
@@ -148,9 +149,9 @@ def test_the_page_shows_every_drive(table, examined):
 
 def test_another_ratio_of_the_transducer_is_no_wear(table, examined):
     document = examined[REMOUNTED, ""].document
-    assert (document["state"], document["due"], document["changed"]) == (DIFFERENT, {}, [])
-    assert "1.06" in document["differences"][0]
-    assert {*document["limits"].values()} == {"not shown"}  # they are of changes of the drive
+    assert (document.state, document.due, document.changed) == (DIFFERENT, Due(), [])
+    assert "1.06" in document.differences[0]
+    assert {*document.limits.values()} == {"not shown"}  # they are of changes of the drive
     found, types = table
     row = found[found.breaker == REMOUNTED].iloc[0]
     assert (row.state, row.due, found.breaker[1]) == (DIFFERENT, "", REMOUNTED)
@@ -174,13 +175,13 @@ def test_a_stroke_that_changes_makes_no_date(defaults, tmp_path, prior):
         (tmp_path / "operations.csv").write_text("\n".join(lines), encoding="utf-8")
         (member,) = members_of(list_fleet(tmp_path), MOTIONS)
         document = examine(member, {**defaults, "limits": [late]}).document
-        states.append((document["state"], bool(document["differences"]), bool(document["due"])))
+        states.append((document.state, bool(document.differences), bool(document.due.limit)))
     assert states == [("plan", False, True), (DIFFERENT, True, False)]
     late["upper"]["travel_time"] = 9.0  # which the last visit exceeds, whatever the first was
     document = examine(member, {**defaults, "limits": [late]}).document
-    assert (document["state"], document["due"]) == ("now", {"limit": "late"})
-    assert document["differences"]
-    assert document["changed"] == []  # as no trend is told
+    assert (document.state, document.due) == ("now", Due("late"))
+    assert document.differences
+    assert document.changed == []  # as no trend is told
 
 
 def test_limits_of_a_type_are_of_its_drives_in_any_spelling(rows, defaults):
@@ -190,7 +191,7 @@ def test_limits_of_a_type_are_of_its_drives_in_any_spelling(rows, defaults):
     states = {}
     for name in ("gl-314", "GL318"):
         document = examine(Member("Q0", "", name, operations), config).document
-        states[name] = document["state"], document["limits"]
+        states[name] = document.state, document.limits
     verdicts = {"closing stroke by type": "fail", "opening travel_time by type": "pass"}
     assert states == {"gl-314": ("now", verdicts), "GL318": ("not judged", {})}
 
@@ -217,15 +218,15 @@ def test_many_operations_are_a_life(tmp_path, prior, defaults, loss):
     few = {**defaults, "wear_model": wear, "fleet": {"followed": 30}}
     (member,) = members_of(list_fleet(tmp_path), MOTIONS)
     document = examine(member, few).document
-    assert (document["how"], document["trust"]) == ("life", [])
-    assert json.loads(json.dumps(document))["limits"].keys() == {"stiff_drive", "tired_closing"}
+    assert (document.how, document.trust) == ("life", [])
+    assert document.limits.keys() == {"stiff_drive", "tired_closing"}
     if loss:
-        assert "f" in {each["name"] for each in document["changed"]}
-        assert document["state"] in ("plan", "now")
-        assert document["due"]["limit"] == "tired_closing"
+        assert "f" in {each.name for each in document.changed}
+        assert document.state in ("plan", "now")
+        assert document.due.limit == "tired_closing"
     else:
-        assert "operation" not in document["due"]
-        assert document["changed"] == []
+        assert document.due.operation is None
+        assert document.changed == []
 
 
 def test_a_life_needs_no_comparison_of_its_first_visit(tmp_path, prior, defaults):
@@ -239,5 +240,5 @@ def test_a_life_needs_no_comparison_of_its_first_visit(tmp_path, prior, defaults
     few = {**defaults, "wear_model": wear, "fleet": {"followed": 13}}
     (member,) = members_of(list_fleet(tmp_path), MOTIONS)
     document = examine(member, few).document
-    assert (document["how"], document["visits"], document["trust"]) == ("life", 13, [])
-    assert document["limits"].keys() == {"stiff_drive", "tired_closing"}
+    assert (document.how, document.visits, document.trust) == ("life", 13, [])
+    assert document.limits.keys() == {"stiff_drive", "tired_closing"}

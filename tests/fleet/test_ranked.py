@@ -1,14 +1,23 @@
 """Types in the table of a fleet."""
 
-import json
+from types import SimpleNamespace
 
 import numpy as np
 import xarray as xr
 
+from breaker.common.plain_values import to_json
 from breaker.drive.fleet import ranking as ranked
+from breaker.drive.fleet.drive_document import DriveDocument
 from breaker.drive.fleet.ranking import _show, learn_types
 from breaker.mechanism.prior import Prior
 from breaker.quantities.parameters import NAMES
+
+
+def drive_of(name):
+    about = dict.fromkeys(("breaker", "phase", "first", "last", "family", "file"), "")
+    about |= dict.fromkeys(("trust", "rejected", "measured", "spread"), ())
+    numbers = {"records": 1, "visits": 1, "operation": 1, "p_value": None, "zones": {}}
+    return DriveDocument(type=name, **about, **numbers)
 
 
 def test_types_in_two_spellings_are_one():
@@ -17,7 +26,7 @@ def test_types_in_two_spellings_are_one():
     theta = np.exp(0.1 * rng.standard_normal((len(names), 50, p)))
     drives = xr.Dataset(
         {
-            "document": ("drive", [json.dumps({"type": name}) for name in names]),
+            "document": ("drive", [to_json(drive_of(name)) for name in names]),
             "theta": (("drive", "draw", "parameter"), theta),
             "mean": (("drive", "parameter"), np.log(theta).mean(axis=1)),
             "squares": (("drive", "parameter", "other"), np.tile(0.5 * np.eye(p), (5, 1, 1))),
@@ -36,7 +45,11 @@ def test_what_is_usual_of_a_type_is_found_once_for_all_of_its_drives(monkeypatch
     measured = [
         [["stroke", "closing", 100.0 + i], ["travel_time", "closing", 9.0]] for i in range(9)
     ]
-    documents, rows, taken = [{"measured": each} for each in measured], [{} for _ in range(9)], []
+    documents, rows, taken = (
+        [SimpleNamespace(measured=each) for each in measured],
+        [{} for _ in range(9)],
+        [],
+    )
     median = np.median
 
     def counting(values):

@@ -1,11 +1,11 @@
 """Set the drives of a fleet side by side: table, picture and page."""
 
-import json
 from pathlib import Path
 
 import xarray as xr
 
 from breaker.common.zarr_store import open_store
+from breaker.drive.fleet.drive_document import DriveDocument
 from breaker.drive.fleet.fleet_page import fleet_page
 from breaker.drive.fleet.ranking import fleet_table, learn_types, type_table
 from breaker.figures import fleet as drawn
@@ -24,8 +24,8 @@ log.info("%d drives of %d types, %d odd", len(table), len(types), (table.odd != 
 
 save_frame(table, output.table, digits=6)
 save_frame(learned, output.types, digits=6)
-documents = map(json.loads, drives.document.values)
-named = [(each["breaker"], each["phase"]) for each in documents]
+documents = map(DriveDocument.from_json, drives.document.values)
+named = [(each.breaker, each.phase) for each in documents]
 style.save(drawn.fleet(table, named, types), output.figure)
 page = fleet_page(table, learned, Path(output.figure).read_bytes())
 Path(output.page).write_text(page, encoding="utf-8")

@@ -2,7 +2,7 @@
 
 from breaker.common.zarr_store import describe, save
 from breaker.drive.fleet.drive_dataset import stored
-from breaker.drive.fleet.drive_document import examine
+from breaker.drive.fleet.examination import examine
 from breaker.drive.fleet.members import members_of
 from breaker.reading.files.folder_listing import list_fleet
 from breaker.workflow.jobs import start
@@ -15,5 +15,5 @@ examined = []
 for member in members_of(rows, params.motions, params.endurance["format"]):
     examined.append(examine(member, config))
     document = examined[-1].document
-    log.info("%s %s: %s by %s", member.breaker, member.phase, document["state"], document["how"])
+    log.info("%s %s: %s by %s", member.breaker, member.phase, document.state, document.how)
 save(describe(stored(examined), "breakers", source=params.source), snakemake.output[0])

@@ -241,6 +241,7 @@ def _changes(records: Sequence, before: Sequence, assessment: "Assessment") -> d
     """
     if not before:
         return {}
+    from breaker.drive.answers.change_table import NotCompared
     from breaker.drive.answers.identity import swapped
 
     unjudged = replace(assessment, limits=())
@@ -254,13 +255,13 @@ def _changes(records: Sequence, before: Sequence, assessment: "Assessment") -> d
         visits = {"before": own, "today": [e for e in records if e.operation.phase == phase]}
         if not visits["before"]:
             lacks = [*rejected, f"the visit before has no channel {phase}".rstrip()]
-            found[phase] = {"changes": [], "trust": lacks}
+            found[phase] = NotCompared(lacks)
             continue
         try:
-            found[phase] = unjudged.compare(visits)
-            found[phase]["warnings"] += [f"WARNING: {said}"] if said else []
+            compared = unjudged.compare(visits)
+            found[phase] = replace(compared, doubts=[*compared.doubts, *filter(None, [said])])
         except ValueError as error:
-            found[phase] = {"changes": [], "trust": [*rejected, str(error).splitlines()[0]]}
+            found[phase] = NotCompared([*rejected, str(error).splitlines()[0]])
     return found
 
 

@@ -8,7 +8,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from breaker.common.numerals import in_digits
-from breaker.drive.answers.visit_document import visits_said
+from breaker.drive.answers.visit_changes import QuantityChange
+from breaker.drive.answers.visit_document import VisitDocument, visits_said
 from breaker.drive.family.untold import WITHHELD
 from breaker.figures import style
 
@@ -29,17 +30,17 @@ _ROW, _LINE = 0.29, 0.2  # inches
 
 
 @style.styled
-def visits(document: Mapping) -> Figure:
-    """Draw a comparison: see ``visit_document.visits_document``.
+def visits(document: VisitDocument) -> Figure:
+    """Draw a comparison.
 
     A row for each quantity that is measured, then for each parameter and time that is inferred: the
     change with its 90 % interval, and how probable it is that there is none, that it is beyond the
     share, and that it is beyond it to the worse. Of what is measured also the values.
     """
-    share, rows = 100.0 * document["settings"]["share"], document["changes"]
-    first = sum(row["kind"] == "measured" for row in rows)
+    share, rows = 100.0 * document.settings.share, document.changes
+    first = len(document.measured)
     places = {y + 1 + (y >= first): row for y, row in enumerate(rows)}
-    titles = {0: "measured", first + 1: _TITLES.get(document["parameters"], "no parameter is told")}
+    titles = {0: "measured", first + 1: _TITLES.get(document.parameters, "no parameter is told")}
     said, about = visits_said(document)
     headline = "\n".join(fill(style.literal(each), 112) for each in said)
     trust = "\n".join(fill(style.literal(each), 145) for each in about)
@@ -67,29 +68,29 @@ def visits(document: Mapping) -> Figure:
     return figure
 
 
-def _changes(axis: Axes, places: Mapping[int, Mapping], share: float) -> None:
+def _changes(axis: Axes, places: Mapping[int, QuantityChange], share: float) -> None:
     """Changes with their intervals."""
     axis.axvspan(-share, share, color=style.PRIOR, alpha=0.15, lw=0)
     axis.axvline(0.0, color=style.REFERENCE, lw=0.8)
-    farthest = 1.08 * max((abs(x) for row in places.values() for x in row["change"]), default=0.0)
+    farthest = 1.08 * max((abs(x) for row in places.values() for x in row.change), default=0.0)
     extent = min(max(farthest, _WIDEST * share), max(_MOST, _WIDEST * share))
     for y, row in places.items():
-        low, middle, high = np.clip(row["change"], -extent, extent)
-        colour, marker = _COLOURS[row["verdict"]], "s" if row["kind"] == "measured" else "o"
+        low, middle, high = np.clip(row.change, -extent, extent)
+        colour, marker = _COLOURS[row.verdict], "s" if row.measured else "o"
         axis.hlines(y, low, high, color=colour, lw=2.4)
-        if abs(row["change"][1]) <= extent:
+        if abs(row.change[1]) <= extent:
             edges = {"mfc": "white"} if _alone(row) or _vague(row) else {"mec": "white"}
             axis.plot(middle, y, marker, color=colour, ms=11 if _vague(row) else 7, **edges)
             if _vague(row):
                 look = {"fontsize": 7.5, "weight": "bold", "color": style.REFERENCE}
                 axis.text(middle, y, "?", ha="center", va="center_baseline", **look)
-        _clipped(axis, y, row["change"], extent, colour)
+        _clipped(axis, y, row.change, extent, colour)
     axis.set_xlim(-extent, extent)
 
 
-def _vague(row: Mapping) -> bool:
+def _vague(row: QuantityChange) -> bool:
     """Whether it cannot be told if it changed."""
-    return row["verdict"] == "not told"
+    return row.verdict == "not told"
 
 
 def _clipped(axis: Axes, y: int, change: Sequence[float], extent: float, colour: str) -> None:
@@ -106,29 +107,28 @@ def _clipped(axis: Axes, y: int, change: Sequence[float], extent: float, colour:
         axis.annotate(said, (at * extent, y), ha="left" if at < 0 else "right", fontsize=8, **place)
 
 
-def _alone(row: Mapping) -> bool:
+def _alone(row: QuantityChange) -> bool:
     """Whether it is of one motion, which the other contradicts."""
-    return row["kind"] == "parameter" and bool(row["motion"])
+    return row.kind == "parameter" and bool(row.motion)
 
 
-def _texts(left: Axes, right: Axes, places: Mapping[int, Mapping], share: float) -> None:
+def _texts(left: Axes, right: Axes, places: Mapping[int, QuantityChange], share: float) -> None:
     """Names and values on the left, probabilities on the right."""
     _cells(left, -1, {"before": "before", "today": "today"}, _LEFT, weight="bold")
     titles = {"unchanged": "P same", "beyond": f"P>{in_digits(share, 4)} %", "worse": "P worse"}
     _cells(right, -1, titles, _RIGHT, weight="bold")
     for y, row in places.items():
-        bold = {"weight": "bold"} if row["verdict"] == "changed" and not _alone(row) else {}
-        measured = row["kind"] == "measured"
-        named = row["motion"] in row["name"] or row["kind"] == "time"
-        of = "" if named else f", {row['motion']}"
-        unit = f" ({row['unit']})" if measured else ""
-        name = style.literal(f"{row['name']}{of}{unit}")
+        bold = {"weight": "bold"} if row.sure and not _alone(row) else {}
+        of = f", {row.of}" if row.of else ""
+        unit = f" ({row.unit})" if row.measured else ""
+        name = style.literal(f"{row.name}{of}{unit}")
         left.text(0.03, y, name, va="center", fontsize=9, **bold)
-        if measured:
-            _cells(left, y, {key: in_digits(row[key], 4) for key in _LEFT}, _LEFT)
+        if row.measured:
+            _cells(left, y, {key: in_digits(getattr(row, key), 4) for key in _LEFT}, _LEFT)
         else:
-            left.text(_MEANING, y, row["meaning"], va="center", fontsize=8)
-        known = {key: f"{row[key]:.2f}" for key in _RIGHT if row[key] is not None}
+            left.text(_MEANING, y, row.meaning, va="center", fontsize=8)
+        values = {key: getattr(row, key) for key in _RIGHT}
+        known = {key: f"{each:.2f}" for key, each in values.items() if each is not None}
         _cells(right, y, known, _RIGHT, **bold)
 
 

@@ -6,6 +6,7 @@ of contact and coil, the family of drives, the zone of each speed, what is given
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -26,6 +27,9 @@ from breaker.quantities.speeds import OF_STROKE, Speed, speeds_at
 from breaker.reading.files.opened_file import Files
 from breaker.reading.files.operations_table import Operation
 from breaker.shipped import DEFAULTS
+
+if TYPE_CHECKING:
+    from breaker.drive.answers.visit_document import VisitDocument
 
 BEYOND = 0.05
 """Share of a change between two visits that matters."""
@@ -112,7 +116,7 @@ class Assessment:
 
     def compare(
         self, visits: Mapping[str, Sequence[DriveRecord]], beyond: float = BEYOND
-    ) -> dict[str, object]:
+    ) -> "VisitDocument":
         """Compare records "before" and "today": see ``visit_comparison.compared``."""
         from breaker.drive.answers.visit_comparison import compared
 

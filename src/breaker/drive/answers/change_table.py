@@ -1,57 +1,71 @@
 """Table of a report: what has changed since the visit before."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 
 from breaker.common.numerals import in_digits
 from breaker.documents.parts import Cell, Table
 from breaker.drive.answers.report_tables import NONE, named
-from breaker.drive.answers.visit_changes import VERDICT_WORDS
-from breaker.drive.answers.visit_document import change_words, label_of
+from breaker.drive.answers.visit_changes import VERDICT_WORDS, QuantityChange
+from breaker.drive.answers.visit_document import VisitDocument, change_words
 from breaker.quantities.advice import LOOK
 
 _TONES = dict(zip(VERDICT_WORDS, ("bad", "doubt", ""), strict=True))
 _WIDE = 3  # channels, up to which a change has room for its values
 
 
-def changes_table(changed: Mapping[str, Mapping], phases: Sequence[str]) -> Table:
+@dataclass(frozen=True)
+class NotCompared:
+    """A phase that is compared with no visit before, and why."""
+
+    trust: Sequence[str]
+    changes: Sequence[QuantityChange] = ()
+    warnings: Sequence[str] = ()
+    advice: Sequence[str] = ()
+    dates: Mapping[str, str] = field(default_factory=dict)
+
+
+def changes_table(
+    changed: Mapping[str, VisitDocument | NotCompared], phases: Sequence[str]
+) -> Table:
     """Return what has changed since the visit before, measured first; all else in notes."""
     there = [phase for phase in phases if phase in changed]
-    by: dict[tuple, dict[str, Mapping]] = {}
+    by: dict[tuple, dict[str, QuantityChange]] = {}
     for phase in there:
-        for row in changed[phase]["changes"]:
-            by.setdefault((label_of(row), row["kind"]), {})[phase] = row
+        for row in changed[phase].changes:
+            by.setdefault((row.label, row.kind), {})[phase] = row
     rows, other = [], {VERDICT_WORDS[1]: [], VERDICT_WORDS[2]: []}
     for (label, kind), found in by.items():
-        worst = min((each["verdict"] for each in found.values()), key=VERDICT_WORDS.index)
+        worst = min((each.verdict for each in found.values()), key=VERDICT_WORDS.index)
         first = next(iter(found.values()))
         if worst == VERDICT_WORDS[2] or (worst in other and kind != "measured"):
             other[worst].append(f"{label}, inferred" if kind == "time" else label)
             continue
         cells = [_change(found.get(phase), len(there) <= _WIDE) for phase in there]
-        unit, source = (first["unit"], "measured") if kind == "measured" else ("", "inferred")
+        unit, source = (first.unit, "measured") if kind == "measured" else ("", "inferred")
         rows.append((label, unit, Cell(source, "faint"), *cells))
-    shares = [each["settings"]["share"] for each in changed.values() if each["changes"]]
+    shares = [each.settings.share for each in changed.values() if each.changes]
     notes = [
         f"{how} beyond {in_digits(100.0 * shares[0], 3)} %: {', '.join(names)}"
         for how, names in zip(("perhaps", "not"), other.values(), strict=True)
         if names
     ]
-    trust = [(phase, text) for phase, each in changed.items() for text in each["trust"]]
-    look = [(p, f"{LOOK}: {e}") for p, each in changed.items() for e in each.get("advice", ())]
+    trust = [(phase, text) for phase, each in changed.items() for text in each.trust]
+    look = [(p, f"{LOOK}: {e}") for p, each in changed.items() for e in each.advice]
     notes += named(look, len(changed))
-    when = next((each["dates"]["before"] for each in changed.values() if "dates" in each), "")
+    when = next((each.dates["before"] for each in changed.values() if each.dates), "")
     since = f"since the visit before{', ' * bool(when)}{when}"
     head = (since, "unit", "", *(phase or "change" for phase in there))
     return Table(head, rows, "Changes", [*notes, *named(trust, len(changed))])
 
 
-def _change(row: Mapping | None, wide: bool) -> Cell:
+def _change(row: QuantityChange | None, wide: bool) -> Cell:
     if row is None:
         return NONE
     text, span = change_words(row)
-    if wide and "before" in row:
-        values = (in_digits(row[visit], 4) for visit in ("before", "today"))
+    if wide and row.measured:
+        values = (in_digits(each, 4) for each in (row.before, row.today))
         text = f"{' → '.join(values)} ({text})"
     elif wide:
         text += f" ({span})"
-    return Cell(text, _TONES[row["verdict"]])
+    return Cell(text, _TONES[row.verdict])

@@ -6,9 +6,11 @@ from types import MappingProxyType
 
 import numpy as np
 
+from breaker.common.numerals import in_digits
+from breaker.common.plain_values import Plain
 from breaker.drive.answers.limit_verdicts import NORMAL, Told, Verdict, judge
 from breaker.drive.answers.operation_scatter import usual_scatter, visit_error
-from breaker.drive.answers.visit_changes import VisitChanges
+from breaker.drive.answers.visit_changes import QuantityChange, VisitChanges
 from breaker.mechanism.limits import Limit
 from breaker.quantities.parameters import NAMES
 from breaker.quantities.speeds import Speed
@@ -30,12 +32,35 @@ _SAME = 1e-6  # share to which two stated ratios are one
 _PACE, _ONE, _SAME_PACE, _SAME_SHARE, _SHAPE = 0.04, 0.15, 0.015, 0.06, 0.7
 
 
+@dataclass(frozen=True)
+class Difference(Plain):
+    """In what two visits were measured differently: what it is, its unit and motion, empty of all,
+    and its value at each visit.
+    """
+
+    what: str
+    unit: str
+    motion: str
+    before: float | str
+    today: float | str
+
+    @property
+    def words(self) -> str:
+        """The difference in a sentence."""
+        of = f"the {self.what}{' of' * bool(self.motion)} {self.motion}".rstrip()
+        was, now = (
+            f"{each if isinstance(each, str) else in_digits(each, 4)} {self.unit}".rstrip()
+            for each in (self.before, self.today)
+        )
+        return f"{of} was {was} and is {now}"
+
+
 def unlike(
-    rows: Sequence[Mapping],
+    rows: Sequence[QuantityChange],
     strokes: Mapping[str, Mapping[str, float]],
     stated: Mapping[str, Mapping[str, float | str]],
     paces: Mapping[str, tuple[float, float]] = MappingProxyType({}),
-) -> list[dict]:
+) -> list[Difference]:
     """Return what shows that two visits were measured differently.
 
     Args:
@@ -45,42 +70,39 @@ def unlike(
         paces: By what each motion lasts longer, and how its shape changed, ``VisitChanges.paces``.
 
     Returns:
-        Rows of ``what`` differs, its ``unit`` and ``motion``, and its value ``before`` and
-        ``today``: what files state; the scale of all ways and speeds, where they alone changed, and
+        What files state; the scale of all ways and speeds, where they alone changed, and
         the stroke by more than two operations do, and 0.5 %; the scale of all times, where motions
         are the same at another pace; or a stroke by more than its
         uncertainty and 3 %, or 10 % where a travel time differs, too.
 
     Example:
-        >>> unlike([], {"closing": {"before": 178.0, "today": 291.9}}, {})[0]["what"]
+        >>> unlike([], {"closing": {"before": 178.0, "today": 291.9}}, {})[0].what
         'inferred stroke'
         >>> stated = {"before": {"linkage ratio": 1.0}, "today": {"linkage ratio": 1.64}}
-        >>> unlike([], {}, stated)
-        [{'what': 'linkage ratio', 'unit': '', 'motion': '', 'before': 1.0, 'today': 1.64}]
+        >>> unlike([], {}, stated)[0].words
+        'the linkage ratio was 1 and is 1.64'
     """
     found, (first, second) = [], (stated.get(visit, {}) for visit in ("before", "today"))
     for name in [each for each in first if each in second and _differ(first[each], second[each])]:
-        values = {"before": first[name], "today": second[name]}
-        found.append({"what": name, "unit": "", "motion": ""} | values)
+        found.append(Difference(name, "", "", first[name], second[name]))
     if rate := _rate(paces, strokes):
         what = "scale of all times, as of another rate or unit of the time,"
-        found.append({"what": what, "unit": "", "motion": "", "before": 1.0, "today": rate})
-    slower = any(row["name"] == "travel_time" and _apart(row, _FEW) for row in rows)
-    measured = {row["motion"]: row for row in rows if row["name"] == "stroke"}
-    scales = [_scale([row for row in rows if row["motion"] == motion]) for motion in measured]
+        found.append(Difference(what, "", "", 1.0, rate))
+    slower = any(row.name == "travel_time" and _changed(row, _FEW) for row in rows)
+    measured = {row.motion: row for row in rows if row.name == "stroke"}
+    scales = [_scale([row for row in rows if row.motion == motion]) for motion in measured]
     # An opening alone scales where a weaker force has closed less far.
     if "closing" in measured and all(scales):
         what = "scale of all ways and speeds, as of another ratio of the transducer,"
-        about = {"what": what, "unit": "", "motion": ""}
-        return [*found, about | {"before": 1.0, "today": scales[0]}]
+        return [*found, Difference(what, "", "", 1.0, scales[0])]
+    share = _MOST if slower else _FEW
     for motion, seen in strokes.items():
-        sd = np.sqrt(2.0) * usual_scatter("stroke", seen["before"], seen["before"])
-        of = {"inferred": seen | {"sd": sd}, "measured": measured.get(motion)}
-        for kind in ("measured", "inferred"):
-            if (each := of[kind]) and _apart(each, _MOST if slower else _FEW):
-                values = {visit: each[visit] for visit in ("before", "today")}
-                found.append({"what": f"{kind} stroke", "unit": "mm", "motion": motion} | values)
-                break
+        row, (before, today) = measured.get(motion), (seen[e] for e in ("before", "today"))
+        sd = np.sqrt(2.0) * usual_scatter("stroke", before, before)
+        if row and _changed(row, share):
+            found.append(Difference("measured stroke", "mm", motion, row.before, row.today))
+        elif _apart(before, today, NORMAL[95] * sd, share):
+            found.append(Difference("inferred stroke", "mm", motion, before, today))
     return found
 
 
@@ -108,14 +130,14 @@ def _differ(first: float | str, second: float | str) -> bool:
     return abs(second - first) > _SAME * first
 
 
-def _scale(rows: Sequence[Mapping]) -> float | None:
+def _scale(rows: Sequence[QuantityChange]) -> float | None:
     """By what the ways of a motion are longer, where its speeds say the same and times nothing."""
-    by = {row["name"]: row for row in rows}
-    if "stroke" not in by or not _apart(by["stroke"], _SCALED):
+    by = {row.name: row for row in rows}
+    if "stroke" not in by or not _changed(by["stroke"], _SCALED):
         return None
     # Nothing else is looked at: an over-travel may be 0 and has no logarithm.
-    used = (e for e in by if (e in ("stroke", "travel_time") or "_speed" in e) and by[e]["before"])
-    logs = {name: np.log(by[name]["today"] / by[name]["before"]) for name in used}
+    used = (e for e in by if (e in ("stroke", "travel_time") or "_speed" in e) and by[e].before)
+    logs = {name: np.log(by[name].today / by[name].before) for name in used}
     scale = logs.pop("stroke")
     speeds = [logs[name] / scale for name in logs if "_speed" in name] or [1.0]
     still = abs(logs.get("travel_time", np.nan) / scale) < _LESS
@@ -123,11 +145,15 @@ def _scale(rows: Sequence[Mapping]) -> float | None:
     return float(np.exp(scale)) if still and alike else None
 
 
-def _apart(row: Mapping[str, float], share: float) -> bool:
-    """Whether a quantity differs by more than a share and its uncertainty or repeatability."""
-    usual = row.get("repeatability", 0.0) / 100.0 * row["before"]
-    difference = abs(row["today"] - row["before"])
-    return difference > max(NORMAL[95] * row["sd"], usual) + share * row["before"]
+def _changed(row: QuantityChange, share: float) -> bool:
+    """Whether what is measured differs by more than a share and its doubt or repeatability."""
+    least = max(NORMAL[95] * row.sd, row.repeatability / 100.0 * row.before)
+    return _apart(row.before, row.today, least, share)
+
+
+def _apart(before: float, today: float, least: float, share: float) -> bool:
+    """Whether a value differs by more than the least difference that counts, and a share of it."""
+    return abs(today - before) > least + share * before
 
 
 def judged_today(

@@ -11,7 +11,9 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from breaker.drive.answers.comparability import Difference
 from breaker.drive.answers.evidence import DriveRecord
+from breaker.drive.answers.visit_changes import QuantityChange
 from breaker.reading.files.operations_table import SWITCHING
 
 _SDS = 4.0  # from which a start has changed, in each motion
@@ -22,8 +24,8 @@ _NOISES = 6.0
 
 
 def slack_between(
-    visits: Mapping[str, Sequence[DriveRecord]], rows: Sequence[Mapping]
-) -> list[dict]:
+    visits: Mapping[str, Sequence[DriveRecord]], rows: Sequence[QuantityChange]
+) -> list[Difference]:
     """Return how the starts of motions differ as with another slack of the transducer.
 
     Args:
@@ -31,10 +33,10 @@ def slack_between(
         rows: What ``measured_changes`` returns.
 
     Returns:
-        Rows as of ``unlike``; none where starts do not, or where the rest of a motion does, too.
+        As of ``unlike``; none where starts do not, or where the rest of a motion does, too.
     """
-    starts = {m: _starts(visits, m) for m in dict.fromkeys(row["motion"] for row in rows)}
-    by = {(row["name"], row["motion"]): row for row in rows}
+    starts = {m: _starts(visits, m) for m in dict.fromkeys(row.motion for row in rows)}
+    by = {(row.name, row.motion): row for row in rows}
     apart = {
         m: (today[0] - before[0]) / np.hypot(before[1], today[1])
         for m, (before, today) in starts.items()
@@ -45,8 +47,7 @@ def slack_between(
     found |= {m: True for m in starts if _shifted(by, m)}
     what = "time to 10 % of the way, as of another slack of the transducer,"
     return [
-        {"what": what, "unit": "ms", "motion": motion}
-        | {visit: float(each[0]) for visit, each in zip(visits, starts[motion], strict=True)}
+        Difference(what, "ms", motion, *(float(each[0]) for each in starts[motion]))
         for motion in found
     ]
 
@@ -64,19 +65,19 @@ def _starts(visits: Mapping[str, Sequence[DriveRecord]], motion: str) -> list[tu
     return found
 
 
-def _stays(row: Mapping | None) -> bool:
+def _stays(row: QuantityChange | None) -> bool:
     """Whether a measured quantity has not changed."""
-    return row is not None and abs(row["difference"]) < _STAYS * row["sd"] + _LITTLE * row["before"]
+    return row is not None and abs(row.difference) < _STAYS * row.sd + _LITTLE * row.before
 
 
-def _shifted(by: Mapping[tuple[str, str], Mapping], motion: str) -> bool:
+def _shifted(by: Mapping[tuple[str, str], QuantityChange], motion: str) -> bool:
     """Whether the first motion is seen later or earlier, and trigger to contact lasts as long."""
     names = "latch_time", SWITCHING[motion], f"{motion}_time"
     latch, after, whole = (by.get((name, motion)) for name in names)
     if not (latch and after and whole):
         return False
-    moved = abs(latch["difference"]) > _SDS * latch["sd"]
-    opposite = abs(latch["difference"] + after["difference"]) < 0.5 * abs(latch["difference"])
+    moved = abs(latch.difference) > _SDS * latch.sd
+    opposite = abs(latch.difference + after.difference) < 0.5 * abs(latch.difference)
     return moved and opposite and _stays(whole)
 
 

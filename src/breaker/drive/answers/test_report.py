@@ -68,7 +68,7 @@ def report_of(
     if changed := beside.get("changes", {}):
         tables.append(changes_table(changed, phases))
     tables += [model_table(entries), *mass_table(entries)]
-    said = [(phase, w) for phase, each in changed.items() for w in each.get("warnings", ())]
+    said = [(phase, w) for phase, each in changed.items() for w in each.warnings]
     warnings = [*(f"WARNING: {each}" for each in document.warnings), *named(said, len(changed))]
     summary = [*(Cell(each, "bad") for each in warnings), _verdict(entries, len(phases))]
     return Report("Test report", beside["plate"], summary, tables, panels)

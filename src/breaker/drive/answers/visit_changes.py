@@ -15,7 +15,7 @@ from math import erfc
 
 import numpy as np
 
-from breaker.common.plain_values import plainly
+from breaker.common.plain_values import Plain, plainly
 from breaker.drive.answers.limit_verdicts import NORMAL
 from breaker.drive.answers.operation_scatter import PAST_REST, scattered, usual_scatter, visit_error
 from breaker.drive.family.change_network import (
@@ -75,6 +75,67 @@ class VisitChanges:
     mechanisms: Mapping[str, np.ndarray] = field(default_factory=dict)
     agreement: float = 1.0
     least: str = ""
+
+
+@dataclass(frozen=True, kw_only=True)
+class QuantityChange(Plain):
+    """By how much a quantity has changed between two visits.
+
+    Attributes:
+        name, unit, meaning: Of the quantity.
+        kind: "measured", "parameter", "time" or "mechanism".
+        motion: Empty where it is of both.
+        before, today: What is measured at each visit, in its unit; ``difference`` and its ``sd``.
+        unchanged: Probability of no change at all; None of what is measured.
+        repeatability: Which two operations of one visit keep in 95 % of cases, percent; of what is
+            measured, as ``least``, the change that counts: this, and the share, or of over-travel
+            and rebound 1 % of the stroke if that is more.
+        change: Its 5, 50 and 95 % quantiles, percent.
+        beyond, more, less: Probability of a change by more than the share; up, and down.
+        worse: That to the worse; None where neither side is.
+        zone: Of a speed, from where to where it is the mean.
+        verdict: One of ``VERDICT_WORDS``, by ``beyond``.
+    """
+
+    name: str
+    unit: str
+    meaning: str
+    kind: str
+    motion: str
+    before: float | None = None
+    today: float | None = None
+    difference: float | None = None
+    sd: float | None = None
+    unchanged: float | None
+    repeatability: float | None = None
+    least: float | None = None
+    change: Sequence[float]
+    beyond: float
+    more: float
+    less: float
+    worse: float | None
+    zone: str | None = None
+    verdict: str
+
+    @property
+    def sure(self) -> bool:
+        """Whether it has changed."""
+        return self.verdict == VERDICT_WORDS[0]
+
+    @property
+    def measured(self) -> bool:
+        """Whether the records themselves show it."""
+        return self.kind == "measured"
+
+    @property
+    def of(self) -> str:
+        """The motion, where the name does not tell it."""
+        return "" if self.motion in self.name or self.kind == "time" else self.motion
+
+    @property
+    def label(self) -> str:
+        """Name of the quantity, with the motion where the name does not tell it."""
+        return f"{self.name} ({self.of})" if self.of else self.name
 
 
 def compare(
@@ -155,20 +216,12 @@ def _nearest(
     return found, levels, network
 
 
-def changes(found: VisitChanges, beyond: float = 0.05) -> list[dict]:
+def changes(found: VisitChanges, beyond: float = 0.05) -> list[QuantityChange]:
     """Return the change of each parameter and of the times of the contact.
 
     Args:
         found: The comparison.
         beyond: Share beyond which a change counts, such as 0.05.
-
-    Returns:
-        A row of plain values for each: ``name``, ``unit`` of its values, ``meaning``, ``kind``
-        ("parameter" or "time"), ``motion``, empty where it is of all; ``unchanged``, the
-        probability of no change at all; ``change``, in percent, at 5, 50 and 95 %; the
-        probabilities ``beyond``, ``more`` and ``less``, of a change by more than the share, up and
-        down, and ``worse``, None where neither is; and ``verdict``, one of ``VERDICT_WORDS``, by
-        ``beyond``.
     """
     rows = []
     for motions, ratios in found.ratios.items():
@@ -180,8 +233,8 @@ def changes(found: VisitChanges, beyond: float = 0.05) -> list[dict]:
     return rows
 
 
-def mechanism_changes(found: VisitChanges, beyond: float = 0.05) -> list[dict]:
-    """Return the change of each mechanism beside the model, in rows as of ``changes``.
+def mechanism_changes(found: VisitChanges, beyond: float = 0.05) -> list[QuantityChange]:
+    """Return the change of each mechanism beside the model.
 
     Changes are in percent of ``CHANGE_OF``, and count from a fifth of the share on.
     """
@@ -194,26 +247,37 @@ def mechanism_changes(found: VisitChanges, beyond: float = 0.05) -> list[dict]:
 
 def _inferred(
     of: Parameter, kind: str, motion: str, share: np.ndarray, beyond: float
-) -> dict[str, object]:
-    """A row of draws of a relative change, ``(d,)``."""
+) -> QuantityChange:
+    """The change of a quantity by draws of its relative change, ``(d,)``."""
     more, less = ((sign * share > beyond).mean() for sign in (1.0, -1.0))
     change = 100.0 * np.quantile(share, _QUANTILES)
-    values = {"kind": kind, "motion": motion, "unchanged": (share == 0.0).mean(), "change": change}
-    return _row(of, values, more, less)
+    same = (share == 0.0).mean()
+    return _change(of, more, less, change, kind=kind, motion=motion, unchanged=same)
 
 
-def _row(of: Parameter, values: Mapping, more: float, less: float) -> dict[str, object]:
-    """Values of a quantity, and what the probabilities of more and of less of it say.
+def _change(
+    of: Parameter, more: float, less: float, change: np.ndarray, **values: object
+) -> QuantityChange:
+    """The change of a quantity, and what the probabilities of more and of less of it say.
 
     Nothing has changed for sure by no more than the ``least`` change, where there is one.
     """
-    about = {key: getattr(of, key) for key in ("name", "unit", "meaning")} | dict(values)
-    total, worse = more + less, {1: more, -1: less}.get(of.worse)
-    about |= {"beyond": total, "more": more, "less": less, "worse": worse}
-    sure = total >= _SURE and abs(values["change"][1]) > values.get("least", 0.0)
-    verdict = VERDICT_WORDS[0 if sure else 2 if total <= 1.0 - _SURE else 1]
-    about |= {"zone": of.zone} if getattr(of, "zone", "") else {}
-    return plainly(about | {"verdict": verdict})
+    total = more + less
+    sure = total >= _SURE and abs(change[1]) > values.get("least", 0.0)
+    found = QuantityChange(
+        name=of.name,
+        unit=of.unit,
+        meaning=of.meaning,
+        change=change,
+        beyond=total,
+        more=more,
+        less=less,
+        worse={1: more, -1: less}.get(of.worse),
+        zone=getattr(of, "zone", "") or None,
+        verdict=VERDICT_WORDS[0 if sure else 2 if total <= 1.0 - _SURE else 1],
+        **values,
+    )
+    return plainly(found)
 
 
 def measured_changes(
@@ -221,7 +285,7 @@ def measured_changes(
     today: Mapping[str, Sequence[Raw]],
     speeds: Sequence[Speed],
     beyond: float = 0.05,
-) -> list[dict]:
+) -> list[QuantityChange]:
     """Return what the records themselves show.
 
     The mean of a visit; its variance is that of the readings and of the scatter of operations, seen
@@ -233,11 +297,7 @@ def measured_changes(
         beyond: Share beyond which a change counts.
 
     Returns:
-        For each quantity of a motion that both visits show a row as of ``changes``, its ``kind``
-        "measured", with ``before``, ``today``, ``difference`` and its ``sd`` in its unit, and in
-        percent the ``repeatability``, which two operations of one visit keep in 95 % of cases, and
-        the ``least`` change that counts: this, and the share, or of
-        over-travel and rebound 1 % of the stroke if that is more.
+        The change of each quantity of a motion that both visits show.
     """
     rows = []
     for motion in before:
@@ -258,13 +318,12 @@ def measured_changes(
             scatter = np.sqrt(scattered(both, usual, 0.0)) / of
             counts = max(beyond, _LITTLE * stroke / of) if name in PAST_REST else beyond
             more, less = (_above(counts, sign * change, sd) for sign in (1.0, -1.0))
-            values = {"kind": "measured", "motion": motion}
+            repeats = 100.0 * NORMAL[95] * np.sqrt(2.0) * scatter
+            values = {"kind": "measured", "motion": motion, "unchanged": None}
             values |= {"before": first, "today": second, "difference": second - first}
-            values |= {"sd": of * sd, "unchanged": None}
-            values["repeatability"] = 100.0 * NORMAL[95] * np.sqrt(2.0) * scatter
-            values["least"] = 100.0 * counts + values["repeatability"]
-            values["change"] = 100.0 * (change + NORMAL[90] * sd * np.array([-1.0, 0.0, 1.0]))
-            rows.append(_row(quantity, values, more, less))
+            values |= {"sd": of * sd, "repeatability": repeats, "least": 100.0 * counts + repeats}
+            interval = 100.0 * (change + NORMAL[90] * sd * np.array([-1.0, 0.0, 1.0]))
+            rows.append(_change(quantity, more, less, interval, **values))
     return rows
 
 

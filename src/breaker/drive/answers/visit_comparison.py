@@ -3,19 +3,20 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
+from breaker.common.plain_values import plainly
 from breaker.common.randomness import generator
 from breaker.drive.answers.comparability import judged_today, unlike
 from breaker.drive.answers.evidence import AnswerSettings
 from breaker.drive.answers.file_statements import dates_in_words, stated_of
 from breaker.drive.answers.identity import copies, doubts_about, visits_in_order
 from breaker.drive.answers.remounting import slack_between, zero_between
-from breaker.drive.answers.visit_changes import (
-    changes,
-    compare,
-    measured_changes,
-    mechanism_changes,
+from breaker.drive.answers.visit_changes import compare, measured_changes
+from breaker.drive.answers.visit_document import (
+    ComparisonSettings,
+    RejectedRecord,
+    VisitDocument,
+    visits_document,
 )
-from breaker.drive.answers.visit_document import visits_document, worse_in
 from breaker.drive.family.network_files import shipped_networks
 from breaker.mechanism.limits import from_list
 from breaker.quantities.advice import advice_on
@@ -32,7 +33,7 @@ def compared(
     beyond: float,
     limits: Sequence[Mapping] = (),
     advice: Mapping[str, str] | None = None,
-) -> dict:
+) -> VisitDocument:
     """Return the document of a comparison.
 
     Args:
@@ -61,20 +62,17 @@ def compared(
     told = replace(found, ratios={}) if differences else found
     document = visits_document(
         found,
-        {
-            "warnings": _warnings(visits),
-            "differences": differences,
-            "changes": [*measured, *changes(found, beyond)],
-            "mechanisms": mechanism_changes(found, beyond),
-            "limits": judged_today(told, today, entries, speeds, seed),
-        },
-        {m: {"before": len(before[m]), "today": len(today[m])} for m in before},
-        rejected,
-        {"share": beyond, "seed": seed, "misfit_p_value": misfit},
+        measured,
+        differences,
+        ComparisonSettings(beyond, seed, misfit),
+        records={m: {"before": len(before[m]), "today": len(today[m])} for m in before},
+        rejected=rejected,
+        limits=plainly(judged_today(told, today, entries, speeds, seed)),
+        dates={visit: dates_in_words(each) for visit, each in used.items()},
+        doubts=_warnings(visits),
+        remount=zero_between(used),
     )
-    document["trust"] += filter(None, [zero_between(used)])
-    document["advice"] = advice_on(worse_in(document), advice or {})
-    return document | {"dates": {visit: dates_in_words(each) for visit, each in used.items()}}
+    return replace(document, advice=advice_on(document.worse, advice or {}))
 
 
 def _warnings(visits: Mapping[str, Sequence]) -> list[str]:
@@ -98,7 +96,7 @@ def _used(records: Sequence) -> list:
     return [each for each in records if not each.reason]
 
 
-def _usable(visits: Mapping[str, Sequence]) -> tuple[dict, dict, list[dict]]:
+def _usable(visits: Mapping[str, Sequence]) -> tuple[dict, dict, list[RejectedRecord]]:
     """Usable records of motions that both visits have, of either visit, and why others are not."""
     pairs = [(visit, each) for visit, records in visits.items() for each in records]
     pairs.sort(key=lambda pair: MOTIONS.index(pair[1].motion))
@@ -115,19 +113,17 @@ def _usable(visits: Mapping[str, Sequence]) -> tuple[dict, dict, list[dict]]:
             (other,) = visits.keys() - {visit}
             reason = f"the visit {other} has no usable {each.motion} to compare it with"
         if reason:
-            about = {"file": file, "motion": each.motion, "visit": visit}
-            rejected.append(about | {"reason": reason})
+            rejected.append(RejectedRecord(file, each.motion, visit, reason))
     if not motions:
         raise ValueError(_nothing(rejected))
     before, today = ({motion: by[motion] for motion in motions} for by in usable.values())
     return before, today, rejected
 
 
-def _nothing(rejected: Sequence[Mapping]) -> str:
+def _nothing(rejected: Sequence[RejectedRecord]) -> str:
     """Why nothing can be compared, and what to do."""
     reasons = "".join(
-        f"\n  {each['visit']}: {each['file']} ({each['motion']}): {each['reason']}"
-        for each in rejected
+        f"\n  {each.visit}: {each.file} ({each.motion}): {each.reason}" for each in rejected
     )
     return (
         "nothing can be compared: no motion has a usable record in both visits. Name a closing of "

@@ -1,12 +1,12 @@
 """What is known of drives as a dataset, which a job writes and the table of the fleet reads."""
 
-import json
 from collections.abc import Sequence
 
 import numpy as np
 import xarray as xr
 
-from breaker.drive.fleet.drive_document import Examined
+from breaker.common.plain_values import to_json
+from breaker.drive.fleet.examination import Examined
 from breaker.quantities.parameters import NAMES
 
 _DRAWS = 500  # of a drive, which are kept
@@ -32,7 +32,7 @@ def stored(examined: Sequence[Examined]) -> xr.Dataset:
             flat = draws.reshape(-1, p)
             theta[i] = flat[np.linspace(0, len(flat) - 1, _DRAWS).astype(int)]
     over = ("drive", "parameter")
-    documents = np.array([json.dumps(each.document) for each in examined], dtype=str)
+    documents = np.array([to_json(each.document) for each in examined], dtype=str)
     return xr.Dataset(
         {
             "document": ("drive", documents),

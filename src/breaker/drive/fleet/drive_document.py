@@ -1,267 +1,116 @@
-"""One drive of a fleet: what its records say of it, as one document of plain values.
+"""One drive of a fleet: what is known of it, as one document.
 
-Its last visit is inferred. Where there are many records its life is followed; of fewer, the first
-and the last visit are compared; a single visit is judged alone.
+A job writes it, as JSON; table and page of the fleet are made from it.
 """
 
+import json
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
-from datetime import datetime, timedelta
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
-import numpy as np
-import pandas as pd
-
-from breaker.configuration.loading import read
-from breaker.drive.answers.assessment import Assessment
-from breaker.drive.answers.evidence import Answer
-from breaker.drive.answers.limit_verdicts import VERDICTS, Verdict
-from breaker.drive.answers.visit_changes import VERDICT_WORDS
-from breaker.drive.answers.visit_document import differ_in_words
-from breaker.drive.fleet.fleet_states import DIFFERENT, UNJUDGED, other_strokes
-from breaker.drive.fleet.members import Member
-from breaker.drive.life.calendar import days_per_operation
-from breaker.drive.life.life_results import follow_curves
-from breaker.drive.life.life_tables import change_table, decide, operation_metadata
-from breaker.drive.life.limit_states import STATES, standing
-from breaker.drive.life.work_events import Event
-from breaker.mechanism.limit_sources import SOURCES
-from breaker.mechanism.limits import entries_of_type
-from breaker.mechanism.sensor import grid
-from breaker.quantities.parameters import MOTIONS, NAMES
-from breaker.quantities.speeds import speeds_of
-from breaker.reading.files.guards import printable
-from breaker.reading.files.operations_table import CONDITIONS
-from breaker.reading.files.type_spelling import bare
-from breaker.reading.records.curve_reader import read_curves
-from breaker.reading.records.model_grid import Grid
-from breaker.shipped import DEFAULTS
-
-_MOST = 20  # operations of a visit that are read: more say no more of the drive
-_STILL = 0.05  # probability of no change, below which a parameter has changed
-_YEAR = 365.25  # days
+from breaker.common.plain_values import Plain
 
 
-class Examined(NamedTuple):
+@dataclass(frozen=True)
+class Due(Plain):
+    """What is due: limit, date and operation, and operations left; None where it is not known."""
+
+    limit: str | None = None
+    date: str | None = None
+    operation: float | None = None
+    left: float | None = None
+
+
+class Shown(NamedTuple):
+    """A number of a quantity of the last visit."""
+
+    name: str
+    motion: str
+    value: float
+
+    @property
+    def label(self) -> str:
+        """Name of the quantity, with its motion where the name does not tell it."""
+        return label(self.name, self.motion)
+
+
+@dataclass(frozen=True)
+class DriveChange(Plain):
+    """By how much a quantity or parameter has changed: its 5, 50 and 95 % quantiles, percent."""
+
+    name: str
+    motion: str
+    change: Sequence[float]
+
+    @property
+    def label(self) -> str:
+        """Name of the quantity, with its motion where the name does not tell it."""
+        return label(self.name, self.motion)
+
+
+def label(name: str, motion: str) -> str:
+    """Return the name of a quantity, with its motion where the name does not tell it."""
+    return name if motion in name else f"{name} {motion}"
+
+
+@dataclass(frozen=True, kw_only=True)
+class DriveDocument(Plain):
     """What is known of one drive.
 
     Attributes:
-        document: Plain values: ``breaker``, ``phase``, ``type``, ``records``, ``visits``, ``first``
-            and ``last`` (dates), ``operation``, ``how`` ("life", "visits", "visit" or "none"),
-            ``state``, one of ``FLEET_STATES``, ``due`` (``limit``, ``operation``, ``date``,
-            ``left``), ``limits``, verdicts by name, ``differences``, how visits were measured
-            differently, ``changed``, rows of ``name``, ``motion``, ``change`` at 5, 50 and 95 %,
-            ``since``, the same of all that is measured since the first visit, ``trust``, why
-            something is not told, ``rejected``, reasons, ``measured``, values of the last visit by
-            quantity and motion, ``zones`` of speeds, ``spread`` of values, sd in percent,
-            ``family`` and ``p_value``.
-        theta: Draws of the parameters, those of each operation in turn, ``(o, d, p)``.
+        breaker, phase, type: Names; empty where they are not known.
+        records, visits: How many there are.
+        operation: Number of the last one.
+        first, last: Dates; empty where they are not known.
+        how: "life", "visits", "visit" or "none".
+        state: One of ``FLEET_STATES``.
+        due: What is due; None without any.
+        limits: Verdicts or states, by name.
+        differences: How visits were measured differently.
+        changed: What has changed for sure.
+        since: The change of all that is measured since the first visit.
+        trust: Why something is not told.
+        rejected: Reasons.
+        measured: Values of the last visit.
+        zones: Of speeds, by name.
+        spread: Of values of the last visit, sd in percent.
+        family, p_value: Of drives that it is like; "" and None where nothing was inferred.
+        file: A record.
     """
 
-    document: dict
-    theta: np.ndarray
+    breaker: str
+    phase: str
+    type: str
+    records: int
+    visits: int
+    operation: int
+    first: str
+    last: str
+    how: str = "none"
+    state: str = "unknown"
+    due: Due = field(default_factory=Due)
+    limits: Mapping[str, str] = field(default_factory=dict)
+    differences: Sequence[str] = ()
+    changed: Sequence[DriveChange] = ()
+    since: Sequence[DriveChange] = ()
+    trust: Sequence[str]
+    rejected: Sequence[str]
+    measured: Sequence[Shown]
+    zones: Mapping[str, str]
+    spread: Sequence[Shown]
+    family: str
+    p_value: float | None
+    file: str
+
+    @classmethod
+    def from_json(cls, text: str) -> "DriveDocument":
+        """Read a document as ``to_json`` writes it."""
+        found = json.loads(text)
+        of = {"changed": _change_of, "since": _change_of, "measured": Shown._make}
+        of |= {"spread": Shown._make}
+        found |= {name: [read_row(row) for row in found[name]] for name, read_row in of.items()}
+        return cls(**found | {"due": Due(**found["due"])})
 
 
-def examine(member: Member, config: Mapping) -> Examined:
-    """Examine a drive as ``breaker infer`` and ``breaker compare`` do, or follow its life.
-
-    Args:
-        config: The whole configuration. Limits on values, not on changes, count only where they are
-            other than those that ship, which are an example for one size.
-    """
-    visits = member.visits()
-    # A prior, a size and facts are of one type and drive: of a fleet's they are not taken.
-    assessment = Assessment(config, _limits_of(member, config))
-    records = assessment.read(member.only(visits[-1][-_MOST:]))
-    answers = assessment.infer(records)
-    used = [each for each in answers if not each.record.reason]
-    document = _about(member, visits, answers)
-    if not used:
-        return Examined(document, np.empty((0, config["endurance"]["draws"], len(NAMES))))
-    try:
-        both = {"today": records}
-        if len(visits) > 1:
-            before = assessment.read(member.only(visits[0][-_MOST:]))
-            both = {"before": before, "today": records}
-        if len(member.numbers) >= config["fleet"]["followed"]:
-            found = _followed(member, used, assessment)
-            document |= found | _unlike_life(member, both, assessment)
-        elif len(visits) > 1:
-            document |= _compared(member, both, assessment)
-        else:
-            rows = [row for verdicts in assessment.judge(used) for row in verdicts]
-            document |= {"how": "visit"} | _judged(rows)
-            document["trust"] += [] if rows else ["one visit, and no limit on what it shows"]
-    except ValueError as error:  # what one drive lacks stops no other
-        document["trust"] = [str(error).splitlines()[0]]
-    document["state"] = UNJUDGED if document["state"] == STATES[0] else document["state"]
-    drawn = {e.record.operation.number: e.draws.theta for e in used if e.draws is not None}
-    shape = (0, config["endurance"]["draws"], len(NAMES))
-    return Examined(document, np.array([*drawn.values()]) if drawn else np.empty(shape))
-
-
-def _limits_of(member: Member, config: Mapping) -> list:
-    """Entries of limits by which a drive is judged: those of any of the fleet, and of its type."""
-    limits, speeds = config["limits"], speeds_of(config["speeds"])
-    shipped = limits == read(DEFAULTS)["limits"]
-    found = [e for e in limits if not (shipped and SOURCES[e.get("of", "model")].single)]
-    for name, ranges in config["limits_by_type"].items():
-        found += entries_of_type(ranges, speeds) if bare(name) == bare(member.type) else []
-    return found
-
-
-def _about(member: Member, visits: Sequence, answers: Sequence[Answer]) -> dict:
-    """What is known without any comparison."""
-    dates, used = member.dates, [each for each in answers if not each.record.reason]
-    out = [each for each in used if each.misfit]
-    trust = ["no record of the last visit can be used"] if not used else []
-    if out:
-        odd = " and ".join(dict.fromkeys(each.record.motion for each in out))
-        trust = [f"{len(out)} of {len(used)} records are out of the family ({odd})"]
-    shown: dict[tuple[str, str], list[float]] = {}
-    for each in used:
-        for name, value in each.measured.items():
-            if np.isfinite(value.value) and each.alone(name):
-                shown.setdefault((name, each.record.motion), []).append(float(value.value))
-    return {
-        **{name: getattr(member, name) for name in ("breaker", "phase", "type")},
-        "records": sum(map(len, member.operations.values())),
-        "visits": len(visits),
-        "operation": member.numbers[-1],
-        "first": min(dates.values(), default=""),
-        "last": max(dates.values(), default=""),
-        **{"how": "none", "state": "unknown", "due": {}, "limits": {}},
-        **{name: [] for name in ("differences", "changed", "since")},
-        "trust": trust,
-        "rejected": [each.record.reason for each in answers if each.record.reason],
-        "measured": [[*of, float(np.mean(values))] for of, values in shown.items()],
-        "zones": {each.name: each.words for answer in used[:1] for each in answer.speeds},
-        "spread": [
-            [*of, float(100.0 * np.std(values, ddof=1) / abs(np.mean(values)))]
-            for of, values in shown.items()
-            if len(values) > 1 and np.mean(values)
-        ],
-        "family": used[0].levels.settings["family"] if used else "",
-        "p_value": min((each.match.p_value for each in used), default=None),
-        "file": printable(answers[0].record.operation.file) if answers else "",
-    }
-
-
-def _judged(rows: Sequence[Verdict]) -> dict:
-    """State and verdicts of limits that were judged: of several records, the worst of each."""
-    worst: dict[str, str] = {}
-    for row in rows:
-        worst[row.name] = max(worst.get(row.name, "pass"), row.verdict, key=VERDICTS.index)
-    failed = [name for name, verdict in worst.items() if verdict == "fail"]
-    state = "now" if failed else "healthy" if "pass" in worst.values() else "unknown"
-    return {"limits": worst, "state": state, "due": {"limit": failed[0]} if failed else {}}
-
-
-def _compared(member: Member, visits: Mapping[str, Sequence], assessment: Assessment) -> dict:
-    """First and last visit; what goes on as it did reaches a limit on a date."""
-    found = assessment.compare(visits)
-    rows, unlike = found["changes"], differ_in_words(found["differences"])
-    measured = [row for row in rows if row["kind"] == "measured"]
-    changed = [row for row in rows if row["verdict"] == VERDICT_WORDS[0]]
-    said = {"how": "visits", "differences": unlike or other_strokes(rows)}
-    said |= _judged(found["limits"])
-    for key, some in {"changed": changed, "since": measured}.items():
-        said[key] = [{k: row[k] for k in ("name", "motion", "change")} for row in some]
-    warnings = found["warnings"][: -1 if unlike else None]  # the last one has the differences
-    notes = [*warnings, *(each for each in found["trust"] if each.startswith("WARNING"))]
-    said["trust"] = [each.removeprefix("WARNING: ") for each in notes]
-    if said["differences"]:  # of no trend; beyond a limit today it is whatever was before
-        now = said["state"] == "now" and not unlike
-        return said | {"changed": []} | ({} if now else {"state": DIFFERENT, "due": {}})
-    dates = [member.dates.get(each) for each in (member.numbers[0], member.numbers[-1])]
-    if said["state"] == "now" or not all(dates):
-        return said
-    first, last = (datetime.fromisoformat(each).replace(tzinfo=None) for each in dates)
-    due = [(_left(limit, rows), limit.name) for limit in found["limits"]]
-    left, name = min(due, default=(np.inf, ""))
-    days = left * ((last - first) / timedelta(days=1))
-    if days < _YEAR * assessment.config["planning"]["years"]:
-        date = (last + timedelta(days=days)).date().isoformat()
-        said |= {"state": "plan", "due": {"limit": name, "date": date}}
-    return said
-
-
-def _unlike_life(member: Member, visits: Mapping[str, Sequence], assessment: Assessment) -> dict:
-    """What is told instead of a life, where its last visit was measured differently from its first,
-    and no event in the table says so; nothing where the two cannot be compared.
-    """
-    rows = (each for some in member.operations.values() for each in some if each.event)
-    more = assessment.config["endurance"]["events"]
-    if len(visits) < 2 or any(Event.from_text(each.event, more).transducer for each in rows):
-        return {}
-    try:
-        said = differ_in_words(replace(assessment, limits=()).compare(visits)["differences"])
-    except ValueError:  # such as a first visit without a usable record: the life stands without it
-        return {}
-    told = {"state": DIFFERENT, "due": {}, "changed": [], "differences": said}
-    return told if said else {}
-
-
-def _left(limit: Verdict, rows: Sequence[Mapping]) -> float:
-    """Time until a changed quantity is at a limit, in times between the visits; inf if never."""
-    if len(limit.parts) != 1 or limit.verdict == "fail":
-        return np.inf
-    (part,) = limit.parts
-    about = part.quantity, limit.motion
-    of = [e for e in rows if (e["name"], e["motion"]) == about and e["verdict"] == "changed"]
-    if not of or part.value is None:
-        return np.inf
-    before = of[0].get("before", 0.0)  # of a parameter, its change
-    step, (low, high) = part.value - before, part.bounds
-    bound = high if step > 0.0 else low
-    return np.inf if bound is None or step == 0.0 else max((bound - part.value) / step, 0.0)
-
-
-def _followed(member: Member, used: Sequence[Answer], assessment: Assessment) -> dict:
-    """The life of a drive, as the workflow follows that of a single one."""
-    config, speeds, levels = assessment.config, used[0].speeds, used[0].levels
-    usual = np.exp(levels.usual[1, 0])
-    longer = np.median([each.record.shape.duration for each in used]) / usual
-    sensor, form = config["sensor"], config["endurance"]["format"]
-    times = longer * grid(**{key: sensor[key] for key in ("start", "stop", "samples")})
-    curves = {
-        motion: read_curves(each, form, Grid(times), motion, speeds=speeds)
-        for motion, each in member.operations.items()
-    }
-    rows = [each for motion in MOTIONS for each in member.operations.get(motion, ())]
-    texts = {each.number: each.event for each in rows if each.event}
-    conditions = {
-        name: {e.number: v for e in rows if not np.isnan(v := getattr(e, name))}
-        for name in CONDITIONS
-    }
-    life = follow_curves(
-        curves,
-        assessment.limits_on(used, curves),
-        {"wear_model": config["wear_model"], "seed": config["seed"]}
-        | {"misfit_p_value": config["endurance"]["misfit_p_value"]},
-        events=Event.by_operation(texts, config["endurance"]["events"]),
-        conditions=conditions,
-    )
-    known = operation_metadata(curves, life.operation.values)
-    pace = days_per_operation(life.operation.values, list(known.date))
-    stands = standing(life, config["planning"], pace)
-    row, since = decide(life, stands, known).iloc[-1], change_table(life).iloc[-1]
-    states = stands.attrs["states"]
-    by_limit = zip(life.limit.values.tolist(), stands.state.values[-1], strict=True)
-    names = [name for name in NAMES if since[f"{name}_unchanged"] < _STILL]
-    ends = [[float(since[f"{name}{end}"]) for end in ("_5", "", "_95")] for name in names]
-    due = {"limit": row.limit, "date": row.get("service_by_date", "")}
-    numbers = {"operation": row.service_by, "left": row.operations_left}
-    due |= {name: float(each) for name, each in numbers.items() if not pd.isna(each)}
-    said = "" if life.attrs["family"] else "parameters are withheld: of no family, or contradicted"
-    return {
-        "how": "life",
-        "state": row.state,
-        "due": {k: v for k, v in due.items() if row.limit and v != ""},
-        "limits": {name: states[state] for name, state in by_limit},
-        "changed": [
-            {"name": name, "motion": "", "change": each}
-            for name, each in zip(names, ends, strict=True)
-        ],
-        "trust": [said] if said else [],
-    }
+def _change_of(values: Mapping) -> DriveChange:
+    return DriveChange(**values)

@@ -1,15 +1,16 @@
 """A fleet in one table: every drive beside its type, ranked by what is due, with the reason."""
 
-import json
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 import pandas as pd
 import xarray as xr
 
 from breaker.drive.family.network_files import shipped_levels
+from breaker.drive.fleet.drive_document import DriveDocument, label
 from breaker.drive.fleet.fleet_states import FLEET_STATES
-from breaker.drive.fleet.reasons import label, largest, reason_of
+from breaker.drive.fleet.reasons import reason_of
 from breaker.drive.fleet.type_model import TypeDraws, TypeOfBreaker, learn_type
 from breaker.mechanism.prior import Prior
 from breaker.quantities.parameters import NAMES, PARAMETERS
@@ -60,7 +61,7 @@ def learn_types(drives: xr.Dataset, usual: Prior) -> dict[str, tuple[np.ndarray,
     Returns:
         By name, indices of its drives of which something was inferred, and the type.
     """
-    names = np.array([each["type"] for each in _documents(drives)])
+    names = np.array([each.type for each in _documents(drives)])
     known, found = np.isfinite(drives["mean"].values).all(axis=1), {}
     for name in sorted({*names[known].tolist()}):
         where = np.flatnonzero(known & (names == name))
@@ -70,11 +71,11 @@ def learn_types(drives: xr.Dataset, usual: Prior) -> dict[str, tuple[np.ndarray,
     return found
 
 
-def _documents(drives: xr.Dataset) -> list[dict]:
+def _documents(drives: xr.Dataset) -> list[DriveDocument]:
     """Documents of drives, their types as most of them spell these: GL314 and GL 314 are one."""
-    found = [json.loads(each) for each in drives.document.values]
-    usual = usual_spelling(each["type"] for each in found)
-    return [each | {"type": usual[bare(each["type"])]} for each in found]
+    found = [DriveDocument.from_json(each) for each in drives.document.values]
+    usual = usual_spelling(each.type for each in found)
+    return [replace(each, type=usual[bare(each.type)]) for each in found]
 
 
 def type_table(types: Mapping[str, tuple[np.ndarray, TypeOfBreaker]]) -> pd.DataFrame:
@@ -113,7 +114,7 @@ def fleet_table(
     for where, learned in types.values():
         for k, i in enumerate(where):
             theta = drives.theta.values[i].astype(float)
-            weights = learned.weights(theta, families[documents[i]["family"]])
+            weights = learned.weights(theta, families[documents[i].family])
             rows[i] |= _parameters(theta, weights)
             rows[i] |= _odd(learned.evidence[k], learned.off[k], least)
         _show(rows, documents, where)
@@ -130,21 +131,22 @@ def fleet_table(
     return order[table.columns].reset_index(drop=True)
 
 
-def _row(document: Mapping) -> dict:
+def _row(document: DriveDocument) -> dict:
     """What a document alone says."""
-    due, most = document["due"], largest(document["since"])
-    failed = [n for n, each in document["limits"].items() if each in ("fail", "now")]
+    due = document.due
+    most = max(document.since, key=lambda each: abs(each.change[1]), default=None)
+    failed = [n for n, each in document.limits.items() if each in ("fail", "now")]
     names = ("breaker", "phase", "type", "state", "last", "operation", "records", "visits", "how")
-    return {name: document[name] for name in names} | {
+    return {name: getattr(document, name) for name in names} | {
         "odd": "",
         "evidence": np.nan,
-        "due": due.get("limit", ""),
-        "due_date": due.get("date", ""),
-        "due_operation": due.get("operation", np.nan),
-        "operations_left": due.get("left", np.nan),
+        "due": due.limit or "",
+        "due_date": due.date or "",
+        "due_operation": np.nan if due.operation is None else due.operation,
+        "operations_left": np.nan if due.left is None else due.left,
         "failed": ", ".join(failed),
-        "change": most["change"][1] if most else np.nan,
-        "change_of": label(most) if most else "",
+        "change": most.change[1] if most else np.nan,
+        "change_of": most.label if most else "",
         "off_type": np.nan,
         "off_type_of": "",
     }
@@ -168,11 +170,11 @@ def _odd(evidence: np.ndarray, off: np.ndarray, least: float) -> dict:
     return found | ({"odd": NAMES[k], "off": float(off[k])} if evidence[k] >= least else {})
 
 
-def _show(rows: Sequence[dict], documents: Sequence[Mapping], where: np.ndarray) -> None:
+def _show(rows: Sequence[dict], documents: Sequence[DriveDocument], where: np.ndarray) -> None:
     """Put down of drives of a type which measured quantity is farthest off those of the others."""
     shown: dict[tuple, dict[int, float]] = {}
     for i in where:
-        for name, motion, value in documents[i]["measured"]:
+        for name, motion, value in documents[i].measured:
             shown.setdefault((name, motion), {})[i] = value
     off: dict[int, list] = {i: [] for i in where}
     for (name, motion), of in shown.items():
@@ -185,15 +187,15 @@ def _show(rows: Sequence[dict], documents: Sequence[Mapping], where: np.ndarray)
         rows[i]["shown"] = found = max(each, default=(0.0, ()))[1]
         if found and found[3]:
             rows[i]["off_type"] = 100.0 * (found[2] / found[3] - 1.0)
-            rows[i]["off_type_of"] = label({"name": found[0], "motion": found[1]})
+            rows[i]["off_type_of"] = label(*found[:2])
 
 
-def compare_poles(rows: Sequence[dict], documents: Sequence[Mapping]) -> None:
+def compare_poles(rows: Sequence[dict], documents: Sequence[DriveDocument]) -> None:
     """Put down how far the phases of each breaker are apart, by instants if these are shown."""
     times: dict[str, dict[tuple, list[float]]] = {}
     for document in documents:
-        of = times.setdefault(document["breaker"], {})
-        for name, motion, value in document["measured"]:
+        of = times.setdefault(document.breaker, {})
+        for name, motion, value in document.measured:
             if name in _POLES:
                 of.setdefault((_POLES[name], name, motion), []).append(value)
     for row in rows:
