@@ -49,10 +49,10 @@ from breaker.mechanism.limits import Limit
 from breaker.mechanism.prior import Prior
 from breaker.mechanism.sensor import Sensor
 from breaker.quantities.parameters import NAMES
-from breaker.reading.records.measurements import measure_curve
+from breaker.reading.records.measurements import Measured, measure_curve
 from breaker.reading.records.normalised_shape import shape_of
 from breaker.shipped import DEFAULTS
-from studies.other_lives import RECORDS, Curves, OtherLife, records_of, truth_of
+from studies.other_lives import Curves, OtherLife, records_of, truth_of
 from studies.sensors import Reading
 from studies.shared import append
 
@@ -155,7 +155,7 @@ def simulate(life: Life, config: Mapping, rng: np.random.Generator) -> tuple[Ser
         row = dict(zip(NAMES, drive.theta, strict=True)) | {"operation": stage}
         for motion, quantities in MEASURED.items():
             found = measured(drive.travel(motion, TIMES), motion)
-            row |= {f"{motion} {q}": found.get(q, np.nan) for q in quantities}
+            row |= {f"{motion} {q}": found[q].value if found else np.nan for q in quantities}
         rows.append(row)
     series = Series(operations, motions, np.arange(config["wear_model"]["reference"]), {})
     truth = pd.DataFrame(rows).set_index("operation")
@@ -166,11 +166,10 @@ def simulate(life: Life, config: Mapping, rng: np.random.Generator) -> tuple[Ser
     return series, truth
 
 
-def measured(curve: np.ndarray, motion: str) -> dict[str, float]:
+def measured(curve: np.ndarray, motion: str) -> dict[str, Measured]:
     """Quantities of a curve; none of one that shows no motion."""
     with suppress(ValueError, FloatingPointError):
-        found = measure_curve(TIMES, curve, motion, speeds=())
-        return {name: each.value for name, each in found.items()}
+        return measure_curve(TIMES, curve, motion, speeds=())
     return {}
 
 
@@ -179,7 +178,7 @@ def simulate_other(
 ) -> tuple[Series, pd.DataFrame]:
     """The same of a drive of other code."""
     sensor, reading = Sensor.from_settings(config["sensor"]), Reading.draw(rng)
-    curves, operations = Curves(life), life.every * np.arange(1, RECORDS + 1)
+    curves, operations = Curves(life), life.operations
     travels = records_of(life, curves, operations, rng)
     motions = {m: recorded(travels[m], m, sensor, reading, rng) for m in MEASURED}
     series = Series(operations, motions, np.arange(config["wear_model"]["reference"]), {})
@@ -202,9 +201,13 @@ def recorded(travels, motion: str, sensor: Sensor, reading: Reading, rng) -> Mot
         ways.append(shape.way)
         presents.append(shape.present)
         rows.append(measured(record, motion))
-    found = {q: np.array([row.get(q, np.nan) for row in rows]) for q in MEASURED[motion]}
+    none = Measured(np.nan, np.nan, "")
+    read = {q: np.array([row.get(q, none)[:2] for row in rows]).T for q in MEASURED[motion]}
+    found, stated = ({q: each[k] for q, each in read.items()} for k in (0, 1))
     units = like.stroke, like.duration
-    return MotionRecords(np.array(ways), np.array(presents), np.array(noises), *units, found)
+    return MotionRecords(
+        np.array(ways), np.array(presents), np.array(noises), *units, found, stated
+    )
 
 
 def limits_of(truth: pd.DataFrame, series: Series, life: Life, rng) -> dict[Limit, float]:
@@ -213,7 +216,7 @@ def limits_of(truth: pd.DataFrame, series: Series, life: Life, rng) -> dict[Limi
     fails = life.reached(share)
     whole, found = np.arange(0.0, LONGER * life.length), {}
     dense = {n: np.interp(whole, truth.index, truth[n]) for n in truth.columns}
-    new = slice(0, life.every * series.new.size)
+    new = slice(0, int(series.operations[series.new[-1]]) + 1)
 
     def add(name: str, of: str, motion: str, quantity: str, values: np.ndarray, end: float) -> None:
         upper = bool(end > values[new].mean())

@@ -69,9 +69,14 @@ class OtherLife:
         return cls(Other.drawn(prior, rng), factors, law, length, season)
 
     @property
-    def every(self) -> int:
-        """Operations from one record to the next."""
-        return max(int(self.length / RECORDS), 1)
+    def every(self) -> float:
+        """Operations from one record to the next, on average."""
+        return self.length / RECORDS
+
+    @property
+    def operations(self) -> np.ndarray:
+        """Operations with a record: to the end of the life, so that all failures are seen."""
+        return np.round(self.every * np.arange(1, RECORDS + 1)).astype(int)
 
     def wear(self, operation: np.ndarray) -> np.ndarray:
         """How far it is worn."""
@@ -131,7 +136,7 @@ def truth_of(
         row = dict(zip(NAMES, life.at(level).theta, strict=True)) | {"operation": operation}
         for motion in MOTIONS:
             found = measured(curves.travel(motion, level, times), motion)
-            row |= {f"{motion} {name}": value for name, value in found.items()}
+            row |= {f"{motion} {name}": each.value for name, each in found.items()}
         rows.append(row)
     return pd.DataFrame(rows).set_index("operation")
 

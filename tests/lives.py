@@ -19,12 +19,13 @@ _DIMS = {
     "beyond": ("asked", "limit"),
     "value": ("asked", "part", "quantile"),
     "new": "part",
+    "common": "part",
 }
 
 
 def life_of(operation, asked, limits, parts, changes, values, attrs):
     """A life told at ``asked``; ``limits`` are words by name, ``parts`` the rest of them."""
-    data = {"new": np.zeros(len(parts["limit"])), **values}
+    data = {name: np.zeros(len(parts["limit"])) for name in ("new", "common")} | values
     return xr.Dataset(
         {name: (_DIMS[name], each) for name, each in data.items()}
         | {name: ("change", each) for name, each in changes.items()},

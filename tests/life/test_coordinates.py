@@ -17,7 +17,7 @@ def a_basis():
     return Basis(np.zeros(G), directions.T, np.geomspace(0.05, 0.002, 30) ** 2)
 
 
-def a_series(seed=1, scatter=0.3, gap=()):
+def a_series(seed=1, scatter=0.3, gap=(), sd=0.0):
     """Records that scatter along the components of the family, and a quantity that they show."""
     rng, basis = np.random.default_rng(seed), a_basis()
     sizes = scatter * np.sqrt(basis.variances) * rng.standard_normal((N, 30))
@@ -28,7 +28,8 @@ def a_series(seed=1, scatter=0.3, gap=()):
     present[list(gap)] = False
     time = 9.0 + 40.0 * sizes[:, 0] + 0.01 * rng.standard_normal(N)
     time[7] = np.nan
-    motion = MotionRecords(way, present, np.full(N, 0.003), 14.0, 4.0, {"travel_time": time})
+    measured, stated = {"travel_time": time}, {"travel_time": np.full(N, sd)}
+    motion = MotionRecords(way, present, np.full(N, 0.003), 14.0, 4.0, measured, stated)
     return Series(np.arange(N), {"closing": motion}, np.arange(200), {}), sizes
 
 
@@ -73,6 +74,19 @@ def test_a_measured_quantity_is_linear_in_coordinates_and_its_own(seen):
     # What is left is far less than the quantity scatters by itself: the curve explains it.
     assert reading.scatter < 0.7 * np.nanstd(time)
     assert coordinates.row("closing", "stroke") is None
+
+
+def test_what_readings_state_but_do_not_scatter_by_they_are_off_alike():
+    """They scatter by 0.6; what is stated is 1, or less than that."""
+    stated, commons = (1.0, 0.1), []
+    for sd in stated:
+        series, _ = a_series(sd=sd)
+        reading, _ = Coordinates.of(series, {"closing": a_basis()}).row("closing", "travel_time")
+        commons.append(reading.common)
+    times = series.motions["closing"].measured["travel_time"][:200]
+    scatter = np.nanstd(np.diff(times)) / np.sqrt(2.0)
+    assert commons[0] == pytest.approx(np.sqrt(1.0 - scatter**2), rel=0.1)
+    assert commons[1] == 0.0
 
 
 def test_the_noise_told_of_the_new_mean_is_that_of_its_records(seen):

@@ -10,13 +10,13 @@ from breaker.drive.life.tracker import Tracker
 from breaker.mechanism.limits import Limit
 
 LIMIT = Limit("slow", "closing", (("travel_time", 10.0, True),), of="record")
-SURE = Future(horizon=10000, changes=1e-9)
+SURE = Future(horizon=10000, changes=1e-9, drift=1e-6)
 
 
 class OneQuantity:
     """A readout of one coordinate: what is measured is 8 and the coordinate."""
 
-    size = 1
+    size, seed = 1, 1
 
     def condition(self, change, variance):
         normal = np.linspace(-2.0, 2.0, 201)
@@ -24,7 +24,7 @@ class OneQuantity:
         return SimpleNamespace(of_record=lambda limit: values)
 
 
-def path(change, rate, sd=0.01, rate_sd=1e-6):
+def path(change, rate, sd=0.01, rate_sd=1e-6, bend=0.0, bend_sd=1.0):
     one = np.ones((1, 1))
     return SimpleNamespace(
         change=change * one,
@@ -32,12 +32,14 @@ def path(change, rate, sd=0.01, rate_sd=1e-6):
         rate=rate * one,
         rate_variance=rate_sd**2 * one,
         covariance=0.0 * one,
+        bend=bend * one,
+        bend_variance=bend_sd**2 * one,
     )
 
 
 def forecast(path, future=SURE, past=1000.0):
-    onward = Onward(path, OneQuantity(), np.array([0]), future.horizon, "new")
-    return Forecast.of(LIMIT, onward, np.array([past]), future)
+    onward = Onward(path, OneQuantity(), np.array([0]), np.array([past]), future, "new")
+    return Forecast.of(LIMIT, onward, future)
 
 
 def test_what_is_not_given_is_as_in_the_configuration(defaults):
@@ -63,11 +65,26 @@ def test_a_path_that_leads_away_never_does_and_one_beyond_has_nothing_left(at, r
 
 
 def test_wear_that_may_become_faster_shortens_the_early_end_alone():
-    steady, may = forecast(path(1.0, 0.002)), forecast(path(1.0, 0.002), Future(changes=1.0))
+    steady, may = (forecast(path(1.0, 0.002), SURE._replace(changes=c)) for c in (1e-9, 1.0))
     assert may.remaining[0, 0] < 0.6 * steady.remaining[0, 0]
     np.testing.assert_allclose(may.lives, steady.lives)
     vague = forecast(path(1.0, 0.002, sd=0.6))  # what is known badly is told so
     assert np.ptp(vague.remaining[0]) > 5.0 * np.ptp(steady.remaining[0])
+
+
+def test_a_rate_that_drifts_brings_the_limit_sooner_or_later():
+    """A limit 500 operations ahead at the rate so far, of a drive that has made 1,000."""
+    about = {"bend_sd": 1e-8}  # well known
+    goes_on = SURE._replace(drift=1.0, drifting=1e-6)
+    faster, slower = (
+        np.median(forecast(path(1.0, 0.002, bend=k * 0.002 / 1000.0, **about), goes_on).lives)
+        for k in (1.0, -1.0)
+    )
+    assert faster == pytest.approx(1000.0 * (np.sqrt(2.0) - 1.0), rel=0.02)
+    assert slower == pytest.approx(1000.0 * np.expm1(0.5), rel=0.02)
+    unknown = forecast(path(1.0, 0.002), Future(changes=1e-9))
+    steady = forecast(path(1.0, 0.002))
+    assert np.ptp(unknown.remaining[0]) > 5.0 * np.ptp(steady.remaining[0])
 
 
 def test_changes_come_as_often_in_any_unit_of_operations():

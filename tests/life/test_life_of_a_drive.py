@@ -47,11 +47,11 @@ def a_series(worn=20.0, seed=1):
             like = like or shape_of(sign * record, STEP)
             shape = shape_of(sign * record, STEP, like)
             noise = network_record(shape, 0.05, 0.0, STEP, like).noise[0]
-            time = measure_curve(TIMES, record, motion)["travel_time"].value
-            rows.append((shape.way, shape.present, noise, time))
-        way, present, noise, time = (np.array(each) for each in zip(*rows, strict=True))
-        units = like.stroke, like.duration
-        motions[motion] = MotionRecords(way, present, noise, *units, {"travel_time": time})
+            time = measure_curve(TIMES, record, motion)["travel_time"]
+            rows.append((shape.way, shape.present, noise, time.value, time.sd))
+        way, present, noise, *time = (np.array(each) for each in zip(*rows, strict=True))
+        units, read = (like.stroke, like.duration), ({"travel_time": each} for each in time)
+        motions[motion] = MotionRecords(way, present, noise, *units, *read)
     return Series(np.arange(1, N + 1), motions, np.arange(NEW), {})
 
 
@@ -128,7 +128,10 @@ def test_what_comes_later_changes_nothing_before(followed, life):
             *(np.array(each)[:120] for each in (one.way, one.present, one.noise)),
             one.stroke,
             one.duration,
-            {name: each[:120] for name, each in one.measured.items()},
+            *(
+                {name: each[:120] for name, each in some.items()}
+                for some in (one.measured, one.stated)
+            ),
         )
         for m, one in series.motions.items()
     }

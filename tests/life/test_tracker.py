@@ -37,6 +37,14 @@ def test_a_straight_path_is_known_as_a_regression_knows_it():
     assert not path.changes
 
 
+def test_a_path_that_bends_is_known_to():
+    path = follow(blocks(add=0.001 * TIME**2.0))
+    off = path.bend[-1, 0] - 0.002
+    assert abs(off) < 4.0 * np.sqrt(path.bend_variance[-1, 0])
+    assert np.sqrt(path.bend_variance[-1, 0]) < 0.0002
+    assert abs(path.bend[-1, 2]) < 0.0002
+
+
 def test_nothing_is_noticed_where_nothing_changes():
     """12 lives of 200 records, false with a probability of 1e-3 each at most."""
     noticed = [follow(blocks(seed)).changes for seed in range(12)]

@@ -107,6 +107,8 @@ class CoordinateReading(NamedTuple):
         mean: While the drive was new, in its unit.
         slopes: What a coordinate says of it, ``(k,)``.
         scatter: Of what is left, in its unit.
+        common: Standard deviation of what all readings are off alike, in its unit: the part of what
+            is stated with them by which they do not scatter.
     """
 
     motion: str
@@ -114,12 +116,23 @@ class CoordinateReading(NamedTuple):
     mean: float
     slopes: np.ndarray
     scatter: float
+    common: float
 
     @classmethod
     def of(
-        cls, motion: str, name: str, values: np.ndarray, curve: np.ndarray, new: np.ndarray
+        cls,
+        motion: str,
+        name: str,
+        values: np.ndarray,
+        stated: np.ndarray,
+        curve: np.ndarray,
+        new: np.ndarray,
     ) -> Self | None:
-        """Return the reading of values ``(o,)`` by coordinates ``(o, k)``; None of too few."""
+        """Return the reading of values ``(o,)`` by coordinates ``(o, k)``; None of too few.
+
+        Args:
+            stated: Standard deviations that are stated with the values, ``(o,)``.
+        """
         there = new[np.isfinite(values[new]) & np.isfinite(curve[new]).all(axis=1)]
         if there.size < _FEWEST:
             return None
@@ -130,9 +143,11 @@ class CoordinateReading(NamedTuple):
         slopes[: some.shape[1]] = np.linalg.solve(square, some.T @ read)
         left = read - seen @ slopes
         free = max(left.size - some.shape[1], left.size / 2.0)
-        middle = np.median(np.abs(left)) / 0.6745 * np.sqrt(left.size / free)
+        middle = _spread(left) * np.sqrt(left.size / free)
         mean = float((values[there] - curve[there] @ slopes).mean())
-        return cls(motion, name, mean, slopes, max(float(middle), _LEAST + 1e-9 * abs(mean)))
+        scatter = max(float(middle), _LEAST + 1e-9 * abs(mean))
+        alike = np.mean(np.square(stated[there])) - _spread(read) ** 2
+        return cls(motion, name, mean, slopes, scatter, float(np.sqrt(max(alike, 0.0))))
 
     def project(self, values: np.ndarray, curve: np.ndarray) -> np.ndarray:
         """Return the coordinate that the quantity adds to its motion's, ``(o, 1)``."""
@@ -161,7 +176,8 @@ class Coordinates(NamedTuple):
             curve = LifeCurve.of(each.way, each.present, noise, bases[motion], new)
             curves[motion], seen = curve, curve.project(each.way, each.present)
             found = (
-                CoordinateReading.of(motion, q, v, seen, new) for q, v in each.measured.items()
+                CoordinateReading.of(motion, q, v, each.stated[q], seen, new)
+                for q, v in each.measured.items()
             )
             readings += [reading for reading in found if reading is not None]
         return cls(curves, tuple(readings))
@@ -186,10 +202,10 @@ class Coordinates(NamedTuple):
         begin = sum(sizes[name] for name in names[: names.index(motion)])
         return slice(begin, begin + sizes[motion])
 
-    def row(self, motion: str, name: str) -> tuple[float, np.ndarray] | None:
-        """Return a measured quantity as new, and its change as a row of coordinates, ``(k,)``.
+    def row(self, motion: str, name: str) -> tuple[CoordinateReading, np.ndarray] | None:
+        """Return the reading of a quantity, and its change as a row of coordinates, ``(k,)``.
 
-        Both in its unit. None where it is not followed.
+        In its unit. None where it is not followed.
         """
         begin = sum(curve.variance.size for curve in self.curves.values())
         for k, each in enumerate(self.readings):
@@ -197,7 +213,7 @@ class Coordinates(NamedTuple):
                 row = np.zeros(begin + len(self.readings))
                 row[self.places(motion)] = each.slopes
                 row[begin + k] = each.scatter
-                return each.mean, row
+                return each, row
         return None
 
 
@@ -208,6 +224,11 @@ def _changes(
     there = present & np.isfinite(way)
     change = without_onset(np.broadcast_to(mean, way.shape), np.where(there, way, 0.0), there)
     return (change[:, None] @ directions.T)[:, 0]
+
+
+def _spread(values: np.ndarray) -> float:
+    """Standard deviation of values about 0, by their median size."""
+    return float(np.median(np.abs(values))) / 0.6745
 
 
 def _covariance(changes: np.ndarray, usual: np.ndarray) -> np.ndarray:

@@ -1,8 +1,9 @@
 """How long a drive may go on: when its path is beyond a limit, if the wear goes on as it does.
 
-Or changes: the rate may become another one. How likely that is, and by how much, was learned from
-lives (``wear_model.future``): in each tenth of the life that a drive would have without as likely,
-whether these are ten operations or a thousand. The probability to be beyond after so many
+The rate may drift (``breaker.drive.life.drift``), which belongs to each draw of the path. Or it
+changes at once: the rate may become another one. How likely that is, and by how much, was learned
+from lives (``wear_model.future``): in each tenth of the life that a drive would have without as
+likely, whether these are ten operations or a thousand. The probability to be beyond after so many
 operations is that of the path so much further on, over all the changes that there may be.
 
 A change that is noticed ends in a service. The probability to be beyond a limit before any change
@@ -15,6 +16,7 @@ from typing import NamedTuple, Self
 import numpy as np
 from scipy.special import ndtri
 
+from breaker.drive.life.drift import Drift
 from breaker.drive.life.path import Path
 from breaker.drive.life.readout import Readout
 from breaker.mechanism.limits import Limit
@@ -37,6 +39,8 @@ class Future(NamedTuple):
         spread: and sd of its logarithm.
         widening: Factor on the intervals of changes along a path: a network errs alike all along.
         noticed: Records after which a change of the rate is noticed.
+        drift: Standard deviation of the drift of the rate, where the path does not show it,
+        drifting: and of that to come, about that so far.
     """
 
     horizon: int = 10000
@@ -45,6 +49,8 @@ class Future(NamedTuple):
     spread: float = 0.4
     widening: float = 1.8
     noticed: float = 50.0
+    drift: float = 1.0
+    drifting: float = 0.4
 
     @classmethod
     def from_settings(cls, settings: Mapping) -> Self:
@@ -139,18 +145,28 @@ class Onward:
     Args:
         path, readout: Of the drive.
         where: Indices of the operations, ``(n,)``.
-        horizon: Operations, the farthest that is looked for.
+        past: Operations so far, ``(n,)``.
+        future: What may become of the wear.
         since: What a change is since, ``"new"`` or ``"event"``.
 
     Attributes:
-        nodes: Operations ahead, ``(m,)``; the first is 0.
+        nodes: Operations ahead, at the rate of now, ``(m,)``; the first is 0.
+        past: As given.
     """
 
     def __init__(
-        self, path: Path, readout: Readout, where: np.ndarray, horizon: float, since: str
+        self,
+        path: Path,
+        readout: Readout,
+        where: np.ndarray,
+        past: np.ndarray,
+        future: Future,
+        since: str,
     ) -> None:
-        self.shape = _NODES, len(where)
-        self.nodes = np.append(0.0, np.geomspace(_NEAREST, _FARTHEST * horizon, _NODES - 1))
+        self.shape, self.past, self._seed = (_NODES, len(where)), past, readout.seed
+        self._drift = Drift.of(path, where, past, future.drift, future.drifting)
+        farthest = _FARTHEST * future.horizon
+        self.nodes = np.append(0.0, np.geomspace(_NEAREST, farthest, _NODES - 1))
         ahead = self.nodes[:, None, None]
         now = (path.change, path.variance, path.covariance)
         if since == "event":
@@ -166,6 +182,10 @@ class Onward:
         found = limit.read(self._condition)
         return found.reshape(*self.shape, *found.shape[1:])
 
+    def operations(self, steady: np.ndarray) -> np.ndarray:
+        """Return in how many operations draws come as far as in some at the rate of now."""
+        return self._drift.operations(steady, self._seed)
+
 
 class Forecast(NamedTuple):
     """What is known of one limit after some operations.
@@ -175,7 +195,7 @@ class Forecast(NamedTuple):
         value: Quantities of the limit now, ``(n, parts, 3)``, at 5, 50 and 95 %.
         remaining: Operations left, ``(n, 3)``, at 5, 50 and 95 %; 0 where the limit is exceeded,
             inf beyond the horizon.
-        lives: Operations left to each draw if the wear goes on as it does, ``(n, d)``, sorted.
+        lives: Operations left to each draw if the wear drifts as it does, ``(n, d)``, sorted.
     """
 
     beyond: np.ndarray
@@ -184,12 +204,8 @@ class Forecast(NamedTuple):
     lives: np.ndarray
 
     @classmethod
-    def of(cls, limit: Limit, onward: Onward, past: np.ndarray, future: Future) -> Self:
-        """Return the forecast of a limit.
-
-        Args:
-            past: Operations so far, ``(n,)``.
-        """
+    def of(cls, limit: Limit, onward: Onward, future: Future) -> Self:
+        """Return the forecast of a limit."""
         draws = onward.values(limit)
         now, along = draws[0], _continued(draws, onward.nodes)
         if limit.source.inferred:
@@ -199,8 +215,9 @@ class Forecast(NamedTuple):
         excess, lives = limit.excess(along), np.full(now.shape[:2], np.nan)
         known = np.isfinite(now).any(axis=(1, 2))
         for k in np.flatnonzero(known):
-            lives[k] = np.sort(_crossings(excess[:, k], onward.nodes))
-        remaining = future.quantiles(future.fails(lives, past))
+            lives[k] = _crossings(excess[:, k], onward.nodes)
+        lives = np.sort(onward.operations(lives), axis=1)
+        remaining = future.quantiles(future.fails(lives, onward.past))
         beyond = np.where(known, limit.exceeded(now).mean(axis=1), np.nan)
         value = np.moveaxis(np.quantile(now, _SHARES, axis=1), 0, -1)
         return cls(beyond, value, remaining, lives)

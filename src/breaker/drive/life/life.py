@@ -74,7 +74,7 @@ class Life:
         self.changes: list[Change] = []
         self.counted, self.alike = _FIRST, 0.0
         n = len(self.time)
-        self.known = np.full((n, 7, fit.variance.size), np.nan)
+        self.known = np.full((n, 9, fit.variance.size), np.nan)
         self.evidence, self.weight = np.full((2, n), np.nan)
         self._renew(0, 0)
 
@@ -288,6 +288,7 @@ class Life:
         events = [change.start for change in self._standing() if change.kind == "event"]
         event = self._rows(events[-1:])[0] if events else np.nan
         rows = (self._since(i, self.mean_new), self._since(i, event), self._rate(i) / self.span)
-        mean, cov = self.fit.about(np.stack(rows))
-        pairs = [each for k in range(3) for each in (mean[:, k], cov[:, k, k])]
-        return [*pairs, cov[:, 0, 2]]
+        bend = np.where(self.columns.power == 2, 2.0, 0.0) / self.span**2
+        mean, cov = self.fit.about(np.stack([*rows, bend]))
+        since_new, since_event, rate, bent = ((mean[:, k], cov[:, k, k]) for k in range(4))
+        return [*since_new, *since_event, *rate, cov[:, 0, 2], *bent]

@@ -24,6 +24,7 @@ class MotionRecords:
         noise: Of a record, share of the stroke, ``(o,)``; nan without one.
         stroke, duration: Units, mm and ms.
         measured: Quantities that are followed, ``(o,)`` each, by name; nan where one is not shown.
+        stated: Standard deviations that are stated with them, likewise.
     """
 
     way: np.ndarray
@@ -32,6 +33,7 @@ class MotionRecords:
     stroke: float
     duration: float
     measured: Mapping[str, np.ndarray]
+    stated: Mapping[str, np.ndarray]
 
     @property
     def there(self) -> np.ndarray:
@@ -173,6 +175,8 @@ def _motion(
         if usable[i] and (shape := stored_shape(sign * records[i], each, units)) is not None:
             way[i], present[i] = shape.way, shape.present
             noise[i] = network_record(shape, sd, colour, each, units).noise[0]
-    there = data.measured.sel(quantity=list(names)).values.T if names else ()
-    measured = dict(zip(names, there, strict=True))
-    return MotionRecords(way, present, noise, units.stroke, units.duration, measured)
+    measured, stated = (
+        {name: data[each].sel(quantity=name).values for name in names}
+        for each in ("measured", "measured_sd")
+    )
+    return MotionRecords(way, present, noise, units.stroke, units.duration, measured, stated)

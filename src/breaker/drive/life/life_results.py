@@ -82,7 +82,8 @@ def follow_life(
         parameter)``, the probability of no change, ``names``, the set of what has changed most,
         ``beyond`` ``(asked, limit)``, ``remaining`` ``(asked, limit, quantile)`` and ``lives``
         ``(asked, limit, draw)``, as of ``Forecast``, and ``value`` ``(asked, part, quantile)`` of
-        the limits' parts, with ``new (part)``; over ``change``: ``noticed``, ``start``,
+        the limits' parts, with ``new (part)`` and ``common (part)``, how far all readings are off
+        alike (sd); over ``change``: ``noticed``, ``start``,
         ``earliest`` and ``latest``, numbers of operations, ``kind``, ``certainty`` (nats; below 0
         taken back), ``work``, whether it is work on the drive, and ``change_names``; over
         ``motion``: ``p_value`` of the family. Attributes ``family``, empty if it is of none,
@@ -159,10 +160,10 @@ def _limits(
     operations = readout.series.operations[where]
     past = np.maximum(operations - float(readout.series.operations[0]), 1.0)
     onward = {
-        since: Onward(path, readout, where, future.horizon, since)
+        since: Onward(path, readout, where, past, future, since)
         for since in {limit.since for limit in limits}
     }
-    found = [Forecast.of(limit, onward[limit.since], past, future) for limit in limits]
+    found = [Forecast.of(limit, onward[limit.since], future) for limit in limits]
     zero = np.zeros((1, readout.size))
     as_new = readout.condition(zero, zero + 1e-12)
     new = [np.median(limit.read(as_new)[0], axis=0) for limit in limits]
@@ -177,7 +178,16 @@ def _limits(
         else ((*each[:2], "draw"), np.zeros((len(where), 0, 0))),
         "value": (("asked", "part", "quantile"), np.hstack([none, *(one.value for one in found)])),
         "new": ("part", np.concatenate([np.zeros(0), *new])),
+        "common": ("part", [sd for limit in limits for sd in _common(limit, readout)]),
     }
+
+
+def _common(limit: Limit, readout: Readout) -> list[float]:
+    """How far all readings of each part are off alike, sd; 0 of what is inferred."""
+    if limit.source.inferred:
+        return [0.0] * len(limit.parts)
+    rows = [readout.coordinates.row(limit.motion, name) for name in limit.quantities]
+    return [row[0].common if row else 0.0 for row in rows]
 
 
 def _limit_coords(limits: Sequence[Limit]) -> dict[str, object]:

@@ -19,6 +19,7 @@ from collections.abc import Mapping
 
 import numpy as np
 import xarray as xr
+from scipy.special import ndtri
 
 from breaker.drive.life.forecast import Future
 from breaker.drive.life.service_plan import YEAR, Costs, Plan, plan
@@ -186,14 +187,21 @@ def _told(state: np.ndarray, operations: np.ndarray) -> np.ndarray:
 
 
 def _vague(life: xr.Dataset) -> np.ndarray:
-    """Say of which limits a quantity may be as new, and at the limit, ``(a, l)``."""
-    new, bound = life.new.values[:, None], life.part_bound.values[:, None]
+    """Say of which limits a quantity may be as new, and at the limit, ``(a, l)``.
+
+    What all readings are off alike they were off as new: it is none of the change since.
+    """
+    new, bound, value = life.new.values, life.part_bound.values, life.value.values
+    common, middle = ndtri(0.95) * life.common.values[:, None], value[..., 1:2]
     with np.errstate(divide="ignore", invalid="ignore"):
-        gone = np.sort((life.value.values - new) / (bound - new), axis=-1)
-    unsure = ~((gone[..., 0] > 0.0) | (gone[..., 2] < 1.0))
+        apart = np.sqrt(np.maximum(np.square(value - middle) - common**2, 0.0))
+        apart = middle + np.sign(value - middle) * apart
+        changed = np.where(common > 0.0, apart, value)
+        least, most = ((each - new[:, None]) / (bound - new)[:, None] for each in (changed, value))
+    unsure = ~((least.min(axis=-1) > 0.0) | (most.max(axis=-1) < 1.0))
     of = life.part_limit.values
     every = [unsure[:, of == name].any(axis=1) for name in life.limit.values]
-    return np.array(every, dtype=bool).reshape(-1, len(gone)).T
+    return np.array(every, dtype=bool).reshape(-1, len(value)).T
 
 
 def planned(

@@ -51,6 +51,7 @@ class Path:
         since, since_variance: The same since the last known event; nan before one.
         rate, rate_variance: Of the change, per operation.
         covariance: Of change and rate.
+        bend, bend_variance: Of the rate, per operation.
         evidence: For a change that is not noticed yet, nats, ``(o,)``; nan where none is sought.
         weight: Of the record beside one that follows the path, ``(o,)``; nan without one.
         changes: Changes that were noticed.
@@ -63,6 +64,8 @@ class Path:
     rate: np.ndarray
     rate_variance: np.ndarray
     covariance: np.ndarray
+    bend: np.ndarray
+    bend_variance: np.ndarray
     evidence: np.ndarray
     weight: np.ndarray
     changes: tuple[Change, ...]

@@ -209,7 +209,8 @@ class Condition:
     def of_record(self, limit: Limit) -> np.ndarray:
         """Return draws of what records show: quantiles of a normal, shuffled.
 
-        Alike for each change: a draw is a drive, followed along its path.
+        Alike for each change: a draw is a drive, followed along its path, whose readings are all
+        off alike.
         """
         draws = self.readout.draws
         found = np.full((len(self.change), draws, len(limit.quantities)), np.nan)
@@ -218,8 +219,9 @@ class Condition:
         for k, name in enumerate(limit.quantities):
             known = self.readout.coordinates.row(limit.motion, name)
             if known is not None:
-                new, row = known
-                mean, sd = new + self.change @ row, np.sqrt(self.variance @ np.square(row))
+                reading, row = known
+                mean = reading.mean + self.change @ row
+                sd = np.sqrt(self.variance @ np.square(row) + reading.common**2)
                 found[..., k] = mean[:, None] + sd[:, None] * rng.permutation(normal)
         return found
 
