@@ -22,9 +22,9 @@ def rows_of(text):
 
 
 def said(each):
-    """The meaning, after the word that sentences have for it, where it is another one."""
+    """The meaning, after the word that sentences have for it, where the meaning lacks it."""
     word = getattr(each, "word", "")
-    return f"{word}: {each.meaning}" if word not in ("", each.meaning) else each.meaning
+    return each.meaning if word in each.meaning else f"{word}: {each.meaning}"
 
 
 def test_the_table_has_every_quantity_as_the_catalogue_has_it():

@@ -60,7 +60,7 @@ def test_what_is_not_known_is_not_said():
     assert "larger than any wear" in said(beyond)[1]
 
 
-def test_where_to_look_first_is_said_for_the_limit_that_is_due(defaults):
+def test_where_to_look_first_is_said_for_all_limits_that_are_due(defaults):
     advice = defaults["advice"]
     decisions, limits, _ = tables(a_life())
     (look,) = look_first(decisions, limits, advice)
@@ -70,6 +70,11 @@ def test_where_to_look_first_is_said_for_the_limit_that_is_due(defaults):
     assert advice[names.iloc[0]] in look
     assert not any(advice[name] in look for name in limits.quantity if name not in {*names})
     assert look_first(decisions, limits, {}) == []
+    decisions, limits, _ = tables(a_life(fails=(450.0, 560.0), half=(0.01, 0.1)))  # both are due
+    assert limits.state.isin(["plan", "now"]).all()
+    (look,) = look_first(decisions, limits, advice)
+    first, second = (limits.quantity[limits.limit == name].iloc[0] for name in ("slow", "stiff"))
+    assert look.index(advice[first]) < look.index(advice[second])
     decisions, limits, _ = tables(a_life(fails=(900.0, np.inf)))  # healthy
     assert look_first(decisions, limits, advice) == []
 

@@ -103,16 +103,15 @@ def headline(decisions: pd.DataFrame, limits: pd.DataFrame) -> str:
 def look_first(
     decisions: pd.DataFrame, limits: pd.DataFrame, advice: Mapping[str, str]
 ) -> list[str]:
-    """Say where to look first for the limit that is due, if one is.
+    """Say where to look first for the limits that are due or planned, the one due first first.
 
     Args:
         decisions, limits: What ``decide`` and ``limit_table`` return.
         advice: The section ``advice`` of the configuration.
     """
-    row = decisions.iloc[-1]
-    if row.state not in ("plan", "now"):
-        return []
-    names = limits.quantity[limits.limit == row.limit]
+    due = limits[limits.state.isin(["plan", "now"])]
+    first = due.limit == decisions.iloc[-1].limit
+    names = dict.fromkeys([*due.quantity[first], *due.quantity[~first]])
     return [f"{LOOK}: {'; '.join(said)}." for said in [advice_on(names, advice)] if said]
 
 
