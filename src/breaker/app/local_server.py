@@ -15,7 +15,7 @@ import secrets
 import socket
 import sys
 import traceback
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from importlib.resources import files as resources
@@ -85,8 +85,9 @@ class PageServer:
             raise OSError(f"port {port} is in use or may not be taken; {remedy}") from error
         self._socket.setblocking(False)
         self.port = self._socket.getsockname()[1]
-        # One after the other: records are small, and a second thread would only wait for the first.
-        self.worker = ThreadPoolExecutor(max_workers=1)
+        # What is shown at once waits for no answer of the model, and each of the two kinds for its
+        # own alone: records are small, and more threads would only wait for each other.
+        self.quick, self.slow = (ThreadPoolExecutor(max_workers=1) for _ in range(2))
 
     @property
     def address(self) -> str:
@@ -102,12 +103,19 @@ class PageServer:
         server = tornado.httpserver.HTTPServer(application, max_body_size=LARGEST + 1)
         server.add_socket(self._socket)
         ready()
+        self._look_ahead(self.session.ahead())
         try:
             await ended.wait()
         finally:
             server.stop()
             await server.close_all_connections()
-            self.worker.shutdown(wait=True)
+            for each in (self.slow, self.quick):
+                each.shutdown(wait=True)
+
+    def _look_ahead(self, files: Iterator[None]) -> None:
+        """Look into the files of the list before they are asked for, one between other work."""
+        with suppress(RuntimeError):  # it has ended
+            self.slow.submit(lambda: self._look_ahead(files) if next(files, 0) is None else None)
 
 
 class _Handler(tornado.web.RequestHandler):
@@ -148,9 +156,19 @@ class _Handler(tornado.web.RequestHandler):
     def _same(self, token: str) -> bool:
         return hmac.compare_digest(token.encode(), self.page.token.encode())
 
-    async def worked(self, find: Callable[[], Any]) -> Any:
-        """What is found by the worker, while other windows are answered."""
-        return await asyncio.get_running_loop().run_in_executor(self.page.worker, find)
+    async def worked(self, find: Callable[[], Any], *, slow: bool = False) -> Any:
+        """What is found by a worker, while other windows are answered. What only shows something is
+        not begun if nobody waits for it any more.
+        """
+        worker = self.page.slow if slow else self.page.quick
+        reads = self.request.method == "GET"
+
+        def unless_gone() -> Any:
+            if reads and self.request.connection.stream.closed():
+                raise MissingError("nobody waits for this any more")
+            return find()
+
+        return await asyncio.get_running_loop().run_in_executor(worker, unless_gone)
 
     @property
     def query(self) -> dict[str, list[str]]:
@@ -216,7 +234,8 @@ class _List(_Handler):
             self.finish(_DOOR)
             return
         number, look = (self.query.get(name, [""])[-1] for name in ("page", "look"))
-        self.finish(await self.worked(lambda: list_page(self.page.session, number, look)))
+        find = lambda: list_page(self.page.session, number, look)  # noqa: E731
+        self.finish(await self.worked(find, slow=bool(look)))
 
 
 class _Visit(_Handler):
@@ -231,9 +250,10 @@ class _Answer(_Handler):
     async def get(self, what: str) -> None:
         choices, session = self.choices(), self.page.session
         if what == "answer":
-            self.finish(await self.worked(lambda: answer_part(session, choices)))
+            self.finish(await self.worked(lambda: answer_part(session, choices), slow=True))
         else:
-            self.finish(marks_for(await self.worked(lambda: session.answered(choices))))
+            found = await self.worked(lambda: session.answered(choices), slow=True)
+            self.finish(marks_for(found))
 
 
 class _Curves(_Handler):
@@ -266,7 +286,8 @@ class _Cursors(_Curves):
 class _Sheet(_Handler):
     async def get(self, ending: str) -> None:
         choices = self.choices()
-        content = await self.worked(lambda: self.page.session.sheet(choices, f".{ending}"))
+        find = lambda: self.page.session.sheet(choices, f".{ending}")  # noqa: E731
+        content = await self.worked(find, slow=True)
         self.set_header("Content-Type", {"pdf": "application/pdf", "html": "text/html"}[ending])
         self.set_header("Content-Disposition", f'attachment; filename="sheet.{ending}"')
         self.finish(content)
@@ -278,7 +299,7 @@ class _Save(_Handler):
         kind, name = (self.get_body_argument(each, "", strip=True) for each in ("kind", "name"))
         if kind not in ("settings", "table") or not name or "\0" in name:
             raise ValueError("name the file that is to be written")
-        said = await self.worked(lambda: self.page.session.save(choices, kind, name))
+        said = await self.worked(lambda: self.page.session.save(choices, kind, name), slow=True)
         self.set_header("Content-Type", "text/plain; charset=utf-8")
         self.finish(said)
 

@@ -6,7 +6,7 @@ import shlex
 import tempfile
 import threading
 from collections import OrderedDict
-from collections.abc import Callable, Hashable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -26,6 +26,7 @@ from breaker.reading.files.folder_facts import Description
 from breaker.reading.files.folder_listing import odd_signs, record_files
 from breaker.reading.files.formats import ENDINGS
 from breaker.reading.files.guards import LARGEST, printable
+from breaker.reading.files.opened_file import Files, Opened
 from breaker.reading.files.operations_table import MANIFEST
 from breaker.reading.inspection.file_contents import look_into
 from breaker.reading.inspection.file_description import describe_file
@@ -39,6 +40,7 @@ MOST_DROPPED = 4 * LARGEST
 """Bytes of all files that are dropped on a page."""
 
 _KEPT = 6  # visits, of which the page needs nothing anew
+_OPEN = 2  # of which files are kept open
 _TRAVEL = "travel_column"  # which chooses a channel of several, also where it is the base's
 
 
@@ -48,7 +50,7 @@ class Commands(NamedTuple):
     Attributes:
         settings_of: The configuration of overlays.
         read_of: What ``breaker report`` reads for files, files of the visit before, a channel and
-            overlays.
+            overlays, opened once in those that are given.
         visit_of: What it then infers and judges, and its report.
         content_of: The bytes of its report by ending, and what to say of them.
         manifest_of: The table of ``breaker manifest`` for a folder and overlays, and remarks.
@@ -56,7 +58,7 @@ class Commands(NamedTuple):
     """
 
     settings_of: Callable[[Sequence[str]], Mapping]
-    read_of: Callable[[Sequence[str], Sequence[str], str, Sequence[str]], Any]
+    read_of: Callable[[Sequence[str], Sequence[str], str, Sequence[str], Files], Any]
     visit_of: Callable[[Any], Any]
     content_of: Callable[[Any, str], tuple[bytes, str]]
     manifest_of: Callable[[str, Sequence[str]], tuple[str, Sequence[str]]]
@@ -142,7 +144,8 @@ class Session:
         elif not os.path.exists(named):
             raise FileNotFoundError(f"there is no {printable(named)}; name a folder of exports")
         self._kept: OrderedDict[Hashable, Any] = OrderedDict()
-        self._lock = threading.RLock()
+        self._finding: dict[Hashable, threading.Lock] = {}
+        self._lock = threading.Lock()
 
     # ---- the list ----
 
@@ -168,6 +171,13 @@ class Session:
             most -= new
             lines.append(_listed(each, files[each], seen))
         return lines
+
+    def ahead(self) -> Iterator[None]:
+        """Look into the files of the first list, one at a step."""
+        for path in list(self.files().values())[:SHOWN]:
+            with suppress(OSError, ValueError):
+                self._described(("described", _state(path)), path)
+            yield
 
     def _described(self, key: Hashable, path: str) -> Description:
         return self._once(key, lambda: describe_file(path), 10_000)
@@ -214,9 +224,12 @@ class Session:
         """
         named, before = self.paths(choices.files), self.paths(choices.before)
         states = tuple(_state(each) for each in (*named, *before, *self.overlays))
-        return self._once(
-            ("shown", choices.address, states), lambda: self._shown(choices, named, before), _KEPT
-        )
+        # One visit is read with many settings, and its files are opened once as long as they stay.
+        files = self._once(("files", *states), Files, _OPEN)
+        find = lambda: self._shown(choices, named, before, files)  # noqa: E731
+        found = self._once(("shown", choices.address, states), find, _KEPT)
+        # What a page then asks about it, it asks by what was chosen in the end.
+        return self._once(("shown", found.choices.address, states), lambda: found, _KEPT)
 
     def paths(self, identities: Sequence[str]) -> list[str]:
         """Return what the command line calls files."""
@@ -228,10 +241,10 @@ class Session:
             )
         return [self.named if each == WHOLE else files[each] for each in identities]
 
-    def _shown(self, choices: Choices, named: list[str], before: list[str]) -> Shown:
+    def _shown(self, choices: Choices, named: list[str], before: list[str], files: Files) -> Shown:
         config = self.commands.settings_of(self.overlays)
         first = named[0] if choices.files[0] != WHOLE else next(iter(self.files().values()), "")
-        layout, proposal, trouble = self._seen(first, choices, config)
+        layout, proposal, trouble = self._seen(files[first], config)
         base = base_of(config, proposal, choices.base)
         chosen = {k: v for k, v in choices.settings.items() if v != base.form[k] or k == _TRAVEL}
         choices = choices._replace(base=base.name, settings=chosen)
@@ -241,7 +254,7 @@ class Session:
         read = None
         try:
             with self._overlay(overlay) as written:
-                read = self.commands.read_of(named, before, choices.channel, written)
+                read = self.commands.read_of(named, before, choices.channel, written, files)
                 trouble = ""
         except (ValueError, OSError) as error:
             trouble = re.sub(rf"{re.escape(str(self.own))}\S*/(?=my\.yaml)", "", str(error))
@@ -252,7 +265,7 @@ class Session:
             proposal.remarks if proposal else (),
             trouble,
             read,
-            self._traces(read.records if read else (), layout),
+            _traces(read.records if read else (), layout, files),
             self._command(choices, named, before),
         )
 
@@ -273,29 +286,14 @@ class Session:
 
         return self._once(("answered", id(shown), shown), answer, _KEPT)
 
-    def _traces(self, records: Sequence[DriveRecord], first: Layout | None) -> list[Trace]:
-        """Curves of all files that can be looked into; the others are said elsewhere."""
-        layouts = []
-        for each in dict.fromkeys(str(each.operation.file) for each in records):
-            with suppress(ValueError, OSError):
-                layouts.append(self._layout(each))
-        return record_traces(records, layouts or [*filter(None, [first])])
-
-    def _layout(self, path: str) -> Layout:
-        return self._once(("layout", _state(path)), lambda: look_into(path), _KEPT)
-
-    def _seen(
-        self, first: str, choices: Choices, config: Mapping
-    ) -> tuple[Layout | None, Proposal | None, str]:
+    def _seen(self, first: Opened, config: Mapping) -> tuple[Layout | None, Proposal | None, str]:
         """The layout of a file, what is proposed for it, and why nothing is."""
-        key = first, _state(first), tuple(map(_state, self.overlays))
+        layout = None
         try:
-            layout = self._layout(first)
-        except (ValueError, OSError) as error:
-            return None, None, str(error)
-        try:
+            layout = look_into(first)
             find = lambda: inspect_file(first, config["sensor"])  # noqa: E731
-            return layout, self._once(("proposed", *key), find, 50), ""
+            # Of a file, whatever is chosen: a command proposes it of the overlays alone.
+            return layout, first.once(("proposed", str(config["sensor"])), find), ""
         except (ValueError, OSError) as error:
             return layout, None, str(error)
 
@@ -333,15 +331,28 @@ class Session:
         return "\n".join([said, *(f"check: {each}" for each in remarks)])
 
     def _once(self, key: Hashable, find: Callable[[], Any], most: int) -> Any:
-        """What was found before, or is now; of a kind as many as are told are kept."""
+        """What was found before, or is now; of a kind as many as are told are kept. Whoever asks
+        for what is being found waits for it, and nobody else does.
+        """
         with self._lock:
             if key in self._kept:
                 self._kept.move_to_end(key)
                 return self._kept[key]
-            found = self._kept[key] = find()
-            same = [each for each in self._kept if each[0] == key[0]]
-            for each in same[: max(0, len(same) - most)]:
-                del self._kept[each]
+            finding = self._finding.setdefault(key, threading.Lock())
+        with finding:
+            with self._lock:
+                if key in self._kept:
+                    return self._kept[key]
+            try:
+                found = find()
+            finally:
+                with self._lock:
+                    self._finding.pop(key, None)
+            with self._lock:
+                self._kept[key] = found
+                same = [each for each in self._kept if each[0] == key[0]]
+                for each in same[: max(0, len(same) - most)]:
+                    del self._kept[each]
             return found
 
 
@@ -362,6 +373,15 @@ class _Written:
         self.folder.cleanup()
 
 
+def _traces(records: Sequence[DriveRecord], first: Layout | None, files: Files) -> list[Trace]:
+    """Curves of all files that can be looked into; the others are said elsewhere."""
+    layouts = []
+    for each in dict.fromkeys(each.operation.file for each in records):
+        with suppress(ValueError, OSError):
+            layouts.append(look_into(files[each]))
+    return record_traces(records, layouts or [*filter(None, [first])])
+
+
 def _listed(identity: str, path: str, seen: Description | None) -> Listed:
     name = printable(Path(path).name if identity.startswith("dropped/") else path)
     if seen is None:
@@ -378,15 +398,15 @@ def _listed(identity: str, path: str, seen: Description | None) -> Listed:
     )
 
 
-def _state(path: str) -> tuple[str, int, int]:
+def _state(path: str) -> tuple:
     """A file as it is now: one that changes is read again."""
     try:
         found = os.stat(path)
     except OSError:
-        return path, 0, 0
+        return (path,)
     if os.path.isdir(path):
         parts = sorted(each for each in record_files(path))
         table = Path(path, MANIFEST)
         inside = hash(tuple(_state(str(each)) for each in [*parts, table]))
         return path, inside, found.st_mtime_ns
-    return path, found.st_size, found.st_mtime_ns
+    return path, found.st_ino, found.st_size, found.st_mtime_ns, found.st_ctime_ns

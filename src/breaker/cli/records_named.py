@@ -154,11 +154,17 @@ def _listed(
     }
 
 
-def read_visit(named: Sequence[str], options: argparse.Namespace, assessment: "Assessment") -> list:
+def read_visit(
+    named: Sequence[str],
+    options: argparse.Namespace,
+    assessment: "Assessment",
+    opened: "Files | None" = None,
+) -> list:
     """Read the records of files and folders.
 
     A channel is the operation's phase. Files of poles of one operation share its number. A folder's
-    table says all of this itself; folders of motions in it say motions and numbers.
+    table says all of this itself; folders of motions in it say motions and numbers. Files are
+    opened once, in those that are given.
 
     Raises:
         FileNotFoundError: If a folder has no file of a record.
@@ -169,7 +175,8 @@ def read_visit(named: Sequence[str], options: argparse.Namespace, assessment: "A
     from breaker.reading.files.operations_table import MANIFEST, Operation, read_manifest
 
     rows: dict[str, list] = {motion: [] for motion in MOTIONS}
-    files, opened, form = [], Files(), assessment.config["endurance"]["format"]
+    opened = Files() if opened is None else opened
+    files, form = [], assessment.config["endurance"]["format"]
     for each in map(Path, named):
         if not is_folder(str(each)):
             files.append(each)

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from breaker.drive.answers.evidence import Answer, DriveRecord, Given
     from breaker.drive.answers.limit_verdicts import Verdict
     from breaker.drive.answers.test_report import Report
+    from breaker.reading.files.opened_file import Files
     from breaker.reading.files.preamble import Preamble
 
 _PLATE = ("station", "bay", "type", "serial")  # what a file may state of its breaker
@@ -84,8 +85,8 @@ class Visit(NamedTuple):
     report: "Report"
 
 
-def read_of(options: argparse.Namespace) -> ReadVisit:
-    """Read the records that the command names.
+def read_of(options: argparse.Namespace, files: "Files | None" = None) -> ReadVisit:
+    """Read the records that the command names, their files opened once, in those that are given.
 
     Raises:
         OSError, ValueError: If there is nothing of which a report can be.
@@ -97,9 +98,10 @@ def read_of(options: argparse.Namespace) -> ReadVisit:
 
     given, words = given_by(config)
     assessment = Assessment(config, limits, given)
-    records = _usable(read_visit(options.files, options, assessment), "record")
-    good = read_visit([options.reference], options, assessment) if options.reference else []
-    before = read_visit(options.before, options, assessment)
+    records = _usable(read_visit(options.files, options, assessment, files), "record")
+    named = [options.reference] if options.reference else []
+    good = read_visit(named, options, assessment, files)
+    before = read_visit(options.before, options, assessment, files)
     before = _usable(before, "record of the visit before")
     overlays = overlays_of(records, good, options)
     _check_one(records)

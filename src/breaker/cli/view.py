@@ -6,6 +6,7 @@ import importlib.util
 import tempfile
 import webbrowser
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 from breaker import DISTRIBUTION
 from breaker.cli.command_settings import settings_of
@@ -14,6 +15,9 @@ from breaker.cli.outputs import check_outputs, write_lines
 from breaker.cli.printing import say
 from breaker.cli.records_named import add_path
 from breaker.cli.report import ReadVisit, content_of, read_of, visit_of
+
+if TYPE_CHECKING:
+    from breaker.reading.files.opened_file import Files
 
 _NEEDED = ("bokeh", "tornado")
 
@@ -68,12 +72,16 @@ def commands():
 
 
 def _read(
-    files: Sequence[str], before: Sequence[str], channel: str, overlays: Sequence[str]
+    files: Sequence[str],
+    before: Sequence[str],
+    channel: str,
+    overlays: Sequence[str],
+    opened: "Files",
 ) -> ReadVisit:
     """What ``breaker report`` reads with these options."""
     chosen = {"channel": [channel] if channel else [], "reference": None, "tolerance": None}
     given = {"files": [*files], "before": [*before], "config": [*overlays]}
-    return read_of(argparse.Namespace(**given, **chosen))
+    return read_of(argparse.Namespace(**given, **chosen), opened)
 
 
 def _write(name: str, text: str, read: Sequence[str]) -> str:

@@ -5,12 +5,14 @@
 const byId = (id) => document.getElementById(id);
 const busy = (text) => { byId("busy").textContent = text; };
 let plot = null; // of the curves: what cursors and a zoom change
+let current = new AbortController(); // of the page that stands: what it still asks for ends with it
 
 async function answer(address, options) {
   let got;
   try {
     got = await fetch(address, options);
-  } catch {
+  } catch (error) {
+    if (error.name === "AbortError") throw error;
     throw new Error("breaker view does not answer: was it ended? Start it again in the terminal");
   }
   if (got.ok) return got;
@@ -24,21 +26,25 @@ async function show(address, push) {
   busy("reading ...");
   const started = performance.now();
   const focused = document.activeElement?.id;
-  let page;
+  current.abort();
+  const own = current = new AbortController();
+  let text;
   try {
-    page = await answer(address);
+    text = await (await answer(address, { signal: own.signal })).text();
   } catch (error) {
-    busy(error.message);
+    if (own === current) busy(error.message);
     return;
   }
-  const found = new DOMParser().parseFromString(await page.text(), "text/html");
+  if (own !== current) return; // another page was asked for since
+  const found = new DOMParser().parseFromString(text, "text/html");
   if (push) history.pushState(null, "", address);
   document.title = found.title;
+  const curves = byId("curves");
   byId("main").replaceWith(found.getElementById("main"));
   prepare();
   busy("");
   if (focused) byId(focused)?.focus({ preventScroll: true });
-  await draw();
+  await draw(curves);
   document.body.dataset.took = Math.round(performance.now() - started);
   await complete();
 }
@@ -58,12 +64,13 @@ function prepare() {
 // ---- what takes longer: files of a list, values of a visit ----
 
 async function complete() {
-  const list = byId("list"), top = byId("top");
+  const list = byId("list"), top = byId("top"), signal = current.signal;
   while (list?.isConnected && list.querySelector("tr[data-pending]")) {
     let page;
     try {
-      page = await answer(`/?page=${list.dataset.page}&look=5`);
+      page = await answer(`/?page=${list.dataset.page}&look=5`, { signal });
     } catch (error) {
+      if (error.name === "AbortError") return;
       busy(error.message);
       return;
     }
@@ -85,9 +92,10 @@ async function complete() {
   const query = top.dataset.address;
   let part, marks;
   try {
-    part = await (await answer("/answer?" + query)).text();
-    marks = await (await answer("/marks?" + query)).json();
+    part = await (await answer("/answer?" + query, { signal })).text();
+    marks = await (await answer("/marks?" + query, { signal })).json();
   } catch (error) {
+    if (error.name === "AbortError") return;
     if (top.isConnected) { top.textContent = error.message; top.className = "verdict bad"; }
     return;
   }
@@ -152,15 +160,20 @@ function panel(label, height, range) {
   });
 }
 
-async function draw() {
-  const place = byId("curves");
+async function draw(before) {
+  const place = byId("curves"), old = plot;
   plot = null;
   if (!place || !globalThis.Bokeh) return;
   let data;
   try {
-    data = await (await answer("/curves?" + place.dataset.query)).json();
+    data = await (await answer("/curves?" + place.dataset.query, { signal: current.signal })).json();
   } catch (error) {
-    place.textContent = error.message;
+    if (error.name !== "AbortError") place.textContent = error.message;
+    return;
+  }
+  const names = JSON.stringify([data.clock, data.traces.map((trace) => [trace.kind, trace.name, trace.unit])]);
+  if (before && old?.names === names) { // the same channels, read otherwise: nothing is built anew
+    redraw(before, place, old, data);
     return;
   }
   const dark = matchMedia("(prefers-color-scheme: dark)").matches;
@@ -203,7 +216,7 @@ async function draw() {
   if (shown.length) shown.at(-1).xaxis.axis_label = `time (${data.clock})`;
   place.replaceChildren();
   await Bokeh.Plotting.show(new Bokeh.Column({ children: shown, sizing_mode: "stretch_width" }), place);
-  plot = { cursors, marks, query: place.dataset.query };
+  plot = { cursors, marks, sources, range, names, from: data.from, to: data.to, query: place.dataset.query };
   let timer = null;
   for (const end of [range.properties.start, range.properties.end]) {
     end.change.connect(() => {
@@ -211,6 +224,18 @@ async function draw() {
       timer = setTimeout(() => zoomed(range, sources, place), 150);
     });
   }
+}
+
+function redraw(before, place, old, data) {
+  before.dataset.query = place.dataset.query;
+  place.replaceWith(before);
+  data.traces.forEach((trace, k) => { old.sources[k].data = { x: numbers(trace.x), y: numbers(trace.y) }; });
+  const zoom = old.range.start !== old.from || old.range.end !== old.to;
+  if (data.from !== old.from || data.to !== old.to) Object.assign(old.range, { start: data.from, end: data.to });
+  else if (zoom) zoomed(old.range, old.sources, before);
+  for (const each of old.cursors) each.data = { x: [] };
+  plot = { ...old, from: data.from, to: data.to, query: before.dataset.query };
+  fillMarks(plot.marks, []);
 }
 
 function addMarks(figure, marks, colours, ink) {

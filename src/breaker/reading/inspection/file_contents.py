@@ -21,11 +21,12 @@ from breaker.reading.files.opened_file import Opened, as_opened
 from breaker.reading.files.preamble import Preamble
 from breaker.reading.files.text_lines import cells_of
 from breaker.reading.files.word_lookup import any_of
-from breaker.reading.inspection.table_layout import Layout, LayoutError, kind_of, layout_of_lines
+from breaker.reading.inspection.table_layout import Kinds, Layout, LayoutError, layout_of_lines
 
 _CODES = ("gb18030", "cp1252", "shift_jis", "euc_kr", "cp1251", "cp1250")
 _WORDS = re.compile(any_of(TELLING))
 _FOREIGN = re.compile(r"[^\x00-\x7f°µ²³±·½×ßäöüÄÖÜéèêëàâçîïôûñáíóúãõÉÀ–’]|[^\x00-\x7f]{2}")
+_PADDED = re.compile(r"0\d+")
 _DELIMITERS = (";", "\t", "|", ",", " ")  # in case of doubt, the first that fits
 _LOOKED_AT = (200, 100_000)  # lines, and signs, from which the delimiter is guessed
 _TELLING = (1_000, 2**14)  # lines, and bytes, from which an encoding is guessed
@@ -155,9 +156,9 @@ def _signs(lines: Sequence[str]) -> tuple[str, str]:
     pairs = [(d, sign) for d in either for sign in ".," if d != sign or '"' in signs]
 
     def fit(pair: tuple[str, str]) -> tuple[bool, int]:
-        rows = [cells_of(line, pair[0]) for line in some]
+        rows, kinds = [cells_of(line, pair[0]) for line in some], Kinds(pair[1])
         # 12,045 is one number: no column has zeros before whole numbers, but perhaps the first.
-        padded = any(re.fullmatch(r"0\d+", cell) for row in rows for cell in row[1:])
-        return not padded, sum(kind_of(cell, pair[1]) for row in rows for cell in row)
+        padded = any(_PADDED.fullmatch(cell) for cell in {c for row in rows for c in row[1:]})
+        return not padded, sum(kinds[cell] for row in rows for cell in row)
 
     return max(pairs, key=fit)

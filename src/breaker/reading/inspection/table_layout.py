@@ -22,6 +22,7 @@ from breaker.reading.files.text_lines import Lines, cells_of
 
 _SAMPLE = 1_000  # lines from which the kinds of columns are guessed
 _ABOVE = (10_000, 2**20)  # first lines, and signs, among which samples begin; reading looks there
+_FIRST = 200  # lines, among which samples begin in most files
 _BLOCK = 2_000  # lines, of which cells are built at a time
 _TOGETHER = 5  # lines in a row that look like samples: there samples begin
 _LONGEST_NAME = 60  # signs; no number is longer either
@@ -69,10 +70,13 @@ class Layout:
         decimal = self.settings.get("decimal", ".")
         return preamble_of(self.preamble, decimal, self.columns[0].size)
 
+    @cached_property
+    def _bare(self) -> list[str]:
+        return [split_unit(name)[0] for name in self.names]
+
     def column(self, place: int) -> str | int:
         """Return how settings name a column: without its unit if possible, or by its number."""
-        bare = [split_unit(name)[0] for name in self.names]
-        for names in (bare, self.names):
+        for names in (self._bare, self.names):
             if names[place] and names.count(names[place]) == 1:
                 return names[place]
         return place + 1
@@ -162,9 +166,11 @@ def _first_sample(
         LayoutError: If no column has numbers.
     """
 
+    kinds = Kinds(decimal)
+
     @cache  # of a short file, all lines are looked at twice
     def kinds_in(line: str) -> list[int]:
-        return [kind_of(cell, decimal) for cell in cells_of(line, delimiter)]
+        return [kinds[cell] for cell in cells_of(line, delimiter)]
 
     body = _filled(lines[len(lines) // 5 :], delimiter)
     body = list(filter(any, map(kinds_in, body[:: max(1, len(body) // _SAMPLE)])))
@@ -172,31 +178,44 @@ def _first_sample(
     numeric = [i for i, kind in enumerate(columns) if kind.count(1) > 3 * kind.count(-1)]
     usual = np.median([row.count(1) for row in body]) if body else 0
     top = lines[: _ABOVE[0]]
-    looked_at = top[: 1 + np.searchsorted(np.cumsum(list(map(len, top))), _ABOVE[1])]
-    kinds = list(map(kinds_in, looked_at))
-    fits = np.array(
-        [
-            0 < 2 * row.count(1) >= usual and not any(row[i] < 0 for i in numeric if i < len(row))
-            for row in kinds
-            if any(row)
-        ],
-        dtype=int,
-    )
-    filled = np.flatnonzero([any(row) for row in kinds])
-    runs = np.convolve(np.append(fits, [0] * _TOGETHER), np.ones(_TOGETHER), "valid")
-    starts = np.flatnonzero((runs[: fits.size] >= _TOGETHER - 1) & (fits == 1))
+    most = 1 + int(np.searchsorted(np.cumsum(list(map(len, top))), _ABOVE[1]))
+    for count in (min(_FIRST, most), most):  # most files have few lines above their samples
+        rows = list(map(kinds_in, top[:count]))
+        filled = [i for i, row in enumerate(rows) if any(row)]
+        fits = [
+            0 < 2 * rows[i].count(1) >= usual
+            and not (-1 in rows[i] and any(rows[i][k] < 0 for k in numeric if k < len(rows[i])))
+            for i in filled
+        ]
+        runs = np.convolve([*fits, *[False] * _TOGETHER], np.ones(_TOGETHER), "valid")
+        starts = np.flatnonzero((runs[: len(fits)] >= _TOGETHER - 1) & np.array(fits, bool))
+        if numeric and starts.size and starts[0] + _TOGETHER <= len(fits):
+            break
     if not numeric or starts.size == 0:
-        place = "" if len(kinds) == len(lines) else f" in the first {len(kinds):,} lines"
+        place = "" if len(rows) == len(lines) else f" in the first {len(rows):,} lines"
         reason = f"no columns of numbers are found{place}; is it a text file of measurements?"
         raise LayoutError(f"{file}: {reason}")
-    return int(filled[starts[0]]), [1 in kind for kind in columns]
+    return filled[starts[0]], [1 in kind for kind in columns]
 
 
-def kind_of(cell: str, decimal: str) -> int:
-    """Return 1 for a number, 0 for a missing sample, -1 for anything else."""
-    if cell.lower() in MISSING:
-        return 0
-    return 1 if len(cell) <= _LONGEST_NAME and is_number(cell, decimal) else -1
+class Kinds(dict):
+    """What cells are by a decimal sign: 1 a number, 0 a missing sample, -1 anything else. Each cell
+    is looked at once: samples of an instrument repeat themselves.
+
+    >>> kinds = Kinds(",")
+    >>> [kinds[cell] for cell in ("1,5", "nan", "1.5")]
+    [1, 0, -1]
+    """
+
+    def __init__(self, decimal: str) -> None:
+        super().__init__()
+        self._decimal = decimal
+
+    def __missing__(self, cell: str) -> int:
+        """Look at a cell for the first time."""
+        kind = 1 if len(cell) <= _LONGEST_NAME and is_number(cell, self._decimal) else -1
+        self[cell] = found = 0 if cell.lower() in MISSING else kind
+        return found
 
 
 def _head(above: Sequence[Sequence[str]], width: int) -> tuple[int | None, int | None]:
