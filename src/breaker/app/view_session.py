@@ -9,13 +9,17 @@ from collections import OrderedDict
 from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from breaker.app.curve_traces import Mark, Trace, marks_of, record_traces
 from breaker.app.page_choices import WHOLE, Choices, id_of, overlay_text
+from breaker.app.run_results import FLEET, LIFE, Life, RunResults, read_fleet, read_life, results_in
 from breaker.app.setting_rows import SettingRow, base_of, rows_of
 from breaker.common.atomic_writes import whole
+from breaker.common.zarr_store import CHECKSUMS
+from breaker.documents.parts import Document
 from breaker.documents.terminal import text_of
 from breaker.drive.answers.answer_document import document
 from breaker.drive.answers.answer_words import words_of
@@ -152,7 +156,9 @@ class Session:
     def files(self) -> dict[str, str]:
         """Return paths of all files by their ids, those that were dropped last."""
         dropped = record_files(self.own / "dropped")
-        if not self.is_folder:
+        if self.results.alone:
+            found = {}  # its tables are of no record
+        elif not self.is_folder:
             found = {id_of(Path(self.named).name): self.named}
         else:
             folder = Path(self.named)
@@ -174,13 +180,40 @@ class Session:
 
     def ahead(self) -> Iterator[None]:
         """Look into the files of the first list, one at a step."""
+        finds = [self.life] if self.results.life else []
         for path in list(self.files().values())[:SHOWN]:
+            finds.append(partial(self._described, ("described", _state(path)), path))
+        for find in finds:
             with suppress(OSError, ValueError):
-                self._described(("described", _state(path)), path)
+                find()
             yield
 
     def _described(self, key: Hashable, path: str) -> Description:
         return self._once(key, lambda: describe_file(path), 10_000)
+
+    # ---- what a run left ----
+
+    @property
+    def results(self) -> RunResults:
+        """Folders of results in what is shown, as they are now."""
+        return results_in(self.named) if self.is_folder else RunResults(None, None, alone=False)
+
+    def life(self) -> Life:
+        """Return the life of a run.
+
+        Raises:
+            MissingError: If there is none.
+            ValueError: If a file of it lacks, or is not as the run wrote it.
+        """
+        if (folder := self.results.life) is None:
+            raise MissingError(f"no run has left a life in {printable(self.named)}")
+        return self._once(("life", _run_state(folder, LIFE)), lambda: read_life(folder), 1)
+
+    def fleet(self) -> Document:
+        """Return the fleet of a run; raises as ``life``."""
+        if (folder := self.results.fleet) is None:
+            raise MissingError(f"no run has left a fleet in {printable(self.named)}")
+        return self._once(("fleet", _run_state(folder, FLEET)), lambda: read_fleet(folder), 1)
 
     @property
     def whole(self) -> bool:
@@ -396,6 +429,14 @@ def _listed(identity: str, path: str, seen: Description | None) -> Listed:
         date_in(path, stated),
         seen.reason,
     )
+
+
+def _run_state(folder: Path, files: Sequence[str]) -> tuple:
+    """Files of a run as they are now, stores by their checksums."""
+    sums = (
+        folder / each / CHECKSUMS if each.endswith(".zarr") else folder / each for each in files
+    )
+    return tuple(_state(str(each)) for each in sums)
 
 
 def _state(path: str) -> tuple:

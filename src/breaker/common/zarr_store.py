@@ -14,7 +14,8 @@ import xarray as xr
 
 from breaker import __version__
 
-_CHECKSUMS = "checksums.json"
+CHECKSUMS = "checksums.json"
+"""Name of the file of a store that lists its other files."""
 
 
 class StoreError(ValueError):
@@ -48,7 +49,7 @@ def save(dataset: xr.Dataset, path: str | Path) -> None:
         shutil.rmtree(path)
     write_zarr(dataset.drop_encoding(), path)
     checksums = {name: _checksum(file) for name, file in _files(path).items()}
-    (path / _CHECKSUMS).write_text(json.dumps(checksums, indent=0), encoding="utf-8")
+    (path / CHECKSUMS).write_text(json.dumps(checksums, indent=0), encoding="utf-8")
 
 
 def write_zarr(content: xr.Dataset | xr.DataTree, folder: Path) -> None:
@@ -87,14 +88,14 @@ def open_store(path: str | Path) -> xr.Dataset:
     if not path.is_dir():
         raise StoreError(path, "there is no such store")
     try:
-        expected = dict(json.loads((path / _CHECKSUMS).read_text(encoding="utf-8")))
+        expected = dict(json.loads((path / CHECKSUMS).read_text(encoding="utf-8")))
     except FileNotFoundError:
         raise StoreError(
             path,
-            f"it has no {_CHECKSUMS}: its writing was interrupted, or an older version wrote it",
+            f"it has no {CHECKSUMS}: its writing was interrupted, or an older version wrote it",
         ) from None
     except (OSError, ValueError, TypeError) as error:
-        raise StoreError(path, f"{_CHECKSUMS} cannot be read: {error}") from error
+        raise StoreError(path, f"{CHECKSUMS} cannot be read: {error}") from error
     found = _files(path)
     for name, checksum in expected.items():
         if name not in found:
@@ -108,7 +109,7 @@ def _files(store: Path) -> dict[str, Path]:
     """Files of a store but its checksums, by their names inside it, sorted."""
     files = {file.relative_to(store).as_posix(): file for file in store.rglob("*")}
     return {
-        name: file for name, file in sorted(files.items()) if file.is_file() and name != _CHECKSUMS
+        name: file for name, file in sorted(files.items()) if file.is_file() and name != CHECKSUMS
     }
 
 

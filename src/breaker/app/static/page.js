@@ -45,6 +45,7 @@ async function show(address, push) {
   busy("");
   if (focused) byId(focused)?.focus({ preventScroll: true });
   await draw(curves);
+  await drawLife();
   document.body.dataset.took = Math.round(performance.now() - started);
   await complete();
 }
@@ -56,6 +57,7 @@ function prepare() {
     form.addEventListener("change", again);
     form.addEventListener("submit", (event) => { event.preventDefault(); again(); });
   }
+  byId("limit")?.addEventListener("change", (event) => show("/life?" + new URLSearchParams({ limit: event.target.value }), true));
   for (const each of document.querySelectorAll("form.save")) each.addEventListener("submit", save);
   for (const id of ["cursor1", "cursor2"]) byId(id)?.addEventListener("change", readCursors);
   byId("drop")?.addEventListener("change", (event) => drop(event.target.files));
@@ -142,6 +144,12 @@ const PANELS = { // label and height by kind of channel, in their order
 };
 const numbers = (list) => list.map((each) => (each === null ? NaN : each));
 
+function tint() {
+  return matchMedia("(prefers-color-scheme: dark)").matches
+    ? { ink: "#e8e8e8", paper: "#17191c", line: "#454a50", colours: DARK }
+    : { ink: "#1a1a1a", paper: "#ffffff", line: "#dddddd", colours: COLOURS };
+}
+
 function looks(figure, ink, paper, line) {
   figure.background_fill_color = figure.border_fill_color = paper;
   figure.outline_line_color = line;
@@ -176,9 +184,7 @@ async function draw(before) {
     redraw(before, place, old, data);
     return;
   }
-  const dark = matchMedia("(prefers-color-scheme: dark)").matches;
-  const [ink, paper, line] = dark ? ["#e8e8e8", "#17191c", "#454a50"] : ["#1a1a1a", "#ffffff", "#dddddd"];
-  const colours = dark ? DARK : COLOURS;
+  const { ink, paper, line, colours } = tint();
   const range = new Bokeh.Range1d({ start: data.from, end: data.to });
   const panels = new Map(), sources = [];
   for (const trace of data.traces) {
@@ -208,9 +214,7 @@ async function draw(before) {
     looks(figure, ink, paper, line);
     figure.y_range.renderers = figure.items.flatMap((item) => item.renderers);
     figure.toolbar.logo = null;
-    figure.add_layout(new Bokeh.Legend({ items: figure.items, click_policy: "hide", background_fill_color: paper,
-      border_line_color: null, label_text_color: ink, label_text_font_size: "11px", spacing: 0, padding: 2,
-      inactive_fill_color: paper, inactive_fill_alpha: 0.7 }), "right");
+    figure.add_layout(legend(figure.items, ink, paper), "right");
     figure.on_event("tap", (event) => setCursor(event));
   }
   if (shown.length) shown.at(-1).xaxis.axis_label = `time (${data.clock})`;
@@ -224,6 +228,12 @@ async function draw(before) {
       timer = setTimeout(() => zoomed(range, sources, place), 150);
     });
   }
+}
+
+function legend(items, ink, paper) {
+  return new Bokeh.Legend({ items, click_policy: "hide", background_fill_color: paper,
+    border_line_color: null, label_text_color: ink, label_text_font_size: "11px", spacing: 0, padding: 2,
+    inactive_fill_color: paper, inactive_fill_alpha: 0.7 });
 }
 
 function redraw(before, place, old, data) {
@@ -290,8 +300,60 @@ async function readCursors() {
   }
 }
 
+// ---- a life ----
+
+async function drawLife() {
+  const place = byId("life");
+  if (!place || !globalThis.Bokeh) return;
+  let data;
+  try {
+    data = await (await answer("/life/curves?" + place.dataset.query, { signal: current.signal })).json();
+  } catch (error) {
+    if (error.name !== "AbortError") place.textContent = error.message;
+    return;
+  }
+  const ranges = new Map(); // panels over the same axis move together
+  const figures = data.panels.map((each) => lifePanel(each, ranges));
+  place.replaceChildren();
+  await Bokeh.Plotting.show(new Bokeh.Column({ children: figures, sizing_mode: "stretch_width" }), place);
+}
+
+function lifePanel(data, ranges) {
+  const { ink, paper, line, colours } = tint();
+  const ends = data.lines.flatMap((each) => [each.x[0], each.x.at(-1)]).filter(Number.isFinite);
+  if (!ranges.has(data.x)) ranges.set(data.x, new Bokeh.Range1d({ start: Math.min(...ends, 0), end: Math.max(...ends, 1) }));
+  const figure = panel(data.y, 230, ranges.get(data.x));
+  const source = (of) => new Bokeh.ColumnDataSource({ data: of });
+  const items = [], shown = [];
+  data.lines.forEach((each, k) => {
+    const color = colours[k % colours.length];
+    const points = source({ x: numbers(each.x), y: numbers(each.y), low: numbers(each.low), high: numbers(each.high) });
+    const band = figure.varea({ field: "x" }, { field: "low" }, { field: "high" }, { source: points, fill_color: color, fill_alpha: 0.2 });
+    const glyph = figure.line({ field: "x" }, { field: "y" }, { source: points, line_color: color, line_width: 1.8 });
+    items.push(new Bokeh.LegendItem({ label: { value: each.name }, renderers: [glyph, band] }));
+    shown.push(glyph, band);
+  });
+  const across = (kind, list, look) => list.forEach(([name, at], k) => {
+    const field = kind === "hspan" ? "y" : "x";
+    const glyph = figure[kind]({ field }, { source: source({ [field]: [at] }), line_width: 1.6, ...look(k) });
+    items.push(new Bokeh.LegendItem({ label: { value: name }, renderers: [glyph] }));
+  });
+  across("hspan", data.levels, (k) => ({ line_color: k ? ink : colours[1], line_dash: k ? "dotted" : "solid" }));
+  across("vspan", data.places, (k) => ({ line_color: colours[(3 + k) % colours.length], line_dash: "dashed" }));
+  const values = data.lines.flatMap((each) => [...each.low, ...each.high]).filter((each) => each !== null);
+  const levels = data.levels.map((each) => each[1]);
+  const [low, high] = [Math.min(...values, ...levels), Math.max(...values, ...levels)];
+  if (high > low) figure.y_range = new Bokeh.Range1d({ start: low - 0.06 * (high - low), end: high + 0.06 * (high - low) });
+  looks(figure, ink, paper, line);
+  figure.toolbar.logo = null;
+  figure.xaxis.axis_label = data.x;
+  figure.add_layout(new Bokeh.Title({ text: data.title, text_color: ink, text_font_size: "13px" }), "above");
+  figure.add_layout(legend(items, ink, paper), "right");
+  return figure;
+}
+
 addEventListener("popstate", () => show(location.href, false));
 addEventListener("dragover", (event) => event.preventDefault());
 addEventListener("drop", (event) => { event.preventDefault(); drop(event.dataTransfer.files); });
 prepare();
-draw().then(complete);
+draw().then(drawLife).then(() => { document.body.dataset.took = Math.round(performance.now()); }).then(complete);

@@ -7,7 +7,9 @@ from breaker.documents.html_page import html_page
 from breaker.documents.parts import Cell, Document, Table
 from breaker.drive.fleet.fleet_states import FLEET_STATES
 
-_TONES = dict(zip(FLEET_STATES, ("doubt", "good", *3 * ("doubt",), "bad"), strict=True))
+TONES = dict(zip(FLEET_STATES, ("doubt", "good", *3 * ("doubt",), "bad"), strict=True))
+"""What a state means, as of ``documents.parts.Cell``."""
+
 _SHOWN = ("breaker", "phase", "type", "last", "state", "due_date", "odd", "pole_spread")
 
 
@@ -18,6 +20,11 @@ def fleet_page(table: pd.DataFrame, types: pd.DataFrame, picture: bytes) -> str:
         table, types: What ``fleet_table`` and ``type_table`` return.
         picture: The figure of the fleet, PNG.
     """
+    return html_page(fleet_document(table, types), [picture], alt="the fleet")
+
+
+def fleet_document(table: pd.DataFrame, types: pd.DataFrame) -> Document:
+    """Return a fleet in words and tables: drives in the order of their rows, and types."""
     counts = table.state.value_counts()
     states = [f"{counts[each]} {each}" for each in reversed(FLEET_STATES) if each in counts]
     odd = int((table.odd != "").sum())
@@ -44,12 +51,12 @@ def fleet_page(table: pd.DataFrame, types: pd.DataFrame, picture: bytes) -> str:
         Table([*types.columns], known, "Types", ["spread: log-sd from drive to drive"]),
     ]
     worst = FLEET_STATES[max(map(FLEET_STATES.index, table.state))]
-    verdict = Cell(f"{', '.join(states)}; unlike their type: {odd}", _TONES[worst])
-    return html_page(Document("Fleet", plate, [verdict], tables), [picture], alt="the fleet")
+    verdict = Cell(f"{', '.join(states)}; unlike their type: {odd}", TONES[worst])
+    return Document("Fleet", plate, [verdict], tables)
 
 
 def _cell(name: str, value: object) -> Cell:
     if name == "state":
-        return Cell(str(value), _TONES[str(value)])
+        return Cell(str(value), TONES[str(value)])
     text = f"{value:.2f}" if isinstance(value, float) else str(value)
     return Cell("" if text == "nan" else text, "bad" if name == "odd" else "")
