@@ -99,7 +99,7 @@ class Good:
 
     def read(self, file: Path) -> xr.Dataset:
         """Read one file as the workflow would."""
-        grid = Grid(_SENSOR.times, _SENSOR.noise_sd, _SENSOR.zero_sd)
+        grid = Grid(_SENSOR.times, _SENSOR.noise_sd, _SENSOR.zero_sd, _SENSOR.onset_sd)
         return read_curves([Operation(1, file)], self.settings, grid, self.motion)
 
 

@@ -52,7 +52,7 @@ rule read_curves:
         operations=operations,
         grid=GRID,
         speeds=SPEEDS,
-        errors={name: config["sensor"][name] for name in ("noise_sd", "zero_sd")},
+        errors={name: config["sensor"][name] for name in ("noise_sd", "zero_sd", "onset_sd")},
     script:
         "../scripts/read_curves.py"
 

@@ -59,7 +59,7 @@ def check_folder(
         motions: "closing", "opening" or both.
     """
     times = np.linspace(sensor["start"], sensor["stop"], sensor["samples"])
-    grid = Grid(times, sensor["noise_sd"], sensor["zero_sd"])
+    grid = Grid(times, sensor["noise_sd"], sensor["zero_sd"], sensor["onset_sd"])
     read = partial(read_curves, settings=endurance["format"], grid=grid)
     checked = []
     for motion in motions:

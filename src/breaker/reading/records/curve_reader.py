@@ -46,7 +46,13 @@ from breaker.quantities.speeds import SPEEDS, Speed
 from breaker.reading.files.guards import RejectedCurveError, printable
 from breaker.reading.files.operations_table import ABOUT, Operation
 from breaker.reading.records.measurements import Measured
-from breaker.reading.records.model_grid import Grid, Gridded, check_missing, grid_remarks
+from breaker.reading.records.model_grid import (
+    Grid,
+    Gridded,
+    check_missing,
+    grid_remarks,
+    onset_remark,
+)
 from breaker.reading.records.noise import Noise, noise_remarks
 from breaker.reading.records.raw_record import Raw, read_raw, read_raws
 from breaker.reading.records.rejections import UnusableError
@@ -217,7 +223,7 @@ def read_record(
 
 def _to_grid(raw: Raw, grid: Grid) -> ReadRecord:
     """Put a record on the grid."""
-    times, noise_sd, zero_sd = grid
+    times, noise_sd, zero_sd, onset_sd = grid
     gridded = raw.on_grid(times)
     try:
         check_missing(gridded, raw.settings["missing"])
@@ -227,6 +233,7 @@ def _to_grid(raw: Raw, grid: Grid) -> ReadRecord:
     noise = raw.noise_at(grid_step)
     remarks = [
         *raw.remarks_on(noise_sd, zero_sd),
+        onset_remark(raw.first_motion_sd, onset_sd),
         *grid_remarks(gridded, raw.time[raw.inside], times, back=not np.isnan(raw.segment.back)),
         *([] if noise_sd is None else noise_remarks(noise, noise_sd, step, times)),
     ]

@@ -28,7 +28,7 @@ _LARGEST, _BACK = 0.3, 0.5  # of the way in such a time, a motion's largest step
 _RANGE = 0.5  # strokes, by which travel may be beyond its rest positions
 _THINNED, _SOON = (1, 2, 4), 0.4  # every so many samples, no more than so many ms apart
 _SPIKE = 6.0  # sd of the noise, from the median of five samples
-_STRAIGHT = 2.0  # sd of the noise, by which such medians differ within five
+_STRAIGHT = 4.0  # sd of the noise, by which steps of such medians differ within five
 _JUMP = 9.0  # sd of the noise, from one sample to the next
 _COUNTS = 2.5  # quanta: unseen noise moves a reading by two at most
 _FASTER = 2.5  # times the greatest speed of the running median, that of an instant
@@ -71,7 +71,7 @@ def doubtful_samples(travel: np.ndarray, step: float, quantum: float) -> np.ndar
     thinned = [left[::each] for each in _THINNED if each == 1 or each * step <= _SOON]
     noise = max(map(white_noise, thinned))
     stroke = high - low
-    coarse = _JUMP * noise + _COUNTS * quantum
+    coarse = max(_JUMP * noise, _COUNTS * quantum)  # noise that is seen holds the rounding
     ends = _going_on(filled(left), round(_BURST / step), coarse)
     low, high = min([low, *ends]), max([high, *ends])
     margin = _RANGE * stroke + coarse
@@ -79,15 +79,14 @@ def doubtful_samples(travel: np.ndarray, step: float, quantum: float) -> np.ndar
     lag = max(1, round(1.0 / between))
     speed = np.abs(smooth[lag:] - smooth[:-lag]).max(initial=0.0) / (lag * between)
     near = running_median(filled(left), 5)
-    ways = np.ptp(sliding_window_view(np.pad(near, 2, mode="edge"), 5), axis=1)
-    bends = np.maximum(ways - _STRAIGHT * noise, 0.0)
+    speeds = sliding_window_view(np.diff(np.pad(near, 2, mode="edge")), 4)
+    bends = np.maximum(np.ptp(speeds, axis=1) - _STRAIGHT * noise, 0.0)
     seen = max(_SPIKE * noise + quantum, _COUNTS * quantum) + _LEAST * stroke
     leave_out(np.abs(left - near) > seen + bends, "spike")
-    rounded = _COUNTS * quantum + _LEAST * stroke
     pace = stroke / (speed * step) if speed else np.inf
     leave_out(_clipped(left, quantum, stroke, pace), "clipped")
-    coarse = _JUMP * noise + rounded
-    leave_out(_stuck(left, coarse, 2.0 * speed * step), "stuck")
+    coarse += _LEAST * stroke
+    leave_out(_stuck(left, coarse, seen + speed * step), "stuck")
     there = np.flatnonzero(~np.isnan(left))
     if speed == 0.0 or there.size < 2:
         return kinds
@@ -211,12 +210,14 @@ def _third_level(travel: np.ndarray, quantum: float) -> float:
     return float(1.0 - two.mean() / _STILL) - _CREEPS
 
 
-def _stuck(travel: np.ndarray, coarse: float, way: float) -> np.ndarray:
-    """Which samples repeat the one before, until the travel is suddenly elsewhere."""
+def _stuck(travel: np.ndarray, coarse: float, least: float) -> np.ndarray:
+    """Which samples repeat the one before, until the travel is suddenly elsewhere: by a least way,
+    beside a motion that noise does not make.
+    """
     first, last = _runs(travel)
     after = np.append(travel, np.nan)[last]
     stuck = np.zeros(travel.shape, dtype=bool)
-    held = (last - first >= _STUCK) & (np.abs(after - travel[first]) > coarse + way)
+    held = (last - first >= _STUCK) & (np.abs(after - travel[first]) > least)
     for begin, end in zip(first[held], last[held], strict=True):
         long = min(end - begin, _BESIDE)
         ways = travel[begin] - travel[max(begin - long, 0)], travel[end : end + long]

@@ -37,6 +37,7 @@ _LINE = 5  # samples of the lines that show how far a record leaps
 _DEGREE = 3
 _EACH, _BOTH = 4, 0.05  # samples on either side; of the time of the motion, at most
 _CLEAR = 6.0  # sd of a step by noise, from which it is seen; of the thousands that are tried
+_SHORT = 4.0  # sd of the step of the shorter time, from which that of twice the time may be clear
 _RIPPLES = 2.0  # times the root mean square of a ripple, which makes steps, too
 _ALIKE = 0.7, 4 / 3  # of a step, that of twice the time
 
@@ -61,7 +62,7 @@ def jumps(travel: np.ndarray, quantum: float, coarse: float, stroke: float, pace
         total = np.append(0.0, np.cumsum(whole - whole[0]))
         means = (total[length:] - total[:-length]) / length
         sds = _SDS * (1.0 + _FEW * length / means.size)
-        limit = sds * white_noise(means[::length]) + _COUNTS * quantum + least
+        limit = max(sds * white_noise(means[::length]), _COUNTS * quantum) + least
         leaps = means[length:] - means[:-length]
         leap = _beyond(leaps, length)
         over = leap - limit
@@ -220,15 +221,16 @@ def hidden_slip(trace: Trace, arrival: float) -> tuple[int, float] | None:
     tried = list(_steps(trace))
     least = max(_LEAST * trace.stroke, _RIPPLES * trace.ripple)
     best, found = _CLEAR, None
-    for (count, steps, sd), (_, longer, _) in pairwise(tried):
+    for (count, steps, sd), (_, longer, longer_sd) in pairwise(tried):
         low, high = np.sort([share * steps for share in _ALIKE], axis=0)
-        size = np.where((longer > low) & (longer < high), np.abs(steps), 0.0)
-        size[: np.searchsorted(trace.time, arrival)] = 0.0
+        alike = (longer > low) & (longer < high) & (np.abs(steps) > max(least, _SHORT * sd))
+        clear = np.where(alike, np.maximum(np.abs(steps) / sd, np.abs(longer) / longer_sd), 0.0)
+        clear[: np.searchsorted(trace.time, arrival)] = 0.0
         for place, _ in trace.slips:
-            size[max(place - 2 * count, 0) : place + 2 * count] = 0.0
-        place = int(size.argmax())
-        if size[place] > max(least, best * sd):
-            best, found = size[place] / sd, (place, float(steps[place]))
+            clear[max(place - 2 * count, 0) : place + 2 * count] = 0.0
+        place = int(clear.argmax())
+        if clear[place] > best:
+            best, found = clear[place], (place, float(steps[place]))
     return found
 
 

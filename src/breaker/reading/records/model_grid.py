@@ -28,11 +28,13 @@ class Grid(NamedTuple):
         noise_sd: Standard deviation of the noise, mm; a record whose own is another has a remark.
             None compares nothing.
         zero_sd: The same of the zero, mm.
+        onset_sd: The same of the first motion, ms; 0 compares nothing, either.
     """
 
     times: np.ndarray
     noise_sd: float | None = None
     zero_sd: float | None = None
+    onset_sd: float | None = None
 
 
 class Gridded(NamedTuple):
@@ -118,6 +120,18 @@ def check_missing(gridded: Gridded, allowed: float) -> None:
             f"{missing} of the {count} samples of the model's grid are missing, more than the "
             f"share of {allowed:g} that endurance.format.missing allows"
         )
+
+
+def onset_remark(sd: float, onset_sd: float | None) -> str:
+    """Say where a first motion is less certain, by the sd of its fit, than the model takes for
+    granted, ms; "" where it is not.
+    """
+    if not onset_sd or sd <= onset_sd:
+        return ""
+    return (
+        f"the first motion is certain to ±{in_digits(sd, 2)} ms only, more than sensor.onset_sd, "
+        f"{onset_sd:g} ms: does the travel move before it, by hum or a drift?"
+    )
 
 
 def grid_remarks(
