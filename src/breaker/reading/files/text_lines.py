@@ -6,7 +6,6 @@ Lines of samples that are alike are split together, column by column.
 import csv
 import re
 from collections.abc import Sequence
-from functools import cache
 
 _COMMENT = re.compile(r"^([#%!]|//)\s+")  # its sign is no cell of a line of names
 # The blank before a unit in brackets that follows a name, where blanks separate.
@@ -57,7 +56,7 @@ class Lines(Sequence):
         sign = self._delimiter
         joined = f"{sign}\0{sign}".join(lines)  # no text has a zero byte
         if '"' in joined:  # cells that are quoted without need
-            joined = _quoted(sign).sub(r"\1", f"{sign}{joined}{sign}")[1:-1]
+            joined = _unquoted(f"{sign}{joined}{sign}", sign)[1:-1]
         if any(each in joined for each in _NOT_ALIKE):
             return None
         cells, step = joined.split(None if sign == " " else sign), width + 1
@@ -67,11 +66,14 @@ class Lines(Sequence):
         return [cells[place::step] for place in range(width)]
 
 
-@cache
-def _quoted(sign: str) -> re.Pattern:
-    """What matches a cell in quotation marks without a delimiter in it."""
-    sign = re.escape(sign)
-    return re.compile(rf'(?<={sign})"([^"{sign}]*)"(?=\n?{sign})')
+def _unquoted(text: str, sign: str) -> str:
+    """A text without quotation marks, if each pair of them holds a whole cell without a delimiter;
+    as it was, if not.
+    """
+    parts = text.split('"')
+    beside = set(parts[::2])  # hardly any two differ where all cells are quoted
+    whole = all(each.endswith(sign) and each.removeprefix("\n").startswith(sign) for each in beside)
+    return "".join(parts) if whole and sign not in "\0".join(parts[1::2]) else text
 
 
 def cells_of(line: str, delimiter: str) -> list[str]:
