@@ -13,6 +13,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from breaker.common.tensor_file import ModelFileError
 from breaker.drive.family.mechanisms import MECHANISMS, mechanism_draws
 from breaker.drive.family.membership import Match, Membership
 from breaker.drive.family.network_inputs import Basis, NormalisedRecords, level_inputs
@@ -20,6 +21,7 @@ from breaker.drive.family.trained_network import Network
 from breaker.quantities.parameters import MOTIONS, NAMES
 from breaker.quantities.size import UNIT, Size, powers
 
+_MOST = 100.0  # logarithms of sizes, and times over durations, by far more than of any drive
 _APART = 0.25
 """Share of the variance added by factors of widening that outputs do not have in common.
 
@@ -109,6 +111,9 @@ class Levels:
             records: One record of each motion at hand, physical units.
             draws: Number of draws d.
             size: Size of the drive beside the family's, if it is given.
+
+        Raises:
+            ModelFileError: If the answer is no number, or beyond all drives.
         """
         motions = [motion for motion in MOTIONS if motion in records]
         seen = {m: records.get(m, NormalisedRecords.nothing(1)) for m in MOTIONS}
@@ -121,6 +126,8 @@ class Levels:
         there = outputs_there([m in records for m in MOTIONS])
         found = self.network.sample(self.network.features(x), there, draws, rng)[0]
         y = self.centre + self.scale * found
+        if not (np.abs(y) < _MOST).all():
+            raise ModelFileError("a network answers no sizes of a drive: train it anew")
         if (factors := self.widening.get(len(motions))) is not None:
             y[:, : len(factors)] = _widened(y[:, : len(factors)], factors, rng)
         first = seen[motions[0]]
