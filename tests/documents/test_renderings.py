@@ -8,7 +8,7 @@ import pytest
 
 from breaker.common.plain_values import Plain, plainly, to_json
 from breaker.documents.html_page import html_page
-from breaker.documents.parts import Cell, Remark, Section, Table
+from breaker.documents.parts import Cell, Document, Remark, Section, Table
 from breaker.documents.terminal import lines_of, text_of
 from breaker.drive.answers.test_report import Report
 from breaker.figures.report import pages
@@ -50,6 +50,15 @@ def test_no_word_is_markup(report, inner):
     assert "<script" not in html
     assert "&amp;amp;" in html
     assert unescape(html).count(HOSTILE) == (4 if not inner else 3)
+
+
+@pytest.mark.parametrize("inner", ["", "report"])
+def test_no_page_holds_a_sign_that_it_obeys_or_does_not_show(inner):
+    name = "L1\u202e\u200b\x1b<b>"
+    document = Document(name, [(name, name)], [name], [Remark(name)])
+    page = html_page(document, alt=name, inner=inner)
+    assert not [sign for sign in page if not sign.isprintable() and sign != "\n"]
+    assert page.count(r"L1\u202e\u200b\x1b&lt;b&gt;") >= 4
 
 
 def test_a_tone_is_a_class_of_the_page(report):

@@ -8,6 +8,7 @@ import pytest
 from fontTools.fontBuilder import FontBuilder
 from fontTools.pens.ttGlyphPen import TTGlyphPen
 from matplotlib import font_manager
+from matplotlib.text import Text
 
 from breaker.figures import encoding, style
 
@@ -97,6 +98,12 @@ def test_a_saved_figure_warns_in_the_log(bare, tmp_path, caplog):
         style.save(figure("开"), tmp_path / "a.png")
     assert len(caplog.messages) == 1
     assert "a.png: no font of this machine has 开" in caplog.text
+
+
+def test_signs_that_are_not_shown_are_escaped():
+    drawn = figure("L1\u202e\u200b\x1b")
+    assert encoding.encoded([drawn], "svg") == encoding.encoded([drawn], "svg")
+    assert r"L1\u202e\u200b\x1b" in [each.get_text() for each in drawn.findobj(Text)]
 
 
 def test_few_of_many_signs_are_named(bare):

@@ -6,7 +6,8 @@ from io import StringIO
 import pandas as pd
 import pytest
 
-from breaker.reading.files.safe_text import as_meant, inert, on_terminal, save_frame, table_text
+from breaker.common.visible_text import visible_text
+from breaker.reading.files.safe_text import as_meant, inert, save_frame, table_text
 
 NAMES = ("=cmd()", "+a", "-Q1", "@Q0", "'=x", "''@x", "'Q0'", "\tQ0", "\rQ0", 'a,"b"\nc', "Q0")
 NAMES += ("", "-3.5", "+1")
@@ -27,7 +28,7 @@ NAMES += ("", "-3.5", "+1")
     ],
 )
 def test_a_terminal_gets_no_sign_that_it_obeys_or_hides(text, shown):
-    assert on_terminal(text) == shown
+    assert visible_text(text) == shown
 
 
 @pytest.mark.parametrize("name", NAMES)

@@ -17,10 +17,10 @@ from breaker.app.page_choices import WHOLE, Choices
 from breaker.app.run_results import panel_values
 from breaker.app.view_session import SHOWN, Answered, MissingError, Session, Shown
 from breaker.common.numerals import in_digits
+from breaker.common.visible_text import visible_text
 from breaker.documents.html_page import html_page
 from breaker.documents.parts import tone_of
 from breaker.reading.files.guards import printable
-from breaker.reading.files.safe_text import on_terminal
 
 
 @cache
@@ -32,7 +32,7 @@ def _templates() -> jinja2.Environment:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    found.filters |= {"digits": _digits, "printable": printable, "printable_lines": on_terminal}
+    found.filters |= {"digits": _digits, "printable": printable, "printable_lines": visible_text}
     return found
 
 
@@ -181,7 +181,7 @@ def _table(session: Session) -> str:
 
 def error_page(text: str, *, allowed: bool = True) -> str:
     """Return a page that says what is wrong."""
-    return _page("error.html", text=on_terminal(text), allowed=allowed)
+    return _page("error.html", text=visible_text(text), allowed=allowed)
 
 
 def curves_of(shown: Shown, begin: float | None, end: float | None) -> dict:

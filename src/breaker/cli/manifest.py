@@ -21,13 +21,13 @@ def add(manifest: argparse.ArgumentParser) -> None:
 
 def _run(options: argparse.Namespace) -> int:
     check_outputs([(options.output, "lines")], [options.folder, *options.config])
-    from breaker.reading.files.safe_text import on_terminal
+    from breaker.common.visible_text import visible_text
 
     text, remarks = table_of(options.folder, options.config, options.channels)
     written = [write_lines(options.output, text)] if options.output else []
     if not written:
         say(text, end="")
-        if on_terminal(text) != text:
+        if visible_text(text) != text:
             remarks.append(
                 "signs that a terminal obeys or does not show stand there as escapes: write the "
                 "table with --output, and it has the signs themselves"

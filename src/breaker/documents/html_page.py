@@ -6,13 +6,15 @@ from pathlib import Path
 
 from jinja2 import Environment, FileSystemLoader
 
+from breaker.common.visible_text import visible_text
 from breaker.documents.parts import Document, Remark, tone_of, words_in
 
 
 def html_page(
     document: Document, pictures: Sequence[bytes] = (), *, alt: str = "curves", inner: str = ""
 ) -> str:
-    """Return a document as HTML; whatever its words hold is text there.
+    """Return a document as HTML; whatever its words hold is text there, with escapes for signs that
+    are not shown, or turn the direction of writing.
 
     Args:
         document: The document.
@@ -30,4 +32,5 @@ def html_page(
     jinja.tests["remark"] = lambda part: isinstance(part, Remark)
     encoded = [b64encode(each).decode("ascii") for each in pictures]
     page = jinja.get_template("html_page.html")
-    return page.render(document=document, pictures=encoded, alt=alt, inner=inner)
+    text = page.render(document=document, pictures=encoded, alt=alt, inner=inner)
+    return visible_text(text)

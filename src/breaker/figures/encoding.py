@@ -13,6 +13,8 @@ from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties, findfont, fontManager, get_font
 from matplotlib.text import Text
 
+from breaker.common.visible_text import visible_text
+
 OWN = "DejaVu Sans"
 """Comes with matplotlib: the same on every machine. Has Latin, Greek, Cyrillic, Arabic letters."""
 
@@ -62,13 +64,17 @@ def quiet() -> Iterator[None]:
 
 
 def encoded(figures: Sequence[Figure], form: str) -> bytes:
-    """Return figures as a file of a format has them, without the time of writing.
+    """Return figures as a file of a format has them, without the time of writing, and with escapes
+    for signs that are not shown.
 
     Args:
         figures: One, or for "pdf" several, one a page.
         form: Such as "png", "svg" or "pdf".
     """
     file, about = BytesIO(), _DATES.get(form, {})
+    for text in (each for figure in figures for each in figure.findobj(Text)):
+        if (words := visible_text(text.get_text())) != text.get_text():
+            text.set_text(words)
     with quiet(), mpl.rc_context({"svg.hashsalt": "breaker"}):
         if form == "pdf":
             from matplotlib.backends.backend_pdf import PdfPages  # loads all of fontTools

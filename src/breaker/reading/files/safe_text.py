@@ -1,5 +1,4 @@
-r"""Texts of files on their way out: to a terminal, which obeys some signs, and into tables, of
-which spreadsheets run some cells.
+"""Texts of files on their way into tables, of which spreadsheets run some cells.
 
 Names of files, columns, breakers and phases are what others wrote. Light to import.
 """
@@ -7,42 +6,13 @@ Names of files, columns, breakers and phases are what others wrote. Light to imp
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING
-from unicodedata import category
 
 if TYPE_CHECKING:  # pandas takes longer to load than all of this
     import pandas as pd
 
-# Signs without a width that Python calls printable: joiners, fillers and selectors of variants.
-_HIDDEN = re.compile(
-    "[\u034f\u115f\u1160\u17b4\u17b5\u180b-\u180d\u180f\u3164\ufe00-\ufe0f\uffa0"
-    "\U000e0100-\U000e01ef]"
-)
 # A spreadsheet runs what begins so; apostrophes before it are of this module, or count as such.
 _RUNS = re.compile("'*[=+@\t\r\n-]")
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
-
-
-def on_terminal(text: str) -> str:
-    r"""Return a text for a terminal, with escapes for signs that it obeys or does not show.
-
-    These are control characters, marks of the direction of writing, and signs without a width.
-    Ends of lines and tabs stay.
-
-    >>> on_terminal("Weg \x1b[2J\u202e\u200b\n")
-    'Weg \\x1b[2J\\u202e\\u200b\n'
-    """
-    lines = text.split("\n")
-    return "\n".join(
-        each if each.isprintable() and not _HIDDEN.search(each) else "".join(map(_shown, each))
-        for each in lines
-    )
-
-
-def _shown(sign: str) -> str:
-    plain = sign == "\t" or category(sign) == "Zs" or sign.isprintable()
-    if plain and not _HIDDEN.match(sign):
-        return sign
-    return sign.encode("unicode_escape").decode("ascii")
 
 
 def inert(cell: object) -> object:

@@ -8,10 +8,10 @@ import numpy as np
 import yaml
 
 from breaker.common.numerals import first_of, in_digits
+from breaker.common.visible_text import visible_text
 from breaker.documents.parts import Document, Remark, Section, Table
 from breaker.documents.terminal import wrapped
 from breaker.reading.files.format_settings import FORMAT
-from breaker.reading.files.safe_text import on_terminal
 from breaker.reading.inspection.printed_comparison import stated_remarks
 from breaker.reading.inspection.setting_proposal import NOT_READ, InspectedMotion, Proposal
 
@@ -49,7 +49,7 @@ def _yaml(value: object) -> str:
     look = {"default_flow_style": True, "width": np.inf, "sort_keys": False}
     # Within brackets, since packed lines are, where `I [A]` needs quotation marks.
     text = yaml.safe_dump([value], allow_unicode=True, **look)
-    if on_terminal(text) != text:  # as it is shown, it is to be read
+    if visible_text(text) != text:  # as it is shown, it is to be read
         text = yaml.safe_dump([value], **look)
     return text.strip()[1:-1]
 

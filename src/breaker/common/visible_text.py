@@ -1,0 +1,36 @@
+r"""Texts on their way to who reads them: a terminal obeys some signs, and no page shows some.
+
+Names of files, columns, breakers and phases are what others wrote. Light to import.
+"""
+
+import re
+from unicodedata import category
+
+# Signs without a width that Python calls printable: joiners, fillers and selectors of variants.
+_HIDDEN = re.compile(
+    "[\u034f\u115f\u1160\u17b4\u17b5\u180b-\u180d\u180f\u3164\ufe00-\ufe0f\uffa0"
+    "\U000e0100-\U000e01ef]"
+)
+
+
+def visible_text(text: str) -> str:
+    r"""Return a text with escapes for signs that a terminal obeys, or that are not shown.
+
+    These are control characters, marks of the direction of writing, and signs without a width.
+    Ends of lines and tabs stay.
+
+    >>> visible_text("Weg \x1b[2J\u202e\u200b\n")
+    'Weg \\x1b[2J\\u202e\\u200b\n'
+    """
+    lines = text.split("\n")
+    return "\n".join(
+        each if each.isprintable() and not _HIDDEN.search(each) else "".join(map(_sign, each))
+        for each in lines
+    )
+
+
+def _sign(sign: str) -> str:
+    plain = sign == "\t" or category(sign) == "Zs" or sign.isprintable()
+    if plain and not _HIDDEN.match(sign):
+        return sign
+    return sign.encode("unicode_escape").decode("ascii")
