@@ -8,6 +8,7 @@ import pytest
 import xarray as xr
 
 from breaker.reading.records import curve_reader as reader
+from breaker.reading.records import measurements
 from breaker.reading.records import raw_record as raw
 from studies.faults import judge as judging
 from studies.faults.__main__ import defects, run, tabulate
@@ -116,7 +117,7 @@ def no_doubts(travel, *_):
         ({"check_stroke": lambda *_: None}, "gain"),
         ({"rest_of_open": lambda *_: 0.0, "rest_remark": lambda *_: ""}, "offset"),
         ({"noise_remarks": lambda *_: []}, "noisy"),
-        ({"doubtful_samples": no_doubts}, "blocks swapped"),
+        ({"doubtful_samples": no_doubts, "hidden_slip": lambda *_: None}, "blocks swapped"),
         (
             {
                 "doubtful_samples": no_doubts,
@@ -134,7 +135,8 @@ def test_a_reader_without_a_stage_is_caught(stages, kind, few_good_files, monkey
 
     whole = silent()
     for stage, without in stages.items():
-        monkeypatch.setattr(reader if hasattr(reader, stage) else raw, stage, without)
+        place = next(each for each in (reader, raw, measurements) if hasattr(each, stage))
+        monkeypatch.setattr(place, stage, without)
     assert silent() >= whole + 3
 
 
