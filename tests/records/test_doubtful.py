@@ -113,6 +113,26 @@ def test_single_samples_off_by_some_sd_of_the_noise_are_masked_at_rest(prior):
     assert found >= 36
 
 
+@pytest.mark.parametrize("quantum", [0.0, 0.08])
+@pytest.mark.parametrize("damage", ["spike", "stuck"])
+def test_noise_holds_the_rounding_and_a_steady_motion_is_no_bend(prior, damage, quantum):
+    """A sample off by 0.6 mm, or eight that stay, where the drive moves by 1 mm in a ms."""
+    rng, time = generator(9, "doubtful"), np.arange(0.0, 76.0, 0.1)
+    exact = travel(prior.sample(40, rng), time, "closing", onset=10.0).travel
+    found = 0
+    for x in exact:
+        record = measured(x, 14.0, rng, noise=0.05, quantum=quantum)
+        middle = int((x > 0.4 * x[-1]).argmax())
+        if damage == "spike":
+            record[middle] += 0.6
+        else:
+            record[middle : middle + 8] = record[middle]
+        kinds = doubtful_samples(record, 0.1, quantum)
+        found += (kinds[middle : middle + 8] == damage).any()
+        assert not (np.delete(kinds, np.s_[middle - 1 : middle + 8]) != "").any()
+    assert found >= 30
+
+
 def median(prior, motion="closing"):
     """The curve of the median drive at 10 kHz."""
     return travel(prior.medians[None], np.arange(0.0, 76.0, 0.1), motion, onset=10.0).travel[0]

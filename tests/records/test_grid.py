@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from breaker.common.randomness import generator
-from breaker.reading.records.model_grid import check_missing, grid_remarks, on_grid
+from breaker.reading.records.model_grid import check_missing, grid_remarks, on_grid, onset_remark
 from breaker.reading.records.rejections import UnusableError
 
 GRID = np.linspace(-2.0, 58.0, 151)
@@ -92,3 +92,11 @@ def test_samples_that_a_slow_rate_cannot_give_are_not_counted_as_missing():
     x = np.where((time > 20) & (time < 40), np.nan, time)
     with pytest.raises(UnusableError, match=r"2\d of the 61 samples of the model's grid"):
         check_missing(on_grid(time, x, GRID, moves=10.0), 0.3)
+
+
+def test_a_first_motion_that_is_vaguer_than_the_model_takes_is_said():
+    said = onset_remark(0.69, 0.3)
+    assert said.startswith(
+        "the first motion is certain to ±0.69 ms only, more than sensor.onset_sd"
+    )
+    assert onset_remark(0.69, None) == onset_remark(0.69, 0.0) == onset_remark(0.2, 0.3) == ""

@@ -3,7 +3,9 @@
 import numpy as np
 import pytest
 
+from breaker.reading.records.error_propagation import Trace
 from breaker.reading.records.faulty_samples import doubtful_samples
+from breaker.reading.records.jumps import hidden_slip
 from breaker.reading.records.measurements import measure_curve
 
 KINDS = {
@@ -63,3 +65,23 @@ def test_a_jump_between_two_motions_costs_neither():
     for motion in ("closing", "opening"):
         found = measure_curve(time, travel, motion)["stroke"]
         assert abs(found.value - 178.0) < 2.0 * found.sd < 8.0
+
+
+def test_a_step_that_twice_the_time_shows_is_seen():
+    """Blocks of a buffer change places in a drive that comes to rest: steps of few sd of a sample,
+    of which the longer of two times alone is sure.
+    """
+    found = 0
+    for seed in range(20):
+        rng, time = np.random.default_rng(seed), np.arange(0.0, 76.0, 0.1)
+        way = 14.0 * np.sin(0.5 * np.pi * np.clip((time - 10.0) / 16.0, 0.0, 1.0))
+        way += 0.05 * rng.standard_normal(time.size)
+        assert hidden(time, way) is None
+        found += hidden(time, way - 0.4 * (time > 34.0)) is not None
+    assert found >= 15
+
+
+def hidden(time, travel):
+    """The slip that single samples do not show."""
+    trace = Trace(time, travel, 0.05, 0.0, 0.0, 16.0, 14.0)
+    return hidden_slip(trace, 22.0)
