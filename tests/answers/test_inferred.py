@@ -21,9 +21,9 @@ from breaker.mechanism.curves import travel
 from breaker.mechanism.prior import Prior
 from breaker.quantities.parameters import NAMES
 from breaker.quantities.size import Size, powers
-from breaker.reading.files.opened_file import Files
 from breaker.reading.files.operations_table import Operation
 from breaker.reading.files.preamble import Preamble
+from breaker.reading.inspection.preparation import Prepared
 from breaker.reading.instruments.export import write_curve
 from tests.answers.conftest import SETTINGS, TOUCH, spread
 from tests.cli.conftest import written
@@ -274,10 +274,10 @@ def test_no_draw_has_a_gap_beyond_the_stroke_or_a_contact_beyond_the_rest(answer
 def test_what_is_missing_is_of_the_motion():
     """A gap within it, but not that the record ends early."""
     raw = replace(smooth(np.random.default_rng(1), until=45.0), settings={"missing": 0.05})
-    reader = _Reader("closing", {}, Files(), {raw.operation.file: Preamble()}, 0)
-    assert reader.records(raw.operation, raw, raw.operation)[0].reason == ""
+    reader = _Reader("closing", Prepared({}, _stated={raw.operation.file: Preamble()}), 0)
+    assert reader.records(raw.operation, raw)[0].reason == ""
     gap = replace(raw, whole=np.where(np.abs(raw.time - 30.0) < 4.0, np.nan, raw.whole))
-    (found,) = reader.records(raw.operation, gap, raw.operation)
+    (found,) = reader.records(raw.operation, gap)
     assert "a share of 0.29 of the motion" in found.reason
 
 

@@ -4,20 +4,27 @@ import csv
 import json
 import math
 import re
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 import yaml
 
 from breaker.cli import main
 from breaker.common.plain_values import to_json
 from breaker.configuration.loading import merge
-from breaker.drive.answers import drive_records, test_report
+from breaker.drive.answers import test_report
 from breaker.drive.answers.answer_document import document
+from breaker.drive.answers.assessment import Assessment
+from breaker.drive.answers.drive_records import read_operations
 from breaker.drive.fleet.examination import examine
 from breaker.drive.fleet.members import members_of
 from breaker.quantities.parameters import MOTIONS
 from breaker.reading.files.folder_listing import list_fleet
+from breaker.reading.inspection.preparation import Prepared
+from breaker.reading.records.curve_reader import read_curves
+from breaker.reading.records.model_grid import Grid
 from tests.exports import write
 
 FORM = {"time_column": None, "travel_column": "Travel 1", "rate": None}
@@ -78,6 +85,19 @@ def of_fleet(config):
     }
 
 
+def followed(config):
+    """What the workflow reads of a record for a life."""
+    form, operations = config["endurance"]["format"], dict(list_fleet("fleet")["Q1"])
+    records = read_operations({m: [each] for m, each in operations.items()}, form)
+    about = {"speeds": Assessment(config).speeds_of(records), "preparation": Prepared(form)}
+    found = {}
+    for motion, each in operations.items():
+        curves = read_curves([each], form, Grid(np.arange(-2.0, 40.0, 0.5)), motion, **about)
+        values = curves.measured.isel(operation=0).to_series().dropna()
+        found |= {(name, motion): value for name, value in values.items()}
+    return found
+
+
 def unlike(one, other):
     """Names and motions of what both tell, and tell differently."""
     both = one.keys() & other.keys()
@@ -95,18 +115,18 @@ def test_a_record_has_the_same_numbers_through_every_command(config, capsys, mon
     report = reported(capsys, monkeypatch)
     assert len(report) >= len(alone)
     assert unlike(alone, report) == unlike(alone, compared(capsys)) == []
-    assert unlike(alone, of_fleet(config)) == []
+    assert unlike(alone, of_fleet(config)) == unlike(alone, followed(config)) == []
 
 
 def test_a_command_that_prepares_a_record_in_another_way_is_noticed(config, capsys, monkeypatch):
     """Planted: a report that takes the contact from another column."""
-    alone, real = inferred(capsys), drive_records.as_told
+    alone, real = inferred(capsys), Prepared.told
 
-    def as_told(operation, *about):
-        found = real(operation, *about)
-        return drive_records.replace(found, settings=found.settings | {"contact_column": "Res 1"})
+    def told(self, *about):
+        found = real(self, *about)
+        return replace(found, settings=found.settings | {"contact_column": "Res 1"})
 
-    monkeypatch.setattr(drive_records, "as_told", as_told)
+    monkeypatch.setattr(Prepared, "told", told)
     assert ("touch_time", "closing") in unlike(alone, reported(capsys, monkeypatch))
 
 

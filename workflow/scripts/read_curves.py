@@ -6,6 +6,7 @@ from breaker.common.zarr_store import describe, save
 from breaker.mechanism.sensor import grid
 from breaker.quantities.speeds import speeds_of
 from breaker.reading.files.folder_listing import list_operations
+from breaker.reading.inspection.preparation import Prepared
 from breaker.reading.records.curve_reader import read_curves
 from breaker.reading.records.model_grid import Grid
 from breaker.workflow.jobs import start
@@ -18,7 +19,8 @@ listed = list_operations(folder, motion, **params.chosen)
 files = [each for each in listed if each.number in wanted]
 
 model_grid = Grid(grid(**params.grid), **params.errors)
-curves = read_curves(files, params.format, model_grid, motion, speeds=speeds_of(params.speeds))
+about = {"speeds": speeds_of(params.speeds), "preparation": Prepared(params.format)}
+curves = read_curves(files, params.format, model_grid, motion, **about)
 log.info("%d of %d operations rejected", (~curves.accepted).sum(), len(files))
 settings = {name: params[name] for name in ("format", "grid", "source", "speeds")}
 save(describe(curves, f"measured {motion} curves", **settings), snakemake.output[0])

@@ -3,21 +3,18 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import groupby
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
 from breaker.common.numerals import in_digits
 from breaker.drive.answers.evidence import DriveRecord
-from breaker.drive.answers.file_statements import against_stated, as_told
 from breaker.drive.answers.identity import without_copies
 from breaker.drive.family.record_inputs import normalise_record
 from breaker.quantities.parameters import MOTIONS
 from breaker.reading.files.opened_file import Files
 from breaker.reading.files.operations_table import Operation
-from breaker.reading.files.preamble import Preamble
-from breaker.reading.inspection.file_contents import stated_in
+from breaker.reading.inspection.preparation import Prepared
 from breaker.reading.records.normalised_shape import Shape
 from breaker.reading.records.raw_record import Raw, read_raws, taken_apart
 
@@ -40,24 +37,14 @@ def read_operations(
             than once is there as often, with numbers beyond those of the operations.
         files: In which they are opened, where others open them, too.
     """
-    files = files or Files()
-    last = {each.file: each for some in operations.values() for each in some}
-    stated = {
-        file: stated_in(files[file], {**settings, **each.settings}, each.channel)
-        for file, each in last.items()
-    }
-    told = {
-        motion: [as_told(e, motion, files[e.file], stated[e.file], settings) for e in some]
-        for motion, some in operations.items()
-    }
+    prepared = Prepared(settings, files or Files())
     found = {}
-    for each, same in groupby(told, key=told.get):  # files of both are read once
+    for each, same in groupby(operations, key=operations.get):  # files of both are read once
         motions = [*same]
-        read = read_raws(each, settings, *motions, files=files)
+        read = read_raws(each, settings, *motions, preparation=prepared)
         for motion, raws in zip(motions, read, strict=True):
-            reader = _Reader(motion, settings, files, stated, len(each) if loose else 0)
-            rows = zip(each, raws, operations[motion], strict=True)
-            found[motion] = [reader.records(*row) for row in rows]
+            reader = _Reader(motion, prepared, len(each) if loose else 0)
+            found[motion] = [reader.records(*row) for row in zip(each, raws, strict=True)]
     if loose and len(found) == len(MOTIONS):
         kept = [_kept(*both) for both in zip(*found.values(), strict=True)]
         found = dict(zip(found, zip(*kept, strict=True), strict=True)) if kept else {}
@@ -68,48 +55,37 @@ class _Reader(NamedTuple):
     """How the records of a motion are read.
 
     Attributes:
-        motion, settings, files: As of ``read_operations``.
-        stated: What stands above the samples, by file.
+        motion: The motion.
+        prepared: How records are prepared.
         beyond: From which numbers of operations go on where a motion comes again.
     """
 
     motion: str
-    settings: Mapping
-    files: Files
-    stated: Mapping[str | Path, Preamble]
+    prepared: Prepared
     beyond: int
 
-    def records(
-        self, operation: Operation, raw: Raw | Exception, row: Operation
-    ) -> list[DriveRecord]:
+    def records(self, operation: Operation, raw: Raw | Exception) -> list[DriveRecord]:
         """The records of a motion in a file: one, or each that it has where numbers go beyond."""
-        told = {k: v for k, v in operation.settings.items() if k not in row.settings}
         apart = taken_apart(operation, raw) if self.beyond else []
         if not apart:
-            return [self._record(operation, raw, told)]
+            return [self._record(operation, raw)]
         each = [replace(one, number=one.number + k * self.beyond) for k, one in enumerate(apart)]
-        (raws,) = read_raws(each, self.settings, self.motion, files=self.files)
-        return [self._record(*both, told) for both in zip(each, raws, strict=True)]
+        (raws,) = read_raws(each, self.prepared.settings, self.motion, preparation=self.prepared)
+        return [self._record(*both) for both in zip(each, raws, strict=True)]
 
-    def _record(self, operation: Operation, raw: Raw | Exception, told: Mapping) -> DriveRecord:
-        about = operation, self.motion, self.stated[operation.file]
+    def _record(self, operation: Operation, raw: Raw | Exception) -> DriveRecord:
+        stated = self.prepared.stated(operation)
         if not isinstance(raw, Raw):
-            return DriveRecord(*about, str(raw))
+            operation = self.prepared.told(operation, self.motion)
+            return DriveRecord(operation, self.motion, stated, str(raw))
+        about = raw.operation, self.motion, stated
         try:
-            warning = against_stated(raw, about[2])
             shape, seen = normalise_record(raw)
         except ValueError as error:
             return DriveRecord(*about, f"{operation.file}: {error}")
         if lacks := _lacks(shape, raw.settings["missing"]):
             return DriveRecord(*about, f"{operation.file}: {lacks}")
-        said = []
-        if "rate" in told:
-            rate = in_digits(1.0 / raw.step, 4)
-            said = [f"the rate, {rate} kHz, is the one that the file states"]
-        if "contact_column" in told:
-            said += ["the contact is in the column that goes with the travel: see breaker inspect"]
-        raw = replace(raw, said=(*raw.said, *said))
-        return DriveRecord(*about, "", raw, shape, seen, warning)
+        return DriveRecord(*about, "", raw, shape, seen)
 
 
 def _lacks(shape: Shape, allowed: float) -> str:

@@ -55,7 +55,6 @@ class DriveRecord:
         reason: Why it cannot be used; empty if it can.
         raw: The record as it is in its file, if it can be used.
         shape, seen: What networks see of it.
-        warning: What its file states against how it was read, to be said before anything else.
     """
 
     operation: Operation
@@ -65,7 +64,6 @@ class DriveRecord:
     raw: Raw | None = None
     shape: Shape | None = None
     seen: NormalisedRecords | None = None
-    warning: str = ""
 
     @property
     def timed(self) -> bool:

@@ -1,110 +1,12 @@
-"""What files state of their records: of which breaker they are, and the rate, which nothing else
-shows.
-
-The rate that a file states counts before the configuration, which may be that of another export;
-the table of a folder, which names the file, counts before both.
-"""
+"""What files state of the records of a visit: dates, and of which breaker they are."""
 
 import re
-from collections.abc import Iterable, Mapping
-from contextlib import suppress
-from dataclasses import replace
-from math import isfinite, isnan
+from collections.abc import Iterable
 from pathlib import Path
 
-from breaker.common.numerals import in_digits
 from breaker.reading.files.date_text import dates_of
-from breaker.reading.files.format_settings import FORMAT, complete
-from breaker.reading.files.formats import read_columns
-from breaker.reading.files.guards import printable
-from breaker.reading.files.motion_words import MOTION_OF
-from breaker.reading.files.opened_file import Opened
-from breaker.reading.files.operations_table import Operation
 from breaker.reading.files.phases import channel_of, phase_in
 from breaker.reading.files.preamble import Preamble
-from breaker.reading.inspection.file_contents import look_into
-from breaker.reading.records.raw_record import Raw
-
-# Of ``endurance.format``, that go with a travel.
-_WITH = {"contact_column", "trigger_column", "motor_column"}
-_RATES, _LENGTHS = 0.01, 0.02  # shares, by which rates and lengths of a record may differ
-
-
-def as_told(
-    operation: Operation, motion: str, opened: Opened, stated: Preamble, settings: Mapping
-) -> Operation:
-    """Return an operation with settings that its file tells, and its row does not.
-
-    The rate that the file states counts where nothing else gives times. The columns of a contact,
-    a coil and a motor are those that go with the travel (``contact_columns``). Those of the
-    configuration are of the configured travel, and of another travel of the file that has none of
-    its own.
-    """
-    form = {**FORMAT, **settings, **operation.settings}
-    told = _columns_with(operation, motion, opened, form)
-    if form["rate"] is form["time_column"] is None and isfinite(stated.rate):
-        told["rate"] = stated.rate
-    return replace(operation, settings={**operation.settings, **told}) if told else operation
-
-
-def _columns_with(operation: Operation, motion: str, opened: Opened, form: Mapping) -> dict:
-    """The columns that go with a travel in a motion, where neither a row nor settings name them."""
-    usual, open_keys = form["travel_column"], _WITH - operation.settings.keys()
-    column = operation.channel or usual
-    if column == usual:
-        open_keys = {key for key in open_keys if form[key] is None}
-    with suppress(ValueError):  # what cannot be read so is rejected, with the reason
-        width = read_columns(opened, complete(form), operation.channel).width if open_keys else 1
-        if 0 < width < 2 + (form["time_column"] is not None):
-            return {}  # most files: nothing is beside the travel
-        # Here, as most files need neither, and an answer comes in a third of a second.
-        from breaker.reading.inspection.contact_columns import Beside
-        from breaker.reading.inspection.file_description import columns_with
-
-        layout = look_into(opened)
-        place, own = layout.place_of(column), layout.place_of(usual)
-        found = columns_with(opened, column).get(motion, Beside()).settings
-        other = own is not None and place != own
-        return {k: v for k, v in found.items() if k in open_keys and (other or form[k] is None)}
-    return {}
-
-
-def against_stated(raw: Raw, stated: Preamble) -> str:
-    """Return a warning where a file states another rate or length than a record has; else nothing.
-
-    Raises:
-        ValueError: If the rate of the configuration is not the stated one, or the motion is not.
-    """
-    motions = {MOTION_OF[letter] for letter in stated.operation.split("-") if letter}
-    if motions and raw.motion not in motions:
-        (other,) = motions
-        raise ValueError(
-            f"the file states that it is a record of {other}, and it is read as {raw.motion}: "
-            "check endurance.format.sign, and the motion that you named; if the file is wrong, "
-            f"mend its {stated.operation!r} above the samples"
-        )
-    if isnan(stated.rate) and isnan(stated.length):
-        return ""
-    name, rate = printable(raw.operation.file), f"{in_digits(1.0 / raw.step, 4)} kHz"
-    timed = raw.settings["time_column"] is not None
-    if isfinite(stated.rate) and abs(stated.rate * raw.step - 1.0) > _RATES:
-        states = f"states {in_digits(stated.rate, 4)} kHz"
-        if not (timed or "rate" in raw.operation.settings):
-            raise ValueError(
-                f"the file {states}, and endurance.format.rate is {rate}: leave that out, and the "
-                "stated one is taken. If the file is wrong, write the rate into the column rate of "
-                f"operations.csv; breaker inspect {name} has both"
-            )
-        by = "its column of times says" if timed else "operations.csv says"
-        return f"{name} {states}, and is read at {rate}, as {by}; see breaker inspect {name}"
-    lasts = raw.time.size * raw.step
-    if not timed and isfinite(stated.length) and abs(lasts / stated.length - 1.0) > _LENGTHS:
-        return (
-            f"{name} states a length of {in_digits(stated.length, 4)} ms, and lasts "
-            f"{in_digits(lasts, 4)} ms at the {rate} of the settings: check endurance.format.rate; "
-            f"see breaker inspect {name}"
-        )
-    return ""
 
 
 def date_of(record) -> str:

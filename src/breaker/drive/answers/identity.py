@@ -139,7 +139,7 @@ def doubts_about(records: Sequence[DriveRecord]) -> list[str]:
     """Say what files state against how they were read, and what speaks against records being of
     one drive, in the order of their numbers.
     """
-    said = [each.warning for each in records if each.warning]
+    said = [each.raw.warning for each in records if each.raw and each.raw.warning]
     usable = [each for each in records if not each.reason]
     said += [*_names_differ(usable), *mixed(usable).values(), *_out_of_order(usable)]
     return list(dict.fromkeys(said))

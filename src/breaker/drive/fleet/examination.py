@@ -34,6 +34,7 @@ from breaker.quantities.speeds import speeds_of
 from breaker.reading.files.guards import printable
 from breaker.reading.files.operations_table import CONDITIONS
 from breaker.reading.files.type_spelling import bare
+from breaker.reading.inspection.preparation import Prepared
 from breaker.reading.records.curve_reader import read_curves
 from breaker.reading.records.model_grid import Grid
 from breaker.shipped import DEFAULTS
@@ -238,8 +239,9 @@ def _followed(member: Member, used: Sequence[Answer], assessment: Assessment) ->
     longer = np.median([each.record.shape.duration for each in used]) / usual
     sensor, form = config["sensor"], config["endurance"]["format"]
     times = longer * grid(**{key: sensor[key] for key in ("start", "stop", "samples")})
+    prepared = Prepared(form)
     curves = {
-        motion: read_curves(each, form, Grid(times), motion, speeds=speeds)
+        motion: read_curves(each, form, Grid(times), motion, speeds=speeds, preparation=prepared)
         for motion, each in member.operations.items()
     }
     rows = [each for motion in MOTIONS for each in member.operations.get(motion, ())]

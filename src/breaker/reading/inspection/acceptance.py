@@ -13,6 +13,7 @@ from breaker.common.numerals import in_digits
 from breaker.documents.parts import Document, Remark, Section, Table
 from breaker.reading.files.folder_listing import list_operations
 from breaker.reading.files.operations_table import MANIFEST, Operation, read_manifest
+from breaker.reading.inspection.preparation import Prepared
 from breaker.reading.inspection.proposal_words import ITEM, alike
 from breaker.reading.records.curve_reader import read_curves
 from breaker.reading.records.model_grid import Grid
@@ -60,7 +61,7 @@ def check_folder(
     """
     times = np.linspace(sensor["start"], sensor["stop"], sensor["samples"])
     grid = Grid(times, sensor["noise_sd"], sensor["zero_sd"], sensor["onset_sd"])
-    read = partial(read_curves, settings=endurance["format"], grid=grid)
+    read = partial(_read, settings=endurance["format"], grid=grid)
     checked = []
     for motion in motions:
         for breaker, phase in _groups(folder, endurance):
@@ -72,6 +73,11 @@ def check_folder(
             else:
                 checked.append(Checked(*of, _in_parts(partial(read, motion=motion), operations)))
     return checked
+
+
+def _read(operations: Sequence[Operation], settings: Mapping, **about: object) -> xr.Dataset:
+    """Records as the workflow reads them."""
+    return read_curves(operations, settings, preparation=Prepared(settings), **about)
 
 
 def _in_parts(read: Callable, operations: Sequence[Operation]) -> xr.Dataset:

@@ -54,7 +54,7 @@ from breaker.reading.records.model_grid import (
     onset_remark,
 )
 from breaker.reading.records.noise import Noise, noise_remarks
-from breaker.reading.records.raw_record import Raw, read_raw, read_raws
+from breaker.reading.records.raw_record import Preparation, Raw, read_raw, read_raws
 from breaker.reading.records.rejections import UnusableError
 from breaker.reading.records.sensor_scale import Scale
 
@@ -67,7 +67,7 @@ _MEASURED = {"measured": float, "measured_sd": float, "measured_reason": str}
 _NUMBERS = dict.fromkeys(_UNITS, np.nan) | {"masked": 0}  # of a record that is rejected
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class ReadRecord(Raw):
     """A record on the model's grid.
 
@@ -104,6 +104,7 @@ def read_curves(
     motion: str,
     *,
     speeds: Sequence[Speed] = SPEEDS,
+    preparation: Preparation | None = None,
 ) -> xr.Dataset:
     """Read the records of several operations.
 
@@ -113,6 +114,7 @@ def read_curves(
             default.
         grid: The model's.
         motion: "closing" or "opening".
+        preparation: Of the records, ``inspection.preparation.Prepared``; none as they are.
 
     Returns:
         Dataset over ``operation``, ``time``: ``travel`` (mm; NaN where a sample is missing, or
@@ -134,7 +136,7 @@ def read_curves(
     """
     records: list[ReadRecord | RejectedCurveError] = []
     first: dict[bytes, Operation] = {}
-    for raw in read_raws(operations, settings, motion)[0]:
+    for raw in read_raws(operations, settings, motion, preparation=preparation)[0]:
         try:
             if isinstance(raw, RejectedCurveError):
                 raise raw
@@ -232,6 +234,7 @@ def _to_grid(raw: Raw, grid: Grid) -> ReadRecord:
     step, grid_step = (float(each[1] - each[0]) for each in (raw.time, times))
     noise = raw.noise_at(grid_step)
     remarks = [
+        raw.warning,
         *raw.remarks_on(noise_sd, zero_sd),
         onset_remark(raw.first_motion_sd, onset_sd),
         *grid_remarks(gridded, raw.time[raw.inside], times, back=not np.isnan(raw.segment.back)),

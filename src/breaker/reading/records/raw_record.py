@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
@@ -52,6 +52,7 @@ class Raw(LocatedMotion):
         contact: When the main contact touched or parted, and the trigger came.
         currents: Of coil and motor.
         said: What is doubtful about the file, in words; "" is nothing.
+        warning: What its file states against how it was read, to be said before anything else.
     """
 
     operation: Operation
@@ -60,6 +61,7 @@ class Raw(LocatedMotion):
     contact: Contact
     currents: Currents
     said: tuple[str, ...]
+    warning: str = ""
 
     def on_grid(self, times: np.ndarray) -> Gridded:
         """Return the record on a model's grid ``(t,)``, ms around the first motion."""
@@ -145,6 +147,18 @@ class Raw(LocatedMotion):
             contact: When it switched, where the record has not seen it.
         """
         return Reading(self, contact or self.contact, speeds, self.currents).quantities()
+
+
+class Preparation(Protocol):
+    """What is done with every record of a command: see ``reading.inspection.preparation``."""
+
+    files: Files
+
+    def told(self, operation: Operation, motion: str) -> Operation:
+        """Return an operation with settings that its file tells."""
+
+    def checked(self, raw: Raw, row: Operation) -> Raw:
+        """Return a record with what is to be said of it; raise UnusableError to reject it."""
 
 
 class _Samples(NamedTuple):
@@ -236,14 +250,14 @@ def read_raws(
     operations: Sequence[Operation],
     settings: Mapping,
     *motions: str,
-    files: Files | None = None,
+    preparation: Preparation | None = None,
 ) -> list[list[Raw | RejectedCurveError]]:
     """Read the records of several operations as they are in their files, or why there is none.
 
     Args:
         operations, settings: As for ``read_curves``.
         motions: Those that are looked for in each.
-        files: In which others of these files, or the same in another way, are opened, too.
+        preparation: Of the records; none as they are.
 
     Returns:
         For each of the motions a list in the order of the operations.
@@ -256,20 +270,23 @@ def read_raws(
 
         said = f"read {' and '.join(motions)}"
         operations = tqdm(operations, desc=said, mininterval=5, unit="file")
-    for operation in operations:
-        try:
-            if (stated := repr(operation.settings)) not in ready:
-                ready[stated] = _settings_of(operation, settings, alone=alone)
-            samples = _samples(operation, *ready[stated], files)
-        except RejectedCurveError as error:
-            for found in raws:
-                found.append(error)
-            continue
+    files = preparation.files if preparation else None
+    for row in operations:
+        read: dict[str, _Samples] = {}  # most motions are read in one way
         for motion, found in zip(motions, raws, strict=True):
+            operation = preparation.told(row, motion) if preparation else row
+            stated = repr(operation.settings)
             try:
-                found.append(_raw(samples, motion))
+                if stated not in ready:
+                    ready[stated] = _settings_of(operation, settings, alone=alone)
+                if stated not in read:
+                    read[stated] = _samples(operation, *ready[stated], files)
+                raw = _raw(read[stated], motion)
+                found.append(preparation.checked(raw, row) if preparation else raw)
             except RejectedCurveError as error:
                 found.append(error)
+            except UnusableError as error:
+                found.append(RejectedCurveError(row.file, str(error)))
     return raws
 
 
