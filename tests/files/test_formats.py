@@ -14,7 +14,7 @@ from breaker.reading.files import guards
 from breaker.reading.files.column_names import split_unit
 from breaker.reading.files.file_look import Labelled, Tables
 from breaker.reading.files.format_settings import TO_MS, complete
-from breaker.reading.files.formats import ENDINGS, FORMATS, format_of, read_columns
+from breaker.reading.files.formats import ENDINGS, FORMATS, _named, format_of, kind_in, read_columns
 from breaker.reading.files.guards import RejectedCurveError
 from breaker.reading.files.opened_file import Files, Opened
 from breaker.reading.inspection.file_contents import look_into
@@ -75,17 +75,40 @@ def settings(example):
 @pytest.mark.parametrize("ending", ENDINGS)
 def test_one_format_claims_an_ending_in_any_case(ending):
     for name in (f"a{ending}", f"A 1.b{ending.upper()}"):
-        claiming = [each for each in FORMATS if each.claims(Path(name))]
-        assert claiming == [format_of(name)]
+        claiming = [each for each in FORMATS if Path(name).suffix.lower() in each.ENDINGS]
+        assert claiming == [_named(name)]
 
 
-def test_what_no_format_claims_is_a_text():
-    assert not any(each.claims("a.log") for each in FORMATS)
-    assert format_of("a.log") is FORMATS[0]
+def test_what_is_of_no_known_ending_or_signature_is_a_text(tmp_path):
+    (tmp_path / "a.log").write_text("time,travel")
+    assert format_of(Opened(tmp_path / "a.log")) is FORMATS[0]
+
+
+def test_one_format_has_a_signature():
+    every = [each for one in FORMATS for each in one.SIGNATURES]
+    assert not [(a, b) for a in every for b in every if a is not b and a.startswith(b)]
+
+
+@pytest.mark.parametrize("ending", [".csv", ".log", ".xlsx", ".nc"])
+def test_content_proves_a_format_whatever_the_ending(ending, format_, example, file, settings):
+    """Planted: a workbook that was renamed to .csv, a text to .xlsx."""
+    other = file.with_name(f"renamed{ending}")
+    file.rename(other)
+    if format_.SIGNATURES:
+        columns = read_columns(other, settings)
+        assert np.allclose(columns.travel, TRAVEL, atol=1e-3)
+        assert look_into(other).kind == kind_in(Opened(other))
+        renamed = ending not in format_.ENDINGS
+        assert [e for e in columns.remarks if "whatever its name" in e] == renamed * [
+            f"is {kind_in(Opened(other))} by its content, whatever its name ends in"
+        ]
+    elif ending in (".xlsx", ".nc"):
+        reason = told(other, lambda: read_columns(other, settings))
+        assert "but does not begin as one; is it whole?" in reason
 
 
 def test_a_file_is_claimed_and_read(format_, file, settings):
-    assert format_of(file) is format_
+    assert format_of(Opened(file)) is format_
     columns = format_.read(Opened(file), settings)
     assert np.allclose(columns.time * TO_MS[settings["time_unit"]], TIME)
     assert np.allclose(columns.travel, TRAVEL, atol=1e-3)

@@ -34,12 +34,8 @@ _BYTES = {"BINARY": 2, "BINARY32": 4, "FLOAT32": 4}  # of an analog value
 
 
 ENDINGS = dict.fromkeys((".cfg", ".cff"), "a COMTRADE record")
+SIGNATURES: tuple[bytes, ...] = ()
 EXTRA = "comtrade"
-
-
-def claims(file: str | Path) -> bool:
-    """Say whether a file is a COMTRADE record, by its ending."""
-    return Path(file).suffix.lower() in ENDINGS
 
 
 def read(opened: Opened, settings: Mapping, channel: str = "") -> Columns:

@@ -20,12 +20,8 @@ _LONGEST_LINE = 100_000  # characters
 
 
 ENDINGS = dict.fromkeys((".csv", ".txt", ".tsv"), "a text")
+SIGNATURES: tuple[bytes, ...] = ()
 EXTRA = ""
-
-
-def claims(file: str | Path) -> bool:
-    """Say whether a file is a text, by its ending."""
-    return Path(file).suffix.lower() in ENDINGS
 
 
 def read(opened: Opened, settings: Mapping, channel: str = "") -> Columns:

@@ -25,12 +25,8 @@ _REMEDY = "export the record alone, at a lower rate, or as CSV"
 
 
 ENDINGS = dict.fromkeys((".xlsx", ".xlsm"), "an Excel workbook")
+SIGNATURES = (b"PK\3\4",)
 EXTRA = "excel"
-
-
-def claims(file: str | Path) -> bool:
-    """Say whether a file is a workbook, by its ending."""
-    return Path(file).suffix.lower() in ENDINGS
 
 
 def read(opened: Opened, settings: Mapping, channel: str = "") -> Columns:

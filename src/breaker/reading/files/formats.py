@@ -3,8 +3,9 @@
 A format is a module with
 
 - ``ENDINGS``: what messages call a file of it, by ending in lower case;
+- ``SIGNATURES``: first bytes that prove a file to be of it, whatever its ending; a file with the
+  ending and none of them is not. Empty for a format that is text, which reading proves;
 - ``EXTRA``: the extra of this package that it needs; empty for none;
-- ``claims(file)``: whether a file is of it;
 - ``read(opened, settings, channel)``: ``Columns``, see ``read_columns``;
 - ``look(opened)``: what it shows before anything is known of it, ``Labelled`` or ``Tables``; None
   where all of it is to be guessed.
@@ -15,6 +16,7 @@ A format is a module with
 import warnings
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from types import ModuleType
 
@@ -26,12 +28,13 @@ from breaker.reading.files.opened_file import Opened, as_opened
 from breaker.reading.files.time_and_travel import Columns
 
 FORMATS: tuple[ModuleType, ...] = (delimited_text, excel, comtrade, netcdf)
-"""All formats; what none of them claims is taken for the first one, a text."""
+"""All formats; a file of no known ending or signature is taken for one of the first, a text."""
 
 ENDINGS = tuple(ending for each in FORMATS for ending in each.ENDINGS)
 """Endings of the files of records. A ``.cfg`` has a ``.dat`` beside it, a ``.zarr`` is a folder."""
 
 _OLD = (".xls", ".xlsb", ".ods")
+_OLD_WORKBOOK = b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1"
 
 
 def read_columns(file: str | Path | Opened, settings: Mapping, channel: str = "") -> Columns:
@@ -39,7 +42,6 @@ def read_columns(file: str | Path | Opened, settings: Mapping, channel: str = ""
 
     Args:
         file: File of one record, or one that is opened: then the same columns are read of it once.
-            Of an ending that is not known, it is a text.
         settings: The section ``endurance.format``, complete.
         channel: Column of the travel, where it is not that of the settings.
 
@@ -54,42 +56,71 @@ def read_columns(file: str | Path | Opened, settings: Mapping, channel: str = ""
 
 
 def _read(opened: Opened, settings: Mapping, channel: str) -> Columns:
-    format_ = format_of(opened.file)
-    with understood(opened.file):
+    format_ = format_of(opened)
+    with understood(opened):
         columns = format_.read(opened, settings, channel)
+    if format_ is not _named(opened.file):
+        said = f"is {kind_in(opened)} by its content, whatever its name ends in"
+        columns = replace(columns, remarks=(*columns.remarks, said))
     for each in (columns.time, columns.travel, columns.lines, *columns.beside.values()):
         if each is not None:
             each.flags.writeable = False  # others read the same
     return columns
 
 
-def format_of(file: str | Path) -> ModuleType:
-    """Return the format of a file.
+def format_of(opened: Opened) -> ModuleType:
+    """Return the format of a file: the one that its content proves, or else the one of its ending.
 
     Raises:
-        RejectedCurveError: If it is of a kind that cannot be read.
+        RejectedCurveError: If it is of a kind that cannot be read, or not of that of its ending.
     """
-    if Path(file).suffix.lower() in _OLD:
-        raise RejectedCurveError(file, "is of a kind that cannot be read; save it as .xlsx")
-    return next((each for each in FORMATS if each.claims(file)), delimited_text)
+    named = _named(opened.file)
+    if netcdf.is_store(opened.file):
+        return named  # a folder
+    if _ending(opened.file) in _OLD or opened.content.startswith(_OLD_WORKBOOK):
+        raise RejectedCurveError(opened.file, "is of a kind that cannot be read; save it as .xlsx")
+    for each in FORMATS:
+        if opened.content.startswith(each.SIGNATURES):
+            return each
+    if named.SIGNATURES:
+        kind = named.ENDINGS[_ending(opened.file)]
+        reason = f"ends as {kind}, but does not begin as one; is it whole? Export it again"
+        raise RejectedCurveError(opened.file, reason)
+    return named
 
 
-def is_text(file: str | Path) -> bool:
+def _ending(file: str | Path) -> str:
+    return Path(file).suffix.lower()
+
+
+def _named(file: str | Path) -> ModuleType:
+    """The format of a file by its ending."""
+    return next((each for each in FORMATS if _ending(file) in each.ENDINGS), delimited_text)
+
+
+def kind_in(opened: Opened) -> str:
+    """Return what messages call a file; empty of a text without a known ending."""
+    format_ = format_of(opened)
+    usual = "" if format_ is delimited_text else next(iter(format_.ENDINGS.values()))
+    return format_.ENDINGS.get(_ending(opened.file), usual)
+
+
+def is_text(opened: Opened) -> bool:
     """Say whether a file is a text; raise as ``format_of``."""
-    return format_of(file) is delimited_text
+    return format_of(opened) is delimited_text
 
 
 @contextmanager
-def understood(file: str | Path) -> Iterator[None]:
+def understood(opened: Opened) -> Iterator[None]:
     """Turn whatever is raised while a file that is no text is read into a reason.
 
     Raises:
         RejectedCurveError: If anything is raised.
     """
-    if is_text(file):
+    format_, file = format_of(opened), opened.file
+    if format_ is delimited_text:
         yield
         return
-    format_ = format_of(file)
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # of packages, about what is not read here
@@ -97,7 +128,7 @@ def understood(file: str | Path) -> Iterator[None]:
     except RejectedCurveError:
         raise
     except Exception as error:  # a damaged file raises anything in the package that reads it
-        kind, said = format_.ENDINGS[Path(file).suffix.lower()], f"{type(error).__name__}: {error}"
+        kind, said = kind_in(opened), f"{type(error).__name__}: {error}"
         reason = f"is {kind} that cannot be read ({said[:200]}); is it whole? Export it again"
         if isinstance(error, TooLargeError):
             reason = str(error)

@@ -37,12 +37,8 @@ _UNTOUCHED = {"decode_times": False, "decode_timedelta": False, "chunks": None}
 
 
 ENDINGS = {".nc": "a NetCDF file", ".nc4": "a NetCDF file", ".zarr": "a Zarr store"}
+SIGNATURES = (b"CDF\1", b"CDF\2", b"CDF\5", b"\x89HDF\r\n\x1a\n")
 EXTRA = "netcdf"
-
-
-def claims(file: str | Path) -> bool:
-    """Say whether a file is one of labelled arrays, or a folder of such, by its ending."""
-    return Path(file).suffix.lower() in ENDINGS
 
 
 def is_store(file: str | Path) -> bool:
@@ -92,7 +88,7 @@ def _open(opened: Opened):
         check_store(file)
         return xr.open_zarr(file, **_UNTOUCHED)
     content = opened.content
-    if content.startswith(b"\x89HDF"):
+    if content.startswith(SIGNATURES[-1]):
         content = _as_version_3(file, content)
     dataset = xr.open_dataset(_ReadOnce(content), engine="scipy", **_UNTOUCHED)
     _check_size(dataset.variables.values())

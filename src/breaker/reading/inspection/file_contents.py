@@ -14,7 +14,7 @@ from pathlib import Path
 
 from breaker.reading.files.file_look import Labelled, check_lines
 from breaker.reading.files.format_settings import FORMAT, complete
-from breaker.reading.files.formats import format_of, is_text, read_columns, understood
+from breaker.reading.files.formats import format_of, is_text, kind_in, read_columns, understood
 from breaker.reading.files.guards import RejectedCurveError
 from breaker.reading.files.lexicon import TELLING
 from breaker.reading.files.opened_file import Opened, as_opened
@@ -48,9 +48,8 @@ def look_into(file: str | Path | Opened) -> Layout:
 
 
 def _layout_of(opened: Opened) -> Layout:
-    format_ = format_of(opened.file)
-    kind = format_.ENDINGS.get(Path(opened.file).suffix.lower(), "")
-    with understood(opened.file):
+    format_, kind = format_of(opened), kind_in(opened)
+    with understood(opened):
         shown = format_.look(opened)
         if shown is None:
             return guess_layout(opened)
@@ -75,7 +74,7 @@ def stated_in(file: str | Path | Opened, settings: Mapping = FORMAT, channel: st
     opened = as_opened(file)
     with suppress(LayoutError, RejectedCurveError):
         with suppress(ValueError):
-            if is_text(opened.file):
+            if is_text(opened):
                 return read_columns(opened, complete(settings), channel).stated
         return look_into(opened).stated
     return Preamble()
