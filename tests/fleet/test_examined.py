@@ -9,7 +9,7 @@ from breaker.common.plain_values import to_json
 from breaker.drive.answers.assessment import Assessment
 from breaker.drive.answers.drive_records import read_operations
 from breaker.drive.fleet.drive_dataset import stored
-from breaker.drive.fleet.drive_document import DriveDocument, Due
+from breaker.drive.fleet.drive_document import DriveDocument, Due, FleetRow
 from breaker.drive.fleet.examination import examine
 from breaker.drive.fleet.fleet_page import fleet_page
 from breaker.drive.fleet.fleet_states import DIFFERENT
@@ -117,21 +117,21 @@ def test_the_odd_one_is_found_and_what_is_due_comes_first(table):
 
 def test_poles_are_compared_by_instants_where_these_are_shown():
     times = {"R": (30.1, 9.0), "S": (31.4, 12.0), "T": (30.0, 9.1)}
-    documents = [
-        SimpleNamespace(breaker="Q1", measured=measured)
+    rows = [
+        FleetRow(SimpleNamespace(breaker="Q1", measured=measured))
         for instant, way in times.values()
         for measured in [[("closing_time", "closing", instant), ("travel_time", "closing", way)]]
     ]
     alone = SimpleNamespace(breaker="Q2", measured=[("closing_time", "closing", 40.0)])
-    rows = [{"breaker": each.breaker} for each in (*documents, alone)]
-    compare_poles(rows, [*documents, alone])
-    assert rows[0]["pole_spread"] == pytest.approx(1.4)
-    assert [each["pole_spread_of"] for each in rows] == 3 * ["closing_time"] + [""]
-    assert np.isnan(rows[3]["pole_spread"])
-    for each in documents:
-        each.measured = each.measured[1:]
-    compare_poles(rows, [*documents, alone])
-    assert (rows[1]["pole_spread"], rows[1]["pole_spread_of"]) == (3.0, "travel_time")
+    rows.append(FleetRow(alone))
+    compare_poles(rows)
+    assert rows[0].pole_spread == pytest.approx(1.4)
+    assert [each.pole_spread_of for each in rows] == 3 * ["closing_time"] + [""]
+    assert np.isnan(rows[3].pole_spread)
+    for each in rows[:3]:
+        each.document.measured = each.document.measured[1:]
+    compare_poles(rows)
+    assert (rows[1].pole_spread, rows[1].pole_spread_of) == (3.0, "travel_time")
 
 
 def test_the_page_shows_every_drive(table, examined):

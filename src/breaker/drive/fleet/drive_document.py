@@ -8,7 +8,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
+import numpy as np
+
 from breaker.common.plain_values import Plain
+
+_SAME = ("breaker", "phase", "type", "state", "last", "operation", "records", "visits", "how")
 
 
 @dataclass(frozen=True)
@@ -114,3 +118,65 @@ class DriveDocument(Plain):
 
 def _change_of(values: Mapping) -> DriveChange:
     return DriveChange(**values)
+
+
+class Farthest(NamedTuple):
+    """The quantity of the last visit farthest off the type: its value, and the type's median."""
+
+    name: str
+    motion: str
+    value: float
+    usual: float
+
+
+@dataclass(eq=False)
+class FleetRow:
+    """A drive in the table of a fleet: what its document says, and what it is beside the others.
+
+    Attributes:
+        document: What is known of it.
+        parameters: Median and ends of the 90 % interval of each, by the column.
+        odd, evidence, off: Parameter in which it is unlike its type; evidence for that, nats; by
+            which share it is off the median of the type.
+        shown: The measured quantity farthest off the type, where there are others of it.
+        pole_spread, pole_spread_of: How far the phases of the breaker are apart, ms, and in what.
+        reason: Why it is where it is.
+    """
+
+    document: DriveDocument
+    parameters: Mapping[str, float] = field(default_factory=dict)
+    odd: str = ""
+    evidence: float = np.nan
+    off: float = np.nan
+    shown: Farthest | None = None
+    pole_spread: float = np.nan
+    pole_spread_of: str = ""
+    reason: str = ""
+
+    @property
+    def failed(self) -> str:
+        """Names of the limits that are exceeded."""
+        return ", ".join(n for n, e in self.document.limits.items() if e in ("fail", "now"))
+
+    def columns(self) -> dict[str, object]:
+        """Return the row by column: see ``ranking.FLEET``."""
+        document, due, shown = self.document, self.document.due, self.shown
+        most = max(document.since, key=lambda each: abs(each.change[1]), default=None)
+        known = shown is not None and shown.usual
+        return {name: getattr(document, name) for name in _SAME} | {
+            "odd": self.odd,
+            "evidence": self.evidence,
+            "due": due.limit or "",
+            "due_date": due.date or "",
+            "due_operation": np.nan if due.operation is None else due.operation,
+            "operations_left": np.nan if due.left is None else due.left,
+            "failed": self.failed,
+            "change": most.change[1] if most else np.nan,
+            "change_of": most.label if most else "",
+            "off_type": 100.0 * (shown.value / shown.usual - 1.0) if known else np.nan,
+            "off_type_of": label(shown.name, shown.motion) if known else "",
+            **self.parameters,
+            "pole_spread": self.pole_spread,
+            "pole_spread_of": self.pole_spread_of,
+            "reason": self.reason,
+        }

@@ -21,10 +21,9 @@ from breaker.drive.answers.visit_changes import QuantityChange
 from breaker.drive.fleet.drive_document import DriveChange, DriveDocument, Due, Shown
 from breaker.drive.fleet.fleet_states import DIFFERENT, UNJUDGED
 from breaker.drive.fleet.members import Member
-from breaker.drive.life.calendar import days_per_operation
 from breaker.drive.life.life_results import follow_curves
-from breaker.drive.life.life_tables import change_table, decide, operation_metadata
-from breaker.drive.life.limit_states import STATES, standing
+from breaker.drive.life.life_tables import change_table, decided
+from breaker.drive.life.limit_states import STATES
 from breaker.drive.life.work_events import Event
 from breaker.mechanism.limit_sources import SOURCES
 from breaker.mechanism.limits import entries_of_type
@@ -258,10 +257,8 @@ def _followed(member: Member, used: Sequence[Answer], assessment: Assessment) ->
         events=Event.by_operation(texts, config["endurance"]["events"]),
         conditions=conditions,
     )
-    known = operation_metadata(curves, life.operation.values)
-    pace = days_per_operation(life.operation.values, list(known.date))
-    stands = standing(life, config["planning"], pace)
-    row, since = decide(life, stands, known).iloc[-1], change_table(life).iloc[-1]
+    stands, decisions = decided(life, curves, config["planning"])
+    row, since = decisions.iloc[-1], change_table(life).iloc[-1]
     states = stands.attrs["states"]
     by_limit = zip(life.limit.values.tolist(), stands.state.values[-1], strict=True)
     names = [name for name in NAMES if since[f"{name}_unchanged"] < _STILL]

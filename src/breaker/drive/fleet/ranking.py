@@ -8,7 +8,7 @@ import pandas as pd
 import xarray as xr
 
 from breaker.drive.family.network_files import shipped_levels
-from breaker.drive.fleet.drive_document import DriveDocument, label
+from breaker.drive.fleet.drive_document import DriveDocument, Farthest, FleetRow
 from breaker.drive.fleet.fleet_states import FLEET_STATES
 from breaker.drive.fleet.reasons import reason_of
 from breaker.drive.fleet.type_model import TypeDraws, TypeOfBreaker, learn_type
@@ -106,7 +106,7 @@ def fleet_table(
         least: Evidence from which a drive is odd, nats.
     """
     documents = _documents(drives)
-    rows = [_row(document) for document in documents]
+    rows = [FleetRow(document) for document in documents]
     families = {
         levels.settings["family"]: Prior.from_settings(levels.settings["prior"])
         for levels in shipped_levels()
@@ -115,13 +115,13 @@ def fleet_table(
         for k, i in enumerate(where):
             theta = drives.theta.values[i].astype(float)
             weights = learned.weights(theta, families[documents[i].family])
-            rows[i] |= _parameters(theta, weights)
-            rows[i] |= _odd(learned.evidence[k], learned.off[k], least)
-        _show(rows, documents, where)
-    compare_poles(rows, documents)
-    for row, document in zip(rows, documents, strict=True):
-        row["reason"] = reason_of(row, document)
-    table = pd.DataFrame(rows).drop(columns=["off", "shown"], errors="ignore")
+            rows[i].parameters = _parameters(theta, weights)
+            _judge(rows[i], learned.evidence[k], learned.off[k], least)
+        _show([rows[i] for i in where])
+    compare_poles(rows)
+    for row in rows:
+        row.reason = reason_of(row)
+    table = pd.DataFrame([row.columns() for row in rows])
     table = table.reindex(columns=dict.fromkeys([*FLEET, *table.columns]))
     urgent = -table.state.map(FLEET_STATES.index)
     keys = {"u": urgent, "d": table.due_date.replace("", "9999"), "o": -table.evidence.fillna(0.0)}
@@ -129,27 +129,6 @@ def fleet_table(
     by = ["u", "d", "o", "c", "breaker", "phase"]
     order = table.assign(**keys).sort_values(by, kind="stable")
     return order[table.columns].reset_index(drop=True)
-
-
-def _row(document: DriveDocument) -> dict:
-    """What a document alone says."""
-    due = document.due
-    most = max(document.since, key=lambda each: abs(each.change[1]), default=None)
-    failed = [n for n, each in document.limits.items() if each in ("fail", "now")]
-    names = ("breaker", "phase", "type", "state", "last", "operation", "records", "visits", "how")
-    return {name: getattr(document, name) for name in names} | {
-        "odd": "",
-        "evidence": np.nan,
-        "due": due.limit or "",
-        "due_date": due.date or "",
-        "due_operation": np.nan if due.operation is None else due.operation,
-        "operations_left": np.nan if due.left is None else due.left,
-        "failed": ", ".join(failed),
-        "change": most.change[1] if most else np.nan,
-        "change_of": most.label if most else "",
-        "off_type": np.nan,
-        "off_type_of": "",
-    }
 
 
 def _parameters(theta: np.ndarray, weights: np.ndarray) -> dict[str, float]:
@@ -163,43 +142,40 @@ def _parameters(theta: np.ndarray, weights: np.ndarray) -> dict[str, float]:
     return found
 
 
-def _odd(evidence: np.ndarray, off: np.ndarray, least: float) -> dict:
-    """Parameters in which a drive is unlike its type: the one with most evidence for it."""
+def _judge(row: FleetRow, evidence: np.ndarray, off: np.ndarray, least: float) -> None:
+    """Put down in which parameter a drive is unlike its type: the one with most evidence for it."""
     k = int(evidence.argmax())
-    found = {"evidence": float(evidence[k]) if np.isfinite(evidence[k]) else np.nan}
-    return found | ({"odd": NAMES[k], "off": float(off[k])} if evidence[k] >= least else {})
+    row.evidence = float(evidence[k]) if np.isfinite(evidence[k]) else np.nan
+    if evidence[k] >= least:
+        row.odd, row.off = NAMES[k], float(off[k])
 
 
-def _show(rows: Sequence[dict], documents: Sequence[DriveDocument], where: np.ndarray) -> None:
+def _show(rows: Sequence[FleetRow]) -> None:
     """Put down of drives of a type which measured quantity is farthest off those of the others."""
     shown: dict[tuple, dict[int, float]] = {}
-    for i in where:
-        for name, motion, value in documents[i].measured:
+    for i, row in enumerate(rows):
+        for name, motion, value in row.document.measured:
             shown.setdefault((name, motion), {})[i] = value
-    off: dict[int, list] = {i: [] for i in where}
+    off: dict[int, list] = {i: [] for i in range(len(rows))}
     for (name, motion), of in shown.items():
         values = np.array([*of.values()])
         middle = float(np.median(values))
         spread = np.median(np.abs(values - middle)) + _ALIKE * abs(middle) + 1e-9
         for i, value in of.items() if len(of) > 1 else ():
-            off[i].append((abs(value - middle) / spread, (name, motion, value, middle)))
+            off[i].append((abs(value - middle) / spread, Farthest(name, motion, value, middle)))
     for i, each in off.items():
-        rows[i]["shown"] = found = max(each, default=(0.0, ()))[1]
-        if found and found[3]:
-            rows[i]["off_type"] = 100.0 * (found[2] / found[3] - 1.0)
-            rows[i]["off_type_of"] = label(*found[:2])
+        rows[i].shown = max(each)[1] if each else None
 
 
-def compare_poles(rows: Sequence[dict], documents: Sequence[DriveDocument]) -> None:
+def compare_poles(rows: Sequence[FleetRow]) -> None:
     """Put down how far the phases of each breaker are apart, by instants if these are shown."""
     times: dict[str, dict[tuple, list[float]]] = {}
-    for document in documents:
-        of = times.setdefault(document.breaker, {})
-        for name, motion, value in document.measured:
+    for row in rows:
+        of = times.setdefault(row.document.breaker, {})
+        for name, motion, value in row.document.measured:
             if name in _POLES:
                 of.setdefault((_POLES[name], name, motion), []).append(value)
     for row in rows:
-        of = times[row["breaker"]].items()
+        of = times[row.document.breaker].items()
         apart = [(rank, max(e) - min(e), name) for (rank, name, _), e in of if len(e) > 1]
-        _, spread, name = max(apart, default=(0, np.nan, ""))
-        row |= {"pole_spread": spread, "pole_spread_of": name}
+        _, row.pole_spread, row.pole_spread_of = max(apart, default=(0, np.nan, ""))
