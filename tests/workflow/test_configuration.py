@@ -18,6 +18,7 @@ from breaker.configuration.loading import (
 )
 from breaker.configuration.rules import RULES
 from breaker.networks.build import INFERENCE_NETWORKS, SUMMARY_NETWORKS, build
+from breaker.reading.files.sampling_rate import READABLE
 from breaker.shipped import DEFAULTS
 from tests.networks_fixtures import built
 from tests.workflow.conftest import ROOT, snakemake
@@ -65,6 +66,14 @@ def parts(part: dict, above: tuple = ()):
 
 def test_defaults_are_valid():
     assert load([DEFAULTS])["seed"] == 1
+
+
+def test_a_configured_rate_is_one_that_is_read():
+    schema = configuration_schema()["properties"]
+    form = schema["endurance"]["properties"]["format"]["properties"]["rate"]
+    assert (form["minimum"], form["maximum"]) == READABLE
+    sensor = schema["rig"]["properties"]["sensor"]["properties"]["rate"]
+    assert READABLE[0] <= sensor["minimum"] < sensor["maximum"] <= READABLE[1]
 
 
 @pytest.mark.parametrize(

@@ -4,10 +4,8 @@ import json
 from pathlib import Path
 
 from breaker.common.zarr_store import describe, open_store, save
-from breaker.drive.life.calendar import days_per_operation
 from breaker.drive.life.first_page import headline, limit_words, look_first, since_new, trust
-from breaker.drive.life.life_tables import change_table, decide, limit_table, operation_metadata
-from breaker.drive.life.limit_states import standing
+from breaker.drive.life.life_tables import change_table, decided, limit_table
 from breaker.reading.files.safe_text import save_frame
 from breaker.reading.records.curve_reader import open_curves
 from breaker.workflow.jobs import start
@@ -19,10 +17,8 @@ planning, output = snakemake.params.planning, snakemake.output
 life = open_store(snakemake.input.life).load()
 inputs = snakemake.input
 curves = {m: open_curves(inputs[m], without=UNUSED) for m in snakemake.params.motions}
-known = operation_metadata(curves, life.operation.values)
-pace = days_per_operation(life.operation.values, list(known.date))
-stands = standing(life, planning, pace)
-decisions, limits = decide(life, stands, known), limit_table(life, stands)
+stands, decisions = decided(life, curves, planning)
+limits = limit_table(life, stands)
 changes = change_table(life)
 sentences = [headline(decisions, limits), since_new(changes, life)]
 sentences += [*look_first(decisions, limits, snakemake.params.advice), trust(life)]

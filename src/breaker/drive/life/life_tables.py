@@ -10,7 +10,7 @@ import pandas as pd
 import xarray as xr
 
 from breaker.drive.life.calendar import days_per_operation, on_date
-from breaker.drive.life.limit_states import STATES
+from breaker.drive.life.limit_states import STATES, standing
 from breaker.reading.files.operations_table import ABOUT, CONDITIONS, metadata_names
 
 DECISIONS = {
@@ -106,6 +106,22 @@ def _joined(name: str, values: Sequence) -> object:
         return float(np.mean(values)) if values else np.nan
     words = list(dict.fromkeys(map(str, values)))
     return ", ".join(words if name == "event" else words[:1])
+
+
+def decided(
+    life: xr.Dataset, curves: Mapping[str, xr.Dataset], planning: Mapping[str, object]
+) -> tuple[xr.Dataset, pd.DataFrame]:
+    """Return how a drive stands to its limits, and the decisions: see ``standing``, ``decide``.
+
+    Args:
+        life: What ``life_results.follow_life`` returns.
+        curves: As for ``operation_metadata``.
+        planning: The section of the configuration.
+    """
+    known = operation_metadata(curves, life.operation.values)
+    pace = days_per_operation(life.operation.values, list(known.date))
+    stands = standing(life, planning, pace)
+    return stands, decide(life, stands, known)
 
 
 def decide(life: xr.Dataset, stands: xr.Dataset, known: pd.DataFrame) -> pd.DataFrame:

@@ -13,7 +13,10 @@ from breaker.reading.files.name_value_pairs import Pair
 from breaker.reading.files.word_lookup import by_words
 
 RATES = (0.95, 105.0)
-"""The least and the largest rate, kHz, of recorders."""
+"""The least and the largest rate, kHz, of recorders: what is stated or guessed is within."""
+
+READABLE = (RATES[0], 1000.0)
+"""The same of records that are read, whether times or settings give it."""
 
 _SIZES = {None: 1e-3} | {
     prefix: size for size, prefixes in RATE_PREFIXES.items() for prefix in prefixes.split()

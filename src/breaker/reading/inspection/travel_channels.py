@@ -12,6 +12,7 @@ from breaker.common.numerals import in_digits
 from breaker.reading.files.column_names import is_travel_name
 from breaker.reading.files.format_settings import TO_MM
 from breaker.reading.files.phases import channel_of, listed_in, phase_in
+from breaker.reading.files.sampling_rate import RATES
 from breaker.reading.files.word_lookup import holds
 from breaker.reading.inspection.contact_rows import stated_contacts
 from breaker.reading.inspection.table_layout import Layout
@@ -25,7 +26,6 @@ _TRAVEL_UNITS = frozenset([*TO_MM, "deg", "rad", "V", "counts", "%"])
 _BEGINS = (0.03, 0.12)
 _LATER = ((0.12, 0.21), (0.4, 0.49))
 _GENTLE = 1.2  # times
-_FASTEST = 100  # kHz, of recorders
 _UNUSED = 0.25  # of the largest stroke: poles of a breaker are alike, cross-talk is smaller
 _LONGEST = 400.0  # mm, a stroke
 _FEWEST = 40  # samples
@@ -108,7 +108,7 @@ class Travel:
 
 def find_travels(layout: Layout, clock: Clock) -> list[Travel]:
     """Find the columns that move between rests as a drive does; currents do not."""
-    rate = min(clock.likely_rate, _FASTEST)
+    rate = min(clock.likely_rate, RATES[1])
     named, shaped = [], []
     for place, values in enumerate(layout.columns):
         unit, name = layout.units[place], layout.names[place]

@@ -10,10 +10,11 @@ from collections.abc import Mapping
 import numpy as np
 
 from breaker.reading.files.format_settings import TO_MS
+from breaker.reading.files.sampling_rate import READABLE
 from breaker.reading.records.rejections import UnusableError
 
 _LATEST = 1e14  # ms, beyond all clocks, also those that count from 1970 in any unit
-_STEPS = (1e-3, 1.05)  # ms, between samples: from 1 MHz to hardly less than 1 kHz
+_STEPS = (1.0 / READABLE[1], 1.0 / READABLE[0])  # ms, between samples
 _DURATIONS = (10.0, 1e4)  # ms, outside of which another unit of time is likely
 _UNEVEN = 0.25  # steps, by which a time may be off one step after the last
 _PRINTED = 0.1  # steps, by which times are off where they are printed with digits enough
