@@ -47,6 +47,9 @@ WINGS = {
     "paper": {"common", "quantities", "mechanism", "reading", "networks"},
 }
 MAY_TOO = {"drive.training": {"networks", "paper"}}
+# Parameters that are sections of the configuration, or a file of it.
+SECTIONS = {"config", "settings", "endurance", "form", "format_settings", "planning", "sensor"}
+SECTIONS |= {"prior", "family", "overlay"}
 TORCH = {"networks", "paper.posterior", "drive.training"}
 BESIDE = {"studies", "tests"}
 LONGEST_FUNCTION = 55  # so that it is seen whole
@@ -223,6 +226,29 @@ def tall(code: Mapping[str, str]) -> list[str]:
 
 
 @cache
+def untyped_parameters(text: str) -> list[str]:
+    """Parameters of functions that others may call, of which nobody knows what they hold."""
+    return [
+        f"line {node.lineno}: {node.name}({each.arg})"
+        for node in ast.walk(ast.parse(text))
+        if isinstance(node, ast.FunctionDef) and not node.name.startswith("_")
+        for each in [*node.args.posonlyargs, *node.args.args, *node.args.kwonlyargs]
+        if each.annotation is not None and each.arg not in SECTIONS
+        if re.search(r"\b(?:Mapping|dict)\b(?!\[)", ast.unparse(each.annotation))
+    ]
+
+
+def untyped(code: Mapping[str, str]) -> list[str]:
+    """Mappings without a type; sections of the configuration, which its schema checks, are none."""
+    return [
+        f"{file}: {each}"
+        for file, text in code.items()
+        if room_of(file)
+        for each in untyped_parameters(text)
+    ]
+
+
+@cache
 def packed_calls(text: str) -> list[int]:
     """Lines of calls that unpack a tuple or a list which is written there."""
     return [
@@ -311,6 +337,8 @@ CHECKS = {
     "two modules of one name": (twins, {"paper/model/tracker.py": ""}),
     "code in a face": (unexplained, {"mechanism/__init__.py": '"""A room."""\nx = 1'}),
     "a long function": (tall, {"mechanism/a.py": LONG_FUNCTION}),
+    "an untyped mapping": (untyped, {"drive/life/a.py": "def f(row: Mapping | None): pass"}),
+    "an untyped row": (untyped, {"drive/life/a.py": "def f(*, rows: Sequence[dict]): pass"}),
     "a packed tuple": (packed, {"mechanism/a.py": "f(1, *(a, b))"}),
     "a network of breakers": (
         upward,

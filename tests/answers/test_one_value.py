@@ -14,7 +14,7 @@ from breaker.common.numerals import in_digits
 from breaker.drive.answers.answer_document import document
 from breaker.drive.answers.assessment import Assessment
 from breaker.drive.answers.report_tables import starred
-from breaker.drive.answers.test_report import report_of
+from breaker.drive.answers.test_report import ReportContext, report_of
 from breaker.quantities.catalogue import INFERRED
 from breaker.quantities.parameters import MOTIONS
 from breaker.quantities.speeds import EVENTS
@@ -51,7 +51,7 @@ def test_a_quantity_has_one_value_on_all_pages(seed, tmp_path, levels, defaults)
     answers = assessment.infer(assessment.read(operations, loose=True))
     verdicts = assessment.judge(answers)
     entries = [e for e in document(answers, verdicts, {}, {}).records if e.accepted]
-    found = report_of(answers, verdicts, {"plate": []})
+    found = report_of(answers, verdicts, ReportContext())
     tables = [each for each in found.parts if [*each.head[:1]] == ["measured"]]
     assert len(tables) == len(entries) > 1
     for entry in entries:

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from breaker.drive.answers.assessment import Assessment
     from breaker.drive.answers.evidence import Answer, DriveRecord, Given
     from breaker.drive.answers.limit_verdicts import Verdict
-    from breaker.drive.answers.test_report import Report
+    from breaker.drive.answers.test_report import Report, ReportContext
     from breaker.reading.files.opened_file import Files
     from breaker.reading.files.preamble import Preamble
 
@@ -73,7 +73,7 @@ class ReadVisit(NamedTuple):
     assessment: "Assessment"
     records: Sequence["DriveRecord"]
     before: Sequence["DriveRecord"]
-    beside: Mapping[str, object]
+    beside: "ReportContext"
 
 
 class Visit(NamedTuple):
@@ -95,6 +95,7 @@ def read_of(options: argparse.Namespace, files: "Files | None" = None) -> ReadVi
     limits = limits_of(config, options.config)
     # Imported here, so that --help and wrong options answer at once.
     from breaker.drive.answers.assessment import Assessment, given_by
+    from breaker.drive.answers.test_report import ReportContext
 
     given, words = given_by(config)
     assessment = Assessment(config, limits, given)
@@ -107,13 +108,13 @@ def read_of(options: argparse.Namespace, files: "Files | None" = None) -> ReadVi
     _check_one(records)
     stated = {each.operation.file: each.stated for each in records}
     speeds = {each.name: each for each in assessment.speeds_of(records)}
-    beside = {
-        "plate": [*_plate(records, before, stated), *_beside_records(given, words)],
-        "printed": _printed(stated, records, speeds),
-        "overlays": overlays,
-        "rejected": [each.reason for each in good if each.reason],
-        "mass": assessment.mass,
-    }
+    beside = ReportContext(
+        plate=[*_plate(records, before, stated), *_beside_records(given, words)],
+        printed=_printed(stated, records, speeds),
+        overlays=overlays,
+        rejected=[each.reason for each in good if each.reason],
+        mass=assessment.mass,
+    )
     return ReadVisit(assessment, records, before, beside)
 
 
@@ -123,9 +124,9 @@ def visit_of(read: ReadVisit) -> Visit:
 
     assessment, records = read.assessment, read.records
     answers = assessment.infer(records)
-    changes = {"changes": _changes(records, read.before, assessment)}
+    beside = replace(read.beside, changes=_changes(records, read.before, assessment))
     verdicts = assessment.judge(answers)
-    return Visit(records, answers, verdicts, report_of(answers, verdicts, read.beside | changes))
+    return Visit(records, answers, verdicts, report_of(answers, verdicts, beside))
 
 
 def _check_one(records: Sequence) -> None:

@@ -22,7 +22,7 @@ def exactness(
     judged: xr.Dataset,
     corrected: xr.Dataset,
     examples: xr.Dataset,
-    summary: Mapping,
+    summary: Mapping[str, float],
     *,
     motion: str,
 ) -> Figure:

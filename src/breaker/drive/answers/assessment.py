@@ -126,7 +126,9 @@ class Assessment:
 
 
 def given_by(
-    config: Mapping, size: Sequence[float] | None = None, facts: Mapping | None = None
+    config: Mapping,
+    size: Sequence[float] | None = None,
+    facts: Mapping[str, Sequence[float]] | None = None,
 ) -> tuple[Given, list[str]]:
     """Return what a configuration gives beside records, and what to say of it.
 

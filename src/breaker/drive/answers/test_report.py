@@ -5,16 +5,19 @@ Tables hold words, from documents of plain values; panels hold the curves. ``fig
 """
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+
+import numpy as np
 
 from breaker.common.numerals import first_of
 from breaker.documents.parts import Cell, Document, Table
 from breaker.drive.answers.answer_document import RecordAnswer
 from breaker.drive.answers.answer_document import document as document_of
-from breaker.drive.answers.change_table import changes_table
+from breaker.drive.answers.change_table import NotCompared, changes_table
 from breaker.drive.answers.evidence import Answer
 from breaker.drive.answers.limit_verdicts import Verdict
 from breaker.drive.answers.picture_data import Panel, panel_of
+from breaker.drive.answers.reference_curve import Overlay
 from breaker.drive.answers.report_tables import (
     RESULTS,
     few,
@@ -24,6 +27,7 @@ from breaker.drive.answers.report_tables import (
     named,
     some_of,
 )
+from breaker.drive.answers.visit_document import VisitDocument
 from breaker.reading.files.file_names import natural
 
 _Pair = tuple[Answer, RecordAnswer]
@@ -40,19 +44,38 @@ class Report(Document):
     panels: Sequence[Panel] = ()
 
 
+@dataclass(frozen=True, eq=False)
+class ReportContext:
+    """What a report shows beside answers.
+
+    Attributes:
+        plate: Names and values of the breaker and the test.
+        printed: What ``measured_table`` takes.
+        overlays: Over a good record.
+        rejected: Sentences on what was not read.
+        mass: Draws of the moving mass, kg.
+        changes: The comparison with the visit before, by phase.
+    """
+
+    plate: Sequence[tuple[str, str]] = ()
+    printed: Mapping[tuple, tuple[float, str, str]] = field(default_factory=dict)
+    overlays: Sequence[Overlay] = ()
+    rejected: Sequence[str] = ()
+    mass: np.ndarray | None = None
+    changes: Mapping[str, VisitDocument | NotCompared] = field(default_factory=dict)
+
+
 def report_of(
-    answers: Sequence[Answer], verdicts: Sequence[Sequence[Verdict]], beside: Mapping[str, object]
+    answers: Sequence[Answer], verdicts: Sequence[Sequence[Verdict]], beside: ReportContext
 ) -> Report:
     """Return the report of a visit.
 
     Args:
         answers: Of all channels; that of a record is its operation's ``phase``.
         verdicts: Of each, what ``judged`` returns.
-        beside: ``plate``, names and values; ``overlays`` over a good record; ``changes``, the
-            document of a comparison by phase; ``printed``, what ``measured_table`` takes;
-            ``rejected``, sentences on what was not read; ``mass``, draws of the moving mass, kg.
+        beside: What it shows beside them.
     """
-    document = document_of(answers, verdicts, {}, {}, mass=beside.get("mass"))
+    document = document_of(answers, verdicts, {}, {}, mass=beside.mass)
     found = document.records
     pairs = [pair for pair in zip(answers, found, strict=True) if pair[1].accepted]
     entries = [entry for _, entry in pairs]
@@ -60,18 +83,18 @@ def report_of(
     tables, panels = [], []
     for own in _motions(pairs):
         title, channels = _title([e for _, e in own]), {each.phase: each for _, each in own}
-        tables.append(measured_table(title, channels, beside.get("printed", {})))
-        panels.append(panel_of([each for each, _ in own], beside.get("overlays", ()), title))
-    lines = [*beside.get("rejected", ()), *(each.reason for each in found if not each.accepted)]
+        tables.append(measured_table(title, channels, beside.printed))
+        panels.append(panel_of([each for each, _ in own], beside.overlays, title))
+    lines = [*beside.rejected, *(each.reason for each in found if not each.accepted)]
     if lines:
         tables.append(Table(title="Not read", notes=few(list(dict.fromkeys(lines)))))
-    if changed := beside.get("changes", {}):
+    if changed := beside.changes:
         tables.append(changes_table(changed, phases))
     tables += [model_table(entries), *mass_table(entries)]
     said = [(phase, w) for phase, each in changed.items() for w in each.warnings]
     warnings = [*(f"WARNING: {each}" for each in document.warnings), *named(said, len(changed))]
     summary = [*(Cell(each, "bad") for each in warnings), _verdict(entries, len(phases))]
-    return Report("Test report", beside["plate"], summary, tables, panels)
+    return Report("Test report", beside.plate, summary, tables, panels)
 
 
 def _motions(pairs: Iterable[_Pair]) -> list[list[_Pair]]:

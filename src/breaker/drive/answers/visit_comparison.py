@@ -31,7 +31,7 @@ def compared(
     settings: AnswerSettings,
     *,
     beyond: float,
-    limits: Sequence[Mapping] = (),
+    limits: Sequence[Mapping[str, object]] = (),
     advice: Mapping[str, str] | None = None,
 ) -> VisitDocument:
     """Return the document of a comparison.

@@ -114,7 +114,7 @@ def percent(share: float) -> str:
     return f"{100 * share:.0f} %" if share >= 0.1 else f"{in_digits(100 * share, 2)} %"
 
 
-def exactness_words(row: Mapping) -> str:
+def exactness_words(row: Mapping[str, float]) -> str:
     """Describe a row of ``posterior_tables.summary`` in one line."""
     resolved, curves = round(row["resolved"] * row["corrected_curves"]), row["corrected_curves"]
     return (
