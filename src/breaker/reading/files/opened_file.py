@@ -69,12 +69,20 @@ class Files:
 
     def __init__(self) -> None:
         self._opened: dict[str, Opened] = {}
+        self._sizes: dict[str, int] = {}
+        self._asked: set[str] = set()  # since sizes were taken, and may have grown
 
     def __getitem__(self, file: str | Path) -> Opened:
         """Return a file as one that is opened."""
-        if (found := self._opened.get(str(file))) is None:
-            size = sum(each.size for each in self._opened.values())
+        name = str(file)
+        if name not in self._opened:
+            self._sizes |= {each: self._opened[each].size for each in self._asked}
+            self._asked.clear()
+            size = sum(self._sizes.values())
             while self._opened and size > _KEPT:
-                size -= self._opened.pop(next(iter(self._opened))).size
-            found = self._opened[str(file)] = Opened(file)
-        return found
+                first = next(iter(self._opened))
+                size -= self._sizes.pop(first)
+                del self._opened[first]
+            self._opened[name] = Opened(file)
+        self._asked.add(name)
+        return self._opened[name]
