@@ -14,6 +14,7 @@ from breaker.reading.files import delimited_text as text
 from breaker.reading.files import formats, guards
 from breaker.reading.files.format_settings import complete
 from breaker.reading.files.operations_table import Operation
+from breaker.reading.inspection.setting_proposal import inspect_file
 from tests.answers.test_parts import written
 from tests.exports import write
 
@@ -62,6 +63,13 @@ def test_a_file_that_cannot_be_read_is_opened_once(tmp_path, counted):
     operations = {motion: [Operation(1, tmp_path / "a.csv")] for motion in MOTIONS}
     assert read_operations(operations, {}, loose=True)[0].reason
     assert counted["opened"] == 1
+
+
+def test_a_file_that_is_inspected_is_opened_once(tmp_path, counted, defaults):
+    write(tmp_path / "a.csv", rate=5.0, seed=1, channels=3)
+    proposal = inspect_file(tmp_path / "a.csv", defaults["sensor"])
+    assert sum(bool(each.record) for each in proposal.motions) == 3
+    assert counted == {"opened": 1, "split": 1}
 
 
 def test_cells_of_few_texts_are_kept(tmp_path):

@@ -14,6 +14,7 @@ import numpy as np
 
 from breaker.reading.files.format_settings import FORMAT, TO_MS, complete
 from breaker.reading.files.guards import RejectedCurveError
+from breaker.reading.files.opened_file import Files
 from breaker.reading.files.operations_table import Operation
 from breaker.reading.inspection.contact_columns import Beside, columns_beside
 from breaker.reading.inspection.file_contents import look_into
@@ -118,7 +119,8 @@ def inspect_file(file: str | Path, sensor: Mapping, channel: str = "") -> Propos
         LayoutError: If there are no columns of numbers.
         RejectedCurveError: If the file cannot be read.
     """
-    clock = find_clock(layout := look_into(file))
+    files = Files()
+    clock = find_clock(layout := look_into(files[file]))
     every, travels, unused = chosen_travels(layout, clock, channel)
     direction = guess_direction(layout, travels)
     guesses = [guess_time(layout, clock), guess_unit(layout, travels), direction]
@@ -136,7 +138,7 @@ def inspect_file(file: str | Path, sensor: Mapping, channel: str = "") -> Propos
     grid = _grid(found, travels, clock.likely_rate, sensor)
     settings, tried = (each | rest.settings for each in (settings, tried))
     changed = {**grid.settings}
-    motions = _read(found, layout, tried, sensor | changed)
+    motions = _read(found, tried, Grid(_times(sensor | changed)), _most(layout), files)
     settings |= _common(found) | _best_column(motions)
     if "ratio" in lacking:
         settings["stroke"] = FORMAT["stroke"]
@@ -208,20 +210,22 @@ def _best_column(motions: Sequence[InspectedMotion]) -> dict[str, str | int]:
     return {"travel_column": max(read, key=read.__getitem__)} if read else {}
 
 
+def _most(layout: Layout) -> int:
+    """How many motions are read: the first, and as many others as take seconds together."""
+    return max(1, _MOST // (layout.columns[0].size * (len(layout.columns) + _LINE)))
+
+
 def _read(
-    motions: Sequence[InspectedMotion], layout: Layout, settings: Mapping, sensor: Mapping
+    motions: Sequence[InspectedMotion], settings: Mapping, grid: Grid, most: int, files: Files
 ) -> list[InspectedMotion]:
-    """Motions as they are read: the first, and as many others as take seconds together."""
-    cells = layout.columns[0].size * (len(layout.columns) + _LINE)
-    most = max(1, _MOST // cells)
+    """Motions as they are read, up to a number of them."""
     settings = complete(settings)
     scale = Scale.from_settings(settings)
-    grid = Grid(_times(sensor))
     read = []
     for each in motions[:most]:
         try:
             own = settings | {"travel_column": each.column, **each.beside.settings}
-            record = read_record(each.operation, own, scale, grid, each.motion)
+            record = read_record(each.operation, own, scale, grid, each.motion, files)
             read.append(replace(each, record=record))
         except RejectedCurveError as error:
             read.append(replace(each, said=(str(error),)))

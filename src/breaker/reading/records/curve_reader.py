@@ -44,6 +44,7 @@ from breaker.common.zarr_store import open_store
 from breaker.quantities.catalogue import quantities_of
 from breaker.quantities.speeds import SPEEDS, Speed
 from breaker.reading.files.guards import RejectedCurveError, printable
+from breaker.reading.files.opened_file import Files
 from breaker.reading.files.operations_table import ABOUT, Operation
 from breaker.reading.records.measurements import Measured
 from breaker.reading.records.model_grid import (
@@ -209,18 +210,24 @@ def _dataset(
 
 
 def read_record(
-    operation: Operation, settings: Mapping, scale: Scale, grid: Grid, motion: str
+    operation: Operation,
+    settings: Mapping,
+    scale: Scale,
+    grid: Grid,
+    motion: str,
+    files: Files | None = None,
 ) -> ReadRecord:
     """Read the record of one operation.
 
     Args:
         settings: The section ``endurance.format``, complete.
         grid, motion: As for ``read_curves``.
+        files: In which the file is opened.
 
     Raises:
         RejectedCurveError: If the record cannot be used.
     """
-    return _to_grid(read_raw(operation, settings, scale, motion), grid)
+    return _to_grid(read_raw(operation, settings, scale, motion, files), grid)
 
 
 def _to_grid(raw: Raw, grid: Grid) -> ReadRecord:

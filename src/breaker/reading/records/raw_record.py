@@ -188,17 +188,20 @@ class _Samples(NamedTuple):
         return found
 
 
-def read_raw(operation: Operation, settings: Mapping, scale: Scale, motion: str) -> Raw:
+def read_raw(
+    operation: Operation, settings: Mapping, scale: Scale, motion: str, files: Files | None = None
+) -> Raw:
     """Read the record of one operation as it is in its file.
 
     Args:
         settings: The section ``endurance.format``, complete.
         motion: "closing" or "opening".
+        files: In which the file is opened.
 
     Raises:
         RejectedCurveError: If the record cannot be used.
     """
-    return _raw(_samples(operation, settings, scale), motion)
+    return _raw(_samples(operation, settings, scale, files), motion)
 
 
 def _samples(
