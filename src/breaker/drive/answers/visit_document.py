@@ -139,7 +139,8 @@ class VisitDocument(Plain):
     def headline(self) -> str:
         """What measured has changed, and which parameters have, have not, or cannot be told.
 
-        Parameters are told as changed only beside a measured change: networks alone raise no alarm.
+        Parameters and mechanisms are told as changed only beside a measured change: networks alone
+        raise no alarm.
         """
         if self.differences:
             return _NOT_TOLD[self.parameters]
@@ -158,7 +159,7 @@ class VisitDocument(Plain):
             second += f"; cannot be told: {unsure}"
         if still:
             second += f"; not {beyond}: {still if unsure else 'all others'}"
-        sure, *_ = _by_verdict(self.mechanisms)
+        sure, *_ = _by_verdict(self.mechanisms if self.shows_change else [])
         third = f"\nMechanisms beside the model, of {CHANGE_OF}: {sure}" if sure else ""
         return f"{first}\n{second}{third}"
 
