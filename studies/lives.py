@@ -1,10 +1,11 @@
 """Lives of drives from new to failure, followed and decided on as one would act.
 
-    python -m studies.lives follow develop lives.csv          # or calibrate, or score
+    python -m studies.lives follow develop lives.csv          # or calibrate, score, fresh
     python -m studies.lives table lives.csv docs/lives.csv    # sums one or more up
     python -m studies.lives plans lives.csv docs/plans.csv    # and how lives were serviced
 
-Three seeds: to develop by, to calibrate by (threshold and future in ``wear_model``), and to score.
+Seeds: to develop by, to calibrate by (threshold and future in ``wear_model``), to score, and fresh,
+to score what was changed since.
 Drives of the family that networks are trained on, and foreign ones, wear along a straight
 line in their parameters and elements; half of them faster from 30 to 90 % of the life on. All that
 wears and all parameters scatter by 0.4 %; sensors round, and have coloured noise
@@ -56,7 +57,7 @@ from studies.other_lives import Curves, OtherLife, records_of, truth_of
 from studies.sensors import Reading
 from studies.shared import append
 
-SEEDS = {"develop": 71, "calibrate": 72, "score": 73}
+SEEDS = {"develop": 71, "calibrate": 72, "score": 73, "fresh": 74}
 SETS = {"family": 200, "foreign": 100, "steady": 200, "faults": 100, "other": 60}
 LIFE, EVERY, LONGER = 2000, 5, 1.3
 KNEE, FASTER = (0.3, 0.9), (3.0, 8.0)  # share of the life, times

@@ -8,7 +8,7 @@ from breaker.configuration.loading import load
 from breaker.mechanism.prior import Prior
 from breaker.shipped import DEFAULTS
 from studies.lives import against_fixed, planned_of
-from studies.other_lives import LAWS, OtherLife
+from studies.other_lives import LAWS, RECORDS, OtherLife
 
 
 @pytest.mark.parametrize("name", LAWS)
@@ -27,6 +27,15 @@ def test_a_share_of_the_wear_is_reached_when_the_law_says():
     names = [name for name in life.factors if name in life.drive.more]
     worn = life.at(1.0)
     assert all(worn.more[n] == life.drive.more[n] * (1.0 + life.factors[n]) for n in names)
+
+
+@pytest.mark.parametrize("length", [700.0, 1083.0, 1599.0, 4000.0])
+def test_records_last_to_the_end_of_a_life(length):
+    """A life whose records end before it fails would count as a failure."""
+    operations = OtherLife(None, {}, "straight", length, 0.0).operations
+    assert abs(operations[-1] - length) <= 0.5
+    assert operations.size == RECORDS
+    assert (np.diff(operations) > 0).all()
 
 
 def test_the_cost_is_beside_the_best_interval_of_all_other_lives():
