@@ -19,13 +19,14 @@ _DIMS = {
     "beyond": ("asked", "limit"),
     "value": ("asked", "part", "quantile"),
     "new": "part",
-    "common": "part",
+    "common": ("asked", "part"),
 }
 
 
 def life_of(operation, asked, limits, parts, changes, values, attrs):
     """A life told at ``asked``; ``limits`` are words by name, ``parts`` the rest of them."""
-    data = {name: np.zeros(len(parts["limit"])) for name in ("new", "common")} | values
+    size = len(asked), len(parts["limit"])
+    data = {"new": np.zeros(size[1]), "common": np.zeros(size)} | values
     return xr.Dataset(
         {name: (_DIMS[name], each) for name, each in data.items()}
         | {name: ("change", each) for name, each in changes.items()},

@@ -82,11 +82,17 @@ def test_what_readings_state_but_do_not_scatter_by_they_are_off_alike():
     for sd in stated:
         series, _ = a_series(sd=sd)
         reading, _ = Coordinates.of(series, {"closing": a_basis()}).row("closing", "travel_time")
-        commons.append(reading.common)
+        commons.append(reading.common[-1])
     times = series.motions["closing"].measured["travel_time"][:200]
     scatter = np.nanstd(np.diff(times)) / np.sqrt(2.0)
     assert commons[0] == pytest.approx(np.sqrt(1.0 - scatter**2), rel=0.1)
     assert commons[1] == 0.0
+    motion = series.motions["closing"]
+    motion.stated["travel_time"][300:] = 2.0  # what is stated of late counts
+    common = Coordinates.of(series, {"closing": a_basis()}).readings[0].common
+    assert not common[:300].any()
+    assert common[-1] == pytest.approx(np.sqrt(4.0 - scatter**2), rel=0.05)
+    assert 0.0 < common[330] < common[349] == pytest.approx(common[-1])
 
 
 def test_the_noise_told_of_the_new_mean_is_that_of_its_records(seen):

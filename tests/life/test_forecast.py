@@ -18,7 +18,7 @@ class OneQuantity:
 
     size, seed = 1, 1
 
-    def condition(self, change, variance):
+    def condition(self, change, variance, where):
         normal = np.linspace(-2.0, 2.0, 201)
         values = (8.0 + change + np.sqrt(variance) * normal)[:, :, None]
         return SimpleNamespace(of_record=lambda limit: values)

@@ -59,7 +59,7 @@ def test_what_all_readings_are_off_alike_is_none_of_the_change_since_new():
     """A value of half the way to its limit, at 80 % of it, may be beyond: its readings' sd."""
     life = a_life((450.0, np.inf), half=(0.9, 0.1))
     assert states(standing(life, PLANNING, NO_DATES), "slow")[370] == "unknown"
-    alike = life.assign(common=("part", np.array([0.9 / 1.645, 0.0])))
+    alike = life.assign(common=life.common + np.array([0.9 / 1.645, 0.0]))
     assert states(standing(alike, PLANNING, NO_DATES), "slow")[370] == "plan"
 
 

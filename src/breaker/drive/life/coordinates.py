@@ -38,6 +38,7 @@ _APART = {
     *CURRENTS,
 }
 _FEWEST = 10  # readings of a quantity that is followed
+_LATELY = 50  # readings, over which what is stated with them is averaged
 _LEAST = 1e-12
 
 
@@ -107,8 +108,8 @@ class CoordinateReading(NamedTuple):
         mean: While the drive was new, in its unit.
         slopes: What a coordinate says of it, ``(k,)``.
         scatter: Of what is left, in its unit.
-        common: Standard deviation of what all readings are off alike, in its unit: the part of what
-            is stated with them by which they do not scatter.
+        common: Standard deviation of what all readings of late are off alike, in its unit: the part
+            of what is stated with them by which they do not scatter, ``(o,)``.
     """
 
     motion: str
@@ -116,7 +117,7 @@ class CoordinateReading(NamedTuple):
     mean: float
     slopes: np.ndarray
     scatter: float
-    common: float
+    common: np.ndarray
 
     @classmethod
     def of(
@@ -146,8 +147,9 @@ class CoordinateReading(NamedTuple):
         middle = _spread(left) * np.sqrt(left.size / free)
         mean = float((values[there] - curve[there] @ slopes).mean())
         scatter = max(float(middle), _LEAST + 1e-9 * abs(mean))
-        alike = np.mean(np.square(stated[there])) - _spread(read) ** 2
-        return cls(motion, name, mean, slopes, scatter, float(np.sqrt(max(alike, 0.0))))
+        of_late = _of_late(np.where(np.isfinite(values), stated, np.nan))
+        common = np.sqrt(np.maximum(np.square(of_late) - _spread(read) ** 2, 0.0))
+        return cls(motion, name, mean, slopes, scatter, common)
 
     def project(self, values: np.ndarray, curve: np.ndarray) -> np.ndarray:
         """Return the coordinate that the quantity adds to its motion's, ``(o, 1)``."""
@@ -229,6 +231,14 @@ def _changes(
 def _spread(values: np.ndarray) -> float:
     """Standard deviation of values about 0, by their median size."""
     return float(np.median(np.abs(values))) / 0.6745
+
+
+def _of_late(values: np.ndarray) -> np.ndarray:
+    """Mean of the last values that are known at each operation, ``(o,)``; 0 before the first."""
+    known = np.isfinite(values)
+    count, total = np.cumsum(known), np.append(0.0, np.cumsum(values[known]))
+    before = np.maximum(count - _LATELY, 0)
+    return (total[count] - total[before]) / np.maximum(count - before, 1)
 
 
 def _covariance(changes: np.ndarray, usual: np.ndarray) -> np.ndarray:

@@ -175,7 +175,7 @@ class Onward:
         spread = variance + 2.0 * ahead * both + ahead**2 * path.rate_variance[where]
         onward = (change + ahead * path.rate[where]).reshape(-1, readout.size)
         spread = np.maximum(spread, 1e-12).reshape(-1, readout.size)
-        self._condition = readout.condition(onward, spread)
+        self._condition = readout.condition(onward, spread, np.tile(where, _NODES))
 
     def values(self, limit: Limit) -> np.ndarray:
         """Return draws of the quantities of a limit, ``(m, n, d, parts)``; nan where not known."""

@@ -82,8 +82,8 @@ def follow_life(
         parameter)``, the probability of no change, ``names``, the set of what has changed most,
         ``beyond`` ``(asked, limit)``, ``remaining`` ``(asked, limit, quantile)`` and ``lives``
         ``(asked, limit, draw)``, as of ``Forecast``, and ``value`` ``(asked, part, quantile)`` of
-        the limits' parts, with ``new (part)`` and ``common (part)``, how far all readings are off
-        alike (sd); over ``change``: ``noticed``, ``start``,
+        the limits' parts, with ``new (part)`` and ``common (asked, part)``, how far all
+        readings are off alike (sd); over ``change``: ``noticed``, ``start``,
         ``earliest`` and ``latest``, numbers of operations, ``kind``, ``certainty`` (nats; below 0
         taken back), ``work``, whether it is work on the drive, and ``change_names``; over
         ``motion``: ``p_value`` of the family. Attributes ``family``, empty if it is of none,
@@ -165,8 +165,9 @@ def _limits(
     }
     found = [Forecast.of(limit, onward[limit.since], future) for limit in limits]
     zero = np.zeros((1, readout.size))
-    as_new = readout.condition(zero, zero + 1e-12)
+    as_new = readout.condition(zero, zero + 1e-12, readout.series.new[-1:])
     new = [np.median(limit.read(as_new)[0], axis=0) for limit in limits]
+    common = [_common(limit, readout)[where] for limit in limits]
     none = np.zeros((len(where), 0, 3))
     each = ("asked", "limit", "quantile")
     beyond = [one.beyond[:, None] for one in found]
@@ -178,16 +179,17 @@ def _limits(
         else ((*each[:2], "draw"), np.zeros((len(where), 0, 0))),
         "value": (("asked", "part", "quantile"), np.hstack([none, *(one.value for one in found)])),
         "new": ("part", np.concatenate([np.zeros(0), *new])),
-        "common": ("part", [sd for limit in limits for sd in _common(limit, readout)]),
+        "common": (("asked", "part"), np.hstack([none[..., 0], *common])),
     }
 
 
-def _common(limit: Limit, readout: Readout) -> list[float]:
-    """How far all readings of each part are off alike, sd; 0 of what is inferred."""
-    if limit.source.inferred:
-        return [0.0] * len(limit.parts)
-    rows = [readout.coordinates.row(limit.motion, name) for name in limit.quantities]
-    return [row[0].common if row else 0.0 for row in rows]
+def _common(limit: Limit, readout: Readout) -> np.ndarray:
+    """How far all readings of each part are off alike, sd, ``(o, parts)``; 0 of the inferred."""
+    found = np.zeros((len(readout.series.operations), len(limit.parts)))
+    for k, name in enumerate(limit.quantities):
+        row = None if limit.source.inferred else readout.coordinates.row(limit.motion, name)
+        found[:, k] = row[0].common if row else 0.0
+    return found
 
 
 def _limit_coords(limits: Sequence[Limit]) -> dict[str, object]:

@@ -192,7 +192,7 @@ def _vague(life: xr.Dataset) -> np.ndarray:
     What all readings are off alike they were off as new: it is none of the change since.
     """
     new, bound, value = life.new.values, life.part_bound.values, life.value.values
-    common, middle = ndtri(0.95) * life.common.values[:, None], value[..., 1:2]
+    common, middle = ndtri(0.95) * life.common.values[..., None], value[..., 1:2]
     with np.errstate(divide="ignore", invalid="ignore"):
         apart = np.sqrt(np.maximum(np.square(value - middle) - common**2, 0.0))
         apart = middle + np.sign(value - middle) * apart

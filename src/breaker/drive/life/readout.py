@@ -152,13 +152,14 @@ class Readout:
             )
         return found
 
-    def condition(self, change: np.ndarray, variance: np.ndarray) -> "Condition":
+    def condition(self, change: np.ndarray, variance: np.ndarray, where: np.ndarray) -> "Condition":
         """Return conditions of the drive, which limits read.
 
         Args:
             change, variance: Of the coordinates, ``(n, k)``.
+            where: Index of the operation as of which each is known, ``(n,)``.
         """
-        return Condition(self, change, variance)
+        return Condition(self, change, variance, where)
 
     def usual(self) -> np.ndarray:
         """Return the largest change that the family's wear makes of each parameter, percent."""
@@ -178,11 +179,13 @@ class Condition:
     Attributes:
         readout: Of the drive.
         change, variance: Of the coordinates, ``(n, k)``.
+        where: Index of the operation as of which each is known, ``(n,)``.
     """
 
     readout: Readout
     change: np.ndarray
     variance: np.ndarray
+    where: np.ndarray
 
     @cached_property
     def parameters(self) -> np.ndarray:
@@ -221,7 +224,7 @@ class Condition:
             if known is not None:
                 reading, row = known
                 mean = reading.mean + self.change @ row
-                sd = np.sqrt(self.variance @ np.square(row) + reading.common**2)
+                sd = np.sqrt(self.variance @ np.square(row) + reading.common[self.where] ** 2)
                 found[..., k] = mean[:, None] + sd[:, None] * rng.permutation(normal)
         return found
 
