@@ -29,6 +29,7 @@ def curves(numbers, motion="closing", *, stroke=14.0, lost=()):
             "record_noise": ("operation", 0.02 * one),
             "record_colour": ("operation", 0.0 * one),
             "measured": (("operation", "quantity"), np.outer(numbers, [1.0, 2.0])),
+            "measured_sd": (("operation", "quantity"), np.outer(numbers, [0.1, 0.2])),
         },
         {"operation": numbers, "quantity": ["stroke", "travel_time"]},
     )
@@ -49,6 +50,7 @@ def test_motions_are_aligned_over_all_operations():
     assert closing.there.tolist() == [o <= 40 and o != 3 for o in found.operations]
     assert opening.there.tolist() == [o >= 2 for o in found.operations]
     assert closing.measured["travel_time"][9] == 20.0
+    assert closing.stated["travel_time"][9] == pytest.approx(2.0)
     assert not opening.measured
 
 

@@ -10,7 +10,7 @@ from breaker.quantities.speeds import speeds_of
 from breaker.reading.records.curve_reader import open_curves
 from breaker.workflow.jobs import start
 
-UNUSED = ("travel", "measured_sd", "measured_reason", "remarks")  # which a long life has much of
+UNUSED = ("travel", "measured_reason", "remarks")  # which a long life has much of
 
 log = start(snakemake)
 params = snakemake.params
