@@ -20,7 +20,7 @@ def worn(law, seed=1, size=20.0):
 
 
 def drift(path, at=399):
-    return Drift.of(path, np.array([at]), np.array([float(at)]), 1.0, 0.4)
+    return Drift.of(path, np.array([at]), np.array([float(at)]), 1.0, 0.4, 1)
 
 
 @pytest.mark.parametrize(
@@ -47,7 +47,7 @@ def test_a_path_that_shows_nothing_leaves_the_prior():
     assert found.sd[0] > 0.4
     none = np.zeros((1, 3))
     still = SimpleNamespace(rate=none, bend=none, bend_variance=none + 1.0)
-    assert Drift.of(still, np.array([0]), ONE, 0.7, 0.4)[:2] == (0.0, pytest.approx(0.7))
+    assert Drift.of(still, np.array([0]), ONE, 0.7, 0.4, 1)[:2] == (0.0, pytest.approx(0.7))
 
 
 @pytest.mark.parametrize("power", [-1.5, -1.0, -0.4, 0.0, 0.5, 2.0])
@@ -55,16 +55,16 @@ def test_operations_ahead_are_those_in_which_the_rate_adds_up(power):
     ahead, age = np.linspace(0.0, 700.0, 100001), 300.0
     rate = (1.0 + ahead / age) ** power
     made = np.append(0.0, np.cumsum(0.5 * (rate[1:] + rate[:-1]) * np.diff(ahead)))
-    found = Drift(power * ONE, 0.0 * ONE, age * ONE).operations(made[None, ::1000], 1)
+    found = Drift(power * ONE, 0.0 * ONE, age * ONE, 1).operations(made[None, ::1000])
     np.testing.assert_allclose(found[0], ahead[::1000], rtol=1e-5, atol=1e-6)
 
 
 def test_draws_are_drives_with_heavy_tails_and_what_never_comes_never_does():
-    some = Drift(np.array([0.0, 1.0]), np.array([0.5, 0.5]), np.array([100.0, 200.0]))
-    draws = some.draws(200, 1)
+    some = Drift(np.array([0.0, 1.0]), np.array([0.5, 0.5]), np.array([100.0, 200.0]), 1)
+    draws = some.draws(200)
     np.testing.assert_allclose(draws[1] - draws[0], 1.0)
-    np.testing.assert_array_equal(draws, some.draws(200, 1))
+    np.testing.assert_array_equal(draws, some.draws(200))
     assert np.median(draws[0]) == pytest.approx(0.0, abs=0.01)
     assert draws[0].max() > 2.5  # 5 sd, of 200 draws
-    assert np.isinf(some.operations(np.full((2, 200), np.inf), 1)).all()
-    assert not some.operations(np.zeros((2, 200)), 1).any()
+    assert np.isinf(some.operations(np.full((2, 200), np.inf))).all()
+    assert not some.operations(np.zeros((2, 200))).any()

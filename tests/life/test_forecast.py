@@ -5,6 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from breaker.drive.life.drift import Drift
 from breaker.drive.life.forecast import Forecast, Future, Onward, _crossings
 from breaker.drive.life.tracker import Tracker
 from breaker.mechanism.limits import Limit
@@ -16,7 +17,7 @@ SURE = Future(horizon=10000, changes=1e-9, drift=1e-6)
 class OneQuantity:
     """A readout of one coordinate: what is measured is 8 and the coordinate."""
 
-    size, seed = 1, 1
+    size = 1
 
     def condition(self, change, variance, where):
         normal = np.linspace(-2.0, 2.0, 201)
@@ -38,8 +39,10 @@ def path(change, rate, sd=0.01, rate_sd=1e-6, bend=0.0, bend_sd=1.0):
 
 
 def forecast(path, future=SURE, past=1000.0):
-    onward = Onward(path, OneQuantity(), np.array([0]), np.array([past]), future, "new")
-    return Forecast.of(LIMIT, onward, future)
+    first, past = np.array([0]), np.array([past])
+    onward = Onward(path, OneQuantity(), first, future.horizon, "new")
+    drift = Drift.of(path, first, past, future.drift, future.drifting, 1)
+    return Forecast.of(LIMIT, onward, drift, past, future)
 
 
 def test_what_is_not_given_is_as_in_the_configuration(defaults):

@@ -1,6 +1,7 @@
 """A drive of the family, worn in what is known: what is read of its curves, and what is told."""
 
 from functools import cache
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -9,7 +10,7 @@ from breaker.drive.family.network_files import open_network
 from breaker.drive.family.record_inputs import network_record
 from breaker.drive.life.forecast import Future
 from breaker.drive.life.life_records import MotionRecords, Series
-from breaker.drive.life.life_results import _work, follow_life
+from breaker.drive.life.life_results import _age, _work, follow_life
 from breaker.drive.life.path import Change
 from breaker.drive.life.readout import Readout, name_set
 from breaker.drive.life.tracker import Tracker
@@ -81,6 +82,18 @@ def test_work_is_on_the_drive_and_not_on_its_transducer():
     kinds = (("event", False), ("event", True), ("rate", False))
     each = [Change(1, 1, 1, 1, kind, np.inf, transducer) for kind, transducer in kinds]
     assert [_work(change) for change in each] == [True, False, False]
+
+
+def test_a_drive_is_as_old_as_its_last_work():
+    numbers = np.arange(10, 70, 10)
+    change = Change(0, 2, 2, 2, "event", np.inf)
+    works = [
+        change,
+        change._replace(start=3, transducer=True),
+        change._replace(start=4, kind="rate"),
+    ]
+    ages = [_age(numbers, SimpleNamespace(changes=each)).tolist() for each in ((), works)]
+    assert ages == [[1.0, 10.0, 20.0, 30.0, 40.0, 50.0], [1.0, 10.0, 1.0, 10.0, 20.0, 30.0]]
 
 
 def test_what_wears_is_told_and_nothing_else(life):

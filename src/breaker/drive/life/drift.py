@@ -26,21 +26,30 @@ class Drift(NamedTuple):
 
     Attributes:
         mean, sd: Of the drift, ``(n,)``.
-        age: Operations so far, ``(n,)``.
+        age: Operations since new, or since the last work on the drive, ``(n,)``.
+        seed: Of the draws.
     """
 
     mean: np.ndarray
     sd: np.ndarray
     age: np.ndarray
+    seed: int
 
     @classmethod
     def of(
-        cls, path: Path, where: np.ndarray, age: np.ndarray, prior: float, goes_on: float
+        cls,
+        path: Path,
+        where: np.ndarray,
+        age: np.ndarray,
+        prior: float,
+        goes_on: float,
+        seed: int,
     ) -> Self:
         """Return the drift after some operations.
 
         Args:
             where: Their indices, ``(n,)``.
+            age, seed: As the attributes.
             prior: Standard deviation of the drift of drives,
             goes_on: and of that to come, about that so far.
         """
@@ -51,27 +60,27 @@ class Drift(NamedTuple):
             known = 1.0 / (np.square(age) / shown + goes_on**2)
         precision = known + prior**-2.0
         mean = np.where(shown > 0.0, known * np.nan_to_num(seen) / precision, 0.0)
-        return cls(mean, precision**-0.5, age)
+        return cls(mean, precision**-0.5, age, seed)
 
-    def draws(self, count: int, seed: int) -> np.ndarray:
+    def draws(self, count: int) -> np.ndarray:
         """Return draws of the drift, ``(n, d)``: alike at each operation, as a draw is a drive."""
-        shares = generator(seed, "drift of wear").permutation(count)
+        shares = generator(self.seed, "drift of wear").permutation(count)
         students = stdtrit(_TAILS, (shares + 0.5) / count)
         return self.mean[:, None] + self.sd[:, None] * students
 
-    def operations(self, steady: np.ndarray, seed: int) -> np.ndarray:
+    def operations(self, steady: np.ndarray) -> np.ndarray:
         """Return in how many operations as much wears as in some at the rate of now, ``(n, d)``.
 
         Args:
             steady: Operations at that rate, ``(n, d)``, one column a draw.
 
         >>> age, steady = np.full(1, 100.0), np.full((1, 1), 150.0)
-        >>> Drift(np.ones(1), np.zeros(1), age).operations(steady, 1).round(6)
+        >>> Drift(np.ones(1), np.zeros(1), age, 1).operations(steady).round(6)
         array([[100.]])
-        >>> Drift(-np.full(1, 2.0), np.zeros(1), age).operations(steady, 1)  # it comes to rest
+        >>> Drift(-np.full(1, 2.0), np.zeros(1), age, 1).operations(steady)  # it comes to rest
         array([[inf]])
         """
-        power = 1.0 + self.draws(steady.shape[1], seed)
+        power = 1.0 + self.draws(steady.shape[1])
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             share = steady / self.age[:, None]
             logs = np.log1p(np.maximum(power * share, -1.0)) / power

@@ -145,28 +145,18 @@ class Onward:
     Args:
         path, readout: Of the drive.
         where: Indices of the operations, ``(n,)``.
-        past: Operations so far, ``(n,)``.
-        future: What may become of the wear.
+        horizon: Operations, the farthest that is looked for.
         since: What a change is since, ``"new"`` or ``"event"``.
 
     Attributes:
         nodes: Operations ahead, at the rate of now, ``(m,)``; the first is 0.
-        past: As given.
     """
 
     def __init__(
-        self,
-        path: Path,
-        readout: Readout,
-        where: np.ndarray,
-        past: np.ndarray,
-        future: Future,
-        since: str,
+        self, path: Path, readout: Readout, where: np.ndarray, horizon: float, since: str
     ) -> None:
-        self.shape, self.past, self._seed = (_NODES, len(where)), past, readout.seed
-        self._drift = Drift.of(path, where, past, future.drift, future.drifting)
-        farthest = _FARTHEST * future.horizon
-        self.nodes = np.append(0.0, np.geomspace(_NEAREST, farthest, _NODES - 1))
+        self.shape = _NODES, len(where)
+        self.nodes = np.append(0.0, np.geomspace(_NEAREST, _FARTHEST * horizon, _NODES - 1))
         ahead = self.nodes[:, None, None]
         now = (path.change, path.variance, path.covariance)
         if since == "event":
@@ -181,10 +171,6 @@ class Onward:
         """Return draws of the quantities of a limit, ``(m, n, d, parts)``; nan where not known."""
         found = limit.read(self._condition)
         return found.reshape(*self.shape, *found.shape[1:])
-
-    def operations(self, steady: np.ndarray) -> np.ndarray:
-        """Return in how many operations draws come as far as in some at the rate of now."""
-        return self._drift.operations(steady, self._seed)
 
 
 class Forecast(NamedTuple):
@@ -204,8 +190,14 @@ class Forecast(NamedTuple):
     lives: np.ndarray
 
     @classmethod
-    def of(cls, limit: Limit, onward: Onward, future: Future) -> Self:
-        """Return the forecast of a limit."""
+    def of(
+        cls, limit: Limit, onward: Onward, drift: Drift, past: np.ndarray, future: Future
+    ) -> Self:
+        """Return the forecast of a limit.
+
+        Args:
+            past: Operations so far, ``(n,)``.
+        """
         draws = onward.values(limit)
         now, along = draws[0], _continued(draws, onward.nodes)
         if limit.source.inferred:
@@ -216,8 +208,8 @@ class Forecast(NamedTuple):
         known = np.isfinite(now).any(axis=(1, 2))
         for k in np.flatnonzero(known):
             lives[k] = _crossings(excess[:, k], onward.nodes)
-        lives = np.sort(onward.operations(lives), axis=1)
-        remaining = future.quantiles(future.fails(lives, onward.past))
+        lives = np.sort(drift.operations(lives), axis=1)
+        remaining = future.quantiles(future.fails(lives, past))
         beyond = np.where(known, limit.exceeded(now).mean(axis=1), np.nan)
         value = np.moveaxis(np.quantile(now, _SHARES, axis=1), 0, -1)
         return cls(beyond, value, remaining, lives)

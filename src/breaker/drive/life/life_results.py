@@ -7,6 +7,7 @@ import xarray as xr
 
 from breaker.drive.family.change_network import LEAST_AGREEMENT, agreement_of
 from breaker.drive.family.network_files import shipped_networks
+from breaker.drive.life.drift import Drift
 from breaker.drive.life.forecast import Forecast, Future, Onward
 from breaker.drive.life.life_records import series_of
 from breaker.drive.life.path import Change, Path
@@ -160,10 +161,12 @@ def _limits(
     operations = readout.series.operations[where]
     past = np.maximum(operations - float(readout.series.operations[0]), 1.0)
     onward = {
-        since: Onward(path, readout, where, past, future, since)
+        since: Onward(path, readout, where, future.horizon, since)
         for since in {limit.since for limit in limits}
     }
-    found = [Forecast.of(limit, onward[limit.since], future) for limit in limits]
+    age = _age(readout.series.operations, path)[where]
+    drift = Drift.of(path, where, age, future.drift, future.drifting, readout.seed)
+    found = [Forecast.of(limit, onward[limit.since], drift, past, future) for limit in limits]
     zero = np.zeros((1, readout.size))
     as_new = readout.condition(zero, zero + 1e-12, readout.series.new[-1:])
     new = [np.median(limit.read(as_new)[0], axis=0) for limit in limits]
@@ -181,6 +184,13 @@ def _limits(
         "new": ("part", np.concatenate([np.zeros(0), *new])),
         "common": (("asked", "part"), np.hstack([none[..., 0], *common])),
     }
+
+
+def _age(operations: np.ndarray, path: Path) -> np.ndarray:
+    """Operations since new, or since the last work on the drive, at least 1, ``(o,)``."""
+    works = [operations[change.start] for change in path.changes if _work(change)]
+    last = np.append(operations[0], works)[np.searchsorted(works, operations, side="right")]
+    return np.maximum(operations - last, 1.0)
 
 
 def _common(limit: Limit, readout: Readout) -> np.ndarray:
