@@ -4,12 +4,14 @@ import ast
 import hashlib
 import json
 import re
+import shlex
 import subprocess
 import sys
 from html import unescape
 from pathlib import Path
 from urllib.parse import urlencode
 
+import numpy as np
 import pytest
 
 from breaker.app.local_server import HOST, POLICY, PageServer
@@ -17,6 +19,7 @@ from breaker.app.page_text import list_page
 from breaker.app.view_session import SHOWN, Session
 from breaker.cli import main
 from breaker.cli.view import commands
+from breaker.quantities.parameters import PARAMETERS
 from breaker.reading.files.guards import LARGEST
 from tests.app.conftest import ODD
 
@@ -106,6 +109,53 @@ def test_a_sheet_is_that_of_the_command_with_the_settings_that_are_saved(
     sheet = page.get(f"/sheet.{ending}?{query}")
     assert sheet.content == output.read_bytes()
     assert 'filename="sheet' in sheet.headers["Content-Disposition"]
+
+
+def test_a_reference_with_its_band_and_the_visit_before_lie_over_the_curves(page, folder):
+    query = "file=one.csv&before=old.csv&reference=today.csv&tolerance=3"
+    found = json.loads(page.get(f"/curves?{query}").text)["traces"]
+    laid = {each["name"]: each for each in found if each["laid"]}
+    assert {name.partition(":")[0] for name in laid} == {"reference", "before"}
+    own = next(each for each in found if each["kind"] == "travel" and not each["laid"])
+    good = next(each for name, each in laid.items() if name.startswith("reference"))
+    old = next(each for name, each in laid.items() if name.startswith("before"))
+    halves = {round(high - y, 3) for y, high in zip(good["y"], good["high"], strict=True)}
+    assert len(halves) == 1
+    assert halves.pop() == pytest.approx(0.03 * 178.0, rel=0.03)  # mm, of the stroke
+    assert "low" not in old
+    for each in (good, old):  # aligned: one drive, whose noise is 0.1 mm
+        at = [
+            np.interp(x, own["x"], own["y"]) - y for x, y in zip(each["x"], each["y"], strict=False)
+        ]
+        assert max(map(abs, at)) < 3.0
+    plain = {each["name"] for each in found} - set(laid)
+    assert plain == {e["name"] for e in json.loads(page.get("/curves?file=one.csv").text)["traces"]}
+    command = unescape(page.get(f"/visit?{query}").text)
+    assert f"--reference {folder / 'curves' / 'today.csv'} --tolerance 3 --config" in command
+    for wrong in ("tolerance=0&reference=one.csv", "tolerance=x&reference=one.csv"):
+        assert "Tolerance" in unescape(page.get(f"/visit?{TODAY}&{wrong}").text)
+    assert page.get(f"/visit?{TODAY}&reference=../few.yaml").status == 404
+
+
+def test_a_sheet_with_a_reference_is_that_of_the_command(page, folder, tmp_path):
+    query = "file=one.csv&reference=old.csv&tolerance=2"
+    page.post(f"/save?{query}", urlencode({"kind": "settings", "name": tmp_path / "my.yaml"}))
+    command = re.search(r'<pre id="command">(.*?)</pre>', page.get(f"/visit?{query}").text)[1]
+    words = shlex.split(unescape(command))[1:]
+    words[words.index("my.yaml")] = str(tmp_path / "my.yaml")
+    words[words.index("sheet.pdf")] = str(tmp_path / "sheet.pdf")
+    assert main(words) == 0
+    assert page.get(f"/sheet.pdf?{query}").content == (tmp_path / "sheet.pdf").read_bytes()
+
+
+def test_what_the_model_says_beside_the_prior_comes_in_words_before_any_table(page):
+    text = unescape(page.get(f"/answer?{TODAY}").text)
+    said = text.index("beside what was known before, the record")
+    assert text.index('id="verdict"') < said < text.index("<table")
+    told = text[said : text.index("</li>", said)]
+    words = [each.word for each in PARAMETERS if each.word in told]
+    assert len(words) == len(PARAMETERS)  # each of them once, in one of three groups
+    assert "says hardly anything of" in told
 
 
 def test_a_change_is_read_at_once_and_told_as_chosen(page):

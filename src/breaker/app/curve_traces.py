@@ -11,8 +11,10 @@ from typing import NamedTuple
 import numpy as np
 
 from breaker.drive.answers.evidence import Answer, DriveRecord
+from breaker.drive.answers.reference_curve import Overlay
 from breaker.reading.files.format_settings import TO_MS
 from breaker.reading.files.guards import printable
+from breaker.reading.files.operations_table import Operation
 from breaker.reading.files.word_lookup import holds
 from breaker.reading.inspection.table_layout import Layout
 from breaker.reading.records.measurements import Reading
@@ -28,6 +30,8 @@ class Trace(NamedTuple):
         name, unit: What it is called; the unit is as in the file, or mm.
         kind: "travel", "contact", "coil" or "other".
         time, reading: Its samples, ``(t,)``, ms of the file.
+        laid: Whether it is of another record, laid over one of these.
+        band: Half of the band about it, of its unit; nan without one.
     """
 
     name: str
@@ -35,6 +39,8 @@ class Trace(NamedTuple):
     kind: str
     time: np.ndarray
     reading: np.ndarray
+    laid: bool = False
+    band: float = np.nan
 
 
 class Mark(NamedTuple):
@@ -121,6 +127,34 @@ def _kind(name: str) -> str:
     return next((kind for kind in ("coil", "contact") if holds(name, kind)), "other")
 
 
+def laid_over(
+    records: Sequence[DriveRecord], overlays: Sequence[Overlay], what: str, *, band: bool = False
+) -> list[Trace]:
+    """Return other records laid over those of a visit, at its times and from its rests.
+
+    Args:
+        records: Of the visit.
+        overlays: Of these over others, as of ``reference_curve.overlaid``.
+        what: What the others are.
+        band: Whether the band about them is shown.
+    """
+    of = {_identity(each.operation, each.motion): each for each in records}
+    found = []
+    for each in overlays:
+        record = of[each.operation, each.motion, each.phase, each.file]
+        raw, sign = record.raw, 1.0 if each.motion == "closing" else -1.0
+        name = printable(each.good_file).rpartition("/")[2]
+        name = " ".join(filter(None, [f"{what}: {name}, {each.motion}", each.phase]))
+        time, reading = each.time + raw.moves, raw.segment.before + sign * each.good
+        half = each.band if band else np.nan
+        found.append(Trace(name, "mm", "travel", time, reading, laid=True, band=half))
+    return found
+
+
+def _identity(operation: Operation, motion: str) -> tuple[int, str, str, str]:
+    return operation.number, motion, operation.phase, str(operation.file)
+
+
 def marks_of(answers: Sequence[Answer]) -> list[Mark]:
     """Return the times that are measured or inferred, and the zones of speeds."""
     found = []
@@ -176,7 +210,9 @@ def thinned(trace: Trace, begin: float, end: float) -> dict[str, list]:
         low = [part[np.argmin(reading[0][part])] for part in parts]
         high = [part[np.argmax(reading[1][part])] for part in parts]
         kept = np.sort(np.concatenate([low, high]))
-    return {"x": plain(trace.time[kept]), "y": plain(trace.reading[kept])}
+    x, y = trace.time[kept], trace.reading[kept]
+    ends = {"low": y - trace.band, "high": y + trace.band} if math.isfinite(trace.band) else {}
+    return {name: plain(each) for name, each in {"x": x, "y": y, **ends}.items()}
 
 
 def plain(values: np.ndarray) -> list[float | None]:

@@ -8,6 +8,7 @@ import json
 import math
 import os
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from typing import Any, NamedTuple
 from urllib.parse import quote, unquote_to_bytes, urlencode
 
@@ -80,12 +81,16 @@ class Choices(NamedTuple):
         files, before: Ids of the files of the visit, and of the visit before.
         base: "seen", settings as they are proposed, or "configured"; empty for what suits.
         settings: What was changed of ``endurance.format``.
+        reference: Id of a good record that is laid over; empty without.
+        tolerance: Half of the band about it, percent of the stroke; None as commands have it.
     """
 
     files: tuple[str, ...] = ()
     before: tuple[str, ...] = ()
     base: str = ""
     settings: Mapping[str, Any] = {}
+    reference: str = ""
+    tolerance: float | None = None
 
     @property
     def channel(self) -> str:
@@ -100,7 +105,8 @@ class Choices(NamedTuple):
         'file=a.csv&set.rate=5.0'
         """
         pairs = [("file", each) for each in self.files] + [("before", each) for each in self.before]
-        pairs += [("base", self.base)]
+        pairs += [("reference", self.reference), ("base", self.base)]
+        pairs += [("tolerance", "" if self.tolerance is None else f"{self.tolerance:g}")]
         pairs += [(_SET + key, as_text(key, value)) for key, value in self.settings.items()]
         return urlencode([(name, value) for name, value in pairs if value or name[:4] == _SET])
 
@@ -119,13 +125,28 @@ def read_choices(query: Mapping[str, Sequence[str]]) -> Choices:
             settings[key] = _value(_FIELD[key], values[-1])
     if settings.get("travel_column") is None:  # all that move
         settings.pop("travel_column", None)
-    base = query.get("base", [""])[-1]
+    base, reference, tolerance = (
+        query.get(name, [""])[-1].strip() for name in ("base", "reference", "tolerance")
+    )
+    share = _number("Tolerance", tolerance) if tolerance and reference else None
+    if share is not None and not 0.0 < share < 100.0:
+        raise ValueError(f"Tolerance: {tolerance} is no percentage above 0 and below 100")
     return Choices(
         tuple(dict.fromkeys(query.get("file", ()))),
         tuple(dict.fromkeys(query.get("before", ()))),
         base if base in ("seen", "configured") else "",
         settings,
+        reference,
+        share,
     )
+
+
+def _number(label: str, text: str) -> float:
+    """A number of a field."""
+    with suppress(ValueError):
+        if math.isfinite(value := float(text.strip().replace(",", "."))):
+            return value
+    raise ValueError(f"{label}: {text!r} is no number; write one, such as 10 or 0.25")
 
 
 def _value(field: Field, text: str) -> Any:
@@ -146,13 +167,7 @@ def _value(field: Field, text: str) -> Any:
         return FORMAT[field.key]
     if field.key == "zero" and text.strip() == "rest":
         return "rest"
-    try:
-        value = float(text.strip().replace(",", "."))
-    except ValueError:
-        value = math.nan
-    if not math.isfinite(value):
-        raise ValueError(f"{field.label}: {text!r} is no number; write one, such as 10 or 0.25")
-    return value
+    return _number(field.label, text)
 
 
 def as_text(key: str, value: object) -> str:

@@ -84,6 +84,7 @@ def visit_page(session: Session, choices: Choices) -> str:
         address=shown.choices.address,
         other=_other(shown.choices),
         command=shown.command,
+        others=session.beside(shown.choices),
         settings_name=_free("my.yaml"),
         table_name=_table(session),
     )
@@ -100,6 +101,7 @@ def answer_part(session: Session, choices: Choices) -> str:
         values=Markup(html_page(values, inner="report")),  # which escapes what it is given
         marks=answered.marks,
         words=answered.words,
+        told=answered.told,
         address=choices.address,
     )
 
@@ -194,6 +196,7 @@ def curves_of(shown: Shown, begin: float | None, end: float | None) -> dict:
             "name": each.name,
             "unit": each.unit,
             "kind": each.kind,
+            "laid": each.laid,
             **thinned(each, first, last),
         }
         for each in shown.traces

@@ -13,7 +13,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from breaker.app.curve_traces import Mark, Trace, marks_of, record_traces
+from breaker.app.curve_traces import Mark, Trace, laid_over, marks_of, record_traces
 from breaker.app.page_choices import WHOLE, Choices, id_of, overlay_text
 from breaker.app.run_results import FLEET, LIFE, Life, RunResults, read_fleet, read_life, results_in
 from breaker.app.setting_rows import SettingRow, base_of, rows_of
@@ -22,9 +22,9 @@ from breaker.common.zarr_store import CHECKSUMS
 from breaker.documents.parts import Document
 from breaker.documents.terminal import text_of
 from breaker.drive.answers.answer_document import document
-from breaker.drive.answers.answer_words import words_of
-from breaker.drive.answers.evidence import DriveRecord
+from breaker.drive.answers.answer_words import beside_prior, words_of
 from breaker.drive.answers.file_statements import date_in
+from breaker.drive.answers.reference_curve import overlaid
 from breaker.quantities.parameters import MOTIONS
 from breaker.reading.files.folder_facts import Description
 from breaker.reading.files.folder_listing import odd_signs, record_files
@@ -48,13 +48,29 @@ _OPEN = 2  # of which files are kept open
 _TRAVEL = "travel_column"  # which chooses a channel of several, also where it is the base's
 
 
+class Asked(NamedTuple):
+    """What a page asks ``breaker report`` for, as its command line names it.
+
+    Attributes:
+        files, before: Files of the visit, and of the visit before.
+        channel: Column of travel; empty for all that move.
+        reference: A good record; empty without.
+        tolerance: Share of the stroke, half of the band about it; None as the command has it.
+    """
+
+    files: Sequence[str]
+    before: Sequence[str]
+    channel: str
+    reference: str
+    tolerance: float | None
+
+
 class Commands(NamedTuple):
     """What the commands do, called as they call it.
 
     Attributes:
         settings_of: The configuration of overlays.
-        read_of: What ``breaker report`` reads for files, files of the visit before, a channel and
-            overlays, opened once in those that are given.
+        read_of: What ``breaker report`` reads with overlays, files opened once in those given.
         visit_of: What it then infers and judges, and its report.
         content_of: The bytes of its report by ending, and what to say of them.
         manifest_of: The table of ``breaker manifest`` for a folder and overlays, and remarks.
@@ -62,7 +78,7 @@ class Commands(NamedTuple):
     """
 
     settings_of: Callable[[Sequence[str]], Mapping]
-    read_of: Callable[[Sequence[str], Sequence[str], str, Sequence[str], Files], Any]
+    read_of: Callable[[Asked, Sequence[str], Files], Any]
     visit_of: Callable[[Any], Any]
     content_of: Callable[[Any, str], tuple[bytes, str]]
     manifest_of: Callable[[str, Sequence[str]], tuple[str, Sequence[str]]]
@@ -113,10 +129,13 @@ class Shown:
 
 
 class Answered(NamedTuple):
-    """A visit as ``breaker report`` answers it, the marks of its curves, and the whole in words."""
+    """A visit as ``breaker report`` answers it, the marks of its curves, what the model tells
+    beside what was known before, and the whole in words.
+    """
 
     visit: Any
     marks: Sequence[Mark]
+    told: Sequence[str]
     words: str
 
 
@@ -255,28 +274,46 @@ class Session:
             MissingError: If a file is not, or no more, among those that are listed.
             ConfigurationError, OSError, ValueError: If the configuration is wrong.
         """
-        named, before = self.paths(choices.files), self.paths(choices.before)
-        states = tuple(_state(each) for each in (*named, *before, *self.overlays))
+        asked = self.asked(choices)
+        named = (*asked.files, *asked.before, *filter(None, [asked.reference]))
+        states = tuple(_state(each) for each in (*named, *self.overlays))
         # One visit is read with many settings, and its files are opened once as long as they stay.
         files = self._once(("files", *states), Files, _OPEN)
-        find = lambda: self._shown(choices, named, before, files)  # noqa: E731
+        find = lambda: self._shown(choices, asked, files)  # noqa: E731
         found = self._once(("shown", choices.address, states), find, _KEPT)
         # What a page then asks about it, it asks by what was chosen in the end.
         return self._once(("shown", found.choices.address, states), lambda: found, _KEPT)
 
+    def asked(self, choices: Choices) -> Asked:
+        """Return what choices are on a command line; raises as ``paths``."""
+        files, before, good = map(self.paths, (choices.files, choices.before, [choices.reference]))
+        share = None if choices.tolerance is None else choices.tolerance / 100.0
+        return Asked(files, before, choices.channel, good[0], share)
+
+    def beside(self, choices: Choices) -> dict[str, str]:
+        """Return names of files that a page offers as a reference, by their ids: the first of the
+        list, and that which is chosen.
+        """
+        files = self.files()
+        shown = dict.fromkeys([*filter(None, [choices.reference]), *list(files)[:SHOWN]])
+        return {each: printable(files[each]).rpartition("/")[2] for each in shown}
+
     def paths(self, identities: Sequence[str]) -> list[str]:
         """Return what the command line calls files."""
         files = self.files()
-        if lost := [each for each in identities if each not in files and each != WHOLE]:
+        if lost := [each for each in identities if each not in files and each not in (WHOLE, "")]:
             raise MissingError(
                 f"{lost[0]} is not in {printable(self.named)} any more, or never was: was it moved "
                 "or renamed? Go back to the list"
             )
-        return [self.named if each == WHOLE else files[each] for each in identities]
+        named = {WHOLE: self.named, "": ""}
+        return [named.get(each) or files.get(each, "") for each in identities]
 
-    def _shown(self, choices: Choices, named: list[str], before: list[str], files: Files) -> Shown:
+    def _shown(self, choices: Choices, asked: Asked, files: Files) -> Shown:
         config = self.commands.settings_of(self.overlays)
-        first = named[0] if choices.files[0] != WHOLE else next(iter(self.files().values()), "")
+        first = (
+            asked.files[0] if choices.files[0] != WHOLE else next(iter(self.files().values()), "")
+        )
         layout, proposal, trouble = self._seen(files[first], config)
         base = base_of(config, proposal, choices.base)
         chosen = {k: v for k, v in choices.settings.items() if v != base.form[k] or k == _TRAVEL}
@@ -284,10 +321,10 @@ class Session:
         form, own = {**base.form, **chosen}, config["endurance"]["format"]
         sensor = proposal.sensor if base.name == "seen" else {}
         overlay = overlay_text({key: form[key] for key in form if form[key] != own[key]}, sensor)
-        read = None
+        asked, read = asked._replace(channel=choices.channel), None
         try:
             with self._overlay(overlay) as written:
-                read = self.commands.read_of(named, before, choices.channel, written, files)
+                read = self.commands.read_of(asked, written, files)
                 trouble = ""
         except (ValueError, OSError) as error:
             trouble = re.sub(rf"{re.escape(str(self.own))}\S*/(?=my\.yaml)", "", str(error))
@@ -298,8 +335,8 @@ class Session:
             proposal.remarks if proposal else (),
             trouble,
             read,
-            _traces(read.records if read else (), layout, files),
-            self._command(choices, named, before),
+            _traces(read, layout, files),
+            self._command(asked),
         )
 
     def answered(self, choices: Choices) -> Answered:
@@ -314,8 +351,9 @@ class Session:
 
         def answer() -> Answered:
             visit = self.commands.visit_of(shown.read)
-            text = text_of(words_of(document(visit.answers, visit.verdicts, {"words": []}, {})))
-            return Answered(visit, marks_of(visit.answers), text)
+            found = document(visit.answers, visit.verdicts, {"words": []}, {})
+            told = beside_prior(each for each in found.records if each.accepted)
+            return Answered(visit, marks_of(visit.answers), told, text_of(words_of(found)))
 
         return self._once(("answered", id(shown), shown), answer, _KEPT)
 
@@ -333,11 +371,13 @@ class Session:
     def _overlay(self, text: str) -> "_Written":
         return _Written(self.own / "settings", text, self.overlays)
 
-    def _command(self, choices: Choices, named: Sequence[str], before: Sequence[str]) -> str:
+    def _command(self, asked: Asked) -> str:
         """The command line that writes the sheet of a page."""
-        words = ["breaker", "report", *map(printable, named)]
-        words += ["--before", *map(printable, before)] if before else []
-        words += ["--channel", choices.channel] if choices.channel else []
+        words = ["breaker", "report", *map(printable, asked.files)]
+        words += ["--before", *map(printable, asked.before)] if asked.before else []
+        words += ["--channel", asked.channel] if asked.channel else []
+        words += ["--reference", printable(asked.reference)] if asked.reference else []
+        words += ["--tolerance", f"{100.0 * asked.tolerance:g}"] if asked.tolerance else []
         return shlex.join([*words, "--config", *self.overlays, "my.yaml", "--output", "sheet.pdf"])
 
     def sheet(self, choices: Choices, ending: str) -> bytes:
@@ -406,13 +446,19 @@ class _Written:
         self.folder.cleanup()
 
 
-def _traces(records: Sequence[DriveRecord], first: Layout | None, files: Files) -> list[Trace]:
-    """Curves of all files that can be looked into; the others are said elsewhere."""
-    layouts = []
+def _traces(read: Any, first: Layout | None, files: Files) -> list[Trace]:
+    """Curves of all files that can be looked into; the others are said elsewhere. Over them lie the
+    reference and the visit before.
+    """
+    records, layouts = read.records if read else (), []
     for each in dict.fromkeys(each.operation.file for each in records):
         with suppress(ValueError, OSError):
             layouts.append(look_into(files[each]))
-    return record_traces(records, layouts or [*filter(None, [first])])
+    found = record_traces(records, layouts or [*filter(None, [first])])
+    if read:
+        found += laid_over(records, read.beside["overlays"], "reference", band=True)
+        found += laid_over(records, overlaid(records, read.before), "before")
+    return found
 
 
 def _listed(identity: str, path: str, seen: Description | None) -> Listed:

@@ -17,6 +17,7 @@ from breaker.cli.records_named import add_path
 from breaker.cli.report import ReadVisit, content_of, read_of, visit_of
 
 if TYPE_CHECKING:
+    from breaker.app.view_session import Asked
     from breaker.reading.files.opened_file import Files
 
 _NEEDED = ("bokeh", "tornado")
@@ -71,17 +72,11 @@ def commands():
     return Commands(settings_of, _read, visit_of, content_of, table_of, _write)
 
 
-def _read(
-    files: Sequence[str],
-    before: Sequence[str],
-    channel: str,
-    overlays: Sequence[str],
-    opened: "Files",
-) -> ReadVisit:
+def _read(asked: "Asked", overlays: Sequence[str], opened: "Files") -> ReadVisit:
     """What ``breaker report`` reads with these options."""
-    chosen = {"channel": [channel] if channel else [], "reference": None, "tolerance": None}
-    given = {"files": [*files], "before": [*before], "config": [*overlays]}
-    return read_of(argparse.Namespace(**given, **chosen), opened)
+    given = {"files": [*asked.files], "before": [*asked.before], "config": [*overlays]}
+    given |= {"channel": [asked.channel] if asked.channel else [], "tolerance": asked.tolerance}
+    return read_of(argparse.Namespace(**given, reference=asked.reference or None), opened)
 
 
 def _write(name: str, text: str, read: Sequence[str]) -> str:

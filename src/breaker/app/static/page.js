@@ -143,6 +143,7 @@ const PANELS = { // label and height by kind of channel, in their order
   travel: ["travel (mm)", 340], coil: ["coil", 150], contact: ["contact", 130], other: ["others, as in the file", 170],
 };
 const numbers = (list) => list.map((each) => (each === null ? NaN : each));
+const points = (line) => Object.fromEntries(["x", "y", "low", "high"].filter((key) => key in line).map((key) => [key, numbers(line[key])]));
 
 function tint() {
   return matchMedia("(prefers-color-scheme: dark)").matches
@@ -179,7 +180,7 @@ async function draw(before) {
     if (error.name !== "AbortError") place.textContent = error.message;
     return;
   }
-  const names = JSON.stringify([data.clock, data.traces.map((trace) => [trace.kind, trace.name, trace.unit])]);
+  const names = JSON.stringify([data.clock, data.traces.map((trace) => [trace.kind, trace.name, trace.unit, trace.laid, "low" in trace])]);
   if (before && old?.names === names) { // the same channels, read otherwise: nothing is built anew
     redraw(before, place, old, data);
     return;
@@ -190,12 +191,14 @@ async function draw(before) {
   for (const trace of data.traces) {
     if (!panels.has(trace.kind)) panels.set(trace.kind, panel(...PANELS[trace.kind], range));
     const figure = panels.get(trace.kind), items = figure.items ??= [];
-    const source = new Bokeh.ColumnDataSource({ data: { x: numbers(trace.x), y: numbers(trace.y) } });
+    const source = new Bokeh.ColumnDataSource({ data: points(trace) });
     sources.push(source);
     const name = trace.unit && trace.kind !== "travel" ? `${trace.name} (${trace.unit})` : trace.name;
     const glyph = figure.line({ field: "x" }, { field: "y" }, {
-      source, line_width: 1.5, line_color: colours[items.length % colours.length],
+      source, line_width: 1.5, line_color: trace.low ? ink : colours[items.length % colours.length],
+      line_dash: trace.low ? "dashed" : trace.laid ? "dotted" : "solid",
     });
+    if (trace.low) figure.varea({ field: "x" }, { field: "low" }, { field: "high" }, { source, fill_color: ink, fill_alpha: 0.12 });
     glyph.visible = trace.kind !== "other" || !items.length; // of a dozen, those that are asked for
     items.push(new Bokeh.LegendItem({ label: { value: name }, renderers: [glyph] }));
   }
@@ -239,7 +242,7 @@ function legend(items, ink, paper) {
 function redraw(before, place, old, data) {
   before.dataset.query = place.dataset.query;
   place.replaceWith(before);
-  data.traces.forEach((trace, k) => { old.sources[k].data = { x: numbers(trace.x), y: numbers(trace.y) }; });
+  data.traces.forEach((trace, k) => { old.sources[k].data = points(trace); });
   const zoom = old.range.start !== old.from || old.range.end !== old.to;
   if (data.from !== old.from || data.to !== old.to) Object.assign(old.range, { start: data.from, end: data.to });
   else if (zoom) zoomed(old.range, old.sources, before);
@@ -249,7 +252,7 @@ function redraw(before, place, old, data) {
 }
 
 function addMarks(figure, marks, colours, ink) {
-  figure.vstrip({ field: "x0" }, { field: "x1" }, { source: marks.zones, fill_color: colours[3], fill_alpha: 0.1, line_color: null });
+  figure.vstrip({ field: "x0" }, { field: "x1" }, { source: marks.zones, fill_color: colours[3], fill_alpha: 0.05, line_color: null });
   for (const [source, dash] of [[marks.times, "dashed"], [marks.told, "dotted"]]) {
     figure.vspan({ field: "x" }, { source, line_color: colours[1], line_alpha: 0.6, line_dash: dash });
   }
@@ -274,7 +277,7 @@ async function zoomed(range, sources, place) {
   const part = `&from=${range.start}&to=${range.end}`;
   try {
     const data = await (await answer("/curves?" + place.dataset.query + part)).json();
-    data.traces.forEach((trace, k) => { sources[k].data = { x: numbers(trace.x), y: numbers(trace.y) }; });
+    data.traces.forEach((trace, k) => { sources[k].data = points(trace); });
   } catch (error) {
     busy(error.message);
   }
@@ -327,9 +330,9 @@ function lifePanel(data, ranges) {
   const items = [], shown = [];
   data.lines.forEach((each, k) => {
     const color = colours[k % colours.length];
-    const points = source({ x: numbers(each.x), y: numbers(each.y), low: numbers(each.low), high: numbers(each.high) });
-    const band = figure.varea({ field: "x" }, { field: "low" }, { field: "high" }, { source: points, fill_color: color, fill_alpha: 0.2 });
-    const glyph = figure.line({ field: "x" }, { field: "y" }, { source: points, line_color: color, line_width: 1.8 });
+    const values = source(points(each));
+    const band = figure.varea({ field: "x" }, { field: "low" }, { field: "high" }, { source: values, fill_color: color, fill_alpha: 0.2 });
+    const glyph = figure.line({ field: "x" }, { field: "y" }, { source: values, line_color: color, line_width: 1.8 });
     items.push(new Bokeh.LegendItem({ label: { value: each.name }, renderers: [glyph, band] }));
     shown.push(glyph, band);
   });

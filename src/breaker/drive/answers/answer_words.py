@@ -16,6 +16,7 @@ from breaker.drive.answers.answer_document import (
 )
 from breaker.drive.answers.draw_weights import SURPRISING
 from breaker.drive.answers.limit_verdicts import VERDICTS, JudgedPart, Verdict
+from breaker.quantities.parameters import PARAMETERS
 from breaker.quantities.speeds import EVENTS
 
 _ROW = "  {:<19} {:>8}  {:<20} {:<7} {}"
@@ -26,6 +27,7 @@ _CELLS, _SHORT = 3, "  {:<32} {:<32} {:<32}"  # of a line of a short section
 _EDGE = 0.02  # p-value, below which a record is at the edge of a family
 _THERE = 0.9  # probability from which on a mechanism is there; from 1 less it on it is not
 _PRIOR = 0.8  # share of the prior's variance, from which on a record says hardly anything
+_TOLD = 0.2  # below which the record tells it, whatever was known before
 FEW_DRAWS = "prior, facts or the contact's time leave hardly a draw of the network"
 """Why an answer is not resolved."""
 
@@ -140,6 +142,52 @@ def _of_prior(each: Estimate) -> str:
     if each.prior_share is None:
         return ""
     return "; nearly all prior" if is_prior(each) else f"; {100.0 * each.prior_share:.0f} % prior"
+
+
+def first_of_channels(entries: Iterable[RecordAnswer]) -> list[RecordAnswer]:
+    """Return the first of each channel, and of the motions that were inferred together."""
+    first: dict[tuple, RecordAnswer] = {}
+    for entry in entries:
+        first.setdefault((entry.phase, *entry.fit.motions), entry)
+    return list(first.values())
+
+
+def beside_prior(entries: Iterable[RecordAnswer]) -> list[str]:
+    """Say of which parameters a record tells more than was known before it: a sentence for the
+    first operation of each channel.
+
+    Args:
+        entries: Records that were accepted.
+    """
+    said = []
+    for entry in first_of_channels(entries):
+        of = " and ".join(entry.fit.motions or [entry.motion])
+        of = f"{entry.phase}, {of}" if entry.phase else of
+        if entry.fit.misfit or not entry.fit.resolved:
+            said.append(f"{of}: nothing is inferred; what is measured holds.")
+            continue
+        there = {n: each for n, each in entry.parameters.items() if each.median is not None}
+        known = {n: each.prior_share for n, each in there.items() if each.prior_share is not None}
+        groups = {
+            "tells": [name for name in known if known[name] < _TOLD],
+            "narrows": [name for name in known if _TOLD <= known[name] < _PRIOR],
+            "says hardly anything of": [name for name in known if known[name] >= _PRIOR],
+        }
+        words = {each.name: each.word for each in PARAMETERS}
+        told = [
+            f"{verb} {', '.join(f'{words[n]} {_ends(entry.parameters[n])}' for n in names)}"
+            for verb, names in groups.items()
+            if names
+        ]
+        said.append(f"{of}: beside what was known before, the record {'; '.join(told)}.")
+    return said
+
+
+def _ends(each: Estimate) -> str:
+    """Median and 95 % interval of a parameter with its unit, in brackets."""
+    unit = "" if each.unit == "1" else f" {each.unit}"
+    low, high = (in_digits(end, 3) for end in each.interval_95)
+    return f"({in_digits(each.median, 3)}{unit}, {low} to {high})"
 
 
 def is_prior(each: Estimate) -> bool:

@@ -14,6 +14,7 @@ from breaker.drive.answers.answer_document import (
 from breaker.drive.answers.answer_words import (
     FEW_DRAWS,
     bounds_in_words,
+    first_of_channels,
     how_it_fits,
     is_prior,
     present,
@@ -202,12 +203,9 @@ def _notes(channels: Mapping[str, RecordAnswer]) -> list[str]:
 
 def model_table(entries: Sequence[RecordAnswer]) -> Table:
     """Return parameters of the first operation of each channel, and how far they can be trusted."""
-    first: dict[tuple, RecordAnswer] = {}
-    for entry in entries:
-        first.setdefault((entry.phase, *entry.fit.motions), entry)
-    rows, said = [], []
-    for (phase, *_), entry in first.items():
-        fit = entry.fit
+    first, rows, said = first_of_channels(entries), [], []
+    for entry in first:
+        phase, fit = entry.phase, entry.fit
         fits = f"{fit.family.replace('_', ' ')}\n{in_p(fit.p_value)}"
         how = how_it_fits(fit.p_value, fit.misfit)
         trust = Cell(f"{how} {fits}", "doubt" * (how != "fits"))
@@ -227,9 +225,9 @@ def model_table(entries: Sequence[RecordAnswer]) -> Table:
     names = _inferred(entries[0])
     units = (f"{n}\n{'' if each.unit == '1' else each.unit}" for n, each in names.items())
     notes = named(said, len(first))
-    if any(each.fit.resolved for each in first.values()):
+    if any(each.fit.resolved for each in first):
         notes.append("; ".join(f"{name}: {each.meaning}" for name, each in names.items()))
-        grey = any(is_prior(each) for entry in first.values() for each in entry.parameters.values())
+        grey = any(is_prior(each) for entry in first for each in entry.parameters.values())
         said = "medians and 95 % intervals of the first operation of each channel"
         notes.append(said + "; grey: nearly all prior, the record adds little" * grey)
     by: dict[str, dict[str, dict[str, None]]] = {}
