@@ -2,7 +2,13 @@
 
 import asyncio
 import http.client
+import os
+import re
+import subprocess
+import sys
 import threading
+import time
+from contextlib import contextmanager
 from typing import NamedTuple
 
 import pytest
@@ -26,21 +32,19 @@ class Got(NamedTuple):
     headers: http.client.HTTPMessage
 
 
-class Page:
-    """A server in a thread, asked as a browser asks: with the cookie, unless told otherwise."""
+class Outside:
+    """A page by the address that a command has printed, asked as a browser asks: with the cookie,
+    unless told otherwise.
+    """
 
-    def __init__(self, session):
-        self.server, self.loop = PageServer(session), asyncio.new_event_loop()
-        self.ended = asyncio.Event()
-        serve = self.server.serve(self.ended)
-        self.thread = threading.Thread(target=self.loop.run_until_complete, args=(serve,))
-        self.thread.start()
+    def __init__(self, line):
+        self.port, self.token = re.search(rf"http://{HOST}:(\d+)/\?token=(\S+)", line).groups()
 
     def get(self, path, *, cookie=None, method="GET", body=None, **headers):
         headers = {name.replace("_", "-"): value for name, value in headers.items()}
-        own = f"breaker-{self.server.port}={self.server.token}"
+        own = f"breaker-{self.port}={self.token}"
         headers |= {"Cookie": own if cookie is None else cookie}
-        connection = http.client.HTTPConnection(HOST, self.server.port, timeout=60)
+        connection = http.client.HTTPConnection(HOST, int(self.port), timeout=60)
         connection.request(method, path, body=body, headers=headers)
         answer = connection.getresponse()
         content = answer.read()
@@ -48,9 +52,44 @@ class Page:
         return Got(answer.status, content.decode("utf-8", "replace"), content, answer.headers)
 
     def post(self, path, body):
-        origin = f"http://{HOST}:{self.server.port}"
+        origin = f"http://{HOST}:{self.port}"
         form = "application/x-www-form-urlencoded"
         return self.get(path, method="POST", body=body, Origin=origin, Content_Type=form)
+
+
+@contextmanager
+def started(folder="", *, command=("-m", "breaker"), more=("--no-browser",), errors=None):
+    """The command in a process of its own, with its first line; it is ended."""
+    words = [sys.executable, *command, *(["view", str(folder), *more] if folder else [])]
+    with open(errors or os.devnull, "w") as said:
+        process = subprocess.Popen(words, stdout=subprocess.PIPE, stderr=said, text=True)
+        try:
+            process.line = process.stdout.readline()
+            yield process
+        finally:
+            process.terminate()
+            process.wait(20)
+            process.stdout.close()
+
+
+def until(there, what):
+    """Wait for something."""
+    end = time.monotonic() + 30
+    while not there():
+        assert time.monotonic() < end, f"{what} did not come"
+        time.sleep(0.05)
+
+
+class Page(Outside):
+    """A server in a thread."""
+
+    def __init__(self, session):
+        self.server, self.loop = PageServer(session), asyncio.new_event_loop()
+        super().__init__(self.server.address)
+        self.ended = asyncio.Event()
+        serve = self.server.serve(self.ended)
+        self.thread = threading.Thread(target=self.loop.run_until_complete, args=(serve,))
+        self.thread.start()
 
     def end(self):
         self.loop.call_soon_threadsafe(self.ended.set)

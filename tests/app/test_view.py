@@ -5,14 +5,15 @@ import hashlib
 import json
 import re
 import shlex
-import subprocess
-import sys
+import socket
+import time
 from html import unescape
 from pathlib import Path
 from urllib.parse import urlencode
 
 import numpy as np
 import pytest
+import yaml
 
 from breaker.app.local_server import HOST, POLICY, PageServer
 from breaker.app.page_text import list_page
@@ -21,7 +22,7 @@ from breaker.cli import main
 from breaker.cli.view import commands
 from breaker.quantities.parameters import PARAMETERS
 from breaker.reading.files.guards import LARGEST
-from tests.app.conftest import ODD
+from tests.app.conftest import ODD, Outside, started, until
 
 SOURCE = Path(__file__).parents[2] / "src" / "breaker"
 TODAY = "file=today.csv"
@@ -328,6 +329,143 @@ def test_two_windows_and_two_sessions_do_not_disturb_each_other(page, opened, fo
     assert other.get("/", cookie=f"breaker-{page.server.port}={page.server.token}").status == 403
 
 
+def test_two_processes_do_not_disturb_each_other(folder, tmp_path):
+    """Each has its own port, token and dropped files, and both may save at once."""
+    with started(folder / "curves") as first, started(folder / "curves") as second:
+        pages = [Outside(first.line), Outside(second.line)]
+        assert pages[0].port != pages[1].port
+        assert [each.get("/").status for each in pages] == [200, 200]
+        cookie = f"breaker-{pages[1].port}={pages[0].token}"
+        assert pages[1].get("/", cookie=cookie).status == 403
+        pages[0].post("/drop?name=mine.csv", (folder / "curves" / "one.csv").read_bytes())
+        assert "mine.csv" in pages[0].get("/").text
+        assert "mine.csv" not in pages[1].get("/").text
+        for page, name in zip(pages, ("a.yaml", "b.yaml"), strict=True):
+            body = urlencode({"kind": "settings", "name": tmp_path / name})
+            assert "written" in page.post("/save?file=one.csv", body).text
+    assert (tmp_path / "a.yaml").read_bytes() == (tmp_path / "b.yaml").read_bytes()
+
+
+def test_what_is_being_written_is_written_though_the_browser_is_closed(page, tmp_path):
+    target, port = tmp_path / "left.yaml", page.server.port
+    body = urlencode({"kind": "settings", "name": target})
+    with socket.create_connection((HOST, port)) as browser:
+        head = f"POST /save?file=one.csv HTTP/1.1\r\nHost: {HOST}:{port}\r\n"
+        head += f"Origin: http://{HOST}:{port}\r\nCookie: breaker-{port}={page.server.token}\r\n"
+        head += "Content-Type: application/x-www-form-urlencoded\r\n"
+        browser.sendall(f"{head}Content-Length: {len(body)}\r\n\r\n{body}".encode())
+    until(target.exists, "the settings")
+    assert yaml.safe_load(target.read_text()) is not None
+
+
+def test_no_request_leaves_the_machine(folder, tmp_path):
+    """Whatever a page is asked for, the command connects to nothing and asks for no name."""
+    script = (
+        "import sys\n"
+        "def seen(event, about):\n"
+        "    if event in ('socket.connect', 'socket.sendto', 'socket.getaddrinfo'):\n"
+        "        print(event, *map(str, about), file=sys.stderr, flush=True)\n"
+        "sys.addaudithook(seen)\n"
+        "from breaker.cli import main\n"
+        f"sys.exit(main(['view', {str(folder / 'curves')!r}, '--no-browser']))\n"
+    )
+    with started(command=["-c", script], errors=tmp_path / "errors") as process:
+        page = Outside(process.line)
+        for path in (
+            *("/", "/?look=9", f"/visit?{TODAY}", f"/answer?{TODAY}", f"/curves?{TODAY}"),
+            *(f"/marks?{TODAY}", f"/sheet.pdf?{TODAY}", f"/sheet.html?{TODAY}", "/life"),
+            *("/static/page.js", "/static/bokeh.min.js"),
+        ):
+            assert page.get(path).status in (200, 404)
+    assert (tmp_path / "errors").read_text() == ""
+
+
+def test_uploads_beyond_the_bound_are_refused(page):
+    most = re.search(r'data-most="(\d+)"', page.get("/").text)[1]
+    assert int(most) == LARGEST  # which the page says before it sends anything
+    port = page.server.port
+    with socket.create_connection((HOST, port), timeout=20) as browser:
+        head = f"POST /drop?name=a.csv HTTP/1.1\r\nHost: {HOST}:{port}\r\n"
+        browser.sendall(f"{head}Content-Length: {LARGEST + 2}\r\n\r\n".encode())
+        assert b" 200 " not in browser.recv(4096)
+
+
+def test_a_file_that_changes_while_it_is_shown_is_said(opened, folder, tmp_path):
+    (tmp_path / "curves").mkdir()
+    shown = tmp_path / "curves" / "a.csv"
+    shown.write_bytes((folder / "curves" / "one.csv").read_bytes())
+    page = opened(tmp_path / "curves", tmp_path, [str(folder / "few.yaml")])
+    text = unescape(page.get("/visit?file=a.csv").text)
+    query = re.search(r'data-query="([^"]*)"', text)[1]
+    asked = [f"/{name}?{query}" for name in ("curves", "answer", "marks", "sheet.html")]
+    asked.append(f"/cursors?{query}&first=1&second=2")
+    assert {page.get(each).status for each in asked} == {200}
+    shown.write_bytes((folder / "curves" / "old.csv").read_bytes())
+    for each in asked:
+        found = page.get(each)
+        assert found.status == 409
+        assert "load the page again" in found.text
+    assert re.search(r'data-query="([^"]*)"', page.get("/visit?file=a.csv").text)[1] != query
+
+
+def test_a_folder_that_goes_and_comes_back_is_said(opened, folder, tmp_path):
+    (tmp_path / "curves").mkdir()
+    (tmp_path / "curves" / "a.csv").write_bytes((folder / "curves" / "one.csv").read_bytes())
+    page = opened(tmp_path / "curves", tmp_path)
+    (tmp_path / "curves").rename(tmp_path / "away")
+    for path in ("/", "/visit?file=a.csv"):
+        found = page.get(path)
+        assert found.status == 404
+        assert "Put it back" in found.text
+    (tmp_path / "away").rename(tmp_path / "curves")
+    assert page.get("/visit?file=a.csv").status == 200
+    (tmp_path / "curves" / "b.csv").touch()
+    assert "b.csv" in page.get("/").text  # the list is made anew where the folder has changed
+
+
+def test_a_folder_that_cannot_be_read_is_said_with_a_remedy(folder, monkeypatch, capsys):
+    def refused(path):
+        raise PermissionError(13, "Permission denied", path)
+
+    monkeypatch.setattr("breaker.app.view_session.os.listdir", refused)
+    assert main(["view", str(folder / "curves")]) == 1
+    assert "ask for the right to read it" in capsys.readouterr().err
+
+
+def test_files_that_cannot_be_read_are_said_in_the_list(opened, tmp_path):
+    (tmp_path / "curves").mkdir()
+    (tmp_path / "curves" / "gone.csv").symlink_to(tmp_path / "nowhere")
+    (tmp_path / "curves" / "folder.csv").mkdir()
+    text = opened(tmp_path / "curves", tmp_path).get("/?look=9").text
+    assert "does a link lead nowhere?" in text
+    assert "is a folder, not a file" in text
+
+
+def test_without_a_browser_the_address_is_said_and_the_page_stands(folder, monkeypatch):
+    monkeypatch.setenv("BROWSER", "false")
+    with started(folder / "curves", more=()) as process:
+        said = [process.stdout.readline() for _ in range(2)]
+        assert "Ctrl-C ends it" in said[0]
+        assert "open the address in one of this machine" in said[1]
+        assert Outside(process.line).get("/").status == 200
+
+
+def test_a_folder_of_ten_thousand_files_is_answered_at_once(opened, folder, tmp_path):
+    (tmp_path / "many").mkdir()
+    for k in range(10_000):
+        (tmp_path / "many" / f"{k:05d}.csv").touch()
+    content = (folder / "curves" / "one.csv").read_bytes()
+    (tmp_path / "many" / "05000.csv").write_bytes(content)
+    page = opened(tmp_path / "many", tmp_path)
+    page.get("/")
+    took = []
+    for query in ("", "set.sign=-1", "set.zero=1", "set.zero=2"):
+        start = time.perf_counter()
+        assert page.get(f"/visit?file=05000.csv&{query}").status == 200
+        took.append(time.perf_counter() - start)
+    assert min(took) < 1.0  # 0.1 s on an idle machine
+
+
 def test_a_port_in_use_and_a_folder_that_is_not_there(page, folder, tmp_path, capsys):
     session = Session(str(folder / "curves"), [], commands(), tmp_path)
     with pytest.raises(OSError, match="leave --port out"):
@@ -342,13 +480,11 @@ def test_without_the_extra_one_line_says_what_to_install(monkeypatch, capsys):
     assert capsys.readouterr().err.count("\n") == 1
 
 
-def test_the_command_prints_its_address_where_there_is_no_browser_and_ends(folder):
-    command = [sys.executable, "-m", "breaker", "view", str(folder / "curves"), "--no-browser"]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
-        line = process.stdout.readline()
+def test_the_command_prints_its_address_and_ends(folder):
+    with started(folder / "curves") as process:
         process.terminate()
         assert process.wait(20) == 128 + 15
-    assert re.fullmatch(rf"the page is at http://{HOST}:\d+/\?token=[\w-]{{32}}\n", line)
+    assert re.fullmatch(rf"the page is at http://{HOST}:\d+/\?token=[\w-]{{32}}\n", process.line)
 
 
 def test_no_other_command_imports_the_page():

@@ -38,7 +38,7 @@ from breaker.app.page_text import (
     marks_for,
     visit_page,
 )
-from breaker.app.view_session import MissingError, Session
+from breaker.app.view_session import ChangedError, MissingError, Session
 from breaker.reading.files.guards import LARGEST
 
 HOST = "127.0.0.1"
@@ -181,6 +181,11 @@ class _Handler(tornado.web.RequestHandler):
             for name, values in self.request.query_arguments.items()
         }
 
+    @property
+    def state(self) -> str:
+        """Of the files as the page that asks shows them; empty where it does not say."""
+        return self.query.get("state", [""])[-1]
+
     def choices(self) -> Choices:
         """What the address chooses, of one file at least."""
         found = read_choices(self.query)
@@ -195,6 +200,8 @@ class _Handler(tornado.web.RequestHandler):
             text = error.text
         elif isinstance(error, MissingError):
             self.set_status(404)
+        elif isinstance(error, ChangedError):
+            self.set_status(409)
         elif isinstance(error, ValueError | OSError):
             self.set_status(422)
         elif isinstance(error, tornado.web.HTTPError):
@@ -251,11 +258,11 @@ class _Answer(_Handler):
     """Values, limits and the model's answer, or the marks that go with them."""
 
     async def get(self, what: str) -> None:
-        choices, session = self.choices(), self.page.session
+        session, asked = self.page.session, (self.choices(), self.state)
         if what == "answer":
-            self.finish(await self.worked(lambda: answer_part(session, choices), slow=True))
+            self.finish(await self.worked(lambda: answer_part(session, *asked), slow=True))
         else:
-            found = await self.worked(lambda: session.answered(choices), slow=True)
+            found = await self.worked(lambda: session.answered(*asked), slow=True)
             self.finish(marks_for(found))
 
 
@@ -264,7 +271,7 @@ class _Curves(_Handler):
 
     async def get(self) -> None:
         choices = self.choices()
-        shown = await self.worked(lambda: self.page.session.shown(choices))
+        shown = await self.worked(lambda: self.page.session.shown(choices, self.state))
         self.finish(curves_of(shown, *(self._time(name) for name in ("from", "to"))))
 
     def _time(self, name: str) -> float | None:
@@ -282,14 +289,14 @@ class _Cursors(_Curves):
 
     async def get(self) -> None:
         choices, times = self.choices(), [self._time(name) or 0.0 for name in ("first", "second")]
-        shown = await self.worked(lambda: self.page.session.shown(choices))
+        shown = await self.worked(lambda: self.page.session.shown(choices, self.state))
         self.finish(cursor_page(shown, *times))
 
 
 class _Sheet(_Handler):
     async def get(self, ending: str) -> None:
         choices = self.choices()
-        find = lambda: self.page.session.sheet(choices, f".{ending}")  # noqa: E731
+        find = lambda: self.page.session.sheet(choices, self.state, f".{ending}")  # noqa: E731
         content = await self.worked(find, slow=True)
         self.set_header("Content-Type", {"pdf": "application/pdf", "html": "text/html"}[ending])
         self.set_header("Content-Disposition", f'attachment; filename="sheet.{ending}"')

@@ -20,7 +20,7 @@ from breaker.common.numerals import in_digits
 from breaker.common.visible_text import visible_text
 from breaker.documents.html_page import html_page
 from breaker.documents.parts import tone_of
-from breaker.reading.files.guards import printable
+from breaker.reading.files.guards import LARGEST, printable
 
 
 @cache
@@ -67,6 +67,7 @@ def list_page(session: Session, number: str, look: str) -> str:
         pages=pages,
         whole=WHOLE if session.whole else "",
         results=session.results,
+        most=LARGEST,
     )
 
 
@@ -81,7 +82,7 @@ def visit_page(session: Session, choices: Choices) -> str:
         before=[printable(each) for each in session.paths(shown.choices.before)],
         shown=shown,
         uncertain=uncertain,
-        address=shown.choices.address,
+        address=shown.address,
         other=_other(shown.choices),
         command=shown.command,
         others=session.beside(shown.choices),
@@ -90,9 +91,9 @@ def visit_page(session: Session, choices: Choices) -> str:
     )
 
 
-def answer_part(session: Session, choices: Choices) -> str:
+def answer_part(session: Session, choices: Choices, state: str) -> str:
     """Return the part of a page that takes longer: values, limits, and what the model says."""
-    answered = session.answered(choices)
+    answered = session.answered(choices, state)
     report = answered.visit.report
     values = replace(report, title="Values, limits and the model", summary=())
     return _page(
@@ -102,7 +103,7 @@ def answer_part(session: Session, choices: Choices) -> str:
         marks=answered.marks,
         words=answered.words,
         told=answered.told,
-        address=choices.address,
+        address=session.shown(choices, state).address,
     )
 
 

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
+from urllib.parse import urlencode
 
 from breaker.app.curve_traces import Mark, Trace, laid_over, marks_of, record_traces
 from breaker.app.page_choices import WHOLE, Choices, id_of, overlay_text
@@ -111,6 +112,7 @@ class Shown:
         read: As of ``breaker report``; None if there is trouble.
         traces: Of the curves.
         command: The command line that writes the same sheet.
+        state: Of its files as they were read, a few signs.
     """
 
     choices: Choices
@@ -121,6 +123,12 @@ class Shown:
     read: Any
     traces: Sequence[Trace]
     command: str
+    state: str
+
+    @property
+    def address(self) -> str:
+        """The query of what is asked about it: as long as its files stay as they are."""
+        return f"{self.choices.address}&{urlencode({'state': self.state})}"
 
     @property
     def clock(self) -> str:
@@ -143,6 +151,10 @@ class MissingError(ValueError):
     """Something of an address that is not, or no more, among what is shown."""
 
 
+class ChangedError(ValueError):
+    """A file has changed since a page was shown."""
+
+
 class Session:
     """A folder or a file, the overlays of the command line, and what was read last.
 
@@ -163,7 +175,7 @@ class Session:
         self.own = Path(own)
         self.is_folder = os.path.isdir(named) and not named.lower().endswith(".zarr")
         if self.is_folder:
-            os.listdir(named)  # one that may not be read says so, before a page is opened
+            _check_readable(named)  # before a page is opened
         elif not os.path.exists(named):
             raise FileNotFoundError(f"there is no {printable(named)}; name a folder of exports")
         self._kept: OrderedDict[Hashable, Any] = OrderedDict()
@@ -173,18 +185,35 @@ class Session:
     # ---- the list ----
 
     def files(self) -> dict[str, str]:
-        """Return paths of all files by their ids, those that were dropped last."""
-        dropped = record_files(self.own / "dropped")
-        if self.results.alone:
-            found = {}  # its tables are of no record
-        elif not self.is_folder:
+        """Return paths of all files by their ids, those that were dropped last.
+
+        Raises:
+            MissingError: If the folder is not there any more.
+        """
+        if not self.is_folder:
             found = {id_of(Path(self.named).name): self.named}
+        elif not os.path.isdir(self.named):
+            raise MissingError(
+                f"the folder {printable(self.named)} is not there any more: was it renamed, or is "
+                "its disk not connected? Put it back and load this page again"
+            )
+        elif self.results.alone:
+            found = {}  # its tables are of no record
         else:
-            folder = Path(self.named)
-            parts = [folder, *(folder / each for each in MOTIONS)]
-            paths = [each for part in parts for each in record_files(part)]
-            found = {id_of(os.path.relpath(each, folder)): str(each) for each in paths}
+            found = self._of_folder()
+        dropped = record_files(self.own / "dropped")
         return found | {f"dropped/{id_of(each.name)}": str(each) for each in dropped}
+
+    def _of_folder(self) -> dict[str, str]:
+        """Files of the folder, listed anew where it has changed: there may be ten thousand."""
+        folder = Path(self.named)
+        parts = [folder, *(folder / each for each in MOTIONS)]
+
+        def find() -> dict[str, str]:
+            paths = [each for part in parts for each in record_files(part)]
+            return {id_of(os.path.relpath(each, folder)): str(each) for each in paths}
+
+        return self._once(("listed", *(_times(str(each)) for each in parts)), find, 1)
 
     def listed(self, identities: Sequence[str], most: int) -> list[Listed]:
         """Return lines of the list; of files that were not looked into before, some are now."""
@@ -267,19 +296,26 @@ class Session:
 
     # ---- a visit ----
 
-    def shown(self, choices: Choices) -> Shown:
+    def shown(self, choices: Choices, state: str = "") -> Shown:
         """Return a visit, read, inferred and judged; once for the same files and choices.
 
+        Args:
+            choices: What is chosen.
+            state: Of the files as a page shows them, if it does.
+
         Raises:
+            ChangedError: If they have changed since then.
             MissingError: If a file is not, or no more, among those that are listed.
             ConfigurationError, OSError, ValueError: If the configuration is wrong.
         """
         asked = self.asked(choices)
         named = (*asked.files, *asked.before, *filter(None, [asked.reference]))
         states = tuple(_state(each) for each in (*named, *self.overlays))
+        if state not in ("", _short(states)):
+            raise ChangedError("a file has changed since this page was shown: load the page again")
         # One visit is read with many settings, and its files are opened once as long as they stay.
         files = self._once(("files", *states), Files, _OPEN)
-        find = lambda: self._shown(choices, asked, files)  # noqa: E731
+        find = lambda: self._shown(choices, asked, files, _short(states))  # noqa: E731
         found = self._once(("shown", choices.address, states), find, _KEPT)
         # What a page then asks about it, it asks by what was chosen in the end.
         return self._once(("shown", found.choices.address, states), lambda: found, _KEPT)
@@ -309,7 +345,7 @@ class Session:
         named = {WHOLE: self.named, "": ""}
         return [named.get(each) or files.get(each, "") for each in identities]
 
-    def _shown(self, choices: Choices, asked: Asked, files: Files) -> Shown:
+    def _shown(self, choices: Choices, asked: Asked, files: Files, state: str) -> Shown:
         config = self.commands.settings_of(self.overlays)
         first = (
             asked.files[0] if choices.files[0] != WHOLE else next(iter(self.files().values()), "")
@@ -337,15 +373,17 @@ class Session:
             read,
             _traces(read, layout, files),
             self._command(asked),
+            state,
         )
 
-    def answered(self, choices: Choices) -> Answered:
+    def answered(self, choices: Choices, state: str = "") -> Answered:
         """Return what is inferred and judged of a visit.
 
         Raises:
+            ChangedError: If its files have changed since a page was shown.
             ValueError: If nothing of it can be used.
         """
-        shown = self.shown(choices)
+        shown = self.shown(choices, state)
         if shown.read is None:
             raise ValueError(shown.trouble)
 
@@ -380,13 +418,13 @@ class Session:
         words += ["--tolerance", f"{100.0 * asked.tolerance:g}"] if asked.tolerance else []
         return shlex.join([*words, "--config", *self.overlays, "my.yaml", "--output", "sheet.pdf"])
 
-    def sheet(self, choices: Choices, ending: str) -> bytes:
+    def sheet(self, choices: Choices, state: str, ending: str) -> bytes:
         """Return the sheet of a visit, as ``breaker report`` writes it.
 
         Raises:
             ValueError: If there is none.
         """
-        return self.commands.content_of(self.answered(choices).visit.report, ending)[0]
+        return self.commands.content_of(self.answered(choices, state).visit.report, ending)[0]
 
     def save(self, choices: Choices, kind: str, name: str) -> str:
         """Write the settings of a page, or the table of its folder, where the user says.
@@ -475,6 +513,32 @@ def _listed(identity: str, path: str, seen: Description | None) -> Listed:
         date_in(path, stated),
         seen.reason,
     )
+
+
+def _check_readable(folder: str) -> None:
+    """Raises OSError with a remedy if a folder may not be read."""
+    try:
+        os.listdir(folder)
+    except OSError as error:
+        why = error.strerror or str(error)
+        raise OSError(
+            f"{printable(folder)} cannot be read ({why}): ask for the right to read it, or copy "
+            "the exports into a folder of your own"
+        ) from error
+
+
+def _short(states: tuple) -> str:
+    """States of files as a few signs, for as long as the command runs."""
+    return f"{hash(states) & 0xFFFFFFFFFFFF:x}"
+
+
+def _times(folder: str) -> tuple:
+    """When the list of a folder's files was changed last; nothing where there is none."""
+    try:
+        found = os.stat(folder)
+    except OSError:
+        return ()
+    return found.st_ino, found.st_mtime_ns, found.st_ctime_ns
 
 
 def _run_state(folder: Path, files: Sequence[str]) -> tuple:

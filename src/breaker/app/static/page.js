@@ -122,8 +122,12 @@ async function save(event) {
 async function drop(files) {
   const ids = [];
   busy("reading ...");
+  const most = Number(byId("drop")?.dataset.most ?? Infinity); // which the server refuses, too
   try {
     for (const file of files) {
+      if (file.size > most) {
+        throw new Error(`${file.name} is too large to be dropped here; name its folder instead: breaker view FOLDER`);
+      }
       const name = encodeURIComponent(file.name);
       ids.push((await (await answer("/drop?name=" + name, { method: "POST", body: file })).json()).id);
     }
@@ -143,6 +147,8 @@ const PANELS = { // label and height by kind of channel, in their order
   travel: ["travel (mm)", 340], coil: ["coil", 150], contact: ["contact", 130], other: ["others, as in the file", 170],
 };
 const numbers = (list) => list.map((each) => (each === null ? NaN : each));
+// Bokeh takes these signs for formulas, which it would have to load from elsewhere.
+const plainly = (text) => text.replace(/\$(?=\$)|\\(?=[[\]()])/g, "$&\u200b");
 const points = (line) => Object.fromEntries(["x", "y", "low", "high"].filter((key) => key in line).map((key) => [key, numbers(line[key])]));
 
 function tint() {
@@ -193,7 +199,7 @@ async function draw(before) {
     const figure = panels.get(trace.kind), items = figure.items ??= [];
     const source = new Bokeh.ColumnDataSource({ data: points(trace) });
     sources.push(source);
-    const name = trace.unit && trace.kind !== "travel" ? `${trace.name} (${trace.unit})` : trace.name;
+    const name = plainly(trace.unit && trace.kind !== "travel" ? `${trace.name} (${trace.unit})` : trace.name);
     const glyph = figure.line({ field: "x" }, { field: "y" }, {
       source, line_width: 1.5, line_color: trace.low ? ink : colours[items.length % colours.length],
       line_dash: trace.low ? "dashed" : trace.laid ? "dotted" : "solid",
@@ -325,7 +331,7 @@ function lifePanel(data, ranges) {
   const { ink, paper, line, colours } = tint();
   const ends = data.lines.flatMap((each) => [each.x[0], each.x.at(-1)]).filter(Number.isFinite);
   if (!ranges.has(data.x)) ranges.set(data.x, new Bokeh.Range1d({ start: Math.min(...ends, 0), end: Math.max(...ends, 1) }));
-  const figure = panel(data.y, 230, ranges.get(data.x));
+  const figure = panel(plainly(data.y), 230, ranges.get(data.x));
   const source = (of) => new Bokeh.ColumnDataSource({ data: of });
   const items = [], shown = [];
   data.lines.forEach((each, k) => {
@@ -333,13 +339,13 @@ function lifePanel(data, ranges) {
     const values = source(points(each));
     const band = figure.varea({ field: "x" }, { field: "low" }, { field: "high" }, { source: values, fill_color: color, fill_alpha: 0.2 });
     const glyph = figure.line({ field: "x" }, { field: "y" }, { source: values, line_color: color, line_width: 1.8 });
-    items.push(new Bokeh.LegendItem({ label: { value: each.name }, renderers: [glyph, band] }));
+    items.push(new Bokeh.LegendItem({ label: { value: plainly(each.name) }, renderers: [glyph, band] }));
     shown.push(glyph, band);
   });
   const across = (kind, list, look) => list.forEach(([name, at], k) => {
     const field = kind === "hspan" ? "y" : "x";
     const glyph = figure[kind]({ field }, { source: source({ [field]: [at] }), line_width: 1.6, ...look(k) });
-    items.push(new Bokeh.LegendItem({ label: { value: name }, renderers: [glyph] }));
+    items.push(new Bokeh.LegendItem({ label: { value: plainly(name) }, renderers: [glyph] }));
   });
   across("hspan", data.levels, (k) => ({ line_color: k ? ink : colours[1], line_dash: k ? "dotted" : "solid" }));
   across("vspan", data.places, (k) => ({ line_color: colours[(3 + k) % colours.length], line_dash: "dashed" }));
@@ -350,7 +356,7 @@ function lifePanel(data, ranges) {
   looks(figure, ink, paper, line);
   figure.toolbar.logo = null;
   figure.xaxis.axis_label = data.x;
-  figure.add_layout(new Bokeh.Title({ text: data.title, text_color: ink, text_font_size: "13px" }), "above");
+  figure.add_layout(new Bokeh.Title({ text: plainly(data.title), text_color: ink, text_font_size: "13px" }), "above");
   figure.add_layout(legend(items, ink, paper), "right");
   return figure;
 }
