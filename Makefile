@@ -64,6 +64,7 @@ test-faults: $(INSTALLED)
 
 test-browser: $(INSTALLED)
 	@echo "== breaker view in Chromium: pictures in build/browser/, to be looked at"
+	$(LOCKED) --target build/axe --upgrade --requirement envs/axe.lock
 	$(BIN)/python -m tests.browser.walk
 
 # The plugin lies beside the environment, in which is nothing but its lock.

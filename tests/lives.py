@@ -50,14 +50,21 @@ OPERATIONS = np.arange(1, 501)
 _TWO = {"slow": "measured travel_time above 1 ms", "stiff": "change of gamma_a above +1 %"}
 
 
-def a_life(fails=(450.0, np.inf), *, told=100, half=(0.01, 0.95), family="medium_voltage"):
+def a_life(
+    fails=(450.0, np.inf),
+    *,
+    told=100,
+    half=(0.01, 0.95),
+    family="medium_voltage",
+    operations=OPERATIONS,
+):
     """A life whose first limit is measured, its second on the change of gamma_a.
 
     Args:
         fails: Operation at which the median of each is beyond its limit.
         half: Half a 90 % interval of each quantity; the way to either limit is 1.
     """
-    asked = OPERATIONS[49::10]
+    asked = operations[49::10]
     left = np.maximum(np.array(fails)[None, :] - asked[:, None], 0.0)
     gone = np.where(np.isfinite(fails), asked[:, None] / np.array(fails), 0.0)
     changed = np.zeros((asked.size, len(NAMES), 3))
@@ -69,8 +76,8 @@ def a_life(fails=(450.0, np.inf), *, told=100, half=(0.01, 0.95), family="medium
     changes |= {"kind": ["rate"], "certainty": [20.0], "change_names": ["gamma_a or f"]}
     changes |= {"work": [False]}
     values = {
-        "evidence": np.where(OPERATIONS > 50, 0.5, np.nan),
-        "weight": np.ones(OPERATIONS.size),
+        "evidence": np.where(operations > 50, 0.5, np.nan),
+        "weight": np.ones(operations.size),
         "p_value": [0.5, 0.6],
         "changed": changed,
         "unchanged": np.where(changed[..., 1] > 0.0, 0.0, 1.0),
@@ -82,7 +89,7 @@ def a_life(fails=(450.0, np.inf), *, told=100, half=(0.01, 0.95), family="medium
     }
     attrs = {"family": family, "agreement": 0.4, "told": told, "threshold": 10.0}
     attrs |= Future(changes=0.001)._asdict()
-    life = life_of(OPERATIONS, asked, _TWO, parts, changes, values, attrs)
+    life = life_of(operations, asked, _TWO, parts, changes, values, attrs)
     return life.assign_coords(of=("limit", ["record", "change"]))
 
 

@@ -474,6 +474,27 @@ def test_a_port_in_use_and_a_folder_that_is_not_there(page, folder, tmp_path, ca
     assert "name a folder of exports" in capsys.readouterr().err
 
 
+def test_the_example_leads_from_an_unknown_export_to_a_sheet():
+    """What lacks stands first; filled in, it is read; and the visits of the breaker differ."""
+    with started(command=["-m", "breaker", "view", "--example", "--no-browser"]) as process:
+        page = Outside(process.line)
+        assert page.get("/").text.count("visit_20") > 2
+        text = unescape(page.get("/visit?file=unknown.txt").text)
+        assert re.search(r'<tr class="(\w+)">\s*<td><label for="set-(\w+)"', text).groups() == (
+            "lacking",
+            "rate",
+        )
+        assert "No sheet yet" in text
+        filled = "file=unknown.txt&set.rate=20"
+        assert "No sheet yet" not in page.get(f"/visit?{filled}").text
+        assert page.get(f"/sheet.pdf?{filled}").content.startswith(b"%PDF")
+        both = "file=visit_2026-03-02.csv&before=visit_2014-05-12.csv"
+        answer = unescape(page.get(f"/answer?{both}").text)
+        assert "since the visit before" in answer
+        assert str(Path("example")) not in page.get(f"/visit?{both}").text.partition("<main")[0]
+    assert main(["view", "somewhere", "--example"]) == 1
+
+
 def test_without_the_extra_one_line_says_what_to_install(monkeypatch, capsys):
     monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
     assert main(["view", "."]) == 1

@@ -9,6 +9,7 @@ import time
 import urllib.request
 from pathlib import Path
 
+TAB, ENTER = "\ue004", "\ue007"
 _ELEMENT = "element-6066-11e4-a52e-4f735466cecf"  # the key of an element, as the standard has it
 _FLAGS = (
     *("--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run"),
@@ -85,6 +86,24 @@ class Browser:
     def run(self, script: str, *arguments):
         """What a script returns in the page."""
         return self._ask("/execute/sync", {"script": script, "args": list(arguments)})
+
+    def run_until(self, script: str, *arguments):
+        """What a script hands to the function that is its last argument."""
+        return self._ask("/execute/async", {"script": script, "args": list(arguments)})
+
+    def press(self, text: str) -> None:
+        """Press keys, wherever the focus is."""
+        active = self._ask("/element/active")[_ELEMENT]
+        self._ask(f"/element/{active}/value", {"text": text})
+
+    def reach(self, selector: str, most: int = 400) -> None:
+        """Go to an element by Tab alone."""
+        there = "return document.activeElement?.matches(arguments[0]) ?? false"
+        for _ in range(most):
+            if self.run(there, selector):
+                return
+            self.press(TAB)
+        raise AssertionError(f"{selector} is not reached by {most} times Tab")
 
     def text(self, selector: str = "body") -> str:
         """What stands in an element; nothing where it is not there."""

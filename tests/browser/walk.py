@@ -1,8 +1,9 @@
 """Walks through `breaker view` in a real browser: `make test-browser`.
 
-Three journeys: an unknown export to a sheet, in at most five clicks; a wrong setting, said and
-mended by keyboard alone; two visits. Pictures of each, at 1280 and 1920 pixels and in dark mode, go
-into ``build/browser/``, to be looked at.
+Five journeys: an unknown export to a sheet, in at most five clicks; a wrong setting, said and
+mended by keyboard alone; two visits with a reference; a life; a fleet. Each page is checked by axe,
+and pictures of each, at 1280 and 1920 pixels and in dark mode, go into ``build/browser/``, to be
+looked at.
 """
 
 import os
@@ -15,12 +16,18 @@ import time
 from contextlib import contextmanager
 from pathlib import Path
 
-from breaker.cli import main
-from tests.browser.chromium import Browser
-from tests.exports import write
+import numpy as np
 
+from breaker.cli import main
+from tests.app.run_folders import write_fleet, write_life
+from tests.browser.chromium import ENTER, TAB, Browser
+from tests.exports import write
+from tests.lives import a_life
+
+ALL = "\ue009a\ue000"  # Ctrl-A, and all keys up again
 PICTURES = Path("build/browser")
-TAB, ENTER = "\ue004", "\ue007"
+AXE = Path("build/axe/axe_playwright_python/axe.min.js")
+ODD = "$$\\frac{a}{b}$$ <b>"  # a name that tries to be a formula, and HTML
 
 
 @contextmanager
@@ -40,6 +47,8 @@ def exports(folder: Path, count: int) -> None:
     for k in range(count):
         about = {"date": f"{1 + k % 28:02d}/03/2021", "motions": motions[k % 3]}
         write(folder / f"export_{k:02d}.csv", rate=5.0, seed=k, **about)
+    odd = folder / "export_02.csv"
+    odd.write_text(odd.read_text("latin-1").replace("Coil 6 (A)", f"{ODD} (A)"), "latin-1")
 
 
 def to_a_sheet(browser: Browser, address: str, folder: Path, downloads: Path) -> None:
@@ -72,19 +81,25 @@ def to_a_sheet(browser: Browser, address: str, folder: Path, downloads: Path) ->
     assert browser.run("return plot !== null")
 
 
-def by_keyboard(browser: Browser) -> None:
+def by_keyboard(browser: Browser, address: str) -> None:
     """A wrong rate is said, and mended, without a mouse; each change is answered at once."""
-    browser.run("document.getElementById('set-rate').select()")
-    browser.keys("-3" + TAB, "#set-rate")
+    browser.open(address.partition("?")[0])
+    browser.reach('a[href="/visit?file=export_05.csv"]')
+    browser.press(ENTER)
+    browser.find("#set-rate")
+    browser.reach("#set-rate")
+    browser.press(f"{ALL}-3{TAB}")
     browser.until(lambda: "endurance.format.rate" in browser.text("#verdict"), "a message")
     browser.picture(PICTURES / "wrong.png")
-    browser.run("document.getElementById('set-rate').select()")
-    browser.keys("5.0" + TAB, "#set-rate")
+    browser.run("document.activeElement.blur()")
+    browser.reach("#set-rate")
+    browser.press(f"{ALL}5.0{TAB}")
     browser.find("#pdf")
     took = []
+    browser.reach("#set-sign")
     for sign in ("opens", "closes") * 3:
         before = browser.run("return document.body.dataset.took")
-        browser.keys(sign, "#set-sign")
+        browser.press(sign)
         browser.until(
             lambda before=before: browser.run("return document.body.dataset.took") != before,
             "the change",
@@ -93,15 +108,60 @@ def by_keyboard(browser: Browser) -> None:
         browser.until(lambda: not browser.text("#busy"), "the page")
     print(f"a change: median {statistics.median(took):.0f} ms, with the curves drawn ({took})")
     browser.find("#pdf")
+    browser.reach("#pdf")  # the focus stays in the page, and comes to the sheet
 
 
 def two_visits(browser: Browser) -> None:
-    """A visit beside the one before."""
+    """A visit beside the one before, with a reference laid over."""
     browser.click("header a")
     browser.click('input[name="file"][value="export_05.csv"]')
     browser.click('input[name="before"][value="export_02.csv"]')
     browser.click("#list button")
     browser.until(lambda: "since the visit before" in browser.text("#values"), "the changes")
+    browser.keys("export_08", "#reference")
+    browser.find("#tolerance")
+    browser.until(lambda: "since the visit before" in browser.text("#values"), "the changes")
+
+
+def a_run(browser: Browser, project: Path, name: str) -> None:
+    """The life and the fleet that a run has left."""
+    with viewed(project) as (address, _):
+        browser.open(address)
+        browser.click('a[href="/life"]')
+        browser.find("#life > *")
+        browser.until(lambda: browser.run("return document.body.dataset.took"), "the life")
+        took = browser.run("return document.body.dataset.took")
+        print(f"a life of 2,000 operations, from the click until it is drawn: {took} ms")
+        browser.reach("#limit")
+        browser.press("stiff")
+        browser.until(lambda: "limit=stiff" in browser.run("return location.href"), "the limit")
+        browser.find("#life > *")
+        accessible(browser, "the life")
+        browser.picture(PICTURES / f"life-{name}.png", 2700)
+        browser.click("header a")
+        browser.click('a[href="/fleet"]')
+        browser.reach("#wanted")
+        browser.press(f"Bay 17{ENTER}")
+        browser.until(lambda: "11 of them" in browser.text("#find"), "the drives")
+        accessible(browser, "the fleet")
+        browser.picture(PICTURES / f"fleet-{name}.png", 1500)
+        sound(browser, address)
+
+
+def accessible(browser: Browser, what: str) -> None:
+    """No finding of axe is serious; the others are said."""
+    if not AXE.exists():
+        print(f"{what}: axe-core is not here, so accessibility is not checked: make test-browser")
+        return
+    browser.run(AXE.read_text(encoding="utf-8"))
+    found = browser.run_until(
+        "const done = arguments[0];"
+        "axe.run(document, { resultTypes: ['violations'] }).then((r) => done(r.violations.map("
+        "(each) => [each.impact, each.id, each.nodes.map((n) => n.target.join(' ')).slice(0, 4)])))"
+    )
+    grave = [each for each in found if each[0] in ("serious", "critical")]
+    print(f"{what}: {len(grave)} serious findings of axe, {len(found) - len(grave)} others {found}")
+    assert not grave, grave
 
 
 def sound(browser: Browser, address: str) -> None:
@@ -132,6 +192,9 @@ def walk() -> None:
         folder = Path(place, "curves")
         folder.mkdir()
         exports(folder, 40)
+        project = Path(place, "project")
+        write_life(project / "results", a_life((1900.0, np.inf), operations=np.arange(1, 2001)))
+        write_fleet(project / "results", 250)
         for width, dark in ((1280, False), (1920, False), (1280, True)):
             downloads = Path(place, f"{width}-{dark}")
             downloads.mkdir()
@@ -140,16 +203,20 @@ def walk() -> None:
                 browser = Browser(downloads, width, dark)
                 try:
                     to_a_sheet(browser, address, folder, downloads)
+                    accessible(browser, "a visit")
                     browser.picture(PICTURES / f"sheet-{name}.png", 5000)
                     if width == 1280 and not dark:
-                        by_keyboard(browser)
+                        by_keyboard(browser, address)
                     two_visits(browser)
+                    accessible(browser, "two visits")
                     browser.picture(PICTURES / f"visits-{name}.png", 5000)
                     browser.click("header a")
                     browser.until(lambda: "not looked into" not in browser.text(), "all files")  # noqa: B023
+                    accessible(browser, "the list")
                     browser.picture(PICTURES / f"list-{name}.png", 1500)
                     sound(browser, address)
                     memory(process)
+                    a_run(browser, project, name)
                 finally:
                     browser.end()
     print(f"all journeys were walked; look at {PICTURES}/")

@@ -78,7 +78,8 @@ def record_traces(records: Sequence[DriveRecord], layouts: Sequence[Layout]) -> 
         file, column = str(each.operation.file), each.raw.settings["travel_column"]
         column = each.operation.channel or column
         beside.setdefault(file, each)
-        name = " ".join(filter(None, [printable(str(column)), each.operation.phase]))
+        name, phase = printable(str(column)), each.operation.phase
+        name = name if not phase or phase in name.split() else f"{name} {phase}"
         found = Trace(name, "mm", "travel", each.raw.time, each.raw.sure)
         travels.setdefault((file, str(column)), found)
     taken = {file: {c for f, c in travels if f == file} for file in beside}

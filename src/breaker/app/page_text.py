@@ -13,7 +13,7 @@ import numpy as np
 from markupsafe import Markup
 
 from breaker.app.curve_traces import AtCursors, Mark, at_cursors, plain, thinned
-from breaker.app.page_choices import WHOLE, Choices
+from breaker.app.page_choices import WHOLE, Choices, name_of
 from breaker.app.run_results import panel_values
 from breaker.app.view_session import SHOWN, Answered, MissingError, Session, Shown
 from breaker.common.numerals import in_digits
@@ -74,12 +74,11 @@ def list_page(session: Session, number: str, look: str) -> str:
 def visit_page(session: Session, choices: Choices) -> str:
     """Return the page of a visit."""
     shown = session.shown(choices)
-    names = [printable(each) for each in session.paths(shown.choices.files)]
     uncertain = sum(row.state in ("lacking", "doubtful") for row in shown.rows)
     return _page(
         "visit.html",
-        names=names,
-        before=[printable(each) for each in session.paths(shown.choices.before)],
+        names=_names(session, shown.choices.files),
+        before=_names(session, shown.choices.before),
         shown=shown,
         uncertain=uncertain,
         address=shown.address,
@@ -89,6 +88,11 @@ def visit_page(session: Session, choices: Choices) -> str:
         settings_name=_free("my.yaml"),
         table_name=_table(session),
     )
+
+
+def _names(session: Session, identities: Sequence[str]) -> list[str]:
+    """Names of files, from their folder on."""
+    return [printable(session.named if each == WHOLE else name_of(each)) for each in identities]
 
 
 def answer_part(session: Session, choices: Choices, state: str) -> str:
@@ -177,9 +181,12 @@ def _free(name: str) -> str:
 
 
 def _table(session: Session) -> str:
-    """Where the table of the folder goes; empty where there is no folder, or it has one."""
+    """Where the table of the folder goes; empty where there is no folder, it has one, or is gone
+    when the command ends.
+    """
     place = Path(session.named, "operations.csv")
-    return printable(place) if session.is_folder and not os.path.lexists(place) else ""
+    lasts = session.is_folder and session.own not in place.parents
+    return printable(place) if lasts and not os.path.lexists(place) else ""
 
 
 def error_page(text: str, *, allowed: bool = True) -> str:

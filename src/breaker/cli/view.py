@@ -6,6 +6,7 @@ import importlib.util
 import tempfile
 import webbrowser
 from collections.abc import Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from breaker import DISTRIBUTION
@@ -25,10 +26,12 @@ _NEEDED = ("bokeh", "tornado")
 
 def add(view: argparse.ArgumentParser) -> None:
     """Show a folder of exports in the browser of this machine, offline: curves, how they were read,
-    measured values, and the sheet of a visit. Records are never changed. It ends with Ctrl-C.
+    measured values, and the sheet of a visit; of a run's results a life and a fleet. Records are
+    never changed. It ends with Ctrl-C.
     """
-    what = "a folder of exports, or one of them (default: the current folder)"
-    add_path(view, "folder", "FOLDER", what, nargs="?", default=".")
+    what = "a folder of exports or of a run's results, or one export (default: the current folder)"
+    add_path(view, "folder", "FOLDER", what, nargs="?")
+    view.add_argument("--example", action="store_true", help="show exports of a simulated breaker")
     view.add_argument("--port", type=int, default=0, help="where it listens (default: a free port)")
     view.add_argument("--no-browser", action="store_true", help="only print the page's address")
 
@@ -36,6 +39,8 @@ def add(view: argparse.ArgumentParser) -> None:
 def _run(options: argparse.Namespace) -> int:
     if lacking := [name for name in _NEEDED if importlib.util.find_spec(name) is None]:
         raise ValueError(f'the page needs {", ".join(lacking)}: pip install "{DISTRIBUTION}[app]"')
+    if options.example and options.folder:
+        raise ValueError("--example shows exports of its own; leave it out, or the folder")
     settings_of(options.config)  # what is wrong there is said before a page opens
     gc.enable()  # commands do without, as they end soon
     import asyncio
@@ -44,7 +49,8 @@ def _run(options: argparse.Namespace) -> int:
     from breaker.app.view_session import Session
 
     with tempfile.TemporaryDirectory(prefix="breaker-view-") as own:
-        server = PageServer(Session(options.folder, options.config, commands(), own), options.port)
+        named = _example(own) if options.example else options.folder or "."
+        server = PageServer(Session(named, options.config, commands(), own), options.port)
 
         def ready() -> None:
             say(f"the page is at {server.address}\nCtrl-C ends it")
@@ -56,6 +62,16 @@ def _run(options: argparse.Namespace) -> int:
         except KeyboardInterrupt:
             say("ended; what was being written is written")
     return 0
+
+
+def _example(own: str) -> str:
+    """Exports of a simulated breaker, in a folder that goes when the command ends."""
+    from breaker.app.example_exports import write_example
+
+    folder = Path(own, "example")
+    folder.mkdir()
+    write_example(folder)
+    return str(folder)
 
 
 def _opened(address: str) -> bool:
