@@ -20,17 +20,29 @@ def add(inspect: argparse.ArgumentParser) -> None:
     )
     add_path(inspect, "--output", "YAML", "write the proposed lines there")
     add_path(inspect, "--plot", "PNG", "draw the record there")
+    what = "write there what a report of a misread file needs, without names, dates and travel"
+    add_path(inspect, "--report-problem", "TXT", what)
+    inspect.add_argument(
+        "--with-travel", action="store_true", help="with --report-problem: all samples, too"
+    )
+    what = "with --report-problem: words of the file that are not replaced"
+    inspect.add_argument("--keep", nargs="+", default=[], metavar="WORD", help=what)
 
 
 def _run(options: argparse.Namespace) -> int:
     outputs = [(options.output, "lines"), (options.plot, "picture")]
+    outputs += [(options.report_problem, "lines")]
+    if not options.report_problem and (options.with_travel or options.keep):
+        raise ValueError("--with-travel and --keep are of --report-problem TXT; name it, too")
     check_outputs(outputs, [options.file, *options.config])
+    config = settings_of(options.config)
+    if options.report_problem:
+        _report_problem(options, config)
     from breaker.documents.terminal import text_of
     from breaker.reading.inspection.proposal_words import overlay_of, words_of
     from breaker.reading.inspection.setting_proposal import inspect_file
 
-    sensor = settings_of(options.config)["sensor"]
-    proposal = inspect_file(options.file, sensor, options.channel)
+    proposal = inspect_file(options.file, config["sensor"], options.channel)
     overlay = overlay_of(proposal)
     written = [write_lines(options.output, overlay)] if options.output else []
     if options.plot:
@@ -41,3 +53,22 @@ def _run(options: argparse.Namespace) -> int:
     say(f"\nProposed, to lay over {PROJECT}:\n\n{overlay}")
     say_written(written)
     return 0 if any(each.record for each in proposal.motions) else 1
+
+
+def _report_problem(options: argparse.Namespace, config: dict) -> None:
+    """Write the report of a problem, and say what is to be looked at before it is sent."""
+    from breaker.reading.inspection.problem_report import problem_report
+
+    text, words = problem_report(
+        options.file,
+        config["sensor"],
+        options.channel,
+        format_settings=config["endurance"]["format"],
+        travel=options.with_travel,
+        allowed=options.keep,
+    )
+    say_written([write_lines(options.report_problem, text)])
+    say("  Read it before you send it.", beside=True)
+    if words:
+        said = f"  Replaced: {', '.join(words)}. Let words of columns through by --keep WORD."
+        say(said, beside=True)

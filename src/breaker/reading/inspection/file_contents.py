@@ -104,7 +104,7 @@ def guess_layout(file: str | Path | Opened) -> Layout:
     opened = as_opened(file)
     file, content = opened.file, opened.content
     check_lines(file, content)
-    encoding = _encoding(content)
+    encoding = encoding_of(content)
     # Damaged signs do not hide the rest; reading says where they are.
     stream = io.TextIOWrapper(io.BytesIO(content), encoding, errors="replace")
     lines = list(stream)
@@ -118,7 +118,7 @@ def guess_layout(file: str | Path | Opened) -> Layout:
     return layout_of_lines(file, lines, settings, delimiter)
 
 
-def _encoding(content: bytes) -> str:
+def encoding_of(content: bytes) -> str:
     """Encoding of a text: by its mark, UTF-8 where it is that, else by what it would say."""
     if content[:2] in (b"\xff\xfe", b"\xfe\xff"):
         return "utf-16"
