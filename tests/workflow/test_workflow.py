@@ -1,5 +1,6 @@
 """The whole workflow at a small size, and which of its steps an edit runs again."""
 
+import hashlib
 import json
 import os
 import re
@@ -28,7 +29,8 @@ VALIDATION_FIGURES = [
     "posterior_predictive",
     "figure_posterior_predictive",
 ]
-FROM_CORRECTION = ["judge", "quality", "figure_exactness", "figure_identifiability", "numbers"]
+NUMBERS = ["numbers", "data_package"]
+FROM_CORRECTION = ["judge", "quality", "figure_exactness", "figure_identifiability", *NUMBERS]
 VALIDATION = [
     "validate",
     "validate_reader",
@@ -41,12 +43,12 @@ ENDURANCE_FIGURES = [
     "endurance_predictive",
     "figure_endurance_predictive",
     "figure_evolution",
-    "numbers",
+    *NUMBERS,
 ]
 PAGES = ["figure_verdict", "first_page", "figure_health", "figure_remaining_life"]
 PAGES += ["figure_service_cost"]
 DECISIONS = ["decide", *PAGES]
-LIFE = ["life", *DECISIONS, "figure_changepoint", "figure_changes", "numbers"]
+LIFE = ["life", *DECISIONS, "figure_changepoint", "figure_changes", *NUMBERS]
 MEASURING = ["read_curves", *LIFE]
 FROM_INFERENCE = ["gather", *ENDURANCE_FIGURES]
 TRAINING = ["train", "figure_loss", *VALIDATION, "infer", *FROM_INFERENCE]
@@ -169,7 +171,7 @@ EDITS = {
     "correction": (setting(correction={"largest_k": 0.6}), CORRECTION),
     "endurance.curves": (put_own_curves, READING),
     "limits": (setting(limits=[TIRED]), LIFE),
-    "planning": (setting(planning={"years": 3.0}), [*DECISIONS, "numbers"]),
+    "planning": (setting(planning={"years": 3.0}), [*DECISIONS, *NUMBERS]),
     "wear_model": (setting(wear_model={"horizon": 5000}), LIFE),
     "mechanism.py": (
         edit_of("src/breaker/mechanism/curves.py"),
@@ -204,7 +206,7 @@ def test_an_edit_runs_just_what_depends_on_it(workflow, names):
         for name in names:
             edit, rules = EDITS[name]
             motions = 1 if name == "training.closing" else 2
-            assert not set(rules) & set(expected) - {"numbers"}, "each edit has rules of its own"
+            assert not set(rules) & set(expected) - {*NUMBERS}, "each edit has rules of its own"
             expected |= {rule: 1 if rule in ONCE else motions for rule in rules}
             edit(workflow)
         jobs = planned(workflow)
@@ -263,6 +265,19 @@ def test_stores_open_with_one_call_and_say_what_made_them(workflow, motion):
     for store in stores:
         data = xr.open_zarr(store)
         assert {"title", "settings", "breaker_version"} <= set(data.attrs), store
+
+
+def test_tables_are_what_their_package_says(workflow):
+    results = workflow / "results"
+    package = json.loads((results / "datapackage.json").read_text(encoding="utf-8"))
+    tables = {each["path"]: each for each in package["resources"]}
+    there = {file.relative_to(results).as_posix() for file in results.rglob("*.csv")}
+    assert set(tables) == {name for name in there if not name.startswith(("rig/", "family/"))}
+    for path, told in tables.items():
+        content = (results / path).read_bytes()
+        assert told["hash"] == f"sha256:{hashlib.sha256(content).hexdigest()}"
+        names = [field["name"] for field in told["schema"]["fields"]]
+        assert names == content.decode("utf-8").partition("\n")[0].split(",")
 
 
 def test_more_shards_simulate_only_the_new_ones(workflow):
