@@ -19,6 +19,7 @@ from breaker.cli.records_named import (
 )
 
 if TYPE_CHECKING:
+    from breaker.documents.parts import Letterhead
     from breaker.drive.answers.assessment import Assessment
     from breaker.drive.answers.evidence import Answer, DriveRecord, Given
     from breaker.drive.answers.limit_verdicts import Verdict
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
     from breaker.reading.files.preamble import Preamble
 
 _PLATE = ("station", "bay", "type", "serial")  # what a file may state of its breaker
+_PNG = b"\x89PNG\r\n\x1a\n"
 _BESIDE = ("Gas pressure", "Temperature", "Operator")  # and of the test
 
 
@@ -114,19 +116,46 @@ def read_of(options: argparse.Namespace, files: "Files | None" = None) -> ReadVi
         overlays=overlays,
         rejected=[each.reason for each in good if each.reason],
         mass=assessment.mass,
+        letterhead=_letterhead(config["report"]),
     )
     return ReadVisit(assessment, records, before, beside)
 
 
 def visit_of(read: ReadVisit) -> Visit:
     """Infer and judge records, and compare them with those before; nothing is written."""
+    from breaker.documents.parts import in_language
     from breaker.drive.answers.test_report import report_of
+    from breaker.shipped import words_of
 
     assessment, records = read.assessment, read.records
     answers = assessment.infer(records)
     beside = replace(read.beside, changes=_changes(records, read.before, assessment))
     verdicts = assessment.judge(answers)
-    return Visit(records, answers, verdicts, report_of(answers, verdicts, beside))
+    report = report_of(answers, verdicts, beside)
+    language = assessment.config["report"]["language"]
+    report = replace(in_language(report, words_of(language)), language=language)
+    return Visit(records, answers, verdicts, report)
+
+
+def _letterhead(settings: Mapping) -> "Letterhead":
+    """What the section ``report`` of the configuration puts around the report.
+
+    Raises:
+        ValueError: If the logo cannot be read or is no PNG.
+    """
+    from breaker.documents.parts import Letterhead, Text
+    from breaker.reading.files.guards import read_bytes
+
+    logo = b""
+    if settings["logo"]:
+        try:
+            logo = read_bytes(settings["logo"])
+        except ValueError as error:
+            raise ValueError(f"report.logo: {error}") from error
+        if not logo.startswith(_PNG):
+            raise ValueError(f"report.logo: {settings['logo']} is no PNG file; convert it to one")
+    lines = [Text("{who}: name, date", who=Text(each)) for each in settings["signatures"]]
+    return Letterhead(settings["company"] or "", logo, settings["remarks"] or "", lines)
 
 
 def _check_one(records: Sequence) -> None:
@@ -155,6 +184,7 @@ def _usable(records: Sequence, what: str) -> Sequence:
 def _plate(records: Sequence, before: Sequence, stated: Mapping) -> list[tuple[str, str]]:
     """Nameplate and test, as far as they are known: of the table of operations, and of files."""
     from breaker.common.numerals import first_of, in_digits
+    from breaker.documents.parts import Cell, Joined, Text
     from breaker.drive.answers.file_statements import date_of, dates_in_words
     from breaker.reading.files.guards import printable
 
@@ -180,11 +210,12 @@ def _plate(records: Sequence, before: Sequence, stated: Mapping) -> list[tuple[s
         **(beside | ({"Temperature": shown} if any(shown) else {})),
         "Channels": [each.phase for each in operations],
         "Contacts": [str(each.settings.get("contact_column") or "") for each in operations],
-        "Motions": [each.motion for each in records],
+        "Motions": [Text(each.motion) for each in records],
     }
-    pairs = [(name, ", ".join(filter(None, dict.fromkeys(each)))) for name, each in known.items()]
+    pairs = [(n, Joined(", ", [*filter(None, dict.fromkeys(e))])) for n, e in known.items()]
     always = "Breaker", "Test date", "Visit before"
-    return [(name, text or "not stated") for name, text in pairs if text or name in always]
+    lacking = Cell(Text("not stated"), "faint")
+    return [(Text(name), text or lacking) for name, text in pairs if text or name in always]
 
 
 def _beside_records(given: "Given", words: Sequence[str]) -> list[tuple[str, str]]:

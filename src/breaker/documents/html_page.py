@@ -28,9 +28,12 @@ def html_page(
     """
     folder = FileSystemLoader(Path(__file__).parent)
     jinja = Environment(loader=folder, autoescape=True, trim_blocks=True, lstrip_blocks=True)
-    jinja.filters |= {"tone": tone_of, "words": words_in}
+    jinja.filters |= {"tone": tone_of, "words": words_in, "base64": _base64}
     jinja.tests["remark"] = lambda part: isinstance(part, Remark)
-    encoded = [b64encode(each).decode("ascii") for each in pictures]
     page = jinja.get_template("html_page.html")
-    text = page.render(document=document, pictures=encoded, alt=alt, inner=inner)
+    text = page.render(document=document, pictures=pictures, alt=alt, inner=inner)
     return visible_text(text)
+
+
+def _base64(content: bytes) -> str:
+    return b64encode(content).decode("ascii")

@@ -35,6 +35,7 @@ class Limit:
             "record", the record itself, or "change", changes of parameters in percent.
         since: What changes are from: "new", or the last known "event".
         pair: Name of the entry of which another limit is the other side; empty if there is none.
+        reference: The value that its bound is a tolerance away from; None if there is none.
 
     Example:
         >>> entry = {"name": "slow", "motion": "closing", "upper": {"touch_time": 10}}
@@ -52,6 +53,7 @@ class Limit:
     of: str = "model"
     since: str = "new"
     pair: str = ""
+    reference: float | None = None
 
     def __post_init__(self) -> None:
         names, source = dict.fromkeys(self.quantities), _source(self.name, self.of)
@@ -92,7 +94,7 @@ class Limit:
             for side in ("upper", "lower")
             for quantity, value in entry.get(side, {}).items()
         )
-        about = of, entry.get("since", "new"), entry.get("pair", "")
+        about = of, entry.get("since", "new"), entry.get("pair", ""), entry.get("reference")
         return cls(name, entry.get("motion", ""), parts, speeds, *about)
 
     @property
@@ -277,7 +279,8 @@ def _sides(entry: Mapping[str, Any], speeds: Sequence[Speed]) -> list[Mapping[st
     rows = []
     for motion in motions:
         pair = name if len(motions) == 1 else f"{name} {motion}"
-        about = {"of": of, "pair": pair} | ({"motion": motion} if motion else {})
+        about = {"of": of, "pair": pair, "reference": middle}
+        about |= {"motion": motion} if motion else {}
         about |= {"since": entry["since"]} if "since" in entry else {}
         for side, key, end in (("high", "upper", away), ("low", "lower", -away)):
             rows.append(about | {"name": f"{pair} {side}", key: {quantity: middle + end}})

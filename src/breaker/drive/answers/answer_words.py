@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Mapping, Sequence
 
 from breaker.common.numerals import in_digits, in_p
-from breaker.documents.parts import Document, Remark, Section, Table
+from breaker.documents.parts import Document, Remark, Section, Table, Text
 from breaker.drive.answers.answer_document import (
     AnswerDocument,
     Estimate,
@@ -99,7 +99,7 @@ def zones_of(records: Iterable[Mapping[str, QuantityEstimate]]) -> list[str]:
 def zones_in_words(zones: Iterable[tuple[str, str]]) -> list[str]:
     """Say the zones of speeds, each a name and a zone, once; nothing of none."""
     said = "; ".join(f"{name} {zone}" for name, zone in dict.fromkeys(zones))
-    return [f"speeds, means of the drive: {said}"] if said else []
+    return [Text("speeds, means of the drive: {zones}", zones=said)] if said else []
 
 
 def _places(record: RecordAnswer) -> list[Table]:
@@ -244,7 +244,8 @@ def limit_tables(limits: Sequence[Verdict]) -> list[Table]:
 def bounds_in_words(part: JudgedPart) -> str:
     """Which values of a quantity pass."""
     low, high = (None if each is None else _number(each) for each in part.bounds)
-    return f"{low} to {high}" if low and high else f"up to {high}" if high else f"from {low}"
+    pattern = "{low} to {high}" if low and high else "up to {high}" if high else "from {low}"
+    return Text(pattern, low=low, high=high)
 
 
 def _title(record: RecordAnswer) -> str:

@@ -4,13 +4,14 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 from breaker.common.numerals import in_digits
-from breaker.documents.parts import Cell, Table
+from breaker.documents.parts import Cell, Joined, Table, Text
 from breaker.drive.answers.report_tables import NONE, named
 from breaker.drive.answers.visit_changes import VERDICT_WORDS, QuantityChange
 from breaker.drive.answers.visit_document import VisitDocument, change_words
 from breaker.quantities.advice import LOOK
 
 _TONES = dict(zip(VERDICT_WORDS, ("bad", "doubt", ""), strict=True))
+_BEYOND = "perhaps beyond {share} %: {names}", "not beyond {share} %: {names}"
 _WIDE = 3  # channels, up to which a change has room for its values
 
 
@@ -39,24 +40,31 @@ def changes_table(
         worst = min((each.verdict for each in found.values()), key=VERDICT_WORDS.index)
         first = next(iter(found.values()))
         if worst == VERDICT_WORDS[2] or (worst in other and kind != "measured"):
-            other[worst].append(f"{label}, inferred" if kind == "time" else label)
+            inferred = Text("{name}, inferred", name=label)
+            other[worst].append(inferred if kind == "time" else label)
             continue
         cells = [_change(found.get(phase), len(there) <= _WIDE) for phase in there]
-        unit, source = (first.unit, "measured") if kind == "measured" else ("", "inferred")
+        unit = first.unit if kind == "measured" else ""
+        source = Text("measured" if kind == "measured" else "inferred")
         rows.append((label, unit, Cell(source, "faint"), *cells))
     shares = [each.settings.share for each in changed.values() if each.changes]
     notes = [
-        f"{how} beyond {in_digits(100.0 * shares[0], 3)} %: {', '.join(names)}"
-        for how, names in zip(("perhaps", "not"), other.values(), strict=True)
+        Text(how, share=in_digits(100.0 * shares[0], 3), names=Joined(", ", names))
+        for how, names in zip(_BEYOND, other.values(), strict=True)
         if names
     ]
     trust = [(phase, text) for phase, each in changed.items() for text in each.trust]
-    look = [(p, f"{LOOK}: {e}") for p, each in changed.items() for e in each.advice]
+    look = [
+        (phase, Text("{look}: {words}", look=Text(LOOK), words=words))
+        for phase, each in changed.items()
+        for words in each.advice
+    ]
     notes += named(look, len(changed))
     when = next((each.dates["before"] for each in changed.values() if each.dates), "")
-    since = f"since the visit before{', ' * bool(when)}{when}"
-    head = (since, "unit", "", *(phase or "change" for phase in there))
-    return Table(head, rows, "Changes", [*notes, *named(trust, len(changed))])
+    since = Text("since the visit before")
+    since = Text("{since}, {date}", since=since, date=when) if when else since
+    head = (since, Text("unit"), "", *(phase or Text("change") for phase in there))
+    return Table(head, rows, Text("Changes"), [*notes, *named(trust, len(changed))])
 
 
 def _change(row: QuantityChange | None, wide: bool) -> Cell:

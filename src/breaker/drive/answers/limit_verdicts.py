@@ -52,13 +52,16 @@ class Told(NamedTuple):
 
 @dataclass(frozen=True)
 class JudgedPart(Plain):
-    """A quantity of a limit: its value, and least and largest that pass, None where all do."""
+    """A quantity of a limit: its value, and least and largest that pass, None where all do; what
+    these are a tolerance away from, if there is such a reference.
+    """
 
     quantity: str
     unit: str
     value: float | None
     interval_95: Sequence[float | None]
     bounds: Sequence[float | None]
+    reference: float | None = None
 
 
 @dataclass(frozen=True)
@@ -112,7 +115,7 @@ def _parts(limit: Limit, known: Sequence[Told]) -> Iterator[JudgedPart]:
     """The quantities of a limit, with what is known of each."""
     for (name, bound, is_upper), unit, each in zip(limit.parts, limit.units, known, strict=True):
         bounds = [None, bound] if is_upper else [bound, None]
-        yield JudgedPart(name, unit, *each.interval, bounds)
+        yield JudgedPart(name, unit, *each.interval, bounds, limit.reference)
 
 
 def _far(limit: Limit, known: Sequence[Told]) -> str:

@@ -2,12 +2,14 @@
 
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
+from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
 
 from breaker.common.numerals import in_p
 from breaker.common.randomness import generator
+from breaker.documents.parts import Text
 from breaker.drive.answers.answer_words import how_it_fits
 from breaker.drive.answers.evidence import WITH_CONTACT, Answer, Given
 from breaker.drive.answers.reference_curve import Overlay
@@ -16,9 +18,11 @@ from breaker.quantities.parameters import NAMES
 from breaker.reading.files.guards import printable
 from breaker.reading.records.measurements import Reading
 from breaker.reading.records.normalised_shape import SHAPE_TIMES
+from breaker.reading.records.raw_record import Raw
 
 _PRIOR = 1000  # draws
 _MOST = 30  # operations of which posteriors are shown
+_LEAD = 0.1  # of the time from the trigger to the first motion, shown before it
 _BEFORE, _AFTER = 1.0, 8.0  # of the durations about the first motion, what a panel shows
 
 
@@ -146,6 +150,7 @@ class Marked(NamedTuple):
         timed: Whether that was measured.
         rests: Travel before and after the motion, mm.
         points: Times and travels of the points of speeds.
+        beside: Contact ("contact") and coil ("trigger") at the times, as shares of their ranges.
     """
 
     phase: str
@@ -156,6 +161,23 @@ class Marked(NamedTuple):
     timed: bool
     rests: tuple[float, float]
     points: list[tuple[float, float]]
+    beside: Mapping[str, np.ndarray] = MappingProxyType({})
+
+
+class PanelLabels(NamedTuple):
+    """Words in the pictures of a report, and the number of a page of it as a pattern."""
+
+    time: str = Text("time of the record (ms)")
+    travel: str = Text("travel (mm)")
+    beside: str = Text("contact, coil")
+    difference: str = Text("difference (mm)")
+    record: str = Text("record")
+    reference: str = Text("reference")
+    marks: tuple[str, ...] = (
+        Text("▼ first motion   ● touch or parting, measured   ○ by the model"),
+        Text("■ points of speeds   - - rests   below: – coil, - - contact, shares of their ranges"),
+    )
+    page: str = Text("page {number} of {total}")
 
 
 class Panel(NamedTuple):
@@ -195,7 +217,9 @@ def _marked(answer: Answer) -> Marked:
     own = [each for each in own if not answer.measured[each.name].reason]
     ends = [each for speed in own for each in (speed.start, speed.end)]
     points = [reading.place(e) for e in ends if not e.of_event or e.amount or e.later]
-    span = raw.moves - _BEFORE * record.shape.duration, raw.moves + _AFTER * record.shape.duration
+    duration, trigger = record.shape.duration, answer.contact.trigger
+    first = np.fmin(raw.moves - _BEFORE * duration, trigger - _LEAD * (raw.moves - trigger))
+    span = first, raw.moves + _AFTER * duration
     near = (time >= span[0]) & (time <= span[1])
     return Marked(
         record.operation.phase,
@@ -206,4 +230,17 @@ def _marked(answer: Answer) -> Marked:
         record.timed,
         (raw.segment.before, raw.segment.after),
         [(at.value, sign * level.value) for at, level in points],
+        _beside(raw, near),
     )
+
+
+def _beside(raw: Raw, near: np.ndarray) -> dict[str, np.ndarray]:
+    """Contact and coil of a record at some samples of its motion, as shares of their ranges."""
+    found = {}
+    for kind in ("trigger", "contact"):
+        if kind in raw.currents.channels:
+            values = raw.currents.channels[kind].values[raw.inside][near]
+            there = values[np.isfinite(values)]
+            if there.size and np.ptp(there) > 0.0:
+                found[kind] = (values - there.min()) / np.ptp(there)
+    return found

@@ -5,7 +5,7 @@ from collections.abc import Iterable, Mapping, Sequence, Sized
 import numpy as np
 
 from breaker.common.numerals import in_digits, in_p
-from breaker.documents.parts import Cell, Table
+from breaker.documents.parts import Cell, Joined, Table, Text
 from breaker.drive.answers.answer_document import (
     Estimate,
     QuantityEstimate,
@@ -29,14 +29,15 @@ from breaker.reading.inspection.printed_comparison import differs
 from breaker.reading.inspection.proposal_words import alike
 
 RESULTS = {
-    "fail": ("FAIL", "bad"),
-    "not shown": ("not shown", "doubt"),
-    "pass": ("pass", "good"),
+    "fail": (Text("FAIL"), "bad"),
+    "not shown": (Text("not shown"), "doubt"),
+    "pass": (Text("pass"), "good"),
 }
 """Text and tone of verdicts, the worst first."""
 
 _MOST = 8  # notes below a table
-_OUT = (
+_WORDY = 3  # channels, up to which words stand beside the name of a parameter
+_OUT = Text(
     "OUT OF a family: no drive that the networks know moves like this, so parameters are withheld; "
     "what is measured holds"
 )
@@ -49,7 +50,9 @@ NONE = Cell("–", "faint")
 def some_of(text: str, where: Iterable[str], channels: int) -> str:
     """A text, with the channels that it is about where these are not all."""
     names = [*filter(None, dict.fromkeys(where))]
-    return f"{text} ({', '.join(names)})" if 0 < len(names) < channels else text
+    if not 0 < len(names) < channels:
+        return text
+    return Text("{text} ({where})", text=text, where=Joined(", ", names))
 
 
 def named(said: Iterable[tuple[str, str]], channels: int) -> list[str]:
@@ -68,7 +71,8 @@ def named(said: Iterable[tuple[str, str]], channels: int) -> list[str]:
 def few(lines: Sequence[str]) -> list[str]:
     """The first lines, and how many more there are."""
     more = len(lines) - _MOST
-    return [*lines[:_MOST], *([f"and {more} more, which breaker infer prints"] if more > 0 else [])]
+    last = [Text("and {more} more, which breaker infer prints", more=more)] if more > 0 else []
+    return [*lines[:_MOST], *last]
 
 
 def measured_table(
@@ -99,12 +103,12 @@ def measured_table(
             odd = next((each[1] for each in values.values() if each[1]), "")
             others = {p: w for p, each in values.items() if (w := _other(found[name].get(p), each))}
             cells = (_printed(values.get(p), p in others) for p in channels)
-            label = f"  printed{', ' * bool(odd)}{odd}"
+            label = Text("  printed, {what}", what=odd) if odd else Text("  printed")
             rows.append((Cell(label, "faint"), "", *cells))
-            said += [(phase, f"{name}: {words}") for phase, words in others.items()]
-    head = ["measured", "unit", *(phase or "value" for phase in channels), "± 95 %"]
-    head += ["differ by"] if len(channels) > 1 else []
-    head += ["limit", "result"] if any(each.limits for each in channels.values()) else []
+            said += [(p, Text("{name}: {words}", name=name, words=w)) for p, w in others.items()]
+    head = [Text("measured"), Text("unit"), *(phase or Text("value") for phase in channels)]
+    head += [Text("± 95 %"), *([Text("differ by")] if len(channels) > 1 else [])]
+    head += _heads_of_limits(channels)
     rows = [(*row, *[""] * len(head))[: len(head)] for row in rows]
     return Table(head, rows, title, [*named(said, len(channels)), *_notes(channels)])
 
@@ -112,7 +116,7 @@ def measured_table(
 def _printed(value: tuple[float, str, str] | None, other: bool) -> Cell:
     """What the analyser printed, marked where it is another value than the measured one."""
     text = in_digits(value[0], 4) if value else ""
-    return Cell(f"{text} differs", "bad") if other else Cell(text, "faint")
+    return Cell(Text("{text} differs", text=text), "bad") if other else Cell(text, "faint")
 
 
 def _other(each: QuantityEstimate | None, printed: tuple[float, str, str]) -> str:
@@ -126,10 +130,13 @@ def _other(each: QuantityEstimate | None, printed: tuple[float, str, str]) -> st
     if not differs(quantity, value, measured, (each.interval_95[1] - measured) / NORMAL[95]):
         return ""
     share = 100.0 * (measured / value - 1.0)
-    by = f"{in_digits(abs(share), 2)} % {'more' if share > 0.0 else 'less'}"
-    return (
-        f"measured {in_digits(measured, 4)} {each.unit}, {by} than printed: are scale, ratio "
-        "and channel right? Limits judge the measured one"
+    return Text(
+        "measured {measured} {unit}, {share} % {more} than printed: are scale, ratio and channel "
+        "right? Limits judge the measured one",
+        measured=in_digits(measured, 4),
+        unit=each.unit,
+        share=in_digits(abs(share), 2),
+        more=Text("more") if share > 0.0 else Text("less"),
     )
 
 
@@ -143,7 +150,7 @@ def _row(name: str, by: Mapping, channels: Mapping[str, RecordAnswer]) -> tuple[
     cells.append(in_digits(max(each.half for each in known), 2) if known else "")
     cells += _spread([each.median for each in known], channels, "*" * any(map(starred, known)))
     unit = next(iter(by.values())).unit
-    return (name, unit, *cells, *_limits(name, channels))
+    return (Text(name), unit, *cells, *_limits(name, by, channels))
 
 
 def _times(channels: Mapping[str, RecordAnswer]) -> list[tuple[str, ...]]:
@@ -153,11 +160,12 @@ def _times(channels: Mapping[str, RecordAnswer]) -> list[tuple[str, ...]]:
     moves = np.array([each.fit.moves for each in channels.values()])
     switches = np.array([each.fit.switches for each in channels.values()])
     one = len({each.file for each in channels.values()}) == 1
-    for name, values in {"first motion": moves, event: switches}.items():
+    named = {Text("first motion at"): moves, Text(f"{event} at"): switches}
+    for name, values in named.items():
         if np.isfinite(values).any():
             cells = [f"{each:.2f}" if np.isfinite(each) else NONE for each in values]
             spread = _spread(values[np.isfinite(values)], channels)
-            rows.append((f"{name} at", "ms", *cells, "", *(spread if one else ())))
+            rows.append((name, "ms", *cells, "", *(spread if one else ())))
     return rows
 
 
@@ -168,21 +176,50 @@ def _spread(values: Sequence[float], channels: Sized, star: str = "") -> list[st
     return [in_digits(np.ptp(values), 2) + star if len(values) > 1 else ""]
 
 
-def _limits(name: str, channels: Mapping[str, RecordAnswer]) -> tuple[str, ...]:
-    """What limits ask of a quantity, the worst verdict, and of which channels."""
+def _heads_of_limits(channels: Mapping[str, RecordAnswer]) -> list[str]:
+    """Names of the columns of limits; none without any, and a reference only where one has it."""
+    if not any(each.limits for each in channels.values()):
+        return []
+    beside = [Text("reference"), Text("deviation")] if _have_references(channels) else []
+    return [*beside, Text("tolerance"), Text("verdict")]
+
+
+def _have_references(channels: Mapping[str, RecordAnswer]) -> bool:
+    """Whether any limit is a tolerance away from a value."""
+    limits = (each for entry in channels.values() for each in entry.limits or ())
+    return any(each.parts[0].reference is not None for each in limits)
+
+
+def _limits(
+    name: str, by: Mapping[str, QuantityEstimate], channels: Mapping[str, RecordAnswer]
+) -> tuple[str, ...]:
+    """Cells of the columns of limits: the worst verdict, and of which channels."""
     rows = [
         (phase, each)
         for phase, entry in channels.items()
         for each in entry.limits or ()
         if each.parts[0].quantity == name
     ]
-    asked = dict.fromkeys(
-        f"not: {each.words}" if len(each.parts) > 1 else bounds_in_words(each.parts[0])
-        for _, each in rows
-    )
+    asked, references, deviations = {}, {}, []
+    for phase, each in rows:
+        part, reference = each.parts[0], each.parts[0].reference
+        words = Text("not: {words}", words=each.words)
+        words = words if len(each.parts) > 1 else bounds_in_words(part)
+        if reference is not None:
+            words = f"± {in_digits(part.bounds[1] - reference, 3)}"
+            references[in_digits(reference, 4)] = None
+            value = by[phase].median if phase in by else None
+            deviations += [] if value is None else [value - reference]
+        asked[words] = None
+    beside = ()
+    if _have_references(channels):
+        most = max(deviations, key=abs, default=None)
+        sign = "+" if most is not None and most > 0.0 else ""
+        beside = ", ".join(references), "" if most is None else sign + in_digits(most, 2)
     for verdict, (text, tone) in RESULTS.items():
         if of := [phase for phase, each in rows if each.verdict == verdict]:
-            return ", ".join(asked), Cell(some_of(text, of, len(channels)), tone)
+            told = Cell(some_of(text, of, len(channels)), tone)
+            return (*beside, Joined(", ", [*asked]), told)
     return ()
 
 
@@ -192,60 +229,91 @@ def _notes(channels: Mapping[str, RecordAnswer]) -> list[str]:
     for phase, entry in channels.items():
         for name, each in entry.quantities.items():
             any_star |= starred(each) and name not in INFERRED
-            said += [(phase, f"– {name}: {each.reason}")] if each.reason else []
-        said += [(phase, f"remark: {remark}") for remark in entry.remarks]
-    event = EVENTS[entry.motion]
-    star = f"* the time of the {event} was not measured: by the model's, with its interval"
+            why = Text("– {name}: {reason}", name=name, reason=each.reason)
+            said += [(phase, why)] if each.reason else []
+        said += [(phase, Text("remark: {remark}", remark=each)) for each in entry.remarks]
+    star = Text(
+        "* the time of the {event} was not measured: by the model's, with its interval",
+        event=Text(EVENTS[entry.motion]),
+    )
     together = [each for each in [simultaneity_of(channels)] if each]
     points = zones_of(entry.quantities for entry in channels.values())
     return [*together, *points, *([star] if any_star else []), *named(said, len(channels))]
 
 
 def model_table(entries: Sequence[RecordAnswer]) -> Table:
-    """Return parameters of the first operation of each channel, and how far they can be trusted."""
-    first, rows, said = first_of_channels(entries), [], []
+    """Return parameters of the first operation of each channel, a row each, and how far they can be
+    trusted.
+    """
+    first, heads, trusts, said = first_of_channels(entries), [], [], []
     for entry in first:
         phase, fit = entry.phase, entry.fit
-        fits = f"{fit.family.replace('_', ' ')}\n{in_p(fit.p_value)}"
-        how = how_it_fits(fit.p_value, fit.misfit)
-        trust = Cell(f"{how} {fits}", "doubt" * (how != "fits"))
+        trusts.append(_trust(entry))
         if fit.misfit:
-            trust = Cell(f"{how} {fits}", "bad")
             said.append(("", _OUT))
         elif fit.why_unresolved:
-            trust = Cell("not resolved", "doubt")
             said.append((phase, f"{FEW_DRAWS}, so none is shown: {fit.why_unresolved}"))
         said += [
-            (phase, f"beside the model it has {name}: {each.meaning}")
+            (phase, Text("beside the model it has {name}: {what}", name=name, what=each.meaning))
             for name, each in present(entry.mechanisms).items()
         ]
-        of = " and ".join(fit.motions or [entry.motion])
-        cells = map(_posterior, _inferred(entry).values())
-        rows.append((f"{phase}: {of}" if phase else of, trust, *cells))
-    names = _inferred(entries[0])
-    units = (f"{n}\n{'' if each.unit == '1' else each.unit}" for n, each in names.items())
+        of = Joined(" + ", [Text(each) for each in fit.motions or [entry.motion]])
+        heads.append(Text("{phase}: {motions}", phase=phase, motions=of) if phase else of)
+    names, grey = _inferred(entries[0]), False
+    rows: list[tuple[str, ...]] = [(Text("trust"), "", *trusts)]
+    for name, of in names.items():
+        known = [_inferred(each)[name] for each in first]
+        grey |= any(map(is_prior, known))
+        unit = "" if of.unit == "1" else of.unit
+        label = _label(name, of) if len(first) <= _WORDY else Text(name)
+        rows.append((label, unit, *map(_posterior, known)))
+    head = [Text("of the model"), Text("unit"), *heads]
     notes = named(said, len(first))
+    if len(first) > _WORDY:
+        notes.append(Joined("; ", [_label(*each) for each in names.items()]))
     if any(each.fit.resolved for each in first):
-        notes.append("; ".join(f"{name}: {each.meaning}" for name, each in names.items()))
-        grey = any(is_prior(each) for entry in first for each in entry.parameters.values())
-        said = "medians and 95 % intervals of the first operation of each channel"
-        notes.append(said + "; grey: nearly all prior, the record adds little" * grey)
-    by: dict[str, dict[str, dict[str, None]]] = {}
+        notes.append(Text("medians and 95 % intervals of the first operation of each channel"))
+        notes += [Text("grey: nearly all prior, the record adds little")] if grey else []
+    return Table(head, rows, Text("What the model adds"), [*notes, *_limits_of_model(entries)])
+
+
+def _trust(entry: RecordAnswer) -> Cell:
+    """How far the parameters of a record can be trusted."""
+    fit = entry.fit
+    how = how_it_fits(fit.p_value, fit.misfit)
+    family = fit.family.replace("_", " ")
+    trust = Text("{how} {family}\n{p}", how=Text(how), family=family, p=in_p(fit.p_value))
+    if fit.misfit:
+        return Cell(trust, "bad")
+    if fit.why_unresolved:
+        return Cell(Text("not resolved"), "doubt")
+    return Cell(trust, "doubt" * (how != "fits"))
+
+
+def _limits_of_model(entries: Sequence[RecordAnswer]) -> list[Text]:
+    """Verdicts on limits on what the model adds."""
+    names = _inferred(entries[0])
+    by: dict[tuple[str, str], dict[str, dict[str, None]]] = {}
     for entry in entries:
         for each in entry.limits or ():
             if each.parts[0].quantity in names:
-                results = by.setdefault(f"limit {each.name}, {each.words}", {})
-                where = results.setdefault(RESULTS[each.verdict][0], {})
-                where[entry.phase or entry.motion] = None
-    for limit, results in by.items():
-        told = (f"{result} {', '.join(where)}" for result, where in results.items())
-        notes.append(f"{limit}: {'; '.join(told)}")
-    return Table(("channel", "trust", *units), rows, "What the model adds", notes)
+                results = by.setdefault((each.name, each.words), {})
+                results.setdefault(each.verdict, {})[entry.phase or entry.motion] = None
+    notes = []
+    for (name, words), results in by.items():
+        pairs = [(RESULTS[verdict][0], Joined(", ", [*of])) for verdict, of in results.items()]
+        told = Joined("; ", [Text("{result} {of}", result=r, of=of) for r, of in pairs])
+        notes.append(Text("limit {name}, {words}: {told}", name=name, words=words, told=told))
+    return notes
 
 
 def _inferred(entry: RecordAnswer) -> dict[str, Estimate]:
     """Parameters of a record, and the wipe that follows from the gap."""
     return {**entry.parameters, "wipe": entry.quantities["wipe"]}
+
+
+def _label(name: str, of: Estimate) -> Text:
+    return Text("{name}: {meaning}", name=Text(name), meaning=Text(of.meaning))
 
 
 def _posterior(each: Estimate) -> Cell:
@@ -265,8 +333,9 @@ def mass_table(entries: Sequence[RecordAnswer]) -> list[Table]:
             first.setdefault(entry.phase, entry)
     if not first:
         return []
-    names = next(iter(first.values())).with_mass
-    units = (f"{name}\n{each.unit}" for name, each in names.items())
-    rows = [(phase, *map(_posterior, each.with_mass.values())) for phase, each in first.items()]
-    notes = ["; ".join(f"{name}: {each.meaning}" for name, each in names.items())]
-    return [Table(("channel", *units), rows, "With the moving mass", notes)]
+    rows = []
+    for name, of in next(iter(first.values())).with_mass.items():
+        known = (each.with_mass[name] for each in first.values())
+        rows.append((_label(name, of), of.unit, *map(_posterior, known)))
+    head = [Text("of the model"), Text("unit"), *(phase or Text("value") for phase in first)]
+    return [Table(head, rows, Text("With the moving mass"))]

@@ -10,13 +10,13 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from breaker.common.numerals import first_of
-from breaker.documents.parts import Cell, Document, Table
+from breaker.documents.parts import Cell, Document, Joined, Letterhead, Table, Text
 from breaker.drive.answers.answer_document import RecordAnswer
 from breaker.drive.answers.answer_document import document as document_of
 from breaker.drive.answers.change_table import NotCompared, changes_table
 from breaker.drive.answers.evidence import Answer
 from breaker.drive.answers.limit_verdicts import Verdict
-from breaker.drive.answers.picture_data import Panel, panel_of
+from breaker.drive.answers.picture_data import Panel, PanelLabels, panel_of
 from breaker.drive.answers.reference_curve import Overlay
 from breaker.drive.answers.report_tables import (
     RESULTS,
@@ -39,9 +39,11 @@ class Report(Document):
 
     Attributes:
         panels: One for each motion of each operation.
+        labels: Words of their pictures.
     """
 
     panels: Sequence[Panel] = ()
+    labels: PanelLabels = field(default_factory=PanelLabels)
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,6 +57,7 @@ class ReportContext:
         rejected: Sentences on what was not read.
         mass: Draws of the moving mass, kg.
         changes: The comparison with the visit before, by phase.
+        letterhead: What a company puts around the report.
     """
 
     plate: Sequence[tuple[str, str]] = ()
@@ -63,6 +66,7 @@ class ReportContext:
     rejected: Sequence[str] = ()
     mass: np.ndarray | None = None
     changes: Mapping[str, VisitDocument | NotCompared] = field(default_factory=dict)
+    letterhead: Letterhead | None = None
 
 
 def report_of(
@@ -87,14 +91,22 @@ def report_of(
         panels.append(panel_of([each for each, _ in own], beside.overlays, title))
     lines = [*beside.rejected, *(each.reason for each in found if not each.accepted)]
     if lines:
-        tables.append(Table(title="Not read", notes=few(list(dict.fromkeys(lines)))))
+        tables.append(Table(title=Text("Not read"), notes=few(list(dict.fromkeys(lines)))))
     if changed := beside.changes:
         tables.append(changes_table(changed, phases))
     tables += [model_table(entries), *mass_table(entries)]
     said = [(phase, w) for phase, each in changed.items() for w in each.warnings]
-    warnings = [*(f"WARNING: {each}" for each in document.warnings), *named(said, len(changed))]
+    warnings = [Text("WARNING: {said}", said=each) for each in document.warnings]
+    warnings += named(said, len(changed))
     summary = [*(Cell(each, "bad") for each in warnings), _verdict(entries, len(phases))]
-    return Report("Test report", beside.plate, summary, tables, panels)
+    return Report(
+        Text("Test report"),
+        beside.plate,
+        summary,
+        tables,
+        panels=panels,
+        letterhead=beside.letterhead,
+    )
 
 
 def _motions(pairs: Iterable[_Pair]) -> list[list[_Pair]]:
@@ -115,10 +127,13 @@ def _motions(pairs: Iterable[_Pair]) -> list[list[_Pair]]:
 def _title(entries: Sequence[RecordAnswer]) -> str:
     """Which motion it is: when, of several in a file; of which operation, where that counts."""
     entry, files = entries[0], list(dict.fromkeys(each.file for each in entries))
-    said = entry.motion + (f" at {entry.fit.moves:.0f} ms" if entry.part else "")
-    known = entry.about.get("breaker") or entry.about.get("date")
-    of = f", operation {entry.operation}" if known else ""
-    return f"{said}{of}: {first_of([file.rpartition('/')[2] for file in files], 1)}"
+    said = Text(entry.motion)
+    if entry.part:
+        said = Text("{motion} at {at} ms", motion=said, at=f"{entry.fit.moves:.0f}")
+    if entry.about.get("breaker") or entry.about.get("date"):
+        said = Text("{motion}, operation {number}", motion=said, number=entry.operation)
+    of = first_of([file.rpartition("/")[2] for file in files], 1)
+    return Text("{motion}: {files}", motion=said, files=of)
 
 
 def _verdict(entries: Sequence[RecordAnswer], channels: int) -> Cell:
@@ -129,12 +144,12 @@ def _verdict(entries: Sequence[RecordAnswer], channels: int) -> Cell:
             found[each.verdict].setdefault(each.name, []).append(entry.phase)
     passed = found.pop("pass")
     if said := {verdict: names for verdict, names in found.items() if names}:
-        text = "; ".join(
-            f"{RESULTS[verdict][0]}: "
-            + ", ".join(some_of(name, where, channels) for name, where in names.items())
-            for verdict, names in said.items()
-        )
-        return Cell(text, RESULTS[next(iter(said))][1])
+        texts = []
+        for verdict, names in said.items():
+            of = [some_of(name, where, channels) for name, where in names.items()]
+            told = Joined(", ", of)
+            texts.append(Text("{verdict}: {limits}", verdict=RESULTS[verdict][0], limits=told))
+        return Cell(Joined("; ", texts), RESULTS[next(iter(said))][1])
     if passed:
-        return Cell(f"pass: none of {len(passed)} limits is exceeded", "good")
-    return Cell("no limit is configured: values are stated, not judged", "faint")
+        return Cell(Text("pass: none of {count} limits is exceeded", count=len(passed)), "good")
+    return Cell(Text("no limit is configured: values are stated, not judged"), "faint")

@@ -30,10 +30,6 @@ _RUNS = 100.0  # ms, for which a motor runs at least
 _TINY = 1e-12  # A
 
 
-CURRENT_CHANNELS = ("trigger", "motor")
-"""Channels of ``column_names.BESIDE`` that may be currents."""
-
-
 class Channel(NamedTuple):
     """A channel of a record.
 
@@ -53,7 +49,7 @@ class Currents:
 
     Attributes:
         time: Times of the whole record, ``(n,)``, ms.
-        channels: "trigger", the coil's, and "motor", as far as the record has them.
+        channels: Those of ``column_names.BESIDE`` that the record has: "trigger" is the coil's.
         inside: The samples of the motion.
         moves: Its first motion, ms.
         trigger, trigger_sd: When the coil was energised, and the sd of that, ms.

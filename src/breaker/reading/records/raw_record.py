@@ -21,7 +21,7 @@ from breaker.reading.files.operations_table import Operation
 from breaker.reading.files.time_and_travel import Columns
 from breaker.reading.records.consistency import inconsistencies
 from breaker.reading.records.contact_edges import Contact, events_of
-from breaker.reading.records.currents import CURRENT_CHANNELS, Channel, Currents
+from breaker.reading.records.currents import Channel, Currents
 from breaker.reading.records.faulty_samples import doubtful_samples, doubts_in_words
 from breaker.reading.records.landmarks import first_motion
 from breaker.reading.records.measurements import Measured, Reading
@@ -238,11 +238,7 @@ def _raw(samples: _Samples, motion: str) -> Raw:
         words = doubts_in_words(time, whole, doubts)
         reason = f"{error}; left out: {words}" if words else str(error)
         raise RejectedCurveError(operation.file, reason, line=error.line) from error
-    channels = {
-        kind: Channel(beside[kind], amperes)
-        for kind, amperes in columns.amperes.items()
-        if kind in CURRENT_CHANNELS
-    }
+    channels = {k: Channel(beside[k], amperes) for k, amperes in columns.amperes.items()}
     event = contact.trigger, contact.trigger_sd
     currents = Currents(time, channels, inside, found[-2], *event)
     said = (*columns.remarks, uneven, count_remark(time.size, settings), *odd)

@@ -1,0 +1,76 @@
+"""Reports in another language: every pattern of a report has a translation with the same values."""
+
+import ast
+import re
+from pathlib import Path
+
+import pytest
+
+import breaker
+from breaker.documents.parts import Cell, Document, Joined, Table, Text, in_language
+from breaker.drive.answers.report_tables import RESULTS
+from breaker.quantities.catalogue import QUANTITIES
+from breaker.quantities.moving_mass import MASS_QUANTITIES
+from breaker.quantities.parameters import MOTIONS, PARAMETERS
+from breaker.shipped import words_of
+
+SOURCE = Path(breaker.__file__).parent
+VALUES = re.compile(r"\{(\w+)\}")
+LETTERS = re.compile(r"[a-z]{2}")
+
+
+def patterns():
+    """Every pattern in the source that has words of its own."""
+    found = set()
+    for file in sorted(SOURCE.rglob("*.py")):
+        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+            is_text = isinstance(node, ast.Call) and getattr(node.func, "id", "") == "Text"
+            if is_text and node.args and isinstance(node.args[0], ast.Constant):
+                found.add(node.args[0].value)
+    return sorted(each for each in found if LETTERS.search(VALUES.sub("", each)))
+
+
+@pytest.fixture(scope="module")
+def german():
+    return words_of("de")
+
+
+def test_every_pattern_is_known_in_german(german):
+    assert len(patterns()) > 50
+    assert [each for each in patterns() if each not in german] == []
+
+
+def test_a_translation_has_the_values_of_its_pattern(german):
+    for english, other in german.items():
+        assert sorted(VALUES.findall(english)) == sorted(VALUES.findall(other)), english
+
+
+def test_what_a_sheet_shows_by_name_is_known_in_german(german):
+    names = [each for each, q in QUANTITIES.items() if "record" in q.of or each == "wipe"]
+    assert [
+        each for each in (*names, *MOTIONS, *map(str, dict(RESULTS))) if each not in german
+    ] == [
+        "fail"  # of the data; the sheet says FAIL
+    ]
+    meanings = [each.meaning for each in (*PARAMETERS, *MASS_QUANTITIES)]
+    assert [each for each in meanings if each not in german] == []
+
+
+def test_another_language_changes_patterns_alone():
+    known = {"{verdict}: {limits}": "{limits}: {verdict}", "FAIL": "DURCHGEFALLEN", "slow": "lahm"}
+    told = Joined(", ", ["slow", Text("{text} ({where})", text="late", where="R")])
+    cell = Cell(Text("{verdict}: {limits}", verdict=Text("FAIL"), limits=told), "bad")
+    document = Document(
+        "slow", summary=[cell], parts=[Table(("FAIL", Text("FAIL")), [(cell, "1")])]
+    )
+    other = in_language(document, known)
+    assert other.title == "slow"  # names of users stay
+    assert other.summary == ["slow, late (R): DURCHGEFALLEN"]
+    assert other.summary[0].tone == "bad"
+    assert other.parts[0].head == ("FAIL", "DURCHGEFALLEN")
+    assert in_language(document, {}) == document
+
+
+def test_no_language_is_lost():
+    assert words_of("en") == {}
+    assert words_of("de")["pass"] == "bestanden"
