@@ -16,7 +16,7 @@ from breaker.shipped import DEFAULTS
 _RATE, _LENGTH = 20.0, 220.0  # kHz, ms
 _TRIPS, _DELAY = {"closing": 10.0, "opening": 120.0}, 14.0  # ms
 _NOISE, _SCATTER = 0.01, 0.004  # mm; of parameters from pole to pole
-_VISITS = {"2014-05-12": {}, "2026-03-02": {"gamma_a": 1.4, "f": 0.92}}
+_VISITS = {"2014-05-12": 0.0, "2026-03-02": 1.0}  # shares of the life
 _STATED = "Station: Example\nSerial No: EX-0001\nType: 12 kV\nTest Date: {date}\nOperation: C-O"
 _COIL = 3.0, 6.0, 45.0  # A, ms until most of it flows, ms for which it flows
 
@@ -32,10 +32,10 @@ def write_example(folder: Path) -> None:
         ['unknown.txt', 'visit_2014-05-12.csv', 'visit_2026-03-02.csv']
     """
     settings = read(DEFAULTS)
-    new = Rig.from_settings(settings["rig"], settings["seed"]).new
-    for date, changes in _VISITS.items():
+    rig = Rig.from_settings(settings["rig"], settings["seed"])
+    for date, share in _VISITS.items():
         rng = generator(settings["seed"], "example", date)
-        drive = new.changed(**{name: new.value(name) * by for name, by in changes.items()})
+        drive = rig.worn(round(share * settings["rig"]["operations"]), scatter=False)
         columns = _record(drive, rng)
         rows = [";".join(row) for row in zip(*columns.values(), strict=True)]
         lines = [_STATED.format(date=date), "", ";".join(columns), *rows, ""]

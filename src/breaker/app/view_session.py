@@ -31,7 +31,7 @@ from breaker.reading.files.folder_facts import Description
 from breaker.reading.files.folder_listing import odd_signs, record_files
 from breaker.reading.files.formats import ENDINGS
 from breaker.reading.files.guards import LARGEST, printable
-from breaker.reading.files.opened_file import Files, Opened
+from breaker.reading.files.opened_file import Files
 from breaker.reading.files.operations_table import MANIFEST
 from breaker.reading.inspection.file_contents import look_into
 from breaker.reading.inspection.file_description import describe_file
@@ -350,7 +350,7 @@ class Session:
         first = (
             asked.files[0] if choices.files[0] != WHOLE else next(iter(self.files().values()), "")
         )
-        layout, proposal, trouble = self._seen(files[first], config)
+        layout, proposal, trouble = self._seen(first, files, config)
         base = base_of(config, proposal, choices.base)
         chosen = {k: v for k, v in choices.settings.items() if v != base.form[k] or k == _TRAVEL}
         choices = choices._replace(base=base.name, settings=chosen)
@@ -395,12 +395,14 @@ class Session:
 
         return self._once(("answered", id(shown), shown), answer, _KEPT)
 
-    def _seen(self, first: Opened, config: Mapping) -> tuple[Layout | None, Proposal | None, str]:
+    def _seen(
+        self, file: str | Path, files: Files, config: Mapping
+    ) -> tuple[Layout | None, Proposal | None, str]:
         """The layout of a file, what is proposed for it, and why nothing is."""
-        layout = None
+        first, layout = files[file], None
         try:
             layout = look_into(first)
-            find = lambda: inspect_file(first, config["sensor"])  # noqa: E731
+            find = lambda: inspect_file(file, config["sensor"], files=files)  # noqa: E731
             # Of a file, whatever is chosen: a command proposes it of the overlays alone.
             return layout, first.once(("proposed", str(config["sensor"])), find), ""
         except (ValueError, OSError) as error:
@@ -494,7 +496,7 @@ def _traces(read: Any, first: Layout | None, files: Files) -> list[Trace]:
             layouts.append(look_into(files[each]))
     found = record_traces(records, layouts or [*filter(None, [first])])
     if read:
-        found += laid_over(records, read.beside["overlays"], "reference", band=True)
+        found += laid_over(records, read.beside.overlays, "reference", band=True)
         found += laid_over(records, overlaid(records, read.before), "before")
     return found
 

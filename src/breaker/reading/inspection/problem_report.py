@@ -15,6 +15,7 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
 from breaker import __version__
+from breaker.common.visible_text import visible_text
 from breaker.documents.terminal import text_of
 from breaker.reading.files.file_look import Labelled
 from breaker.reading.files.format_settings import FORMAT
@@ -32,7 +33,6 @@ from breaker.reading.files.lexicon import (
     UNITS,
 )
 from breaker.reading.files.opened_file import Opened
-from breaker.reading.files.safe_text import on_terminal
 from breaker.reading.inspection.file_contents import encoding_of
 from breaker.reading.inspection.proposal_words import overlay_of, words_of
 from breaker.reading.inspection.setting_proposal import inspect_file
@@ -173,7 +173,7 @@ def problem_report(
         "breaker inspect": [hidden.again(each) for each in _inspected(file, sensor, channel)],
     }
     lines = (line for title, each in parts.items() for line in (f"== {title} ==", *each, ""))
-    return on_terminal("\n".join(lines)), hidden.words
+    return visible_text("\n".join(lines)), hidden.words
 
 
 def _versions() -> list[str]:

@@ -106,20 +106,23 @@ class Proposal:
         return compare_printed(self.layout, self.travels, used)
 
 
-def inspect_file(file: str | Path, sensor: Mapping, channel: str = "") -> Proposal:
+def inspect_file(
+    file: str | Path, sensor: Mapping, channel: str = "", files: Files | None = None
+) -> Proposal:
     """Propose settings for a file, and read it with them.
 
     Args:
         file: File of one record.
         sensor: The section ``sensor`` of the configuration.
         channel: Name or number of the column of travel, where not all of them are meant.
+        files: In which it is opened, or others that are opened, too.
 
     Raises:
         InspectionError: If no column of the file moves as a drive does.
         LayoutError: If there are no columns of numbers.
         RejectedCurveError: If the file cannot be read.
     """
-    files = Files()
+    files = Files() if files is None else files
     clock = find_clock(layout := look_into(files[file]))
     every, travels, unused = chosen_travels(layout, clock, channel)
     direction = guess_direction(layout, travels)
@@ -130,8 +133,7 @@ def inspect_file(file: str | Path, sensor: Mapping, channel: str = "") -> Propos
         lacking |= guess.lacking
     instead = {"rate": clock.likely_rate, "ratio": _STROKE / np.median(strokes_of(travels))}
     tried = settings | {key: instead[key] for key in lacking}
-    mm = abs(Scale.from_settings(tried).factor)
-    sign = settings["sign"]
+    mm, sign = abs(Scale.from_settings(tried).factor), settings["sign"]
     rest = guess_rest(travels, mm, sign)
     columns = {layout.column(travel.place) for travel in travels}
     found = [each for each in motions_of(layout, clock, every, sign) if each.column in columns]
