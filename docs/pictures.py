@@ -17,9 +17,11 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
+from breaker.common.plain_values import of_plain
 from breaker.common.randomness import generator
 from breaker.common.zarr_store import open_store
 from breaker.configuration.loading import read
+from breaker.drive.answers.visit_document import VisitDocument
 from breaker.drive.simulation.endurance_rig import Rig
 from breaker.figures.style import save
 from breaker.figures.verdict import verdict
@@ -83,7 +85,7 @@ def drawn(data: dict) -> dict[str, Figure]:
     life, standing = (xr.Dataset.from_dict(data["verdict"][name]) for name in ("life", "standing"))
     return {
         "verdict.png": verdict(life, standing, data["verdict"]["sentences"]),
-        "visits.png": visits(data["visits"]),
+        "visits.png": visits(of_plain(VisitDocument, data["visits"])),
     }
 
 

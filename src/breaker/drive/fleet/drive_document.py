@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from breaker.common.plain_values import Plain
+from breaker.common.plain_values import Plain, of_plain
 
 _SAME = ("breaker", "phase", "type", "state", "last", "operation", "records", "visits", "how")
 
@@ -109,15 +109,7 @@ class DriveDocument(Plain):
     @classmethod
     def from_json(cls, text: str) -> "DriveDocument":
         """Read a document as ``to_json`` writes it."""
-        found = json.loads(text)
-        of = {"changed": _change_of, "since": _change_of, "measured": Shown._make}
-        of |= {"spread": Shown._make}
-        found |= {name: [read_row(row) for row in found[name]] for name, read_row in of.items()}
-        return cls(**found | {"due": Due(**found["due"])})
-
-
-def _change_of(values: Mapping) -> DriveChange:
-    return DriveChange(**values)
+        return of_plain(cls, json.loads(text))
 
 
 class Farthest(NamedTuple):
