@@ -6,6 +6,7 @@ Sentences, tables and numbers are those of the run's files, as it wrote them.
 import json
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from io import BytesIO
 from pathlib import Path
 from typing import NamedTuple
 
@@ -21,6 +22,7 @@ from breaker.drive.fleet.fleet_page import TONES, fleet_document
 from breaker.drive.fleet.fleet_states import FLEET_STATES
 from breaker.drive.life.first_page import in_percent
 from breaker.quantities.parameters import PARAMETERS
+from breaker.reading.files.guards import RejectedCurveError, read_bytes
 from breaker.reading.files.safe_text import as_meant
 
 LIFE = ("verdict.json", "limits.csv", "changes.csv", "life.zarr", "standing.zarr")
@@ -202,11 +204,13 @@ def read_life(folder: Path) -> Life:
         ValueError: If a file of it lacks, or is not as the run wrote it.
     """
     try:
-        words = json.loads((folder / LIFE[0]).read_text(encoding="utf-8"))
+        words = json.loads(read_bytes(folder / LIFE[0]))
         limits, changes = (_table(folder / each) for each in LIFE[1:3])
         stores = tuple(open_store(folder / each).load() for each in LIFE[3:])
         document = _life_document(words, limits, changes, *stores)
         names = [str(each) for each in stores[0]["limit"].values]
+    except RejectedCurveError as error:
+        raise ValueError(f"{error}: {_REMEDY}") from error
     except FileNotFoundError as error:
         raise ValueError(f"{error.filename} is not there: {_REMEDY}") from error
     except (KeyError, TypeError, IndexError) as error:
@@ -218,7 +222,7 @@ def read_life(folder: Path) -> Life:
 
 def _table(file: Path) -> pd.DataFrame:
     """A table of a run, as texts."""
-    frame = pd.read_csv(file, dtype=str, keep_default_na=False)
+    frame = pd.read_csv(BytesIO(read_bytes(file)), dtype=str, keep_default_na=False)
     return frame.rename(columns=as_meant).map(as_meant)
 
 
@@ -286,7 +290,7 @@ def read_fleet(folder: Path) -> Document:
         if unknown := set(table["state"]) - set(FLEET_STATES):
             raise ValueError(f"{folder / FLEET[0]} has states that no run tells: {unknown}")
         return fleet_document(table.assign(pole_spread=spread), types.assign(**numbers))
-    except FileNotFoundError as error:
-        raise ValueError(f"{error.filename} is not there: {_REMEDY}") from error
+    except RejectedCurveError as error:
+        raise ValueError(f"{error}: {_REMEDY}") from error
     except KeyError as error:
         raise ValueError(f"{folder} is not as a run writes it ({error}): {_REMEDY}") from error
