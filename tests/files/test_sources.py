@@ -8,6 +8,7 @@ import struct
 import sys
 import tomllib
 import zipfile
+from contextlib import nullcontext
 from pathlib import Path
 
 import numcodecs
@@ -25,6 +26,7 @@ from breaker.reading.files import netcdf as grids
 from breaker.reading.files.format_settings import complete
 from breaker.reading.files.formats import FORMATS, read_columns
 from breaker.reading.files.guards import LARGEST, RejectedCurveError
+from breaker.reading.files.opened_file import Opened
 from breaker.reading.inspection.file_contents import look_into
 from breaker.reading.instruments.dialects import DIALECTS
 from tests.files.refused import told
@@ -443,6 +445,27 @@ def test_the_same_bytes_are_not_read_as_many_variables(tmp_path):
         )
     file.write_bytes(head + content[begin : begin + 800_000])
     assert "parts of it twice; export the record alone" in rejection(file, "netcdf")
+
+
+def test_a_file_of_version_4_is_converted_once(tmp_path, monkeypatch):
+    """However often it is asked for, and also where it hangs: that takes seconds."""
+    whole, counted = grids._as_version_3, []
+
+    def converted(file, content):
+        counted.append(file)
+        if len(content) < 1000:
+            raise RejectedCurveError(file, "cannot be read within 8 s")
+        return whole(file, content)
+
+    monkeypatch.setattr(grids, "_as_version_3", converted)
+    labelled().to_netcdf(tmp_path / "a.nc", engine="h5netcdf")
+    (tmp_path / "b.nc").write_bytes(b"\x89HDF")
+    for name, fails in (("a.nc", False), ("b.nc", True)):
+        opened = Opened(tmp_path / name)
+        for _ in range(2):
+            with pytest.raises(RejectedCurveError) if fails else nullcontext():
+                grids.look(opened)
+    assert counted == [tmp_path / "a.nc", tmp_path / "b.nc"]
 
 
 def test_what_is_within_a_store_is_looked_at_before_it_is_opened(tmp_path):

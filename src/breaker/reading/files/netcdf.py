@@ -29,7 +29,7 @@ from breaker.reading.files.zarr_metadata import check_store
 _LARGEST = 10_000_000  # samples
 _MOST = 20_000_000  # values of all variables
 _MOST_READS = 100_000  # of a NetCDF file of version 3, which has some ten for each variable
-_PATIENCE = 10  # s; a large file takes one
+_PATIENCE = 8  # s; a large file takes one, and a command no more than ten
 _MEMORY = 2**30  # bytes of the process that reads version 4
 _TOO_LARGE = 3  # its status
 _REMEDY = "export the record alone"
@@ -89,7 +89,7 @@ def _open(opened: Opened):
         return xr.open_zarr(file, **_UNTOUCHED)
     content = opened.content
     if content.startswith(SIGNATURES[-1]):
-        content = _as_version_3(file, content)
+        content = opened.once("version 3", lambda: _as_version_3(file, opened.content))
     dataset = xr.open_dataset(_ReadOnce(content), engine="scipy", **_UNTOUCHED)
     _check_size(dataset.variables.values())
     return dataset
