@@ -8,7 +8,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from breaker.cli.command_settings import limits_of, settings_of
-from breaker.cli.outputs import check_outputs, draw, say_written, whole, write_lines
+from breaker.cli.outputs import check_outputs, draw, say_written, write, write_lines
 from breaker.cli.printing import say
 from breaker.cli.records_named import (
     MOTIONS,
@@ -195,8 +195,7 @@ def _write(
         from breaker.drive.answers.arviz_tree import tree
 
         draws = tree(answers, given, seed=seed)
-        with whole(options.draws) as part:
-            write_zarr(draws, part)
+        write(options.draws, lambda part: write_zarr(draws, part))
         written.append(f"draws written to {options.draws}")
     if options.plot:
         from breaker.drive.answers.picture_data import shown

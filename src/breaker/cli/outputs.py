@@ -4,7 +4,7 @@ import json
 import os
 import stat
 import sys
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
 
 from breaker.cli.command_settings import ADVANCED, PROJECT
@@ -162,14 +162,23 @@ def draw(figure, name: str) -> str:
 
 
 def write_bytes(name: str, content: bytes) -> None:
-    """Write a file, whole or not at all.
+    """Write a file, whole or not at all; raise as ``write``."""
+    write(name, lambda part: part.write_bytes(content))
+
+
+def write(name: str, fill: Callable[[Path], object]) -> None:
+    """Write a file or a folder, whole or not at all.
+
+    Args:
+        name: Its name.
+        fill: What writes it under the name that it is given.
 
     Raises:
         OSError: If it cannot be written, as on a full disk; what was there stays.
     """
     try:
         with whole(name) as part:
-            part.write_bytes(content)
+            fill(part)
     except OSError as error:
         remedy = "make room there, or name another place"
         raise OSError(f"{name} could not be written: {error.strerror}; {remedy}") from error
