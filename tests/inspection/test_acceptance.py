@@ -8,7 +8,8 @@ from breaker.drive.simulation.endurance_rig import Rig
 from breaker.reading.inspection.acceptance import check_folder, words_of_checked
 from breaker.reading.instruments.export import write_curve
 
-SENSOR = {"start": -2.0, "stop": 58.0, "samples": 151, "noise_sd": 0.1, "zero_sd": 0.1}
+SENSOR = {"start": -2.0, "stop": 58.0, "samples": 151, "noise_sd": 0.1}
+SENSOR |= {"onset_sd": 0.3, "zero_sd": 0.1}
 ENDURANCE = {"format": {}, "breaker": None, "phase": None}
 
 
