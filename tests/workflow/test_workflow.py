@@ -161,7 +161,7 @@ EDITS = {
     "training.closing": (edit_closing_training, TRAINING),
     "sensor.noise_sd": (setting(sensor={"noise_sd": 0.12}), NOISE),
     "sensor.zero_sd": (setting(sensor={"zero_sd": 0.05}), NOISE),
-    "sensor.onset_sd": (setting(sensor={"onset_sd": 0.2}), [*PRIOR_DRAWS, *BANK]),
+    "sensor.onset_sd": (setting(sensor={"onset_sd": 0.2}), [*READING, *PRIOR_DRAWS, *BANK]),
     "prior": (setting(prior=SLOWER), [*PRIOR_PREDICTIVE, *BANK]),
     "validation.posterior": (setting(validation={"posterior": "corrected"}), VALIDATION_FIGURES),
     "endurance.draws": (
