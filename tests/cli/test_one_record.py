@@ -21,6 +21,7 @@ from breaker.drive.answers.drive_records import read_operations
 from breaker.drive.fleet.examination import examine
 from breaker.drive.fleet.members import members_of
 from breaker.quantities.parameters import MOTIONS
+from breaker.quantities.speeds import speeds_of, with_named
 from breaker.reading.files.folder_listing import list_fleet
 from breaker.reading.inspection.preparation import Prepared
 from breaker.reading.records.curve_reader import read_curves
@@ -142,6 +143,22 @@ def test_a_drive_without_a_contact_has_speeds_of_its_stroke_everywhere(config, c
     for found in (alone, report, compared(capsys), fleet):
         assert {name for name, _ in found} >= {*OF_STROKE}
         assert not {(n, m) for n, m in found if n in OF_STROKE and not found[n, m] > 0.0}
+
+
+def test_a_limit_may_name_a_speed_that_is_shown(config, capsys):
+    """Planted fault: speeds of the stroke were shown everywhere, and no limit could name them."""
+    limit = {"quantity": "closing_speed_10_90", "reference": 3.0, "tolerance": "80 %"}
+    own = OWN | {"limits": [limit | {"motion": "closing", "of": "record"}]}
+    Path("own.yaml").write_text(yaml.safe_dump(own), encoding="utf-8")
+    names = {}
+    for call in (["infer", "one.csv"], ["compare", "before.csv", "--today", "one.csv"]):
+        assert main([*call, "--json", "--config", "own.yaml"]) == 0
+        found = json.loads(capsys.readouterr().out)
+        limits = found["limits"] if "limits" in found else found["records"][0]["limits"]
+        names[call[0]] = [(each["name"], each["verdict"]) for each in limits]
+    assert names["infer"] == names["compare"] == [("closing_speed_10_90", "pass")]
+    points = with_named(config["speeds"], own["limits"])  # the workflow measures it, too
+    assert "closing_speed_10_90" in [each.name for each in speeds_of(points)]
 
 
 def test_a_speed_has_its_zone_in_text_table_json_and_report(config, capsys):

@@ -4,7 +4,7 @@ import os
 
 from breaker.drive.family.network_files import trained_on
 from breaker.quantities.size import Size
-from breaker.quantities.speeds import speeds_of
+from breaker.quantities.speeds import speeds_of, with_named
 from breaker.shipped import FAMILIES, KINDS, model_file
 from breaker.workflow.jobs import missing_packages
 
@@ -34,7 +34,8 @@ for section in config:
 MOTIONS = config["motions"]
 SOURCES = [*MOTIONS, "both"] if len(MOTIONS) == 2 else MOTIONS
 SEED = config["validation"]["seed"]
-SPEEDS = {each.name: each.points for each in speeds_of(config["speeds"], Size(**config["size"]))}
+DEFINED = with_named(config["speeds"], config["limits"])
+SPEEDS = {each.name: each.points for each in speeds_of(DEFINED, Size(**config["size"]))}
 GRID = {key: config["sensor"][key] for key in ("start", "stop", "samples")}
 OWN_CURVES = config["endurance"]["curves"]
 # Store of the stand-in's true parameters; real measurements have none.

@@ -15,7 +15,7 @@ from breaker.mechanism.limits import entries_of_type, from_list
 from breaker.quantities.catalogue import CURRENTS, check_fact, check_quantity
 from breaker.quantities.moving_mass import check_mass
 from breaker.quantities.parameters import MOTIONS, NAMES
-from breaker.quantities.speeds import speeds_of
+from breaker.quantities.speeds import every_speed, speeds_of
 from breaker.reading.files.operations_table import SWITCHING, Operation
 from breaker.reading.files.table_cells import event_words
 from breaker.reading.files.type_spelling import bare
@@ -120,7 +120,7 @@ def _limits(
 ) -> Iterator[str]:
     if any(_speeds(speeds)):
         return
-    defined, limits, wrong = speeds_of(speeds), [], []
+    defined, limits, wrong = every_speed(speeds), [], []
     for entry in entries:
         try:
             limits += from_list([entry], MOTIONS, defined)
@@ -146,7 +146,7 @@ def _by_type(
     """Limits by type, and types, each of which must be there once, however it is spelt."""
     if any(_speeds(speeds)):
         return
-    defined, spelt = speeds_of(speeds), {}
+    defined, spelt = every_speed(speeds), {}
     for name, ranges in by_type.items():
         if not bare(name):
             yield f"has {name!r}, which is no name of a type. Write one."
@@ -222,7 +222,7 @@ def _record_limits(
     curves, breaker, *_, motions = folder
     if curves is None or is_fleet(curves, breaker) or any(_limits(entries, motions, speeds)):
         return
-    defined = speeds_of(speeds)
+    defined = every_speed(speeds)
     timed = [each.name for each in defined if each.of_event]
     needs = dict.fromkeys((*timed, *SWITCHING.values(), "bounce_time"), ("contact",))
     needs |= dict.fromkeys(("closing_time", "opening_time"), ("contact", "trigger"))

@@ -221,5 +221,26 @@ OF_STROKE = {
 """Points of speeds that any record shows, also one without a contact, by name: over most of the
 way, and over either half of that, which shows where a drive is slow."""
 
+
+def every_speed(settings: Mapping[str, Sequence[str] | None]) -> tuple[Speed, ...]:
+    """Return the speeds that the section ``speeds`` defines, and those that any record shows: what
+    limits may name. Raises as ``speeds_of``.
+    """
+    return speeds_of({**OF_STROKE, **settings})
+
+
+def with_named(
+    settings: Mapping[str, Sequence[str] | None], limits: Sequence[Mapping[str, object]]
+) -> dict[str, Sequence[str] | None]:
+    """Return the section ``speeds`` with those speeds that any record shows and limits name.
+
+    Example:
+        >>> with_named({}, [{"name": "slow", "lower": {"closing_speed_10_50": 1.2}}])
+        {'closing_speed_10_50': ['10 % of stroke', '50 % of stroke']}
+    """
+    text = str(limits)
+    return {n: points for n, points in OF_STROKE.items() if n in text} | dict(settings)
+
+
 SPEEDS = speeds_of()
 """Speeds of a drive of size 1 where none is configured."""

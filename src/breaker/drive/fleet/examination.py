@@ -29,7 +29,7 @@ from breaker.mechanism.limit_sources import SOURCES
 from breaker.mechanism.limits import entries_of_type
 from breaker.mechanism.sensor import grid
 from breaker.quantities.parameters import MOTIONS, NAMES
-from breaker.quantities.speeds import speeds_of
+from breaker.quantities.speeds import every_speed
 from breaker.reading.files.guards import printable
 from breaker.reading.files.operations_table import CONDITIONS
 from breaker.reading.files.type_spelling import bare
@@ -97,7 +97,7 @@ def examine(member: Member, config: Mapping) -> Examined:
 
 def _limits_of(member: Member, config: Mapping) -> list:
     """Entries of limits by which a drive is judged: those of any of the fleet, and of its type."""
-    limits, speeds = config["limits"], speeds_of(config["speeds"])
+    limits, speeds = config["limits"], every_speed(config["speeds"])
     shipped = limits == read(DEFAULTS)["limits"]
     found = [e for e in limits if not (shipped and SOURCES[e.get("of", "model")].single)]
     for name, ranges in config["limits_by_type"].items():
