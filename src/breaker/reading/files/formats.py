@@ -4,7 +4,7 @@ A format is a module with
 
 - ``ENDINGS``: what messages call a file of it, by ending in lower case;
 - ``SIGNATURES``: first bytes that prove a file to be of it, whatever its ending; a file with the
-  ending and none of them is not. Empty for a format that is text, which reading proves;
+  ending that has none of them is not. Empty for a format that is text, which reading proves;
 - ``EXTRA``: the extra of this package that it needs; empty for none;
 - ``read(opened, settings, channel)``: ``Columns``, see ``read_columns``;
 - ``look(opened)``: what it shows before anything is known of it, ``Labelled`` or ``Tables``; None
@@ -82,7 +82,7 @@ def format_of(opened: Opened) -> ModuleType:
     for each in FORMATS:
         if opened.content.startswith(each.SIGNATURES):
             return each
-    if named.SIGNATURES:
+    if named.SIGNATURES and not any(each in opened.content for each in named.SIGNATURES):
         kind = named.ENDINGS[_ending(opened.file)]
         reason = f"ends as {kind}, but does not begin as one; is it whole? Export it again"
         raise RejectedCurveError(opened.file, reason)
