@@ -1,4 +1,4 @@
-"""One drive of a fleet: what its records say of it.
+"""The examination of one drive of a fleet: what its records say of it.
 
 Its last visit is inferred. Where there are many records its life is followed; of fewer, the first
 and the last visit are compared; a single visit is judged alone.
