@@ -92,7 +92,9 @@ def test_what_readings_state_but_do_not_scatter_by_they_are_off_alike():
     common = Coordinates.of(series, {"closing": a_basis()}).readings[0].common
     assert not common[:300].any()
     assert common[-1] == pytest.approx(np.sqrt(4.0 - scatter**2), rel=0.05)
-    assert 0.0 < common[330] < common[349] == pytest.approx(common[-1])
+    assert common[349] == pytest.approx(common[-1])
+    motion.stated["travel_time"][::4] = 0.1  # some are known well: all are, as they err alike
+    assert not Coordinates.of(series, {"closing": a_basis()}).readings[0].common.any()
 
 
 def test_the_noise_told_of_the_new_mean_is_that_of_its_records(seen):

@@ -109,7 +109,7 @@ class CoordinateReading(NamedTuple):
         slopes: What a coordinate says of it, ``(k,)``.
         scatter: Of what is left, in its unit.
         common: Standard deviation of what all readings of late are off alike, in its unit: the part
-            of what is stated with them by which they do not scatter, ``(o,)``.
+            of what is stated with the best of them by which they do not scatter, ``(o,)``.
     """
 
     motion: str
@@ -147,8 +147,12 @@ class CoordinateReading(NamedTuple):
         middle = _spread(left) * np.sqrt(left.size / free)
         mean = float((values[there] - curve[there] @ slopes).mean())
         scatter = max(float(middle), _LEAST + 1e-9 * abs(mean))
-        of_late = _of_late(np.where(np.isfinite(values), stated, np.nan))
-        common = np.sqrt(np.maximum(np.square(of_late) - _spread(read) ** 2, 0.0))
+        # What is off alike is no farther off than the readings that are known best.
+        precision = _of_late(
+            np.where(np.isfinite(values), np.maximum(stated, _LEAST) ** -2.0, np.nan)
+        )
+        alike = np.where(precision > 0.0, 1.0 / np.maximum(precision, _LEAST), 0.0)
+        common = np.sqrt(np.maximum(alike - _spread(read) ** 2, 0.0))
         return cls(motion, name, mean, slopes, scatter, common)
 
     def project(self, values: np.ndarray, curve: np.ndarray) -> np.ndarray:
