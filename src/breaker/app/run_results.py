@@ -150,11 +150,13 @@ def _band(name: str, x: np.ndarray, values: np.ndarray) -> Line:
 
 def panel_values(panel: Panel) -> dict:
     """Return a panel for JSON: points where a line has any, of very long ones every so many."""
+    lines = [_points(each) for each in panel.lines]
+    empty = "" if any(each["x"] for each in lines) else ": beyond the horizon, or not known"
     return {
-        "title": panel.title,
+        "title": panel.title + empty,
         "x": panel.x,
         "y": panel.y,
-        "lines": [_points(each) for each in panel.lines],
+        "lines": lines,
         "levels": [[name, value] for name, value in panel.levels if np.isfinite(value)],
         "places": [[name, value] for name, value in panel.places],
     }
