@@ -146,7 +146,10 @@ def test_a_sheet_with_a_reference_is_that_of_the_command(page, folder, tmp_path)
     words[words.index("my.yaml")] = str(tmp_path / "my.yaml")
     words[words.index("sheet.pdf")] = str(tmp_path / "sheet.pdf")
     assert main(words) == 0
-    assert page.get(f"/sheet.pdf?{query}").content == (tmp_path / "sheet.pdf").read_bytes()
+    asked = re.search(r'data-query="([^"]*)"', page.get(f"/visit?{query}").text)[1]
+    page.get("/answer?file=one.csv")  # the same files without it are another visit
+    link = re.search(r'href="(/sheet.pdf[^"]*)"', page.get(f"/answer?{unescape(asked)}").text)[1]
+    assert page.get(unescape(link)).content == (tmp_path / "sheet.pdf").read_bytes()
 
 
 def test_what_the_model_says_beside_the_prior_comes_in_words_before_any_table(page):
@@ -399,6 +402,7 @@ def test_a_file_that_changes_while_it_is_shown_is_said(opened, folder, tmp_path)
     query = re.search(r'data-query="([^"]*)"', text)[1]
     asked = [f"/{name}?{query}" for name in ("curves", "answer", "marks", "sheet.html")]
     asked.append(f"/cursors?{query}&first=1&second=2")
+    before = page.get("/curves?file=a.csv").text
     assert {page.get(each).status for each in asked} == {200}
     shown.write_bytes((folder / "curves" / "old.csv").read_bytes())
     for each in asked:
@@ -406,6 +410,7 @@ def test_a_file_that_changes_while_it_is_shown_is_said(opened, folder, tmp_path)
         assert found.status == 409
         assert "load the page again" in found.text
     assert re.search(r'data-query="([^"]*)"', page.get("/visit?file=a.csv").text)[1] != query
+    assert page.get("/curves?file=a.csv").text != before
 
 
 def test_a_folder_that_goes_and_comes_back_is_said(opened, folder, tmp_path):

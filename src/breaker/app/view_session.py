@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 from urllib.parse import urlencode
 
 from breaker.app.curve_traces import Mark, Trace, laid_over, marks_of, record_traces
-from breaker.app.page_choices import WHOLE, Choices, id_of, overlay_text
+from breaker.app.page_choices import WHOLE, Choices, id_of, name_of, overlay_text
 from breaker.app.run_results import FLEET, LIFE, Life, RunResults, read_fleet, read_life, results_in
 from breaker.app.setting_rows import SettingRow, base_of, rows_of
 from breaker.common.atomic_writes import whole
@@ -502,7 +502,7 @@ def _traces(read: Any, first: Layout | None, files: Files) -> list[Trace]:
 
 
 def _listed(identity: str, path: str, seen: Description | None) -> Listed:
-    name = printable(Path(path).name if identity.startswith("dropped/") else path)
+    name = printable(name_of(identity).removeprefix("dropped/"))
     if seen is None:
         return Listed(identity, name, pending=True)
     stated, parts = seen.preamble, seen.parts
