@@ -93,4 +93,6 @@ def cells_of(line: str, delimiter: str) -> list[str]:
     if '"' in line and line.count('"') % 2 == 0:
         reader = csv.reader([line], delimiter=delimiter, skipinitialspace=True)
         cells = next(reader, [])
+    if " " not in line and line.isascii() and line.isprintable():
+        return cells  # no blank is in it, as in most lines of samples
     return [cell.strip() for cell in cells]
