@@ -3,6 +3,7 @@
 import os
 
 from breaker.drive.family.network_files import trained_on
+from breaker.mechanism.limits import spelt_out
 from breaker.quantities.size import Size
 from breaker.quantities.speeds import speeds_of, with_named
 from breaker.shipped import FAMILIES, KINDS, model_file
@@ -28,6 +29,7 @@ def ordered(value):
     return value
 
 
+config["limits"] = spelt_out(config["limits"])  # those of other distributions, as they are now
 for section in config:
     config[section] = ordered(config[section])
 

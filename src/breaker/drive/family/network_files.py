@@ -20,6 +20,7 @@ from breaker.shipped import FAMILIES, KINDS, model_file, widening
 _KINDS = {"levels": Levels, "changes": Changes}
 _OTHER = "it is damaged, or of another version of breaker"
 _SIZES = {"drives", "shards"}  # of a bank, not of its drives
+_USUAL = {"simulator": ""}  # of networks that were trained before there were others
 _TUPLES = {"bases": Basis, "change_bases": Basis, "members": Membership}
 _BASIS = {"directions": "b g", "mean": "g", "variances": "b"}
 _MEMBERS = {"noise": "l", "squares": "l k", "shares": "k", "left": "l 3"}
@@ -159,7 +160,7 @@ def trained_on(path: str | Path, prior: Mapping, family: Mapping) -> bool:
     """
 
     def drives(settings: Mapping) -> dict:
-        return {name: value for name, value in settings.items() if name not in _SIZES}
+        return _USUAL | {name: value for name, value in settings.items() if name not in _SIZES}
 
     with open_model(path) as saved:
         known = saved.settings

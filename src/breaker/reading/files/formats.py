@@ -10,7 +10,8 @@ A format is a module with
 - ``look(opened)``: what it shows before anything is known of it, ``Labelled`` or ``Tables``; None
   where all of it is to be guessed.
 
-``tests/files/test_formats.py`` is what each has to fulfil.
+``reading.inspection.format_contract`` tests what each has to fulfil. Other distributions add
+formats by the entry point ``breaker.formats`` (``format_plugins``).
 """
 
 import warnings
@@ -22,19 +23,22 @@ from types import ModuleType
 
 from breaker import DISTRIBUTION
 from breaker.reading.files import comtrade, delimited_text, excel, netcdf
+from breaker.reading.files.format_plugins import PluginFormat, plugin_formats
 from breaker.reading.files.format_settings import READ_BY
 from breaker.reading.files.guards import RejectedCurveError, TooLargeError
 from breaker.reading.files.opened_file import Opened, as_opened
 from breaker.reading.files.time_and_travel import Columns
 
-FORMATS: tuple[ModuleType, ...] = (delimited_text, excel, comtrade, netcdf)
+_OLD = (".xls", ".xlsb", ".ods")
+_OLD_WORKBOOK = b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1"
+_OWN = (delimited_text, excel, comtrade, netcdf)
+_TAKEN = {*_OLD, ".dat", *(ending for each in _OWN for ending in each.ENDINGS)}
+
+FORMATS: tuple[ModuleType | PluginFormat, ...] = (*_OWN, *plugin_formats(_TAKEN))
 """All formats; a file of no known ending or signature is taken for one of the first, a text."""
 
 ENDINGS = tuple(ending for each in FORMATS for ending in each.ENDINGS)
 """Endings of the files of records. A ``.cfg`` has a ``.dat`` beside it, a ``.zarr`` is a folder."""
-
-_OLD = (".xls", ".xlsb", ".ods")
-_OLD_WORKBOOK = b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1"
 
 
 def read_columns(file: str | Path | Opened, settings: Mapping, channel: str = "") -> Columns:
@@ -68,7 +72,7 @@ def _read(opened: Opened, settings: Mapping, channel: str) -> Columns:
     return columns
 
 
-def format_of(opened: Opened) -> ModuleType:
+def format_of(opened: Opened) -> ModuleType | PluginFormat:
     """Return the format of a file: the one that its content proves, or else the one of its ending.
 
     Raises:
@@ -93,7 +97,7 @@ def _ending(file: str | Path) -> str:
     return Path(file).suffix.lower()
 
 
-def _named(file: str | Path) -> ModuleType:
+def _named(file: str | Path) -> ModuleType | PluginFormat:
     """The format of a file by its ending."""
     return next((each for each in FORMATS if _ending(file) in each.ENDINGS), delimited_text)
 

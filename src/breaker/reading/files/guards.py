@@ -30,9 +30,14 @@ class RejectedCurveError(ValueError):
     """A curve file that cannot be used; the message names file, line and reason.
 
     It is one line of signs that can be printed, whatever stands in the name or in the file.
+
+    Attributes:
+        reason: Why it cannot be used.
+        line: Line of the file that shows it; None if there is none.
     """
 
     def __init__(self, file: str | Path, reason: str, *, line: int | None = None) -> None:
+        self.reason, self.line = reason, line
         place = f"{file}, line {line}" if line else f"{file}"
         super().__init__(printable(f"{place}: {reason}"))
 

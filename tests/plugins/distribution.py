@@ -1,0 +1,35 @@
+"""Distributions with entry points, as they lie on a path when they are installed."""
+
+import re
+import tomllib
+from pathlib import Path
+
+PAGE = Path(__file__).parents[2] / "docs" / "library.md"
+_BLOCK = re.compile(r"```\w+\n# (\S+)\n(.*?)```", re.DOTALL)
+
+
+def blocks() -> dict[str, str]:
+    """The files of the example on the page, by name."""
+    return dict(_BLOCK.findall(PAGE.read_text(encoding="utf-8")))
+
+
+def install(folder: Path, name: str, entries: dict[str, dict[str, str]], files: dict[str, str]):
+    """Put a distribution of entry points by group and name, and of files, into a folder."""
+    about = folder / f"{name.replace('-', '_')}-1.0.dist-info"
+    about.mkdir(parents=True)
+    (about / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {name}\nVersion: 1.0\n")
+    lines = []
+    for group, points in entries.items():
+        lines += [f"[{group}]", *(f"{key} = {value}" for key, value in points.items())]
+    (about / "entry_points.txt").write_text("\n".join(lines) + "\n")
+    for file, text in files.items():
+        (folder / file).parent.mkdir(parents=True, exist_ok=True)
+        (folder / file).write_text(text, encoding="utf-8")
+    return folder
+
+
+def install_example(folder: Path) -> Path:
+    """Put the distribution of the page into a folder."""
+    files = blocks()
+    project = tomllib.loads(files["pyproject.toml"])["project"]
+    return install(folder, project["name"], project["entry-points"], files)
