@@ -26,7 +26,7 @@ def interpreter(version: str) -> str | None:
 def main() -> int:
     """Test each version, and say which was tried."""
     _, wheel = fresh()
-    names = asked(wheel, "excel", "comtrade", "netcdf") | closure(["pytest", "packaging"])
+    names = asked(wheel, "excel", "comtrade", "fast", "netcdf") | closure(["pytest", "packaging"])
     alone = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
     failed = 0
     for version in VERSIONS:

@@ -21,6 +21,7 @@ from breaker.common.tensor_file import ModelFileError, open_model
 from breaker.configuration.loading import load
 from breaker.configuration.yaml_sources import ConfigurationError
 from breaker.drive.family.mechanisms import MECHANISMS
+from breaker.drive.family.network_files import drives_of
 from breaker.quantities.parameters import NAMES
 from breaker.shipped import CARD, FAMILIES, KINDS, model_file
 
@@ -58,7 +59,8 @@ def differing(found: Any, wanted: Any, key: str = "") -> list[str]:
 def unfit(model: Path, config: Mapping[str, Any], kind: str) -> list[str]:
     """Return why a model file is not that of a configuration."""
     with open_model(model) as saved:
-        return [f"{model}: {line}" for line in differing(saved.settings, made_from(config, kind))]
+        found = {**saved.settings, "drives": drives_of(saved.settings)}
+    return [f"{model}: {line}" for line in differing(found, made_from(config, kind))]
 
 
 def described(text: str) -> str:

@@ -12,7 +12,7 @@ import os
 import re
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import NamedTuple
@@ -21,15 +21,12 @@ from PIL import Image
 
 HERE = Path(__file__).resolve().parent
 PAGE = HERE / "README.md"
-PROJECT = HERE.parents[1]
 
 _BLOCK = re.compile(r"```sh\n(?P<commands>.*?)```(?:\n\n```text\n(?P<shown>.*?)```)?", re.S)
 _NUMBER = re.compile(r"(?<![\w.])-?\d+(?:\.\d+)?(?:e[+-]?\d+)?")
-# As installed with this interpreter.
-_PROGRAMS = {
-    "python": f'#!/bin/sh\nexec "{sys.executable}" "$@"\n',
-    "breaker": '#!/bin/sh\nexec python -c "from breaker.cli import main; exit(main())" "$@"\n',
-}
+_PROGRAM = """#!/bin/sh
+exec "{python}" -c "from breaker.cli import main; exit(main())" "$@"
+"""
 
 
 class Step(NamedTuple):
@@ -44,24 +41,31 @@ def steps(text: str) -> list[Step]:
     return [Step(each["commands"], each["shown"] or "") for each in _BLOCK.finditer(text)]
 
 
-def run(text: str, folder: Path) -> Iterator[tuple[Step, str]]:
-    """Run all commands of a page in a folder, as in the project's; yields each step and its output.
+def run(
+    text: str,
+    folder: Path,
+    python: str | Path = sys.executable,
+    environment: Mapping[str, str] = os.environ,
+) -> Iterator[tuple[Step, str]]:
+    """Run all commands of a page in a folder; yields each step and its output.
+
+    Args:
+        python: Interpreter in whose environment the package is.
+        environment: Variables of the commands, but for what is set here.
 
     Raises:
         RuntimeError: If a command fails.
     """
     programs = folder / ".programs"
     programs.mkdir()
-    for name, script in _PROGRAMS.items():
-        (programs / name).write_text(script, encoding="utf-8")
-        (programs / name).chmod(0o755)
+    (programs / "breaker").write_text(_PROGRAM.format(python=python), encoding="utf-8")
+    (programs / "breaker").chmod(0o755)
     path = f"{programs}{os.pathsep}{os.environ['PATH']}"
-    modules = os.pathsep.join([str(PROJECT), os.environ.get("PYTHONPATH", "")])  # as there
     for step in steps(text):
         done = subprocess.run(
             ["bash", "-e", "-c", step.commands],
             cwd=folder,
-            env={**os.environ, "PATH": path, "PYTHONPATH": modules, "COLUMNS": "100"},
+            env={**environment, "PATH": path, "COLUMNS": "100"},
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
             text=True,

@@ -12,9 +12,10 @@ from PIL import Image
 
 from breaker.configuration.loading import load
 from breaker.drive.simulation.endurance_rig import Rig
+from breaker.drive.simulation.rack_exports import HIGH_VOLTAGE
 from breaker.quantities.parameters import MOTIONS, NAMES
 from breaker.shipped import DEFAULTS
-from studies.high_voltage import HIGH_VOLTAGE
+from tests.bare import without_extras
 
 FOLDER = Path(__file__).parents[2] / "docs" / "tutorial"
 spec = importlib.util.spec_from_file_location("renew", FOLDER / "renew.py")
@@ -30,9 +31,10 @@ REMEDY = "mend the text, then run: python docs/tutorial/renew.py"
 
 @pytest.fixture(scope="module")
 def done(tmp_path_factory):
-    """The folder in which the commands ran, and their steps with what they printed."""
+    """The folder of the commands, which ran without extras; their steps with what they printed."""
     folder = tmp_path_factory.mktemp("tutorial")
-    return folder, list(renew.run(TEXT, folder))
+    bare = without_extras(tmp_path_factory.mktemp("bare") / "path")
+    return folder, list(renew.run(TEXT, folder, environment=bare))
 
 
 def test_commands_print_what_stands_there(done):

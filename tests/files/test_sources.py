@@ -525,7 +525,16 @@ def test_a_missing_package_is_named_with_the_command(tmp_path, monkeypatch, name
 def test_extras_are_tested():
     extras = tomllib.loads(PROJECT.read_text(encoding="utf-8"))["project"]["optional-dependencies"]
     needed = {each.EXTRA for each in FORMATS} - {""}
-    assert needed == set(extras) - {"app", "networks", "workflow", "slurm", "crate", "test"}
+    assert needed == set(extras) - {
+        "app",
+        "fast",
+        "networks",
+        "stores",
+        "workflow",
+        "slurm",
+        "crate",
+        "test",
+    }
     tested = {extra for each in extras["test"] for extra in Requirement(each).extras}
     assert needed <= tested
 

@@ -19,6 +19,7 @@ from breaker.configuration.loading import load
 from breaker.mechanism.curves import travel
 from breaker.reading.instruments.export import write_curve
 from breaker.shipped import DEFAULTS
+from tests.bare import HEAVY, WITHOUT
 
 ROOT = Path(__file__).parents[2]
 SOURCES = ROOT / "src" / "breaker"
@@ -97,21 +98,10 @@ def test_what_is_built_is_complete_and_what_is_not_is_noticed(dist, built, tmp_p
 def test_the_command_needs_neither_torch_nor_snakemake(described):
     needed = [Requirement(each) for each in described.get_all("Requires-Dist")]
     core = {each.name for each in needed if each.marker is None}
-    assert {"numpy", "numba", "safetensors"} <= core
-    assert not core & {"torch", "snakemake"}
+    assert {"numpy", "scipy", "safetensors"} <= core
+    assert not core & {"torch", "snakemake", *HEAVY}
     networks = {e.name for e in needed if e.marker and e.marker.evaluate({"extra": "networks"})}
-    assert networks - core == {"torch"}
-
-
-# As in an environment without the extras.
-WITHOUT = """
-import sys
-class Nowhere:
-    def find_spec(name, path=None, target=None):
-        if name in ("torch", "snakemake"):
-            raise ModuleNotFoundError(f"No module named {name!r}", name=name)
-sys.meta_path.insert(0, Nowhere)
-"""
+    assert networks - core == {"torch", "breaker-drive"}  # with its extras for stores and speed
 
 
 def test_the_wheel_works_in_any_folder_without_the_extras(built, tmp_path):
@@ -139,6 +129,10 @@ def test_the_wheel_works_in_any_folder_without_the_extras(built, tmp_path):
     assert done.stdout == f"{place}/breaker/__init__.py\n"
     assert "ModuleNotFoundError" in done.stderr
     assert run("-m", "breaker", "--version").stdout == f"breaker {breaker.__version__}\n"
+    assert (
+        "breaker-drive[stores]"
+        in run("-m", "breaker", "infer", "a.csv", "--draws", "d.zarr").stderr
+    )
     answered = run("-m", "breaker", "infer", "a.csv", "--output", "a.table")
     assert answered.stderr == ""
     assert "medium_voltage" in answered.stdout

@@ -96,6 +96,7 @@ def test_missing_packages_are_named_with_the_remedy():
     for words in ("nowhere", sys.executable, "make environment", '"breaker-drive[workflow]"'):
         assert words in missing_packages("nowhere")
     assert '"breaker-drive[networks]"' in missing_packages("torch")
+    assert '"breaker-drive[stores]"' in missing_packages("xarray")
     assert '"breaker-drive[workflow]"' in missing_packages("torch", "snakemake")
 
 
@@ -103,7 +104,8 @@ def test_the_packages_looked_for_are_those_of_the_project():
     text = (Path(__file__).parents[2] / "pyproject.toml").read_text(encoding="utf-8")
     project = tomllib.loads(text)["project"]
     extras = project["optional-dependencies"]
-    stated = [*project["dependencies"], *extras["networks"], *extras["workflow"]]
+    taken = ("fast", "stores", "networks", "workflow")
+    stated = [*project["dependencies"], *(each for extra in taken for each in extras[extra])]
     names = {re.match(r"[\w-]+", each)[0] for each in stated} - {project["name"]}
     modules = {"PyYAML": "yaml", "pillow": "PIL"}  # others are named as their modules
     assert {modules.get(n, n.replace("-", "_")) for n in names} == set(_PACKAGES)

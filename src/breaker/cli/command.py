@@ -20,6 +20,7 @@ from breaker.workflow.jobs import missing_packages, set_threads
 
 _COMMANDS = (  # of --help
     *("inspect", "manifest", "check", "infer", "compare", "report", "fit-prior", "view"),
+    "example",
 )
 
 

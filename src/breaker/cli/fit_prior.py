@@ -65,7 +65,7 @@ def _run(options: argparse.Namespace) -> int:
     if options.plot:
         from breaker.figures import fitted_prior
 
-        written.append(draw(fitted_prior.fitted_prior(fitted.to_dataset()), options.plot))
+        written.append(draw(fitted_prior.fitted_prior(fitted), options.plot))
     say(text_of(words_of_prior(recorded, fitted, checks)), end="\n\n")
     say_written(written)
     return 0

@@ -1,7 +1,11 @@
-"""Compilation of inner loops by numba, whose result is kept where there is a place for it."""
+"""Compilation of inner loops by numba, whose result is kept where there is a place for it.
+
+Where numba is not installed, functions run as they are, with the same results: one record takes
+about as long, and many take several times as long.
+"""
 
 from collections.abc import Callable
-from functools import cached_property, update_wrapper
+from functools import cached_property, update_wrapper, wraps
 from typing import Any, ClassVar
 
 import numpy as np
@@ -31,8 +35,7 @@ def compiled(*, late: bool = False, **options: Any) -> Callable[[Callable], Call
     """
 
     def decorate(function: Callable) -> Callable:
-        from numba import njit
-
+        njit, _ = numba_or_plain()
         try:
             return njit(cache=True, error_model="numpy", **options)(function)
         except RuntimeError as error:
@@ -41,6 +44,32 @@ def compiled(*, late: bool = False, **options: Any) -> Callable[[Callable], Call
             return njit(error_model="numpy", **options)(function)
 
     return (lambda function: _Late(function, decorate)) if late else decorate
+
+
+def numba_or_plain() -> tuple[Callable, Callable]:
+    """Return ``njit`` and ``prange`` of numba, or without it what stands for them."""
+    try:
+        from numba import njit, prange
+    except ModuleNotFoundError:
+        return _plain_njit, range
+    return njit, prange
+
+
+def _plain_njit(function: Callable | None = None, **_: Any) -> Callable:
+    """As ``numba.njit``: a function as it is, but that a division by zero gives inf or nan."""
+    if function is None:
+        return _plain_njit
+
+    @wraps(function)
+    def plain(*args: Any) -> Any:
+        with np.errstate(all="ignore"):
+            try:
+                return function(*args)
+            except ZeroDivisionError:  # of Python's own numbers, which numpy's do not raise
+                return function(*(np.float64(e) if isinstance(e, float) else e for e in args))
+
+    plain.py_func = function  # as of numba
+    return plain
 
 
 class _Late:

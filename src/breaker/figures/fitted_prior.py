@@ -1,11 +1,14 @@
 """The fitted prior of a type of breaker, beside its breakers and the default prior."""
 
+from collections.abc import Sequence
+
 import numpy as np
-import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from breaker.drive.answers.type_prior import FittedPrior
 from breaker.figures import style
+from breaker.quantities.parameters import NAMES
 
 _WIDE = 3.0  # log-sds to each side of the wider prior that a panel shows
 _POINTS = 300
@@ -14,18 +17,14 @@ _NAMED = 12  # breakers that are named beside their intervals
 
 
 @style.styled
-def fitted_prior(data: xr.Dataset) -> Figure:
-    """Draw a panel for each parameter: densities of both priors, and the breakers' intervals.
-
-    Args:
-        data: From ``typical.FittedPrior.to_dataset``.
-    """
-    names = [str(name) for name in data["parameter"].values]
-    breakers = data.sizes["breaker"]
+def fitted_prior(fitted: FittedPrior) -> Figure:
+    """Draw a panel for each parameter: densities of both priors, and the breakers' intervals."""
+    intervals, breakers = fitted.intervals, len(fitted.fits)
     height = 2.6 + 0.09 * min(breakers, _NAMED)
-    figure, axes = style.panels(len(names), columns=4, width=3.9, height=height)
-    for axis, name in zip(axes, names, strict=True):
-        _panel(axis, data.sel(parameter=name))
+    figure, axes = style.panels(len(NAMES), columns=4, width=3.9, height=height)
+    for k, (axis, name) in enumerate(zip(axes, NAMES, strict=True)):
+        both = [(np.log(e.medians[k]), e.log_sds[k]) for e in (fitted.prior, fitted.reference)]
+        _panel(axis, both, intervals[..., k], [*fitted.fits])
         output = style.OUTPUTS[name]
         axis.set_title(f"{output.symbol}   {output.meaning}", loc="left", fontsize=10)
         axis.set_xlabel(output.label)
@@ -43,25 +42,29 @@ def fitted_prior(data: xr.Dataset) -> Figure:
     return figure
 
 
-def _panel(axis: Axes, one: xr.Dataset) -> None:
-    """Draw one parameter; densities are per unit of the logarithm, the fitted's highest 1."""
-    median, log_sd = one["median"], one["log_sd"]
-    low = min(float(each.min()) for each in (np.log(median) - _WIDE * log_sd, np.log(one["low"])))
-    high = max(float(each.max()) for each in (np.log(median) + _WIDE * log_sd, np.log(one["high"])))
+def _panel(
+    axis: Axes,
+    both: Sequence[tuple[float, float]],
+    intervals: np.ndarray,
+    breakers: Sequence[str],
+) -> None:
+    """Draw one parameter; densities are per unit of the logarithm, the fitted's highest 1.
+
+    Args:
+        both: Logarithm of the median, and log-sd, of the fitted and the default prior.
+        intervals: Of the breakers, ``(3, b)``.
+    """
+    low = min(np.log(intervals[0]).min(), *(middle - _WIDE * sd for middle, sd in both))
+    high = max(np.log(intervals[2]).max(), *(middle + _WIDE * sd for middle, sd in both))
     x = np.linspace(low, high, _POINTS)
-    heights = {}
-    for kind in ("fitted", "default"):
-        sd, middle = log_sd.sel(kind=kind).item(), np.log(median.sel(kind=kind).item())
-        heights[kind] = np.exp(-0.5 * ((x - middle) / sd) ** 2) / sd
-    top = max(each.max() for each in heights.values())
-    axis.fill_between(np.exp(x), heights["fitted"] / top, color=style.CORRECTED, alpha=0.35, lw=0)
-    axis.plot(np.exp(x), heights["default"] / top, color=style.PRIOR, ls="--", lw=1.6)
-    count = one.sizes["breaker"]
+    fitted, default = (np.exp(-0.5 * ((x - middle) / sd) ** 2) / sd for middle, sd in both)
+    top = max(fitted.max(), default.max())
+    axis.fill_between(np.exp(x), fitted / top, color=style.CORRECTED, alpha=0.35, lw=0)
+    axis.plot(np.exp(x), default / top, color=style.PRIOR, ls="--", lw=1.6)
+    count = len(breakers)
     rows = -(np.arange(count) + 1.0) / (count + 0.5) * (1.0 / _SHARE - 1.0)
-    values = (one["low"], one["middle"], one["high"])
-    style.draw_intervals(axis, rows, values, color=style.MODEL, lw=1.2)
+    style.draw_intervals(axis, rows, intervals, color=style.MODEL, lw=1.2)
     axis.set_ylim(rows.min() - 0.1, 1.05)
     axis.axhline(0.0, color=style.REFERENCE, lw=0.8)
-    named = len(rows) <= _NAMED
-    words = [style.literal(name) for name in one["breaker"].values] if named else []
-    axis.set_yticks(rows if named else [], words)
+    named = count <= _NAMED
+    axis.set_yticks(rows if named else [], [*map(style.literal, breakers)] if named else [])

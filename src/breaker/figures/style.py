@@ -10,11 +10,10 @@ from collections.abc import Callable, Sequence
 from functools import wraps
 from pathlib import Path
 from textwrap import fill
-from typing import ParamSpec
+from typing import TYPE_CHECKING, ParamSpec
 
 import matplotlib as mpl
 import numpy as np
-import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
@@ -27,6 +26,9 @@ from PIL import Image
 from breaker.figures.encoding import families, quiet, without_font
 from breaker.quantities.parameters import ONSET, PARAMETERS
 from breaker.reading.files.guards import printable
+
+if TYPE_CHECKING:  # figures of single records do without
+    import xarray as xr
 
 OUTPUTS = {each.name: each for each in (*PARAMETERS, ONSET)}
 """What is inferred, by name: symbols, units, meanings and colours."""
@@ -233,7 +235,7 @@ def label_outer(axes: Sequence[Axes], xlabel: str, ylabel: str | None = None) ->
 
 
 def limit_panels(
-    data: xr.Dataset,
+    data: "xr.Dataset",
     titles: Sequence[str],
     *,
     height: float,

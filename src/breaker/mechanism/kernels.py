@@ -17,10 +17,10 @@ contact to the gap, or its force. One file has them all, as numba sees changes o
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit, prange
 
-from breaker.common.compiling import compiled
+from breaker.common.compiling import compiled, numba_or_plain
 
+njit, prange = numba_or_plain()
 _REACH = 1.8  # largest rate * h
 _TERMS = 24  # 1.8^24 / 24! = 2e-18, and 1.8^23 / 23! = 3e-17 for speeds
 _NODES = np.linspace(-1.0, 1.0, 9)  # of an interval: at most one turn of a margin between two

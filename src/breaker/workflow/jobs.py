@@ -23,7 +23,12 @@ _PACKAGES = (
     *("numpy", "pandas", "safetensors", "scipy", "snakemake", "torch", "tqdm", "xarray", "yaml"),
     *("PIL", "zarr"),
 )
-_NETWORKS = {"torch"}
+# Those of an extra that is smaller than that of the workflow.
+_EXTRAS = {
+    "networks": {"torch"},
+    "stores": {"numcodecs", "pandas", "xarray", "zarr"},
+    "fast": {"numba"},
+}
 
 
 def missing_packages(*found: str) -> str:
@@ -36,7 +41,8 @@ def missing_packages(*found: str) -> str:
     missing = found or tuple(name for name in _PACKAGES if importlib.util.find_spec(name) is None)
     if not missing:
         return ""
-    extra = "networks" if _NETWORKS.issuperset(missing) else "workflow"
+    fit = (extra for extra, has in _EXTRAS.items() if has.issuperset(missing))
+    extra = next(fit, "workflow")
     return (
         f"missing in the environment of {sys.executable}: {', '.join(missing)}. Run `pip install "
         f'"{DISTRIBUTION}[{extra}]"`, or `make environment` in the project\'s folder'

@@ -4,7 +4,6 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-import xarray as xr
 
 from breaker.common.randomness import generator
 from breaker.configuration.loading import read
@@ -15,7 +14,7 @@ from breaker.drive.answers.type_spread import Spread, TypeFit, find_spread, fit_
 from breaker.mechanism.curves import travel
 from breaker.mechanism.prior import Prior
 from breaker.mechanism.sensor import Sensor
-from breaker.quantities.parameters import NAMES, PARAMETERS
+from breaker.quantities.parameters import NAMES
 from breaker.quantities.size import Size, powers
 from breaker.shipped import DEFAULTS
 
@@ -133,33 +132,14 @@ class FittedPrior:
                 bounds = free
         return replace(self, widest=bounds)
 
-    def to_dataset(self) -> xr.Dataset:
-        """Return what a figure shows, in the units of the parameters.
-
-        ``median`` and ``log_sd (kind, parameter)`` of the fitted and of the default prior at the
-        size; ``low``, ``middle`` and ``high (breaker, parameter)``: 90 % intervals of the breakers.
+    @property
+    def intervals(self) -> np.ndarray:
+        """Low ends, middles and high ends of 90 % intervals of the breakers, ``(3, b, p)``, in the
+        units of the parameters.
         """
         own = np.array([self.own(name) for name in self.fits])  # (b, 2, p)
-        low, middle, high = (
-            self.reference.destandardise(own[:, 0] + sds * own[:, 1])
-            for sds in (-NORMAL[90], 0.0, NORMAL[90])
-        )
-        priors, by_breaker = (self.prior, self.reference), ("breaker", "parameter")
-        return xr.Dataset(
-            {
-                "median": (("kind", "parameter"), np.array([each.medians for each in priors])),
-                "log_sd": (("kind", "parameter"), np.array([each.log_sds for each in priors])),
-                "low": (by_breaker, low),
-                "middle": (by_breaker, middle),
-                "high": (by_breaker, high),
-            },
-            coords={
-                "kind": ["fitted", "default"],
-                "breaker": list(self.fits),
-                "parameter": list(NAMES),
-                "unit": ("parameter", [each.unit for each in PARAMETERS]),
-            },
-        )
+        ends = (own[:, 0] + sds * own[:, 1] for sds in (-NORMAL[90], 0.0, NORMAL[90]))
+        return np.stack([self.reference.destandardise(each) for each in ends])
 
 
 def fit_type(recorded: Recorded, room: np.ndarray, seed: int, least: float) -> FittedPrior:

@@ -20,7 +20,7 @@ from breaker.shipped import FAMILIES, KINDS, model_file, widening
 _KINDS = {"levels": Levels, "changes": Changes}
 _OTHER = "it is damaged, or of another version of breaker"
 _SIZES = {"drives", "shards"}  # of a bank, not of its drives
-_USUAL = {"simulator": ""}  # of networks that were trained before there were others
+_EARLIER = {"simulator": ""}  # of networks that were trained before this was a setting
 _TUPLES = {"bases": Basis, "change_bases": Basis, "members": Membership}
 _BASIS = {"directions": "b g", "mean": "g", "variances": "b"}
 _MEMBERS = {"noise": "l", "squares": "l k", "shares": "k", "left": "l 3"}
@@ -159,9 +159,14 @@ def trained_on(path: str | Path, prior: Mapping, family: Mapping) -> bool:
         ModelFileError: If it is no model file.
     """
 
-    def drives(settings: Mapping) -> dict:
-        return _USUAL | {name: value for name, value in settings.items() if name not in _SIZES}
+    def drives(section: Mapping) -> dict:
+        return {name: value for name, value in section.items() if name not in _SIZES}
 
     with open_model(path) as saved:
         known = saved.settings
-        return known["prior"] == prior and drives(known["drives"]) == drives(family)
+        return known["prior"] == prior and drives(drives_of(known)) == drives(family)
+
+
+def drives_of(settings: Mapping) -> dict:
+    """Return the section ``family`` that a network was trained on, by its settings."""
+    return _EARLIER | settings["drives"]

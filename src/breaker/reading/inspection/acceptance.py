@@ -5,23 +5,46 @@ from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
-import xarray as xr
 
 from breaker.common.numerals import in_digits
 from breaker.documents.parts import Document, Remark, Section, Table
+from breaker.quantities.speeds import SPEEDS
 from breaker.reading.files.folder_listing import list_operations
+from breaker.reading.files.guards import printable
 from breaker.reading.files.operations_table import MANIFEST, Operation, read_manifest
 from breaker.reading.inspection.preparation import Prepared
 from breaker.reading.inspection.proposal_words import ITEM, alike
-from breaker.reading.records.curve_reader import read_curves
+from breaker.reading.records.curve_reader import ReadRecord, read_records
 from breaker.reading.records.model_grid import Grid
 
 _PART = 50  # files that one process reads at a time
+_COMPARED = {"stroke": "mm", "travel_time": "ms"}  # by which records stand out, and their units
 _FAR = 8.0  # robust sd from the median of the others, from which a record stands out
 _MATTERS = 0.03  # share of the median by which it has to
 _FEWEST = 8  # records, of which some can stand out
+
+
+class CheckedRecord(NamedTuple):
+    """What is shown of a record.
+
+    Attributes:
+        file: Its name.
+        reason: Why it was rejected; empty of one that is accepted.
+        remarks: What is doubtful about one that is, in words.
+        noise: Standard deviation at rest, mm; NaN of one that is rejected, as are the next.
+        stroke: mm.
+        travel_time: ms.
+    """
+
+    file: str
+    reason: str = ""
+    remarks: str = ""
+    noise: float = np.nan
+    stroke: float = np.nan
+    travel_time: float = np.nan
 
 
 @dataclass(frozen=True)
@@ -31,20 +54,20 @@ class Checked:
     Attributes:
         motion: "closing" or "opening".
         breaker, phase: Names; empty where there are none.
-        curves: As read; None if the operations could not be listed.
+        records: As read; None if the operations could not be listed.
         trouble: Why they could not.
     """
 
     motion: str
     breaker: str = ""
     phase: str = ""
-    curves: xr.Dataset | None = None
+    records: Sequence[CheckedRecord] | None = None
     trouble: str = ""
 
     @property
     def accepted(self) -> int:
         """Number of accepted records."""
-        return 0 if self.curves is None else int(self.curves.accepted.sum())
+        return sum(not each.reason for each in self.records or ())
 
 
 def check_folder(
@@ -75,18 +98,32 @@ def check_folder(
     return checked
 
 
-def _read(operations: Sequence[Operation], settings: Mapping, **about: object) -> xr.Dataset:
-    """Records as the workflow reads them."""
-    return read_curves(operations, settings, preparation=Prepared(settings), **about)
+def _read(
+    operations: Sequence[Operation], settings: Mapping, **about: object
+) -> list[CheckedRecord]:
+    """Read some operations as the workflow reads them, and keep what is shown."""
+    found, how = [], Prepared(settings)
+    records = read_records(operations, settings, preparation=how, **about)
+    for operation, record in zip(operations, records, strict=True):
+        file = printable(operation.file)
+        if isinstance(record, ReadRecord):
+            measured = record.measured(SPEEDS)
+            numbers = (measured[name].value for name in _COMPARED)
+            found.append(
+                CheckedRecord(file, "", "; ".join(record.remarks), record.noise.sd, *numbers)
+            )
+        else:
+            found.append(CheckedRecord(file, str(record)))
+    return found
 
 
-def _in_parts(read: Callable, operations: Sequence[Operation]) -> xr.Dataset:
+def _in_parts(read: Callable, operations: Sequence[Operation]) -> list[CheckedRecord]:
     """What is read of operations, on all cores where there are many of them."""
     if len(operations) < 2 * _PART:
         return read(operations)
     parts = [operations[i : i + _PART] for i in range(0, len(operations), _PART)]
     with ProcessPoolExecutor() as pool:
-        return xr.concat(pool.map(read, parts), dim="operation", combine_attrs="override")
+        return [each for part in pool.map(read, parts) for each in part]
 
 
 def _groups(folder: str | Path, endurance: Mapping) -> list[tuple[str | None, str | None]]:
@@ -113,9 +150,9 @@ def words_of_checked(checked: Sequence[Checked]) -> Document:
         "Remarks on what was accepted:": partial(_texts, kind="remarks"),
         "Unlike the others of their folder:": _outliers,
     }
-    read = [(_name(each), each.curves) for each in checked if each.curves is not None]
+    read = [(_name(each), each.records) for each in checked if each.records is not None]
     for title, find in sections.items():
-        if found := [(name, *pair) for name, curves in read for pair in find(curves)]:
+        if found := [(name, *pair) for name, records in read for pair in find(records)]:
             parts.append(Section(title, _grouped(found)))
     return Document(parts=parts)
 
@@ -124,22 +161,21 @@ def _name(checked: Checked) -> str:
     return " ".join(filter(None, [checked.breaker, checked.phase, checked.motion]))
 
 
-def _texts(curves: xr.Dataset, kind: str) -> list[tuple[str, str]]:
+def _texts(records: Sequence[CheckedRecord], kind: str) -> list[tuple[str, str]]:
     """File and text of each record that has one of a kind."""
-    pairs = zip(curves.file.values.tolist(), curves[kind].values.tolist(), strict=True)
-    return [(file, text) for file, text in pairs if text]
+    return [(each.file, text) for each in records if (text := getattr(each, kind))]
 
 
 def _table(checked: Sequence[Checked]) -> Table:
     rows = []
     for each in checked:
-        if each.curves is None:
+        if each.records is None:
             rows.append([_name(each), "none", "0", "", "", "", ""])
             continue
-        count, remarked = each.curves.sizes["operation"], (each.curves.remarks != "").sum().item()
+        count, remarked = len(each.records), sum(bool(one.remarks) for one in each.records)
         numbers = [count, each.accepted, remarked, count - each.accepted]
-        stroke = each.curves.measured.sel(quantity="stroke")
-        ranges = map(_range, (stroke.values, each.curves.noise.values))
+        ends = ([getattr(one, name) for one in each.records] for name in ("stroke", "noise"))
+        ranges = (_range(np.array(values)) for values in ends)
         rows.append([_name(each), *map(str, numbers), *ranges])
     head = ("", "records", "accepted", "with remarks", "rejected", "stroke (mm)", "noise (mm)")
     return Table(head, rows)
@@ -151,11 +187,11 @@ def _range(values: np.ndarray) -> str:
     return " to ".join(in_digits(end, 3) for end in ends)
 
 
-def _outliers(curves: xr.Dataset) -> list[tuple[str, str]]:
+def _outliers(records: Sequence[CheckedRecord]) -> list[tuple[str, str]]:
     """Accepted records whose stroke or travel time is far from those of the others."""
     found = []
-    for name, unit in (("stroke", "mm"), ("travel_time", "ms")):
-        values = curves.measured.sel(quantity=name).values
+    for name, unit in _COMPARED.items():
+        values = np.array([getattr(each, name) for each in records])
         there = np.isfinite(values)
         if there.sum() < _FEWEST:
             continue
@@ -164,7 +200,7 @@ def _outliers(curves: xr.Dataset) -> list[tuple[str, str]]:
         apart = np.abs(values - middle) > max(_FAR * spread, _MATTERS * middle)
         for i in np.flatnonzero(there & apart):
             far = f"{in_digits(values[i], 4)} {unit}, that of most {in_digits(middle, 4)} {unit}"
-            found.append((str(curves.file.values[i]), f"its {name.replace('_', ' ')} is {far}"))
+            found.append((records[i].file, f"its {name.replace('_', ' ')} is {far}"))
     return found
 
 

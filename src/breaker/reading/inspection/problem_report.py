@@ -215,7 +215,7 @@ def _is_text(content: bytes) -> bool:
 
 def _shown(opened: Opened) -> list[str]:
     """What a file of another kind shows, as lines with tabs between cells."""
-    shown = format_of(opened.file).look(opened)
+    shown = format_of(opened).look(opened)
     if shown is None:
         return []
     if isinstance(shown, Labelled):

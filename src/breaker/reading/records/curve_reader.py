@@ -36,11 +36,10 @@ import logging
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 
-from breaker.common.zarr_store import open_store
 from breaker.quantities.catalogue import quantities_of
 from breaker.quantities.speeds import SPEEDS, Speed
 from breaker.reading.files.guards import RejectedCurveError, printable
@@ -58,6 +57,9 @@ from breaker.reading.records.noise import Noise, noise_remarks
 from breaker.reading.records.raw_record import Preparation, Raw, read_raw, read_raws
 from breaker.reading.records.rejections import UnusableError
 from breaker.reading.records.sensor_scale import Scale
+
+if TYPE_CHECKING:  # what reads single records does without
+    import xarray as xr
 
 _UNITS = {
     **dict.fromkeys(("first_motion", "contact_time", "contact_sd", "latch_time"), "ms"),
@@ -106,7 +108,7 @@ def read_curves(
     *,
     speeds: Sequence[Speed] = SPEEDS,
     preparation: Preparation | None = None,
-) -> xr.Dataset:
+) -> "xr.Dataset":
     """Read the records of several operations.
 
     Args:
@@ -135,6 +137,23 @@ def read_curves(
     Raises:
         ValueError: If the settings lack something, or name an unknown unit or encoding.
     """
+    records = read_records(operations, settings, grid, motion, preparation=preparation)
+    return _dataset(operations, records, grid.times, motion, speeds)
+
+
+def read_records(
+    operations: Sequence[Operation],
+    settings: Mapping,
+    grid: Grid,
+    motion: str,
+    *,
+    preparation: Preparation | None = None,
+) -> list[ReadRecord | RejectedCurveError]:
+    """Read the records of several operations: each of them, or why it cannot be used.
+
+    Args:
+        operations, settings, grid, motion, preparation: As of ``read_curves``; it raises as that.
+    """
     records: list[ReadRecord | RejectedCurveError] = []
     first: dict[bytes, Operation] = {}
     for raw in read_raws(operations, settings, motion, preparation=preparation)[0]:
@@ -149,7 +168,7 @@ def read_curves(
         except RejectedCurveError as error:
             records.append(error)
             logging.getLogger("breaker").warning("rejected: %s", error)
-    return _dataset(operations, records, grid.times, motion, speeds)
+    return records
 
 
 def _dataset(
@@ -158,8 +177,10 @@ def _dataset(
     times: np.ndarray,
     motion: str,
     speeds: Sequence[Speed],
-) -> xr.Dataset:
+) -> "xr.Dataset":
     """Records, or why there is none, as the dataset of ``read_curves``."""
+    import xarray as xr
+
     read = [record if isinstance(record, ReadRecord) else None for record in records]
     longest = max((each.left.size for each in read if each), default=1)
     travel = np.full((len(read), len(times)), np.nan)
@@ -252,7 +273,7 @@ def _to_grid(raw: Raw, grid: Grid) -> ReadRecord:
     return ReadRecord(**of_file, noise=noise, gridded=gridded, remarks=said)
 
 
-def open_curves(stores: Sequence[str | Path], *, without: Collection[str] = ()) -> xr.Dataset:
+def open_curves(stores: Sequence[str | Path], *, without: Collection[str] = ()) -> "xr.Dataset":
     """Read stores of what ``read_curves`` returned as one dataset over ``operation``.
 
     Args:
@@ -262,6 +283,10 @@ def open_curves(stores: Sequence[str | Path], *, without: Collection[str] = ()) 
         RejectedCurveError: If not one operation was accepted, since then the settings are wrong;
             the first reasons are listed.
     """
+    import xarray as xr
+
+    from breaker.common.zarr_store import open_store
+
     parts = [open_store(store).drop_vars(without, errors="ignore") for store in stores]
     curves = xr.concat(parts, dim="operation", join="outer", combine_attrs="override").load()
     if not curves.accepted.any():

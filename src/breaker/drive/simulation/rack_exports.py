@@ -1,16 +1,10 @@
 """Exports of a rig of another kind of breaker: long strokes, close and open in one record.
 
-The default drive at 150 mm of stroke and 3.5 m/s, recorded as analysers of high-voltage breakers
-do: six currents and six travels side by side, no times, a preamble of 4 to 45 lines, steps of 0.08
-mm, blank cells where a channel ends and behind each line.
-
-    python -m studies.high_voltage FOLDER
-
-writes an example folder, always the same one.
+The default rig at 150 mm of stroke and 3.5 m/s, recorded as analysers of high-voltage breakers do:
+six currents and six travels side by side, no times, a preamble of 4 to 45 lines, steps of 0.08 mm,
+blank cells where a channel ends and behind each line. `breaker example` writes a folder of them.
 """
 
-import argparse
-import sys
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -18,14 +12,9 @@ from pathlib import Path
 import numpy as np
 
 from breaker.common.randomness import generator
-from breaker.configuration.loading import load
-from breaker.drive.simulation.endurance_rig import Rig
 from breaker.drive.simulation.rich_drive import Drive
 from breaker.quantities.size import Size
 from breaker.reading.instruments.dialects import DIALECTS
-from breaker.shipped import DEFAULTS
-
-__all__ = ["CHANNELS", "HIGH_VOLTAGE", "write_exports"]
 
 HIGH_VOLTAGE = Size(lengths=10.35, times=4.46)
 """Size beside the default drive: 150 mm, and 3.5 m/s where it is fastest."""
@@ -46,15 +35,18 @@ def write_exports(
     drive: Drive,
     seed: int,
     folder: str | Path,
-    operations: int,
+    operations: Sequence[int],
     *,
     force_sd: float = _FORCE_SD,
     apart: float = _APART,
 ) -> dict[tuple[str, str, int], float]:
-    """Write the files of some operations, ``rack_0001.txt`` and on.
+    """Write a file for each operation, such as ``rack_0001.txt``: for a seed always the same.
 
     Args:
         drive: A drive of the default size, which is made larger.
+        seed: Of noise and scatter.
+        folder: Where to write; it is made if it is not there.
+        operations: Numbers of the operations.
         force_sd: Standard deviation of the closing force between channels and operations, a share
             of it.
         apart: From closing to opening, ms; long enough for the drive to come to rest.
@@ -66,7 +58,7 @@ def write_exports(
     drive = drive.scaled(HIGH_VOLTAGE)
     time = np.arange(0.0, apart + _OPENING, 1.0 / _DIALECT.rate)
     truth: dict[tuple[str, str, int], float] = {}
-    for operation in range(1, operations + 1):
+    for operation in operations:
         rng = generator(seed, "high voltage", operation)
         trigger = _TRIGGER[0] + _TRIGGER[1] * rng.standard_normal()
         records = []
@@ -82,22 +74,3 @@ def write_exports(
         file = Path(folder, f"rack_{operation:04d}.txt")
         _DIALECT.write(file, time, np.array(records), motion="close-open", operation=operation)
     return truth
-
-
-def main(arguments: Sequence[str] | None = None) -> int:
-    """Write an example folder of the default drive in new condition, made larger."""
-    description = "Write exports of a simulated rig of 150 mm stroke and 3.5 m/s."
-    prog = "python -m studies.high_voltage"
-    parser = argparse.ArgumentParser(prog, description=description)
-    parser.add_argument("folder", metavar="FOLDER", help="where to write")
-    parser.add_argument("--operations", type=int, default=6, help="how many (default: 6)")
-    parser.add_argument("--seed", type=int, default=1, help="of noise and scatter (default: 1)")
-    options = parser.parse_args(arguments)
-    new = Rig.from_settings(load([DEFAULTS])["rig"], options.seed).new
-    write_exports(new, options.seed, options.folder, options.operations)
-    print(f"{options.operations} files written to {options.folder}")
-    return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -6,10 +6,12 @@ import numpy as np
 import pytest
 import yaml
 
+from breaker.cli import main
 from breaker.common.randomness import generator
 from breaker.configuration.loading import load
 from breaker.drive.simulation.drive_family import Family
 from breaker.drive.simulation.endurance_rig import Rig
+from breaker.drive.simulation.rack_exports import CHANNELS, HIGH_VOLTAGE, write_exports
 from breaker.quantities.size import Size
 from breaker.reading.files.operations_table import Operation
 from breaker.reading.inspection.proposal_words import overlay_of
@@ -17,8 +19,6 @@ from breaker.reading.inspection.setting_proposal import inspect_file
 from breaker.reading.records.curve_reader import read_curves
 from breaker.reading.records.model_grid import Grid
 from breaker.shipped import DEFAULTS
-from studies.high_voltage import CHANNELS, HIGH_VOLTAGE, write_exports
-from studies.high_voltage import main as example
 
 OPERATIONS = 3
 LENGTHS, TIMES = HIGH_VOLTAGE.lengths, HIGH_VOLTAGE.times
@@ -28,7 +28,9 @@ LENGTHS, TIMES = HIGH_VOLTAGE.lengths, HIGH_VOLTAGE.times
 def exports(tmp_path_factory, defaults):
     """Folder of the files, and the true first motions."""
     folder = tmp_path_factory.mktemp("rack")
-    return folder, write_exports(Rig.from_settings(defaults["rig"], 1).new, 1, folder, OPERATIONS)
+    return folder, write_exports(
+        Rig.from_settings(defaults["rig"], 1).new, 1, folder, range(1, OPERATIONS + 1)
+    )
 
 
 @pytest.fixture(scope="module")
@@ -101,7 +103,7 @@ def test_drives_that_are_fastest_early_or_creep_to_rest_are_seen_to_move(
 ):
     """Of 30 drives of the family, these and eight more were once taken for currents."""
     drive = Family(prior, defaults["rigs"]).new(generator(1, "other drives", rig))
-    write_exports(drive, rig, tmp_path, 1, force_sd=0.0, apart=800.0)
+    write_exports(drive, rig, tmp_path, [1], force_sd=0.0, apart=800.0)
     found = inspect_file(tmp_path / "rack_0001.txt", defaults["sensor"])
     assert {each.column for each in found.motions} == set(CHANNELS)
     assert all(each.record for each in found.motions)
@@ -109,10 +111,32 @@ def test_drives_that_are_fastest_early_or_creep_to_rest_are_seen_to_move(
 
 def test_the_example_folder_is_always_the_same(exports, tmp_path, capsys):
     folder, _ = exports
-    assert example([str(tmp_path / "rack"), "--operations", "1"]) == 0
+    assert main(["example", str(tmp_path / "rack"), "--operations", "1"]) == 0
     assert "1 files written" in capsys.readouterr().out
     (file,) = (tmp_path / "rack").iterdir()
     assert file.read_bytes() == (folder / file.name).read_bytes()
+
+
+def test_worn_operations_are_the_last_of_the_life_and_slower(tmp_path, capsys):
+    assert main(["example", str(tmp_path / "later"), "--worn", "--operations", "2"]) == 0
+    assert [f.name for f in sorted((tmp_path / "later").iterdir())] == [
+        "rack_1999.txt",
+        "rack_2000.txt",
+    ]
+
+
+@pytest.mark.parametrize("there", ["a file", "a full folder"])
+def test_nothing_is_replaced(tmp_path, capsys, there):
+    target = tmp_path / "rack"
+    if there == "a full folder":
+        target.mkdir()
+        (target / "notes.txt").write_text("mine")
+    else:
+        target.write_text("mine")
+    assert main(["example", str(target)]) == 1
+    assert "is there, and is not replaced" in capsys.readouterr().err
+    assert main(["example", str(tmp_path / "many"), "--operations", "1000"]) == 1
+    assert not (tmp_path / "many").exists()
 
 
 def test_the_overlay_is_yaml_of_the_keys_of_the_configuration(overlay):
