@@ -196,3 +196,13 @@ def test_the_command_writes_it_of_a_file_that_cannot_be_read(tmp_path, capsys):
 def test_options_of_the_report_alone_are_refused(file, capsys):
     assert main(["inspect", str(file), "--with-travel"]) == 1
     assert "--report-problem TXT" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("name", ["excel", "comtrade", "netcdf"])
+def test_the_head_of_a_file_that_is_no_text_is_shown(tmp_path, defaults, name, curve):
+    dialect = DIALECTS[name]
+    file = tmp_path / dialect.file_name("closing", 1)
+    dialect.write(file, time=curve[0], travel=curve[1], motion="closing", operation=1)
+    head = report(file, defaults).partition("== settings")[0]
+    assert "not shown" not in head
+    assert dialect.channels[0] in head

@@ -159,8 +159,8 @@ def trained_on(path: str | Path, prior: Mapping, family: Mapping) -> bool:
         ModelFileError: If it is no model file.
     """
 
-    def drives(section: Mapping) -> dict:
-        return {name: value for name, value in section.items() if name not in _SIZES}
+    def drives(family: Mapping) -> dict:
+        return {name: value for name, value in family.items() if name not in _SIZES}
 
     with open_model(path) as saved:
         known = saved.settings

@@ -182,12 +182,7 @@ def _dataset(
     import xarray as xr
 
     read = [record if isinstance(record, ReadRecord) else None for record in records]
-    longest = max((each.left.size for each in read if each), default=1)
-    travel = np.full((len(read), len(times)), np.nan)
-    whole = np.full((len(read), longest), np.nan, np.float32)
-    for i, each in enumerate(read):
-        if each:
-            travel[i], whole[i, : each.left.size] = each.gridded.travel, each.left
+    travel, whole = _samples(read, len(times))
     texts = {
         "reason": ["" if isinstance(record, ReadRecord) else str(record) for record in records],
         "remarks": ["; ".join(each.remarks) if each else "" for each in read],
@@ -222,12 +217,23 @@ def _dataset(
         coords={
             "operation": ("operation", [each.number for each in operations]),
             "time": ("time", times, {"unit": "ms"}),
-            "sample": np.arange(longest),
+            "sample": np.arange(whole.shape[1]),
             "quantity": list(names),
             "quantity_unit": ("quantity", [each.unit for each in names.values()]),
         },
         attrs={"motion": motion},
     )
+
+
+def _samples(read: Sequence[ReadRecord | None], count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Records on the grid ``(o, t)``, and as they are in the file ``(o, s)``; NaN where none is."""
+    longest = max((each.left.size for each in read if each), default=1)
+    travel = np.full((len(read), count), np.nan)
+    whole = np.full((len(read), longest), np.nan, np.float32)
+    for i, each in enumerate(read):
+        if each:
+            travel[i], whole[i, : each.left.size] = each.gridded.travel, each.left
+    return travel, whole
 
 
 def read_record(
