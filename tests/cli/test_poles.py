@@ -27,8 +27,9 @@ def pole(name, phase, seed, clock="10:42:17", **more):
     Path(name).write_text(text, encoding="latin-1")
 
 
-def page(*files, form=FORM, more=()):
-    Path("my.yaml").write_text(yaml.safe_dump({"endurance": {"draws": 50, "format": form}}))
+def page(*files, form=FORM, more=(), report=None):
+    settings = {"endurance": {"draws": 50, "format": form}} | ({"report": report} if report else {})
+    Path("my.yaml").write_text(yaml.safe_dump(settings))
     assert main(["report", *files, *more, "--config", "my.yaml", "--output", "a.html"]) == 0
     return Path("a.html").read_text(encoding="utf-8")
 
@@ -74,15 +75,42 @@ def test_times_of_several_files_need_a_trigger():
         return SimpleNamespace(motion="closing", file=file, fit=SimpleNamespace(**known))
 
     known = {"contact_time": 5.0}
-    said = simultaneity_of({"R": of("1", known), "Y": of("2", {"contact_time": 7.0})})
+    said = simultaneity_of({"R": of("1", known), "Y": of("2", {"contact_time": 7.0})}).said
     assert "of R, Y no trigger is known" in said
-    said = simultaneity_of({"R": of("1", known), "Y": of("1", {"contact_time": 7.0})})
+    said = simultaneity_of({"R": of("1", known), "Y": of("1", {"contact_time": 7.0})}).said
     assert said == "simultaneity of the touch: 2 ms, R first, Y last, of one record"
     apart = {"R": of("1", known, trigger=0.0), "Y": of("2", {"contact_time": 7.0}, trigger=1.0)}
-    assert simultaneity_of(apart | {"B": of("3", {})}) == (
+    assert simultaneity_of(apart | {"B": of("3", {})}).said == (
         "simultaneity of the touch: 1 ms, R first, Y last, each from the trigger of its file; not "
         "recorded of B"
     )
+
+
+@pytest.mark.parametrize(
+    ("apart", "verdict"), [(4.6, "pass"), (4.9, "not shown"), (5.1, "not shown"), (5.4, "fail")]
+)
+def test_simultaneity_is_judged_where_its_interval_is_on_one_side_of_the_limit(apart, verdict):
+    """Two contacts, known to 0.1 ms each: 95 % of 0.28 ms."""
+
+    def of(touch):
+        fit = {"contact_time": touch, "contact_sd": 0.1, "trigger": None, "switches": touch}
+        return SimpleNamespace(motion="closing", file="1", fit=SimpleNamespace(**fit))
+
+    poles = {"R": of(3.0), "Y": of(3.0 + apart), "B": of(3.1)}
+    found = simultaneity_of(poles, {"closing": 5.0, "opening": 3.3})
+    assert found.verdict == verdict
+    assert "limit 5 ms: " in found.said
+    assert simultaneity_of(poles, {"closing": None}).verdict == ""
+
+
+def test_simultaneity_counts_in_the_verdict_of_the_sheet():
+    """A limit below what contacts are known to is not shown; one that poles keep is passed."""
+    for k, phase in enumerate(("R", "Y", "B")):
+        pole(f"{k}.csv", phase, k, clock=f"10:42:1{k}", trip=30.0 + 4 * k)
+    for most, said in ((0.01, "not shown: simultaneity closing"), (5.0, "pass: none of 1 limits")):
+        report = {"simultaneity": {"closing": most}}
+        found = page("0.csv", "1.csv", "2.csv", form=FORM | CONTACT | TRIGGER, report=report)
+        assert said in found
 
 
 def test_dates_of_both_visits_are_shown(capsys):

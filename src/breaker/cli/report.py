@@ -117,6 +117,7 @@ def read_of(options: argparse.Namespace, files: "Files | None" = None) -> ReadVi
         rejected=[each.reason for each in good if each.reason],
         mass=assessment.mass,
         letterhead=_letterhead(config["report"]),
+        simultaneity=config["report"]["simultaneity"],
     )
     return ReadVisit(assessment, records, before, beside)
 

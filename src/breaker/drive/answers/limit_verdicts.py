@@ -9,6 +9,7 @@ import numpy as np
 from breaker.common.numerals import in_digits
 from breaker.common.plain_values import Plain
 from breaker.common.randomness import generator
+from breaker.documents.parts import Text
 from breaker.drive.answers.evidence import MAY_SLIDE, NOTHING, WITH_CONTACT, Answer
 from breaker.mechanism.limit_sources import Reader
 from breaker.mechanism.limits import Limit
@@ -17,6 +18,13 @@ from breaker.quantities.speeds import EVENTS
 
 VERDICTS = ("pass", "not shown", "fail")
 """Verdicts on a limit, the worst last."""
+
+RESULTS = {
+    "fail": (Text("FAIL"), "bad"),
+    "not shown": (Text("not shown"), "doubt"),
+    "pass": (Text("pass"), "good"),
+}
+"""Text and tone of verdicts, the worst first."""
 
 NORMAL = {90: 1.645, 95: 1.96}
 """Half of a central interval of a normal number, sds, by the percent that it holds."""

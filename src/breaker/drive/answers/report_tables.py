@@ -21,19 +21,11 @@ from breaker.drive.answers.answer_words import (
     starred,
     zones_of,
 )
-from breaker.drive.answers.limit_verdicts import NORMAL
-from breaker.drive.answers.simultaneity import simultaneity_of
+from breaker.drive.answers.limit_verdicts import NORMAL, RESULTS
 from breaker.quantities.catalogue import INFERRED
 from breaker.quantities.speeds import EVENTS
 from breaker.reading.inspection.printed_comparison import differs
 from breaker.reading.inspection.proposal_words import alike
-
-RESULTS = {
-    "fail": (Text("FAIL"), "bad"),
-    "not shown": (Text("not shown"), "doubt"),
-    "pass": (Text("pass"), "good"),
-}
-"""Text and tone of verdicts, the worst first."""
 
 _MOST = 8  # notes below a table
 _WORDY = 3  # channels, up to which words stand beside the name of a parameter
@@ -79,6 +71,7 @@ def measured_table(
     title: str,
     channels: Mapping[str, RecordAnswer],
     printed: Mapping[tuple, tuple[float, str, str]],
+    together: str = "",
 ) -> Table:
     """Return what is measured, first what needs no model.
 
@@ -88,6 +81,7 @@ def measured_table(
         printed: What the analyser printed, by file, motion, channel and quantity: the value, what
             differs in its definition, empty if nothing does, and what the analyser means by it. A
             value that differs from the measured one is marked.
+        together: By how much poles switch apart, in words.
     """
     found: dict[str, dict[str, QuantityEstimate]] = {}
     for phase, entry in channels.items():
@@ -110,7 +104,7 @@ def measured_table(
     head += [Text("± 95 %"), *([Text("differ by")] if len(channels) > 1 else [])]
     head += _heads_of_limits(channels)
     rows = [(*row, *[""] * len(head))[: len(head)] for row in rows]
-    return Table(head, rows, title, [*named(said, len(channels)), *_notes(channels)])
+    return Table(head, rows, title, [*named(said, len(channels)), *_notes(channels, together)])
 
 
 def _printed(value: tuple[float, str, str] | None, other: bool) -> Cell:
@@ -223,7 +217,7 @@ def _limits(
     return ()
 
 
-def _notes(channels: Mapping[str, RecordAnswer]) -> list[str]:
+def _notes(channels: Mapping[str, RecordAnswer], together: str) -> list[str]:
     """Why values are missing, what a star means, and what is doubtful."""
     said, any_star = [], False
     for phase, entry in channels.items():
@@ -236,9 +230,9 @@ def _notes(channels: Mapping[str, RecordAnswer]) -> list[str]:
         "* the time of the {event} was not measured: by the model's, with its interval",
         event=Text(EVENTS[entry.motion]),
     )
-    together = [each for each in [simultaneity_of(channels)] if each]
     points = zones_of(entry.quantities for entry in channels.values())
-    return [*together, *points, *([star] if any_star else []), *named(said, len(channels))]
+    first = [together] if together else []
+    return [*first, *points, *([star] if any_star else []), *named(said, len(channels))]
 
 
 def model_table(entries: Sequence[RecordAnswer]) -> Table:

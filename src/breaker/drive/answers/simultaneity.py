@@ -1,27 +1,45 @@
 """By how much poles of a breaker switch apart."""
 
 from collections.abc import Mapping
+from typing import NamedTuple
 
 import numpy as np
 
 from breaker.common.numerals import in_digits
-from breaker.documents.parts import Text
+from breaker.documents.parts import Cell, Text
 from breaker.drive.answers.answer_document import RecordAnswer
+from breaker.drive.answers.limit_verdicts import NORMAL, RESULTS
 from breaker.quantities.speeds import EVENTS
 
 
-def simultaneity_of(channels: Mapping[str, RecordAnswer]) -> str:
+class Simultaneity(NamedTuple):
+    """By how much poles switch apart.
+
+    Attributes:
+        said: In words, or why it is not told; empty of one pole.
+        verdict: On the limit, as of ``limit_verdicts``; empty without one, or where nothing is
+            told.
+    """
+
+    said: str = ""
+    verdict: str = ""
+
+
+def simultaneity_of(
+    channels: Mapping[str, RecordAnswer], limits: Mapping[str, float | None] | None = None
+) -> Simultaneity:
     """Say by how much poles switch apart, by their recorded contacts, or why that is not told.
 
     Times of one record are on one base; those of several each count from the trigger of theirs.
 
     Args:
-        channels: Entry of a motion in the document, by pole; "" of one.
+        channels: Entry of a motion in the document, by pole.
+        limits: Most that they may switch apart, by motion, ms; None for any.
     """
     entries, motion = channels.values(), next(iter(channels.values())).motion
     event, base = EVENTS[motion], "of one record"
     if len(channels) == 1:
-        return ""
+        return Simultaneity()
     dumb = [name for name, each in channels.items() if each.fit.contact_time is None]
     times = [each.fit.switches for each in entries]
     if len({each.file for each in entries}) > 1:
@@ -29,30 +47,42 @@ def simultaneity_of(channels: Mapping[str, RecordAnswer]) -> str:
         triggers = np.array([each.fit.trigger for each in entries], float)  # None becomes nan
         times = [time - trigger for time, trigger in zip(times, triggers, strict=True)]
     if len(channels) - len(dumb) < 2:
-        return Text(
+        why = Text(
             "simultaneity of the {event} is not told: recorded contacts alone tell it, and of "
             "{poles} there is none",
             event=Text(event),
             poles=", ".join(dumb),
         )
+        return Simultaneity(why)
     known = {n: t for n, t in zip(channels, times, strict=True) if n not in dumb}
     if not np.isfinite([*known.values()]).all():
         where = ", ".join(name for name, time in known.items() if not np.isfinite(time))
-        return Text(
+        why = Text(
             "simultaneity of the {event} is not told: poles are in files of their own, and of "
             "{poles} no trigger is known from which to count; name the coil's current in "
             "endurance.format.trigger_column",
             event=Text(event),
             poles=where,
         )
+        return Simultaneity(why)
     first, last = (end(known, key=known.get) for end in (min, max))
-    spread = in_digits(known[last] - known[first], 3)
+    apart = known[last] - known[first]
     said = Text(
         "simultaneity of the {event}: {spread} ms, {first} first, {last} last, {base}",
         event=Text(event),
-        spread=spread,
+        spread=in_digits(apart, 3),
         first=first,
         last=last,
         base=Text(base),
     )
-    return Text("{said}; not recorded of {dumb}", said=said, dumb=", ".join(dumb)) if dumb else said
+    if dumb:
+        said = Text("{said}; not recorded of {dumb}", said=said, dumb=", ".join(dumb))
+    most = (limits or {}).get(motion)
+    if most is None:
+        return Simultaneity(said)
+    sd = np.hypot(*(channels[each].fit.contact_sd or 0.0 for each in (first, last)))
+    surely = (apart - most) / max(NORMAL[95] * float(sd), 1e-9)
+    verdict = "pass" if surely < -1.0 else "fail" if surely > 1.0 else "not shown"
+    words = {"limit": in_digits(most, 3), "verdict": RESULTS[verdict][0]}
+    said = Text("{said}; limit {limit} ms: {verdict}", said=said, **words)
+    return Simultaneity(Cell(said, RESULTS[verdict][1]), verdict)

@@ -15,11 +15,10 @@ from breaker.drive.answers.answer_document import RecordAnswer
 from breaker.drive.answers.answer_document import document as document_of
 from breaker.drive.answers.change_table import NotCompared, changes_table
 from breaker.drive.answers.evidence import Answer
-from breaker.drive.answers.limit_verdicts import Verdict
+from breaker.drive.answers.limit_verdicts import RESULTS, Verdict
 from breaker.drive.answers.picture_data import Panel, PanelLabels, panel_of
 from breaker.drive.answers.reference_curve import Overlay
 from breaker.drive.answers.report_tables import (
-    RESULTS,
     few,
     mass_table,
     measured_table,
@@ -27,6 +26,7 @@ from breaker.drive.answers.report_tables import (
     named,
     some_of,
 )
+from breaker.drive.answers.simultaneity import simultaneity_of
 from breaker.drive.answers.visit_document import VisitDocument
 from breaker.reading.files.file_names import natural
 
@@ -58,6 +58,7 @@ class ReportContext:
         mass: Draws of the moving mass, kg.
         changes: The comparison with the visit before, by phase.
         letterhead: What a company puts around the report.
+        simultaneity: Most that poles may switch apart, by motion, ms.
     """
 
     plate: Sequence[tuple[str, str]] = ()
@@ -67,6 +68,7 @@ class ReportContext:
     mass: np.ndarray | None = None
     changes: Mapping[str, VisitDocument | NotCompared] = field(default_factory=dict)
     letterhead: Letterhead | None = None
+    simultaneity: Mapping[str, float | None] = field(default_factory=dict)
 
 
 def report_of(
@@ -84,10 +86,12 @@ def report_of(
     pairs = [pair for pair in zip(answers, found, strict=True) if pair[1].accepted]
     entries = [entry for _, entry in pairs]
     phases = list(dict.fromkeys(each.phase for each in entries))
-    tables, panels = [], []
+    tables, panels, poles = [], [], []
     for own in _motions(pairs):
         title, channels = _title([e for _, e in own]), {each.phase: each for _, each in own}
-        tables.append(measured_table(title, channels, beside.printed))
+        together = simultaneity_of(channels, beside.simultaneity)
+        poles.append((f"simultaneity {own[0][1].motion}", together.verdict))
+        tables.append(measured_table(title, channels, beside.printed, together.said))
         panels.append(panel_of([each for each, _ in own], beside.overlays, title))
     lines = [*beside.rejected, *(each.reason for each in found if not each.accepted)]
     if lines:
@@ -98,7 +102,7 @@ def report_of(
     said = [(phase, w) for phase, each in changed.items() for w in each.warnings]
     warnings = [Text("WARNING: {said}", said=each) for each in document.warnings]
     warnings += named(said, len(changed))
-    summary = [*(Cell(each, "bad") for each in warnings), _verdict(entries, len(phases))]
+    summary = [*(Cell(each, "bad") for each in warnings), _verdict(entries, poles, len(phases))]
     return Report(
         Text("Test report"),
         beside.plate,
@@ -136,12 +140,17 @@ def _title(entries: Sequence[RecordAnswer]) -> str:
     return Text("{motion}: {files}", motion=said, files=of)
 
 
-def _verdict(entries: Sequence[RecordAnswer], channels: int) -> Cell:
-    """What all limits together say."""
+def _verdict(
+    entries: Sequence[RecordAnswer], poles: Iterable[tuple[str, str]], channels: int
+) -> Cell:
+    """What all limits together say, those on single poles and those on what poles differ by."""
     found: dict[str, dict[str, list[str]]] = {verdict: {} for verdict in RESULTS}
     for entry in entries:
         for each in entry.limits or ():
             found[each.verdict].setdefault(each.name, []).append(entry.phase)
+    for name, verdict in poles:
+        if verdict:
+            found[verdict].setdefault(name, [])
     passed = found.pop("pass")
     if said := {verdict: names for verdict, names in found.items() if names}:
         texts = []
