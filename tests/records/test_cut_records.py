@@ -61,6 +61,8 @@ def test_a_motion_up_to_the_end_is_in_range_and_a_burst_there_is_not():
     [
         (13.5, 9.0, False),
         (13.5, 0.9, True),
+        (13.0, 2.2, True),
+        (13.0, 5.2, False),
         (13.5, 89.0, True),
         (150.0, 45.0, False),
         (150.0, 4.5, True),
