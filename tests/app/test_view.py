@@ -1,6 +1,7 @@
 """`breaker view` without a browser: what its pages say, and whom they answer."""
 
 import ast
+import asyncio
 import hashlib
 import json
 import re
@@ -511,6 +512,25 @@ def test_the_command_prints_its_address_and_ends(folder):
         process.terminate()
         assert process.wait(20) == 128 + 15
     assert re.fullmatch(rf"the page is at http://{HOST}:\d+/\?token=[\w-]{{32}}\n", process.line)
+
+
+def test_workers_end_whatever_ends_the_page(folder, tmp_path):
+    """Planted fault: an end between the first task and the wait left a thread, and the process."""
+
+    class End(Exception):
+        pass
+
+    server = PageServer(Session(str(folder / "curves"), [], commands(), tmp_path))
+
+    def ready():
+        server.slow.submit(int)
+        raise End
+
+    with pytest.raises(End):
+        asyncio.run(server.serve(asyncio.Event(), ready))
+    for each in (server.quick, server.slow):
+        with pytest.raises(RuntimeError):
+            each.submit(int)
 
 
 def test_no_other_command_imports_the_page():

@@ -105,9 +105,9 @@ class PageServer:
         application.settings["default_handler_args"] = {"page": self}
         server = tornado.httpserver.HTTPServer(application, max_body_size=LARGEST + 1)
         server.add_socket(self._socket)
-        ready()
-        self._look_ahead(self.session.ahead())
-        try:
+        try:  # whatever ends it: a thread of a worker that is not told would wait for ever
+            ready()
+            self._look_ahead(self.session.ahead())
             await ended.wait()
         finally:
             server.stop()
