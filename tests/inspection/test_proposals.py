@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 import yaml
 
+from breaker.configuration.loading import load
 from breaker.documents.terminal import text_of
 from breaker.drive.simulation.endurance_rig import Rig
 from breaker.reading.files.guards import RejectedCurveError
@@ -17,6 +18,7 @@ from breaker.reading.inspection.travel_channels import InspectionError
 from breaker.reading.instruments.dialects import ANGLES, DIALECTS
 from breaker.reading.records.curve_reader import read_curves
 from breaker.reading.records.model_grid import Grid
+from breaker.shipped import DEFAULTS
 
 SENSOR = {"start": -2.0, "stop": 58.0, "samples": 151, "noise_sd": 0.1}
 TIMES = np.linspace(-2.0, 58.0, 151)
@@ -432,3 +434,20 @@ def test_damaged_files_end_in_a_proposal_or_a_reason(tmp_path, rig, name):
         except (InspectionError, LayoutError, RejectedCurveError):
             ends.append(False)
     assert any(ends)
+
+
+def test_what_is_proposed_of_a_curve_without_noise_is_a_configuration(tmp_path, defaults):
+    time = 0.1 * np.arange(1000)
+    share = np.clip((time - 20.0) / 25.0, 0.0, 1.0)
+    np.savetxt(
+        tmp_path / "a.csv",
+        np.column_stack([time, 13.0 * share * share * (3.0 - 2.0 * share)]),
+        delimiter=",",
+        header="time,travel\nms,mm",
+        comments="",
+    )
+    (tmp_path / "my.yaml").write_text(
+        overlay_of(inspect_file(tmp_path / "a.csv", defaults["sensor"])), encoding="utf-8"
+    )
+    config = load([DEFAULTS, tmp_path / "my.yaml"], curves=False)
+    assert config["sensor"]["noise_sd"] == 1e-4

@@ -40,6 +40,7 @@ from breaker.reading.records.sensor_scale import Scale
 NOT_READ = "not read, as the record is long; choose a column by --channel, or export a shorter part"
 
 _STILL = 15.0  # ms at rest, at least, after which a motion is over; a slow rebound takes longer
+_NOISES = (1e-4, 10.0)  # mm, that the configuration takes; an exact curve has less
 _NOISE = 1.25  # times the noise of the settings, from which another is proposed
 # Cells that are read, of a record once per motion, and those that a line counts for beside its own.
 _MOST, _LINE = 26_000_000, 17
@@ -241,7 +242,7 @@ def _noise(motions: Sequence[InspectedMotion], sensor: Mapping) -> dict:
     seen = [record.noise.sd for record in first if np.isfinite(record.noise.sd)]
     if not seen or 1 / _NOISE <= np.median(seen) / sensor["noise_sd"] <= _NOISE:
         return {}
-    return {"noise_sd": float(f"{np.median(seen):.2g}")}
+    return {"noise_sd": float(f"{np.clip(np.median(seen), *_NOISES):.2g}")}
 
 
 def _judged(motion: InspectedMotion, sensor: Mapping) -> InspectedMotion:
