@@ -19,14 +19,24 @@ VALUES = re.compile(r"\{(\w+)\}")
 LETTERS = re.compile(r"[a-z]{2}")
 
 
+def _is_name(node):
+    return isinstance(node, ast.Name)
+
+
 def patterns():
     """Every pattern in the source that has words of its own."""
     found = set()
     for file in sorted(SOURCE.rglob("*.py")):
-        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
-            is_text = isinstance(node, ast.Call) and getattr(node.func, "id", "") == "Text"
-            if is_text and node.args and isinstance(node.args[0], ast.Constant):
-                found.add(node.args[0].value)
+        tree = ast.parse(file.read_text(encoding="utf-8"))
+        assigned = [each for each in tree.body if isinstance(each, ast.Assign)]
+        constants = {
+            each.targets[0].id: each.value for each in assigned if _is_name(each.targets[0])
+        }
+        for node in ast.walk(tree):
+            if isinstance(node, ast.Call) and getattr(node.func, "id", "") == "Text" and node.args:
+                first = node.args[0]
+                first = constants.get(first.id, first) if _is_name(first) else first
+                found |= {first.value} if isinstance(first, ast.Constant) else set()
     return sorted(each for each in found if LETTERS.search(VALUES.sub("", each)))
 
 

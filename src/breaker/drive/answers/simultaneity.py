@@ -11,6 +11,16 @@ from breaker.drive.answers.answer_document import RecordAnswer
 from breaker.drive.answers.limit_verdicts import NORMAL, RESULTS
 from breaker.quantities.speeds import EVENTS
 
+_UNSEEN = (
+    "simultaneity of the {event} is not told: recorded contacts alone tell it, and of {poles} "
+    "there is none"
+)
+_UNCOUNTED = (
+    "simultaneity of the {event} is not told: poles are in files of their own, and of {poles} no "
+    "trigger is known from which to count; name the coil's current in "
+    "endurance.format.trigger_column"
+)
+
 
 class Simultaneity(NamedTuple):
     """By how much poles switch apart.
@@ -47,24 +57,11 @@ def simultaneity_of(
         triggers = np.array([each.fit.trigger for each in entries], float)  # None becomes nan
         times = [time - trigger for time, trigger in zip(times, triggers, strict=True)]
     if len(channels) - len(dumb) < 2:
-        why = Text(
-            "simultaneity of the {event} is not told: recorded contacts alone tell it, and of "
-            "{poles} there is none",
-            event=Text(event),
-            poles=", ".join(dumb),
-        )
-        return Simultaneity(why)
+        return Simultaneity(Text(_UNSEEN, event=Text(event), poles=", ".join(dumb)))
     known = {n: t for n, t in zip(channels, times, strict=True) if n not in dumb}
     if not np.isfinite([*known.values()]).all():
         where = ", ".join(name for name, time in known.items() if not np.isfinite(time))
-        why = Text(
-            "simultaneity of the {event} is not told: poles are in files of their own, and of "
-            "{poles} no trigger is known from which to count; name the coil's current in "
-            "endurance.format.trigger_column",
-            event=Text(event),
-            poles=where,
-        )
-        return Simultaneity(why)
+        return Simultaneity(Text(_UNCOUNTED, event=Text(event), poles=where))
     first, last = (end(known, key=known.get) for end in (min, max))
     apart = known[last] - known[first]
     said = Text(
@@ -81,7 +78,12 @@ def simultaneity_of(
     if most is None:
         return Simultaneity(said)
     sd = np.hypot(*(channels[each].fit.contact_sd or 0.0 for each in (first, last)))
-    surely = (apart - most) / max(NORMAL[95] * float(sd), 1e-9)
+    return _judged(said, apart, float(sd), most)
+
+
+def _judged(said: Text, apart: float, sd: float, most: float) -> Simultaneity:
+    """By how much poles switch apart, with its sd, against the most that they may, ms."""
+    surely = (apart - most) / max(NORMAL[95] * sd, 1e-9)
     verdict = "pass" if surely < -1.0 else "fail" if surely > 1.0 else "not shown"
     words = {"limit": in_digits(most, 3), "verdict": RESULTS[verdict][0]}
     said = Text("{said}; limit {limit} ms: {verdict}", said=said, **words)
