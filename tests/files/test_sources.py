@@ -459,7 +459,7 @@ def test_a_file_of_version_4_is_converted_once(tmp_path, monkeypatch):
 
     monkeypatch.setattr(grids, "_as_version_3", converted)
     labelled().to_netcdf(tmp_path / "a.nc", engine="h5netcdf")
-    (tmp_path / "b.nc").write_bytes(b"\x89HDF")
+    (tmp_path / "b.nc").write_bytes(grids.SIGNATURES[-1])
     for name, fails in (("a.nc", False), ("b.nc", True)):
         opened = Opened(tmp_path / name)
         for _ in range(2):
