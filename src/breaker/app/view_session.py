@@ -1,5 +1,6 @@
 """What a page knows: the files of a folder, and a visit to them as the commands read it."""
 
+import gc
 import os
 import re
 import shlex
@@ -426,7 +427,11 @@ class Session:
         Raises:
             ValueError: If there is none.
         """
-        return self.commands.content_of(self.answered(choices, state).visit.report, ending)[0]
+        report = self.answered(choices, state).visit.report
+        try:
+            return self.commands.content_of(report, ending)[0]
+        finally:
+            gc.collect()  # the figures of a sheet hold themselves, 20 MB of them
 
     def save(self, choices: Choices, kind: str, name: str) -> str:
         """Write the settings of a page, or the table of its folder, where the user says.
