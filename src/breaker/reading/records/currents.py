@@ -12,8 +12,6 @@ from functools import cached_property
 from typing import NamedTuple, Self
 
 import numpy as np
-from scipy.signal import find_peaks
-from scipy.special import ndtri
 
 from breaker.reading.records.rejections import NotShownError
 from breaker.reading.records.smoothing import filled, running_mean
@@ -64,6 +62,8 @@ class Currents:
 
     def coil_current(self) -> tuple[float, float]:
         """Largest current of the coil above its rest, A."""
+        from scipy.special import ndtri  # here, as most records have no current
+
         top, sd = float(self._coil.own.max()), self._coil.noise_of_mean
         # The largest of many means is above the level that all of them have.
         many = (self._coil.own > top - 2.0 * sd).sum() * self._coil.step / _SMOOTH
@@ -215,6 +215,8 @@ class _Pulse:
 
     def dip(self) -> tuple[float, float]:
         """When the deepest dip between two larger currents is, and the sd of that, ms."""
+        from scipy.signal import find_peaks
+
         least = max(_CLEAR * np.sqrt(2.0) * self.noise_of_mean, _DIP * float(self.own.max()))
         found, about = find_peaks(-self.own, prominence=least)
         if not found.size:
