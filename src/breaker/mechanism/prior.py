@@ -12,7 +12,6 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from scipy.special import log_ndtr, ndtr, ndtri  # scipy.stats takes most of a second to load
 
 from breaker.quantities.drive_conditions import pressed, pressed_half_space
 from breaker.quantities.parameters import NAMES
@@ -73,6 +72,8 @@ class Prior:
     def log_support(self) -> float:
         """Log of the probability of ``f > k_a L`` before conditioning."""
         slope, offset = self.condition
+        from scipy.special import log_ndtr  # here, as an answer needs none of it
+
         return float(log_ndtr(offset / np.linalg.norm(slope)))
 
     def standardise(self, theta: np.ndarray) -> np.ndarray:
@@ -103,6 +104,8 @@ class Prior:
         Along the normal of the half-space the coordinate follows a truncated normal, drawn by
         inverting its distribution function. The other directions are unconditioned normals.
         """
+        from scipy.special import ndtr, ndtri  # scipy.stats takes most of a second to load
+
         slope, offset = self.condition
         length = np.linalg.norm(slope)
         direction = slope / length
