@@ -9,6 +9,7 @@ channel whose unit is no current.
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
+from statistics import NormalDist
 from typing import NamedTuple, Self
 
 import numpy as np
@@ -62,12 +63,10 @@ class Currents:
 
     def coil_current(self) -> tuple[float, float]:
         """Largest current of the coil above its rest, A."""
-        from scipy.special import ndtri  # here, as most records have no current
-
         top, sd = float(self._coil.own.max()), self._coil.noise_of_mean
         # The largest of many means is above the level that all of them have.
         many = (self._coil.own > top - 2.0 * sd).sum() * self._coil.step / _SMOOTH
-        above = sd * float(ndtri(many / (many + 1.0))) if many > 1.0 else 0.0
+        above = sd * NormalDist().inv_cdf(many / (many + 1.0)) if many > 1.0 else 0.0
         return top - above, float(np.hypot(sd, 0.5 * above))
 
     def coil_dip_time(self) -> tuple[float, float]:
@@ -215,7 +214,7 @@ class _Pulse:
 
     def dip(self) -> tuple[float, float]:
         """When the deepest dip between two larger currents is, and the sd of that, ms."""
-        from scipy.signal import find_peaks
+        from scipy.signal import find_peaks  # here, as most records have no current
 
         least = max(_CLEAR * np.sqrt(2.0) * self.noise_of_mean, _DIP * float(self.own.max()))
         found, about = find_peaks(-self.own, prominence=least)
