@@ -6,7 +6,7 @@ of strength 1 that all have this mechanism; beside it a network of the same size
 trained on `plain` drives, of strength 1 with elastic contacts and without random forces, and asked
 for these: how sharp a narrower family would be.
 
-    python -m studies.left_out levels levels.csv     # an hour of a core; goes on where it ended
+    python -m studies.left_out levels levels.csv     # two hours of a core; goes on where it ended
     python -m studies.left_out changes changes.csv
 
 The sensor is that of the defaults: noise 0.7 % of the stroke, of means 0.15 %; the size is known.
@@ -72,7 +72,8 @@ def main(kind: str, output: str) -> None:
             bank = simulate_family(family, DRIVES, generator(seed, "left out", kind))
             last = bank.isel(drive=slice(DRIVES - ASIDE, None))
             _, weights, frozen = train_network(rows_of(kind, bank), last, settings, seed)
-            write_network(saved, {"kind": kind, "networks": settings}, weights, frozen)
+            about = {"kind": kind, "family": "left out", "networks": settings}
+            write_network(saved, about, weights, frozen)
         network = open_network(saved)
         whole = whole or network
         if name in done:
