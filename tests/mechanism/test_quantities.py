@@ -114,7 +114,8 @@ def test_what_only_one_of_model_and_record_has():
         assert check_quantity(name, "opening", of="record") == (
             f"{name} is a quantity of the model, which no record shows. Take of: model, or one "
             "that records show of opening: stroke, travel_time, part_time, rebound, latch_time, "
-            "opening_time, wipe_at_parting, opening_speed."
+            "opening_time, wipe_at_parting, coil_current, coil_dip_time, coil_off_time, "
+            "opening_speed."
         )
 
 
