@@ -72,6 +72,11 @@ def test_what_a_current_does_not_show_is_not_told():
         currents(noise).coil_current()
     with pytest.raises(NotShownError, match="states no unit"):
         Currents(TIME, {"trigger": Channel(coil(), np.nan)}, trigger=TRIGGER).coil_current()
+    late = np.where(TIME < 100.0, np.nan, coil())  # the motion itself has no sample
+    with pytest.raises(NotShownError, match="hardly a sample"):
+        currents(late, inside=slice(0, 900)).coil_current()
+    short = np.where((TIME > TRIGGER) & (TIME < TRIGGER + 1.5), 3.0, 0.0)
+    assert currents(short).coil_off_time()[0] == pytest.approx(1.5, abs=0.5)
     for name in CURRENTS:
         with pytest.raises(NotShownError, match="no channel"):
             getattr(Currents(TIME), name)()

@@ -151,7 +151,7 @@ def _fitted(table: Table) -> tuple[Table, float, list[float]]:
             columns[k], widths[k] = broken, narrower
         if not _NARROW < narrower < wide:
             open_ones.discard(k)
-    letters = sum(widths) + _GAP * (len(widths) - 1)
+    letters = max(sum(widths) + _GAP * (len(widths) - 1), 1.0)
     size = min(_ROOM / (letters * _LETTER), _SIZE)
     broken = list(zip(*columns, strict=True))
     head, cells = ([*map(str, broken.pop())] if head else ()), iter(broken)

@@ -99,7 +99,7 @@ class Currents:
     @cached_property
     def _coil(self) -> "_Pulse":
         """The coil's pulse, the first from the trigger on."""
-        values = self._amperes("trigger", "coil")[self.inside]
+        values = self._amperes("trigger", "coil", self.inside)
         if not np.isfinite(self.trigger):
             raise NotShownError("no trigger: when the coil was energised is not known")
         time = self.time[self.inside]
@@ -111,7 +111,7 @@ class Currents:
     @cached_property
     def _motor(self) -> "_Pulse":
         """The motor's run, the longest after the first motion: a drive is charged behind it."""
-        values = self._amperes("motor", "motor")
+        values = self._amperes("motor", "motor", slice(None))
         later = self.time >= self.moves
         current = values - _rest(values, ~later)
         found = _Pulse.of(self.time, current, _running_rms, _PERIOD, later)
@@ -119,8 +119,8 @@ class Currents:
             raise NotShownError(f"the motor does not run for {_RUNS:g} ms")
         return found
 
-    def _amperes(self, kind: str, what: str) -> np.ndarray:
-        """Values of a channel, A."""
+    def _amperes(self, kind: str, what: str, part: slice) -> np.ndarray:
+        """Values of a part of a channel, A."""
         if kind not in self.channels:
             raise NotShownError(f"no channel of the {what}'s current")
         values, amperes = self.channels[kind]
@@ -129,9 +129,10 @@ class Currents:
                 f"the column of the {what} states no unit of a current, as '{what} current [A]' "
                 "does"
             )
+        values = values[part] * amperes
         if (~np.isnan(values)).sum() < _FEWEST:
             raise NotShownError(f"the {what}'s current has hardly a sample")
-        return values * amperes
+        return values
 
     def _since_trigger(self, found: tuple[float, float]) -> tuple[float, float]:
         at, sd = found
@@ -207,7 +208,8 @@ class _Pulse:
         if self.last == self.time.size - 1:
             raise NotShownError("the current still flows when the record ends")
         count = max(round(_SMOOTH / self.step), 1)
-        level = float(np.median(self.own[-16 * count : -4 * count or None]))
+        before = self.own[-16 * count : -4 * count]
+        level = float(np.median(before if before.size else self.own))
         above = self.current[: self.last + 1] >= _BREAKS * level - 3.0 * self.noise
         at = int(np.flatnonzero(above)[-1]) if above.any() else self.last
         return float(self.time[at]) + 0.5 * self.step, max(0.5 * _SMOOTH, self.step) / np.sqrt(3.0)
