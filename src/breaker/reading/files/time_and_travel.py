@@ -30,6 +30,7 @@ class Columns:
         above: Cells of the lines above the samples, but for names and units.
         decimal: Sign of numbers in these.
         width: How many columns the table has; 0 where they are not counted.
+        names: Names of its columns; None where these are not looked for.
     """
 
     time: np.ndarray | None
@@ -41,6 +42,7 @@ class Columns:
     above: Sequence[Row] = ()
     decimal: str = "."
     width: int = 0
+    names: Sequence[str] | None = None
 
     @property
     def nbytes(self) -> int:
@@ -98,7 +100,8 @@ def columns_of(
     if isinstance(rows, Lines):
         above = rows.above(lines[head.first], named)
     found = travel[kept], numbers[kept], head.remarks, beside, head.amperes
-    return Columns(time, *found, above, settings["decimal"], head.width)
+    names = rows[head.named[0]] if head.named else None
+    return Columns(time, *found, above, settings["decimal"], head.width, names)
 
 
 def _part(

@@ -20,6 +20,7 @@ from breaker.reading.files.motion_words import MOTION_OF
 from breaker.reading.files.opened_file import Files, Opened
 from breaker.reading.files.operations_table import Operation
 from breaker.reading.files.preamble import Preamble
+from breaker.reading.files.word_lookup import holds
 from breaker.reading.inspection.file_contents import look_into, stated_in
 from breaker.reading.records.raw_record import Raw
 from breaker.reading.records.rejections import UnusableError
@@ -87,9 +88,15 @@ def _columns_with(operation: Operation, motion: str, opened: Opened, form: Mappi
     if column == usual:
         open_keys = {key for key in open_keys if form[key] is None}
     with suppress(ValueError):  # what cannot be read so is rejected, with the reason
-        width = read_columns(opened, complete(form), operation.channel).width if open_keys else 1
-        if 0 < width < 2 + (form["time_column"] is not None):
+        if not open_keys:
+            return {}
+        columns = read_columns(opened, complete(form), operation.channel)
+        if 0 < columns.width < 2 + (form["time_column"] is not None):
             return {}  # most files: nothing is beside the travel
+        names = columns.names
+        named = names is None or any(holds(each, "motor") for each in names)
+        if open_keys == {"motor_column"} and not named:
+            return {}  # contact and coil are named, and there is no motor
         # Here, as most files need neither, and an answer comes in a third of a second.
         from breaker.reading.inspection.contact_columns import Beside
         from breaker.reading.inspection.file_description import columns_with
