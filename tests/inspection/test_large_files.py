@@ -10,7 +10,7 @@ import pytest
 
 from breaker.documents.terminal import text_of
 from breaker.reading.files.preamble import preamble_of
-from breaker.reading.files.text_lines import Lines, cells_of
+from breaker.reading.files.text_cells import Lines, cells_of
 from breaker.reading.inspection import setting_proposal as proposals
 from breaker.reading.inspection.file_contents import look_into
 from breaker.reading.inspection.proposal_words import words_of

@@ -11,7 +11,7 @@ import numpy as np
 from breaker.reading.files.file_look import check_lines
 from breaker.reading.files.guards import RejectedCurveError
 from breaker.reading.files.opened_file import Opened
-from breaker.reading.files.text_lines import Lines
+from breaker.reading.files.text_cells import Lines
 from breaker.reading.files.time_and_travel import Columns, columns_of
 
 _BLOCK = 2**20  # characters that are split into cells at a time

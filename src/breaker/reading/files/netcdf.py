@@ -21,8 +21,8 @@ from breaker.reading.files.column_names import (
 )
 from breaker.reading.files.file_look import Labelled, check_size
 from breaker.reading.files.guards import RejectedCurveError, TooLargeError
-from breaker.reading.files.number_cells import are_readings
 from breaker.reading.files.opened_file import Opened
+from breaker.reading.files.text_cells import are_readings
 from breaker.reading.files.time_and_travel import Columns
 from breaker.reading.files.zarr_metadata import check_store
 

@@ -26,7 +26,7 @@ from breaker.reading.files.column_names import (
     wanted_columns,
 )
 from breaker.reading.files.guards import RejectedCurveError
-from breaker.reading.files.number_cells import MISSING, is_number
+from breaker.reading.files.text_cells import MISSING, is_number
 
 Row = Sequence[str]
 

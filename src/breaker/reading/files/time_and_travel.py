@@ -9,10 +9,9 @@ import numpy as np
 from breaker.reading.files.column_names import BESIDE
 from breaker.reading.files.file_look import check_size
 from breaker.reading.files.guards import RejectedCurveError
-from breaker.reading.files.number_cells import LARGEST_NUMBER, strict_numbers, why_none
 from breaker.reading.files.preamble import Preamble, preamble_of
 from breaker.reading.files.table_head import Head, Row, SampleTable, find_head, is_remark
-from breaker.reading.files.text_lines import Lines
+from breaker.reading.files.text_cells import LARGEST_NUMBER, Lines, strict_numbers, why_none
 
 
 @dataclass(frozen=True)

@@ -19,7 +19,7 @@ from breaker.reading.files.guards import RejectedCurveError
 from breaker.reading.files.lexicon import TELLING
 from breaker.reading.files.opened_file import Opened, as_opened
 from breaker.reading.files.preamble import Preamble
-from breaker.reading.files.text_lines import cells_of
+from breaker.reading.files.text_cells import cells_of
 from breaker.reading.files.word_lookup import any_of
 from breaker.reading.inspection.table_layout import Kinds, Layout, LayoutError, layout_of_lines
 

@@ -16,9 +16,15 @@ import numpy as np
 
 from breaker.reading.files.column_names import places_of, split_unit, unit_of
 from breaker.reading.files.file_look import MOST_COLUMNS, check_size
-from breaker.reading.files.number_cells import LARGEST_NUMBER, MISSING, is_number, strict_numbers
 from breaker.reading.files.preamble import Preamble, preamble_of
-from breaker.reading.files.text_lines import Lines, cells_of
+from breaker.reading.files.text_cells import (
+    LARGEST_NUMBER,
+    MISSING,
+    Lines,
+    cells_of,
+    is_number,
+    strict_numbers,
+)
 
 _SAMPLE = 1_000  # lines from which the kinds of columns are guessed
 _ABOVE = (10_000, 2**20)  # first lines, and signs, among which samples begin; reading looks there
