@@ -90,7 +90,7 @@ def read_by(plugged, monkeypatch):
 )
 def test_a_format_that_reads_no_record_is_named(read_by, tmp_path, read, said):
     head = (
-        "import numpy as np\nfrom breaker.reading.files.time_and_travel import Columns\n"
+        "import numpy as np\nfrom breaker.reading.files.sample_table import Columns\n"
         f"def read(opened, settings, channel=''): {read}"
     )
     read_by(module(read=head))
@@ -113,7 +113,9 @@ def test_a_format_that_reads_no_record_is_named(read_by, tmp_path, read, said):
     ],
 )
 def test_a_format_that_shows_nothing_is_named(read_by, tmp_path, look):
-    head = f"from breaker.reading.files.file_look import Labelled, Tables\ndef look(opened): {look}"
+    head = (
+        f"from breaker.reading.files.sample_table import Labelled, Tables\ndef look(opened): {look}"
+    )
     read_by(module(look=head))
     file = tmp_path / "a.bad"
     file.write_bytes(b"1")

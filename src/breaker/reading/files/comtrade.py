@@ -19,12 +19,11 @@ from breaker.reading.files.column_names import (
     unit_of,
     wanted_columns,
 )
-from breaker.reading.files.file_look import Labelled, check_size
 from breaker.reading.files.format_settings import FORMAT, TO_MS
-from breaker.reading.files.guards import RejectedCurveError
+from breaker.reading.files.guards import RejectedCurveError, check_size
 from breaker.reading.files.opened_file import Opened
+from breaker.reading.files.sample_table import Columns, Labelled
 from breaker.reading.files.text_cells import are_readings
-from breaker.reading.files.time_and_travel import Columns
 
 _SECTION = re.compile(rb"(?im)^--- *file type: *([a-z]+)[^\r\n]*---[ \t]*\r?\n?")
 _MOST_CHANNELS = 10_000

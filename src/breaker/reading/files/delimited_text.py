@@ -8,11 +8,10 @@ from pathlib import Path
 
 import numpy as np
 
-from breaker.reading.files.file_look import check_lines
-from breaker.reading.files.guards import RejectedCurveError
+from breaker.reading.files.guards import RejectedCurveError, check_lines
 from breaker.reading.files.opened_file import Opened
+from breaker.reading.files.sample_table import Columns, columns_of
 from breaker.reading.files.text_cells import Lines
-from breaker.reading.files.time_and_travel import Columns, columns_of
 
 _BLOCK = 2**20  # characters that are split into cells at a time
 _KEPT = 2**21  # bytes of a text whose cells are kept for a while, as of most exports

@@ -7,10 +7,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from itertools import islice
 from pathlib import Path
 
-from breaker.reading.files.file_look import Tables
 from breaker.reading.files.guards import LARGEST, RejectedCurveError, TooLargeError
 from breaker.reading.files.opened_file import Opened
-from breaker.reading.files.time_and_travel import Columns, columns_of
+from breaker.reading.files.sample_table import Columns, Tables, columns_of
 
 _BLOCK = 20_000  # rows at a time
 _GAP = 1_000  # blank rows in a row that end a sheet

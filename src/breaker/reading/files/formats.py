@@ -27,7 +27,7 @@ from breaker.reading.files.format_plugins import PluginFormat, plugin_formats
 from breaker.reading.files.format_settings import READ_BY
 from breaker.reading.files.guards import RejectedCurveError, TooLargeError
 from breaker.reading.files.opened_file import Opened, as_opened
-from breaker.reading.files.time_and_travel import Columns
+from breaker.reading.files.sample_table import Columns
 
 _OLD = (".xls", ".xlsb", ".ods")
 _OLD_WORKBOOK = b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1"

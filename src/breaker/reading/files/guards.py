@@ -9,6 +9,12 @@ from typing import BinaryIO
 LARGEST = 64 * 2**20
 """Bytes of the largest file that is read; a record of 10 s at 100 kHz has a quarter of it."""
 
+MOST_COLUMNS = 300
+"""Columns of the widest table; exports have a tenth of it."""
+
+_MOST_SAMPLES = 1_200_000  # a record of 10 s at 100 kHz has a million
+_MOST_LINES = 2_000_000
+_MOST_CELLS = 8_000_000
 _MOST_PARTS = 10_000  # files of a record that is a folder
 
 _KINDS = {
@@ -142,3 +148,21 @@ def _too_large(size: str) -> str:
         f"has {size}, but no record of one operation needs more than {LARGEST // 2**20} MiB; "
         "export it alone, with fewer channels or at a lower rate"
     )
+
+
+def check_lines(file: str | Path, content: bytes) -> None:
+    """Reject a text with more lines than a record, before they are split."""
+    if max(content.count(b"\n"), content.count(b"\r")) > _MOST_LINES:
+        reason = f"has more than {_MOST_LINES:,} lines; export a shorter part of the record"
+        raise RejectedCurveError(file, reason)
+
+
+def check_size(file: str | Path, samples: int, columns: int, *, line: int | None = None) -> None:
+    """Reject a table with more columns, samples or cells than a record, before they are built."""
+    if columns > MOST_COLUMNS:
+        reason = f"has {columns:,} columns, but records have at most {MOST_COLUMNS}"
+        raise RejectedCurveError(file, f"{reason}; export fewer channels", line=line)
+    most = min(_MOST_SAMPLES, _MOST_CELLS // max(1, columns))
+    if samples > most:
+        reason = f"has {samples:,} samples, but of {columns} columns at most {most:,} are read"
+        raise RejectedCurveError(file, f"{reason}; export fewer channels, or a shorter part")

@@ -19,11 +19,10 @@ from breaker.reading.files.column_names import (
     unit_of,
     wanted_columns,
 )
-from breaker.reading.files.file_look import Labelled, check_size
-from breaker.reading.files.guards import RejectedCurveError, TooLargeError
+from breaker.reading.files.guards import RejectedCurveError, TooLargeError, check_size
 from breaker.reading.files.opened_file import Opened
+from breaker.reading.files.sample_table import Columns, Labelled
 from breaker.reading.files.text_cells import are_readings
-from breaker.reading.files.time_and_travel import Columns
 from breaker.reading.files.zarr_metadata import check_store
 
 _LARGEST = 10_000_000  # samples

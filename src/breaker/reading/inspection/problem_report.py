@@ -17,7 +17,6 @@ from pathlib import Path
 from breaker import __version__
 from breaker.common.visible_text import visible_text
 from breaker.documents.terminal import text_of
-from breaker.reading.files.file_look import Labelled
 from breaker.reading.files.format_settings import FORMAT
 from breaker.reading.files.formats import FORMATS, format_of
 from breaker.reading.files.lexicon import (
@@ -33,6 +32,7 @@ from breaker.reading.files.lexicon import (
     UNITS,
 )
 from breaker.reading.files.opened_file import Opened
+from breaker.reading.files.sample_table import Labelled
 from breaker.reading.inspection.file_contents import encoding_of
 from breaker.reading.inspection.proposal_words import overlay_of, words_of
 from breaker.reading.inspection.setting_proposal import inspect_file

@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from breaker.reading.files.column_names import places_of, split_unit, unit_of
-from breaker.reading.files.file_look import MOST_COLUMNS, check_size
+from breaker.reading.files.guards import MOST_COLUMNS, check_size
 from breaker.reading.files.preamble import Preamble, preamble_of
 from breaker.reading.files.text_cells import (
     LARGEST_NUMBER,

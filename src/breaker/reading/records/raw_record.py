@@ -18,7 +18,7 @@ from breaker.reading.files.formats import read_columns
 from breaker.reading.files.guards import RejectedCurveError
 from breaker.reading.files.opened_file import Files
 from breaker.reading.files.operations_table import Operation
-from breaker.reading.files.time_and_travel import Columns
+from breaker.reading.files.sample_table import Columns
 from breaker.reading.records.consistency import inconsistencies
 from breaker.reading.records.contact_edges import Contact, events_of
 from breaker.reading.records.currents import Channel, Currents

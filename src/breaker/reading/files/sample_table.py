@@ -1,16 +1,20 @@
-"""Where the samples of a table begin, which columns they are in, and the units that it states.
+"""The table of samples of a record: where it begins, and its columns of time and travel.
 
 Preambles differ from file to file, so the line with the names is found by the names, and a table
-without names by its numbers. An explicit ``skip_rows`` is taken at its word.
+without names by its numbers. An explicit ``skip_rows`` is taken at its word. A format returns a
+record as ``Columns``, and an unknown file as ``Labelled`` columns or as ``Tables`` of cells.
 """
 
 from bisect import bisect_left
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import islice
 from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
 
 from breaker.common.numerals import in_digits
 from breaker.reading.files.column_names import (
@@ -25,8 +29,16 @@ from breaker.reading.files.column_names import (
     unit_of,
     wanted_columns,
 )
-from breaker.reading.files.guards import RejectedCurveError
-from breaker.reading.files.text_cells import MISSING, is_number
+from breaker.reading.files.guards import RejectedCurveError, check_size
+from breaker.reading.files.preamble import Preamble, preamble_of
+from breaker.reading.files.text_cells import (
+    LARGEST_NUMBER,
+    MISSING,
+    Lines,
+    is_number,
+    strict_numbers,
+    why_none,
+)
 
 Row = Sequence[str]
 
@@ -35,7 +47,78 @@ _RUN = 20  # rows of which most are numbers, where a table without names begins
 
 
 @dataclass(frozen=True)
-class SampleTable:
+class Columns:
+    """A record as it stands in its file.
+
+    Attributes:
+        time: Times, ``(t,)``; None where the file has none.
+        travel: Readings, ``(t,)``, NaN where one is missing.
+        lines: Line of each in the file, ``(t,)``.
+        remarks: What is doubtful about the file, in words.
+        beside: Those of ``column_names.BESIDE`` that are wanted, by kind, ``(t,)``, NaN where
+            missing.
+        amperes: That one of the unit of these is; nan where it is no current.
+        above: Cells of the lines above the samples, but for names and units.
+        decimal: Sign of numbers in these.
+        width: How many columns the table has; 0 where they are not counted.
+        names: Names of its columns; None where these are not looked for.
+    """
+
+    time: np.ndarray | None
+    travel: np.ndarray
+    lines: np.ndarray
+    remarks: tuple[str, ...] = ()
+    beside: Mapping[str, np.ndarray] = field(default_factory=dict)
+    amperes: Mapping[str, float] = field(default_factory=dict)
+    above: Sequence[Row] = ()
+    decimal: str = "."
+    width: int = 0
+    names: Sequence[str] | None = None
+
+    @property
+    def nbytes(self) -> int:
+        """Bytes of its arrays."""
+        arrays = (self.time, self.travel, self.lines, *self.beside.values())
+        return sum(each.nbytes for each in arrays if each is not None)
+
+    @property
+    def stated(self) -> Preamble:
+        """What the lines above the samples say."""
+        return preamble_of(self.above, self.decimal, self.travel.size)
+
+
+class Labelled(NamedTuple):
+    """Columns of which a file says names and units.
+
+    Attributes:
+        settings: What it tells of ``endurance.format``, by key.
+        preamble: Cells of what it states beside, line by line.
+        names: Of the columns.
+        units: As the settings call them; None where none is known.
+        columns: Numbers of each, ``(t,)``.
+    """
+
+    settings: dict
+    preamble: list[list[str]]
+    names: list[str]
+    units: list[str | None]
+    columns: list[np.ndarray]
+
+
+class Tables(NamedTuple):
+    """Tables of cells, of which it is to be guessed where names and samples are.
+
+    Attributes:
+        lines: Of each table, cells with tabs between.
+        reason: Why the file is refused where none of them has columns of numbers.
+    """
+
+    lines: Iterable[Sequence[str]]
+    reason: str
+
+
+@dataclass(frozen=True)
+class _SampleTable:
     """The first rows of a file, and what is said of it.
 
     Attributes:
@@ -74,7 +157,7 @@ class SampleTable:
 
 
 @dataclass(frozen=True)
-class Head:
+class _Head:
     """What stands above the samples.
 
     Attributes:
@@ -89,7 +172,7 @@ class Head:
         remarks: What is doubtful, in words.
     """
 
-    table: SampleTable
+    table: _SampleTable
     first: int
     named: Sequence[int]
     places: Mapping[str, int]
@@ -99,7 +182,94 @@ class Head:
     remarks: tuple[str, ...]
 
 
-def find_head(table: SampleTable, channel: str) -> Head:
+def columns_of(
+    file: str | Path,
+    blocks: Iterable[tuple[Sequence[int], Sequence[Row]]],
+    settings: Mapping,
+    channel: str = "",
+) -> Columns:
+    """Return the columns of a table of cells; settings and channel are as of ``read_columns``.
+
+    Args:
+        file: Named in messages.
+        blocks: Lines and rows of cells, block after block, without blank rows; the first one has
+            all that stands above the samples.
+
+    Raises:
+        RejectedCurveError: If a column is not there, states another unit, or has a cell that is no
+            number; without a time column also if a line between its samples is blank.
+    """
+    blocks = iter(blocks)
+    lines, rows = next(blocks, ([], []))
+    head = _find_head(_SampleTable(file, lines, rows, settings), channel)
+    parts = [_part(head, lines, rows, head.first), *(_part(head, *each) for each in blocks)]
+    columns = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+    travel, numbers = columns["travel"], columns["lines"]
+    check_size(file, travel.size, len(head.places))
+    there = np.flatnonzero(~np.isnan(travel))
+    if there.size == 0:
+        raise RejectedCurveError(file, f"{head.labels['travel']} has no samples")
+    # Channels may differ in length: blanks at the end are its end, no missing samples.
+    kept = slice(0, there[-1] + 1)
+    if "time" in columns:
+        kept = np.flatnonzero(~np.isnan(columns["time"][kept]))
+    elif (gaps := np.flatnonzero(np.diff(numbers[kept]) > 1)).size:
+        reason = (
+            "stands before a line that is blank, a remark or too short; without a time column "
+            "nobody knows whether it stands for a sample: delete or mend it"
+        )
+        raise RejectedCurveError(file, reason, line=int(numbers[gaps[0]]))
+    time = columns["time"][kept] if "time" in columns else None
+    beside = {kind: columns[kind][kept] for kind in BESIDE if kind in columns}
+    named = {lines[row] for row in head.named}
+    above = [row for i, row in enumerate(rows[: head.first]) if i not in head.named]
+    if isinstance(rows, Lines):
+        above = rows.above(lines[head.first], named)
+    found = travel[kept], numbers[kept], head.remarks, beside, head.amperes
+    names = rows[head.named[0]] if head.named else None
+    return Columns(time, *found, above, settings["decimal"], head.width, names)
+
+
+def _part(
+    head: _Head, lines: Sequence[int], rows: Sequence[Row], first: int = 0
+) -> dict[str, np.ndarray]:
+    """The columns of a block, and its lines, each ``(t,)``, from the row of its first sample."""
+    every = rows.columns(first, head.width) if isinstance(rows, Lines) else None
+    lines, rows = lines[first:], rows if every else rows[first:]
+    # Where a line has its time, what is not there is missing; without, it may be no sample at all.
+    least = 0 if "time" in head.places else head.places["travel"] + 1
+    if not every:
+        kept = [i for i, row in enumerate(rows) if len(row) >= least and not _is_remark(row)]
+        lines, rows = [lines[i] for i in kept], [rows[i] for i in kept]
+        _check_widths(head, lines, rows)
+    columns, wrong = {"lines": np.array(lines, dtype=int)}, {}
+    for kind, place in head.places.items():
+        cells = every[place] if every else ["".join(row[place : place + 1]) for row in rows]
+        form = head.table.settings["decimal"], LARGEST_NUMBER[kind]
+        columns[kind], odd = strict_numbers(cells, *form)
+        if odd:
+            cell, more = cells[odd[0]], f" ({len(odd)} such samples)" if len(odd) > 1 else ""
+            text = f"{head.labels[kind]} is {cell.strip()[:40]!r}, {why_none(cell, *form)}{more}"
+            wrong.setdefault(odd[0], text)
+    if wrong:
+        first = min(wrong)
+        raise RejectedCurveError(head.table.file, wrong[first], line=lines[first])
+    return columns
+
+
+def _check_widths(head: _Head, lines: Sequence[int], rows: Sequence[Row]) -> None:
+    """Reject a line with more cells than names, as decimal commas make where commas separate; and
+    where blanks do, also one with fewer: nobody knows which cell is blank.
+    """
+    width, exact = head.width, head.table.settings["delimiter"] == " "
+    remedy = "see endurance.format.delimiter and endurance.format.decimal"
+    for line, row in zip(lines, rows, strict=True):
+        if len(row) != width and (exact or any(map(str.strip, row[width:]))):
+            reason = f"{len(row)} cells where there are {width} columns; {remedy}"
+            raise RejectedCurveError(head.table.file, reason, line=line)
+
+
+def _find_head(table: _SampleTable, channel: str) -> _Head:
     """Find the head of a table; a channel is the column of travel if it is not that of settings.
 
     Raises:
@@ -139,16 +309,16 @@ def find_head(table: SampleTable, channel: str) -> Head:
         for kind, place in places.items()
         if kind in BESIDE
     }
-    return Head(table, first, named, places, labels, amperes, width, remarks)
+    return _Head(table, first, named, places, labels, amperes, width, remarks)
 
 
-def is_remark(row: Row) -> bool:
+def _is_remark(row: Row) -> bool:
     """Say whether a row is a remark: it begins with `#`, `!`, `//` or, not for a unit, `%`."""
     cell = row[0].strip()
     return cell.startswith(("#", "!", "//")) or (cell.startswith("%") and cell != "%")
 
 
-def _is_timeless(table: SampleTable) -> bool:
+def _is_timeless(table: _SampleTable) -> bool:
     """Whether a rate stands for a column of the time that is in no row."""
     time, rate = table.settings["time_column"], table.settings["rate"]
     if not rate or not isinstance(time, str):
@@ -156,7 +326,7 @@ def _is_timeless(table: SampleTable) -> bool:
     return not any(places_of(row, time) for row in table.first_rows)
 
 
-def _explicit_row(table: SampleTable, skip: int) -> int:
+def _explicit_row(table: _SampleTable, skip: int) -> int:
     """The row of the line after those that are skipped."""
     row = bisect_left(table.lines, skip + 1)
     if row == len(table.lines):
@@ -168,7 +338,7 @@ def _explicit_row(table: SampleTable, skip: int) -> int:
     return row
 
 
-def _names_row(table: SampleTable, wanted: Mapping[str, str | int]) -> int:
+def _names_row(table: _SampleTable, wanted: Mapping[str, str | int]) -> int:
     """The first row that has the names, if possible with numbers below it."""
     candidates = []
     for i, row in enumerate(table.first_rows):
@@ -183,7 +353,7 @@ def _names_row(table: SampleTable, wanted: Mapping[str, str | int]) -> int:
     return candidates[0]
 
 
-def _no_names(table: SampleTable, wanted: Mapping[str, str | int]) -> str:
+def _no_names(table: _SampleTable, wanted: Mapping[str, str | int]) -> str:
     """Why no row has the names."""
     rows, delimiter = list(table.first_rows), table.settings["delimiter"]
     lacking = [c for c in wanted.values() if not any(places_of(row, c) for row in rows)]
@@ -204,7 +374,7 @@ def _no_names(table: SampleTable, wanted: Mapping[str, str | int]) -> str:
     return reason + "; see endurance.format, also its encoding, or give numbers of columns"
 
 
-def _first_run(table: SampleTable, places: Mapping[str, int], after: int = 0) -> int:
+def _first_run(table: _SampleTable, places: Mapping[str, int], after: int = 0) -> int:
     """The first row, after as many, with numbers in these places, of rows that mostly have them and
     are alike.
     """
@@ -222,7 +392,7 @@ def _first_run(table: SampleTable, places: Mapping[str, int], after: int = 0) ->
 
 
 def _above(
-    table: SampleTable, first: int, places: Mapping[str, int]
+    table: _SampleTable, first: int, places: Mapping[str, int]
 ) -> tuple[int | None, int | None]:
     """Rows of names and of units above the first sample, where there are such."""
     if first == 0:
@@ -235,11 +405,11 @@ def _above(
 
 
 def _after_names(
-    table: SampleTable, names: int, places: Mapping[str, int]
+    table: _SampleTable, names: int, places: Mapping[str, int]
 ) -> tuple[int, int | None]:
     """Rows of the first sample and of the units, if there is one, below a row of names."""
     rows, units = table.rows, table.settings["units_row"]
-    below = (i for i in range(names + 1, len(rows)) if not is_remark(rows[i]))
+    below = (i for i in range(names + 1, len(rows)) if not _is_remark(rows[i]))
     first = next(below, len(rows))
     if units is None and first < len(rows):
         units = _are_units(table, first, places)
@@ -250,13 +420,13 @@ def _after_names(
     return first, units
 
 
-def _is_text(table: SampleTable, row: Row, columns: int) -> bool:
+def _is_text(table: _SampleTable, row: Row, columns: int) -> bool:
     """Whether a row is a line of text rather than a damaged sample: it has few cells, no number."""
     filled = list(filter(str.strip, row))
     return 2 * len(filled) <= columns and not any(map(table.is_number, filled))
 
 
-def _are_units(table: SampleTable, row: int, places: Mapping[str, int]) -> bool:
+def _are_units(table: _SampleTable, row: int, places: Mapping[str, int]) -> bool:
     """Whether a row below the names is none of samples: it has a text, and no number."""
     cells = [table.cell(row, place) for place in places.values()]
     if all(cell.lower() in MISSING for cell in cells):  # the other columns decide
@@ -266,7 +436,7 @@ def _are_units(table: SampleTable, row: int, places: Mapping[str, int]) -> bool:
 
 
 def _check_units(
-    table: SampleTable,
+    table: _SampleTable,
     names: int | None,
     units: int | None,
     places: Mapping[str, int],
