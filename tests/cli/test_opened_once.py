@@ -33,7 +33,7 @@ def counted(monkeypatch):
         found["split"] += 1
         return split(*form)
 
-    monkeypatch.setattr("breaker.reading.files.opened_file.read_bytes", opened)
+    monkeypatch.setattr("breaker.reading.files.guards.read_bytes", opened)
     monkeypatch.setattr(text, "_blocks", blocks)
     return found
 

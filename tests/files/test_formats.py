@@ -9,8 +9,7 @@ import xarray as xr
 
 from breaker.reading.files.format_settings import complete
 from breaker.reading.files.formats import ENDINGS, FORMATS, _named, format_of, kind_in, read_columns
-from breaker.reading.files.guards import RejectedCurveError
-from breaker.reading.files.opened_file import Files, Opened
+from breaker.reading.files.guards import Files, Opened, RejectedCurveError
 from breaker.reading.inspection.file_contents import look_into
 from breaker.reading.inspection.format_contract import TIME, TRAVEL, Example, FormatContract
 from breaker.reading.instruments.dialects import DIALECTS
@@ -97,7 +96,7 @@ def test_content_proves_a_format_whatever_the_ending(ending, format_, tmp_path):
 
 
 def test_columns_of_zarr_stores_are_not_kept_without_end(tmp_path, monkeypatch):
-    monkeypatch.setattr("breaker.reading.files.opened_file._KEPT", 3000)
+    monkeypatch.setattr("breaker.reading.files.guards._KEPT", 3000)
     example, files = of_dialect("netcdf"), Files()
     example.write(tmp_path / example.name)
     with xr.open_dataset(tmp_path / example.name, decode_times=False) as dataset:
@@ -121,7 +120,7 @@ def test_a_refusal_is_found_once(tmp_path):
 
 
 def test_of_very_many_files_the_last_are_kept(tmp_path, monkeypatch):
-    monkeypatch.setattr("breaker.reading.files.opened_file._KEPT", 25)
+    monkeypatch.setattr("breaker.reading.files.guards._KEPT", 25)
     files, names = Files(), [tmp_path / f"{k}.csv" for k in range(5)]
     for name in names:
         name.write_bytes(b"ten signs.")

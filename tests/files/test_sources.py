@@ -25,8 +25,7 @@ from breaker.reading.files import excel as workbooks
 from breaker.reading.files import netcdf as grids
 from breaker.reading.files.format_settings import complete
 from breaker.reading.files.formats import FORMATS, read_columns
-from breaker.reading.files.guards import LARGEST, RejectedCurveError
-from breaker.reading.files.opened_file import Opened
+from breaker.reading.files.guards import LARGEST, Opened, RejectedCurveError
 from breaker.reading.inspection.file_contents import look_into
 from breaker.reading.instruments.dialects import DIALECTS
 from tests.files.refused import told

@@ -12,8 +12,7 @@ from breaker.mechanism.limits import from_list
 from breaker.reading.files import formats
 from breaker.reading.files.format_plugins import plugin_formats
 from breaker.reading.files.format_settings import complete
-from breaker.reading.files.guards import RejectedCurveError
-from breaker.reading.files.opened_file import Opened
+from breaker.reading.files.guards import Opened, RejectedCurveError
 from breaker.reading.inspection.file_contents import look_into
 from tests.plugins.distribution import install
 

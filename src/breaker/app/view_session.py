@@ -31,8 +31,7 @@ from breaker.quantities.parameters import MOTIONS
 from breaker.reading.files.folder_facts import Description
 from breaker.reading.files.folder_listing import odd_signs, record_files
 from breaker.reading.files.formats import ENDINGS
-from breaker.reading.files.guards import LARGEST, printable
-from breaker.reading.files.opened_file import Files
+from breaker.reading.files.guards import LARGEST, Files, printable
 from breaker.reading.files.operations_table import MANIFEST
 from breaker.reading.inspection.file_contents import look_into
 from breaker.reading.inspection.file_description import describe_file

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from breaker.drive.answers.assessment import Assessment
-    from breaker.reading.files.opened_file import Files, Opened
+    from breaker.reading.files.guards import Files, Opened
 
 MOTIONS = ("closing", "opening")
 """Those that records may be of; here, so that a command's options are known before its imports."""
@@ -120,7 +120,7 @@ def each_once(paths: Sequence[str | Path]) -> list:
 
 def is_folder(name: str) -> bool:
     """Whether a name is that of a folder that is no record."""
-    from breaker.reading.files.netcdf import is_store
+    from breaker.reading.files.guards import is_store
 
     return os.path.isdir(name) and not is_store(name)
 
@@ -171,7 +171,7 @@ def read_visit(
         ValueError: If a table names several breakers.
     """
     from breaker.reading.files.folder_listing import list_operations, record_files
-    from breaker.reading.files.opened_file import Files
+    from breaker.reading.files.guards import Files
     from breaker.reading.files.operations_table import MANIFEST, Operation, read_manifest
 
     rows: dict[str, list] = {motion: [] for motion in MOTIONS}

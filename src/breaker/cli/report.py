@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from breaker.drive.answers.evidence import Answer, DriveRecord, Given
     from breaker.drive.answers.limit_verdicts import Verdict
     from breaker.drive.answers.test_report import Report, ReportContext
-    from breaker.reading.files.opened_file import Files
+    from breaker.reading.files.guards import Files
     from breaker.reading.files.preamble import Preamble
 
 _PLATE = ("station", "bay", "type", "serial")  # what a file may state of its breaker

@@ -19,7 +19,7 @@ from breaker.cli.report import ReadVisit, content_of, read_of, visit_of
 
 if TYPE_CHECKING:
     from breaker.app.view_session import Asked
-    from breaker.reading.files.opened_file import Files
+    from breaker.reading.files.guards import Files
 
 _NEEDED = ("bokeh", "tornado")
 

@@ -24,7 +24,7 @@ from breaker.quantities.moving_mass import mass_draws
 from breaker.quantities.parameters import MOTIONS
 from breaker.quantities.size import Size
 from breaker.quantities.speeds import OF_STROKE, Speed, speeds_at
-from breaker.reading.files.opened_file import Files
+from breaker.reading.files.guards import Files
 from breaker.reading.files.operations_table import Operation
 from breaker.shipped import DEFAULTS
 

@@ -20,8 +20,7 @@ from breaker.reading.files.column_names import (
     wanted_columns,
 )
 from breaker.reading.files.format_settings import FORMAT, TO_MS
-from breaker.reading.files.guards import RejectedCurveError, check_size
-from breaker.reading.files.opened_file import Opened
+from breaker.reading.files.guards import Opened, RejectedCurveError, check_size
 from breaker.reading.files.sample_table import Columns, Labelled
 from breaker.reading.files.text_cells import are_readings
 

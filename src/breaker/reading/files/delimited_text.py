@@ -8,8 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from breaker.reading.files.guards import RejectedCurveError, check_lines
-from breaker.reading.files.opened_file import Opened
+from breaker.reading.files.guards import Opened, RejectedCurveError, check_lines
 from breaker.reading.files.sample_table import Columns, columns_of
 from breaker.reading.files.text_cells import Lines
 

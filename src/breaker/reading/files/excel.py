@@ -7,8 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from itertools import islice
 from pathlib import Path
 
-from breaker.reading.files.guards import LARGEST, RejectedCurveError, TooLargeError
-from breaker.reading.files.opened_file import Opened
+from breaker.reading.files.guards import LARGEST, Opened, RejectedCurveError, TooLargeError
 from breaker.reading.files.sample_table import Columns, Tables, columns_of
 
 _BLOCK = 20_000  # rows at a time

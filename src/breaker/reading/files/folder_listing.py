@@ -15,8 +15,7 @@ from pathlib import Path
 
 from breaker.reading.files.file_names import numbers_in
 from breaker.reading.files.formats import ENDINGS
-from breaker.reading.files.guards import RejectedCurveError, no_file, printable
-from breaker.reading.files.netcdf import is_store
+from breaker.reading.files.guards import RejectedCurveError, is_store, no_file, printable
 from breaker.reading.files.operations_table import (
     CONDITIONS,
     MANIFEST,

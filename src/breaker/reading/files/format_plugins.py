@@ -15,8 +15,7 @@ from typing import Any
 import numpy as np
 
 from breaker.common.plugins import FORMATS, Plugin, PluginError, plugins
-from breaker.reading.files.guards import RejectedCurveError
-from breaker.reading.files.opened_file import Opened
+from breaker.reading.files.guards import Opened, RejectedCurveError
 from breaker.reading.files.sample_table import Columns, Labelled, Tables
 
 _log = logging.getLogger(__name__)

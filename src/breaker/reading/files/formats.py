@@ -25,8 +25,13 @@ from breaker import DISTRIBUTION
 from breaker.reading.files import comtrade, delimited_text, excel, netcdf
 from breaker.reading.files.format_plugins import PluginFormat, plugin_formats
 from breaker.reading.files.format_settings import READ_BY
-from breaker.reading.files.guards import RejectedCurveError, TooLargeError
-from breaker.reading.files.opened_file import Opened, as_opened
+from breaker.reading.files.guards import (
+    Opened,
+    RejectedCurveError,
+    TooLargeError,
+    as_opened,
+    is_store,
+)
 from breaker.reading.files.sample_table import Columns
 
 _OLD = (".xls", ".xlsb", ".ods")
@@ -79,7 +84,7 @@ def format_of(opened: Opened) -> ModuleType | PluginFormat:
         RejectedCurveError: If it is of a kind that cannot be read, or not of that of its ending.
     """
     named = _named(opened.file)
-    if netcdf.is_store(opened.file):
+    if is_store(opened.file):
         return named  # a folder
     if _ending(opened.file) in _OLD or opened.content.startswith(_OLD_WORKBOOK):
         raise RejectedCurveError(opened.file, "is of a kind that cannot be read; save it as .xlsx")

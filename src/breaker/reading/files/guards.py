@@ -1,10 +1,14 @@
-"""How any file is opened, and what is said of one that cannot be. Light to import."""
+"""How any file is opened: once, in bounds, and waited for by nobody. Light to import.
+
+What cannot be used is refused in one line with the name of the file and the reason.
+"""
 
 import errno
 import os
 import stat
+from collections.abc import Callable, Hashable
 from pathlib import Path
-from typing import BinaryIO
+from typing import BinaryIO, TypeVar
 
 LARGEST = 64 * 2**20
 """Bytes of the largest file that is read; a record of 10 s at 100 kHz has a quarter of it."""
@@ -30,6 +34,10 @@ _WHY = {
     errno.EACCES: "may not be read: give yourself the permission to",
     errno.EPERM: "may not be read: give yourself the permission to",
 }
+
+Found = TypeVar("Found")
+
+_KEPT = 2**26  # bytes of files that are kept open, and of their columns: some hundred exports
 
 
 class RejectedCurveError(ValueError):
@@ -166,3 +174,85 @@ def check_size(file: str | Path, samples: int, columns: int, *, line: int | None
     if samples > most:
         reason = f"has {samples:,} samples, but of {columns} columns at most {most:,} are read"
         raise RejectedCurveError(file, f"{reason}; export fewer channels, or a shorter part")
+
+
+class Opened:
+    """A file, and what was found in it, each looked for once: for as long as this stands, the file
+    is what it was when it was opened.
+
+    Args:
+        file: Its name.
+
+    Example:
+        >>> import tempfile
+        >>> with tempfile.NamedTemporaryFile("w") as text:
+        ...     file = Opened(text.name)
+        ...     print("1,2", file=text, flush=True)
+        ...     [file.once("signs", lambda: len(file.content)), len(file.content)]
+        [4, 4]
+    """
+
+    def __init__(self, file: str | Path) -> None:
+        self.file = file
+        self._found: dict[Hashable, tuple[object, ValueError | None]] = {}
+
+    @property
+    def size(self) -> int:
+        """Bytes that were read of it, and of the arrays that were found: all of a Zarr store."""
+        found = (each for each, _ in self._found.values())
+        return sum(len(e) if isinstance(e, bytes) else getattr(e, "nbytes", 0) for e in found)
+
+    @property
+    def content(self) -> bytes:
+        """Its bytes; raises as ``read_bytes``."""
+        return self.beside(self.file)
+
+    def beside(self, file: str | Path) -> bytes:
+        """The bytes of a file that belongs to it, under its own name."""
+        return self.once(("content", str(file)), lambda: read_bytes(file))
+
+    def once(self, what: Hashable, find: Callable[[], Found]) -> Found:
+        """Return what is found under a name, or raise why it is not."""
+        if what not in self._found:
+            try:
+                self._found[what] = find(), None
+            except ValueError as error:
+                self._found[what] = None, error
+        found, error = self._found[what]
+        if error is not None:
+            raise error
+        return found
+
+
+def as_opened(file: str | Path | Opened) -> Opened:
+    """Return a file as one that is opened."""
+    return file if isinstance(file, Opened) else Opened(file)
+
+
+class Files:
+    """Files of a command, each opened once; of very many, those that were opened last are kept."""
+
+    def __init__(self) -> None:
+        self._opened: dict[str, Opened] = {}
+        self._sizes: dict[str, int] = {}
+        self._asked: set[str] = set()  # since sizes were taken, and may have grown
+
+    def __getitem__(self, file: str | Path) -> Opened:
+        """Return a file as one that is opened."""
+        name = str(file)
+        if name not in self._opened:
+            self._sizes |= {each: self._opened[each].size for each in self._asked}
+            self._asked.clear()
+            size = sum(self._sizes.values())
+            while self._opened and size > _KEPT:
+                first = next(iter(self._opened))
+                size -= self._sizes.pop(first)
+                del self._opened[first]
+            self._opened[name] = Opened(file)
+        self._asked.add(name)
+        return self._opened[name]
+
+
+def is_store(file: str | Path) -> bool:
+    """Say whether a record of this name is a folder, by its ending."""
+    return Path(file).suffix.lower() == ".zarr"

@@ -19,8 +19,13 @@ from breaker.reading.files.column_names import (
     unit_of,
     wanted_columns,
 )
-from breaker.reading.files.guards import RejectedCurveError, TooLargeError, check_size
-from breaker.reading.files.opened_file import Opened
+from breaker.reading.files.guards import (
+    Opened,
+    RejectedCurveError,
+    TooLargeError,
+    check_size,
+    is_store,
+)
 from breaker.reading.files.sample_table import Columns, Labelled
 from breaker.reading.files.text_cells import are_readings
 from breaker.reading.files.zarr_metadata import check_store
@@ -38,11 +43,6 @@ _UNTOUCHED = {"decode_times": False, "decode_timedelta": False, "chunks": None}
 ENDINGS = {".nc": "a NetCDF file", ".nc4": "a NetCDF file", ".zarr": "a Zarr store"}
 SIGNATURES = (b"CDF\1", b"CDF\2", b"CDF\5", b"\x89HDF\r\n\x1a\n")
 EXTRA = "netcdf"
-
-
-def is_store(file: str | Path) -> bool:
-    """Say whether a record of this name is a folder, by its ending."""
-    return Path(file).suffix.lower() == ".zarr"
 
 
 def read(opened: Opened, settings: Mapping, channel: str = "") -> Columns:

@@ -14,9 +14,8 @@ from pathlib import Path
 
 from breaker.reading.files.format_settings import FORMAT, complete
 from breaker.reading.files.formats import format_of, is_text, kind_in, read_columns, understood
-from breaker.reading.files.guards import RejectedCurveError, check_lines
+from breaker.reading.files.guards import Opened, RejectedCurveError, as_opened, check_lines
 from breaker.reading.files.lexicon import TELLING
-from breaker.reading.files.opened_file import Opened, as_opened
 from breaker.reading.files.preamble import Preamble
 from breaker.reading.files.sample_table import Labelled
 from breaker.reading.files.text_cells import cells_of

@@ -7,8 +7,7 @@ import numpy as np
 
 from breaker.reading.files.folder_facts import Description, Part
 from breaker.reading.files.format_settings import TO_MM
-from breaker.reading.files.guards import RejectedCurveError
-from breaker.reading.files.opened_file import Opened, as_opened
+from breaker.reading.files.guards import Opened, RejectedCurveError, as_opened
 from breaker.reading.files.operations_table import FILL_IN
 from breaker.reading.inspection.contact_columns import Beside, columns_beside
 from breaker.reading.inspection.file_contents import look_into

@@ -21,12 +21,11 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from breaker.reading.files import opened_file
+from breaker.reading.files import guards
 from breaker.reading.files.column_names import split_unit
 from breaker.reading.files.format_settings import TO_MS, complete
 from breaker.reading.files.formats import ENDINGS, FORMATS, format_of, read_columns
-from breaker.reading.files.guards import RejectedCurveError
-from breaker.reading.files.opened_file import Opened
+from breaker.reading.files.guards import Opened, RejectedCurveError
 from breaker.reading.files.sample_table import Labelled, Tables
 from breaker.reading.inspection.file_contents import look_into
 
@@ -116,8 +115,8 @@ class FormatContract:
 
     def test_it_is_opened_once(self, curve_file, settings, monkeypatch):
         """However often it is read; each part of it that is a file of its own, too."""
-        read, real = [], opened_file.read_bytes
-        monkeypatch.setattr(opened_file, "read_bytes", lambda f: read.append(f) or real(f))
+        read, real = [], guards.read_bytes
+        monkeypatch.setattr(guards, "read_bytes", lambda f: read.append(f) or real(f))
         opened = Opened(curve_file)
         for _ in range(2):
             read_columns(opened, settings)

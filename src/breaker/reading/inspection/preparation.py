@@ -15,9 +15,8 @@ from pathlib import Path
 from breaker.common.numerals import in_digits
 from breaker.reading.files.format_settings import FORMAT, complete
 from breaker.reading.files.formats import read_columns
-from breaker.reading.files.guards import printable
+from breaker.reading.files.guards import Files, Opened, printable
 from breaker.reading.files.motion_words import MOTION_OF
-from breaker.reading.files.opened_file import Files, Opened
 from breaker.reading.files.operations_table import Operation
 from breaker.reading.files.preamble import Preamble
 from breaker.reading.files.word_lookup import holds

@@ -19,6 +19,7 @@ from breaker.common.visible_text import visible_text
 from breaker.documents.terminal import text_of
 from breaker.reading.files.format_settings import FORMAT
 from breaker.reading.files.formats import FORMATS, format_of
+from breaker.reading.files.guards import Opened
 from breaker.reading.files.lexicon import (
     COLOURS,
     COLUMNS,
@@ -31,7 +32,6 @@ from breaker.reading.files.lexicon import (
     STATED,
     UNITS,
 )
-from breaker.reading.files.opened_file import Opened
 from breaker.reading.files.sample_table import Labelled
 from breaker.reading.inspection.file_contents import encoding_of
 from breaker.reading.inspection.proposal_words import overlay_of, words_of

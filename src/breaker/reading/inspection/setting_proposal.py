@@ -13,8 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from breaker.reading.files.format_settings import FORMAT, TO_MS, complete
-from breaker.reading.files.guards import RejectedCurveError
-from breaker.reading.files.opened_file import Files
+from breaker.reading.files.guards import Files, RejectedCurveError
 from breaker.reading.files.operations_table import Operation
 from breaker.reading.inspection.contact_columns import Beside, columns_beside
 from breaker.reading.inspection.file_contents import look_into

@@ -42,8 +42,7 @@ import numpy as np
 
 from breaker.quantities.catalogue import quantities_of
 from breaker.quantities.speeds import SPEEDS, Speed
-from breaker.reading.files.guards import RejectedCurveError, printable
-from breaker.reading.files.opened_file import Files
+from breaker.reading.files.guards import Files, RejectedCurveError, printable
 from breaker.reading.files.operations_table import ABOUT, Operation
 from breaker.reading.records.measurements import Measured
 from breaker.reading.records.model_grid import (

@@ -15,8 +15,7 @@ from breaker.common.numerals import in_digits
 from breaker.quantities.speeds import Speed
 from breaker.reading.files.format_settings import complete, lacking
 from breaker.reading.files.formats import read_columns
-from breaker.reading.files.guards import RejectedCurveError
-from breaker.reading.files.opened_file import Files
+from breaker.reading.files.guards import Files, RejectedCurveError
 from breaker.reading.files.operations_table import Operation
 from breaker.reading.files.sample_table import Columns
 from breaker.reading.records.consistency import inconsistencies
