@@ -7,7 +7,7 @@ import yaml
 
 from breaker.cli import main
 from breaker.documents.terminal import text_of
-from breaker.reading.files.printed_results import Printed
+from breaker.reading.files.preamble import Printed
 from breaker.reading.inspection.file_contents import stated_in
 from breaker.reading.inspection.printed_comparison import meant_motions, measured_name
 from breaker.reading.inspection.proposal_words import overlay_of, words_of

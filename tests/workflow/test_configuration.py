@@ -18,7 +18,7 @@ from breaker.configuration.loading import (
 )
 from breaker.configuration.rules import RULES
 from breaker.networks.build import INFERENCE_NETWORKS, SUMMARY_NETWORKS, build
-from breaker.reading.files.sampling_rate import READABLE
+from breaker.reading.files.format_settings import READABLE
 from breaker.shipped import DEFAULTS
 from tests.networks_fixtures import built
 from tests.workflow.conftest import ROOT, snakemake

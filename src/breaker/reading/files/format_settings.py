@@ -9,6 +9,12 @@ _NO_FILES = {"idna", "punycode", "undefined", "unicode-escape", "raw-unicode-esc
 TO_MS = {"s": 1e3, "ms": 1.0, "us": 1e-3}
 TO_MM = {"mm": 1.0, "cm": 10.0, "m": 1e3, "um": 1e-3, "inch": 25.4}
 
+RATES = (0.95, 105.0)
+"""The least and the largest rate, kHz, of recorders: what is stated or guessed is within."""
+
+READABLE = (RATES[0], 1000.0)
+"""The same of records that are read, whether times or settings give it."""
+
 FORMAT = {
     "encoding": "utf-8",
     "delimiter": ",",

@@ -1,24 +1,34 @@
 """What the text above the samples says: the rate, the breaker, the test, and its results.
 
-Nothing is guessed: what is not stated is missing, and what contradicts itself is a doubt.
+Nothing is guessed: what is not stated is missing, and what contradicts itself is a doubt. Results
+of the analyser stand in pairs, or in a table of quantities by channels.
 """
 
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from typing import NamedTuple
 
 from breaker.common.numerals import in_digits
 from breaker.reading.files.column_names import unit_of
 from breaker.reading.files.date_text import clock_of, dates_of
-from breaker.reading.files.format_settings import TO_MS
-from breaker.reading.files.lexicon import LABELS, STATED
-from breaker.reading.files.motion_words import sequence_of
+from breaker.reading.files.format_settings import RATES, TO_MM, TO_MS
+from breaker.reading.files.lexicon import (
+    HERTZ,
+    KILOCYCLES,
+    LABELS,
+    PER_MS,
+    RATE_PREFIXES,
+    RATE_WORDS,
+    RESULT_HEADS,
+    RESULTS,
+    STATED,
+)
+from breaker.reading.files.motion_words import motion_of, sequence_of
 from breaker.reading.files.name_value_pairs import Pair, numbers_of, pairs_of
-from breaker.reading.files.phases import phase_in
-from breaker.reading.files.printed_results import Printed, printed_of
-from breaker.reading.files.sampling_rate import StatedRate, rate_of
-from breaker.reading.files.word_lookup import any_of, by_words
+from breaker.reading.files.phases import channel_in, channel_of, phase_in
+from breaker.reading.files.word_lookup import any_of, by_words, says
 
 _NAN = math.nan
 _SHORTEST = 20.0  # ms, of a record whose length has no unit
@@ -29,6 +39,51 @@ _CHANNEL = re.compile(
     rf"^(?:phase(?: name)? (?:of )?)?{any_of(LABELS['stated channel'])}\W*(\d+)"
     r"(?:\W*(?:phase|name|label))*$"
 )
+
+_PREFIXES = {None: 1e-3} | {
+    prefix: size for size, prefixes in RATE_PREFIXES.items() for prefix in prefixes.split()
+}
+_PREFIX = "|".join(filter(None, _PREFIXES))
+_UNIT = re.compile(rf"({_PREFIX})?(?:{HERTZ})|{KILOCYCLES}|(?P<ms>{PER_MS})")
+_PER_SAMPLE = re.compile(r"(?:\bper |\bsamples? ?/) ?(m?s)(?:ec(?:ond)?s?)?\b")  # in the name
+_EACH_SAMPLE = re.compile(r"([µμu]?\w+) ?(?:/|per) ?samples?")
+_rates_in = by_words(RATE_WORDS)
+_NO_UNIT, _OF_WHAT = "has no unit", "does not say that it is of the samples"
+
+_results_in = by_words(RESULTS)
+_UNIT_SIZES = {  # mm/ms, ms and mm, by the end of a quantity's name
+    "speed": {"m/s": 1.0, "mm/ms": 1.0, "cm/s": 1e-2, "mm/s": 1e-3, "ft/s": 0.3048, "in/s": 0.0254}
+    | {"rad/s": _NAN, "deg/s": _NAN},
+    "time": TO_MS,
+    "": TO_MM | {"deg": _NAN},
+}
+
+
+class Printed(NamedTuple):
+    """A result of an analyser.
+
+    Attributes:
+        quantity: What it is, such as "stroke", "speed" or "closing_time". A travel of the contact
+            is a stroke, that of the mechanism, before its linkage, is none.
+        motion: "closing" or "opening"; empty where the text does not say.
+        channel: As the text names it, such as "CH1", "R" or "2"; empty for one of all.
+        value: In its unit.
+        unit: As it stands in the text.
+        name: As it stands in the text.
+    """
+
+    quantity: str
+    motion: str
+    channel: str
+    value: float
+    unit: str
+    name: str
+
+    @property
+    def size(self) -> float | None:
+        """Size of its unit, mm, ms or mm/ms; NaN of an angle, None where it may have no such."""
+        sizes = next(each for end, each in _UNIT_SIZES.items() if self.quantity.endswith(end))
+        return sizes.get(unit_of(self.unit) or self.unit.lower()) if self.unit else 1.0
 
 
 @dataclass(frozen=True)
@@ -81,6 +136,22 @@ class Preamble:
         return replace(self, dates=self.dates[:1] if first else self.dates[-1:])
 
 
+class _StatedRate(NamedTuple):
+    """A rate, and what is doubtful about it.
+
+    Attributes:
+        rate: kHz, NaN if none is stated, or not for sure.
+        doubt: Why not, empty where there is a rate or nothing is stated.
+        likely: What it may be, kHz, if something else confirms it; NaN if there is none.
+        text: As it is stated.
+    """
+
+    rate: float = math.nan
+    doubt: str = ""
+    likely: float = math.nan
+    text: str = ""
+
+
 def preamble_of(rows: Sequence[Sequence[str]], decimal: str = ".", samples: int = 0) -> Preamble:
     """Return what lines above samples say.
 
@@ -100,7 +171,7 @@ def preamble_of(rows: Sequence[Sequence[str]], decimal: str = ".", samples: int 
     named = {key: _named(pairs, key) for key in ("station", "bay", "type", "serial")}
     named["station"] = named["station"] or _named(pairs, "site")
     operations = filter(None, (sequence_of(pair.text) for pair in _of(pairs, "operation")))
-    stated, length = rate_of(pairs, decimal), _length(pairs, decimal, samples)
+    stated, length = _rate_of(pairs, decimal), _length(pairs, decimal, samples)
     rate, doubt = _checked(stated, length, samples)
     ratio, unsure = _ratio(pairs, decimal)
     dates, day_first = _dates(pairs)
@@ -118,7 +189,7 @@ def preamble_of(rows: Sequence[Sequence[str]], decimal: str = ".", samples: int 
         operation=next(operations, ""),
         phases=_phases(pairs),
         speed_points=tuple(_of(pairs, "point of speed")),
-        results=printed_of(rows, pairs, decimal),
+        results=_printed_of(rows, pairs, decimal),
         doubts=unsure,
         **named,
     )
@@ -145,7 +216,7 @@ def _length(pairs: Sequence[Pair], decimal: str, samples: int) -> float:
     return _NAN
 
 
-def _checked(stated: StatedRate, length: float, samples: int) -> tuple[float, str]:
+def _checked(stated: _StatedRate, length: float, samples: int) -> tuple[float, str]:
     """The rate, kHz, and why there is none."""
     by_length = samples / length if samples and length > 0 else _NAN
     if math.isnan(by_length):
@@ -205,4 +276,160 @@ def _phases(pairs: Sequence[Pair]) -> dict[int, str]:
             phases = list(filter(None, map(phase_in, values)))
             named = {0: phases[0]} if len(phases) == 1 else dict(enumerate(phases, start=1))
             found = named | found
+    return found
+
+
+def _rate_of(pairs: Iterable[Pair], decimal: str = ".") -> _StatedRate:
+    """Return the rate that pairs state.
+
+    >>> _rate_of([Pair("Sampling Speed", "kC", ("10",), 0)]).rate
+    10.0
+    >>> _rate_of([Pair("dt", "", ("0,05", "ms"), 0)], ",").rate
+    20.0
+    >>> _rate_of([Pair("Sampling rate", "", ("10",), 0)]).doubt
+    "'Sampling rate: 10' has no unit"
+    """
+    sure, unsure = {}, {}
+    for pair in pairs:
+        for rate, doubt in _rates(pair, decimal):
+            unit = f" ({pair.unit})" if pair.unit else ""
+            text = f"{pair.name}{unit}: {' '.join(pair.values[:2])}"
+            found = unsure if doubt else sure
+            found.setdefault(float(f"{rate:.9g}"), (text, doubt))
+    if len(sure) == 1:
+        ((rate, (text, _)),) = sure.items()
+        return _StatedRate(rate, text=text)
+    if sure:
+        several = " and ".join(
+            f"{text!r} ({in_digits(rate, 6)} kHz)" for rate, (text, _) in sure.items()
+        )
+        return _StatedRate(doubt=f"several rates are stated: {several}")
+    if unsure:
+        rate, (text, doubt) = next(iter(unsure.items()))
+        return _StatedRate(doubt=f"{text!r} {doubt}", likely=rate, text=text)
+    return _StatedRate()
+
+
+def _per_ms(unit: str) -> float:
+    """Samples in a ms that one of a unit is; NaN if it is none of rates."""
+    if not (found := _UNIT.fullmatch(unit.lower().replace(" ", "").strip("[]()."))):
+        return math.nan
+    return (
+        1.0 if found["ms"] or found[0] == "k" or found[0].startswith("kc") else _PREFIXES[found[1]]
+    )
+
+
+def _rates(pair: Pair, decimal: str) -> list[tuple[float, str]]:
+    """Rates of a recorder, kHz, that a pair states, and what is doubtful about each."""
+    number, unit = pair.number(decimal)
+    if not number > 0:
+        return []
+    meant = _rates_in(pair.name)
+    named = "samples" in meant
+    if named and (per := _PER_SAMPLE.search(f"{pair.name} {unit}".lower())):
+        return _of_recorders([number / TO_MS[per[1]]])
+    if "other" in meant:
+        return []
+    each = _EACH_SAMPLE.fullmatch(unit.lower())
+    if (ms := TO_MS.get(unit_of(each[1] if each else unit))) is not None:
+        return _of_recorders([1.0 / (number * ms)]) if "step" in meant or each else []
+    if (per_ms := _per_ms(unit)) > 0:
+        sure = named or "frequency" in meant or not re.search("hz|hertz|гц|k$", unit.lower())
+        if found := _of_recorders([number * per_ms], "" if sure else _OF_WHAT):
+            return found
+        both = f"is {in_digits(number * per_ms, 6)} kHz, which no recorder has, "
+        both += f"or {in_digits(1e-3 * number, 6)} kHz, if it is samples a second"
+        return _of_recorders([1e-3 * number], both) if named and per_ms >= 1.0 else []
+    if unit:
+        return []
+    if "step" in meant and (named or "dt" in meant):
+        return _of_recorders([1.0 / (number * ms) for ms in TO_MS.values()], _NO_UNIT)
+    if not (named and "tempo" in meant):
+        return []
+    # Thousands without a unit are Hz: no recorder takes as many in a ms.
+    return _of_recorders([1e-3 * number]) or _of_recorders([number], _NO_UNIT)
+
+
+def _of_recorders(rates: Iterable[float], doubt: str = "") -> list[tuple[float, str]]:
+    return [(rate, doubt) for rate in rates if RATES[0] <= rate <= RATES[1]]
+
+
+def _quantity_of(name: str) -> str:
+    """Return the quantity that a name means, empty where it means none of an operation."""
+    return next(iter(_results_in(name)), "")
+
+
+def _printed_of(
+    rows: Sequence[Sequence[str]], pairs: Sequence[Pair], decimal: str
+) -> tuple[Printed, ...]:
+    """Return the results that lines state, by their cells, their pairs and the sign of numbers.
+
+    >>> rows = [["Parameter", "CH1", "CH2"], ["Stroke (mm)", "178.1", "178.4"]]
+    >>> [each[:5] for each in _printed_of(rows, (), ".")]
+    [('stroke', '', 'CH1', 178.1, 'mm'), ('stroke', '', 'CH2', 178.4, 'mm')]
+    """
+    tables, taken = _results_in_tables(rows, decimal)
+    found = list(tables)
+    for pair in pairs:
+        if pair.row in taken or not (quantity := _quantity_of(pair.name)):
+            continue
+        numbers, unit = numbers_of(pair.values, decimal)
+        channel = channel_in(pair.name)
+        label = channel[0] if channel else phase_in(pair.name)
+        several = sum(map(math.isfinite, numbers)) > 1
+        texts = (v for v, n in zip(pair.values, numbers, strict=True) if math.isnan(n))
+        unit, motion = pair.unit or unit or next(texts, ""), motion_of(pair.name)
+        for place, number in enumerate(numbers, start=1):
+            channel = str(place) if several else label
+            found.append(Printed(quantity, motion, channel, number, unit, pair.name))
+    fit = (each for each in found if math.isfinite(each.value) and each.size is not None)
+    return tuple(dict.fromkeys(fit))
+
+
+def _results_in_tables(
+    rows: Sequence[Sequence[str]], decimal: str
+) -> tuple[list[Printed], set[int]]:
+    """Results in tables, by quantities or by channels, and the lines that they take."""
+    found, taken, head, title = [], set(), None, ""
+    for place, row in enumerate(rows):
+        cells = [cell.strip() for cell in row]
+        while cells and not cells[-1]:
+            cells.pop()
+        if len(list(filter(None, cells))) == 1:
+            title, head = motion_of(cells[0]) if cells[0] else "", None
+        elif not cells or any(cell.endswith((":", "=")) for cell in cells):
+            head = None
+        elif not any(map(math.isfinite, numbers := numbers_of(cells[1:], decimal)[0])):
+            head = cells if _is_head_of_results(cells) else None
+            taken |= {place} if head else set()
+        elif head:
+            # The names of channels may stand alone, with none of the column of quantities.
+            head = ["", *head] if len(head) == len(cells) - 1 else head
+            each = _results_of_row(head, cells, numbers, title)
+            found += each
+            taken |= {place} if each else set()
+    return found, taken
+
+
+def _is_head_of_results(cells: Sequence[str]) -> bool:
+    """Whether a line has names of channels, or of quantities, side by side."""
+    channels = [bool(channel_of(cell) or phase_in(cell)) for cell in cells]
+    quantities = [bool(_quantity_of(cell)) for cell in cells[1:]]
+    named = says(cells[0], RESULT_HEADS) and (any(channels[1:]) or any(quantities))
+    return bool(named) or all(channels)
+
+
+def _results_of_row(
+    head: Sequence[str], cells: Sequence[str], numbers: Sequence[float], title: str
+) -> list[Printed]:
+    """Results in a line of a table."""
+    found, columns = [], list(zip(head[1:], cells[1:], numbers, strict=False))
+    unit = next((cell for label, cell, _ in columns if label.lower().startswith("unit")), "")
+    for label, _, number in columns:
+        heads = _quantity_of(label) and not channel_of(label)
+        name, channel = (label, cells[0]) if heads else (cells[0], label)
+        if (quantity := _quantity_of(name)) and not label.lower().startswith("unit"):
+            inner = re.search(r"[\[(]\s*([^\[\]()]+?)\s*[\])]", name)
+            own = inner[1] if inner else unit
+            found.append(Printed(quantity, motion_of(name) or title, channel, number, own, name))
     return found

@@ -9,8 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from breaker.common.numerals import in_digits
-from breaker.reading.files.format_settings import TO_MS
-from breaker.reading.files.sampling_rate import RATES
+from breaker.reading.files.format_settings import RATES, TO_MS
 from breaker.reading.files.word_lookup import holds
 from breaker.reading.inspection.table_layout import Layout
 

@@ -10,9 +10,8 @@ import numpy as np
 
 from breaker.common.numerals import in_digits
 from breaker.reading.files.column_names import is_travel_name
-from breaker.reading.files.format_settings import TO_MM
+from breaker.reading.files.format_settings import RATES, TO_MM
 from breaker.reading.files.phases import channel_of, listed_in, phase_in
-from breaker.reading.files.sampling_rate import RATES
 from breaker.reading.files.word_lookup import holds
 from breaker.reading.inspection.contact_rows import stated_contacts
 from breaker.reading.inspection.table_layout import Layout

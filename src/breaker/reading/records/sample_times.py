@@ -9,8 +9,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from breaker.reading.files.format_settings import TO_MS
-from breaker.reading.files.sampling_rate import READABLE
+from breaker.reading.files.format_settings import READABLE, TO_MS
 from breaker.reading.records.rejections import UnusableError
 
 _LATEST = 1e14  # ms, beyond all clocks, also those that count from 1970 in any unit
