@@ -51,7 +51,7 @@ def modules():
         str(file.relative_to(PACKAGE)): file.read_text(encoding="utf-8")
         for room in READING
         for file in sorted((PACKAGE / room).glob("*.py"))
-        if file.name not in ("lexicon.py", "phases.py")
+        if file.name != "lexicon.py"
     }
 
 

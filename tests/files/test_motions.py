@@ -2,7 +2,7 @@
 
 import pytest
 
-from breaker.reading.files.motion_words import motion_of, motions_in, sequence_of
+from breaker.reading.files.word_meanings import motion_of, motions_in, sequence_of
 
 
 @pytest.mark.parametrize(

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from breaker.common.randomness import generator
-from breaker.reading.files.column_names import split_unit, unit_of
 from breaker.reading.files.format_settings import TO_MS, complete
 from breaker.reading.files.formats import read_columns
 from breaker.reading.files.guards import RejectedCurveError
 from breaker.reading.files.text_cells import strict_numbers, why_none
+from breaker.reading.files.word_meanings import split_unit, unit_of
 from breaker.reading.instruments.dialects import DIALECTS
 from tests.files.refused import told
 

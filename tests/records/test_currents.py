@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from breaker.quantities.catalogue import CURRENTS
-from breaker.reading.files.column_names import amperes_of
 from breaker.reading.files.operations_table import Operation
+from breaker.reading.files.word_meanings import amperes_of
 from breaker.reading.records.currents import Channel, Currents
 from breaker.reading.records.curve_reader import read_curves
 from breaker.reading.records.model_grid import Grid

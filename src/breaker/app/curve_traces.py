@@ -15,7 +15,7 @@ from breaker.drive.answers.reference_curve import Overlay
 from breaker.reading.files.format_settings import TO_MS
 from breaker.reading.files.guards import printable
 from breaker.reading.files.operations_table import Operation
-from breaker.reading.files.word_lookup import holds
+from breaker.reading.files.word_meanings import holds
 from breaker.reading.inspection.table_layout import Layout
 from breaker.reading.records.measurements import Reading
 

@@ -231,7 +231,7 @@ def _beside(stated: "Preamble", name: str) -> str:
     not.
     """
     from breaker.reading.files.lexicon import STATED
-    from breaker.reading.files.word_lookup import says
+    from breaker.reading.files.word_meanings import says
 
     found = (each for each in stated.pairs if says(each.name, STATED[name]))
     return next((f"{each.text} {each.unit}".rstrip() for each in found if each.text), "")
@@ -244,7 +244,7 @@ def _printed(stated: Mapping, records: Sequence, speeds: Mapping) -> dict:
     A channel is meant by its phase, or else by its number among those of the file.
     """
     from breaker.reading.files.guards import printable
-    from breaker.reading.files.phases import channel_of, phase_in
+    from breaker.reading.files.word_meanings import channel_of, phase_in
     from breaker.reading.inspection.printed_comparison import (
         meant_motions,
         measured_name,

@@ -5,8 +5,8 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from breaker.reading.files.date_text import dates_of
-from breaker.reading.files.phases import channel_of, phase_in
 from breaker.reading.files.preamble import Preamble
+from breaker.reading.files.word_meanings import channel_of, phase_in
 
 
 def date_of(record) -> str:

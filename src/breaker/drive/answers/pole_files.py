@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from breaker.reading.files.lexicon import SYSTEMS
-from breaker.reading.files.phases import IN_FILE
+from breaker.reading.files.word_meanings import IN_FILE
 
 _CLOSE = timedelta(hours=1)  # between poles of one operation, where times are stated
 

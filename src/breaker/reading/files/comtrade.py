@@ -10,7 +10,11 @@ from pathlib import Path
 import numpy as np
 
 from breaker.common.numerals import in_digits
-from breaker.reading.files.column_names import (
+from breaker.reading.files.format_settings import FORMAT, TO_MS
+from breaker.reading.files.guards import Opened, RejectedCurveError, check_size
+from breaker.reading.files.sample_table import Columns, Labelled
+from breaker.reading.files.text_cells import are_readings
+from breaker.reading.files.word_meanings import (
     BESIDE,
     amperes_of,
     check_unit,
@@ -19,10 +23,6 @@ from breaker.reading.files.column_names import (
     unit_of,
     wanted_columns,
 )
-from breaker.reading.files.format_settings import FORMAT, TO_MS
-from breaker.reading.files.guards import Opened, RejectedCurveError, check_size
-from breaker.reading.files.sample_table import Columns, Labelled
-from breaker.reading.files.text_cells import are_readings
 
 _SECTION = re.compile(rb"(?im)^--- *file type: *([a-z]+)[^\r\n]*---[ \t]*\r?\n?")
 _MOST_CHANNELS = 10_000

@@ -10,7 +10,7 @@ from breaker.reading.files.file_names import Moment, moments
 from breaker.reading.files.folder_facts import Description, Part
 from breaker.reading.files.lexicon import UNLIKE_PHASES
 from breaker.reading.files.operations_table import FILL_IN
-from breaker.reading.files.phases import PHASE, PHASES_IN_FILE
+from breaker.reading.files.word_meanings import PHASE, PHASES_IN_FILE
 
 _POLES = 3.0  # s, within which no pole switches again
 

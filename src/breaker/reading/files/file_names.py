@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from breaker.reading.files.lexicon import BEHIND_NUMBER, LABELS, MONTH_ENDS, MONTHS
-from breaker.reading.files.word_lookup import any_of
+from breaker.reading.files.word_meanings import any_of
 
 LARGEST_COUNTER = 9_999_999
 """More than any drive operates; what is larger is a date, a stamp or a serial number."""

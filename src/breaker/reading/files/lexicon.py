@@ -1,6 +1,6 @@
 r"""The words of makers for all that stands in an export, in all languages that are known: data.
 
-To teach the package a word, or a language, add it here: ``word_lookup`` looks it up, and no other
+To teach the package a word, or a language, add it here: ``word_meanings`` looks it up, and no other
 module has any. A word is a regular expression for text in lower case, in which `|` stands between
 words, `\b` at the end of a whole word, and `.?` for a sign that may be there; words of one meaning
 stand by language (ISO 639, several where they share a word).
@@ -105,6 +105,9 @@ FOREIGN_LETTERS = {"closing": "ef", "opening": "a"}
 
 SYSTEMS = ("L1 L2 L3", "R Y B", "R S T", "A B C", "U V W")
 """Phases of a breaker, of which a word for a phase is one."""
+
+NUMBERED_PHASES = "L[123]"
+"""The first of these systems, as a regular expression."""
 
 COLOURS = ("red", "yellow", "blue")
 """Phases in words, in names of columns."""

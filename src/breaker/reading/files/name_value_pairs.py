@@ -8,9 +8,9 @@ from collections import Counter
 from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
-from breaker.reading.files.column_names import split_unit
 from breaker.reading.files.file_names import moments
 from breaker.reading.files.lexicon import BEFORE_COLON, ONE_LETTER_SHORT
+from breaker.reading.files.word_meanings import split_unit
 
 _SIGN = re.compile(r"\s*(?:(?<!\d)[:=：]|[:=：](?!\d))\s*")
 _SPLIT = re.compile(

@@ -10,15 +10,6 @@ from pathlib import Path
 
 import numpy as np
 
-from breaker.reading.files.column_names import (
-    BESIDE,
-    amperes_of,
-    check_unit,
-    label_of,
-    place_of,
-    unit_of,
-    wanted_columns,
-)
 from breaker.reading.files.guards import (
     Opened,
     RejectedCurveError,
@@ -28,6 +19,15 @@ from breaker.reading.files.guards import (
 )
 from breaker.reading.files.sample_table import Columns, Labelled
 from breaker.reading.files.text_cells import are_readings
+from breaker.reading.files.word_meanings import (
+    BESIDE,
+    amperes_of,
+    check_unit,
+    label_of,
+    place_of,
+    unit_of,
+    wanted_columns,
+)
 from breaker.reading.files.zarr_metadata import check_store
 
 _LARGEST = 10_000_000  # samples

@@ -11,7 +11,6 @@ from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 from breaker.common.numerals import in_digits
-from breaker.reading.files.column_names import unit_of
 from breaker.reading.files.date_text import clock_of, dates_of
 from breaker.reading.files.format_settings import RATES, TO_MM, TO_MS
 from breaker.reading.files.lexicon import (
@@ -25,10 +24,18 @@ from breaker.reading.files.lexicon import (
     RESULTS,
     STATED,
 )
-from breaker.reading.files.motion_words import motion_of, sequence_of
 from breaker.reading.files.name_value_pairs import Pair, numbers_of, pairs_of
-from breaker.reading.files.phases import channel_in, channel_of, phase_in
-from breaker.reading.files.word_lookup import any_of, by_words, says
+from breaker.reading.files.word_meanings import (
+    any_of,
+    by_words,
+    channel_in,
+    channel_of,
+    motion_of,
+    phase_in,
+    says,
+    sequence_of,
+    unit_of,
+)
 
 _NAN = math.nan
 _SHORTEST = 20.0  # ms, of a record whose length has no unit

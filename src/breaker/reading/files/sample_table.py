@@ -17,7 +17,17 @@ from typing import NamedTuple
 import numpy as np
 
 from breaker.common.numerals import in_digits
-from breaker.reading.files.column_names import (
+from breaker.reading.files.guards import RejectedCurveError, check_size
+from breaker.reading.files.preamble import Preamble, preamble_of
+from breaker.reading.files.text_cells import (
+    LARGEST_NUMBER,
+    MISSING,
+    Lines,
+    is_number,
+    strict_numbers,
+    why_none,
+)
+from breaker.reading.files.word_meanings import (
     BESIDE,
     amperes_of,
     check_unit,
@@ -28,16 +38,6 @@ from breaker.reading.files.column_names import (
     split_unit,
     unit_of,
     wanted_columns,
-)
-from breaker.reading.files.guards import RejectedCurveError, check_size
-from breaker.reading.files.preamble import Preamble, preamble_of
-from breaker.reading.files.text_cells import (
-    LARGEST_NUMBER,
-    MISSING,
-    Lines,
-    is_number,
-    strict_numbers,
-    why_none,
 )
 
 Row = Sequence[str]
@@ -55,7 +55,7 @@ class Columns:
         travel: Readings, ``(t,)``, NaN where one is missing.
         lines: Line of each in the file, ``(t,)``.
         remarks: What is doubtful about the file, in words.
-        beside: Those of ``column_names.BESIDE`` that are wanted, by kind, ``(t,)``, NaN where
+        beside: Those of ``word_meanings.BESIDE`` that are wanted, by kind, ``(t,)``, NaN where
             missing.
         amperes: That one of the unit of these is; nan where it is no current.
         above: Cells of the lines above the samples, but for names and units.
@@ -165,7 +165,7 @@ class _Head:
         first: Row of the first sample.
         named: Rows of names and of units above it, where names are wanted.
         places: Place of each column in a row, from 0, by its kind: see
-            ``column_names.wanted_columns``.
+            ``word_meanings.wanted_columns``.
         labels: What messages call these columns.
         amperes: As of ``Columns``.
         width: Cells that a row may have.

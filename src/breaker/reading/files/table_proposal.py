@@ -23,9 +23,9 @@ from breaker.reading.files.folder_facts import Description, Part, descriptions
 from breaker.reading.files.folder_listing import odd_signs, record_files
 from breaker.reading.files.format_settings import FORMAT
 from breaker.reading.files.guards import is_store, no_file, printable
-from breaker.reading.files.motion_words import motions_in
 from breaker.reading.files.operations_table import ABOUT, FILL_IN
 from breaker.reading.files.safe_text import table_text
+from breaker.reading.files.word_meanings import motions_in
 
 _COLUMNS = ("file", "motion", "operation", "channel", *ABOUT, "from", "to")
 

@@ -8,11 +8,8 @@ from typing import NamedTuple
 import numpy as np
 
 from breaker.quantities.parameters import MOTIONS
-from breaker.reading.files.column_names import amperes_of
 from breaker.reading.files.format_settings import TO_MM
-from breaker.reading.files.motion_words import motion_of
-from breaker.reading.files.phases import COLUMN_PHASE
-from breaker.reading.files.word_lookup import holds
+from breaker.reading.files.word_meanings import COLUMN_PHASE, amperes_of, holds, motion_of
 from breaker.reading.inspection.contact_rows import stated_contacts
 from breaker.reading.inspection.table_layout import Layout
 from breaker.reading.inspection.travel_channels import Travel

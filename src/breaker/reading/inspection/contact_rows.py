@@ -7,11 +7,9 @@ the phase and the number of its break (``YBreak2``, or ``NA`` where nothing is c
 import re
 from collections.abc import Iterable, Mapping, Sequence
 
-from breaker.reading.files.column_names import split_unit
 from breaker.reading.files.format_settings import TO_MM
 from breaker.reading.files.lexicon import LABELS
-from breaker.reading.files.phases import PHASE
-from breaker.reading.files.word_lookup import any_of, holds
+from breaker.reading.files.word_meanings import PHASE, any_of, holds, split_unit
 
 _TRAVEL = re.compile(rf"{any_of(LABELS['transducer'])}\W{{0,2}}0*(\d+)", re.I)
 _BREAK = re.compile(rf"({PHASE})?\W{{0,2}}{any_of(LABELS['break'])}\W{{0,2}}\d*", re.I)

@@ -19,7 +19,7 @@ from breaker.reading.files.lexicon import TELLING
 from breaker.reading.files.preamble import Preamble
 from breaker.reading.files.sample_table import Labelled
 from breaker.reading.files.text_cells import cells_of
-from breaker.reading.files.word_lookup import any_of
+from breaker.reading.files.word_meanings import any_of
 from breaker.reading.inspection.table_layout import Kinds, Layout, LayoutError, layout_of_lines
 
 _CODES = ("gb18030", "cp1252", "shift_jis", "euc_kr", "cp1251", "cp1250")

@@ -22,11 +22,11 @@ import numpy as np
 import pytest
 
 from breaker.reading.files import guards
-from breaker.reading.files.column_names import split_unit
 from breaker.reading.files.format_settings import TO_MS, complete
 from breaker.reading.files.formats import ENDINGS, FORMATS, format_of, read_columns
 from breaker.reading.files.guards import Opened, RejectedCurveError
 from breaker.reading.files.sample_table import Labelled, Tables
+from breaker.reading.files.word_meanings import split_unit
 from breaker.reading.inspection.file_contents import look_into
 
 TIME = np.round(0.1 * np.arange(60), 1)

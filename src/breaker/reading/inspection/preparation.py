@@ -16,10 +16,9 @@ from breaker.common.numerals import in_digits
 from breaker.reading.files.format_settings import FORMAT, complete
 from breaker.reading.files.formats import read_columns
 from breaker.reading.files.guards import Files, Opened, printable
-from breaker.reading.files.motion_words import MOTION_OF
 from breaker.reading.files.operations_table import Operation
 from breaker.reading.files.preamble import Preamble
-from breaker.reading.files.word_lookup import holds
+from breaker.reading.files.word_meanings import MOTION_OF, holds
 from breaker.reading.inspection.file_contents import look_into, stated_in
 from breaker.reading.records.raw_record import Raw
 from breaker.reading.records.rejections import UnusableError

@@ -10,9 +10,8 @@ from breaker.common.numerals import in_digits
 from breaker.quantities.speeds import SPEEDS, Point, Speed
 from breaker.reading.files.format_settings import TO_MM
 from breaker.reading.files.lexicon import SHARE_OF_STROKE
-from breaker.reading.files.motion_words import motion_of
-from breaker.reading.files.phases import channel_of, phase_in
 from breaker.reading.files.preamble import Preamble, Printed
+from breaker.reading.files.word_meanings import channel_of, motion_of, phase_in
 from breaker.reading.inspection.table_layout import Layout
 from breaker.reading.inspection.travel_channels import Travel
 

@@ -13,11 +13,15 @@ from pathlib import Path
 import numpy as np
 
 from breaker.common.numerals import in_digits
-from breaker.reading.files.column_names import unit_of
 from breaker.reading.files.format_settings import TO_MM
-from breaker.reading.files.motion_words import MOTION_OF, motion_of, motions_in
-from breaker.reading.files.phases import LISTED
-from breaker.reading.files.word_lookup import holds
+from breaker.reading.files.word_meanings import (
+    LISTED,
+    MOTION_OF,
+    holds,
+    motion_of,
+    motions_in,
+    unit_of,
+)
 from breaker.reading.inspection.contact_columns import (
     closes_by_resistance,
     coils_before,

@@ -14,7 +14,6 @@ from pathlib import Path
 
 import numpy as np
 
-from breaker.reading.files.column_names import places_of, split_unit, unit_of
 from breaker.reading.files.guards import MOST_COLUMNS, check_size
 from breaker.reading.files.preamble import Preamble, preamble_of
 from breaker.reading.files.text_cells import (
@@ -25,6 +24,7 @@ from breaker.reading.files.text_cells import (
     is_number,
     strict_numbers,
 )
+from breaker.reading.files.word_meanings import places_of, split_unit, unit_of
 
 _SAMPLE = 1_000  # lines from which the kinds of columns are guessed
 _ABOVE = (10_000, 2**20)  # first lines, and signs, among which samples begin; reading looks there

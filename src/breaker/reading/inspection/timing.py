@@ -10,7 +10,7 @@ import numpy as np
 
 from breaker.common.numerals import in_digits
 from breaker.reading.files.format_settings import RATES, TO_MS
-from breaker.reading.files.word_lookup import holds
+from breaker.reading.files.word_meanings import holds
 from breaker.reading.inspection.table_layout import Layout
 
 _USUAL = 10.0  # kHz

@@ -9,10 +9,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from breaker.common.numerals import in_digits
-from breaker.reading.files.column_names import is_travel_name
 from breaker.reading.files.format_settings import RATES, TO_MM
-from breaker.reading.files.phases import channel_of, listed_in, phase_in
-from breaker.reading.files.word_lookup import holds
+from breaker.reading.files.word_meanings import channel_of, holds, listed_in, phase_in
 from breaker.reading.inspection.contact_rows import stated_contacts
 from breaker.reading.inspection.table_layout import Layout
 from breaker.reading.inspection.timing import Clock, falling_times
@@ -113,7 +111,7 @@ def find_travels(layout: Layout, clock: Clock) -> list[Travel]:
         unit, name = layout.units[place], layout.names[place]
         if place == clock.place or (unit and unit not in _TRAVEL_UNITS):
             continue
-        says = unit in TO_MM or unit in ("deg", "rad") or is_travel_name(name)
+        says = unit in TO_MM or unit in ("deg", "rad") or holds(name, "travel")
         if holds(name, "of no travel") and not says:
             continue
         reading = np.where(np.isfinite(values), values, np.nan)

@@ -11,8 +11,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from breaker.reading.files.column_names import label_of
 from breaker.reading.files.operations_table import SWITCHING, Operation
+from breaker.reading.files.word_meanings import label_of
 from breaker.reading.records.motion import LocatedMotion
 from breaker.reading.records.rejections import UnusableError
 from breaker.reading.records.smoothing import running_median

@@ -48,7 +48,7 @@ class Currents:
 
     Attributes:
         time: Times of the whole record, ``(n,)``, ms.
-        channels: Those of ``column_names.BESIDE`` that the record has: "trigger" is the coil's.
+        channels: Those of ``word_meanings.BESIDE`` that the record has: "trigger" is the coil's.
         inside: The samples of the motion.
         moves: Its first motion, ms.
         trigger, trigger_sd: When the coil was energised, and the sd of that, ms.
