@@ -4,7 +4,7 @@ from datetime import datetime
 
 import pytest
 
-from breaker.reading.files.file_names import moments
+from breaker.reading.files.date_text import moments
 from breaker.reading.files.table_cells import iso_date
 
 WHEN = datetime(2024, 11, 20, 15, 13, 7)

@@ -110,7 +110,7 @@ def each_once(paths: Sequence[str | Path]) -> list:
     """Return files or folders each once, under whatever names it is there twice, and in one order:
     that of a command must not matter, as draws depend on the number of a record.
     """
-    from breaker.reading.files.file_names import natural
+    from breaker.common.numerals import natural
 
     found: dict[str, str | Path] = {}
     for path in sorted(paths, key=natural):

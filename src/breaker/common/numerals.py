@@ -1,6 +1,8 @@
-"""Numbers in words for people: rounded, and never with a power of ten."""
+"""Numbers in texts: written for people, never with a power of ten, and as they order names."""
 
+import re
 from collections.abc import Sequence
+from pathlib import Path
 
 import numpy as np
 
@@ -34,3 +36,15 @@ def in_p(value: float) -> str:
     ('p = 0.38', 'p < 0.0001')
     """
     return f"p < {_LEAST_P:.4f}" if value < _LEAST_P else f"p = {in_digits(value, 2)}"
+
+
+def natural(path: str | Path) -> list[tuple[int, str]]:
+    """Return a key by which 9 comes before 10.
+
+    >>> sorted(["b 10", "b 9"], key=natural)
+    ['b 9', 'b 10']
+    """
+    return [
+        (int(part), "") if part.isdecimal() else (0, part)
+        for part in re.split("([0-9]+)", str(path))
+    ]

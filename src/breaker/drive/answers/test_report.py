@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from breaker.common.numerals import first_of
+from breaker.common.numerals import first_of, natural
 from breaker.documents.parts import Cell, Document, Joined, Letterhead, Table, Text
 from breaker.drive.answers.answer_document import RecordAnswer
 from breaker.drive.answers.answer_document import document as document_of
@@ -28,7 +28,6 @@ from breaker.drive.answers.report_tables import (
 )
 from breaker.drive.answers.simultaneity import simultaneity_of
 from breaker.drive.answers.visit_document import VisitDocument
-from breaker.reading.files.file_names import natural
 
 _Pair = tuple[Answer, RecordAnswer]
 

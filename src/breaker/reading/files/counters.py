@@ -5,9 +5,10 @@ from collections.abc import Mapping, Sequence
 from datetime import datetime
 from itertools import pairwise
 
+from breaker.common.numerals import natural
 from breaker.reading.files.date_text import earlier
 from breaker.reading.files.file_facts import FoundFile, Row
-from breaker.reading.files.file_names import natural, numbers_in
+from breaker.reading.files.file_names import numbers_in
 from breaker.reading.files.operations_table import FILL_IN
 
 _APART = 6 * 3600.0  # s, from which a file is of another visit, as dates alone are

@@ -4,8 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from breaker.reading.files.date_text import dates_of
-from breaker.reading.files.file_names import moments
+from breaker.reading.files.date_text import dates_of, moments
 from breaker.reading.files.operations_table import FILL_IN
 from breaker.reading.files.preamble import Preamble
 

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from itertools import pairwise
 from typing import NamedTuple
 
-from breaker.reading.files.file_names import Moment, moments
+from breaker.reading.files.date_text import Moment, moments
 from breaker.reading.files.folder_facts import Description, Part
 from breaker.reading.files.lexicon import UNLIKE_PHASES
 from breaker.reading.files.operations_table import FILL_IN

@@ -10,7 +10,7 @@ from types import MappingProxyType
 from typing import Any, NamedTuple
 
 from breaker.common.numerals import in_digits
-from breaker.reading.files.file_names import moments
+from breaker.reading.files.date_text import moments
 from breaker.reading.files.guards import opened_at_once
 from breaker.reading.files.preamble import Preamble
 

@@ -8,7 +8,7 @@ from collections import Counter
 from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
-from breaker.reading.files.file_names import moments
+from breaker.reading.files.date_text import moments
 from breaker.reading.files.lexicon import BEFORE_COLON, ONE_LETTER_SHORT
 from breaker.reading.files.word_meanings import split_unit
 
