@@ -3,8 +3,8 @@
 import argparse
 
 from breaker.cli.command_settings import settings_of
-from breaker.cli.printing import say
 from breaker.cli.records_named import add_path
+from breaker.common.visible_text import say
 
 
 def add(check: argparse.ArgumentParser) -> None:

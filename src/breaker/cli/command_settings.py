@@ -5,7 +5,7 @@ import textwrap
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
-from breaker.cli.printing import say
+from breaker.common.visible_text import say
 from breaker.configuration.loading import load, read
 from breaker.shipped import DEFAULTS
 

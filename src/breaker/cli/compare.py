@@ -8,8 +8,8 @@ from operator import getitem
 
 from breaker.cli.command_settings import limits_of, settings_of
 from breaker.cli.outputs import check_outputs, draw, say_written
-from breaker.cli.printing import say
 from breaker.cli.records_named import SEVERAL, add_choice, add_path, operations_of, percent
+from breaker.common.visible_text import say
 
 _VISITS = ("before", "today")
 _SHARED = ("seed", "known", "speeds", "endurance.misfit_p_value")  # that no visit has for itself

@@ -4,8 +4,8 @@ import argparse
 import os
 
 from breaker.cli.command_settings import settings_of
-from breaker.cli.printing import say
 from breaker.cli.records_named import add_path
+from breaker.common.visible_text import say
 
 _MOST = 100
 _SEED = 1

@@ -6,8 +6,8 @@ from contextlib import suppress
 
 from breaker.cli.command_settings import limits_of, settings_of
 from breaker.cli.outputs import check_outputs, draw, say_written, write_lines
-from breaker.cli.printing import say
 from breaker.cli.records_named import add_path, each_once
+from breaker.common.visible_text import say
 
 
 def add(fit_prior: argparse.ArgumentParser) -> None:

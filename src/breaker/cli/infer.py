@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 
 from breaker.cli.command_settings import limits_of, settings_of
 from breaker.cli.outputs import check_outputs, draw, say_written, write, write_lines
-from breaker.cli.printing import say
 from breaker.cli.records_named import (
     MOTIONS,
     SEVERAL,
@@ -19,6 +18,7 @@ from breaker.cli.records_named import (
     operations_of,
     overlays_of,
 )
+from breaker.common.visible_text import say
 
 if TYPE_CHECKING:
     from breaker.drive.answers.answer_document import AnswerDocument

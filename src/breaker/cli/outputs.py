@@ -8,9 +8,9 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
 
 from breaker.cli.command_settings import ADVANCED, PROJECT
-from breaker.cli.printing import say
 from breaker.cli.records_named import MOTIONS
 from breaker.common.atomic_writes import whole
+from breaker.common.visible_text import say
 from breaker.reading.files.guards import opened_at_once
 from breaker.shipped import DEFAULTS
 

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from breaker.cli.command_settings import limits_of, settings_of
 from breaker.cli.outputs import check_outputs, write_bytes
-from breaker.cli.printing import say
 from breaker.cli.records_named import (
     SEVERAL,
     add_path,
@@ -17,6 +16,7 @@ from breaker.cli.records_named import (
     overlays_of,
     read_visit,
 )
+from breaker.common.visible_text import say
 
 if TYPE_CHECKING:
     from breaker.documents.parts import Letterhead

@@ -13,9 +13,9 @@ from breaker import DISTRIBUTION
 from breaker.cli.command_settings import settings_of
 from breaker.cli.manifest import table_of
 from breaker.cli.outputs import check_outputs, write_lines
-from breaker.cli.printing import say
 from breaker.cli.records_named import add_path
 from breaker.cli.report import ReadVisit, content_of, read_of, visit_of
+from breaker.common.visible_text import say
 
 if TYPE_CHECKING:
     from breaker.app.view_session import Asked

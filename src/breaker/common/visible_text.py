@@ -1,9 +1,11 @@
-r"""Texts on their way to who reads them: a terminal obeys some signs, and no page shows some.
+"""Texts on their way to who reads them: a terminal obeys some signs, and no page shows some.
 
-Names of files, columns, breakers and phases are what others wrote. Light to import.
+Names of files, columns, breakers and phases are what others wrote. All that commands print is
+printed here, so that nothing in a file acts on the terminal. Light to import.
 """
 
 import re
+import sys
 from unicodedata import category
 
 # Signs without a width that Python calls printable: joiners, fillers and selectors of variants.
@@ -34,3 +36,14 @@ def _sign(sign: str) -> str:
     if plain and not _HIDDEN.match(sign):
         return sign
     return sign.encode("unicode_escape").decode("ascii")
+
+
+def say(text: str, *, beside: bool = False, end: str = "\n") -> None:
+    """Print a text, signs that act on a terminal or are not seen as escapes; see ``visible_text``.
+
+    Args:
+        text: What to print.
+        beside: Whether on stderr, beside what others read.
+        end: What follows it.
+    """
+    print(visible_text(text), file=sys.stderr if beside else sys.stdout, end=end)

@@ -19,7 +19,7 @@ from breaker.quantities.parameters import MOTIONS, NAMES
 from breaker.quantities.speeds import every_speed, speeds_of
 from breaker.reading.files.operations_table import SWITCHING, Operation
 from breaker.reading.files.table_cells import event_words
-from breaker.reading.files.type_spelling import bare
+from breaker.reading.files.word_meanings import bare
 
 
 def _at_most(limit: str, value: float, most: float) -> Iterator[str]:

@@ -21,7 +21,7 @@ from breaker.drive.answers.evidence import DriveRecord
 from breaker.drive.answers.file_statements import date_of
 from breaker.reading.files.date_text import earlier
 from breaker.reading.files.guards import printable
-from breaker.reading.files.type_spelling import bare
+from breaker.reading.files.word_meanings import bare
 from breaker.reading.records.motion import LocatedMotion
 from breaker.reading.records.motion_search import white_noise
 

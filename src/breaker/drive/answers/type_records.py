@@ -19,7 +19,7 @@ from breaker.quantities.size import Size
 from breaker.reading.files.folder_listing import list_fleet, list_operations
 from breaker.reading.files.guards import printable
 from breaker.reading.files.operations_table import MANIFEST, Operation
-from breaker.reading.files.type_spelling import bare, usual_spelling
+from breaker.reading.files.word_meanings import bare, usual_spelling
 from breaker.reading.records.raw_record import Raw
 
 _MOST = 20  # records of a breaker and a motion: more of them say no more of what breakers share

@@ -32,7 +32,7 @@ from breaker.quantities.parameters import MOTIONS, NAMES
 from breaker.quantities.speeds import every_speed
 from breaker.reading.files.guards import printable
 from breaker.reading.files.operations_table import CONDITIONS
-from breaker.reading.files.type_spelling import bare
+from breaker.reading.files.word_meanings import bare
 from breaker.reading.inspection.preparation import Prepared
 from breaker.reading.records.curve_reader import read_curves
 from breaker.reading.records.model_grid import Grid

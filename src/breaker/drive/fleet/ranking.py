@@ -14,7 +14,7 @@ from breaker.drive.fleet.reasons import reason_of
 from breaker.drive.fleet.type_model import TypeDraws, TypeOfBreaker, learn_type
 from breaker.mechanism.prior import Prior
 from breaker.quantities.parameters import NAMES, PARAMETERS
-from breaker.reading.files.type_spelling import bare, usual_spelling
+from breaker.reading.files.word_meanings import bare, usual_spelling
 
 FLEET = {
     "breaker": "name of the breaker",

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from breaker.reading.files.file_facts import FoundFile
 from breaker.reading.files.file_names import numbers_in
 from breaker.reading.files.operations_table import FILL_IN
-from breaker.reading.files.type_spelling import bare
+from breaker.reading.files.word_meanings import bare
 
 _LONGEST = 200  # signs of a cell
 _LONG = re.compile(r"\d{5,}")  # a number of a breaker, rather than a counter

@@ -9,6 +9,7 @@ Light to import: words are compiled when looked for.
 """
 
 import re
+from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import cache, lru_cache
 from pathlib import Path
@@ -330,3 +331,27 @@ def listed_in(name: str) -> list[str]:
     """
     found = LISTED.search(name)
     return re.split(_BETWEEN, found[0]) if found else []
+
+
+# ---- names of types and bays, which are spelt in several ways ------------------------------------
+
+
+def bare(name: str) -> str:
+    """Return what all spellings of a name have in common: letters and digits alone, in one case.
+
+    >>> {bare(name) for name in ("GL314", "GL 314", "gl-314")}
+    {'gl314'}
+    """
+    return re.sub(r"[\W_]+", "", name).casefold()
+
+
+def usual_spelling(names: Iterable[str]) -> dict[str, str]:
+    """Return how each type is mostly spelt, by its bare name; of equally many, the first.
+
+    >>> usual_spelling(["GL 314", "GL314", "gl-314", "GL314"])
+    {'gl314': 'GL314'}
+    """
+    spelt: dict[str, Counter] = {}
+    for name in names:
+        spelt.setdefault(bare(name), Counter())[name] += 1
+    return {key: counts.most_common(1)[0][0] for key, counts in spelt.items()}
