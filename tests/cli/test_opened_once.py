@@ -6,7 +6,7 @@ from collections import Counter
 
 import pytest
 
-from breaker.cli.records_named import read_visit
+from breaker.cli.command_inputs import read_visit
 from breaker.drive.answers.assessment import Assessment
 from breaker.drive.answers.drive_records import read_operations
 from breaker.quantities.parameters import MOTIONS

@@ -2,8 +2,7 @@
 
 import argparse
 
-from breaker.cli.command_settings import settings_of
-from breaker.cli.records_named import add_path
+from breaker.cli.command_inputs import add_path, settings_of
 from breaker.common.visible_text import say
 
 

@@ -12,8 +12,7 @@ from collections.abc import Sequence
 from typing import TextIO
 
 from breaker import __version__
-from breaker.cli.command_settings import PROJECT
-from breaker.cli.records_named import SEVERAL, add_path
+from breaker.cli.command_inputs import PROJECT, SEVERAL, add_path
 from breaker.common.visible_text import say
 from breaker.configuration.yaml_sources import ConfigurationError
 from breaker.workflow.jobs import missing_packages, set_threads

@@ -6,9 +6,16 @@ from collections.abc import Mapping, Sequence
 from functools import reduce
 from operator import getitem
 
-from breaker.cli.command_settings import limits_of, settings_of
+from breaker.cli.command_inputs import (
+    SEVERAL,
+    add_choice,
+    add_path,
+    limits_of,
+    operations_of,
+    percent,
+    settings_of,
+)
 from breaker.cli.outputs import check_outputs, draw, say_written
-from breaker.cli.records_named import SEVERAL, add_choice, add_path, operations_of, percent
 from breaker.common.visible_text import say
 
 _VISITS = ("before", "today")

@@ -3,8 +3,7 @@
 import argparse
 import os
 
-from breaker.cli.command_settings import settings_of
-from breaker.cli.records_named import add_path
+from breaker.cli.command_inputs import add_path, settings_of
 from breaker.common.visible_text import say
 
 _MOST = 100

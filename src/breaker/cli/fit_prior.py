@@ -4,9 +4,8 @@ import argparse
 from collections.abc import Mapping
 from contextlib import suppress
 
-from breaker.cli.command_settings import limits_of, settings_of
+from breaker.cli.command_inputs import add_path, each_once, limits_of, settings_of
 from breaker.cli.outputs import check_outputs, draw, say_written, write_lines
-from breaker.cli.records_named import add_path, each_once
 from breaker.common.visible_text import say
 
 

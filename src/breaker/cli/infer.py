@@ -7,17 +7,18 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from breaker.cli.command_settings import limits_of, settings_of
-from breaker.cli.outputs import check_outputs, draw, say_written, write, write_lines
-from breaker.cli.records_named import (
+from breaker.cli.command_inputs import (
     MOTIONS,
     SEVERAL,
     add_choice,
     add_path,
     add_reference,
+    limits_of,
     operations_of,
     overlays_of,
+    settings_of,
 )
+from breaker.cli.outputs import check_outputs, draw, say_written, write, write_lines
 from breaker.common.visible_text import say
 
 if TYPE_CHECKING:

@@ -2,9 +2,8 @@
 
 import argparse
 
-from breaker.cli.command_settings import PROJECT, settings_of
+from breaker.cli.command_inputs import PROJECT, add_path, settings_of
 from breaker.cli.outputs import check_outputs, draw, say_written, write_lines
-from breaker.cli.records_named import add_path
 from breaker.common.visible_text import say
 
 

@@ -3,9 +3,8 @@
 import argparse
 from collections.abc import Sequence
 
-from breaker.cli.command_settings import settings_of
+from breaker.cli.command_inputs import SEVERAL, add_path, settings_of
 from breaker.cli.outputs import check_outputs, say_written, write_lines
-from breaker.cli.records_named import SEVERAL, add_path
 from breaker.common.visible_text import say
 
 

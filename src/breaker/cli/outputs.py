@@ -7,8 +7,7 @@ import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
 
-from breaker.cli.command_settings import ADVANCED, PROJECT
-from breaker.cli.records_named import MOTIONS
+from breaker.cli.command_inputs import ADVANCED, MOTIONS, PROJECT
 from breaker.common.atomic_writes import whole
 from breaker.common.visible_text import say
 from breaker.reading.files.guards import opened_at_once

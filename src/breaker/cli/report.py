@@ -7,15 +7,16 @@ from math import isnan
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
-from breaker.cli.command_settings import limits_of, settings_of
-from breaker.cli.outputs import check_outputs, write_bytes
-from breaker.cli.records_named import (
+from breaker.cli.command_inputs import (
     SEVERAL,
     add_path,
     add_reference,
+    limits_of,
     overlays_of,
     read_visit,
+    settings_of,
 )
+from breaker.cli.outputs import check_outputs, write_bytes
 from breaker.common.visible_text import say
 
 if TYPE_CHECKING:

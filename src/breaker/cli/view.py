@@ -10,10 +10,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from breaker import DISTRIBUTION
-from breaker.cli.command_settings import settings_of
+from breaker.cli.command_inputs import add_path, settings_of
 from breaker.cli.manifest import table_of
 from breaker.cli.outputs import check_outputs, write_lines
-from breaker.cli.records_named import add_path
 from breaker.cli.report import ReadVisit, content_of, read_of, visit_of
 from breaker.common.visible_text import say
 
