@@ -13,7 +13,7 @@ from typing import Any
 
 import yaml
 
-from breaker.configuration.derivation import derived
+from breaker.configuration.schema import derived
 from breaker.configuration.loading import merge, read
 from breaker.shipped import DEFAULTS, SCHEMA
 

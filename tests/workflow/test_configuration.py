@@ -7,7 +7,6 @@ import pytest
 import yaml
 
 from breaker.configuration import schema
-from breaker.configuration.derivation import configuration_schema, derived
 from breaker.configuration.loading import (
     ConfigurationError,
     check,
@@ -17,6 +16,7 @@ from breaker.configuration.loading import (
     read,
 )
 from breaker.configuration.rules import RULES
+from breaker.configuration.schema import configuration_schema, derived
 from breaker.networks.build import INFERENCE_NETWORKS, SUMMARY_NETWORKS, build
 from breaker.reading.files.format_settings import READABLE
 from breaker.shipped import DEFAULTS

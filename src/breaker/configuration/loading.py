@@ -1,7 +1,7 @@
 """Configuration of the workflow: merged from files, checked, and explained where it is wrong.
 
 Every default stands in ``config/config.yaml`` or, if hardly any user turns it, in
-``config/advanced.yaml``; an overlay holds only what differs. ``breaker.configuration.derivation``
+``config/advanced.yaml``; an overlay holds only what differs. ``breaker.configuration.schema``
 makes the JSON schema of allowed keys and values, of the defaults and of ``schema.yaml`` in
 ``breaker.shipped``. The table ``RULES`` of ``breaker.configuration.rules`` defines which keys must
 be consistent with each other.
@@ -120,9 +120,8 @@ def check(
         ConfigurationError: If anything is wrong; the message lists all of it.
     """
     # Here, as it takes longer than the check: jobs run on what was checked before the first one.
-    from breaker.configuration.derivation import configuration_schema
     from breaker.configuration.rules import RULES
-    from breaker.configuration.schema import dotted, problems
+    from breaker.configuration.schema import configuration_schema, dotted, problems
     from breaker.reading.files.folder_listing import list_once
 
     list_once.cache_clear()

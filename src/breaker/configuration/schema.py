@@ -1,8 +1,11 @@
-"""Violations of a JSON schema by a configuration, in plain words.
+"""The schema of a configuration: made of the defaults and of what is stated, and what violates it.
 
-Knows schemas and YAML, not what the keys are about. Stricter than JSON Schema: a number is finite,
-an integer is written as one, and a section has every key that its schema knows, unless the schema
-says which ones are ``required``. The schema of a configuration does so in lists alone.
+``schema.yaml`` in ``breaker.shipped`` states bounds, choices and descriptions. Of the defaults come
+which settings there are, and the type of each: so a setting is added in two places, not in three.
+
+Violations are told in plain words. The check is stricter than JSON Schema: a number is finite, an
+integer is written as one, and a section has every key that its schema knows, unless the schema says
+which ones are ``required``. The schema of a configuration does so in lists alone.
 """
 
 import difflib
@@ -11,10 +14,14 @@ import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from datetime import date
+from functools import cache
 from typing import Any
 
 import yaml
 from jsonschema import Draft202012Validator, ValidationError, validators
+
+from breaker.configuration.yaml_sources import ConfigurationError, parse
+from breaker.shipped import DEFAULTS, SCHEMA
 
 Key = tuple[str | int, ...]
 """Where a value stands: keys of sections and numbers of list entries, outermost first."""
@@ -35,6 +42,17 @@ _BOUNDS = {
     "maximum": "at most",
 }
 _Schema = Mapping[str, Any]
+
+_TYPES = {
+    bool: "boolean",
+    int: "integer",
+    float: "number",
+    str: "string",
+    list: "array",
+    dict: "object",
+}
+_TYPED = {"type", "enum", "oneOf"}  # of these, one says what a value may be
+_OF_SECTION = {"description", "patternProperties"}
 
 
 def dotted(key: Key) -> str:
@@ -200,3 +218,55 @@ def _number(value: float) -> str:
     """Write a number so that YAML 1.1 reads it as one: it asks for a point and a signed power."""
     mantissa, power, exponent = repr(value).partition("e")
     return f"{mantissa if '.' in mantissa else mantissa + '.0'}{power}{exponent}"
+
+
+@cache
+def configuration_schema() -> Mapping[str, Any]:
+    """Return the JSON schema of the configuration of the workflow."""
+    return derived(parse(SCHEMA)[0], parse(DEFAULTS)[0])
+
+
+def derived(stated: Mapping[str, Any], default: Any) -> dict[str, Any]:
+    """Return the JSON schema of a setting, or of a section and all that is in it.
+
+    Args:
+        stated: Words of JSON Schema that hold beside the default, and ``range``, the least and the
+            largest number, of the setting or of each entry of a list. Of a section, the same for
+            each of its keys, under its name.
+        default: What the setting or section is unless it is changed.
+
+    Raises:
+        ConfigurationError: If a section states a key that has no default, or not one that has.
+
+    Example:
+        >>> derived({"range": [0, 9]}, 2.5)
+        {'type': 'number', 'minimum': 0, 'maximum': 9}
+    """
+    if isinstance(default, Mapping) and default:
+        return _of_section(stated, default)
+    part = {key: value for key, value in stated.items() if key != "range"}
+    bounds = dict(zip(("minimum", "maximum"), stated.get("range", ()), strict=False))
+    if not _TYPED & set(stated):
+        part = {"type": _TYPES[type(default)], **part}
+    if not isinstance(default, list):
+        return part | bounds
+    if "items" not in stated or not _TYPED & set(stated["items"]):
+        part["items"] = {"type": _TYPES[type(default[0])], **stated.get("items", {}), **bounds}
+    if not {"minItems", "maxItems"} & set(stated):
+        part |= {"minItems": len(default), "maxItems": len(default)}
+    return part
+
+
+def _of_section(stated: Mapping[str, Any], default: Mapping[str, Any]) -> dict[str, Any]:
+    words = _OF_SECTION & (set(stated) - set(default))
+    if wrong := (set(stated) - words) ^ set(default):
+        raise ConfigurationError(
+            f"{SCHEMA.name} and {DEFAULTS.name} do not name the same settings: "
+            f"{', '.join(sorted(wrong))}. State each in both (`make defaults`)."
+        )
+    return {
+        "type": "object",
+        "additionalProperties": False,
+        **{word: stated[word] for word in stated if word in words},
+        "properties": {key: derived(stated[key], default[key]) for key in stated if key in default},
+    }
