@@ -13,8 +13,8 @@ from typing import Any
 
 import yaml
 
-from breaker.configuration.schema import derived
 from breaker.configuration.loading import merge, read
+from breaker.configuration.schema import derived
 from breaker.shipped import DEFAULTS, SCHEMA
 
 __all__ = ["CONFIG", "FOR_OTHERS", "schema", "written"]

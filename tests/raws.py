@@ -5,7 +5,7 @@ import numpy as np
 from breaker.reading.files.operations_table import Operation
 from breaker.reading.records.contact_edges import Contact
 from breaker.reading.records.currents import Currents
-from breaker.reading.records.motion_search import Segment
+from breaker.reading.records.motion import Segment
 from breaker.reading.records.raw_record import Raw
 
 

@@ -8,7 +8,7 @@ from breaker.reading.inspection.contact_rows import stated_contacts
 from breaker.reading.inspection.file_description import travel_channels
 from breaker.reading.inspection.table_layout import Layout
 from breaker.reading.inspection.travel_channels import Travel
-from breaker.reading.records.motion_search import Course
+from breaker.reading.records.motion import Course
 from tests.exports import way, write
 
 TIME = np.arange(0.0, 400.0, 0.2)

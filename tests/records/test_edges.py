@@ -10,8 +10,7 @@ from breaker.reading.files.operations_table import Operation
 from breaker.reading.records.contact_edges import events_of, switching_of, trigger_of
 from breaker.reading.records.curve_reader import read_curves
 from breaker.reading.records.model_grid import Grid
-from breaker.reading.records.motion import LocatedMotion
-from breaker.reading.records.motion_search import Segment
+from breaker.reading.records.motion import LocatedMotion, Segment
 from breaker.reading.records.rejections import UnusableError
 
 TIME = np.arange(0.0, 80.0, 0.1)

@@ -16,8 +16,7 @@ from breaker.reading.records import motion as located
 from breaker.reading.records.contact_edges import Contact
 from breaker.reading.records.landmarks import first_motion
 from breaker.reading.records.measurements import Reading, measure_curve
-from breaker.reading.records.motion import LocatedMotion
-from breaker.reading.records.motion_search import find_segment
+from breaker.reading.records.motion import LocatedMotion, find_segment
 from tests.raws import smooth
 
 SPEEDS = speeds_of(

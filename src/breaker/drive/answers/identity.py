@@ -22,8 +22,7 @@ from breaker.drive.answers.file_statements import date_of
 from breaker.reading.files.date_text import earlier
 from breaker.reading.files.guards import printable
 from breaker.reading.files.word_meanings import bare
-from breaker.reading.records.motion import LocatedMotion
-from breaker.reading.records.motion_search import white_noise
+from breaker.reading.records.motion import LocatedMotion, white_noise
 
 _WHOLE = 0.05  # of a sample, by which the steps of two exports may differ
 _LAGS = 3  # samples about the lag that first motions tell, that are tried

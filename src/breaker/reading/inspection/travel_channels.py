@@ -14,7 +14,7 @@ from breaker.reading.files.word_meanings import channel_of, holds, listed_in, ph
 from breaker.reading.inspection.contact_rows import stated_contacts
 from breaker.reading.inspection.table_layout import Layout
 from breaker.reading.inspection.timing import Clock, falling_times
-from breaker.reading.records.motion_search import Course
+from breaker.reading.records.motion import Course
 
 _TRAVEL_UNITS = frozenset([*TO_MM, "deg", "rad", "V", "counts", "%"])
 

@@ -11,7 +11,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 
 from breaker.common.numerals import in_digits
 from breaker.reading.records.jumps import fitting, jumps
-from breaker.reading.records.motion_search import white_noise
+from breaker.reading.records.motion import white_noise
 from breaker.reading.records.smoothing import (
     filled,
     running_mean,

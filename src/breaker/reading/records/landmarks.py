@@ -13,7 +13,7 @@ describe the rest of the stroke, where stops and dampers act.
 
 import numpy as np
 
-from breaker.reading.records.motion_search import Course, white_noise
+from breaker.reading.records.motion import Course, white_noise
 from breaker.reading.records.rejections import UnusableError
 from breaker.reading.records.sensor_scale import seen_quantum
 

@@ -24,8 +24,7 @@ from breaker.reading.records.error_propagation import Trace, Uncertain
 from breaker.reading.records.faulty_samples import doubtful_samples
 from breaker.reading.records.jumps import hidden_slip, leap_at
 from breaker.reading.records.landmarks import first_motion
-from breaker.reading.records.motion import LocatedMotion
-from breaker.reading.records.motion_search import find_segment
+from breaker.reading.records.motion import LocatedMotion, find_segment
 from breaker.reading.records.rejections import NotShownError, UnusableError
 from breaker.reading.records.rests import Rests
 from breaker.reading.records.sensor_scale import seen_quantum

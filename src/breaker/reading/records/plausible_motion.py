@@ -10,7 +10,7 @@ import numpy as np
 
 from breaker.common.numerals import in_digits
 from breaker.reading.files.format_settings import TO_MM
-from breaker.reading.records.motion_search import Segment
+from breaker.reading.records.motion import Segment
 from breaker.reading.records.rejections import UnusableError
 
 STROKES = (2.0, 300.0)

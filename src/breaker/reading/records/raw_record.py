@@ -25,8 +25,7 @@ from breaker.reading.records.faulty_samples import doubtful_samples, doubts_in_w
 from breaker.reading.records.landmarks import first_motion
 from breaker.reading.records.measurements import Measured, Reading
 from breaker.reading.records.model_grid import Gridded, on_grid
-from breaker.reading.records.motion import LocatedMotion
-from breaker.reading.records.motion_search import find_segment
+from breaker.reading.records.motion import LocatedMotion, find_segment
 from breaker.reading.records.plausible_motion import (
     check_stroke,
     of_no_drive,

@@ -11,7 +11,7 @@ from functools import cached_property
 import numpy as np
 
 from breaker.reading.records.error_propagation import Trace, Uncertain
-from breaker.reading.records.motion_search import Segment
+from breaker.reading.records.motion import Segment
 from breaker.reading.records.rejections import NotShownError
 
 _BEFORE = (5.0, 0.05)  # times the motion's duration, the rest before it: from, to
