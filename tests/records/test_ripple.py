@@ -12,7 +12,7 @@ from breaker.drive.simulation.drive_family import Family
 from breaker.mechanism.prior import Prior
 from breaker.reading.records.landmarks import first_motion
 from breaker.reading.records.measurements import measure_curve
-from breaker.reading.records.ripple import ripple_of
+from breaker.reading.records.noise import ripple_of
 from breaker.shipped import DEFAULTS
 from tests.raws import raw_of
 

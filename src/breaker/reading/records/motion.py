@@ -12,9 +12,8 @@ from functools import cached_property
 import numpy as np
 
 from breaker.common.numerals import in_digits
-from breaker.reading.records.noise import Noise, noise_at_rest
+from breaker.reading.records.noise import Noise, Ripple, noise_at_rest, ripple_of
 from breaker.reading.records.rejections import SeveralMotionsError, UnusableError
-from breaker.reading.records.ripple import Ripple, ripple_of
 from breaker.reading.records.smoothing import smoothed
 
 _FEWEST = 20  # samples of a record
