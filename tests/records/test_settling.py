@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from breaker.reading.records.settling import settling
+from breaker.reading.records.curve_fits import settling
 
 TIME = np.arange(0.0, 40.0, 0.1)
 SWINGS = np.exp(-0.08 * TIME) * np.cos(0.2 * TIME + 0.5)

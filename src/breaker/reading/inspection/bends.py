@@ -3,7 +3,7 @@
 import numpy as np
 from scipy.signal import savgol_filter
 
-from breaker.reading.records.smoothing import filled
+from breaker.reading.records.curve_fits import filled
 
 _WINDOW = 0.12  # of the duration of a motion, over which its speed is one
 _WAY = (0.3, 0.95)  # of the way, between which contacts touch and the travel is smooth otherwise

@@ -13,9 +13,9 @@ import numpy as np
 
 from breaker.reading.files.operations_table import SWITCHING, Operation
 from breaker.reading.files.word_meanings import label_of
+from breaker.reading.records.curve_fits import running_median
 from breaker.reading.records.motion import LocatedMotion
 from breaker.reading.records.rejections import UnusableError
-from breaker.reading.records.smoothing import running_median
 
 _EARLY = 1.0  # ms, by which the first motion may be read late
 _LASTS = 0.2  # ms

@@ -14,8 +14,8 @@ from typing import NamedTuple, Self
 
 import numpy as np
 
+from breaker.reading.records.curve_fits import filled, running_mean
 from breaker.reading.records.rejections import NotShownError
-from breaker.reading.records.smoothing import filled, running_mean
 
 _SMOOTH = 0.5  # ms, over which a coil's current is averaged
 _PERIOD = 20.0  # ms, over which a motor's is squared and averaged: of 50 Hz, and of 60 Hz nearly

@@ -12,9 +12,14 @@ from itertools import pairwise
 
 import numpy as np
 
+from breaker.reading.records.curve_fits import (
+    LocalCubic,
+    filled,
+    running_mean,
+    settling,
+    weights_of,
+)
 from breaker.reading.records.rejections import NotShownError
-from breaker.reading.records.settling import settling
-from breaker.reading.records.smoothing import LocalCubic, filled, running_mean, weights_of
 
 _FEWEST = 6  # samples of a local fit
 _LOCAL = 11.0  # of the width of local fits: with it, their own error is a third of the noise's

@@ -10,14 +10,14 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
 from breaker.common.numerals import in_digits
-from breaker.reading.records.jumps import fitting, jumps
-from breaker.reading.records.motion import white_noise
-from breaker.reading.records.smoothing import (
+from breaker.reading.records.curve_fits import (
     filled,
     running_mean,
     running_median,
     smoothed,
 )
+from breaker.reading.records.jumps import fitting, jumps
+from breaker.reading.records.motion import white_noise
 
 _ABSURD = 1e6  # mm, beyond every stroke: arithmetic with more may overflow
 _FINE = 0.05  # ms, between samples of the running median

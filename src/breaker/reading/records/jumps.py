@@ -15,9 +15,9 @@ from itertools import pairwise
 
 import numpy as np
 
+from breaker.reading.records.curve_fits import filled, running_median
 from breaker.reading.records.error_propagation import Trace
 from breaker.reading.records.motion import white_noise
-from breaker.reading.records.smoothing import filled, running_median
 
 _BESIDE = 3  # steps before a step and after it, between which it is
 _ROOM = 0.5  # times the range of these

@@ -12,9 +12,9 @@ from functools import cached_property
 import numpy as np
 
 from breaker.common.numerals import in_digits
+from breaker.reading.records.curve_fits import smoothed
 from breaker.reading.records.noise import Noise, Ripple, noise_at_rest, ripple_of
 from breaker.reading.records.rejections import SeveralMotionsError, UnusableError
-from breaker.reading.records.smoothing import smoothed
 
 _FEWEST = 20  # samples of a record
 _WINDOW = 2.0  # ms, of the running median: a burst of nearly half of it leaves no trace

@@ -1,11 +1,17 @@
-"""Smooth curves through evenly spaced samples: running medians and means, cubics about a time.
+"""Curves through evenly spaced samples: running means, local cubics, and where a curve settles.
 
 Beyond the ends of running statistics, samples at the ends stand. ``scipy.ndimage`` has these, and
 takes a quarter of a first answer to load.
+
+Late in a motion one mode is left, ``y = e + a C(x) + b S(x)``, a damped swing or the sum of two
+decays, of which the faster may be over. First its damping and stiffness follow from the integrals
+of ``y'' + r y' + s (y - e) = 0``, which are linear in them and average the noise; then all numbers
+are fitted by Gauss-Newton.
 """
 
 import operator
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -14,6 +20,11 @@ from breaker.common.compiling import compiled
 _fast = compiled(late=True)
 _DEGREE = 3  # of local fits
 _STEPS = 6  # in search of a time
+
+_BLOCKS = 64  # means of neighbouring samples that are fitted
+_ROUNDS = 5
+_FARTHEST = 5.0  # change of a rate in a round
+_CONDITION = 1e3  # of a fit whose end is known
 
 
 def filled(travel: np.ndarray) -> np.ndarray:
@@ -114,3 +125,94 @@ class LocalCubic:
         if order == 1:
             return 0.0, 1.0 / self.half, 2.0 * u / self.half, 3.0 * u * u / self.half
         return 0.0, 0.0, 2.0 / self.half**2, 6.0 * u / self.half**2
+
+
+class Settling(NamedTuple):
+    """End of a curve, carried on.
+
+    Attributes:
+        rest: Where it comes to rest, mm.
+        weights: Of the samples in that, ``(n,)``.
+        misfit: Mean square of what the fit leaves of means of samples, mm^2.
+        every: Samples in such a mean.
+    """
+
+    rest: float
+    weights: np.ndarray
+    misfit: float
+    every: int
+
+
+def settling(time: np.ndarray, travel: np.ndarray) -> Settling | None:
+    """Fit the end of a curve; None where it does not show where it settles.
+
+    Args:
+        time: Times, ``(n,)``, ms, increasing.
+        travel: Travel, ``(n,)``, mm; no sample missing.
+    """
+    every = max(1, time.size // _BLOCKS)
+    skipped = time.size % every
+    x, y = (each[skipped:].reshape(-1, every).mean(axis=1) for each in (time, travel))
+    x = (x - x[0]) / (x[-1] - x[0])
+    for order in (2, 1):
+        if (found := _fitted(x, y, order)) is not None:
+            rest, weights, misfit = found
+            weights = np.append(np.zeros(skipped), np.repeat(weights, every) / every)
+            return Settling(rest, weights, misfit, every)
+    return None
+
+
+def _fitted(x: np.ndarray, y: np.ndarray, order: int) -> tuple[float, np.ndarray, float] | None:
+    """What ``Settling`` has of one mode, or of its slower decay alone; None if it is not shown."""
+    once = _integral(x, y)
+    integrals = [once, _integral(x, once)][:order]
+    known = np.column_stack([x**i for i in range(order + 1)] + [-each for each in integrals])
+    rates = np.linalg.lstsq(known, y, rcond=None)[0][order + 1 :]  # r, and s
+    linear = None
+    for _ in range(_ROUNDS):
+        if not (rates > 0).all():
+            return None
+        basis, slopes = _solutions(x, rates)
+        if linear is None:
+            linear = np.linalg.lstsq(basis, y, rcond=None)[0]
+        jacobian = np.column_stack([basis, *(each @ linear[1:] for each in slopes)])
+        left = y - basis @ linear
+        scale = np.linalg.norm(jacobian, axis=0)
+        if not (scale > 0).all():
+            return None
+        root = np.linalg.svd(jacobian / scale, full_matrices=False)
+        if not root.S[0] < _CONDITION * root.S[-1]:
+            return None
+        inverse = (root.Vh.T / root.S) @ root.U.T / scale[:, None]
+        step = inverse @ left
+        linear = linear + step[: order + 1]
+        rates = rates + np.clip(step[order + 1 :], -_FARTHEST, _FARTHEST)
+    return float(linear[0]), inverse[0], float(left @ left) / max(x.size - len(jacobian.T), 1)
+
+
+def _integral(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """Integral of samples from the first on, by trapezia, ``(n,)``."""
+    return np.append(0.0, np.cumsum(0.5 * (y[1:] + y[:-1]) * np.diff(x)))
+
+
+def _solutions(x: np.ndarray, rates: np.ndarray) -> tuple[np.ndarray, list[np.ndarray]]:
+    """Constant and the solutions of ``y'' + r y' + s y = 0``, or of ``y' + r y = 0``.
+
+    Returns:
+        Constant and solutions, ``(n, order + 1)``; and derivatives of these by each rate,
+        ``(n, order)``.
+    """
+    if rates.size == 1:
+        decay = np.exp(-rates[0] * x)
+        return np.column_stack([np.ones(x.size), decay]), [-(x * decay)[:, None]]
+    r, s = rates
+    square = s - r**2 / 4.0
+    square = square if abs(square) > 1e-6 else 1e-6
+    frequency = np.sqrt(complex(square))
+    decay = np.exp(-0.5 * r * x)
+    cosine = decay * np.cos(frequency * x).real
+    sine = decay * (np.sin(frequency * x) / frequency).real
+    both = np.column_stack([cosine, sine])
+    by_s = np.column_stack([-0.5 * x * sine, (x * cosine - sine) / (2.0 * square)])
+    by_r = -0.5 * x[:, None] * both - 0.5 * r * by_s
+    return np.column_stack([np.ones(x.size), both]), [by_r, by_s]
