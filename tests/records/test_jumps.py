@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from breaker.reading.records.error_propagation import Trace
-from breaker.reading.records.faulty_samples import doubtful_samples
-from breaker.reading.records.jumps import hidden_slip
+from breaker.reading.records.faulty_samples import doubtful_samples, hidden_slip
 from breaker.reading.records.measurements import measure_curve
 
 KINDS = {

@@ -24,8 +24,7 @@ from breaker.quantities.speeds import SPEEDS, Point, Speed
 from breaker.reading.records.contact_edges import Contact
 from breaker.reading.records.currents import Currents
 from breaker.reading.records.error_propagation import Trace, Uncertain
-from breaker.reading.records.faulty_samples import doubtful_samples
-from breaker.reading.records.jumps import hidden_slip, leap_at
+from breaker.reading.records.faulty_samples import doubtful_samples, hidden_slip, leap_at
 from breaker.reading.records.landmarks import first_motion
 from breaker.reading.records.motion import LocatedMotion, Segment, find_segment
 from breaker.reading.records.rejections import NotShownError, UnusableError
