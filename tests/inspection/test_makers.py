@@ -11,7 +11,7 @@ from breaker.reading.inspection.setting_proposal import inspect_file
 from breaker.reading.inspection.travel_channels import InspectionError
 from breaker.reading.records.curve_reader import read_record
 from breaker.reading.records.model_grid import Grid
-from breaker.reading.records.sensor_scale import Scale
+from breaker.reading.records.record_axes import Scale
 from tests.exports import way
 
 SENSOR = {"start": -2.0, "stop": 58.0, "samples": 151, "noise_sd": 0.1}

@@ -8,7 +8,7 @@ from breaker.drive.simulation.drive_family import Family
 from breaker.mechanism.curves import travel
 from breaker.quantities.parameters import MOTIONS
 from breaker.reading.records.faulty_samples import doubtful_samples, doubts_in_words
-from breaker.reading.records.sensor_scale import seen_quantum
+from breaker.reading.records.record_axes import seen_quantum
 
 RATES = [1.0, 2.5, 10.0, 20.0]
 STROKES = [4.0, 14.0, 150.0, 1000.0]

@@ -19,7 +19,7 @@ from breaker.reading.files.operations_table import Operation
 from breaker.reading.instruments.export import write_curve
 from breaker.reading.records.curve_reader import open_curves, read_curves, read_record
 from breaker.reading.records.model_grid import Grid
-from breaker.reading.records.sensor_scale import Scale
+from breaker.reading.records.record_axes import Scale
 
 STEP, EVERY = 0.1, 4  # ms between samples of a file; samples for one of the model's grid
 HEAD = 6  # lines before the first sample of what write_curve writes

@@ -7,8 +7,8 @@ import pytest
 
 from breaker.common.randomness import generator
 from breaker.reading.files.format_settings import complete
+from breaker.reading.records.record_axes import Scale, seen_quantum
 from breaker.reading.records.rejections import UnusableError
-from breaker.reading.records.sensor_scale import Scale, seen_quantum
 
 
 def scale(**settings):

@@ -34,7 +34,7 @@ from breaker.reading.inspection.travel_channels import Travel, chosen_travels
 from breaker.reading.records.curve_reader import ReadRecord, read_record
 from breaker.reading.records.model_grid import Grid
 from breaker.reading.records.noise import noise_remarks
-from breaker.reading.records.sensor_scale import Scale
+from breaker.reading.records.record_axes import Scale
 
 NOT_READ = "not read, as the record is long; choose a column by --channel, or export a shorter part"
 

@@ -54,8 +54,8 @@ from breaker.reading.records.model_grid import (
 )
 from breaker.reading.records.noise import Noise, noise_remarks
 from breaker.reading.records.raw_record import Preparation, Raw, read_raw, read_raws
+from breaker.reading.records.record_axes import Scale
 from breaker.reading.records.rejections import UnusableError
-from breaker.reading.records.sensor_scale import Scale
 
 if TYPE_CHECKING:  # what reads single records does without
     import xarray as xr

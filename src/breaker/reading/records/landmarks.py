@@ -14,8 +14,8 @@ describe the rest of the stroke, where stops and dampers act.
 import numpy as np
 
 from breaker.reading.records.motion import Course, white_noise
+from breaker.reading.records.record_axes import seen_quantum
 from breaker.reading.records.rejections import UnusableError
-from breaker.reading.records.sensor_scale import seen_quantum
 
 _RISE = (0.03, 0.2)  # of the way, least and largest rise that is fitted,
 _CLEAR = 30.0  # and in between this many sd of the noise: low enough to see the start

@@ -27,8 +27,8 @@ from breaker.reading.records.error_propagation import Trace, Uncertain
 from breaker.reading.records.faulty_samples import doubtful_samples, hidden_slip, leap_at
 from breaker.reading.records.landmarks import first_motion
 from breaker.reading.records.motion import LocatedMotion, Segment, find_segment
+from breaker.reading.records.record_axes import seen_quantum
 from breaker.reading.records.rejections import NotShownError, UnusableError
-from breaker.reading.records.sensor_scale import seen_quantum
 
 _AROUND = 6.0, 9.0  # times the motion's duration, the record before and after it that counts
 _TRAVEL = (0.1, 0.9)  # shares of the stroke between which a travel time is taken

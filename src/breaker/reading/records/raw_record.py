@@ -32,9 +32,8 @@ from breaker.reading.records.plausible_motion import (
     rest_of_open,
     rest_remark,
 )
+from breaker.reading.records.record_axes import Scale, count_remark, even_times, seen_quantum
 from breaker.reading.records.rejections import NotShownError, SeveralMotionsError, UnusableError
-from breaker.reading.records.sample_times import count_remark, even_times
-from breaker.reading.records.sensor_scale import Scale, seen_quantum
 
 _MANY = 100  # files, from which the progress is shown
 
