@@ -6,8 +6,8 @@ import pytest
 from breaker.common.randomness import generator
 from breaker.mechanism.curves import travel
 from breaker.quantities.parameters import MOTIONS
-from breaker.reading.records.consistency import inconsistencies
 from breaker.reading.records.landmarks import first_motion
+from breaker.reading.records.record_doubts import inconsistencies
 
 NOISE = 0.1
 RECORDS = 150

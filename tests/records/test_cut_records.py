@@ -6,7 +6,7 @@ import pytest
 from breaker.quantities.speeds import SPEEDS
 from breaker.reading.records.faulty_samples import doubtful_samples
 from breaker.reading.records.measurements import measure_curve
-from breaker.reading.records.plausible_motion import of_no_drive
+from breaker.reading.records.record_doubts import of_no_drive
 
 
 def motion(time, stroke, duration, over):

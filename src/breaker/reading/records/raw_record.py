@@ -18,7 +18,6 @@ from breaker.reading.files.formats import read_columns
 from breaker.reading.files.guards import Files, RejectedCurveError
 from breaker.reading.files.operations_table import Operation
 from breaker.reading.files.sample_table import Columns
-from breaker.reading.records.consistency import inconsistencies
 from breaker.reading.records.contact_edges import Contact, events_of
 from breaker.reading.records.currents import Channel, Currents
 from breaker.reading.records.faulty_samples import doubtful_samples, doubts_in_words
@@ -26,13 +25,14 @@ from breaker.reading.records.landmarks import first_motion
 from breaker.reading.records.measurements import Measured, Reading
 from breaker.reading.records.model_grid import Gridded, on_grid
 from breaker.reading.records.motion import LocatedMotion, find_segment
-from breaker.reading.records.plausible_motion import (
+from breaker.reading.records.record_axes import Scale, count_remark, even_times, seen_quantum
+from breaker.reading.records.record_doubts import (
     check_stroke,
+    inconsistencies,
     of_no_drive,
     rest_of_open,
     rest_remark,
 )
-from breaker.reading.records.record_axes import Scale, count_remark, even_times, seen_quantum
 from breaker.reading.records.rejections import NotShownError, SeveralMotionsError, UnusableError
 
 _MANY = 100  # files, from which the progress is shown
