@@ -4,14 +4,13 @@ A file holds one operation of one motion, or a table says which part of it does.
 describe it; nothing is guessed, and nothing repaired. The steps, each in a module of its own:
 
 1. ``breaker.reading.files``: the columns of the file, numbers in its own units.
-2. ``sample_times``: even times, ms; missing samples are NaN.
-3. ``sensor_scale``: travel, mm towards closed.
-4. ``faulty_samples``, ``jumps``: samples that no sensor of this stroke can give become NaN.
-5. ``motion_search``: the part of the record that is the motion; ``stroke``: whether it is a
-   breaker's.
-6. ``landmarks``: the first motion. ``raw_record`` has all up to here. ``noise``: that of the rest
-   before. ``consistency``: what only a whole record shows.
-7. ``model_grid``: the model's times, around the first motion.
+2. ``record_axes``: even times, ms, and travel, mm towards closed; missing samples are NaN.
+3. ``faulty_samples``: samples that no sensor of this stroke can give become NaN.
+4. ``motion``: the part of the record that is the motion; ``record_doubts``: whether it is a
+   breaker's, and what only a whole record shows.
+5. ``landmarks``: the first motion. ``raw_record`` has all up to here. ``noise``: that of the rest
+   before.
+6. ``model_grid``: the model's times, around the first motion.
 
 A record that a step cannot use is rejected with its file's name, the line where there is one, and
 the reason. It remains in the result as a missing curve, and the other files are read.

@@ -1,4 +1,4 @@
-"""What speaks against a record as a whole: a motion of no drive, and samples that do not fit together.
+"""What speaks against a record as a whole: a motion of no drive, samples that do not fit together.
 
 Far beyond the ranges of drives a record is in another unit or at another rate. They are from vacuum
 drives of 6 mm to those of 300 mm; an opening may be braked from early on.
