@@ -9,11 +9,10 @@ from breaker.documents.terminal import text_of
 from breaker.drive.simulation.endurance_rig import Rig
 from breaker.reading.files.guards import RejectedCurveError
 from breaker.reading.files.operations_table import Operation
-from breaker.reading.inspection.file_contents import look_into
+from breaker.reading.inspection.file_contents import LayoutError, look_into
 from breaker.reading.inspection.proposal_words import overlay_of, words_of
 from breaker.reading.inspection.setting_guesses import guess_grid
 from breaker.reading.inspection.setting_proposal import inspect_file
-from breaker.reading.inspection.table_layout import LayoutError
 from breaker.reading.inspection.travel_channels import InspectionError
 from breaker.reading.instruments.dialects import ANGLES, DIALECTS
 from breaker.reading.records.curve_reader import read_curves

@@ -16,7 +16,7 @@ from breaker.reading.files.format_settings import TO_MS
 from breaker.reading.files.guards import printable
 from breaker.reading.files.operations_table import Operation
 from breaker.reading.files.word_meanings import holds
-from breaker.reading.inspection.table_layout import Layout
+from breaker.reading.inspection.file_contents import Layout
 from breaker.reading.records.measurements import Reading
 
 MOST = 3000

@@ -6,8 +6,8 @@ from typing import Any, NamedTuple
 from breaker.app.page_choices import FIELDS, Field, as_text
 from breaker.drive.answers.evidence import DriveRecord
 from breaker.reading.files.format_settings import FORMAT
+from breaker.reading.inspection.file_contents import Layout
 from breaker.reading.inspection.setting_proposal import Proposal
-from breaker.reading.inspection.table_layout import Layout
 
 
 class SettingRow(NamedTuple):

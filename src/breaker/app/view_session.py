@@ -33,10 +33,9 @@ from breaker.reading.files.folder_listing import odd_signs, record_files
 from breaker.reading.files.formats import ENDINGS
 from breaker.reading.files.guards import LARGEST, Files, printable
 from breaker.reading.files.operations_table import MANIFEST
-from breaker.reading.inspection.file_contents import look_into
+from breaker.reading.inspection.file_contents import Layout, look_into
 from breaker.reading.inspection.file_description import describe_file
 from breaker.reading.inspection.setting_proposal import Proposal, inspect_file
-from breaker.reading.inspection.table_layout import Layout
 
 SHOWN = 100
 """Files of a list that are looked into at a time."""

@@ -10,14 +10,13 @@ from breaker.reading.files.format_settings import TO_MM
 from breaker.reading.files.guards import Opened, RejectedCurveError, as_opened
 from breaker.reading.files.operations_table import FILL_IN
 from breaker.reading.inspection.contact_columns import Beside, columns_beside
-from breaker.reading.inspection.file_contents import look_into
+from breaker.reading.inspection.file_contents import Layout, LayoutError, look_into
 from breaker.reading.inspection.setting_guesses import (
     guess_direction,
     guess_rest,
     guess_time,
     guess_unit,
 )
-from breaker.reading.inspection.table_layout import Layout, LayoutError
 from breaker.reading.inspection.timing import Clock, find_clock
 from breaker.reading.inspection.travel_channels import InspectionError, Travel, chosen_travels
 

@@ -12,7 +12,7 @@ from breaker.reading.files.format_settings import TO_MM
 from breaker.reading.files.lexicon import SHARE_OF_STROKE
 from breaker.reading.files.preamble import Preamble, Printed
 from breaker.reading.files.word_meanings import channel_of, motion_of, phase_in
-from breaker.reading.inspection.table_layout import Layout
+from breaker.reading.inspection.file_contents import Layout
 from breaker.reading.inspection.travel_channels import Travel
 
 _DIFFERS = {"stroke": 0.01, "speed": 0.03}

@@ -27,7 +27,7 @@ from breaker.reading.inspection.contact_columns import (
     coils_before,
     switches_at,
 )
-from breaker.reading.inspection.table_layout import Layout
+from breaker.reading.inspection.file_contents import Layout
 from breaker.reading.inspection.timing import Clock
 from breaker.reading.inspection.travel_channels import Travel
 

@@ -16,7 +16,7 @@ from breaker.reading.files.format_settings import FORMAT, TO_MS, complete
 from breaker.reading.files.guards import Files, RejectedCurveError
 from breaker.reading.files.operations_table import Operation
 from breaker.reading.inspection.contact_columns import Beside, columns_beside
-from breaker.reading.inspection.file_contents import look_into
+from breaker.reading.inspection.file_contents import Layout, look_into
 from breaker.reading.inspection.printed_comparison import PrintedComparison, compare_printed
 from breaker.reading.inspection.setting_guesses import (
     Guess,
@@ -28,7 +28,6 @@ from breaker.reading.inspection.setting_guesses import (
     of_default_size,
     strokes_of,
 )
-from breaker.reading.inspection.table_layout import Layout
 from breaker.reading.inspection.timing import Clock, find_clock
 from breaker.reading.inspection.travel_channels import Travel, chosen_travels
 from breaker.reading.records.curve_reader import ReadRecord, read_record

@@ -11,7 +11,7 @@ import numpy as np
 from breaker.common.numerals import in_digits
 from breaker.reading.files.format_settings import RATES, TO_MS
 from breaker.reading.files.word_meanings import holds
-from breaker.reading.inspection.table_layout import Layout
+from breaker.reading.inspection.file_contents import Layout
 
 _USUAL = 10.0  # kHz
 _OFF = 0.02  # share by which a stated rate may differ from that of the times

@@ -12,7 +12,7 @@ from breaker.common.numerals import in_digits
 from breaker.reading.files.format_settings import RATES, TO_MM
 from breaker.reading.files.word_meanings import channel_of, holds, listed_in, phase_in
 from breaker.reading.inspection.contact_rows import stated_contacts
-from breaker.reading.inspection.table_layout import Layout
+from breaker.reading.inspection.file_contents import Layout
 from breaker.reading.inspection.timing import Clock, falling_times
 from breaker.reading.records.motion import Course
 
