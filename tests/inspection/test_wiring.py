@@ -4,10 +4,9 @@ import numpy as np
 import pytest
 
 from breaker.reading.inspection.contact_columns import Beside, columns_beside, switches_at
-from breaker.reading.inspection.contact_rows import stated_contacts
 from breaker.reading.inspection.file_contents import Layout
 from breaker.reading.inspection.file_description import travel_channels
-from breaker.reading.inspection.travel_channels import Travel
+from breaker.reading.inspection.travel_channels import Travel, stated_contacts
 from breaker.reading.records.motion import Course
 from tests.exports import way, write
 

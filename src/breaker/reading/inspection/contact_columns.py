@@ -10,9 +10,8 @@ import numpy as np
 from breaker.quantities.parameters import MOTIONS
 from breaker.reading.files.format_settings import TO_MM
 from breaker.reading.files.word_meanings import COLUMN_PHASE, amperes_of, holds, motion_of
-from breaker.reading.inspection.contact_rows import stated_contacts
 from breaker.reading.inspection.file_contents import Layout
-from breaker.reading.inspection.travel_channels import Travel
+from breaker.reading.inspection.travel_channels import Travel, stated_contacts
 
 _AMPERES = re.compile(r"\bA\b|(?i:\bamp)")  # the unit, in its own case, or the word
 _PHASES = re.compile(rf"(?<![a-z])({COLUMN_PHASE})(?![a-z])")

@@ -17,8 +17,13 @@ from breaker.reading.inspection.setting_guesses import (
     guess_time,
     guess_unit,
 )
-from breaker.reading.inspection.timing import Clock, find_clock
-from breaker.reading.inspection.travel_channels import InspectionError, Travel, chosen_travels
+from breaker.reading.inspection.travel_channels import (
+    Clock,
+    InspectionError,
+    Travel,
+    chosen_travels,
+    find_clock,
+)
 
 
 def travel_channels(file: str | Path | Opened) -> dict[str, tuple[str, Mapping[str, Beside]]]:

@@ -28,8 +28,7 @@ from breaker.reading.inspection.contact_columns import (
     switches_at,
 )
 from breaker.reading.inspection.file_contents import Layout
-from breaker.reading.inspection.timing import Clock
-from breaker.reading.inspection.travel_channels import Travel
+from breaker.reading.inspection.travel_channels import Clock, Travel
 
 _MARGIN = 0.1  # share of the strokes seen that is allowed beyond them, so that a false gain shows
 _AT_ZERO = 0.3  # mm, up to which the open breaker rests at 0

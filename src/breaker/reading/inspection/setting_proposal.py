@@ -28,8 +28,7 @@ from breaker.reading.inspection.setting_guesses import (
     of_default_size,
     strokes_of,
 )
-from breaker.reading.inspection.timing import Clock, find_clock
-from breaker.reading.inspection.travel_channels import Travel, chosen_travels
+from breaker.reading.inspection.travel_channels import Clock, Travel, chosen_travels, find_clock
 from breaker.reading.records.curve_reader import ReadRecord, read_record
 from breaker.reading.records.model_grid import Grid
 from breaker.reading.records.noise import noise_remarks

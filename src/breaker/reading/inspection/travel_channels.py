@@ -1,20 +1,39 @@
-"""Which columns of an unknown record are travels: they move between rests as a drive does.
+"""Which columns of an unknown record are times and travels: its clock, its channels, their phases.
 
-Guessing, to propose settings: see ``table_layout``.
+A travel moves between rests as a drive does. Rows above the columns of an analyser may state which
+travel and phase a contact belongs to: one names the transducer of each (``TR1``), one the phase and
+the number of its break (``YBreak2``, or ``NA`` where nothing is connected). Such rows are aligned
+with the columns of contacts.
+
+Guessing, to propose settings: see ``file_contents``.
 """
 
-from collections.abc import Sequence
+import re
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from breaker.common.numerals import in_digits
-from breaker.reading.files.format_settings import RATES, TO_MM
-from breaker.reading.files.word_meanings import channel_of, holds, listed_in, phase_in
-from breaker.reading.inspection.contact_rows import stated_contacts
+from breaker.reading.files.format_settings import RATES, TO_MM, TO_MS
+from breaker.reading.files.lexicon import LABELS
+from breaker.reading.files.word_meanings import (
+    PHASE,
+    any_of,
+    channel_of,
+    holds,
+    listed_in,
+    phase_in,
+    split_unit,
+)
 from breaker.reading.inspection.file_contents import Layout
-from breaker.reading.inspection.timing import Clock, falling_times
 from breaker.reading.records.motion import Course
+
+_USUAL = 10.0  # kHz
+_OFF = 0.02  # share by which a stated rate may differ from that of the times
+_NICE = 1e-3  # share by which a rate may be off a round number that it is then taken for
+
+_CLOCK = re.compile(r"(?<![\d:])(?:(\d{1,2}):)?(\d{1,2}):(\d{2}(?:[.,]\d+)?)(?!:)")
 
 _TRAVEL_UNITS = frozenset([*TO_MM, "deg", "rad", "V", "counts", "%"])
 
@@ -29,6 +48,132 @@ _FEWEST = 40  # samples
 _LEAST = 0.2  # of the range of a record, between two rests
 _MOST = 6  # motions in a record; more are an oscillation
 _BEGUN, _ARRIVED = 0.02, 0.05  # of the way
+
+_TRANSDUCER = re.compile(rf"{any_of(LABELS['transducer'])}\W{{0,2}}0*(\d+)", re.I)
+_BREAK = re.compile(rf"({PHASE})?\W{{0,2}}{any_of(LABELS['break'])}\W{{0,2}}\d*", re.I)
+_NOT_CONNECTED = re.compile(any_of(LABELS["not connected"]), re.I)
+
+
+@dataclass(frozen=True)
+class Clock:
+    """When the samples of a record were taken.
+
+    Attributes:
+        place: Column of the time; None where there is none that can be read.
+        unit: Of that column.
+        rate: kHz; nan where neither a column nor the preamble states it.
+        remarks: What has to be looked at, in words.
+    """
+
+    place: int | None
+    unit: str | None
+    rate: float
+    remarks: tuple[str, ...] = ()
+
+    @property
+    def likely_rate(self) -> float:
+        """The rate, kHz, or where there is none a usual one in its stead."""
+        return _USUAL if np.isnan(self.rate) else self.rate
+
+
+def find_clock(layout: Layout) -> Clock:
+    """Find the column of the time, or the rate that stands for it."""
+    stated = layout.stated
+    found = [clock for i in range(len(layout.columns)) if (clock := _time_in(layout, i))]
+    if found:
+        clock = max(found, key=lambda clock: _likely_time(layout, clock))
+    elif not (clock := _wall_clock(layout)):
+        doubt = f"the rate is doubtful: {stated.rate_doubt}"
+        return Clock(None, None, stated.rate, (doubt,) if stated.rate_doubt else ())
+    off = abs(stated.rate / clock.rate - 1.0)
+    if not off > _OFF:
+        # A mean of times that are not read is no better than what the text says.
+        exact = clock.place is not None or np.isnan(stated.rate)
+        return clock if exact else Clock(None, None, stated.rate, clock.remarks)
+    said, seen = (in_digits(rate, 6) for rate in (stated.rate, clock.rate))
+    both = f"the text states {said} kHz, but the times are those of {seen} kHz"
+    rate = np.nan if clock.place is None else clock.rate
+    return replace(clock, rate=rate, remarks=(*clock.remarks, both))
+
+
+def _likely_time(layout: Layout, clock: Clock) -> tuple[bool, bool, bool]:
+    """Whether a clock is a column, has a unit, and has a name of the time: the more, the better."""
+    at = clock.place or 0
+    there, named = clock.place is not None, holds(layout.names[at], "time")
+    return there, there and layout.units[at] in TO_MS, there and named
+
+
+def _time_in(layout: Layout, place: int) -> Clock | None:
+    """What a column says of the time, if it is one: it rises in even steps."""
+    unit, name = layout.units[place], layout.names[place]
+    values = layout.columns[place][np.isfinite(layout.columns[place])]
+    if values.size < max(20, 0.5 * layout.columns[place].size) or (unit and unit not in TO_MS):
+        return None
+    steps = np.diff(values)
+    step = float(np.median(steps))
+    timely = unit is not None or holds(name, "time")
+    if values[-1] <= values[0] or (steps < 0).mean() > 0.01:
+        return None
+    if step > 0 and (np.abs(steps - step) <= 0.2 * step).mean() > 0.9:
+        if step == 1 and not timely:
+            return None  # it counts the samples
+        units = [unit] if unit else _units_of(step)
+        if not units:
+            return None
+        how = (
+            f"the time's unit is not stated; steps of {in_digits(step, 4)} are those of {units[0]}"
+        )
+        return Clock(place, units[0], 1.0 / (step * TO_MS[units[0]]), () if unit else (how,))
+    digits = steps[steps > 0].min()
+    mean, start = np.polyfit(np.arange(values.size), values, 1)
+    even = start + mean * np.arange(values.size)
+    units = [unit] if unit else _units_of(float(mean))
+    if not (timely and units and np.abs(values - even).max() <= 1.5 * digits):
+        return None
+    rate = _nice(1.0 / (mean * TO_MS[units[0]]))
+    how = f"the time is printed in steps of {in_digits(digits, 6)} {units[0]}, too coarse to tell "
+    how += f"its samples apart; the rate on average is {in_digits(rate, 6)} kHz"
+    return Clock(None, None, rate, (how,))
+
+
+def falling_times(layout: Layout) -> str | int | None:
+    """Return the column whose times fall from line to line; None if there is none."""
+    back = replace(layout, columns=[each[::-1] for each in layout.columns])
+    fall = (i for i in range(len(back.columns)) if _time_in(back, i))
+    return next(map(layout.column, fall), None)
+
+
+def _units_of(step: float) -> list[str]:
+    """The unit of time in which a step is one of a recorder; one or none."""
+    return [u for u, ms in TO_MS.items() if RATES[0] <= 1.0 / (step * ms) <= RATES[1]][:1]
+
+
+def _nice(rate: float) -> float:
+    """A rate, rounded to two digits if it is nearly that."""
+    rounded = float(f"{rate:.2g}")
+    return rounded if abs(rounded - rate) <= _NICE * rate else float(f"{rate:.6g}")
+
+
+def _wall_clock(layout: Layout) -> Clock | None:
+    """The rate by a column of times of the day, which settings cannot name."""
+    for place, cells in layout.texts.items():
+        found = [(i, match) for i, cell in enumerate(cells) if (match := _CLOCK.search(cell))]
+        if len(found) < max(20, 0.9 * len(cells)):
+            continue
+        (begin, first), (end, last) = found[0], found[-1]
+        steps, lasts = layout.every * (end - begin), 1e3 * (_seconds(last) - _seconds(first))
+        lasts %= 86_400_000
+        what = f"column {layout.column(place)!r} has times of the day, which are not read"
+        if not (lasts > 0 and RATES[0] <= steps / lasts <= RATES[1]):
+            return Clock(None, None, np.nan, (what,))
+        rate = _nice(steps / lasts)
+        return Clock(None, None, rate, (f"{what}; their mean rate is {in_digits(rate, 6)} kHz",))
+    return None
+
+
+def _seconds(time: re.Match) -> float:
+    """Seconds of the day."""
+    return 3600 * int(time[1] or 0) + 60 * int(time[2]) + float(time[3].replace(",", "."))
 
 
 class InspectionError(ValueError):
@@ -241,3 +386,51 @@ def _is_gentle(travel: Travel) -> bool:
         if times[0] >= _GENTLE * min(times[1:]):
             return True
     return False
+
+
+def stated_contacts(
+    rows: Iterable[Sequence[str]], names: Sequence[str]
+) -> Mapping[int, tuple[str, str]] | None:
+    """Return the number of the travel and the phase of each contact that is connected.
+
+    Args:
+        rows: Cells of the lines above the columns, in their order.
+        names: Of the columns, empty where one is a travel.
+
+    Returns:
+        By column; the phase as it stands there, empty where it is not stated. None where no row
+        says which travel a contact belongs to.
+    """
+    ways = [split_unit(name)[1] in TO_MM for name in names]  # as of `Contact Travel T2 (mm)`
+    contacts = [i for i, name in enumerate(names) if holds(name, "contact") and not ways[i]]
+    contacts = contacts or [i for i, name in enumerate(names) if holds(name, "resistance")]
+    travels: dict[int, str] = {}
+    phases: dict[int, str] = {}
+    apart: set[int] = set()
+    for row in rows:
+        cells = {i: cell.strip() for i, cell in enumerate(row) if cell.strip()}
+        of_travel = {i: m[1] for i, cell in cells.items() if (m := _TRANSDUCER.fullmatch(cell))}
+        of_break = {i: m for i, cell in cells.items() if (m := _BREAK.fullmatch(cell))}
+        nothing = {i for i, cell in cells.items() if _NOT_CONNECTED.fullmatch(cell)}
+        if of_travel:
+            places = _placed([*of_travel, *nothing], contacts)
+            travels |= {places[i]: number for i, number in of_travel.items() if i in places}
+        elif of_break:
+            places = _placed([*of_break, *nothing], contacts)
+            phases |= {places[i]: (m[1] or "") for i, m in of_break.items() if i in places}
+        else:
+            continue
+        apart |= {places[i] for i in nothing if i in places}
+    if not travels:
+        return None
+    there = travels.keys() - apart
+    return {place: (travels[place], phases.get(place, "")) for place in there}
+
+
+def _placed(cells: Sequence[int], contacts: Sequence[int]) -> dict[int, int]:
+    """Columns of contacts by the places of cells: where they stand, or else in their order where
+    there are as many.
+    """
+    if set(cells) & set(contacts):
+        return {i: i for i in cells if i in contacts}
+    return dict(zip(sorted(cells), contacts, strict=True)) if len(cells) == len(contacts) else {}
