@@ -1,4 +1,4 @@
-"""What is in a file of any kind, before anything is known of it: its columns, their names and units.
+"""What is in a file of any kind, before anything is known of it: columns, their names and units.
 
 Guessing belongs here, to propose settings that are then shown and confirmed by reading. Records are
 read with explicit settings only. Workbooks, COMTRADE and labelled arrays say themselves what texts

@@ -42,16 +42,6 @@ def travel_channels(file: str | Path | Opened) -> dict[str, tuple[str, Mapping[s
     return opened.once("channels", lambda: _travel_channels(look_into(opened)))
 
 
-def columns_with(file: str | Path | Opened, column: str | int) -> Mapping[str, Beside]:
-    """Return what goes with a column of travel by motion, as of ``columns_beside``; nothing of one
-    that is no travel. Raises as ``travel_channels``.
-    """
-    opened = as_opened(file)
-    place = look_into(opened).place_of(column)
-    found = travel_channels(opened)
-    return {} if place is None else found.get(str(look_into(opened).column(place)), ("", {}))[1]
-
-
 def _travel_channels(layout: Layout) -> dict[str, tuple[str, Mapping[str, Beside]]]:
     clock = find_clock(layout)
     _, travels, _ = chosen_travels(layout, clock, "")

@@ -97,11 +97,14 @@ def _columns_with(operation: Operation, motion: str, opened: Opened, form: Mappi
             return {}  # contact and coil are named, and there is no motor
         # Here, as most files need neither, and an answer comes in a third of a second.
         from breaker.reading.inspection.contact_columns import Beside
-        from breaker.reading.inspection.file_description import columns_with
+        from breaker.reading.inspection.file_description import travel_channels
 
         layout = look_into(opened)
         place, own = layout.place_of(column), layout.place_of(usual)
-        found = columns_with(opened, column).get(motion, Beside()).settings
+        if place is None:
+            return {}
+        _, beside = travel_channels(opened).get(str(layout.column(place)), ("", {}))
+        found = beside.get(motion, Beside()).settings
         other = own is not None and place != own
         return {k: v for k, v in found.items() if k in open_keys and (other or form[k] is None)}
     return {}
