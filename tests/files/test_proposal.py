@@ -7,7 +7,7 @@ import os
 import pytest
 
 from breaker.cli import main
-from breaker.reading.files.folder_facts import Description, Part
+from breaker.reading.files.file_facts import Description, Part
 from breaker.reading.files.folder_listing import list_operations
 from breaker.reading.files.operations_table import read_manifest
 from breaker.reading.files.preamble import Preamble

@@ -28,7 +28,7 @@ from breaker.drive.answers.answer_words import beside_prior, words_of
 from breaker.drive.answers.file_statements import date_in
 from breaker.drive.answers.reference_curve import overlaid
 from breaker.quantities.parameters import MOTIONS
-from breaker.reading.files.folder_facts import Description
+from breaker.reading.files.file_facts import Description
 from breaker.reading.files.folder_listing import odd_signs, record_files
 from breaker.reading.files.formats import ENDINGS
 from breaker.reading.files.guards import LARGEST, Files, printable

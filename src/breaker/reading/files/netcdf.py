@@ -1,11 +1,16 @@
-"""Curve files that hold labelled arrays, by xarray: NetCDF (version 4 needs the extra ``netcdf``)
-and Zarr.
+"""Curve files of labelled arrays, by xarray: NetCDF (version 4 needs the extra ``netcdf``), Zarr.
+
+What a Zarr store states of its arrays is looked at before any of them is read: some codecs run what
+stands in the data, and a chunk that is stored in a few bytes may be unpacked to any size.
 """
 
 import io
+import json
+import math
+import re
 import subprocess
 import sys
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +21,8 @@ from breaker.reading.files.guards import (
     TooLargeError,
     check_size,
     is_store,
+    read_bytes,
+    require_folder,
 )
 from breaker.reading.files.sample_table import Columns, Labelled
 from breaker.reading.files.text_cells import are_readings
@@ -28,7 +35,6 @@ from breaker.reading.files.word_meanings import (
     unit_of,
     wanted_columns,
 )
-from breaker.reading.files.zarr_metadata import check_store
 
 _LARGEST = 10_000_000  # samples
 _MOST = 20_000_000  # values of all variables
@@ -43,6 +49,15 @@ _UNTOUCHED = {"decode_times": False, "decode_timedelta": False, "chunks": None}
 ENDINGS = {".nc": "a NetCDF file", ".nc4": "a NetCDF file", ".zarr": "a Zarr store"}
 SIGNATURES = (b"CDF\1", b"CDF\2", b"CDF\5", b"\x89HDF\r\n\x1a\n")
 EXTRA = "netcdf"
+
+_FILES = (".zarray", ".zmetadata", "zarr.json")  # of version 2, of all of its arrays, of version 3
+_CODECS = re.compile(
+    r"(?:numcodecs\.)?(?:blosc|zstd|gzip|zlib|lz4|lzma|bz2|crc32c?|adler32|fletcher32|shuffle|delta|"
+    "quantize|fixedscaleoffset|bitround|vlen-utf8|vlen-bytes|bytes|transpose|sharding_indexed)"
+)
+_NAMING = ("id", "name", "configuration", "codecs", "index_codecs")
+_LARGEST_CHUNK = 80_000_000  # bytes of a chunk
+_MOST_BYTES, _MOST_CHUNKS = 320_000_000, 10_000  # stated; consolidated metadata do so again
 
 
 def read(opened: Opened, settings: Mapping, channel: str = "") -> Columns:
@@ -84,7 +99,7 @@ def _open(opened: Opened):
 
     file = opened.file
     if is_store(file):
-        check_store(file)
+        _check_store(file)
         return xr.open_zarr(file, **_UNTOUCHED)
     content = opened.content
     if content.startswith(SIGNATURES[-1]):
@@ -235,3 +250,79 @@ if __name__ == "__main__":
     except (MemoryError, TooLargeError) as error:
         sys.stderr.write(str(error) or f"needs more than {_MEMORY / 2**20:.0f} MiB; {_REMEDY}")
         sys.exit(_TOO_LARGE)
+
+
+def _check_store(folder: str | Path) -> None:
+    """Make sure that a Zarr store can be read: by no code of its own, and in bounds.
+
+    Raises:
+        RejectedCurveError: If it is no folder of files, an array has a codec that is not known to
+            be harmless, or the arrays are too large or of too many chunks.
+    """
+    require_folder(folder)
+    size = count = 0
+    for part in sorted(Path(folder).rglob("*")):
+        for array in _arrays(json.loads(read_bytes(part))) if part.name in _FILES else ():
+            place = f"its part {part.relative_to(folder)} has"
+            for name in _names([array.get(key) for key in ("compressor", "filters", "codecs")]):
+                if not _CODECS.fullmatch(name):
+                    why = "is not known to be harmless; write it again with zstd, or as NetCDF"
+                    raise RejectedCurveError(folder, f"{place} the codec {name!r}, which {why}")
+            chunk, every, chunks = _extent(array)
+            size, count = size + every, count + chunks
+            if chunk > _LARGEST_CHUNK or size > _MOST_BYTES or count > _MOST_CHUNKS:
+                why = "with others are too many; write the record alone, with few chunks"
+                held = f"{chunks} chunks of {chunk} bytes"
+                raise RejectedCurveError(folder, f"{place} {held}, which {why}")
+
+
+def _arrays(found: object) -> Iterator[dict]:
+    """Whatever states a shape, however deep it stands."""
+    if isinstance(found, dict):
+        if isinstance(found.get("shape"), list | int):
+            yield found
+        for each in found.values():
+            yield from _arrays(each)
+
+
+def _names(found: object) -> Iterator[str]:
+    """Names of codecs, and of those within them."""
+    if isinstance(found, str):
+        yield found
+    elif isinstance(found, dict):
+        yield from _names([found.get(key) for key in _NAMING])
+    elif isinstance(found, list):
+        for each in found:
+            yield from _names(each)
+
+
+def _extent(array: dict) -> tuple[int, int, int]:
+    """Bytes of a chunk and of all chunks, unpacked, and the number of chunks, also of those that a
+    chunk has."""
+    shape, grids = _sizes(array["shape"]), sorted(_grids(array), key=math.prod)
+    most, fewest = (
+        math.prod(-(-n // m) for n, m in zip(shape, grid, strict=True))
+        for grid in (grids[0], grids[-1])
+    )
+    chunk = math.prod(grids[-1]) * _width(array.get("data_type", array.get("dtype")))
+    return chunk, chunk * fewest, most
+
+
+def _grids(found: object) -> Iterator[list[int]]:
+    """The shapes of chunks, and of chunks within them."""
+    if isinstance(found, dict):
+        yield from (_sizes(found[key]) for key in ("chunks", "chunk_shape") if key in found)
+    if isinstance(found, dict | list):
+        for each in found.values() if isinstance(found, dict) else found:
+            yield from _grids(each)
+
+
+def _sizes(stated: list[int] | int) -> list[int]:
+    return stated if isinstance(stated, list) else [stated]
+
+
+def _width(kind: object) -> int:
+    """Bytes of a value; of a text without a length, those of its address."""
+    if isinstance(kind, dict):
+        return int(kind.get("configuration", {}).get("length_bytes", 8))
+    return 8 if kind in ("string", "|O") else np.dtype(kind).itemsize

@@ -9,17 +9,17 @@ from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
 from breaker.quantities.parameters import MOTIONS
-from breaker.reading.files.breaker_identity import with_breakers
-from breaker.reading.files.counters import with_counters
-from breaker.reading.files.file_dates import days_of
 from breaker.reading.files.file_facts import (
+    Description,
     FoundFile,
+    Part,
     Row,
+    descriptions,
     number_cell,
     settings_cells,
     with_phases,
 )
-from breaker.reading.files.folder_facts import Description, Part, descriptions
+from breaker.reading.files.file_identity import days_of, with_breakers, with_counters
 from breaker.reading.files.folder_listing import odd_signs, record_files
 from breaker.reading.files.format_settings import FORMAT
 from breaker.reading.files.guards import is_store, no_file, printable

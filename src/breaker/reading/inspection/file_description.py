@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from breaker.reading.files.folder_facts import Description, Part
+from breaker.reading.files.file_facts import Description, Part
 from breaker.reading.files.format_settings import TO_MM
 from breaker.reading.files.guards import Opened, RejectedCurveError, as_opened
 from breaker.reading.files.operations_table import FILL_IN
