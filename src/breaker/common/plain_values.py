@@ -1,4 +1,4 @@
-"""Values as JSON has them, so that every rendering of a document shows the same ones."""
+"""Documents as JSON, and back: dataclasses of plain numbers, alike in every rendering."""
 
 import json
 from collections.abc import Mapping, Sequence

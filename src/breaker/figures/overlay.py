@@ -1,4 +1,4 @@
-"""Records over good ones: the curves, and below the difference with its band."""
+"""Records laid over a good record of the same motion: curves, and the difference with its band."""
 
 from collections.abc import Sequence
 

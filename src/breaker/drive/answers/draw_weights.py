@@ -1,4 +1,4 @@
-"""How much each draw of a network counts beside what is given: a prior, facts, a timed contact."""
+"""Weights of a network's draws, given a prior of the drive, facts about it, or a timed contact."""
 
 from collections.abc import Sequence
 from dataclasses import replace

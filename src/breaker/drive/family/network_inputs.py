@@ -1,4 +1,4 @@
-"""What networks are told of records, and how: normalised shapes in a few components, and scales.
+"""Inputs of a family's networks: the shape of each record in a few components, and its scales.
 
 Shapes of a motion are taken apart into the principal components of the family's. Each is divided by
 the root of its variance and of the noise's, so that it is of order 1 whatever the noise, and says

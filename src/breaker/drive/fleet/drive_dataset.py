@@ -1,4 +1,4 @@
-"""What is known of drives as a dataset, which a job writes and the table of the fleet reads."""
+"""The dataset of a fleet: for each drive its document and moments of its draws, for the ranking."""
 
 from collections.abc import Sequence
 

@@ -1,4 +1,4 @@
-"""Posteriors of single operations in blocks of a life (paper, Fig. 10), and how right they are."""
+"""Posteriors of single operations, in blocks of a life (paper, Fig. 10), and their coverage."""
 
 import numpy as np
 import xarray as xr
