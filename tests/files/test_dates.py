@@ -5,7 +5,7 @@ from datetime import datetime
 import pytest
 
 from breaker.reading.files.date_text import moments
-from breaker.reading.files.table_cells import iso_date
+from breaker.reading.files.operations_table import iso_date
 
 WHEN = datetime(2024, 11, 20, 15, 13, 7)
 

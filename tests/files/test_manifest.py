@@ -7,8 +7,7 @@ from pathlib import Path
 import pytest
 
 from breaker.reading.files.format_settings import FORMAT
-from breaker.reading.files.operations_table import read_manifest
-from breaker.reading.files.table_cells import READ
+from breaker.reading.files.operations_table import READ, read_manifest
 
 HEAD = "file,motion,operation"
 

@@ -17,8 +17,7 @@ from breaker.quantities.catalogue import CURRENTS, check_fact, check_quantity
 from breaker.quantities.moving_mass import check_mass
 from breaker.quantities.parameters import MOTIONS, NAMES
 from breaker.quantities.speeds import every_speed, speeds_of
-from breaker.reading.files.operations_table import SWITCHING, Operation
-from breaker.reading.files.table_cells import event_words
+from breaker.reading.files.operations_table import SWITCHING, Operation, event_words
 from breaker.reading.files.word_meanings import bare
 
 

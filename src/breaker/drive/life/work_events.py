@@ -8,7 +8,7 @@ taken from the change since new.
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from breaker.reading.files.table_cells import EVENTS, event_words
+from breaker.reading.files.operations_table import EVENTS, event_words
 
 _TRANSDUCER = "transducer"
 
