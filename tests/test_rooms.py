@@ -53,8 +53,12 @@ SECTIONS |= {"prior", "family", "overlay"}
 TORCH = {"networks", "paper.posterior", "drive.training"}
 BESIDE = {"studies", "tests"}
 LONGEST_FUNCTION = 55  # so that it is seen whole
-# Names of parameters that are nothing else, and of the sources of limits.
+# The modules that know a parameter by its name: names, formulas, equations, richer equations.
+KNOWING = {"parameters", "drive_conditions", "kernels", "integrator"}
+# Names of parameters that are nothing else; those that are, as whole texts or variables; and names
+# of the sources of limits.
 PARAMETER = re.compile(r"\b(?:k_[ab]|gamma_[ab])\b")
+SHORT = {"mu", "L"}
 SOURCE = {"model", "record", "change"}
 HEAVY = {"torch", "numba", "xarray", "scipy", "pandas", "zarr", "matplotlib"}
 
@@ -277,13 +281,24 @@ def torch_elsewhere(code: Mapping[str, str]) -> list[str]:
 
 
 @cache
-def told_apart(text: str) -> list[tuple[int, str]]:
-    """Lines that name a parameter of the model, or ask what a limit is read from."""
+def parameters_named(text: str) -> list[tuple[int, str]]:
+    """Lines that name a parameter of the model, in a text or as a variable."""
     tree, found = ast.parse(text), []
     docs = {node.value for node in ast.walk(tree) if isinstance(node, ast.Expr)}
     for node in ast.walk(tree):
-        if isinstance(node, ast.Constant) and node not in docs and isinstance(node.value, str):
-            found += [(node.lineno, name) for name in PARAMETER.findall(node.value)]
+        named = node.value if isinstance(node, ast.Constant) and node not in docs else None
+        named = getattr(node, "id", getattr(node, "attr", named))
+        if isinstance(named, str):
+            short = [named] if named in SHORT else []
+            found += [(node.lineno, name) for name in [*PARAMETER.findall(named), *short]]
+    return found
+
+
+@cache
+def told_apart(text: str) -> list[tuple[int, str]]:
+    """Lines that ask what a limit is read from."""
+    found = []
+    for node in ast.walk(ast.parse(text)):
         if isinstance(node, ast.Compare):
             asked = [node.left, *node.comparators]
             of = [each for each in asked if isinstance(each, ast.Attribute) and each.attr == "of"]
@@ -296,8 +311,18 @@ def constants(nodes: Sequence[ast.expr]) -> set:
     return {each.value for each in nodes if isinstance(each, ast.Constant)}
 
 
-def known_elsewhere(code: Mapping[str, str]) -> list[str]:
-    """What two rooms alone know: parameters by name, and what limits are read from."""
+def parameters_known(code: Mapping[str, str]) -> list[str]:
+    """Parameters by their names, in modules that need not know them."""
+    return [
+        f"{file}: line {line}: {what}"
+        for file, text in code.items()
+        if room_of(file) and Path(file).stem not in KNOWING
+        for line, what in parameters_named(text)
+    ]
+
+
+def limits_known(code: Mapping[str, str]) -> list[str]:
+    """What limits are read from, which two rooms alone know."""
     return [
         f"{file}: line {line}: {what}"
         for file, text in code.items()
@@ -344,9 +369,14 @@ CHECKS = {
         upward,
         {"networks/a.py": "from breaker.quantities.parameters import NAMES"},
     ),
-    "a parameter by its name": (known_elsewhere, {"drive/life/a.py": "WORSE = {'k_a': -1}"}),
+    "a parameter by its name": (parameters_known, {"drive/life/a.py": "WORSE = {'k_a': -1}"}),
+    "a parameter in an equation": (
+        parameters_known,
+        {"mechanism/a.py": "def f(theta):\n    gamma_b = theta[4]"},
+    ),
+    "a parameter by its letter": (parameters_known, {"quantities/a.py": "GAP = 'L'"}),
     "a limit by its source": (
-        known_elsewhere,
+        limits_known,
         {"drive/life/a.py": "def f(limit):\n    return limit.of == 'change'"},
     ),
     "torch in a life": (torch_elsewhere, {"drive/life/a.py": "import torch.nn"}),

@@ -6,6 +6,7 @@ from scipy.linalg import expm
 
 from breaker.common.randomness import generator
 from breaker.mechanism import kernels
+from breaker.quantities.drive_conditions import fastest_rate
 
 TERMS = 24
 
@@ -14,6 +15,12 @@ def system(mode):
     """Matrix (4, 4) of a mode."""
     m0, m1, m2, m3, m4, m5 = mode.m
     return np.array([[0, 1, 0, 0], [-m0, -m1, m2, m3], [0, 0, 0, 1], [m4, m5, -m4, -m5]])
+
+
+def mode_of(theta, free):
+    """The mode of a drive, closed or free, without a force."""
+    rates = np.array([fastest_rate(theta, free=each) for each in (False, True)])
+    return kernels.mode_of(theta, rates, free, 0.0)
 
 
 def buffers():
@@ -27,7 +34,7 @@ def test_rows_and_exponentials(prior, free):
     exp(1.8), times the scale of a speed against a position."""
     u, made = np.linspace(-1, 1, 7), buffers()
     for theta in prior.sample(10, generator(1, "test", "modes")):
-        mode = kernels.mode_of(theta, free, 0.0)
+        mode = mode_of(theta, free)
         margin = kernels.Margin(0.3, 0.7, -0.2, 0.0, True)
         kernels.propagate(mode, margin, made)
         matrix = system(mode)
@@ -48,9 +55,9 @@ def test_rates_bound_the_systems(prior):
         for free in (True, False):
             omega = np.sqrt(k_a + k_b * (1 + mu * free))
             scale = np.array([omega, 1, omega / np.sqrt(mu), 1 / np.sqrt(mu)])
-            matrix = system(kernels.mode_of(theta, free, 0.0)) * scale[:, None] / scale
+            matrix = system(mode_of(theta, free)) * scale[:, None] / scale
             kept = slice(None) if free else slice(2)  # a closed contact stands still
-            assert np.linalg.norm(matrix[kept, kept], 2) <= kernels.rate_of(theta, free) * (
+            assert np.linalg.norm(matrix[kept, kept], 2) <= fastest_rate(theta, free=free) * (
                 1 + 1e-12
             )
 

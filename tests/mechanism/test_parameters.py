@@ -2,11 +2,11 @@
 
 import numpy as np
 
-from breaker.mechanism.kernels import rate_of
 from breaker.quantities.drive_conditions import (
+    fastest_rate,
     pressed,
     pressed_half_space,
-    rate_bound,
+    rate_of_named,
     why_not_pressed,
 )
 from breaker.quantities.parameters import (
@@ -43,8 +43,7 @@ def test_conditions_are_written_alike_for_one_drive_and_for_arrays(prior):
     theta = prior.medians * np.exp(0.5 * np.random.default_rng(1).standard_normal((200, 7)))
     theta[:, NAMES.index("f")] *= 0.6  # so that some do not press their contact
     values = [dict(zip(NAMES, each.tolist(), strict=True)) for each in theta]
-    rates = rate_of.py_func(theta.T, True)
-    assert np.allclose([rate_bound(each) for each in values], rates, rtol=1e-14)
+    assert [rate_of_named(each) for each in values] == fastest_rate(theta).tolist()
     holds = pressed(theta)
     assert 0 < holds.sum() < len(holds)
     assert [not why_not_pressed(each) for each in values] == holds.tolist()

@@ -10,7 +10,7 @@ from breaker.common.randomness import generator
 from breaker.configuration.loading import read
 from breaker.drive.simulation.endurance_rig import Rig
 from breaker.drive.simulation.rich_drive import Drive
-from breaker.quantities.parameters import NAMES
+from breaker.quantities.parameters import GAP, NAMES
 from breaker.shipped import DEFAULTS
 
 _RATE, _LENGTH = 20.0, 220.0  # kHz, ms
@@ -54,7 +54,7 @@ def _record(drive: Drive, rng: np.random.Generator) -> dict[str, list[str]]:
         close, open_ = (own.travel(m, time - trip - _DELAY) for m, trip in _TRIPS.items())
         way = np.where(time < _TRIPS["opening"], close, open_)
         poles[f"Travel {pole} (mm)"] = way + _NOISE * rng.standard_normal(time.size)
-        contacts[f"Contact {pole}"] = way > own.value("L")
+        contacts[f"Contact {pole}"] = way > own.value(GAP.name)
     high, rise, lasts = _COIL
     coils = {
         f"Coil {motion} (A)": high

@@ -18,7 +18,7 @@ from breaker.quantities.drive_conditions import (
     PRESSING,
     RELEASING,
     pressed_half_space,
-    rate_bound,
+    rate_of_named,
     why_not_pressed,
 )
 from breaker.quantities.parameters import NAMES, PARAMETERS, Parameter
@@ -98,7 +98,7 @@ def _followed(
 ) -> Iterator[str]:
     """Drives far out in the prior can be followed to the end of a record."""
     far = {n: each["median"] * math.exp(_FAR * each["log_sd"]) for n, each in prior.items()}
-    rate, length = rate_bound(far), sensor["stop"] - sensor["start"]
+    rate, length = rate_of_named(far), sensor["stop"] - sensor["start"]
     if rate > _FASTEST or rate * length > _TURNS:
         yield (
             f"has drives with a rate of {rate:.3g} / ms ({_FAR:g} log_sd above the medians), too "
@@ -118,7 +118,7 @@ def _moves(rig: Mapping[str, Any]) -> Iterator[str]:
                 f"{RELEASING}."
             )
             return
-        if (rate := rate_bound(at)) > _FASTEST:
+        if (rate := rate_of_named(at)) > _FASTEST:
             yield (
                 f"has a rate of {rate:.3g} / ms {condition}, too fast to follow. Lower {HURRYING}."
             )

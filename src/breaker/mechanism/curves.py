@@ -39,8 +39,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from breaker.mechanism.kernels import rate_of, simulate
-from breaker.quantities.parameters import MOTIONS, NAMES, split
+from breaker.mechanism.kernels import simulate
+from breaker.quantities.drive_conditions import closed_rest, fastest_rate
+from breaker.quantities.parameters import MOTIONS, NAMES
 
 _LONGEST = 1e6  # rate * length of a record: 280,000 intervals, some 10 ms a curve
 _ROWS = 8192  # of a block: some 20 ms of simulation, and 10 MB of curves
@@ -97,8 +98,10 @@ def _empty(n: int, t: int) -> Motion:
 def _curves(theta: np.ndarray, times: np.ndarray, onset: np.ndarray, motion: str) -> Motion:
     result = _empty(len(theta), times.size)
     for rows in blocks(len(theta)):
+        block = np.asarray(theta[rows], np.float64)
+        rates = np.stack([fastest_rate(block, free=free) for free in (False, True)], axis=-1)
         simulate(
-            *_contiguous(theta[rows], times, onset[rows]),
+            *_contiguous(block, rates, times, onset[rows]),
             motion == "closing",
             *(each[rows] for each in result),
         )
@@ -155,8 +158,8 @@ def sensitivity(
 def rest_position(theta: np.ndarray, motion: str) -> np.ndarray:
     """Return where the drive rests before a motion, ``(..., p) -> (...)``, mm (Eqs. 6 and 7)."""
     _check_motion(motion)
-    _, k_a, k_b, _, _, f, gap = split(np.asarray(theta, dtype=np.float64))
-    return np.zeros_like(f) if motion == "closing" else (f + k_b * gap) / (k_a + k_b)
+    closed = closed_rest(np.asarray(theta, dtype=np.float64))
+    return np.zeros_like(closed) if motion == "closing" else closed
 
 
 # ---- checks and blocks -----------------------------------------------------------------------
@@ -233,12 +236,7 @@ def too_fast(theta: np.ndarray, times: np.ndarray, onset: float | np.ndarray = 0
 
 
 def _intervals(theta: np.ndarray, times: np.ndarray, onset: float | np.ndarray) -> np.ndarray:
-    return _rates(theta) * (times[-1] - np.minimum(times[0], onset))
-
-
-def _rates(theta: np.ndarray) -> np.ndarray:
-    with np.errstate(over="ignore"):  # an infinite rate is too fast as well
-        return rate_of.py_func(np.moveaxis(theta, -1, 0), True)
+    return fastest_rate(theta) * (times[-1] - np.minimum(times[0], onset))
 
 
 def _check_rates(theta: np.ndarray, times: np.ndarray, onset: np.ndarray) -> None:
@@ -249,6 +247,6 @@ def _check_rates(theta: np.ndarray, times: np.ndarray, onset: np.ndarray) -> Non
             raise ValueError(
                 f"the drive of row {rows.start + row} is too fast to follow over "
                 f"{times[-1] - min(times[0], start[row]):g} ms: its rate is "
-                f"{_rates(block[row]):.3g} / ms, from "
+                f"{fastest_rate(block[row]):.3g} / ms, from "
                 f"{dict(zip(NAMES, block[row].tolist(), strict=True))}"
             )

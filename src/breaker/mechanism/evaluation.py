@@ -25,12 +25,12 @@ import numpy as np
 from breaker.mechanism.curves import blocks, check
 from breaker.mechanism.readings import Readings
 from breaker.quantities.catalogue import check_quantity
-from breaker.quantities.parameters import NAMES, split
+from breaker.quantities.drive_conditions import own_time, wipe
+from breaker.quantities.parameters import GAP, NAMES, split
 from breaker.quantities.size import Size
 from breaker.quantities.speeds import SPEED_UNIT, SPEEDS, Point, Speed
 
-# Of the reference drive: contact gap, mm, and the times in which force and opening spring move it,
-# sqrt(L / f) and sqrt(1 / k_a), ms.
+# Of the reference drive: contact gap, mm, and its own times (``own_time``), ms.
 _GAP, _TIMES = 10.0, {"closing": np.sqrt(10.0 / 0.75), "opening": np.sqrt(1.0 / 0.045)}
 _NEAR = 0.75  # powers of 2 within which a drive counts as of the reference drive's size
 _TRAVEL = Point(10.0, "%"), Point(90.0, "%")  # between which a travel time is taken
@@ -77,9 +77,9 @@ def evaluate(
 
 def _ways(theta: np.ndarray) -> dict[str, np.ndarray]:
     """Wipe and stroke of parameter sets ``(n, p)``, ``(n,)``."""
-    _, k_a, k_b, _, _, f, gap = split(theta)
-    wipe = (f - k_a * gap) / (k_a + k_b)
-    return {"wipe": wipe, "stroke": np.where(wipe > 0, gap + wipe, np.nan)}
+    pressed = wipe(theta)
+    stroke = theta[..., NAMES.index(GAP.name)] + pressed
+    return {"wipe": pressed, "stroke": np.where(pressed > 0, stroke, np.nan)}
 
 
 def _read_from_curves(
@@ -106,9 +106,8 @@ def _read_from_curves(
 
 def _sizes(theta: np.ndarray, motion: str) -> Iterator[tuple[Size, np.ndarray]]:
     """Yield sizes in powers of 2, and which parameter sets ``(n, p)`` are of about that size."""
-    _, k_a, _, _, _, f, gap = split(theta)
-    times = np.sqrt(gap / f if motion == "closing" else 1.0 / k_a) / _TIMES[motion]
-    powers = np.log2([gap / _GAP, times])
+    times = own_time(theta, motion) / _TIMES[motion]
+    powers = np.log2([theta[..., NAMES.index(GAP.name)] / _GAP, times])
     powers = np.where(np.abs(powers) <= _NEAR, 0.0, np.rint(powers))
     for lengths, duration in np.unique(powers, axis=1).T:
         rows = np.flatnonzero((powers[0] == lengths) & (powers[1] == duration))

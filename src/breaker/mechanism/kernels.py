@@ -9,8 +9,9 @@ About the middle of each, ``y = sum_k (A h)^k / k! y(middle) u^k`` with ``u = (t
 from -1 to 1. So the coefficients of x_a and x_b are fixed rows times the state, and the state at
 the next middle is ``exp(2 A h) y``: rows and exponentials are computed once for all intervals.
 
-``rate_of`` bounds the norm of A in coordinates scaled by mass. With ``rate * h <= 1.8``, the series
-leaves out less than round-off. A mode ends when its *margin* falls to zero: the distance of the
+``drive_conditions.fastest_rate`` bounds the norm of A in coordinates scaled by mass; the rates of a
+drive, closed and free, come with its parameters. With ``rate * h <= 1.8``, the series leaves out
+less than round-off. A mode ends when its *margin* falls to zero: the distance of the
 contact to the gap, or its force. One file has them all, as numba sees changes of one file only.
 """
 
@@ -71,19 +72,11 @@ class Record(NamedTuple):
 
 
 @_compiled
-def rate_of(theta, free):
-    """Bound of a mode's fastest rate, 1/ms."""
-    mu, k_a, k_b, gamma_a, gamma_b, _, _ = theta
-    moved = 1 + mu * free
-    return np.sqrt(k_a + k_b * moved) + gamma_a + gamma_b * moved
-
-
-@_compiled
-def mode_of(theta, free, pull):
+def mode_of(theta, rates, free, pull):
     """The mode of a contact, free or closed, under a force ``pull`` on the drive."""
     mu, k_a, k_b, gamma_a, gamma_b, _, gap = theta
     m = k_a + k_b, gamma_a + gamma_b, k_b, gamma_b, mu * free * k_b, mu * free * gamma_b
-    h = _REACH / rate_of(theta, free)
+    h = _REACH / rates[1 if free else 0]
     if free:
         return Mode(m, h, pull / k_a, pull / k_a)
     return Mode(m, h, (pull + k_b * gap) / (k_a + k_b), gap)
@@ -264,7 +257,7 @@ def _follow(mode, margin, state, start, record, sample, buffers):
 
 
 @_compiled
-def _curve(theta, onset, closing, record, buffers):
+def _curve(theta, rates, onset, closing, record, buffers):
     """Fill one curve; return its switching time after the onset and its reopening flag."""
     _, _, k_b, _, gamma_b, f, gap = theta
     if closing:
@@ -272,27 +265,32 @@ def _curve(theta, onset, closing, record, buffers):
         margin = Margin(0.0, 0.0, -1.0, gap, True)  # distance to the gap
         later = Margin(k_b, gamma_b, 0.0, -k_b * gap, False)  # contact force
     else:
-        pull, state = 0.0, (mode_of(theta, False, f).x_a, 0.0, gap, 0.0)
+        pull, state = 0.0, (mode_of(theta, rates, False, f).x_a, 0.0, gap, 0.0)
         margin = Margin(k_b, gamma_b, 0.0, -k_b * gap, True)
         later = Margin(0.0, 0.0, 0.0, 0.0, False)
     sample = _passed(record.times, 0, onset)
     record.travel[:sample] = state[0]
-    mode = mode_of(theta, closing, pull)
+    mode = mode_of(theta, rates, closing, pull)
     sample, switching, x_a, v_a = _follow(mode, margin, state, onset, record, sample, buffers)
     again = np.inf
     if sample < record.times.size:  # the contact stops dead at the gap, or leaves it from rest
-        mode, state = mode_of(theta, not closing, pull), (x_a, v_a, gap, 0.0)
+        mode, state = mode_of(theta, rates, not closing, pull), (x_a, v_a, gap, 0.0)
         again = _follow(mode, later, state, switching, record, sample, buffers)[1]
     return switching - onset, again < np.inf
 
 
 @compiled(parallel=True)
-def simulate(theta, times, onset, closing, travel, switching, reopening):
-    """Fill curves (n, t), switching times (n,) and reopening flags (n,) of parameters (n, p)."""
+def simulate(theta, rates, times, onset, closing, travel, switching, reopening):
+    """Fill curves (n, t), switching times (n,) and reopening flags (n,) of parameters (n, p).
+
+    Rates (n, 2) are bounds of the fastest ones, closed and free.
+    """
     n = theta.shape[0]
     for block in prange((n + _ROWS - 1) // _ROWS):
         terms, squares = np.empty((5, 4, _TERMS)), np.empty((2, 4, 4))
         buffers = Buffers(terms[:3], squares[0], squares[1], terms[3, 0], terms[4, 0])
         for i in range(block * _ROWS, min(n, (block + 1) * _ROWS)):
             record = Record(times, travel[i])
-            switching[i], reopening[i] = _curve(theta[i], onset[i], closing, record, buffers)
+            switching[i], reopening[i] = _curve(
+                theta[i], rates[i], onset[i], closing, record, buffers
+            )

@@ -1,11 +1,10 @@
-"""Conditions on the parameters of a drive, in formulas and in words, light to import.
+"""Formulas of the parameters of a drive, and conditions on them in words, light to import.
 
 The closing force has to exceed that of the opening spring where the contact touches, ``f > k_a L``
 (paper, Sec. 3), or a closed contact is not pressed. And the fastest rate of a drive is bounded, or
 its curve cannot be followed.
 """
 
-import math
 from collections.abc import Mapping
 
 import numpy as np
@@ -49,17 +48,50 @@ def pressed_half_space(medians: np.ndarray, log_sds: np.ndarray) -> tuple[np.nda
     return signs * log_sds, float(signs @ np.log(medians))
 
 
-def rate_bound(values: Mapping[str, float]) -> float:
-    """Return the bound of the fastest rate of a drive of parameters by name, 1/ms.
+def wipe(theta: np.ndarray) -> np.ndarray:
+    """Return how far the contact spring is pressed at rest, ``(..., p) -> (...)``, mm (Eq. 7).
 
-    That of ``kernels.rate_of`` for a free contact. It is written twice, as numba notices changes of
-    the kernels' own file only, and takes longer to import than a configuration to be checked.
+    Not positive where a contact does not stay pressed.
+    """
+    _, k_a, k_b, _, _, f, gap = split(theta)
+    return (f - k_a * gap) / (k_a + k_b)
+
+
+def closed_rest(theta: np.ndarray) -> np.ndarray:
+    """Return where the drive rests closed, ``(..., p) -> (...)``, mm (Eq. 7): gap and wipe."""
+    _, k_a, k_b, _, _, f, gap = split(theta)
+    return (f + k_b * gap) / (k_a + k_b)
+
+
+def own_time(theta: np.ndarray, motion: str) -> np.ndarray:
+    """Return the time in which the force, or the opening spring, moves a drive, ms.
+
+    Args:
+        theta: Parameters, ``(..., p)``.
+        motion: "closing" or "opening".
+    """
+    _, k_a, _, _, _, f, gap = split(theta)
+    return np.sqrt(gap / f if motion == "closing" else 1.0 / k_a)
+
+
+def fastest_rate(theta: np.ndarray, *, free: bool = True) -> np.ndarray:
+    """Return a bound of the fastest rate of drives, ``(..., p) -> (...)``, 1/ms.
+
+    It bounds the norm of a mode's matrix in coordinates scaled by mass (see ``kernels``).
+
+    Args:
+        free: Whether the contact is free. The rate of a closed one is the smaller.
 
     Example:
-        >>> values = [2.0, 0.045, 0.040, 0.30, 0.12, 0.75, 10.0]
-        >>> round(rate_bound(dict(zip(NAMES, values, strict=True))), 3)
+        >>> float(fastest_rate(np.array([2.0, 0.045, 0.040, 0.30, 0.12, 0.75, 10.0])).round(3))
         1.066
     """
-    moved = 1.0 + values["mu"]
-    springs = math.sqrt(values["k_a"] + values["k_b"] * moved)
-    return springs + values["gamma_a"] + values["gamma_b"] * moved
+    mu, k_a, k_b, gamma_a, gamma_b, _, _ = split(theta)
+    moved = 1.0 + mu * free
+    with np.errstate(over="ignore"):  # an infinite rate is too fast as well
+        return np.sqrt(k_a + k_b * moved) + gamma_a + gamma_b * moved
+
+
+def rate_of_named(values: Mapping[str, float]) -> float:
+    """Return ``fastest_rate`` of one drive of parameters by name, 1/ms."""
+    return float(fastest_rate(np.array([values[name] for name in NAMES])))

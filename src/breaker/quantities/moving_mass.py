@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from breaker.quantities.parameters import NAMES, PARAMETERS
+from breaker.quantities.parameters import FORCE, NAMES, OPENING_SPRING, PARAMETERS
 
 _LARGEST = 1e5  # kg
 _WIDEST = 1.0 / 3.0  # of the mass, that its standard deviation may be
@@ -22,7 +22,7 @@ class MassQuantity:
 
     Attributes:
         name, unit, meaning: As of a parameter.
-        of: Parameter that is multiplied by the mass.
+        of: Name of the parameter that is multiplied by the mass.
         factor: From the parameter's unit times kg and mm to the power ``ways`` to the unit.
         ways: Power of the stroke.
     """
@@ -35,19 +35,25 @@ class MassQuantity:
     ways: int = 0
 
 
-_WORDS = {each.name: each.word for each in PARAMETERS}
+# By unit of a parameter: the unit with the mass, and the factor to it. mm/ms^2 are 1e3 m/s^2,
+# 1/ms^2 are 1e6 1/s^2, 1/ms are 1e3 1/s, and mm are 1e-3 m.
+_UNITS = {"mm/ms²": ("N", 1e3), "1/ms²": ("N/m", 1e6), "1/ms": ("N s/m", 1e3)}
+_OTHERS = tuple(each for each in PARAMETERS if each.unit in _UNITS and each is not FORCE)
+_WORK, _ENERGY = "work of the closing force over the stroke", "energy of the opening spring, closed"
 
-# mm/ms^2 are 1e3 m/s^2, 1/ms^2 are 1e6 1/s^2, 1/ms are 1e3 1/s, and mm are 1e-3 m.
 MASS_QUANTITIES = (
-    MassQuantity("closing_force", "N", _WORDS["f"], "f", 1e3),
-    MassQuantity("opening_spring", "N/m", _WORDS["k_a"], "k_a", 1e6),
-    MassQuantity("contact_spring", "N/m", _WORDS["k_b"], "k_b", 1e6),
-    MassQuantity("drive_friction", "N s/m", _WORDS["gamma_a"], "gamma_a", 1e3),
-    MassQuantity("contact_friction", "N s/m", _WORDS["gamma_b"], "gamma_b", 1e3),
-    MassQuantity("closing_work", "J", "work of the closing force over the stroke", "f", 1.0, 1),
-    MassQuantity(
-        "opening_energy", "J", "energy of the opening spring, closed", "k_a", 0.5e6 * 1e-6, 2
+    *(
+        MassQuantity(
+            each.word.replace(" ", "_"),
+            _UNITS[each.unit][0],
+            each.word,
+            each.name,
+            _UNITS[each.unit][1],
+        )
+        for each in (FORCE, *_OTHERS)
     ),
+    MassQuantity("closing_work", "J", _WORK, FORCE.name, 1.0, 1),
+    MassQuantity("opening_energy", "J", _ENERGY, OPENING_SPRING.name, 0.5e6 * 1e-6, 2),
 )
 """All of them, in the order in which they are told."""
 

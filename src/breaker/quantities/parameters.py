@@ -1,8 +1,9 @@
 """Names, symbols, units, words, colours and order of what is inferred.
 
-Beside the equations (``drive_conditions``, ``curves``, ``kernels``, ``catalogue``) the only module
-that knows the seven parameters by name and position. Sources: paper, Sec. 3, Eqs. (3) to (5). The
-paper's k_1, k_2, gamma_1, gamma_2 are k_a, k_b, gamma_a, gamma_b here.
+Four modules know the seven parameters by name and position: this one, their formulas
+(``drive_conditions``), the equations (``kernels``), and those of richer drives (``integrator``).
+Sources: paper, Sec. 3, Eqs. (3) to (5). The paper's k_1, k_2, gamma_1, gamma_2 are k_a, k_b,
+gamma_a, gamma_b here.
 """
 
 from collections.abc import Mapping, Sequence
@@ -50,17 +51,14 @@ FORCE = Parameter(
 GAP = Parameter("L", r"$L$", "mm", "contact gap", 1, "contact gap", "#661141")
 """The way at which the contact touches: known only where the touch is."""
 
+OPENING_SPRING = Parameter(
+    "k_a", r"$k_a$", "1/ms²", "opening spring on the main shaft", -1, "opening spring", "#0072B2"
+)
+"""The spring that closing strains, and that opens the drive."""
+
 PARAMETERS = (
     Parameter("mu", r"$\mu$", "1", "mass ratio of drive to contact", 0, "mass ratio", "#CC79A7"),
-    Parameter(
-        "k_a",
-        r"$k_a$",
-        "1/ms²",
-        "opening spring on the main shaft",
-        -1,
-        "opening spring",
-        "#0072B2",
-    ),
+    OPENING_SPRING,
     Parameter(
         "k_b", r"$k_b$", "1/ms²", "contact spring in the pushrod", -1, "contact spring", "#56B4E9"
     ),

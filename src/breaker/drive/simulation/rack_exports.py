@@ -13,6 +13,7 @@ import numpy as np
 
 from breaker.common.randomness import generator
 from breaker.drive.simulation.rich_drive import Drive
+from breaker.quantities.parameters import FORCE
 from breaker.quantities.size import Size
 from breaker.reading.instruments.dialects import DIALECTS
 
@@ -63,7 +64,8 @@ def write_exports(
         trigger = _TRIGGER[0] + _TRIGGER[1] * rng.standard_normal()
         records = []
         for channel in CHANNELS:
-            one = drive.changed(f=drive.value("f") * (1.0 + force_sd * rng.standard_normal()))
+            force = drive.value(FORCE.name) * (1.0 + force_sd * rng.standard_normal())
+            one = drive.changed(**{FORCE.name: force})
             closes, opens = trigger + _PHASES_SD * rng.standard_normal(2) + (0.0, apart)
             closing = one.travel("closing", time - closes)
             record = np.where(time < opens, closing, one.travel("opening", time - opens))
