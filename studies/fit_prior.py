@@ -23,7 +23,7 @@ from breaker.common.randomness import generator
 from breaker.configuration.loading import load
 from breaker.drive.answers.assessment import Assessment
 from breaker.drive.answers.evidence import Given
-from breaker.drive.answers.type_prior import fit_type, reference_of, wear_allowance
+from breaker.drive.answers.type_prior import fit_type, wear_allowance
 from breaker.drive.answers.type_records import list_breakers, read_breakers
 from breaker.drive.family.network_files import open_network
 from breaker.drive.simulation.drive_family import Family
@@ -37,7 +37,7 @@ from breaker.shipped import DEFAULTS, model_file
 
 SIZES = (Size(), Size(10.35, 4.46))
 OFF = 0.7  # log-sds between types, of the default ones
-RECORDS, FURTHER, NOISE, LEAST = 3, 3, 0.1, 1e-3
+RECORDS, FURTHER, NOISE = 3, 3, 0.1
 
 
 def type_of(default: Prior, share: float, rng: np.random.Generator) -> Prior:
@@ -85,13 +85,11 @@ def one_type(number: int, options, config: dict, folder: Path, levels) -> list:
     named = [folder / f"Q{i}" for i in range(breakers)]
     own, networks = config | {"seed": 1}, lambda: [levels]
     recorded = read_breakers(list_breakers(named, MOTIONS), Assessment(own, families=networks))
-    reference = reference_of(recorded)
-    room = wear_allowance(config["rigs"]["wear"]["change"], reference)
-    fitted = fit_type(recorded, room, 1, LEAST)
-    spread = fitted.spread
-    off = reference.standardise(drawn.medians * size.factors) - spread.centre
-    sd = np.hypot(spread.centre_sd, fitted.design)
-    rows = [("medians", np.abs(off) < 1.645 * sd, sd * reference.log_sds)]
+    fitted = fit_type(recorded, wear_allowance(config["rigs"]["wear"]["change"]))
+    learned = fitted.learned
+    off = np.log(drawn.medians * size.factors / learned.medians)
+    sd = np.hypot(learned.known, learned.shared)
+    rows = [("medians", np.abs(off) < 1.645 * sd, sd)]
     rows.append(("log-sds", fitted.prior.log_sds >= drawn.log_sds, fitted.prior.log_sds))
     for i in range(breakers, breakers + FURTHER):
         truth = np.log(np.array(drives[i].theta) * size.factors)

@@ -5,7 +5,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from breaker.drive.answers import type_spread as spread_of_types
 from breaker.drive.answers.drive_records import read_operations
 from breaker.drive.answers.evidence import AnswerSettings, Given
 from breaker.drive.answers.inference import infer_drive
@@ -17,15 +16,6 @@ from tests.cli.conftest import written
 SETTINGS = AnswerSettings(draws=400, misfit_p_value=1e-3, seed=1)
 STROKE = 13.5  # mm, of the reference drive
 TOUCH = 20.09  # ms in the record, of the model that it is of
-
-
-@pytest.fixture(autouse=True, scope="package")
-def short_chains():
-    """Short chains of a type's spread, so that tests are quick."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(spread_of_types, "_SWEEPS", 200)
-        patch.setattr(spread_of_types, "_UNSETTLED", 40)
-        yield
 
 
 @pytest.fixture(scope="package")

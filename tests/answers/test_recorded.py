@@ -42,7 +42,8 @@ def test_breakers_of_a_table(folder, read):
     assert found.rejected == []
     assert found.left_out == 0
     assert found.noise_sd == pytest.approx(0.1, rel=0.15)
-    assert [len(each) for each in found.operations["Q0"]] == [2, 2]  # motions of each operation
+    # Motions of each operation, together.
+    assert [each.motions for each in found.answers["Q0"]] == [MOTIONS] * 4
     assert found.size.lengths == pytest.approx(1.0, abs=0.3)
 
 
@@ -77,7 +78,7 @@ def test_phases_are_records_of_their_breaker(folder, read):
     table.write_text("\n".join([f"{head},phase", *phases]), encoding="utf-8")
     found = read(folder)
     assert names_and_counts(found)["Q0"] == {"closing": 2, "opening": 2}
-    assert len(found.operations["Q0"]) == 2
+    assert [each.motions for each in found.answers["Q0"]] == [MOTIONS] * 4
 
 
 def test_a_motion_that_is_nowhere_is_left_out(tmp_path, drives, read):

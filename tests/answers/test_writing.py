@@ -66,12 +66,12 @@ def test_what_a_model_leaves_out_is_of_the_size_of_the_drive(prior, defaults):
 
 def test_the_parts_of_a_log_sd_are_under_their_names(prior):
     parts = {
-        name: np.full(7, value) for name, value in (("between", 3), ("design", 5), ("room", 6))
+        name: np.full(7, value) for name, value in (("spread", 3), ("known", 4), ("shared", 5))
     }
-    spread = SimpleNamespace(centre_sd=np.full(7, 4))
-    table = _table(SimpleNamespace(prior=prior, reference=prior, spread=spread, **parts))
-    assert [*table.head[4:8]] == ["of it: between", "not known", "design", "wear"]
-    assert [*table.rows[0][4:8]] == [f"{part * prior.log_sds[0]:.3f}" for part in (3, 4, 5, 6)]
+    learned, room = SimpleNamespace(**parts), np.full(7, 6)
+    table = _table(SimpleNamespace(prior=prior, reference=prior, learned=learned, room=room))
+    assert [*table.head[4:8]] == ["of it: between", "not known", "shared", "wear"]
+    assert [*table.rows[0][4:8]] == [f"{part:.3f}" for part in (3, 4, 5, 6)]
 
 
 def test_what_the_files_need_is_written_along(folder, tmp_path, capsys):

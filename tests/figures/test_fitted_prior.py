@@ -18,7 +18,7 @@ def test_a_fitted_prior_is_drawn_as_it_was(breakers):
     fitted = SimpleNamespace(
         prior=Prior(1.1 * MEDIANS, np.full(7, 0.1)),
         reference=Prior(MEDIANS, np.full(7, 0.1)),
-        fits={f"Q{i}": None for i in range(breakers)},
+        names=[f"Q{i}" for i in range(breakers)],
         intervals=np.array([0.9 * middle, middle, 1.1 * middle]),
     )
     assert_drawn(fitted_prior(fitted), f"fitted prior of {breakers}")

@@ -38,7 +38,7 @@ def _run(options: argparse.Namespace) -> int:
     from breaker.quantities.speeds import speeds_of
     from breaker.shipped import DEFAULTS
 
-    seed, least = config["seed"], config["endurance"]["misfit_p_value"]
+    seed = config["seed"]
     recorded, fitted = _fitted(options, config)
     usual = read(DEFAULTS)
     format_settings = config["endurance"]["format"].items()
@@ -57,7 +57,7 @@ def _run(options: argparse.Namespace) -> int:
     own = merge(config, overlay)
     speeds = speeds_of(own["speeds"], Size(**own["size"]))
     limits = from_list(limits, recorded.motions, speeds, of=["model"])
-    checks = check_fitted(fitted, recorded, limits, seed, least)
+    checks = check_fitted(fitted, recorded, limits, seed, config["fleet"]["evidence"])
     text = overlay_text(overlay, recorded, checks)
     lines = "The lines of configuration:\n\n" + text.removesuffix("\n")
     written = [write_lines(options.output, text) if options.output else lines]
@@ -73,11 +73,9 @@ def _run(options: argparse.Namespace) -> int:
 def _fitted(options: argparse.Namespace, config: Mapping) -> tuple:
     """The records of some breakers, and the prior fitted to them."""
     from breaker.drive.answers.assessment import Assessment
-    from breaker.drive.answers.type_prior import fit_type, reference_of, wear_allowance
+    from breaker.drive.answers.type_prior import fit_type, wear_allowance
     from breaker.drive.answers.type_records import list_breakers, read_breakers
 
     listed = list_breakers(each_once(options.folders), config["motions"], options.type)
     recorded = read_breakers(listed, Assessment(config))
-    room = wear_allowance(config["rigs"]["wear"]["change"], reference_of(recorded))
-    least = config["endurance"]["misfit_p_value"]
-    return recorded, fit_type(recorded, room, config["seed"], least)
+    return recorded, fit_type(recorded, wear_allowance(config["rigs"]["wear"]["change"]))

@@ -19,12 +19,12 @@ _NAMED = 12  # breakers that are named beside their intervals
 @style.styled
 def fitted_prior(fitted: FittedPrior) -> Figure:
     """Draw a panel for each parameter: densities of both priors, and the breakers' intervals."""
-    intervals, breakers = fitted.intervals, len(fitted.fits)
+    intervals, breakers = fitted.intervals, len(fitted.names)
     height = 2.6 + 0.09 * min(breakers, _NAMED)
     figure, axes = style.panels(len(NAMES), columns=4, width=3.9, height=height)
     for k, (axis, name) in enumerate(zip(axes, NAMES, strict=True)):
         both = [(np.log(e.medians[k]), e.log_sds[k]) for e in (fitted.prior, fitted.reference)]
-        _panel(axis, both, intervals[..., k], [*fitted.fits])
+        _panel(axis, both, intervals[..., k], fitted.names)
         output = style.OUTPUTS[name]
         axis.set_title(f"{output.symbol}   {output.meaning}", loc="left", fontsize=10)
         axis.set_xlabel(output.label)

@@ -7,8 +7,8 @@ import pandas as pd
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from breaker.drive.answers.type_model import TypeOfBreaker
 from breaker.drive.fleet.fleet_states import DIFFERENT
-from breaker.drive.fleet.type_model import TypeOfBreaker
 from breaker.figures import style
 from breaker.quantities.parameters import NAMES
 

@@ -1,4 +1,4 @@
-"""Checks of a fitted prior: limits, the records it was made from, each breaker by the others.
+"""Checks of a fitted prior: limits, the records it was made from, each breaker beside the others.
 
 Each finding is a text and whether it is as it should be.
 """
@@ -11,6 +11,7 @@ import numpy as np
 from breaker.common.numerals import in_digits, in_p
 from breaker.common.randomness import generator
 from breaker.configuration.magnitudes import UNLIKE
+from breaker.drive.answers.type_model import FEWEST
 from breaker.drive.answers.type_prior import SWINGING, FittedPrior, swings_back
 from breaker.drive.answers.type_records import Recorded
 from breaker.mechanism.limits import Limit
@@ -20,7 +21,6 @@ from breaker.quantities.parameters import NAMES
 _DRAWS = 1000
 _FAR = 3.0  # prior sd
 _LEAST_SUPPORT = 0.9
-_LEAST_BREAKERS = 3  # of which one can be left out
 
 
 class Finding(NamedTuple):
@@ -35,22 +35,22 @@ def check_fitted(
     recorded: Recorded,
     limits: Sequence[Limit],
     seed: int,
-    least: float,
+    evidence: float,
 ) -> dict[str, list[Finding]]:
     """Return what checks of a fitted prior find, by what is checked.
 
     Args:
         recorded: The records that it was made from.
         limits: Limits on the state of the drive, of these motions; none are not checked.
-        least: p-value below which a record is out of the family.
+        evidence: From which on a breaker is odd, nats.
     """
     rng = generator(seed, "fit-prior checks")
     theta = fitted.prior.sample(_DRAWS, rng)
     return {
         "breakers": [*_breakers(fitted), *_bounded(fitted)],
         "limits": _far_limits(limits, theta),
-        "records in the family": _in_family(recorded, least),
-        "each breaker by the others": _left_out(fitted, seed),
+        "records in the family": _in_family(recorded),
+        "each breaker beside the others": _odd(fitted, evidence),
         f"contact pressed, {PRESSED}": [_support(fitted)],
         "openings of the two-spring model": [_stopped(fitted, recorded, seed)],
     }
@@ -58,7 +58,7 @@ def check_fitted(
 
 def _breakers(fitted: FittedPrior) -> list[Finding]:
     """How many there are, and which are left out."""
-    source = Finding(f"{len(fitted.fits)} breakers")
+    source = Finding(f"{len(fitted.names)} breakers")
     if fitted.alone:
         source = Finding(
             "ONE breaker is the only source: its spread from breaker to breaker is a guess. If the "
@@ -66,7 +66,7 @@ def _breakers(fitted: FittedPrior) -> list[Finding]:
             "prior is wider for both; fit it again with records of other breakers of the type",
             good=False,
         )
-    text = "none of its records is in the family, and it is left out; look at them"
+    text = "nothing is inferred of any of its records, and it is left out; look at them"
     return [source, *(Finding(f"{name}: {text}", good=False) for name in fitted.unfit)]
 
 
@@ -108,7 +108,7 @@ def _far_limits(limits: Sequence[Limit], theta: np.ndarray) -> list[Finding]:
     return findings
 
 
-def _in_family(recorded: Recorded, least: float) -> list[Finding]:
+def _in_family(recorded: Recorded) -> list[Finding]:
     """How the records of each breaker fit the family."""
     *others, family = recorded.tried
     findings = [
@@ -120,28 +120,30 @@ def _in_family(recorded: Recorded, least: float) -> list[Finding]:
     ]
     for name, by_motion in recorded.records.items():
         for motion, each in by_motion.items():
-            p_values = np.array([recorded.levels.match(motion, seen).p_value for seen in each])
-            out = int((p_values < least).sum())
-            text = f"{name}, {motion}: {len(each)} records, median {in_p(np.median(p_values))}"
+            out = sum(answer.misfit for answer in each)
+            median = np.median([answer.match.p_value for answer in each])
+            text = f"{name}, {motion}: {len(each)} records, median {in_p(median)}"
             said = f"{text}; {out} are out of the family, and left out" if out else text
             findings.append(Finding(said, good=not out))
     return findings
 
 
-def _left_out(fitted: FittedPrior, seed: int) -> list[Finding]:
-    """Each breaker's parameters, in sds of the prior that the others make and of its own."""
-    count = len(fitted.fits)
-    if count < _LEAST_BREAKERS:
-        return [Finding(f"needs {_LEAST_BREAKERS} breakers or more, of which one is left out")]
+def _odd(fitted: FittedPrior, least: float) -> list[Finding]:
+    """Of each breaker the parameter in which it is farthest off its type, as in a fleet."""
+    if len(fitted.names) < FEWEST:
+        return [Finding(f"needs {FEWEST} breakers or more, of which one may be odd")]
     findings = []
-    for number, name in enumerate(fitted.fits):
-        others = fitted.without(name, generator(seed, "fit-prior without", number)).prior
-        mean, sd = fitted.own(name)
-        sds = np.hypot(others.log_sds, sd * fitted.reference.log_sds)
-        off = np.log(fitted.reference.destandardise(mean) / others.medians) / sds
-        worst = int(np.abs(off).argmax())
-        text = f"{name}: farthest off is {NAMES[worst]}, by {off[worst]:+.1f} sd"
-        findings.append(_near(off[worst], text, "is it of this type, and in order?"))
+    for name, evidence, off in zip(
+        fitted.names, fitted.learned.evidence, fitted.learned.off, strict=True
+    ):
+        k = int(evidence.argmax())
+        text = (
+            f"{name}: farthest off is {NAMES[k]}, by {100.0 * off[k]:+.0f} %; evidence that it is "
+            f"odd {evidence[k]:.1f} nats"
+        )
+        odd = evidence[k] >= least
+        said = f"{text}: is it of this type, and in order?" if odd else text
+        findings.append(Finding(said, good=not odd))
     return findings
 
 

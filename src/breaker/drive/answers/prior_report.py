@@ -164,13 +164,14 @@ def _sources(recorded: Recorded) -> Section:
 def _table(fitted: FittedPrior) -> Table:
     """Medians and log-sds, beside those of the default prior at the size, and their parts."""
     prior, reference, rows = fitted.prior, fitted.reference, []
-    parts = np.array([fitted.between, fitted.spread.centre_sd, fitted.design, fitted.room])
+    learned = fitted.learned
+    parts = np.array([learned.spread, learned.known, learned.shared, fitted.room])
     for i, each in enumerate(PARAMETERS):
-        of = (f"{value:.3f}" for value in reference.log_sds[i] * parts[:, i])
+        of = (f"{value:.3f}" for value in parts[:, i])
         fit = f"{prior.medians[i]:.4g}", f"{prior.log_sds[i]:.3f}"
         default = f"{reference.medians[i]:.4g}", f"{reference.log_sds[i]:.3f}"
         rows.append((each.name, each.unit, *fit, *of, *default))
-    of = ("of it: between", "not known", "design", "wear")
+    of = ("of it: between", "not known", "shared", "wear")
     return Table(("", "", "median", "log_sd", *of, "default", "log_sd"), rows, form=_FORM)
 
 

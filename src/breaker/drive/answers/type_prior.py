@@ -8,26 +8,19 @@ import numpy as np
 from breaker.common.randomness import generator
 from breaker.configuration.loading import read
 from breaker.configuration.magnitudes import UNLIKE
-from breaker.drive.answers.limit_verdicts import NORMAL
+from breaker.drive.answers.type_model import TypeDraws, TypeOfBreaker, draws_of, learn_type
 from breaker.drive.answers.type_records import Recorded
-from breaker.drive.answers.type_spread import Spread, TypeFit, find_spread, fit_breaker
 from breaker.mechanism.curves import travel
 from breaker.mechanism.prior import Prior
 from breaker.mechanism.sensor import Sensor
 from breaker.quantities.parameters import NAMES
-from breaker.quantities.size import Size, powers
+from breaker.quantities.size import Size
 from breaker.shipped import DEFAULTS
-
-DESIGN = 0.6
-"""Share of a breaker's posterior variance that is taken for an error that its type shares."""
 
 SWINGING = 0.2
 """Share of openings that may swing back where the workflow simulates openings at all."""
 
-_DRAWS = 500  # of each operation
 _OPENINGS = 400  # of a prior, that tell whether the model stops them
-_SIZE = 0.3  # sd of the logarithms of a size that is read from records: next to nothing known
-_ALONE = 1.0  # log-sds of the default: spread between breakers where there is one alone
 _WIDTHS = (np.inf, *np.geomspace(1.0, 0.1, 11).round(2).tolist())  # log-sds, tried in turn
 _LIKE = 0.99 * UNLIKE  # times the reference drive's that a median may be
 _WEAR_SDS = 3.0  # sd of the room that the largest usual wear is
@@ -37,22 +30,22 @@ _WEAR_SDS = 3.0  # sd of the room that the largest usual wear is
 class FittedPrior:
     """The prior of a type of breaker.
 
-    The parts of its log-sds are in those of the reference prior, ``(p,)``.
-
     Attributes:
         reference: The family's prior, scaled to about the size of the type.
-        fits: What the records of each breaker say, by name.
-        spread: Centre and spread of the type.
-        room: Room for wear.
-        unfit: Breakers without a record in the family, which are left out.
+        names: Of the breakers.
+        drawn: What the records of each say, by itself.
+        learned: What they have in common.
+        room: Log-sds of the room for wear, ``(p,)``.
+        unfit: Breakers of which no record was inferred, which are left out.
         unlike: Parameters whose median would be refused as that of no drive, and is bounded.
         widest: The largest log-sds of the prior, ``(p,)``, where those of the records cannot be
             taken.
     """
 
     reference: Prior
-    fits: Mapping[str, TypeFit]
-    spread: Spread
+    names: tuple[str, ...]
+    drawn: TypeDraws
+    learned: TypeOfBreaker
     room: np.ndarray
     unfit: tuple[str, ...] = ()
     unlike: tuple[str, ...] = ()
@@ -61,46 +54,17 @@ class FittedPrior:
     @property
     def alone(self) -> bool:
         """Whether the records of one breaker are the only source."""
-        return len(self.fits) == 1
-
-    @property
-    def between(self) -> np.ndarray:
-        """Spread between breakers."""
-        between = self.spread.between
-        return np.maximum(between, _ALONE * _of_a_type(self.reference)) if self.alone else between
-
-    @property
-    def design(self) -> np.ndarray:
-        """Error that all breakers of the type may share, so that more of them do not lessen it.
-
-        Breakers of a type have the same levers and dampers, so that the model's error is alike in
-        all of them, and in those to be judged.
-        """
-        sds = [self.own(name)[1] for name in self.fits]
-        return np.sqrt(DESIGN * np.mean(np.square(sds), axis=0))
+        return len(self.names) == 1
 
     @property
     def spread_seen(self) -> np.ndarray:
         """Log-sds of all parts together, ``(p,)``."""
-        parts = (self.spread.centre_sd, self.between, self.design, self.room)
-        return self.reference.log_sds * np.sqrt(np.sum(np.square(parts), axis=0))
+        return np.hypot(self.learned.log_sds, self.room)
 
     @property
     def prior(self) -> Prior:
         """The fitted prior."""
-        medians = self.reference.destandardise(self.spread.centre)
-        return Prior(medians, np.minimum(self.spread_seen, self.widest))
-
-    def own(self, name: str) -> tuple[np.ndarray, np.ndarray]:
-        """Return a breaker's standardised parameters and their sds, by itself, ``(p,)``."""
-        mean, cov = self.fits[name].posterior(precision_of(self.reference))
-        return mean, np.sqrt(cov.diagonal())
-
-    def without(self, name: str, rng: np.random.Generator) -> "FittedPrior":
-        """Return the prior that the other breakers make."""
-        others = {other: fit for other, fit in self.fits.items() if other != name}
-        spread = _spread_of(others, self.reference, rng)
-        return replace(self, fits=others, spread=spread)
+        return Prior(self.learned.medians, np.minimum(self.spread_seen, self.widest))
 
     def accepted(self, check: Callable[["FittedPrior"], None]) -> "FittedPrior":
         """Return the prior as wide as a check accepts it, bounded where it needs to be.
@@ -134,69 +98,42 @@ class FittedPrior:
 
     @property
     def intervals(self) -> np.ndarray:
-        """Low ends, middles and high ends of 90 % intervals of the breakers, ``(3, b, p)``, in the
+        """Low ends, medians and high ends of 90 % intervals of the breakers, ``(3, b, p)``, in the
         units of the parameters.
         """
-        own = np.array([self.own(name) for name in self.fits])  # (b, 2, p)
-        ends = (own[:, 0] + sds * own[:, 1] for sds in (-NORMAL[90], 0.0, NORMAL[90]))
-        return np.stack([self.reference.destandardise(each) for each in ends])
+        return np.quantile(self.drawn.theta, [0.05, 0.5, 0.95], axis=1)
 
 
-def fit_type(recorded: Recorded, room: np.ndarray, seed: int, least: float) -> FittedPrior:
+def fit_type(recorded: Recorded, room: np.ndarray) -> FittedPrior:
     """Fit the prior of a type.
 
     Args:
         recorded: Records of some breakers.
-        room: Room for wear, log-sds of the reference prior, ``(p,)``.
-        least: p-value below which a record is out of the family; it is left out.
+        room: Log-sds of the room for wear, ``(p,)``.
 
     Raises:
-        ValueError: If no breaker has a record in the family.
+        ValueError: If no record of any breaker was inferred.
     """
-    levels, reference = recorded.levels, reference_of(recorded)
-    fits = {}
-    # By their order, as names hold the folder, which may be anywhere.
-    for number, (name, operations) in enumerate(recorded.operations.items()):
-        rng = generator(seed, "fit-prior draws", number)
-        within = [
-            each
-            for each in operations
-            if all(levels.match(motion, seen).p_value >= least for motion, seen in each.items())
-        ]
-        if within:
-            theta = np.concatenate([levels.draw(each, _DRAWS, rng).theta for each in within])
-            fits[name] = fit_breaker(theta, reference)
-    if not fits:
+    every = {name: draws_of(answers) for name, answers in recorded.answers.items()}
+    found = {name: draws for name, draws in every.items() if draws}
+    if not found:
         raise ValueError(
-            f"no record of {', '.join(recorded.operations)} is of a family of drives ("
+            f"no record of {', '.join(every)} is of a family of drives ("
             + " | ".join(f"{name}: {recorded.fit_in_words(name)}" for name in recorded.tried)
             + "): look at one (`breaker infer FILE --plot PNG`), and at endurance.format"
         )
-    spread = _spread_of(fits, reference, generator(seed, "fit-prior spread"))
-    unfit = tuple(name for name in recorded.operations if name not in fits)
-    usual = _default().sized(recorded.size).medians
-    centre = np.clip(spread.centre, *map(reference.standardise, (usual / _LIKE, usual * _LIKE)))
-    unlike = tuple(np.array(NAMES)[centre != spread.centre].tolist())
-    return FittedPrior(reference, fits, replace(spread, centre=centre), room, unfit, unlike)
-
-
-def _spread_of(fits: Mapping[str, TypeFit], reference: Prior, rng: np.random.Generator) -> Spread:
-    """The spread of a type, standardised by the reference."""
-    between = _of_a_type(reference)
-    return find_spread([*fits.values()], precision_of(reference), rng, between)
-
-
-def _of_a_type(reference: Prior) -> np.ndarray:
-    """Log-sds of the default prior, in those of the reference, ``(p,)``.
-
-    A family of drives of any kind is wider than one of about one size. Breakers of a type are not.
-    """
-    return np.minimum(_default().log_sds / reference.log_sds, 1.0)
-
-
-def _default() -> Prior:
-    """The prior of the reference drive."""
-    return Prior.from_settings(read(DEFAULTS)["prior"])
+    drawn, default = TypeDraws.of(found.values()), Prior.from_settings(read(DEFAULTS)["prior"])
+    learned, usual = learn_type(drawn, default.log_sds), default.sized(recorded.size).medians
+    medians = np.clip(learned.medians, usual / _LIKE, usual * _LIKE)
+    return FittedPrior(
+        reference_of(recorded),
+        tuple(found),
+        drawn,
+        replace(learned, medians=medians),
+        room,
+        tuple(name for name in every if name not in found),
+        tuple(np.array(NAMES)[medians != learned.medians].tolist()),
+    )
 
 
 def swings_back(prior: Prior, size: Size, seed: int) -> float:
@@ -216,25 +153,15 @@ def reference_of(recorded: Recorded) -> Prior:
     return Prior.from_settings(recorded.levels.settings["prior"]).sized(recorded.size)
 
 
-def precision_of(reference: Prior) -> np.ndarray:
-    """Return the inverse covariance of standardised parameters where the size is only about that.
-
-    It is what parameters share, so their logarithms are known only as well as that of the size.
-    """
-    shared = _SIZE * powers() / reference.log_sds
-    return np.linalg.inv(np.eye(len(NAMES)) + shared.T @ shared)
-
-
-def wear_allowance(change: Mapping[str, tuple[float, float]], prior: Prior) -> np.ndarray:
-    """Return the room that a prior needs for wear, in its log-sds, ``(p,)``.
+def wear_allowance(change: Mapping[str, tuple[float, float]]) -> np.ndarray:
+    """Return the room that a prior needs for wear, log-sds, ``(p,)``.
 
     Args:
         change: The section ``rigs.wear.change`` of the configuration: ranges of changes, shares.
 
     Example:
-        >>> prior = Prior([2.0, 0.045, 0.040, 0.30, 0.12, 0.75, 10.0], [0.1] * 7)
-        >>> wear_allowance({"L": (0.005, 0.12)}, prior).round(2)  # 12 % is three times this
-        array([0.  , 0.  , 0.  , 0.  , 0.  , 0.  , 0.38])
+        >>> wear_allowance({"L": (0.005, 0.12)}).round(3)  # 12 % is three times this
+        array([0.   , 0.   , 0.   , 0.   , 0.   , 0.   , 0.038])
     """
     ends = np.array([change.get(name, (0.0, 0.0)) for name in NAMES])
-    return np.abs(np.log1p(ends)).max(axis=1) / (_WEAR_SDS * prior.log_sds)
+    return np.abs(np.log1p(ends)).max(axis=1) / _WEAR_SDS

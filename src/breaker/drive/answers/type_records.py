@@ -1,9 +1,9 @@
-"""Records of the breakers of a type, from folders: which of them count, and which do not."""
+"""Records of the breakers of a type, from folders: which of them count, and what they say."""
 
 import os
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import NamedTuple, Self
 
@@ -12,9 +12,9 @@ import numpy as np
 from breaker.common.numerals import in_p
 from breaker.drive.answers.answer_words import differs_in_words
 from breaker.drive.answers.assessment import Assessment
+from breaker.drive.answers.evidence import Answer, DriveRecord
 from breaker.drive.family.level_network import Levels
 from breaker.drive.family.membership import Match, choose_family
-from breaker.drive.family.network_inputs import NormalisedRecords
 from breaker.quantities.size import Size
 from breaker.reading.files.folder_listing import list_fleet, list_operations
 from breaker.reading.files.guards import printable
@@ -59,12 +59,12 @@ class Span(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Recorded:
-    """Records of the breakers of a type, as networks of a family see them.
+    """Records of the breakers of a type, and what is inferred of them.
 
     Attributes:
         levels: Network of the family.
         tried: How the records of each motion fit families, by name: those tried before it, and it.
-        operations: By breaker, the records of each operation by motion; of usable ones.
+        answers: What is inferred of each usable record, by breaker.
         rejected: Why records were rejected, one text for each.
         left_out: How many records were not read since there are enough.
         spans: How far usable records go, by motion.
@@ -73,7 +73,7 @@ class Recorded:
 
     levels: Levels
     tried: Mapping[str, Sequence[tuple[str, Match]]]
-    operations: Mapping[str, Sequence[Mapping[str, NormalisedRecords]]]
+    answers: Mapping[str, Sequence[Answer]]
     rejected: Sequence[str]
     left_out: int
     spans: Mapping[str, Sequence[Span]]
@@ -110,12 +110,12 @@ class Recorded:
         return float(np.median(quiet)) if quiet else np.nan
 
     @property
-    def records(self) -> dict[str, dict[str, list[NormalisedRecords]]]:
-        """Records by breaker and motion."""
-        found: dict[str, dict[str, list[NormalisedRecords]]] = {}
-        for name, operations in self.operations.items():
-            for motion, seen in (pair for each in operations for pair in each.items()):
-                found.setdefault(name, {}).setdefault(motion, []).append(seen)
+    def records(self) -> dict[str, dict[str, list[Answer]]]:
+        """Answers by breaker and motion."""
+        found: dict[str, dict[str, list[Answer]]] = {}
+        for name, answers in self.answers.items():
+            for each in answers:
+                found.setdefault(name, {}).setdefault(each.record.motion, []).append(each)
         return found
 
     @property
@@ -125,9 +125,13 @@ class Recorded:
 
     @property
     def size(self) -> Size:
-        """Size of drives of the family with the stroke and the duration of these."""
-        first = [next(iter(each.values())) for some in self.operations.values() for each in some]
-        seen = np.median([(each.stroke[0], each.duration[0]) for each in first], axis=0)
+        """Size of drives of the family with the stroke and the duration of these: of the first
+        motion that a breaker has.
+        """
+        first = [
+            each.record.shape for by in self.records.values() for each in next(iter(by.values()))
+        ]
+        seen = np.median([(each.stroke, each.duration) for each in first], axis=0)
         return Size(*(float(f"{each:.3g}") for each in seen / np.exp(self.levels.usual[:, 0])))
 
 
@@ -188,21 +192,17 @@ def read_breakers(
     listed: Mapping[str, Mapping[str, Sequence[Operation]]],
     assessment: Assessment,
 ) -> Recorded:
-    """Read some records of breakers.
+    """Read some records of breakers, and infer them, all in one family.
 
     Args:
         listed: Their operations by motion and breaker, of ``list_breakers``.
-        assessment: How they are read, and which families are tried.
+        assessment: How they are read and inferred, and which families are tried.
 
     Raises:
         ValueError: If no record can be used. The message says what to do.
     """
-    found: dict[str, dict[tuple, dict[str, NormalisedRecords]]] = defaultdict(
-        lambda: defaultdict(dict)
-    )
+    found: dict[str, dict[str, list[DriveRecord]]] = defaultdict(lambda: defaultdict(list))
     rejected, left_out = [], 0
-    spans: dict[str, list[Span]] = defaultdict(list)
-    types: list[str] = []
     for motion, breakers in listed.items():
         for name, every in breakers.items():
             some = [every[i] for i in _spread(len(every))]
@@ -210,32 +210,37 @@ def read_breakers(
             for each in assessment.read({motion: some}):
                 if each.reason:
                     rejected.append(each.reason)
-                    continue
-                one = each.operation
-                types += filter(None, [one.type or each.stated.type])
-                found[name][one.number, one.phase, os.path.dirname(one.file)][motion] = each.seen
-                spans[motion].append(Span.of(each.raw))
-    if not found:
+                else:  # of one name in two folders, operations have numbers of their own in each
+                    found[name][os.path.dirname(each.operation.file)].append(each)
+    usable = [
+        each for folders in found.values() for records in folders.values() for each in records
+    ]
+    if not usable:
         raise ValueError(
             f"none of {len(rejected)} records can be used; check endurance.format and the "
             "folder. The first reasons: " + " | ".join(rejected[:3])
         )
-    operations = {name: list(each.values()) for name, each in found.items()}
-    least = assessment.settings.misfit_p_value
-    levels, tried = _family_of(operations, assessment.families(), least)
-    named = [*usual_spelling(types).values()]
-    return Recorded(levels, tried, operations, rejected, left_out, spans, named)
+    levels, tried = _family_of(usable, assessment.families(), assessment.settings.misfit_p_value)
+    own = replace(assessment, families=lambda: [levels])
+    answers = {
+        name: [answer for records in folders.values() for answer in own.infer(records)]
+        for name, folders in found.items()
+    }
+    spans: dict[str, list[Span]] = defaultdict(list)
+    for each in usable:
+        spans[each.motion].append(Span.of(each.raw))
+    types = usual_spelling(filter(None, (e.operation.type or e.stated.type for e in usable)))
+    return Recorded(levels, tried, answers, rejected, left_out, spans, [*types.values()])
 
 
 def _family_of(
-    operations: Mapping[str, Sequence[Mapping]], families: Iterable[Levels], least: float
+    records: Sequence[DriveRecord], families: Iterable[Levels], least: float
 ) -> tuple[Levels, dict[str, list[tuple[str, Match]]]]:
     """The family of records, and how they fit all that were tried, it last."""
-    seen = [pair for some in operations.values() for each in some for pair in each.items()]
     tried: dict[str, list[tuple[str, Match]]] = {}
 
     def match(levels: Levels) -> list[tuple[str, Match]]:
-        found = [(motion, levels.match(motion, each)) for motion, each in seen]
+        found = [(each.motion, levels.match(each.motion, each.seen)) for each in records]
         return tried.setdefault(levels.settings["family"], found)
 
     levels, matches, _ = choose_family(families, match, least)

@@ -17,6 +17,7 @@ from breaker.configuration.loading import read
 from breaker.drive.answers.assessment import Assessment
 from breaker.drive.answers.evidence import Answer
 from breaker.drive.answers.limit_verdicts import VERDICTS, Verdict
+from breaker.drive.answers.type_model import draws_of
 from breaker.drive.answers.visit_changes import QuantityChange
 from breaker.drive.fleet.drive_document import DriveChange, DriveDocument, Due, Shown
 from breaker.drive.fleet.fleet_states import DIFFERENT, UNJUDGED
@@ -90,9 +91,9 @@ def examine(member: Member, config: Mapping) -> Examined:
         document = replace(document, trust=[str(error).splitlines()[0]])
     if document.state == STATES[0]:
         document = replace(document, state=UNJUDGED)
-    drawn = {e.record.operation.number: e.draws.theta for e in used if e.draws is not None}
+    drawn = draws_of(used)
     shape = (0, config["endurance"]["draws"], len(NAMES))
-    return Examined(document, np.array([*drawn.values()]) if drawn else np.empty(shape))
+    return Examined(document, np.array(drawn) if drawn else np.empty(shape))
 
 
 def _limits_of(member: Member, config: Mapping) -> list:

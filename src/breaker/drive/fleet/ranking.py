@@ -7,11 +7,11 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
+from breaker.drive.answers.type_model import TypeDraws, TypeOfBreaker, learn_type
 from breaker.drive.family.network_files import shipped_levels
 from breaker.drive.fleet.drive_document import DriveDocument, Farthest, FleetRow
 from breaker.drive.fleet.fleet_states import FLEET_STATES
 from breaker.drive.fleet.reasons import reason_of
-from breaker.drive.fleet.type_model import TypeDraws, TypeOfBreaker, learn_type
 from breaker.mechanism.prior import Prior
 from breaker.quantities.parameters import NAMES, PARAMETERS
 from breaker.reading.files.word_meanings import bare, usual_spelling

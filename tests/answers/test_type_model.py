@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from breaker.drive.fleet.type_model import TypeDraws, learn_type
+from breaker.drive.answers.type_model import TypeDraws, learn_type
 
 SPREAD, NOISE = 0.03, 0.02
 USUAL = np.array([0.2, 0.15, 0.2, 0.2, 0.4, 0.1, 0.05])

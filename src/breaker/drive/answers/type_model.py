@@ -1,19 +1,22 @@
 r"""What breakers of a type have in common, and which of them is odd.
 
-The network's error of a drive is shared by its type, so a drive's posterior is far wider than
-drives of a type are apart. So drives are compared by the means of their draws, ``x_b``, whose own
-error is seen from operation to operation. Over the drives ``x_b = m + u_b + e_b`` in logarithms,
-with ``u_b ~ N(0, diag(tau^2))``; of a few drives one parameter is odd, and has ``s`` more. By
+Breakers of a type have the same levers and dampers, so they share the error of what networks infer
+of them, and more of them do not lessen it: a drive's posterior is far wider than drives of a type
+are apart. So drives are compared by the means of their draws, ``x_b``, whose own error is seen from
+operation to operation. Over the drives ``x_b = m + u_b + e_b`` in logarithms, with
+``u_b ~ N(0, diag(tau^2))``; of a few drives one parameter is odd, and has ``s`` more. By
 expectation maximisation centre m and spread tau are those of the drives that are not odd, which so
 do not widen them. Evidence that a drive is odd is the logarithm of the ratio of both likelihoods.
 """
 
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from functools import cached_property
+from typing import NamedTuple, Self
 
 import numpy as np
 
-from breaker.drive.answers.type_prior import DESIGN
+from breaker.drive.answers.evidence import Answer
 from breaker.drive.family.scatter import beside_usual
 from breaker.mechanism.prior import Prior
 
@@ -21,6 +24,8 @@ _ODD, _FAR = 0.02, 0.3  # share of odd drives, and the sd of the logarithm by wh
 _LEAST, _KNOWN = 0.1, 4.0  # spread that is expected, log-sds of the prior; as of so many drives
 _OWN = 0.2  # share of a posterior's variance that is expected from operation to operation
 _WIDER = 1.5  # factor on the variance seen: what operations of one visit share is not in it
+_SHARED = 0.6  # share of a drive's posterior variance that is an error which its type shares
+_DRAWS = 500  # of a drive, which are kept
 _ROUNDS, _SETTLED = 500, 1e-7
 FEWEST = 5
 """Drives of a type from which one may be told as odd."""
@@ -41,6 +46,18 @@ class TypeDraws(NamedTuple):
     count: np.ndarray
     theta: np.ndarray
 
+    @classmethod
+    def of(cls, drives: Iterable[Sequence[np.ndarray]]) -> Self:
+        """Sum up draws of the operations of each drive, ``(d, p)`` each, one or more."""
+        found = []
+        for operations in drives:
+            each = np.array([np.log(theta).mean(axis=0) for theta in operations])
+            off = each - each.mean(axis=0)
+            flat = np.concatenate(operations)
+            some = flat[np.linspace(0, len(flat) - 1, _DRAWS).astype(int)]
+            found.append((each.mean(axis=0), off.T @ off, len(operations), some))
+        return cls(*map(np.array, zip(*found, strict=True)))
+
     @property
     def posterior(self) -> np.ndarray:
         """Mean covariance of the logarithms of a drive's draws, ``(p, p)``."""
@@ -53,22 +70,34 @@ class TypeDraws(NamedTuple):
         return one / self.count[:, None, None]
 
 
+def draws_of(answers: Iterable[Answer]) -> list[np.ndarray]:
+    """Return the draws of each operation that was inferred, ``(d, p)``, in the order of answers."""
+    return [*{id(each.draws): each.draws.theta for each in answers if each.draws}.values()]
+
+
 @dataclass(frozen=True, eq=False)
 class TypeOfBreaker:
     """A type, learned.
 
     Attributes:
-        medians, spread: Of its drives, and the log-sd of these, ``(p,)``.
-        log_sds: Of its prior: the spread, and the error that the type shares, ``(p,)``.
+        medians: Of its drives, ``(p,)``.
+        spread, known, shared: Log-sds, ``(p,)``: of the drives; of the medians, as few drives tell
+            them; and of the error that the drives share.
         evidence: That a parameter of a drive is odd, nats, ``(n, p)``; -inf of fewer than 5 drives.
         off: How far the drive's mean is off the median, share, ``(n, p)``.
     """
 
     medians: np.ndarray
     spread: np.ndarray
-    log_sds: np.ndarray
+    known: np.ndarray
+    shared: np.ndarray
     evidence: np.ndarray
     off: np.ndarray
+
+    @cached_property
+    def log_sds(self) -> np.ndarray:
+        """Log-sds of its prior, all parts together, ``(p,)``."""
+        return np.sqrt(np.sum(np.square((self.spread, self.known, self.shared)), axis=0))
 
     def weights(self, theta: np.ndarray, family: Prior) -> np.ndarray:
         """Return the weights of a drive's draws ``(d, p)`` by this prior, ``(d,)``, their sum 1.
@@ -89,7 +118,7 @@ def _family_log_prob(theta: np.ndarray, family: Prior) -> np.ndarray:
 
 
 def learn_type(drawn: TypeDraws, usual: np.ndarray) -> TypeOfBreaker:
-    """Learn a type from its drives.
+    """Learn a type from its drives; of one alone, the spread is that of drives of any type.
 
     Args:
         usual: Log-sds of the prior of drives of any type and one size, ``(p,)``.
@@ -125,9 +154,10 @@ def learn_type(drawn: TypeDraws, usual: np.ndarray) -> TypeOfBreaker:
             break
     log, _, _ = _components(x - centre, error, variance)
     evidence = log[:, 1:] - log[:, :1] if n >= FEWEST else np.full((n, p), -np.inf)
-    known = (variance + np.diagonal(error.mean(axis=0))) / n
-    sds = np.sqrt(variance + known + DESIGN * drawn.posterior.diagonal())
-    return TypeOfBreaker(np.exp(centre), np.sqrt(variance), sds, evidence, np.expm1(x - centre))
+    known = np.sqrt((variance + np.diagonal(error.mean(axis=0))) / n)
+    spread = np.sqrt(variance) if n > 1 else usual
+    shared = np.sqrt(_SHARED * drawn.posterior.diagonal())
+    return TypeOfBreaker(np.exp(centre), spread, known, shared, evidence, np.expm1(x - centre))
 
 
 def _components(
