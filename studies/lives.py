@@ -3,6 +3,7 @@
     python -m studies.lives follow develop lives.csv          # or calibrate, score, fresh
     python -m studies.lives table lives.csv docs/lives.csv    # sums one or more up
     python -m studies.lives plans lives.csv docs/plans.csv    # and how lives were serviced
+    python -m studies.lives alarms lives.csv docs/alarms.csv  # and what was told for nothing
 
 Seeds: to develop by, to calibrate by (threshold and future in ``wear_model``), to score, and fresh,
 to score what was changed since.
@@ -12,9 +13,10 @@ wears and all parameters scatter by 0.4 %; sensors round, and have coloured nois
 (``studies.sensors``). A record every fifth operation. Each life has a limit on a measured
 quantity, and one on the change of a parameter, at what the drive reaches at a random share of its
 wear; where nothing changes enough for that, it has none. ``steady`` lives have no change of rate,
-``faults`` a sudden one of a parameter. ``other`` are lives of drives of other code, by other laws
-of wear, of other lengths (``studies.other_lives``); their truth is not shifted to what records
-show.
+``faults`` a sudden one of a parameter. ``unworn`` drives do not wear, ``slow`` ones a quarter as
+fast as their limits are set for: what they are told is a false alarm. ``other`` are lives of drives
+of other code, by other laws of wear, of other lengths (``studies.other_lives``); their truth is not
+shifted to what records show.
 
 A service is done at the operation that is told, by two ways of looking: ``watched``, at every
 record, and ``visits``, where the records are read at each twentieth of the life. What a life costs,
@@ -25,13 +27,14 @@ that would have been cheapest in all other lives of the set. A life that is neve
 import sys
 from collections.abc import Mapping
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import xarray as xr
+from scipy.stats import chi2
 from tqdm import tqdm
 
 from breaker.common.randomness import generator
@@ -59,6 +62,8 @@ from studies.shared import append
 
 SEEDS = {"develop": 71, "calibrate": 72, "score": 73, "fresh": 74}
 SETS = {"family": 200, "foreign": 100, "steady": 200, "faults": 100, "other": 60}
+PACES = {"unworn": 0.0, "slow": 0.25}  # of the wear that limits are set for
+SETS |= dict.fromkeys(PACES, 60)
 LIFE, EVERY, LONGER = 2000, 5, 1.3
 KNEE, FASTER = (0.3, 0.9), (3.0, 8.0)  # share of the life, times
 FAILS = (0.7, 0.97)  # share of the wear at which a limit is reached
@@ -84,6 +89,7 @@ class Life:
     knee: float
     faster: float
     fault: tuple[float, str, float] = (np.inf, "", 0.0)
+    pace: float = 1.0
     length, every = LIFE, EVERY
 
     @classmethod
@@ -102,9 +108,9 @@ class Life:
                 worn = family.worn(new, rng, *(["sparse"] if name != "foreign" else []))
         knee = LIFE * rng.uniform(*KNEE)
         faster = float(np.exp(rng.uniform(*np.log(FASTER))))
-        if rng.random() < 0.5 or name in ("steady", "faults"):
+        if rng.random() < 0.5 or name in ("steady", "faults", *PACES):
             knee, faster = LIFE, 1.0
-        life = cls(new, worn, knee, faster)
+        life = cls(new, worn, knee, faster, pace=PACES.get(name, 1.0))
         while name == "faults" and (not life.fault[1] or not life.at(LIFE).holds):
             ranges = config["family"]["wear"]["change"]
             which = str(rng.choice([n for n in NAMES if n in ranges]))
@@ -119,6 +125,7 @@ class Life:
 
     def at(self, operation: float, noise: Mapping[str, float] | None = None) -> Drive:
         """Return the drive at an operation; its numbers times ``1 + noise``."""
+        operation = self.pace * operation
         way = min(operation, self.knee) + self.faster * max(operation - self.knee, 0.0)
         share = way / (self.knee + self.faster * (LIFE - self.knee))
         changed = {}
@@ -132,7 +139,10 @@ class Life:
 
 
 def simulate(life: Life, config: Mapping, rng: np.random.Generator) -> tuple[Series, pd.DataFrame]:
-    """Records of a life, and its truth: parameters, and what records show but for noise."""
+    """Records of a life, and its truth: parameters, and what records show but for noise.
+
+    The truth is that at a pace of 1, by which limits are set.
+    """
     sensor, reading = Sensor.from_settings(config["sensor"]), Reading.draw(rng)
     ranges = config["family"]["wear"]["change"]
     worn = [name for name in ranges if life.new.value(name) != life.worn.value(name)]
@@ -150,7 +160,7 @@ def simulate(life: Life, config: Mapping, rng: np.random.Generator) -> tuple[Ser
     stages = np.unique(np.append(np.linspace(0.0, LONGER * LIFE, 53).round(), round(life.knee)))
     rows = []
     for stage in stages:
-        drive = life.at(stage)
+        drive = replace(life, pace=1.0).at(stage)
         if not drive.holds:
             break
         row = dict(zip(NAMES, drive.theta, strict=True)) | {"operation": stage}
@@ -163,7 +173,8 @@ def simulate(life: Life, config: Mapping, rng: np.random.Generator) -> tuple[Ser
     for motion, each in motions.items():  # what records show is off by noise and rounding
         for name, values in each.measured.items():
             key = f"{motion} {name}"
-            truth[key] += np.nanmedian(values - np.interp(operations, truth.index, truth[key]))
+            as_worn = np.interp(life.pace * operations, truth.index, truth[key])
+            truth[key] += np.nanmedian(values - as_worn)
     return series, truth
 
 
@@ -279,6 +290,8 @@ def scored(name: str, number: int, seed: int, config: Mapping, networks) -> list
     rng = generator(seed, "benchmark of lives, asked", name, number)
     rows = [] if name == "other" else [about | each for each in changes_of(life, data, readout)]
     told, looks = data.attrs["told"], looked_at(life, data, config["planning"])
+    if name in PACES:
+        return rows + [about | each for each in alarms_of(data, looks, worn=life.pace > 0.0)]
     for limit, fails in limits.items():
         left = left_of(limit.name, fails, data, told, rng)
         rows += [about | each | {"names": " ".join(limit.quantities)} for each in left]
@@ -365,6 +378,32 @@ def changes_of(life: Life, data: xr.Dataset, readout: Readout) -> list[dict]:
         }
     )
     return rows
+
+
+def alarms_of(data: xr.Dataset, looks: Mapping[str, xr.Dataset], *, worn: bool) -> list[dict]:
+    """What a drive is told that has no cause for it: rows of when first, and of how long watched.
+
+    Args:
+        worn: Whether the drive wears, so that its parameters are rightly told as changed.
+    """
+    told, end, found = data.attrs["told"], float(data.operation[-1]), []
+
+    def add(way: str, what: str, limit: str, operations: np.ndarray) -> None:
+        first = float(operations[0]) if operations.size else np.inf
+        about = {"kind": way, "names": what, "name": limit, "first": first}
+        about["count"] = operations.size
+        found.append({"score": "alarm", "operation": min(first, end) - told} | about)
+
+    for way, stands in looks.items():
+        for limit in stands.limit.values:
+            for state in ("plan", "now"):
+                on = stands.state.sel(limit=limit).values >= STATES.index(state)
+                add(way, state, limit, stands.operation.values[on])
+    if not worn:
+        named = (data.names.values != "") & (data.asked.values >= told)
+        add("watched", "worn", "", data.asked.values[named])
+    add("watched", "change", "", data.noticed.values)
+    return found
 
 
 def left_of(limit: str, fails: float, data: xr.Dataset, told: int, rng) -> list[dict]:
@@ -537,6 +576,29 @@ def plans(*files: str) -> None:
     write_table("evidence", "plans", lines)
 
 
+def alarms(*files: str) -> None:
+    """Sum up what was told without cause; the last file is written, and the table in evidence."""
+    rows, planning = pd.concat([pd.read_csv(file) for file in files[:-1]]), load([DEFAULTS])
+    yearly = planning["planning"]["operations"] / planning["planning"]["years"]
+    some, data = rows[rows.score == "alarm"].fillna({"name": ""}), []
+    for (of, what, limit, way), each in some.groupby(["set", "names", "name", "kind"]):
+        made, false = each.operation.sum() / 1000.0, int(np.isfinite(each["first"]).sum())
+        most = chi2.ppf(0.95, 2 * (false + 1)) / 2.0 / made
+        data.append(
+            {"drives": of, "told": what, "limit": limit, "looked at": way, "lives": len(each)}
+            | {"operations": int(1000 * made), "false": false, "in 1,000 operations": false / made}
+            | {"at most (95 %)": most, "a year": false / made * yearly / 1000.0}
+            | {"a year, at most (95 %)": most * yearly / 1000.0}
+        )
+    found = pd.DataFrame(data)
+    found.to_csv(files[-1], index=False, float_format="%.3g")
+    lines = [f"| {' | '.join(found)} |", "|---|" + "---|" * (len(found.columns) - 1)]
+    for row in found.itertuples(index=False):
+        cells = (f"{each:.2g}" if isinstance(each, float) else str(each) for each in row)
+        lines.append(f"| {' | '.join(cells)} |")
+    write_table("evidence", "alarms", lines)
+
+
 def write_table(page: str, name: str, lines: list[str]) -> None:
     """Put a table in its place in a page."""
     file, mark = Path(f"docs/{page}.md"), f"<!-- {name}: made by studies/lives.py -->\n"
@@ -564,4 +626,4 @@ def table(*files: str) -> None:
 
 
 if __name__ == "__main__":
-    {"follow": follow, "table": table, "plans": plans}[sys.argv[1]](*sys.argv[2:])
+    {"follow": follow, "table": table, "plans": plans, "alarms": alarms}[sys.argv[1]](*sys.argv[2:])
