@@ -8,7 +8,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from breaker.app.run_results import read_fleet, read_life, results_in
+from breaker.app.result_folders import results_in
+from breaker.app.run_results import read_fleet, read_life
 from breaker.app.view_session import SHOWN
 from breaker.common.zarr_store import open_store
 from breaker.drive.fleet.fleet_page import fleet_document

@@ -7,6 +7,9 @@ import json
 import re
 import shlex
 import socket
+import subprocess
+import sys
+import threading
 import time
 from html import unescape
 from pathlib import Path
@@ -32,7 +35,9 @@ TODAY = "file=today.csv"
 def test_a_list_has_names_at_once_and_what_is_in_the_files_when_it_is_asked(page, folder, tmp_path):
     names = list_page(Session(str(folder / "curves"), [], commands(), tmp_path), "", "")
     assert names.count("not looked into yet") == 4
+    assert "Looked into 0 of 4 files" in names
     told = page.get("/?look=9").text
+    assert "Looked into" not in told
     for text in ("HV-20417", "R, Y, B", "closing and opening", "2021-03-14", "Bay 4"):
         assert text in told
     assert "not looked into yet" in names
@@ -531,6 +536,41 @@ def test_workers_end_whatever_ends_the_page(folder, tmp_path):
     for each in (server.quick, server.slow):
         with pytest.raises(RuntimeError):
             each.submit(int)
+
+
+def test_what_is_done_ahead_waits_for_what_a_page_asks(page, folder, tmp_path):
+    server = PageServer(Session(str(folder / "curves"), [], commands(), tmp_path))
+    steps, looked = [], threading.Event()
+
+    def files():
+        for k in range(2):
+            steps.append(k)
+            yield
+        looked.set()
+
+    async def ask():
+        asked = asyncio.get_running_loop().create_future()
+        waits = asyncio.ensure_future(server.at_once(asked))
+        await asyncio.sleep(0)
+        server._look_ahead(files())
+        await asyncio.sleep(0.2)
+        assert not steps
+        asked.set_result("found")
+        assert await waits == "found"
+
+    asyncio.run(ask())
+    assert looked.wait(20)
+    assert steps == [0, 1]
+    for end in (server.quick.shutdown, server.slow.shutdown, server._socket.close):
+        end()
+
+
+def test_a_page_of_records_needs_nothing_that_reads_a_life():
+    """It takes half a second, and a third of the memory, to load."""
+    loaded = "import sys, breaker.app.local_server, breaker.cli.view; print(*sys.modules)"
+    found = subprocess.run([sys.executable, "-c", loaded], capture_output=True, text=True)
+    assert "breaker.app.view_session" in found.stdout.split()
+    assert not {"pandas", "xarray", "scipy", "torch"} & {*found.stdout.split()}
 
 
 def test_no_other_command_imports_the_page():

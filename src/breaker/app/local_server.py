@@ -14,8 +14,9 @@ import math
 import secrets
 import socket
 import sys
+import threading
 import traceback
-from collections.abc import Callable, Iterator
+from collections.abc import Awaitable, Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from importlib.resources import files as resources
@@ -66,6 +67,7 @@ _DOOR = (
 _TYPES = {".js": "text/javascript", ".css": "text/css", ".svg": "image/svg+xml"}
 _OWN = ("page.js", "page.css", "icon.svg")
 _BOKEH = ("bokeh.min.js", "bokeh-api.min.js")
+_PATIENCE = 5.0  # s, after which what is done ahead goes on beside other work
 
 
 class PageServer:
@@ -91,6 +93,8 @@ class PageServer:
         # What is shown at once waits for no answer of the model, and each of the two kinds for its
         # own alone: records are small, and more threads would only wait for each other.
         self.quick, self.slow = (ThreadPoolExecutor(max_workers=1) for _ in range(2))
+        self.asked, self.idle = 0, threading.Event()  # of the quick one
+        self.idle.set()
 
     @property
     def address(self) -> str:
@@ -115,10 +119,29 @@ class PageServer:
             for each in (self.slow, self.quick):
                 each.shutdown(wait=True)
 
+    async def at_once(self, found: Awaitable[Any]) -> Any:
+        """Return what the quick worker finds, and let what is done ahead wait for it."""
+        self.asked += 1
+        self.idle.clear()
+        try:
+            return await found
+        finally:
+            self.asked -= 1
+            if not self.asked:
+                self.idle.set()
+
     def _look_ahead(self, files: Iterator[None]) -> None:
-        """Look into the files of the list before they are asked for, one between other work."""
+        """Look into the files of the list before they are asked for, one between other work: two
+        threads at once would each take twice as long.
+        """
+
+        def look() -> None:
+            self.idle.wait(_PATIENCE)
+            if next(files, 0) is None:
+                self._look_ahead(files)
+
         with suppress(RuntimeError):  # it has ended
-            self.slow.submit(lambda: self._look_ahead(files) if next(files, 0) is None else None)
+            self.slow.submit(look)
 
 
 class _Handler(tornado.web.RequestHandler):
@@ -171,7 +194,8 @@ class _Handler(tornado.web.RequestHandler):
                 raise MissingError("nobody waits for this any more")
             return find()
 
-        return await asyncio.get_running_loop().run_in_executor(worker, unless_gone)
+        found = asyncio.get_running_loop().run_in_executor(worker, unless_gone)
+        return await found if slow else await self.page.at_once(found)
 
     @property
     def query(self) -> dict[str, list[str]]:

@@ -14,7 +14,6 @@ from markupsafe import Markup
 
 from breaker.app.curve_traces import AtCursors, Mark, at_cursors, plain, thinned
 from breaker.app.page_choices import WHOLE, Choices, name_of
-from breaker.app.run_results import panel_values
 from breaker.app.view_session import SHOWN, Answered, MissingError, Session, Shown
 from breaker.common.numerals import in_digits
 from breaker.common.visible_text import visible_text
@@ -57,10 +56,12 @@ def list_page(session: Session, number: str, look: str) -> str:
     pages = max(1, math.ceil(len(every) / SHOWN))
     page = min(max(int(number) if number.isdecimal() else 1, 1), pages)
     shown = every[(page - 1) * SHOWN : page * SHOWN]
+    lines = session.listed(shown, int(look) if look.isdecimal() else 0)
     return _page(
         "list.html",
         folder=printable(os.path.abspath(session.named)),
-        lines=session.listed(shown, int(look) if look.isdecimal() else 0),
+        lines=lines,
+        looked=sum(not each.pending for each in lines),
         count=len(every),
         first=(page - 1) * SHOWN + 1,
         page=page,
@@ -129,8 +130,7 @@ def life_page(session: Session, limit: str) -> str:
 
 def life_curves(session: Session, limit: str) -> dict:
     """Return the pictures of a life, for JSON."""
-    life, chosen = session.life(), _chosen(session, limit)
-    return {"panels": [panel_values(each) for each in life.panels(chosen)]}
+    return {"panels": session.life().pictures(_chosen(session, limit))}
 
 
 def _chosen(session: Session, limit: str) -> str:

@@ -1,6 +1,7 @@
 """What a run of the workflow left: a life with its limits and plan, and a fleet in its ranks.
 
-Sentences, tables and numbers are those of the run's files, as it wrote them.
+Sentences, tables and numbers are those of the run's files, as it wrote them. What reads them is a
+third of the page's memory, and is loaded where a run has left something.
 """
 
 import json
@@ -15,6 +16,7 @@ import pandas as pd
 import xarray as xr
 
 from breaker.app.curve_traces import plain
+from breaker.app.result_folders import FLEET, LIFE
 from breaker.common.numerals import in_digits
 from breaker.common.zarr_store import open_store
 from breaker.documents.parts import Cell, Document, Section, Table
@@ -24,12 +26,6 @@ from breaker.drive.life.first_page import in_percent
 from breaker.quantities.parameters import PARAMETERS
 from breaker.reading.files.guards import RejectedCurveError, read_bytes
 from breaker.reading.files.safe_text import as_meant
-
-LIFE = ("verdict.json", "limits.csv", "changes.csv", "life.zarr", "standing.zarr")
-"""What a life is shown from, in a folder of results."""
-
-FLEET = ("fleet.csv", "fleet/types.csv")
-"""What a fleet is shown from."""
 
 _ON = "operation"
 _REMEDY = "wait until the run has ended, or start it again: snakemake -c2 all"
@@ -95,6 +91,10 @@ class Life:
         title, y = "Changes of parameters since new, median and 90 %", "change (%)"
         of_limit = self._of_limit(limit, places) if limit else []
         return [*of_limit, Panel(title, _ON, y, lines, (), places)]
+
+    def pictures(self, limit: str) -> list[dict]:
+        """Return the panels for JSON."""
+        return [panel_values(each) for each in self.panels(limit)]
 
     def _of_limit(self, limit: str, places: Sequence[tuple[str, float]]) -> list[Panel]:
         """What it is about, how probably it is exceeded, what is left, and what a service costs."""
@@ -173,30 +173,6 @@ def _points(line: Line) -> dict:
 
 
 # ---- from files ----------------------------------------------------------------------------------
-
-
-class RunResults(NamedTuple):
-    """Folders of results.
-
-    Attributes:
-        life, fleet: Where those of a life, and of a fleet, are; None where there are none.
-        alone: Whether the folder that was named is one of results.
-    """
-
-    life: Path | None
-    fleet: Path | None
-    alone: bool
-
-
-def results_in(named: str | Path) -> RunResults:
-    """Return the results in a folder, or in its folder ``results``."""
-    places = [Path(named), Path(named, "results")]
-
-    def first(file: str) -> Path | None:
-        return next((each for each in places if (each / file).is_file()), None)
-
-    found = first(LIFE[0]), first(FLEET[0])
-    return RunResults(*found, places[0] in found)
 
 
 def read_life(folder: Path) -> Life:

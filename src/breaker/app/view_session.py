@@ -12,15 +12,14 @@ from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 from urllib.parse import urlencode
 
 from breaker.app.curve_traces import Mark, Trace, laid_over, marks_of, record_traces
 from breaker.app.page_choices import WHOLE, Choices, id_of, name_of, overlay_text
-from breaker.app.run_results import FLEET, LIFE, Life, RunResults, read_fleet, read_life, results_in
+from breaker.app.result_folders import FLEET, LIFE, RunResults, results_in
 from breaker.app.setting_rows import SettingRow, base_of, rows_of
 from breaker.common.atomic_writes import whole
-from breaker.common.zarr_store import CHECKSUMS
 from breaker.documents.parts import Document
 from breaker.documents.terminal import text_of
 from breaker.drive.answers.answer_document import document
@@ -36,6 +35,9 @@ from breaker.reading.files.operations_table import MANIFEST
 from breaker.reading.inspection.file_contents import Layout, look_into
 from breaker.reading.inspection.file_description import describe_file
 from breaker.reading.inspection.setting_proposal import Proposal, inspect_file
+
+if TYPE_CHECKING:
+    from breaker.app.run_results import Life
 
 SHOWN = 100
 """Files of a list that are looked into at a time."""
@@ -245,7 +247,7 @@ class Session:
         """Folders of results in what is shown, as they are now."""
         return results_in(self.named) if self.is_folder else RunResults(None, None, alone=False)
 
-    def life(self) -> Life:
+    def life(self) -> "Life":
         """Return the life of a run.
 
         Raises:
@@ -254,12 +256,16 @@ class Session:
         """
         if (folder := self.results.life) is None:
             raise MissingError(f"no run has left a life in {printable(self.named)}")
+        from breaker.app.run_results import read_life
+
         return self._once(("life", _run_state(folder, LIFE)), lambda: read_life(folder), 1)
 
     def fleet(self) -> Document:
         """Return the fleet of a run; raises as ``life``."""
         if (folder := self.results.fleet) is None:
             raise MissingError(f"no run has left a fleet in {printable(self.named)}")
+        from breaker.app.run_results import read_fleet
+
         return self._once(("fleet", _run_state(folder, FLEET)), lambda: read_fleet(folder), 1)
 
     @property
@@ -548,6 +554,8 @@ def _times(folder: str) -> tuple:
 
 def _run_state(folder: Path, files: Sequence[str]) -> tuple:
     """Files of a run as they are now, stores by their checksums."""
+    from breaker.common.zarr_store import CHECKSUMS  # which loads xarray
+
     sums = (
         folder / each / CHECKSUMS if each.endswith(".zarr") else folder / each for each in files
     )

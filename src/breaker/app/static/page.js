@@ -88,6 +88,9 @@ async function complete() {
       old.removeAttribute("data-pending");
       changed = true;
     }
+    const looked = found.getElementById("looked");
+    if (looked) byId("looked")?.replaceChildren(...looked.childNodes);
+    else byId("looked")?.remove();
     if (!changed) return;
   }
   if (!top) return;
@@ -175,17 +178,21 @@ function panel(label, height, range) {
   });
 }
 
+async function toDraw(path, place) { // nothing where no curves are, or none can be drawn
+  if (!place || !globalThis.Bokeh) return null;
+  try {
+    return await (await answer(`${path}?${place.dataset.query}`, { signal: current.signal })).json();
+  } catch (error) {
+    if (error.name !== "AbortError") place.textContent = error.message;
+    return null;
+  }
+}
+
 async function draw(before) {
   const place = byId("curves"), old = plot;
   plot = null;
-  if (!place || !globalThis.Bokeh) return;
-  let data;
-  try {
-    data = await (await answer("/curves?" + place.dataset.query, { signal: current.signal })).json();
-  } catch (error) {
-    if (error.name !== "AbortError") place.textContent = error.message;
-    return;
-  }
+  const data = await toDraw("/curves", place);
+  if (!data) return;
   const names = JSON.stringify([data.clock, data.traces.map((trace) => [trace.kind, trace.name, trace.unit, trace.laid, "low" in trace])]);
   if (before && old?.names === names) { // the same channels, read otherwise: nothing is built anew
     redraw(before, place, old, data);
@@ -313,14 +320,8 @@ async function readCursors() {
 
 async function drawLife() {
   const place = byId("life");
-  if (!place || !globalThis.Bokeh) return;
-  let data;
-  try {
-    data = await (await answer("/life/curves?" + place.dataset.query, { signal: current.signal })).json();
-  } catch (error) {
-    if (error.name !== "AbortError") place.textContent = error.message;
-    return;
-  }
+  const data = await toDraw("/life/curves", place);
+  if (!data) return;
   const ranges = new Map(); // panels over the same axis move together
   const figures = data.panels.map((each) => lifePanel(each, ranges));
   place.replaceChildren();
