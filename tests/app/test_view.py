@@ -162,10 +162,22 @@ def test_what_the_model_says_beside_the_prior_comes_in_words_before_any_table(pa
     text = unescape(page.get(f"/answer?{TODAY}").text)
     said = text.index("beside what was known before, the record")
     assert text.index('id="verdict"') < said < text.index("<table")
-    told = text[said : text.index("</li>", said)]
+    told = text[said : text.index("</p>", said)]
     words = [each.word for each in PARAMETERS if each.word in told]
     assert len(words) == len(PARAMETERS)  # each of them once, in one of three groups
     assert "says hardly anything of" in told
+    assert "the prior's interval stands" in told
+    table = text[said:].partition("<table>")[2].partition("</table>")[0]
+    assert table.count("before") == 3  # of each channel
+    hardly = told.partition("hardly anything of ")[2].partition(", for which")[0].split(", ")
+    for each in PARAMETERS:
+        row = table.partition(f"<td>{each.word}</td>")[2].partition("</tr>")[0]
+        assert ('class="faint"' in row.split("</td>")[1]) == (each.word in hardly)
+        numbers = re.findall(r"[\d.]+", row.split("</td>", 1)[1])[:5]
+        median, low, high, first, last = map(float, numbers)
+        assert low < median < high
+        left = np.log(high / low) / np.log(last / first)
+        assert left > 0.75 if each.word in hardly else left < 1.0
 
 
 def test_a_change_is_read_at_once_and_told_as_chosen(page):

@@ -107,7 +107,7 @@ def answer_part(session: Session, choices: Choices, state: str) -> str:
         values=Markup(html_page(values, inner="report")),  # which escapes what it is given
         marks=answered.marks,
         words=answered.words,
-        told=answered.told,
+        told=Markup(html_page(answered.told, inner="told")) if answered.told.parts else "",
         address=session.shown(choices, state).address,
     )
 

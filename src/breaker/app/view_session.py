@@ -144,7 +144,7 @@ class Answered(NamedTuple):
 
     visit: Any
     marks: Sequence[Mark]
-    told: Sequence[str]
+    told: Document
     words: str
 
 
@@ -396,6 +396,7 @@ class Session:
             visit = self.commands.visit_of(shown.read)
             found = document(visit.answers, visit.verdicts, {"words": []}, {})
             told = beside_prior(each for each in found.records if each.accepted)
+            told = Document("What the model says", parts=told)
             return Answered(visit, marks_of(visit.answers), told, text_of(words_of(found)))
 
         return self._once(("answered", id(shown), shown), answer, _KEPT)

@@ -2,9 +2,10 @@
 
 from base64 import b64encode
 from collections.abc import Sequence
+from functools import cache
 from pathlib import Path
 
-from jinja2 import Environment, FileSystemLoader
+from jinja2 import Environment, FileSystemLoader, Template
 
 from breaker.common.visible_text import visible_text
 from breaker.documents.parts import Document, Remark, tone_of, words_in
@@ -26,13 +27,18 @@ def html_page(
     >>> "<h1>A &lt; B</h1>" in html_page(Document("A < B"))
     True
     """
+    text = _page().render(document=document, pictures=pictures, alt=alt, inner=inner)
+    return visible_text(text)
+
+
+@cache
+def _page() -> Template:
+    """The template, compiled once for all parts of a page."""
     folder = FileSystemLoader(Path(__file__).parent)
     jinja = Environment(loader=folder, autoescape=True, trim_blocks=True, lstrip_blocks=True)
     jinja.filters |= {"tone": tone_of, "words": words_in, "base64": _base64}
     jinja.tests["remark"] = lambda part: isinstance(part, Remark)
-    page = jinja.get_template("html_page.html")
-    text = page.render(document=document, pictures=pictures, alt=alt, inner=inner)
-    return visible_text(text)
+    return jinja.get_template("html_page.html")
 
 
 def _base64(content: bytes) -> str:

@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Mapping, Sequence
 
 from breaker.common.numerals import in_digits, in_p
-from breaker.documents.parts import Document, Remark, Section, Table, Text
+from breaker.documents.parts import Cell, Document, Remark, Section, Table, Text
 from breaker.drive.answers.answer_document import (
     AnswerDocument,
     Estimate,
@@ -152,42 +152,62 @@ def first_of_channels(entries: Iterable[RecordAnswer]) -> list[RecordAnswer]:
     return list(first.values())
 
 
-def beside_prior(entries: Iterable[RecordAnswer]) -> list[str]:
+def beside_prior(entries: Iterable[RecordAnswer]) -> list[str | Table]:
     """Say of which parameters a record tells more than was known before it: a sentence for the
-    first operation of each channel.
+    first operation of each channel, and a table of intervals with and without the record.
 
     Args:
         entries: Records that were accepted.
     """
-    said = []
-    for entry in first_of_channels(entries):
-        of = " and ".join(entry.fit.motions or [entry.motion])
-        of = f"{entry.phase}, {of}" if entry.phase else of
-        if entry.fit.misfit or not entry.fit.resolved:
-            said.append(f"{of}: nothing is inferred; what is measured holds.")
-            continue
-        there = {n: each for n, each in entry.parameters.items() if each.median is not None}
-        known = {n: each.prior_share for n, each in there.items() if each.prior_share is not None}
-        groups = {
-            "tells": [name for name in known if known[name] < _TOLD],
-            "narrows": [name for name in known if _TOLD <= known[name] < _PRIOR],
-            "says hardly anything of": [name for name in known if known[name] >= _PRIOR],
-        }
-        words = {each.name: each.word for each in PARAMETERS}
-        told = [
-            f"{verb} {', '.join(f'{words[n]} {_ends(entry.parameters[n])}' for n in names)}"
-            for verb, names in groups.items()
-            if names
-        ]
-        said.append(f"{of}: beside what was known before, the record {'; '.join(told)}.")
-    return said
+    first = first_of_channels(entries)
+    told = [each for each in first if any(map(_beside, each.parameters.values()))]
+    said = [_told_of(each, each in told) for each in first]
+    rows = [
+        (each.word, _unit(each.unit), *(cell for e in told for cell in _both_cells(e, each.name)))
+        for each in PARAMETERS
+    ]
+    heads = [f"{each.phase}: {what}" if each.phase else what for each in told for what in _HEADS]
+    note = "medians with 95 % intervals; grey: the record says hardly anything, it is the prior's"
+    return [*said, *([Table(("", "unit", *heads), rows, notes=[note])] if told else [])]
 
 
-def _ends(each: Estimate) -> str:
-    """Median and 95 % interval of a parameter with its unit, in brackets."""
-    unit = "" if each.unit == "1" else f" {each.unit}"
-    low, high = (in_digits(end, 3) for end in each.interval_95)
-    return f"({in_digits(each.median, 3)}{unit}, {low} to {high})"
+_HEADS = "with the record", "before"
+
+
+def _beside(each: Estimate) -> bool:
+    """Whether a parameter is told, and how it was before the record."""
+    return each.median is not None and each.prior_share is not None
+
+
+def _told_of(entry: RecordAnswer, told: bool) -> str:
+    """What a record tells of parameters, as a sentence."""
+    of = " and ".join(entry.fit.motions or [entry.motion])
+    of = f"{entry.phase}, {of}" if entry.phase else of
+    if not told:
+        return f"{of}: nothing is inferred; what is measured holds."
+    words = {each.name: each.word for each in PARAMETERS}
+    known = {words[n]: e.prior_share for n, e in entry.parameters.items() if _beside(e)}
+    groups = {
+        "tells {}": [name for name in known if known[name] < _TOLD],
+        "narrows {}": [name for name in known if _TOLD <= known[name] < _PRIOR],
+        "says hardly anything of {}, for which the prior's interval stands": [
+            name for name in known if known[name] >= _PRIOR
+        ],
+    }
+    said = [pattern.format(", ".join(names)) for pattern, names in groups.items() if names]
+    return f"{of}: beside what was known before, the record {'; '.join(said)}."
+
+
+def _both_cells(entry: RecordAnswer, name: str) -> tuple[str, str]:
+    """A parameter of a record as it is told, and as it was before."""
+    each = entry.parameters[name]
+    if not _beside(each):
+        return Cell("–", "faint"), ""
+    now, before = (
+        " to ".join(in_digits(end, 3) for end in ends)
+        for ends in (each.interval_95, each.prior_interval_95)
+    )
+    return Cell(f"{in_digits(each.median, 3)} ({now})", "faint" * is_prior(each)), before
 
 
 def is_prior(each: Estimate) -> bool:

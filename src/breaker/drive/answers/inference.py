@@ -22,6 +22,7 @@ from breaker.drive.answers.draw_weights import (
 )
 from breaker.drive.answers.evidence import Answer, AnswerSettings, DriveRecord, Given
 from breaker.drive.answers.identity import mixed
+from breaker.drive.answers.limit_verdicts import NORMAL
 from breaker.drive.family.level_network import LevelDraws, Levels
 from breaker.drive.family.membership import choose_family
 from breaker.drive.family.record_means import mean_with_scatter
@@ -221,8 +222,10 @@ def _beside(answer: Answer, given: Given, remarks: Sequence[str]) -> Answer:
     answer = replace(answer, remarks=tuple(remarks))
     if answer.draws is None:
         return answer
-    left = np.log(answer.draws.theta).std(axis=0) / given.prior_log_sds(answer.levels)
-    answer = replace(answer, prior_share=np.square(left))
+    sds = given.prior_log_sds(answer.levels)
+    left = np.log(answer.draws.theta).std(axis=0) / sds
+    ends = np.exp(np.outer(NORMAL[95] * sds, [-1.0, 1.0])) * given.prior_middles(answer)[:, None]
+    answer = replace(answer, prior_share=np.square(left), prior_ends=ends)
     if given.size is None:
         return answer
     from scipy.special import chdtrc
