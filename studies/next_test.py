@@ -1,0 +1,234 @@
+"""Does a test of `breaker plan` narrow what it is foretold to narrow, and does its choice pay?
+
+    python -m studies.next_test --drives 60 --rows docs/next_test.csv      # 15 minutes of a core
+    python -m studies.next_test --show docs/next_test.csv                  # the tables again
+
+Drives of the family that no training has seen, of the default size and each with a record of one
+motion, closing and opening in turn, as a file that is read as a user's is. The plan is made, all
+tests at the same cost. Then every test is done: its result is simulated from the drive itself, and
+`infer` answers with it.
+
+Rows have, of each drive, test and parameter, the variance of the logarithm before, foretold and
+found, and the error of the mean of the posterior after the test. Printed are the found variances
+over the foretold, how well the errors go with the found variances, and the variance after the
+chosen test over that before and over the mean of all tests: that of one chosen at random.
+"""
+
+import argparse
+import csv
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+import pandas as pd
+
+from breaker.common.randomness import generator
+from breaker.configuration.loading import load
+from breaker.drive.answers.assessment import Assessment
+from breaker.drive.answers.evidence import Answer, DriveRecord, Given
+from breaker.drive.simulation.drive_family import Family
+from breaker.drive.simulation.rich_drive import Drive
+from breaker.mechanism.prior import Prior
+from breaker.quantities.parameters import GAP, MOTIONS, NAMES
+from breaker.quantities.size import Size
+from breaker.reading.files.operations_table import Operation
+from breaker.reading.instruments.export import write_curve
+from breaker.reading.records.contact_edges import Contact
+from breaker.shipped import DEFAULTS
+
+NOISE, SCATTER = 0.1, 0.004  # mm of a sample; share of parameters from operation to operation
+TIME, LEAD = np.arange(0.0, 75.0, 0.1), 10.0  # ms
+COLUMNS = ("drive", "motion", "test", "parameter", "before", "foretold", "found", "error")
+CHEAP = ("more_records", "other_motion", "contact", "size")
+"""Tests of about an hour, in the defaults."""
+
+TARGETS = ("L", "mu", "k_b")
+
+
+class Bench:
+    """A drive on a bench, of which records are taken.
+
+    Attributes:
+        drive: The drive.
+        motion: That of the record at hand.
+        record: It.
+    """
+
+    def __init__(self, drive: Drive, motion: str, config: Mapping, rng: np.random.Generator):
+        self.drive, self.motion, self.rng = drive, motion, rng
+        self.form = config["endurance"]["format"]
+        self.tests, self.config = config["next_tests"], config
+        (self.record,) = self.records({motion: 1})
+
+    def records(self, counts: Mapping[str, int], noise: float = NOISE) -> list[DriveRecord]:
+        """Records of motions, read from files; several scatter as operations do."""
+        with TemporaryDirectory() as folder:
+            operations = {motion: [] for motion in counts}
+            for motion, count in counts.items():
+                for k in range(count):
+                    factors = 1.0 + SCATTER * (count > 1) * self.rng.standard_normal(len(NAMES))
+                    values = {
+                        n: self.drive.value(n) * f for n, f in zip(NAMES, factors, strict=True)
+                    }
+                    late = LEAD + 0.3 * self.rng.standard_normal()
+                    way = self.drive.changed(**values).travel(motion, TIME - late)
+                    way += noise * self.rng.standard_normal(TIME.size)
+                    file = Path(folder) / f"{motion}_{k}.csv"
+                    write_curve(file, TIME, way, motion=motion, operation=1 + k)
+                    operations[motion].append(Operation(1 + k, file))
+            return Assessment(self.config).read(operations)
+
+    def infer(self, records: list[DriveRecord], given: Given) -> np.ndarray | None:
+        """Draws of the logarithms of the parameters, ``(d, p)``; None where there is no answer."""
+        assessment = Assessment(self.config, given=given)
+        answers = assessment.infer(records)
+        means = assessment.infer_means(answers)
+        answer: Answer = means[0][0] if means else answers[0]
+        return None if answer.draws is None else np.log(answer.draws.theta)
+
+    def done(self, test: str) -> np.ndarray | None:
+        """Draws after a test; None where there is no answer."""
+        records, given = [self.record], Given()
+        if test == "other_motion":
+            other = next(motion for motion in MOTIONS if motion != self.motion)
+            records += self.records({other: 1})
+        elif test == "more_records":
+            records += [
+                replace(each, operation=replace(each.operation, number=2 + k))
+                for k, each in enumerate(self.records({self.motion: self.tests[test]["records"]}))
+            ]
+        elif test == "finer_transducer":
+            records = self.records({self.motion: 1}, NOISE * self.tests[test]["noise"])
+        elif test == "contact":
+            records = [self._timed()]
+        elif test == "size":
+            given = Given(Size())
+        elif test != "moving_mass":
+            value = self._value(test)
+            sd = self.tests["facts"][test]["sd"] * value
+            given = Given(known={test: [value + sd * self.rng.standard_normal(), sd]})
+        return self.infer(records, given)
+
+    def _value(self, name: str) -> float:
+        if name in NAMES:
+            return self.drive.value(name)
+        rests = [self.drive.travel("closing", np.array([0.0, 1e3]))[k] for k in (0, 1)]
+        return rests[1] - rests[0] - self.drive.value(GAP.name)
+
+    def _timed(self) -> DriveRecord:
+        """The record with the time of its contact, which is counted from 10 % of the way."""
+        raw, sd = self.record.raw, self.form["timing_sd"]
+        time = np.arange(0.0, 75.0, 0.005)
+        way, switching = self.drive.operate(self.motion, time)
+        done = (way - way[0]) / (way[-1] - way[0])
+        at = self.record.tenth + switching - time[(done >= 0.1).argmax()]
+        contact = Contact(at + sd * self.rng.standard_normal(), sd)
+        return replace(self.record, raw=replace(raw, contact=contact))
+
+
+def rows_of(number: int, config: Mapping, family: Family) -> Iterator[tuple]:
+    """Rows of a drive: nothing where it is not answered."""
+    rng = generator(48, "next test", number)
+    drive, motion = family.new(rng), MOTIONS[number % 2]
+    bench = Bench(drive, motion, config, rng)
+    if bench.record.reason:
+        return
+    (pole,) = Assessment(config | {"seed": number}).plan([bench.record]).poles
+    truth = np.log(drive.theta)
+    for test in pole.tests:
+        draws = bench.done(test.name)
+        if draws is None:
+            continue
+        found, error = draws.var(axis=0), draws.mean(axis=0) - truth
+        for k, name in enumerate(NAMES):
+            told = test.narrowing[name]
+            before, foretold = np.square([told.now / 100.0, told.expected / 100.0])
+            yield number, motion, test.name, name, before, foretold, found[k], error[k]
+
+
+def at_one_cost(config: Mapping) -> dict:
+    """The configuration with every test at the cost 1."""
+    tests = {
+        name: {n: e | {"cost": 1.0} for n, e in each.items()}
+        if name == "facts"
+        else each | {"cost": 1.0}
+        for name, each in config["next_tests"].items()
+    }
+    return config | {"next_tests": tests}
+
+
+def foretold_and_found(rows: pd.DataFrame) -> pd.DataFrame:
+    """Found over foretold variance by test and parameter, means over drives."""
+    means = rows.groupby(["test", "parameter"])[["before", "foretold", "found"]].mean()
+    ratio = (means["found"] / means["foretold"]).unstack()[[*NAMES]]
+    return ratio.assign(all=np.exp(np.log(ratio).mean(axis=1)))
+
+
+def chosen(rows: pd.DataFrame, tests: tuple[str, ...]) -> pd.DataFrame:
+    """Of each target: the variance found after the chosen test over that before, that after a test
+    at random over that before, the first over the second, and the best there was; means.
+    """
+    table = {}
+    some = rows[rows.test.isin(tests)]
+    for target in TARGETS:
+        one = some[some.parameter == target]
+        foretold = one.pivot(index="drive", columns="test", values="foretold")
+        found = one.pivot(index="drive", columns="test", values="found").reindex_like(foretold)
+        before = one.groupby("drive")["before"].first()
+        foretold, found = foretold.fillna(np.inf), found
+        choice = foretold.idxmin(axis=1)
+        after = pd.Series({d: found.at[d, test] for d, test in choice.items()})
+        at_random = found.mean(axis=1)
+        table[target] = {
+            "chosen": (after / before).mean(),
+            "random": (at_random / before).mean(),
+            "chosen over random": after.mean() / at_random.mean(),
+            "best": (found.min(axis=1) / before).mean(),
+            "most chosen": ", ".join(f"{n} {c}" for n, c in choice.value_counts().items()),
+        }
+    return pd.DataFrame(table).T
+
+
+def show(rows: pd.DataFrame) -> None:
+    """Print the tables."""
+    print(f"{rows.drive.nunique()} drives")
+    print("\nfound variance over foretold\n", foretold_and_found(rows).round(2).to_string())
+    square = rows.assign(z=np.square(rows.error) / rows.found).groupby("test")["z"].mean()
+    log = np.log(rows[["foretold", "found", "before"]])
+    gain = (log.sub(log["before"], axis=0)).loc[rows.test != "moving_mass"]
+    print("\nmean square of z after each test\n", square.round(2).to_string())
+    print("\ncorrelation of foretold and found log shares", round(gain.corr().iloc[0, 1], 3))
+    every = tuple(name for name in rows.test.unique() if name != "moving_mass")
+    for title, tests in (("all tests", every), ("tests of about an hour", CHEAP)):
+        print(f"\nvariance over that before, {title} at one cost")
+        print(chosen(rows, tests).to_string(float_format="{:.3f}".format))
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("--drives", type=int, default=60)
+    parser.add_argument("--first", type=int, default=0, help="number of the first drive")
+    parser.add_argument("--rows", type=Path, default=Path("next_test.csv"))
+    parser.add_argument("--show", type=Path, metavar="CSV", help="print the tables of a run")
+    options = parser.parse_args()
+    if options.show:
+        show(pd.read_csv(options.show))
+        return
+    config = at_one_cost(load([DEFAULTS]))
+    family = Family(Prior.from_settings(config["prior"]), config["family"])
+    new = not options.rows.exists()
+    with options.rows.open("a", newline="") as file:
+        table = csv.writer(file)
+        if new:
+            table.writerow(COLUMNS)
+        for number in range(options.first, options.first + options.drives):
+            for row in rows_of(number, config, family):
+                table.writerow([*row[:4], *(f"{each:.6g}" for each in row[4:])])
+            file.flush()
+    show(pd.read_csv(options.rows))
+
+
+if __name__ == "__main__":
+    main()
