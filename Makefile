@@ -120,6 +120,7 @@ $(PINNED): $(LOCK)
 
 numbers: $(INSTALLED)
 	cp results/numbers.csv docs/numbers.csv
+	$(BIN)/python docs/times.py results
 	$(BIN)/python docs/restate.py
 
 pictures: $(INSTALLED)
