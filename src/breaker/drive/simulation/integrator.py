@@ -328,13 +328,15 @@ def follow(n, rest, closing, end, beyond, tolerance):
         now += taken
         if way >= _SHARES[1]:
             end = min(end, first + beyond * (now - first))
-        state[:] = new
+        for i in range(4):  # numba takes 3 s longer to compile an assignment of the whole
+            state[i] = new[i]
         if over:
             switching = min(switching, now)
             mode = _switch(n, closing, mode, state)
             _rates(n, rest, now, closing, mode, state, k, 0)
             h = min(h, _FIRST)
         else:
-            k[0] = k[6]
+            for i in range(4):
+                k[0, i] = k[6, i]
             h = min(_LONGEST, h * factor)
     return steps[:count].copy(), switching

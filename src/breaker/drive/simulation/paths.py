@@ -37,7 +37,7 @@ def curve(steps, period):
         way = x1 - x0 - h * v0 - 0.5 * h * h * a0
         faster = h * (v1 - v0) - h * h * a0
         more = h * h * (a1 - a0)
-        piece[:4] = begin, h, x0, h * v0
+        piece[0], piece[1], piece[2], piece[3] = begin, h, x0, h * v0
         piece[4], piece[5] = 0.5 * h * h * a0, 10.0 * way - 4.0 * faster + 0.5 * more
         piece[6], piece[7] = (
             -15.0 * way + 7.0 * faster - more,

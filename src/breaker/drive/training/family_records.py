@@ -20,7 +20,7 @@ _fast = compiled()
 
 _LONGEST = 600  # samples
 _TRIES = 20
-_NOTHING = np.array([0.0, 1.0, 1.0, 1.0, 0.0, 1.0])  # what is told of a record that is not there
+_NOTHING = (0.0, 1.0, 1.0, 1.0, 0.0, 1.0)  # what is told of a record that is not there
 _NOISE = (1e-4, 3e-2)  # of a sample, share of the stroke
 _ERROR = 0.1  # of what is told of the noise: of its logarithm, and of its colour
 _SAMPLING = (0.025, 0.15)  # durations between samples; of finer ones the average is taken alike
@@ -113,19 +113,21 @@ def _record(curves, rng, limits, units, records):
             if there[r]:
                 break
         if not there[r]:
-            way[r], present[r], about[r] = 0.0, False, _NOTHING
+            way[r], present[r] = 0.0, False
+            _put(about, r, _NOTHING)
             continue
         sd = np.sqrt(noise * noise + quantum * quantum / 12.0)
         length = strokes[r] if strokes[r] > 0.0 else stroke
         unit = durations[r] if durations[r] > 0.0 else duration
-        about[r] = (
-            begin + origin,
-            stroke,
-            duration,
-            effective_noise(sd / length, colour, step / unit),
-            colour,
-            step / duration,
-        )
+        told = effective_noise(sd / length, colour, step / unit)
+        _put(about, r, (begin + origin, stroke, duration, told, colour, step / duration))
+
+
+@_fast
+def _put(about, r, numbers):
+    """Set a row; numba takes 3 s to compile an assignment of several numbers."""
+    for i in range(6):
+        about[r, i] = numbers[i]
 
 
 @_fast
