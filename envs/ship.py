@@ -21,7 +21,7 @@ from breaker.common.tensor_file import ModelFileError, open_model
 from breaker.configuration.loading import load
 from breaker.configuration.yaml_sources import ConfigurationError
 from breaker.drive.family.mechanisms import MECHANISMS
-from breaker.drive.family.network_files import drives_of
+from breaker.drive.family.training_origin import drives_of
 from breaker.quantities.parameters import NAMES
 from breaker.shipped import CARD, FAMILIES, KINDS, model_file
 

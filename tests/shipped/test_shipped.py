@@ -12,7 +12,7 @@ import yaml
 from jsonschema import Draft202012Validator
 
 from breaker.configuration.loading import load
-from breaker.drive.family.network_files import trained_on
+from breaker.drive.family.training_origin import trained_on
 from breaker.shipped import CARD, DEFAULTS, FAMILIES, KINDS, model_file
 
 ROOT = Path(__file__).parents[2]

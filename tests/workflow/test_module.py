@@ -1,12 +1,16 @@
 """The workflow as a module of another one, from a repository, with a prefix and own settings."""
 
+import os
 import re
 import shutil
 import subprocess
 import sys
+from importlib import metadata
 
 import pytest
 import yaml
+from packaging.requirements import Requirement
+from packaging.utils import canonicalize_name
 
 from tests.workflow.conftest import ROOT, snakemake
 
@@ -35,17 +39,35 @@ breaker:
   endurance: {operations_per_job: 20}
 """
 FIGURE = "drive/figures/prior_predictive_closing.png"
-# As in an environment with nothing but Snakemake.
-ALONE = """
-import sys
-class Nowhere:
-    def find_spec(name, path=None, target=None):
-        if name.split(".")[0] == {lacking!r}:
-            raise ModuleNotFoundError(f"No module named {{name!r}}", name=name)
-sys.meta_path.insert(0, Nowhere)
-from snakemake.cli import main
-main()
-"""
+LOCAL = USE.replace(
+    'github("someone/breaker", path="workflow/Snakefile", tag="v0")', f'"{ROOT}/workflow/Snakefile"'
+)
+
+
+@pytest.fixture(scope="module")
+def alone(tmp_path_factory):
+    """Run Snakemake in an environment that has what Snakemake requires, and nothing else."""
+    site, found, waiting = tmp_path_factory.mktemp("site"), set(), ["snakemake"]
+    while waiting:
+        name = canonicalize_name(waiting.pop())
+        if name in found:
+            continue
+        found.add(name)
+        needed = map(Requirement, metadata.requires(name) or [])
+        waiting += [r.name for r in needed if not r.marker or r.marker.evaluate({"extra": ""})]
+        for top in {file.parts[0] for file in metadata.files(name)} - {"..", "__pycache__"}:
+            (site / top).symlink_to(metadata.distribution(name).locate_file(top))
+    assert "numpy" not in found
+
+    def run(*arguments, folder):
+        environment = {**os.environ, "PYTHONPATH": str(site)}
+        command = [sys.executable, "-S", "-m", "snakemake", "--nolock", *map(str, arguments)]
+        done = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True)
+        said = done.stdout + done.stderr
+        assert "Traceback" not in said, said[-5000:]
+        return done.returncode, said
+
+    return run
 
 
 @pytest.fixture
@@ -94,6 +116,20 @@ def test_a_figure_is_made_through_a_module_of_a_repository(folder):
     assert "Forced execution" in snakemake("-n", FIGURE, folder=folder)
 
 
+def test_a_figure_is_made_through_a_module_of_a_clone(tmp_path):
+    (tmp_path / "config").mkdir()
+    (tmp_path / "config/config.yaml").write_text(SETTINGS, encoding="utf-8")
+    (tmp_path / "Snakefile").write_text(LOCAL, encoding="utf-8")
+    snakemake("-c1", FIGURE, folder=tmp_path)
+    assert (tmp_path / FIGURE).stat().st_size > 10_000
+    assert {each.name for each in tmp_path.iterdir()} == {
+        "config",
+        "Snakefile",
+        "drive",
+        ".snakemake",
+    }
+
+
 @pytest.mark.skipif(shutil.which("git") is None, reason="Snakemake reads repositories by git")
 def test_the_lint_of_a_use_is_content(folder):
     assert "in a good condition" in snakemake("--lint", folder=folder)
@@ -130,21 +166,46 @@ def test_checkpoints_are_below_the_prefix_too():
     assert not re.search(r"checkpoint=\"", rules)
 
 
-@pytest.mark.parametrize(
-    ("lacking", "profile"), [("breaker", []), ("numpy", ["--workflow-profile", "none"])]
-)
-def test_a_line_says_what_to_install_beside_snakemake(tmp_path, lacking, profile):
-    where = ["--nolock", "-n", "--directory", tmp_path, *profile]
+MISSING = f"missing in the environment of {sys.executable}: "
+REMEDY = 'Run `pip install "breaker-drive[workflow]"`'
+
+
+@pytest.mark.skipif(shutil.which("git") is None, reason="Snakemake reads repositories by git")
+def test_with_nothing_but_snakemake_a_repository_says_what_to_install(alone, folder):
+    code, said = alone("-n", FIGURE, folder=folder)
+    assert code == 1
+    assert f"{MISSING}breaker. {REMEDY}" in said
+
+
+def test_with_nothing_but_snakemake_a_clone_is_linted(alone):
+    code, said = alone("--lint", folder=ROOT)
+    assert code == 0, said[-5000:]
+    assert "in a good condition" in said
+
+
+def test_with_nothing_but_snakemake_a_module_of_a_clone_is_planned(alone, tmp_path):
+    """By names of curve files and limits of one's own; a job then fails, and a line says why."""
+    (tmp_path / "config").mkdir()
+    own = yaml.safe_load(SETTINGS)
+    own["breaker"]["endurance"]["curves"] = str(tmp_path / "curves")
+    own["breaker"]["limits"] = [{"quantity": "stroke", "reference": 13.0, "tolerance": "5 %"}]
+    (tmp_path / "config/config.yaml").write_text(yaml.safe_dump(own), encoding="utf-8")
+    (tmp_path / "curves/closing").mkdir(parents=True)
+    for number in (1, 2, 30):
+        (tmp_path / f"curves/closing/operation_{number}.csv").write_text("", encoding="utf-8")
+    (tmp_path / "Snakefile").write_text(LOCAL, encoding="utf-8")
+    code, said = alone("-n", "drive/results/limits.csv", folder=tmp_path)
+    assert code == 0, said[-5000:]
+    assert "drive/results/endurance/closing/curves_001.zarr" in said
+    assert f"{MISSING}matplotlib, numba" in said
+    assert REMEDY in said
+
+
+def test_with_nothing_but_snakemake_a_run_ends_before_its_first_job(alone, tmp_path):
     (tmp_path / "config").mkdir()
     (tmp_path / "config/config.yaml").write_text("seed: 1", encoding="utf-8")
-    done = subprocess.run(
-        [sys.executable, "-c", ALONE.format(lacking=lacking), *where],
-        cwd=ROOT,
-        capture_output=True,
-        text=True,
-    )
-    assert done.returncode == 1
-    said = done.stdout + done.stderr
-    assert f"missing in the environment of {sys.executable}: {lacking}. Run `pip install" in said
-    assert '"breaker-drive[workflow]"`' in said
-    assert "Traceback" not in said
+    where = ["--snakefile", ROOT / "workflow/Snakefile", "--directory", tmp_path]
+    code, said = alone(*where, "-c1", "results/rig/curves/closing", folder=tmp_path)
+    assert code == 1
+    assert f"{MISSING}matplotlib, numba" in said
+    assert not (tmp_path / "results").exists()

@@ -2,7 +2,7 @@
 
 import os
 
-from breaker.drive.family.network_files import trained_on
+from breaker.drive.family.training_origin import trained_on
 from breaker.mechanism.limits import spelt_out
 from breaker.quantities.size import Size
 from breaker.quantities.speeds import speeds_of, with_named
@@ -15,8 +15,16 @@ if snakemake_internals.is_first_process(workflow):
         configuration.check(config, files=snakemake_internals.configuration_files(workflow))
     except ConfigurationError as error:
         raise WorkflowError(str(error)) from None
-    if not snakemake_internals.deploys(workflow) and (missing := missing_packages()):
-        raise WorkflowError(missing)  # with a deployment, jobs have environments of their own
+
+# With a deployment, jobs have environments of their own. A plan or a lint needs no more than this.
+MISSING = "" if snakemake_internals.deploys(workflow) else missing_packages()
+if MISSING and snakemake_internals.is_first_process(workflow):
+    logger.warning(MISSING)
+
+
+onstart:
+    if MISSING:
+        raise WorkflowError(MISSING)
 
 
 def ordered(value):

@@ -1,10 +1,12 @@
 """Numbers in texts: written for people, never with a power of ten, and as they order names."""
 
+from __future__ import annotations
+
 import re
 from collections.abc import Sequence
 from pathlib import Path
 
-import numpy as np
+from breaker.common.lazy_numpy import np
 
 _LEAST_P = 1e-4  # below which a p-value says no more by its digits
 

@@ -3,7 +3,10 @@
 Weights, and in the header a JSON text with all settings that made them, and a checksum. A file may
 come from anywhere, so nothing in it is used before it is known to be finite and of the size that it
 should have. This module needs no torch: it reads and writes arrays, and knows nothing of networks.
+The plan of the workflow reads settings alone, where neither numpy nor safetensors may be there.
 """
+
+from __future__ import annotations
 
 import hashlib
 import json
@@ -13,12 +16,13 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-
-import numpy as np
-from safetensors import SafetensorError, safe_open
-from safetensors.numpy import save
+from typing import TYPE_CHECKING
 
 from breaker import __version__
+from breaker.common.lazy_numpy import np
+
+if TYPE_CHECKING:
+    from safetensors import safe_open
 
 _FORMAT = "breaker network 1"
 _HEADER = ("format", "breaker_version", "settings", "checksum")
@@ -34,7 +38,7 @@ class ModelFileError(ValueError):
     """A model file that cannot be used; the message names the file, the fault and the remedy."""
 
     @classmethod
-    def of_settings(cls, error: Exception) -> "ModelFileError":
+    def of_settings(cls, error: Exception) -> ModelFileError:
         """Return the error of a file from whose settings no model can be built."""
         reason = f"{type(error).__name__}: {error}"
         return cls(f"its settings do not describe a model ({reason})")
@@ -79,6 +83,8 @@ def open_model(path: str | Path) -> Iterator[SavedModel]:
         ModelFileError: If it is not a model file, is of another format, was changed after it was
             written, or holds settings or tensors that make no model.
     """
+    from safetensors import SafetensorError, safe_open
+
     if not Path(path).is_file():
         raise FileNotFoundError(f"there is no model file {path}; {_REMEDY}")
     try:
@@ -99,8 +105,30 @@ def open_model(path: str | Path) -> Iterator[SavedModel]:
         raise ModelFileError(f"{path}: {error}; {_REMEDY}") from error
 
 
+def settings_of(path: str | Path) -> dict:
+    """Return the settings of a model file, without a look at its tensors.
+
+    Raises:
+        FileNotFoundError: If there is no such file.
+        ModelFileError: If it is not a model file, or is of another format.
+    """
+    try:
+        with Path(path).open("rb") as file:
+            size = int.from_bytes(file.read(8), "little")
+            header = json.loads(file.read(min(size, _LONGEST_HEADER)))
+        return _settings(header["__metadata__"])
+    except FileNotFoundError as error:
+        raise FileNotFoundError(f"there is no model file {path}; {_REMEDY}") from error
+    except (KeyError, TypeError, ValueError) as error:  # such as a ModelFileError
+        raise ModelFileError(
+            f"{path} is not a model file of breaker ({error}); {_REMEDY}"
+        ) from error
+
+
 def write_model(path: str | Path, settings: Mapping, weights: Mapping[str, np.ndarray]) -> None:
     """Write a model file. The same model gives the same bytes."""
+    from safetensors.numpy import save
+
     header = {
         "format": _FORMAT,
         "breaker_version": __version__,
@@ -112,6 +140,8 @@ def write_model(path: str | Path, settings: Mapping, weights: Mapping[str, np.nd
 
 def _hash_of_tensors(path: str | Path) -> str:
     """Read the tensors through; a header that would take long to read is refused."""
+    from safetensors import SafetensorError
+
     if not os.path.getsize(path):  # such as /proc/kmsg, which waits for more
         raise SafetensorError("it is empty")
     with Path(path).open("rb") as file:

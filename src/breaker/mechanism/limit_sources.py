@@ -5,11 +5,13 @@ Whoever tells quantities, of a record, two visits, a life or a simulated truth, 
 each source: ``of_model``, ``of_record`` and ``of_change``.
 """
 
+from __future__ import annotations
+
+import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, Protocol
 
-import numpy as np
-
+from breaker.common.lazy_numpy import np
 from breaker.common.numerals import in_digits
 from breaker.quantities.catalogue import Quantity, check_quantity, quantities
 from breaker.quantities.parameters import NAMES
@@ -24,13 +26,13 @@ _DIGITS = 6  # of a bound in words
 class Reader(Protocol):
     """What tells quantities of limits, by their source."""
 
-    def of_model(self, limit: "Limit", *about: Any) -> Any:
+    def of_model(self, limit: Limit, *about: Any) -> Any:
         """Tell quantities of the model at inferred parameters."""
 
-    def of_record(self, limit: "Limit", *about: Any) -> Any:
+    def of_record(self, limit: Limit, *about: Any) -> Any:
         """Tell quantities that records show."""
 
-    def of_change(self, limit: "Limit", *about: Any) -> Any:
+    def of_change(self, limit: Limit, *about: Any) -> Any:
         """Tell changes of parameters, in percent."""
 
 
@@ -47,7 +49,7 @@ class Source:
 
     name = word = title = ""
     inferred = single = True
-    least = -np.inf
+    least = -math.inf
 
     def complaint(self, quantity: str, motion: str, speeds: Sequence[Speed]) -> str | None:
         """Return why a motion has no such quantity, with a remedy; None if it has it."""
@@ -81,7 +83,7 @@ class Source:
         share = abs(middle) / 100.0 if text.endswith("%") else 1.0
         return share * float(text.removesuffix("%"))
 
-    def evaluate(self, limit: "Limit", theta: np.ndarray) -> np.ndarray:
+    def evaluate(self, limit: Limit, theta: np.ndarray) -> np.ndarray:
         """Return the quantities of a limit at parameter sets, ``(n, p) -> (n, parts)``.
 
         Raises:
@@ -89,7 +91,7 @@ class Source:
         """
         raise ValueError(f"{limit.name} is about what records show, not about parameters")
 
-    def read(self, reader: Reader, limit: "Limit", *about: Any) -> Any:
+    def read(self, reader: Reader, limit: Limit, *about: Any) -> Any:
         """Return what a reader tells of a limit."""
         raise NotImplementedError
 
@@ -99,12 +101,12 @@ class _Model(Source):
 
     name = "model"
 
-    def evaluate(self, limit: "Limit", theta: np.ndarray) -> np.ndarray:
+    def evaluate(self, limit: Limit, theta: np.ndarray) -> np.ndarray:
         from breaker.mechanism.evaluation import evaluate  # compiled code
 
         return evaluate(limit.quantities, theta, limit.motion, limit.speeds)
 
-    def read(self, reader: Reader, limit: "Limit", *about: Any) -> Any:
+    def read(self, reader: Reader, limit: Limit, *about: Any) -> Any:
         return reader.of_model(limit, *about)
 
 
@@ -115,7 +117,7 @@ class _Record(Source):
     inferred = False
     least = 0.0  # no record shows a way or a time below
 
-    def read(self, reader: Reader, limit: "Limit", *about: Any) -> Any:
+    def read(self, reader: Reader, limit: Limit, *about: Any) -> Any:
         return reader.of_record(limit, *about)
 
 
@@ -143,7 +145,7 @@ class _Change(Source):
     def tolerance(self, text: str, middle: float) -> float:
         return float(text.removesuffix("%"))
 
-    def read(self, reader: Reader, limit: "Limit", *about: Any) -> Any:
+    def read(self, reader: Reader, limit: Limit, *about: Any) -> Any:
         return reader.of_change(limit, *about)
 
 

@@ -6,18 +6,22 @@ An entry of a reference and a tolerance is two limits, one on either side. Measu
 normal errors, which are taken for independent of each other.
 """
 
+from __future__ import annotations
+
+import math
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import numpy as np
-from numpy.typing import ArrayLike
-
+from breaker.common.lazy_numpy import np
 from breaker.common.plugins import LIMITS, plugin_of
 from breaker.mechanism.limit_sources import RECORD, SOURCES, Reader, Source, usual_source
 from breaker.quantities.catalogue import quantities
 from breaker.quantities.parameters import MOTIONS
 from breaker.quantities.speeds import SPEEDS, Speed
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
 
 _LEAST = 1e-12  # least error of a measured value, in its unit
 _BAND = ("quantity", "reference", "tolerance")
@@ -66,7 +70,7 @@ class Limit:
             wrong = [text for each in about if (text := source.complaint(*each))]
         bounds = {(name, is_upper): value for name, value, is_upper in self.parts}
         for name in names:
-            above, below = bounds.get((name, True), -np.inf), bounds.get((name, False), np.inf)
+            above, below = bounds.get((name, True), -math.inf), bounds.get((name, False), math.inf)
             if above >= below:
                 wrong.append(
                     f"{name} cannot be above {above:g} and below {below:g} at once. "
@@ -80,7 +84,7 @@ class Limit:
             raise ValueError(f"{self.name}: {' '.join(wrong)}")
 
     @classmethod
-    def from_settings(cls, entry: Mapping[str, Any], speeds: tuple[Speed, ...] = SPEEDS) -> "Limit":
+    def from_settings(cls, entry: Mapping[str, Any], speeds: tuple[Speed, ...] = SPEEDS) -> Limit:
         """Build a limit from an entry of upper and lower of the list ``limits``.
 
         Raises:

@@ -61,7 +61,8 @@ class Prior:
         """Coefficients ``a``, ``b`` of the condition ``log f - log k_a - log L = a . z + b > 0``
         on standardised parameters ``z``.
         """
-        return pressed_half_space(self.medians, self.log_sds)
+        slope, offset = pressed_half_space(self.medians, self.log_sds)
+        return np.array(slope), offset
 
     @property
     def size_axes(self) -> np.ndarray:

@@ -5,10 +5,12 @@ The closing force has to exceed that of the opening spring where the contact tou
 its curve cannot be followed.
 """
 
-from collections.abc import Mapping
+from __future__ import annotations
 
-import numpy as np
+import math
+from collections.abc import Callable, Mapping, Sequence
 
+from breaker.common.lazy_numpy import np
 from breaker.quantities.parameters import NAMES, split
 
 PRESSED = "f > k_a L"
@@ -38,14 +40,18 @@ def why_not_pressed(values: Mapping[str, float]) -> str:
     return "" if values["f"] > spring else f"f is {values['f']:.3g}, and k_a L {spring:.3g} mm/ms^2"
 
 
-def pressed_half_space(medians: np.ndarray, log_sds: np.ndarray) -> tuple[np.ndarray, float]:
+def pressed_half_space(
+    medians: Sequence[float], log_sds: Sequence[float]
+) -> tuple[tuple[float, ...], float]:
     """Return ``a`` and ``b`` of the same condition ``a . z + b > 0`` on logarithms.
 
     Args:
         medians, log_sds: By which ``z``, ``(p,)``, is standardised.
     """
-    signs = np.array([_SIGNS.get(name, 0.0) for name in NAMES])
-    return signs * log_sds, float(signs @ np.log(medians))
+    signs = [_SIGNS.get(name, 0.0) for name in NAMES]
+    slope = tuple(sign * sd for sign, sd in zip(signs, log_sds, strict=True))
+    logs = (sign * math.log(median) for sign, median in zip(signs, medians, strict=True))
+    return slope, float(sum(logs))
 
 
 def wipe(theta: np.ndarray) -> np.ndarray:
@@ -86,12 +92,15 @@ def fastest_rate(theta: np.ndarray, *, free: bool = True) -> np.ndarray:
         >>> float(fastest_rate(np.array([2.0, 0.045, 0.040, 0.30, 0.12, 0.75, 10.0])).round(3))
         1.066
     """
-    mu, k_a, k_b, gamma_a, gamma_b, _, _ = split(theta)
-    moved = 1.0 + mu * free
     with np.errstate(over="ignore"):  # an infinite rate is too fast as well
-        return np.sqrt(k_a + k_b * moved) + gamma_a + gamma_b * moved
+        return _rate(np.sqrt, free, *split(theta))
 
 
 def rate_of_named(values: Mapping[str, float]) -> float:
     """Return ``fastest_rate`` of one drive of parameters by name, 1/ms."""
-    return float(fastest_rate(np.array([values[name] for name in NAMES])))
+    return _rate(math.sqrt, True, *(values[name] for name in NAMES))
+
+
+def _rate(root: Callable, free: bool, mu, k_a, k_b, gamma_a, gamma_b, *_):
+    moved = 1.0 + mu * free
+    return root(k_a + k_b * moved) + gamma_a + gamma_b * moved

@@ -6,10 +6,11 @@ force works ``f m s`` over the stroke ``s``, and the opening spring of the model
 the open position, then holds ``k_a m s^2 / 2``.
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 
-import numpy as np
-
+from breaker.common.lazy_numpy import np
 from breaker.quantities.parameters import FORCE, NAMES, OPENING_SPRING, PARAMETERS
 
 _LARGEST = 1e5  # kg

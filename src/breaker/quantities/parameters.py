@@ -6,10 +6,12 @@ Sources: paper, Sec. 3, Eqs. (3) to (5). The paper's k_1, k_2, gamma_1, gamma_2 
 gamma_a, gamma_b here.
 """
 
+from __future__ import annotations
+
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-import numpy as np
+from breaker.common.lazy_numpy import np
 
 
 @dataclass(frozen=True)

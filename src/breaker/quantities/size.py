@@ -6,10 +6,12 @@ same curve, stretched: Eqs. (3) and (4) of the paper hold for it with ``f s / t^
 errors and trained networks included, holds for those of any other.
 """
 
+from __future__ import annotations
+
+import math
 from dataclasses import dataclass
 
-import numpy as np
-
+from breaker.common.lazy_numpy import np
 from breaker.quantities.parameters import PARAMETERS
 
 # Powers of length and time in a unit.
@@ -48,7 +50,7 @@ class Size:
     times: float = 1.0
 
     def __post_init__(self) -> None:
-        if not (0 < self.lengths < np.inf and 0 < self.times < np.inf):
+        if not (0 < self.lengths < math.inf and 0 < self.times < math.inf):
             raise ValueError(
                 f"the factors of a size must be positive, not {self.lengths} and {self.times}"
             )

@@ -19,8 +19,6 @@ from breaker.shipped import FAMILIES, KINDS, model_file, widening
 
 _KINDS = {"levels": Levels, "changes": Changes}
 _OTHER = "it is damaged, or of another version of breaker"
-_SIZES = {"drives", "shards"}  # of a bank, not of its drives
-_EARLIER = {"simulator": ""}  # of networks that were trained before this was a setting
 _TUPLES = {"bases": Basis, "change_bases": Basis, "members": Membership}
 _BASIS = {"directions": "b g", "mean": "g", "variances": "b"}
 _MEMBERS = {"noise": "l", "squares": "l k", "shares": "k", "left": "l 3"}
@@ -146,27 +144,3 @@ def shipped_levels() -> Iterator[Levels]:
 @cache
 def _kept(family: str, kind: str) -> Levels | Changes:
     return open_network(model_file(family, kind))
-
-
-def trained_on(path: str | Path, prior: Mapping, family: Mapping) -> bool:
-    """Whether a network was trained on drives of this prior and this family.
-
-    Args:
-        prior, family: Sections of the configuration; sizes of the bank do not count.
-
-    Raises:
-        FileNotFoundError: If there is no such file.
-        ModelFileError: If it is no model file.
-    """
-
-    def drives(family: Mapping) -> dict:
-        return {name: value for name, value in family.items() if name not in _SIZES}
-
-    with open_model(path) as saved:
-        known = saved.settings
-        return known["prior"] == prior and drives(drives_of(known)) == drives(family)
-
-
-def drives_of(settings: Mapping) -> dict:
-    """Return the section ``family`` that a network was trained on, by its settings."""
-    return _EARLIER | settings["drives"]

@@ -2,13 +2,14 @@
 ``comtrade``), either a pair of ``.cfg`` and ``.dat`` or a single ``.cff``.
 """
 
+from __future__ import annotations
+
 import math
 import re
 from collections.abc import Mapping
 from pathlib import Path
 
-import numpy as np
-
+from breaker.common.lazy_numpy import np
 from breaker.common.numerals import in_digits
 from breaker.reading.files.format_settings import FORMAT, TO_MS
 from breaker.reading.files.guards import Opened, RejectedCurveError, check_size

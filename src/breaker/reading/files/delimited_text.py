@@ -1,13 +1,14 @@
 """Curve files that are text: CSV and the like, in any encoding, with any end of line."""
 
+from __future__ import annotations
+
 import codecs
 from collections.abc import Iterator, Mapping
 from functools import lru_cache
 from itertools import repeat
 from pathlib import Path
 
-import numpy as np
-
+from breaker.common.lazy_numpy import np
 from breaker.reading.files.guards import Opened, RejectedCurveError, check_lines
 from breaker.reading.files.sample_table import Columns, columns_of
 from breaker.reading.files.text_cells import Lines

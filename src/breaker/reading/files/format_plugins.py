@@ -5,6 +5,8 @@ reads files of endings that no format here has. Whatever it raises or returns th
 said of the file, with the name of the distribution.
 """
 
+from __future__ import annotations
+
 import logging
 from collections.abc import Collection, Iterator, Mapping
 from contextlib import contextmanager
@@ -12,8 +14,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
+from breaker.common.lazy_numpy import np
 from breaker.common.plugins import FORMATS, Plugin, PluginError, plugins
 from breaker.reading.files.guards import Opened, RejectedCurveError
 from breaker.reading.files.sample_table import Columns, Labelled, Tables

@@ -4,6 +4,8 @@ What a Zarr store states of its arrays is looked at before any of them is read: 
 stands in the data, and a chunk that is stored in a few bytes may be unpacked to any size.
 """
 
+from __future__ import annotations
+
 import io
 import json
 import math
@@ -13,8 +15,7 @@ import sys
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 
-import numpy as np
-
+from breaker.common.lazy_numpy import np
 from breaker.reading.files.guards import (
     Opened,
     RejectedCurveError,

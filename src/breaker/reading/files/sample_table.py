@@ -5,6 +5,8 @@ without names by its numbers. An explicit ``skip_rows`` is taken at its word. A 
 record as ``Columns``, and an unknown file as ``Labelled`` columns or as ``Tables`` of cells.
 """
 
+from __future__ import annotations
+
 from bisect import bisect_left
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -14,8 +16,7 @@ from itertools import islice
 from pathlib import Path
 from typing import NamedTuple
 
-import numpy as np
-
+from breaker.common.lazy_numpy import np
 from breaker.common.numerals import in_digits
 from breaker.reading.files.guards import RejectedCurveError, check_size
 from breaker.reading.files.preamble import Preamble, preamble_of

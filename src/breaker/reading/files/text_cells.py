@@ -6,11 +6,13 @@ column. What is not a plain decimal number is none, and is said to be none: Pyth
 may.
 """
 
+from __future__ import annotations
+
 import csv
 import re
 from collections.abc import Sequence
 
-import numpy as np
+from breaker.common.lazy_numpy import np
 
 _COMMENT = re.compile(r"^([#%!]|//)\s+")  # its sign is no cell of a line of names
 # The blank before a unit in brackets that follows a name, where blanks separate.

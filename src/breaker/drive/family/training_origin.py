@@ -1,0 +1,34 @@
+"""What a network of a family was trained on, by the settings in its file. Light to import: the plan
+of the workflow asks.
+"""
+
+from collections.abc import Mapping
+from pathlib import Path
+
+from breaker.common.tensor_file import settings_of
+
+_SIZES = {"drives", "shards"}  # of a bank, not of its drives
+_EARLIER = {"simulator": ""}  # of networks that were trained before this was a setting
+
+
+def trained_on(path: str | Path, prior: Mapping, family: Mapping) -> bool:
+    """Whether a network was trained on drives of this prior and this family.
+
+    Args:
+        prior, family: Sections of the configuration; sizes of the bank do not count.
+
+    Raises:
+        FileNotFoundError: If there is no such file.
+        ModelFileError: If it is no model file.
+    """
+
+    def drives(family: Mapping) -> dict:
+        return {name: value for name, value in family.items() if name not in _SIZES}
+
+    known = settings_of(path)
+    return known["prior"] == prior and drives(drives_of(known)) == drives(family)
+
+
+def drives_of(settings: Mapping) -> dict:
+    """Return the section ``family`` that a network was trained on, by its settings."""
+    return _EARLIER | settings["drives"]
