@@ -8,6 +8,7 @@ import os
 import shutil
 import subprocess
 import sys
+from pathlib import Path
 
 from lock import closure
 from wheel_check import ROOT, asked, fresh, installed, run
@@ -18,9 +19,13 @@ TESTS = ("tests/common", "tests/files", "tests/records", "tests/inspection", "te
 
 def interpreter(version: str) -> str | None:
     """Return the interpreter of a version; None if there is none that runs."""
-    found = shutil.which(f"python{version}")
-    works = found and subprocess.run([found, "-m", "venv", "--help"], capture_output=True)
-    return found if works and works.returncode == 0 else None
+    name, home = f"python{version}", Path.home()
+    places = (home / ".pyenv/versions", home / ".local/share/uv/python")  # beside the path
+    found = [file for place in places for file in place.glob(f"*{version}.*/bin/{name}")]
+    for each in filter(None, [shutil.which(name), *map(str, sorted(found))]):
+        if not subprocess.run([each, "-m", "venv", "--help"], capture_output=True).returncode:
+            return each
+    return None
 
 
 def main() -> int:

@@ -76,6 +76,8 @@ rule compare_networks:
         "logs/compare_networks/{motion}.log",
     params:
         networks=NETWORKS,
+    conda:
+        "../../envs/breaker.yaml"
     script:
         "../scripts/compare_networks.py"
 
@@ -95,6 +97,8 @@ rule validate_missing:
         "logs/networks/{network}/validate_missing_{motion}_seed{seed}.log",
     params:
         share=COMPARISON["missing"],
+    conda:
+        "../../envs/breaker.yaml"
     script:
         "../scripts/validate_missing.py"
 

@@ -7,6 +7,7 @@ import os
 import pytest
 
 from breaker.cli import main
+from breaker.reading.files import table_proposal
 from breaker.reading.files.file_facts import Description, Part
 from breaker.reading.files.folder_listing import list_operations
 from breaker.reading.files.operations_table import read_manifest
@@ -147,6 +148,17 @@ def test_each_channel_of_a_file_is_a_phase(tmp_path):
 def test_a_folder_without_records_has_no_table(tmp_path, name, reason):
     with pytest.raises(FileNotFoundError, match=reason):
         propose_manifest(name.format(tmp_path))
+
+
+def test_a_folder_of_everything_is_refused_before_it_is_looked_through(tmp_path, monkeypatch):
+    monkeypatch.setattr(table_proposal, "_MOST_FOLDERS", 3)
+    for name in ("a", "b", "c"):
+        (tmp_path / name).mkdir()
+    with pytest.raises(FileNotFoundError, match="no file of a"):
+        propose_manifest(tmp_path)
+    (tmp_path / "d").mkdir()
+    with pytest.raises(FileNotFoundError, match=r"more than 3 folders.*name the folder"):
+        propose_manifest(tmp_path)
 
 
 def test_the_configuration_says_which_motions_have_rows(tmp_path, capsys):

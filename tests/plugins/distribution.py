@@ -17,7 +17,7 @@ def install(folder: Path, name: str, entries: dict[str, dict[str, str]], files: 
     """Put a distribution of entry points by group and name, and of files, into a folder."""
     about = folder / f"{name.replace('-', '_')}-1.0.dist-info"
     about.mkdir(parents=True)
-    (about / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {name}\nVersion: 1.0\n")
+    set_version(about, name, "1.0")
     lines = []
     for group, points in entries.items():
         lines += [f"[{group}]", *(f"{key} = {value}" for key, value in points.items())]
@@ -26,6 +26,12 @@ def install(folder: Path, name: str, entries: dict[str, dict[str, str]], files: 
         (folder / file).parent.mkdir(parents=True, exist_ok=True)
         (folder / file).write_text(text, encoding="utf-8")
     return folder
+
+
+def set_version(about: Path, name: str, version: str) -> None:
+    """Let a distribution, of which this is the folder of its metadata, be of a version."""
+    metadata = f"Metadata-Version: 2.1\nName: {name}\nVersion: {version}\n"
+    (about / "METADATA").write_text(metadata)
 
 
 def install_example(folder: Path) -> Path:

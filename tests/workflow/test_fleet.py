@@ -33,7 +33,7 @@ def test_appended_visits_run_their_own_chunk(tmp_path, monkeypatch):
     mine = {"endurance": {"curves": "curves"}, "fleet": {"breakers_per_job": 2}}
     (tmp_path / "my.yaml").write_text(yaml.dump(mine | {"motions": ["closing"]}))
     jobs, _ = plan()
-    assert jobs == {"fleet_chunk": 3, "fleet": 1, "all": 1, "total": 5}
+    assert jobs == {"fleet_chunk": 3, "fleet": 1, "data_package": 1, "all": 1, "total": 6}
 
     fleet = list_fleet("curves", events={})
     for chunk, names in breaker_chunks([*fleet], 2).items():

@@ -50,7 +50,6 @@ GRID = {key: config["sensor"][key] for key in ("start", "stop", "samples")}
 OWN_CURVES = config["endurance"]["curves"]
 # Store of the stand-in's true parameters; real measurements have none.
 TRUTH = "results/rig/truth.zarr" if OWN_CURVES is None else []
-ENVIRONMENT = "../../envs/breaker.yaml"
 if ROOT.is_dir():  # not in a repository: then a clone has to be named
     os.environ.update(BREAKER_ROOT=str(ROOT))  # for the script beside the environment
 
@@ -114,4 +113,4 @@ def complete_rules():
     """Give rules with a script what all of them have in common, once all are stated."""
     if gone := snakemake_internals.lacking(workflow):
         raise WorkflowError(gone)
-    snakemake_internals.complete_rules(workflow, ENVIRONMENT, resources_of)
+    snakemake_internals.complete_rules(workflow, resources_of)

@@ -14,6 +14,8 @@ rule correct_validation:
         directory("results/validation/{motion}_corrected_seed{seed}.zarr"),
     log:
         "logs/correct_validation/{motion}_seed{seed}.log",
+    conda:
+        "../../envs/breaker.yaml"
     params:
         prior=config["prior"],
         sensor=config["sensor"],
@@ -38,6 +40,8 @@ rule judge:
         ),
     log:
         "logs/judge/{motion}_seed{seed}.log",
+    conda:
+        "../../envs/breaker.yaml"
     params:
         curves=config["validation"]["judged_curves"],
     script:

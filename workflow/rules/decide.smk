@@ -14,6 +14,8 @@ rule life:
         directory("results/life.zarr"),
     log:
         "logs/life.log",
+    conda:
+        "../../envs/breaker.yaml"
     params:
         seed=config["seed"],
         motions=MOTIONS,
@@ -44,6 +46,8 @@ rule decide:
         words="results/verdict.json",
     log:
         "logs/decide.log",
+    conda:
+        "../../envs/breaker.yaml"
     params:
         motions=MOTIONS,
         planning=config["planning"],
@@ -67,6 +71,8 @@ rule first_page:
         "results/first_page.html",
     log:
         "logs/first_page.log",
+    conda:
+        "../../envs/breaker.yaml"
     script:
         "../scripts/first_page.py"
 

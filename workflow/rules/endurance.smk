@@ -13,6 +13,8 @@ rule rig:
         directory("results/rig/curves/{motion}"),
     log:
         "logs/rig/{motion}.log",
+    conda:
+        "../../envs/breaker.yaml"
     params:
         seed=config["seed"],
         rig=config["rig"],
@@ -26,6 +28,8 @@ rule rig_truth:
         directory("results/rig/truth.zarr"),
     log:
         "logs/rig_truth.log",
+    conda:
+        "../../envs/breaker.yaml"
     params:
         seed=config["seed"],
         motions=MOTIONS,
@@ -44,6 +48,8 @@ rule read_curves:
         directory("results/endurance/{motion}/curves_{chunk}.zarr"),
     log:
         "logs/read_curves/{motion}_{chunk}.log",
+    conda:
+        "../../envs/breaker.yaml"
     params:
         folder=OWN_CURVES,
         chosen=CHOSEN,
@@ -66,6 +72,8 @@ rule infer:
         directory("results/endurance/{motion}/inferred_{chunk}.zarr"),
     log:
         "logs/infer/{motion}_{chunk}.log",
+    conda:
+        "../../envs/breaker.yaml"
     params:
         seed=config["seed"],
         draws=config["endurance"]["draws"],
@@ -82,6 +90,8 @@ rule infer_family:
         directory("results/endurance/{motion}/family_{chunk}.zarr"),
     log:
         "logs/infer_family/{motion}_{chunk}.log",
+    conda:
+        "../../envs/breaker.yaml"
     params:
         seed=config["seed"],
         draws=config["endurance"]["draws"],
@@ -101,6 +111,8 @@ rule gather:
         table="results/endurance/{motion}.csv",
     log:
         "logs/gather/{motion}.log",
+    conda:
+        "../../envs/breaker.yaml"
     script:
         "../scripts/gather.py"
 
@@ -113,6 +125,8 @@ rule endurance_predictive:
         directory("results/endurance/{motion}_predictive.zarr"),
     log:
         "logs/endurance_predictive/{motion}.log",
+    conda:
+        "../../envs/breaker.yaml"
     params:
         seed=config["seed"],
         prior=config["prior"],

@@ -4,6 +4,7 @@
 anew; `family` trains networks, and judges them on the same drives.
 """
 
+from breaker.common.plugins import FAMILIES as SIMULATORS, plugin_words
 from breaker.shipped import KINDS
 
 FAMILY_SHARDS = expand(
@@ -12,6 +13,8 @@ FAMILY_SHARDS = expand(
 
 
 DRIVES = {key: value for key, value in config["family"].items() if key != "name"}
+# Of another distribution: drives are simulated anew by another version of it.
+SIMULATOR = plugin_words(SIMULATORS, config["family"]["simulator"])
 
 
 rule family_shard:
@@ -21,10 +24,13 @@ rule family_shard:
     log:
         "logs/family/bank_{shard}.log",
     priority: 10  # the longest chain first: what follows fills the cores after it
+    conda:
+        "../../envs/breaker.yaml"
     params:
         seed=config["seed"],
         prior=config["prior"],
         family=DRIVES,
+        simulator=SIMULATOR,
         part=lambda wildcards: int(wildcards.shard),
         drives=shard_of_family,
     script:
@@ -41,6 +47,7 @@ use rule family_shard as family_held_out with:
         seed=config["seed"],
         prior=config["prior"],
         family=DRIVES,
+        simulator=SIMULATOR,
         part="held out",
         drives=config["family_networks"]["training"]["held_out_curves"],
 
@@ -55,6 +62,8 @@ rule family_train:
     log:
         "logs/family/train_{kind}.log",
     priority: 10
+    conda:
+        "../../envs/breaker.yaml"
     threads: config["family_networks"]["training"]["threads"]
     resources:
         gpu=int(config["family_networks"]["training"]["device"] == "cuda"),
@@ -77,6 +86,8 @@ rule validate_family:
         directory("results/family/{origin}/{kind}_{source}.zarr"),
     log:
         "logs/family/validate_{origin}_{kind}_{source}.log",
+    conda:
+        "../../envs/breaker.yaml"
     params:
         seed=config["validation"]["seed"],
         draws=config["validation"]["draws"],
@@ -98,6 +109,8 @@ rule family_quality:
         ),
     log:
         "logs/family/quality_{origin}.log",
+    conda:
+        "../../envs/breaker.yaml"
     script:
         "../scripts/family_quality.py"
 

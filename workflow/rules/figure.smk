@@ -29,6 +29,8 @@ def figure(
             page(f"figures/{name}{of}.png", category, label or name.replace("_", " "), name),
         log:
             f"logs/figures/{name}{of}.log",
+        conda:
+            "../../envs/breaker.yaml"
         params:
             **(params or {}),
         script:

@@ -13,6 +13,8 @@ rule fleet_chunk:
         directory("results/fleet/chunk_{chunk}.zarr"),
     log:
         "logs/fleet/chunk_{chunk}.log",
+    conda:
+        "../../envs/breaker.yaml"
     params:
         **{name: config[name] for name in ON_FLEET},
         folder=OWN_CURVES,
@@ -39,6 +41,8 @@ rule fleet:
         figure=page("figures/fleet.png", "8 Fleet", "fleet", "fleet"),
     log:
         "logs/fleet.log",
+    conda:
+        "../../envs/breaker.yaml"
     params:
         prior=config["prior"],
         evidence=config["fleet"]["evidence"],

@@ -28,6 +28,8 @@ rule numbers:
         "results/numbers.csv",
     log:
         "logs/numbers.log",
+    conda:
+        "../../envs/breaker.yaml"
     params:
         motions=MOTIONS,
         limits=config["limits"],
@@ -37,16 +39,24 @@ rule numbers:
         "../scripts/collect_numbers.py"
 
 
+TABLES = {
+    **{name: f"results/{name}.csv" for name in ("decisions", "limits", "changes", "numbers")},
+    "operations": expand("results/endurance/{motion}.csv", motion=MOTIONS),
+    "quality": expand(f"results/quality/{{motion}}_seed{SEED}.csv", motion=MOTIONS),
+    "exactness": expand(f"results/exactness/{{motion}}_seed{SEED}.csv", motion=MOTIONS),
+}
+TABLES_OF_FLEET = {"fleet": "results/fleet.csv", "types": "results/fleet/types.csv"}
+
+
 rule data_package:
     """What each table of a run is, as a tabular data package of Frictionless Data."""
     input:
-        **{name: f"results/{name}.csv" for name in ("decisions", "limits", "changes", "numbers")},
-        operations=expand("results/endurance/{motion}.csv", motion=MOTIONS),
-        quality=expand(f"results/quality/{{motion}}_seed{SEED}.csv", motion=MOTIONS),
-        exactness=expand(f"results/exactness/{{motion}}_seed{SEED}.csv", motion=MOTIONS),
+        **(TABLES_OF_FLEET if IS_FLEET else TABLES),
     output:
         "results/datapackage.json",
     log:
         "logs/data_package.log",
+    conda:
+        "../../envs/breaker.yaml"
     script:
         "../scripts/data_package.py"

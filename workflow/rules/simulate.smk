@@ -11,6 +11,8 @@ rule prior_predictive:
         directory("results/prior_predictive/{motion}.zarr"),
     log:
         "logs/prior_predictive/{motion}.log",
+    conda:
+        "../../envs/breaker.yaml"
     params:
         seed=config["seed"],
         purpose=["prior predictive"],
@@ -29,6 +31,8 @@ rule bank_shard:
     log:
         "logs/bank/{motion}_{shard}.log",
     priority: 10  # the longest chain first: what follows fills the cores after it
+    conda:
+        "../../envs/breaker.yaml"
     params:
         seed=config["seed"],
         purpose=lambda wildcards: ["bank", int(wildcards.shard)],

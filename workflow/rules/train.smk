@@ -20,6 +20,8 @@ rule train:
     log:
         "logs/train/{motion}.log",
     priority: 10  # the longest chain first: what follows fills the cores after it
+    conda:
+        "../../envs/breaker.yaml"
     threads: lambda wildcards: config["training"][wildcards.motion]["threads"]
     resources:
         gpu=lambda wildcards: int(config["training"][wildcards.motion]["device"] == "cuda"),

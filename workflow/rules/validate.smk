@@ -30,6 +30,8 @@ rule validate:
         directory("results/validation/{motion}_seed{seed}.zarr"),
     log:
         "logs/validate/{motion}_seed{seed}.log",
+    conda:
+        "../../envs/breaker.yaml"
     params:
         curves=config["validation"]["curves"],
         draws=config["validation"]["draws"],
@@ -45,6 +47,8 @@ rule validate_reader:
         directory("results/validation/{motion}_reader_seed{seed}.zarr"),
     log:
         "logs/validate_reader/{motion}_seed{seed}.log",
+    conda:
+        "../../envs/breaker.yaml"
     params:
         curves=config["validation"]["curves"],
         draws=config["validation"]["draws"],
@@ -58,6 +62,8 @@ rule identifiability:
         directory("results/identifiability/{motion}.zarr"),
     log:
         "logs/identifiability/{motion}.log",
+    conda:
+        "../../envs/breaker.yaml"
     params:
         seed=config["seed"],
         curves=config["identifiability"]["curves"],
@@ -83,6 +89,8 @@ rule quality:
         ),
     log:
         "logs/quality/{motion}_seed{seed}.log",
+    conda:
+        "../../envs/breaker.yaml"
     params:
         prior=config["prior"],
         onset_sd=config["sensor"]["onset_sd"],
@@ -141,6 +149,8 @@ rule posterior_predictive:
         directory("results/validation/{motion}_predictive.zarr"),
     log:
         "logs/posterior_predictive/{motion}.log",
+    conda:
+        "../../envs/breaker.yaml"
     params:
         seed=config["seed"],
         prior=config["prior"],

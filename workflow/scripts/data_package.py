@@ -4,6 +4,7 @@ import json
 from pathlib import Path
 
 from breaker.common.data_package import DescribedTable, data_package
+from breaker.drive.fleet.fleet_columns import FLEET, TYPES, parameters_of_type
 from breaker.drive.life.life_tables import CHANGES, DECISIONS, LIMITS, changes_of_parameters
 from breaker.paper.posterior.posterior_tables import EXACTNESS, OPERATIONS
 from breaker.paper.validation.quality_tables import QUALITY
@@ -19,11 +20,14 @@ DESCRIBED = {
     "operations": ("posterior of each operation", OPERATIONS),
     "quality": ("calibration and sharpness of posteriors of simulated records", QUALITY),
     "exactness": ("distance of the network from the exact posterior", EXACTNESS),
+    "fleet": ("drives of the fleet, the most urgent one first", FLEET | parameters_of_type()),
+    "types": ("prior of each type of breaker", TYPES),
 }
 
 files, target = snakemake.input, Path(snakemake.output[0])
 tables = []
-for name, (title, columns) in DESCRIBED.items():
+for name in [each for each in DESCRIBED if each in files.keys()]:  # noqa: SIM118
+    title, columns = DESCRIBED[name]
     found = files[name] if not isinstance(files[name], str) else [files[name]]
     tables += [DescribedTable(Path(file), title, columns) for file in found]
 found = data_package(target.parent, "Tables of a run of breaker", tables)

@@ -72,6 +72,11 @@ def plugins(group: str) -> Mapping[str, Plugin]:
     return {name: each for name, (each, *more) in found.items() if not more}
 
 
+def plugin_words(group: str, name: str) -> str:
+    """Return what a plugin is, and whose, in which version; empty if nothing has the name."""
+    return plugins(group)[name].words if name in plugins(group) else ""
+
+
 def plugin_of(group: str, name: str) -> Plugin:
     """Return a plugin by its name.
 

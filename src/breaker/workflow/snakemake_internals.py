@@ -29,7 +29,6 @@ _OF_RULE = {
     "basedir": "the modules that a script uses are inputs",
     "benchmark": "rules have a benchmark",
     "benchmark_modifier": "rules have a benchmark",
-    "conda_env": "rules have an environment",
     "input_modifier": "the modules that a script uses are inputs",
     "log": "a benchmark is named as the log",
     "output_modifier": "inputs and benchmarks are found as outputs are",
@@ -122,24 +121,20 @@ def keep_scripts(workflow: Any, rules: Mapping[str, str]) -> None:
         workflow.get_rule(new).basedir = workflow.get_rule(rule).basedir
 
 
-def complete_rules(
-    workflow: Any, environment: str, resources_of: Callable[[str], Mapping[str, Any]]
-) -> None:
+def complete_rules(workflow: Any, resources_of: Callable[[str], Mapping[str, Any]]) -> None:
     """Give rules with a script what all of them have in common, once all are stated.
 
-    That is the environment, resources, a benchmark named as the log, and the modules of the package
-    that the script uses: they become inputs, since Snakemake sees a change of the script alone.
+    That is resources, a benchmark named as the log, and the modules of the package that the script
+    uses: they become inputs, since Snakemake sees a change of the script alone.
 
     Args:
         workflow: The object ``workflow`` of a Snakefile.
-        environment: File of the environment.
         resources_of: Resources by name, of a rule by name; those of the command line win.
     """
     from snakemake.io import local  # code is no part of a storage of results
 
     for name, each in _own_rules(workflow).items():
-        if each.script and each.conda_env is None:
-            each.conda_env = environment
+        if each.script and "code" not in each.input.keys():  # noqa: SIM118
             each.resources.update(resources_of(name))
             each.resources.update(workflow.resource_settings.overwrite_resources.get(each.name, {}))
             if each.benchmark is None:

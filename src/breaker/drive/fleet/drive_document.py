@@ -151,7 +151,7 @@ class FleetRow:
         return ", ".join(n for n, e in self.document.limits.items() if e in ("fail", "now"))
 
     def columns(self) -> dict[str, object]:
-        """Return the row by column: see ``ranking.FLEET``."""
+        """Return the row by column: see ``fleet_columns.FLEET``."""
         document, due, shown = self.document, self.document.due, self.shown
         most = max(document.since, key=lambda each: abs(each.change[1]), default=None)
         known = shown is not None and shown.usual

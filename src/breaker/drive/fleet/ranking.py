@@ -10,40 +10,12 @@ import xarray as xr
 from breaker.drive.answers.type_model import TypeDraws, TypeOfBreaker, learn_type
 from breaker.drive.family.network_files import shipped_levels
 from breaker.drive.fleet.drive_document import DriveDocument, Farthest, FleetRow
+from breaker.drive.fleet.fleet_columns import FLEET
 from breaker.drive.fleet.fleet_states import FLEET_STATES
 from breaker.drive.fleet.reasons import reason_of
 from breaker.mechanism.prior import Prior
 from breaker.quantities.parameters import NAMES, PARAMETERS
 from breaker.reading.files.word_meanings import bare, usual_spelling
-
-FLEET = {
-    "breaker": "name of the breaker",
-    "phase": "name of the phase",
-    "type": "of the breaker: column type of the table, or the nameplate of its last file",
-    "state": "unknown, healthy, plan (a service) or now, as of a single drive; not judged, where "
-    "no limit tells; measured differently, where visits were, or a stroke has changed",
-    "odd": "parameters in which it is unlike its type; empty without any",
-    "evidence": "of the most odd one, nats",
-    "due": "limit that is due, or the next one",
-    "due_date": "date by which to service, or on which the limit is reached",
-    "due_operation": "operation by which to service",
-    "operations_left": "operations left, median",
-    "failed": "limits that are exceeded",
-    "last": "date of the last visit",
-    "operation": "number of the last operation",
-    "records": "records in the table",
-    "visits": "visits, from one to the next at least 30 days",
-    "change": "largest measured change since the first visit, percent",
-    "change_of": "of which quantity",
-    "off_type": "how far it is measured off the median of its type, percent",
-    "off_type_of": "in which quantity: that which is farthest off beside the spread of the type",
-    "how": "life: followed; visits: first and last compared; visit: judged alone; none: not at all",
-    "pole_spread": "largest less least time over the phases of the breaker, ms",
-    "pole_spread_of": "closing_time or opening_time, from the trigger; travel_time without these",
-    "reason": "why it is where it is, what is measured first",
-}
-"""First columns of ``fleet.csv``, one row for each phase of a breaker; behind them, of each
-parameter, the median and 90 % interval under the prior of the type."""
 
 _ENDS = (0.05, 0.5, 0.95)
 # Times by which phases are compared, by rank: instants first, which a standard bounds.
@@ -79,7 +51,7 @@ def _documents(drives: xr.Dataset) -> list[DriveDocument]:
 
 
 def type_table(types: Mapping[str, tuple[np.ndarray, TypeOfBreaker]]) -> pd.DataFrame:
-    """Return the prior of each type: a row for each parameter."""
+    """Return the prior of each type, with the columns ``TYPES``: a row for each parameter."""
     return pd.DataFrame(
         {
             "type": name,

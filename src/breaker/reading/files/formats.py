@@ -107,6 +107,12 @@ def _named(file: str | Path) -> ModuleType | PluginFormat:
     return next((each for each in FORMATS if _ending(file) in each.ENDINGS), delimited_text)
 
 
+def plugin_reading(file: str | Path) -> str:
+    """Return whose format reads files of this ending, and its version; empty if none of others."""
+    format_ = _named(file)
+    return format_.plugin.words if isinstance(format_, PluginFormat) else ""
+
+
 def kind_in(opened: Opened) -> str:
     """Return what messages call a file; empty of a text without a known ending."""
     format_ = format_of(opened)

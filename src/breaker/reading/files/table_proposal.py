@@ -27,6 +27,7 @@ from breaker.reading.files.operations_table import ABOUT, FILL_IN
 from breaker.reading.files.safe_text import table_text
 from breaker.reading.files.word_meanings import motions_in
 
+_MOST_FOLDERS = 20_000  # of a walk: a large fleet has some thousands
 _COLUMNS = ("file", "motion", "operation", "channel", *ABOUT, "from", "to")
 
 
@@ -60,7 +61,8 @@ def propose_manifest(
         The text of the table, and what to check in it, in words.
 
     Raises:
-        FileNotFoundError: If there is no such folder, or no file of a record of these motions.
+        FileNotFoundError: If there is no such folder, too many below it, or no file of a record of
+            these motions.
     """
     if not os.path.isdir(folder):
         raise FileNotFoundError(
@@ -170,8 +172,17 @@ def _files(folder: Path) -> tuple[list[FoundFile], list[str]]:
 
 
 def _walk(folder: Path) -> Iterator[Path]:
-    """What has the ending of a record, also in folders below that are neither hidden nor such."""
-    for place, folders, _ in os.walk(folder):
+    """What has the ending of a record, also in folders below that are neither hidden nor such.
+
+    Raises:
+        FileNotFoundError: If there are more than ``_MOST_FOLDERS`` of these.
+    """
+    for count, (place, folders, _) in enumerate(os.walk(folder)):
+        if count > _MOST_FOLDERS:
+            raise FileNotFoundError(
+                f"{printable(folder)} has more than {_MOST_FOLDERS:,} folders, which no collection "
+                "of curve files needs; name the folder of the curve files"
+            )
         folders[:] = sorted(
             name for name in folders if not name.startswith(".") and not is_store(name)
         )
