@@ -49,6 +49,7 @@ def module(**other):
     [
         ("1 / 0", "cannot be loaded (ZeroDivisionError"),
         ("import nothing_of_this_name", "cannot be loaded (ModuleNotFoundError"),
+        ("raise SystemExit('usage')", "cannot be loaded (SystemExit: usage"),
         (module(look=""), "has no look"),
         (module(ENDINGS="ENDINGS = ['.bad']"), "has ENDINGS that are no names by endings"),
         (module(ENDINGS="ENDINGS = {'bad': 'x'}"), "has ENDINGS that are no names by endings"),
@@ -82,6 +83,7 @@ def read_by(plugged, monkeypatch):
         ("return 1", "ValueError: read returns int, not Columns"),
         ("raise RuntimeError('no')", "RuntimeError: no"),
         ("raise SystemError", "SystemError"),
+        ("raise SystemExit('bye')", "SystemExit: bye"),
         ("return Columns([0.0], np.zeros(3), np.arange(3))", "time is not one array"),
         ("return Columns(None, np.zeros(3), np.zeros(3))", "lines has no numbers of that kind"),
         ("return Columns(None, np.array(['a']), np.arange(1))", "travel has no numbers"),
@@ -107,6 +109,7 @@ def test_a_format_that_reads_no_record_is_named(read_by, tmp_path, read, said):
     [
         "return 1",
         "raise RuntimeError('no')",
+        "raise SystemExit",
         "return Labelled({}, [], ['a'], ['mm'], [])",
         "return Tables((1 / 0 for _ in range(2)), 'no')",
     ],
@@ -174,7 +177,10 @@ TIMES = "import numpy as np\nt = np.linspace(0.0, 50.0, 100)\n"
         (TIMES + CURVE + "return t, t * np.nan, 5.0", "its travel is not finite"),
         (TIMES + CURVE + "return t, t[:-1], 5.0", "8 or more of each"),
         (CURVE + "pass\ndef beside(rng): return 1", "cannot draw what a drive has beside"),
+        (CURVE + "raise SystemExit(2)", "returns no curve of closing (SystemExit: 2)"),
         (CURVE + "pass\nWEAR = {'coil': (0, 1)}", "has WEAR of coil, which beside lacks"),
+        (CURVE + "pass\nWEAR = {'coil': 1}", "has WEAR that is no range by name (TypeError"),
+        (CURVE + "pass\nWEAR = 1", "has WEAR that is no range by name (TypeError"),
     ],
 )
 def test_simulators_that_are_none_are_named(plugged, defaults, prior, text, said):

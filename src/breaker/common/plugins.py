@@ -14,6 +14,9 @@ from typing import Any
 FORMATS, LIMITS, FAMILIES = GROUPS = ("breaker.formats", "breaker.limits", "breaker.families")
 """Groups of the entry points; docs/library.md has an example of each."""
 
+FAULTS = (Exception, SystemExit)
+"""What a plugin may raise and is named for; an interrupt is the user's."""
+
 _KINDS = dict(zip(GROUPS, ("format", "limits", "simulator"), strict=True))
 _LONGEST = 200  # signs of what a plugin raised, in a message
 _log = logging.getLogger(__name__)
@@ -50,10 +53,10 @@ class Plugin:
         """
         try:
             return self.entry.load()
-        except Exception as error:
+        except FAULTS as error:
             raise self.failed("cannot be loaded", error) from error
 
-    def failed(self, what: str, error: Exception | None = None) -> PluginError:
+    def failed(self, what: str, error: BaseException | None = None) -> PluginError:
         """Return the error that says what is wrong with the plugin."""
         said = f" ({type(error).__name__}: {error})"[:_LONGEST] if error else ""
         return PluginError(f"{self.words} {what}{said}")

@@ -22,7 +22,7 @@ from typing import Any
 
 import numpy as np
 
-from breaker.common.plugins import FAMILIES, Plugin, plugin_of
+from breaker.common.plugins import FAMILIES, FAULTS, Plugin, plugin_of
 from breaker.drive.simulation.drive_family import Family
 from breaker.drive.simulation.rich_drive import ELEMENTS, Drive, Elements
 from breaker.mechanism.prior import Prior
@@ -106,14 +106,18 @@ class OwnFamily(Family):
         try:
             drawn = simulator.beside(rng) if hasattr(simulator, "beside") else {}
             beside = {str(name): float(value) for name, value in drawn.items()}
-        except Exception as error:
+        except FAULTS as error:
             raise self.plugin.failed("cannot draw what a drive has beside", error) from error
         return OwnDrive(theta, Elements(), beside=beside)
 
     def worn(self, drive: OwnDrive, rng: np.random.Generator, kind: str = "") -> OwnDrive:
         """Draw a worn condition of a drive: as ``Family.worn``, of what the drive has."""
         wear = dict(self.settings["wear"])
-        own = dict(getattr(self.plugin.load(), "WEAR", {}))
+        try:
+            stated = dict(getattr(self.plugin.load(), "WEAR", {}))
+            own = {name: (float(least), float(most)) for name, (least, most) in stated.items()}
+        except (TypeError, ValueError) as error:
+            raise self.plugin.failed("has WEAR that is no range by name", error) from error
         if unknown := own.keys() - drive.beside.keys():
             raise self.plugin.failed(
                 f"has WEAR of {', '.join(sorted(unknown))}, which beside lacks"
@@ -142,7 +146,7 @@ class OwnFamily(Family):
                 found.append((_steps(time, travel), float(switching)))
             except FloatingPointError:
                 raise
-            except Exception as error:
+            except FAULTS as error:
                 raise self.plugin.failed(f"returns no curve of {motion}", error) from error
         return found
 

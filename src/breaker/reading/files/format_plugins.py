@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from breaker.common.lazy_numpy import np
-from breaker.common.plugins import FORMATS, Plugin, PluginError, plugins
+from breaker.common.plugins import FAULTS, FORMATS, Plugin, PluginError, plugins
 from breaker.reading.files.guards import Opened, RejectedCurveError
 from breaker.reading.files.sample_table import Columns, Labelled, Tables
 
@@ -41,8 +41,8 @@ class PluginFormat:
 
     @property
     def __name__(self) -> str:
-        """Its name, as that of a module."""
-        return f"{FORMATS}.{self.plugin.entry.name}"
+        """What it is called where a module of this package has its name."""
+        return self.plugin.words
 
     def read(self, opened: Opened, settings: Mapping, channel: str = "") -> Columns:
         """Read the columns: see ``formats``.
@@ -78,7 +78,7 @@ class PluginFormat:
         except RejectedCurveError as error:
             reason = f"{error.reason} ({self.plugin.words})"
             raise RejectedCurveError(file, reason, line=error.line) from error
-        except Exception as error:
+        except FAULTS as error:
             kind = self.ENDINGS[Path(file).suffix.lower()]
             what = f"is {kind} that cannot be read: {self.plugin.failed('fails', error)}"
             raise RejectedCurveError(file, what) from error
