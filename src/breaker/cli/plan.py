@@ -2,11 +2,17 @@
 
 import argparse
 
-from breaker.cli.command_settings import limits_of, settings_of
+from breaker.cli.command_inputs import (
+    SEVERAL,
+    add_choice,
+    add_path,
+    limits_of,
+    operations_of,
+    settings_of,
+)
 from breaker.cli.infer import add_given, facts_of, families_of
 from breaker.cli.outputs import check_outputs, draw, say_written
-from breaker.cli.printing import say
-from breaker.cli.records_named import SEVERAL, add_choice, add_path, operations_of
+from breaker.common.visible_text import say
 
 
 def add(plan: argparse.ArgumentParser) -> None:

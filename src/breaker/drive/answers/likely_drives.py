@@ -24,7 +24,7 @@ from breaker.quantities.parameters import MOTIONS, NAMES
 from breaker.quantities.size import Size, powers
 from breaker.reading.records.contact_edges import Contact
 from breaker.reading.records.landmarks import first_motion
-from breaker.reading.records.motion_search import find_segment
+from breaker.reading.records.motion import find_segment
 from breaker.reading.records.normalised_shape import shape_of
 from breaker.reading.records.raw_record import Raw
 
