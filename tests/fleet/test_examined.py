@@ -245,3 +245,25 @@ def test_a_life_needs_no_comparison_of_its_first_visit(tmp_path, prior, defaults
     document = examine(member, few).document
     assert (document.how, document.visits, document.trust) == ("life", 13, [])
     assert document.limits.keys() == {"stiff_drive", "tired_closing"}
+
+
+def test_a_life_knows_the_mean_of_what_rows_of_both_motions_say(
+    tmp_path, prior, defaults, monkeypatch
+):
+    """Planted fault: the last row of an operation stood for it."""
+    rows = write(tmp_path, "Q0", 13 * [prior.medians], np.random.default_rng(1))
+    of = {"closing": "20,greased", "opening": "24,"}
+    rows = [f"{row},{of[row.split(',')[1]]}" for row in rows]
+    head = "file,motion,operation,breaker,phase,date,temperature,event"
+    (tmp_path / "operations.csv").write_text("\n".join([head, *rows]), encoding="utf-8")
+    known = {}
+
+    def follow(*_, **more):
+        known.update(more)
+        raise ValueError("enough")
+
+    monkeypatch.setattr("breaker.drive.fleet.examination.follow_curves", follow)
+    (member,) = members_of(list_fleet(tmp_path), MOTIONS)
+    assert examine(member, {**defaults, "fleet": {"followed": 13}}).document.trust == ["enough"]
+    assert known["conditions"] == {"temperature": dict.fromkeys(range(1, 14), 22.0)}
+    assert known["events"].keys() == {*range(1, 14)}

@@ -31,8 +31,8 @@ from breaker.mechanism.limits import entries_of_type
 from breaker.mechanism.sensor import grid
 from breaker.quantities.parameters import MOTIONS, NAMES
 from breaker.quantities.speeds import every_speed
+from breaker.reading.files.folder_listing import known_of
 from breaker.reading.files.guards import printable
-from breaker.reading.files.operations_table import CONDITIONS
 from breaker.reading.files.word_meanings import bare
 from breaker.reading.inspection.preparation import Prepared
 from breaker.reading.records.curve_reader import read_curves
@@ -245,11 +245,7 @@ def _followed(member: Member, used: Sequence[Answer], assessment: Assessment) ->
         for motion, each in member.operations.items()
     }
     rows = [each for motion in MOTIONS for each in member.operations.get(motion, ())]
-    texts = {each.number: each.event for each in rows if each.event}
-    conditions = {
-        name: {e.number: v for e in rows if not np.isnan(v := getattr(e, name))}
-        for name in CONDITIONS
-    }
+    texts, conditions = known_of(rows, member.numbers)
     life = follow_curves(
         curves,
         assessment.limits_on(used, curves),

@@ -170,23 +170,38 @@ def list_known(
     breaker: str | None = None,
     phase: str | None = None,
 ) -> tuple[dict[int, str], dict[str, dict[int, float]]]:
-    """List what the table of a folder, if there is one, knows of operations of any motion.
+    """List what the table of a folder, if there is one, knows of operations: see ``known_of``.
 
     Args:
         folder, breaker, phase: As of ``list_operations``.
+    """
+    if not os.path.lexists(Path(folder, MANIFEST)):
+        return {}, {}
+    rows = _rows(Path(folder, MANIFEST), {"breaker": breaker, "phase": phase}, None)
+    return known_of((each for _, each in rows), numbers)
+
+
+def known_of(
+    rows: Iterable[Operation], numbers: Sequence[int]
+) -> tuple[dict[int, str], dict[str, dict[int, float]]]:
+    """Return what rows of a table, of any motion, know of a drive's operations.
+
+    Args:
         numbers: Operations that are looked at, rising. An event belongs to the first of them that
             comes after it.
 
     Returns:
         Events by operation, and by name of ``CONDITIONS`` their mean values by operation, where
         there are any.
+
+    Example:
+        >>> rows = [Operation(1, "a.csv", temperature=each) for each in (20.0, 24.0)]
+        >>> known_of(rows, [1])
+        ({}, {'temperature': {1: 22.0}})
     """
-    if not os.path.lexists(Path(folder, MANIFEST)):
-        return {}, {}
     events: dict[int, list[str]] = {}
     conditions: dict[str, dict[int, list[float]]] = {name: {} for name in CONDITIONS}
-    rows = _rows(Path(folder, MANIFEST), {"breaker": breaker, "phase": phase}, None)
-    for _, each in sorted(rows, key=lambda row: row[1].number):
+    for each in sorted(rows, key=lambda row: row.number):
         if each.event and (next_one := bisect_left(numbers, each.number)) < len(numbers):
             events.setdefault(numbers[next_one], []).append(each.event)
         for name, found in conditions.items():
