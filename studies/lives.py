@@ -14,9 +14,10 @@ wears and all parameters scatter by 0.4 %; sensors round, and have coloured nois
 quantity, and one on the change of a parameter, at what the drive reaches at a random share of its
 wear; where nothing changes enough for that, it has none. ``steady`` lives have no change of rate,
 ``faults`` a sudden one of a parameter. ``unworn`` drives do not wear, ``slow`` ones a quarter as
-fast as their limits are set for: what they are told is a false alarm. ``other`` are lives of drives
-of other code, by other laws of wear, of other lengths (``studies.other_lives``); their truth is not
-shifted to what records show.
+fast as their limits are set for: what they are told is a false alarm. ``few`` drives are of the
+family, and have one or two records at each of ten visits; two visits are new. ``other`` are lives
+of drives of other code, by other laws of wear, of other lengths (``studies.other_lives``); their
+truth is not shifted to what records show.
 
 A service is done at the operation that is told, by two ways of looking: ``watched``, at every
 record, and ``visits``, where the records are read at each twentieth of the life. What a life costs,
@@ -62,8 +63,9 @@ from studies.shared import append
 
 SEEDS = {"develop": 71, "calibrate": 72, "score": 73, "fresh": 74}
 SETS = {"family": 200, "foreign": 100, "steady": 200, "faults": 100, "other": 60}
-PACES = {"unworn": 0.0, "slow": 0.25}  # of the wear that limits are set for
-SETS |= dict.fromkeys(PACES, 60)
+PACES = {"unworn": 0.0, "slow": 0.25, "few unworn": 0.0}  # of the wear that limits are set for
+FEW = ("few", "few unworn")
+SETS |= dict.fromkeys((*PACES, *FEW), 60)
 LIFE, EVERY, LONGER = 2000, 5, 1.3
 KNEE, FASTER = (0.3, 0.9), (3.0, 8.0)  # share of the life, times
 FAILS = (0.7, 0.97)  # share of the wear at which a limit is reached
@@ -76,7 +78,7 @@ FAULT = (3.0, 12.0)  # percent of a parameter
 CLEAR = 6.0  # percent of a parameter, or scatters of a measured quantity, that make a limit
 ASKED = 3  # operations of a life at which it is asked
 INTERVAL = ("low", "middle", "high")  # columns of an answer
-VISITS = 20  # in a life, where nobody watches
+VISITS, FEW_VISITS = 20, 10  # in a life, where nobody watches
 RESAMPLES = 2000
 
 
@@ -90,7 +92,21 @@ class Life:
     faster: float
     fault: tuple[float, str, float] = (np.inf, "", 0.0)
     pace: float = 1.0
+    a_visit: int = 0
     length, every = LIFE, EVERY
+
+    @property
+    def operations(self) -> np.ndarray:
+        """Operations with a record: each fifth, or some at each of a few visits."""
+        if not self.a_visit:
+            return np.arange(EVERY, LIFE + 1, EVERY)
+        first = LIFE // FEW_VISITS * np.arange(1, FEW_VISITS + 1) - self.a_visit + 1
+        return (first[:, None] + np.arange(self.a_visit)).ravel()
+
+    def settings(self, config: Mapping) -> dict:
+        """How it is followed; of a few visits the first two are new."""
+        few = {"reference": 2 * self.a_visit, "settle": 2} if self.a_visit else {}
+        return config["wear_model"] | few
 
     @classmethod
     def drawn(cls, name: str, config: Mapping, rng: np.random.Generator) -> "Life":
@@ -110,7 +126,8 @@ class Life:
         faster = float(np.exp(rng.uniform(*np.log(FASTER))))
         if rng.random() < 0.5 or name in ("steady", "faults", *PACES):
             knee, faster = LIFE, 1.0
-        life = cls(new, worn, knee, faster, pace=PACES.get(name, 1.0))
+        a_visit = int(rng.integers(1, 3)) if name in FEW else 0
+        life = cls(new, worn, knee, faster, pace=PACES.get(name, 1.0), a_visit=a_visit)
         while name == "faults" and (not life.fault[1] or not life.at(LIFE).holds):
             ranges = config["family"]["wear"]["change"]
             which = str(rng.choice([n for n in NAMES if n in ranges]))
@@ -146,7 +163,7 @@ def simulate(life: Life, config: Mapping, rng: np.random.Generator) -> tuple[Ser
     sensor, reading = Sensor.from_settings(config["sensor"]), Reading.draw(rng)
     ranges = config["family"]["wear"]["change"]
     worn = [name for name in ranges if life.new.value(name) != life.worn.value(name)]
-    names, operations = sorted({*NAMES, *worn}), np.arange(EVERY, LIFE + 1, EVERY)
+    names, operations = sorted({*NAMES, *worn}), life.operations
     drives = []
     for operation in operations:
         for _ in range(TRIES):
@@ -168,7 +185,8 @@ def simulate(life: Life, config: Mapping, rng: np.random.Generator) -> tuple[Ser
             found = measured(drive.travel(motion, TIMES), motion)
             row |= {f"{motion} {q}": found[q].value if found else np.nan for q in quantities}
         rows.append(row)
-    series = Series(operations, motions, np.arange(config["wear_model"]["reference"]), {})
+    new = np.arange(life.settings(config)["reference"])
+    series = Series(operations, motions, new, {})
     truth = pd.DataFrame(rows).set_index("operation")
     for motion, each in motions.items():  # what records show is off by noise and rounding
         for name, values in each.measured.items():
@@ -275,7 +293,7 @@ def followed(name: str, number: int, seed: int, config: Mapping, networks) -> tu
     """Simulate and follow one life."""
     life, series, truth, rng = simulated("lives", name, number, seed, config)
     limits = limits_of(truth, series, life, rng)
-    settings = config["wear_model"]
+    settings = life.settings(config) if isinstance(life, Life) else config["wear_model"]
     readout = Readout.of(series, networks, draws=settings["draws"], seed=seed, misfit_p_value=0.001)
     tracker, future = Tracker.from_settings(settings), Future.from_settings(settings)
     return life, truth, limits, readout, follow_life(readout, tracker, list(limits), future)
@@ -288,7 +306,8 @@ def scored(name: str, number: int, seed: int, config: Mapping, networks) -> list
     if isinstance(life, Life):
         about |= {"knee": life.knee, "faster": life.faster}
     rng = generator(seed, "benchmark of lives, asked", name, number)
-    rows = [] if name == "other" else [about | each for each in changes_of(life, data, readout)]
+    rows = [] if name in ("other", *FEW) else changes_of(life, data, readout)
+    rows = [about | each for each in rows]
     told, looks = data.attrs["told"], looked_at(life, data, config["planning"])
     if name in PACES:
         return rows + [about | each for each in alarms_of(data, looks, worn=life.pace > 0.0)]
@@ -298,7 +317,8 @@ def scored(name: str, number: int, seed: int, config: Mapping, networks) -> list
         for way, stands in looks.items():
             rows.append(about | {"kind": way} | acted(limit.name, fails, stands))
     where = rng.choice(data.asked.values[data.asked.values >= told], ASKED, replace=False)
-    reference = _at(truth[list(NAMES)], life.every * config["wear_model"]["reference"] / 2.0)
+    new = readout.series.operations[readout.series.new]
+    reference = np.mean([_at(truth[list(NAMES)], each) for each in new], axis=0)
     for operation in where:
         true = 100.0 * (_at(truth[list(NAMES)], operation) / reference - 1.0)
         one = data.sel(asked=operation)
@@ -316,6 +336,9 @@ def scored(name: str, number: int, seed: int, config: Mapping, networks) -> list
 def looked_at(life, data: xr.Dataset, planning: Mapping) -> dict[str, xr.Dataset]:
     """How the drive stands, where every record is looked at, and where visits read them."""
     days = np.full(data.sizes["operation"], np.nan)
+    if getattr(life, "a_visit", 0):
+        planning = {**planning, "inspection": f"{LIFE // FEW_VISITS} operations"}
+        return {"visits": standing(data, planning, days)}
     visit = max(round(life.length / VISITS), 1)
     asked = data.asked.values
     visits = np.arange(visit, asked[-1] + 1, visit)
@@ -394,15 +417,16 @@ def alarms_of(data: xr.Dataset, looks: Mapping[str, xr.Dataset], *, worn: bool) 
         about["count"] = operations.size
         found.append({"score": "alarm", "operation": min(first, end) - told} | about)
 
-    for way, stands in looks.items():
+    way = next(iter(looks))  # of what is told at every record, whoever looks
+    for each, stands in looks.items():
         for limit in stands.limit.values:
             for state in ("plan", "now"):
                 on = stands.state.sel(limit=limit).values >= STATES.index(state)
-                add(way, state, limit, stands.operation.values[on])
+                add(each, state, limit, stands.operation.values[on])
     if not worn:
         named = (data.names.values != "") & (data.asked.values >= told)
-        add("watched", "worn", "", data.asked.values[named])
-    add("watched", "change", "", data.noticed.values)
+        add(way, "worn", "", data.asked.values[named])
+    add(way, "change", "", data.noticed.values)
     return found
 
 

@@ -87,7 +87,7 @@ def a_life(
         "lives": left[..., None] * np.linspace(0.9, 1.1, 41),
         "value": gone[..., None] + np.array(half)[:, None] * [-1.0, 0.0, 1.0],
     }
-    attrs = {"family": family, "agreement": 0.4, "told": told, "threshold": 10.0}
+    attrs = {"family": family, "agreement": 0.4, "told": told, "needed": told, "threshold": 10.0}
     attrs |= Future(changes=0.001)._asdict()
     life = life_of(operations, asked, _TWO, parts, changes, values, attrs)
     return life.assign_coords(of=("limit", ["record", "change"]))
@@ -130,7 +130,7 @@ def life_data(operations=200, changes=("rate",)):
     moments = {"noticed": start + 4, "start": start, "earliest": start - 3, "latest": start + 2}
     moments |= {"kind": np.array(changes, dtype=str), "certainty": np.full(len(start), 12.0)}
     moments |= {"change_names": np.array(["gamma_a or f"] * len(start), dtype=str)}
-    attrs = {"family": "medium", "agreement": 0.5, "told": 20, "threshold": 10.0}
+    attrs = {"family": "medium", "agreement": 0.5, "told": 20, "needed": 20, "threshold": 10.0}
     words = dict(zip(LIMITS, _WORDS, strict=True))
     return life_of(number, asked, words, parts, moments, values, attrs)
 

@@ -6,11 +6,13 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from breaker.configuration.loading import load
 from breaker.drive.family.network_files import open_network
 from breaker.drive.family.record_inputs import network_record
 from breaker.drive.life.forecast import Future
 from breaker.drive.life.life_records import MotionRecords, Series
 from breaker.drive.life.life_results import _age, _work, follow_life
+from breaker.drive.life.limit_states import STATES, standing
 from breaker.drive.life.path import Change
 from breaker.drive.life.readout import Readout, name_set
 from breaker.drive.life.tracker import Tracker
@@ -19,8 +21,9 @@ from breaker.mechanism.limits import Limit
 from breaker.quantities.parameters import MOTIONS, NAMES
 from breaker.reading.records.measurements import measure_curve
 from breaker.reading.records.normalised_shape import shape_of
-from breaker.shipped import KINDS, model_file
+from breaker.shipped import DEFAULTS, KINDS, model_file
 
+PLANNING = load([DEFAULTS])["planning"]
 N, NEW, STEP = 160, 30, 0.2
 TIMES = np.arange(-8.0, 64.0, STEP)
 DRIVE = Drive((2.1, 0.043, 0.042, 0.28, 0.11, 0.78, 10.1), Elements())
@@ -134,21 +137,38 @@ def test_an_unchanged_drive_has_no_change(followed):
     assert still.names.values[-1] == ""
 
 
-def test_what_comes_later_changes_nothing_before(followed, life):
+def first(count):
+    """The first records of a series."""
     series = a_series()
     motions = {
         m: MotionRecords(
-            *(np.array(each)[:120] for each in (one.way, one.present, one.noise)),
+            *(np.array(each)[:count] for each in (one.way, one.present, one.noise)),
             one.stroke,
             one.duration,
             *(
-                {name: each[:120] for name, each in some.items()}
+                {name: each[:count] for name, each in some.items()}
                 for some in (one.measured, one.stated)
             ),
         )
         for m, one in series.motions.items()
     }
-    short = followed(Series(series.operations[:120], motions, series.new, {}))
+    return Series(series.operations[:count], motions, series.new, {})
+
+
+@pytest.mark.parametrize("count", [NEW, NEW + 19, NEW + 20])
+def test_nothing_is_told_before_enough_records(followed, count):
+    """Of what is new, and then 20: as many as settle."""
+    life = followed(first(count))
+    assert life.attrs["needed"] == NEW + 20
+    stands = standing(life, PLANNING, np.full(count, np.nan))
+    unknown = stands.state.values == STATES.index("unknown")
+    assert unknown[:-1].all()
+    assert unknown[-1].all() == (count < NEW + 20)
+    assert (life.attrs["told"] <= life.operation.values[-1]) == (count == NEW + 20)
+
+
+def test_what_comes_later_changes_nothing_before(followed, life):
+    short = followed(first(120))
     np.testing.assert_allclose(short.evidence, life.evidence[:120])
     both = np.intersect1d(short.asked, life.asked)[:-1]
     # Networks read lives as batches, whose sizes round float32 in other ways.

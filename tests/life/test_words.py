@@ -54,7 +54,7 @@ def test_what_is_not_known_is_not_said():
     assert "contradict" in trust(alone.assign_attrs(agreement=0.001))
     words, new, _ = said(a_life(told=1000, fails=(900.0, np.inf)))
     assert words.startswith("Unknown: no limit can be told yet.")
-    assert "nothing is told before operation 1,000" in new
+    assert "nothing is told before record 1,000, and there are 500" in new
     beyond = a_life()
     beyond["changed"][:] = np.nan
     assert "larger than any wear" in said(beyond)[1]

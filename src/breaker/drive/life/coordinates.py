@@ -37,7 +37,7 @@ _APART = {
     *("closing_time", "opening_time", "bounce_time"),
     *CURRENTS,
 }
-_FEWEST = 10  # readings of a quantity that is followed
+_FEWEST = 10  # readings from which on a curve says something of a quantity, and its scatter is seen
 _LATELY = 50  # readings, over which what is stated with them is averaged
 _LEAST = 1e-12
 
@@ -129,22 +129,28 @@ class CoordinateReading(NamedTuple):
         curve: np.ndarray,
         new: np.ndarray,
     ) -> Self | None:
-        """Return the reading of values ``(o,)`` by coordinates ``(o, k)``; None of too few.
+        """Return the reading of values ``(o,)`` by coordinates ``(o, k)``; None of a single one.
+
+        Few readings scatter as is stated with them, as far as they do not tell.
 
         Args:
             stated: Standard deviations that are stated with the values, ``(o,)``.
         """
         there = new[np.isfinite(values[new]) & np.isfinite(curve[new]).all(axis=1)]
-        if there.size < _FEWEST:
+        if there.size < 2:
             return None
         seen, read = (np.diff(each[there], axis=0) / np.sqrt(2.0) for each in (curve, values))
-        slopes = np.zeros(curve.shape[1])
-        some = seen[:, :_EXPLAINS]
-        square = some.T @ some + _RIDGE * np.eye(some.shape[1])
-        slopes[: some.shape[1]] = np.linalg.solve(square, some.T @ read)
-        left = read - seen @ slopes
-        free = max(left.size - some.shape[1], left.size / 2.0)
-        middle = _spread(left) * np.sqrt(left.size / free)
+        slopes, alone = np.zeros(curve.shape[1]), _spread(read)
+        if there.size < _FEWEST:
+            usual = float(np.median(stated[there])) ** 2
+            middle = alone = beside_usual(float(read @ read), read.size, usual, _FEWEST) ** 0.5
+        else:
+            some = seen[:, :_EXPLAINS]
+            square = some.T @ some + _RIDGE * np.eye(some.shape[1])
+            slopes[: some.shape[1]] = np.linalg.solve(square, some.T @ read)
+            left = read - seen @ slopes
+            free = max(left.size - some.shape[1], left.size / 2.0)
+            middle = _spread(left) * np.sqrt(left.size / free)
         mean = float((values[there] - curve[there] @ slopes).mean())
         scatter = max(float(middle), _LEAST + 1e-9 * abs(mean))
         # What is off alike is no farther off than the readings that are known best.
@@ -152,7 +158,7 @@ class CoordinateReading(NamedTuple):
             np.where(np.isfinite(values), np.maximum(stated, _LEAST) ** -2.0, np.nan)
         )
         alike = np.where(precision > 0.0, 1.0 / np.maximum(precision, _LEAST), 0.0)
-        common = np.sqrt(np.maximum(alike - _spread(read) ** 2, 0.0))
+        common = np.sqrt(np.maximum(alike - alone**2, 0.0))
         return cls(motion, name, mean, slopes, scatter, common)
 
     def project(self, values: np.ndarray, curve: np.ndarray) -> np.ndarray:

@@ -89,7 +89,8 @@ def follow_life(
         taken back), ``work``, whether it is work on the drive, and ``change_names``; over
         ``motion``: ``p_value`` of the family. Attributes ``family``, empty if it is of none,
         ``agreement`` of the motions, 1 of a single one, ``told``, the first operation at which
-        anything but what is measured is told, ``threshold``, and the fields of ``Future``.
+        anything but what is measured is told, later than the last one while there are fewer
+        than ``needed`` of them, ``threshold``, and the fields of ``Future``.
     """
     series = readout.series
     blocks = readout.coordinates.blocks(series)
@@ -104,7 +105,8 @@ def follow_life(
     every = max(1, -(-known.size // _ASKED))
     where = np.append(known[:-1:every], known[-1:])
     number = series.operations
-    told = number[min(series.new[-1] + tracker.settle, len(number) - 1)]
+    needed = int(series.new[-1]) + tracker.settle + 1
+    told = number[needed - 1] if needed <= len(number) else number[-1] + 1
     found = {
         "evidence": ("operation", path.evidence),
         "weight": ("operation", path.weight),
@@ -116,7 +118,7 @@ def follow_life(
     coords = {"operation": number, "asked": number[where], "parameter": list(NAMES)}
     coords |= {"motion": list(readout.matches), "quantile": list(QUANTILES)}
     coords |= _limit_coords(limits)
-    attrs = {"family": readout.family, "agreement": apart, "told": int(told)}
+    attrs = {"family": readout.family, "agreement": apart, "told": int(told), "needed": needed}
     return xr.Dataset(found, coords, attrs | {"threshold": tracker.threshold} | future._asdict())
 
 
