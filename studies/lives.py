@@ -76,6 +76,7 @@ MEASURED = {"closing": ["stroke", "travel_time"], "opening": ["stroke", "travel_
 FOREIGN = {"force_fall": [0.0, 0.15], "drag": [0.005, 0.05], "linkage": [0.5, 2.0]}
 FAULT = (3.0, 12.0)  # percent of a parameter
 CLEAR = 6.0  # percent of a parameter, or scatters of a measured quantity, that make a limit
+FEWEST = 10  # new records from which on their own scatter counts, not what is stated with them
 ASKED = 3  # operations of a life at which it is asked
 INTERVAL = ("low", "middle", "high")  # columns of an answer
 VISITS, FEW_VISITS = 20, 10  # in a life, where nobody watches
@@ -240,8 +241,10 @@ def recorded(travels, motion: str, sensor: Sensor, reading: Reading, rng) -> Mot
     )
 
 
-def limits_of(truth: pd.DataFrame, series: Series, life: Life, rng) -> dict[Limit, float]:
-    """Choose limits that the drive reaches, and when it does."""
+def limits_of(
+    truth: pd.DataFrame, series: Series, life: Life, rng, *, every: bool = False
+) -> dict[Limit, float]:
+    """Choose limits that the drive reaches, one of each kind or every one, and when it does."""
     share = rng.uniform(*FAILS)
     fails = life.reached(share)
     whole, found = np.arange(0.0, LONGER * life.length), {}
@@ -259,19 +262,26 @@ def limits_of(truth: pd.DataFrame, series: Series, life: Life, rng) -> dict[Limi
     for motion, each in series.motions.items():
         for name, values in each.measured.items():
             scatter = np.nanstd(np.diff(values[: series.new.size])) / np.sqrt(2.0)
+            if series.new.size < FEWEST:
+                scatter = np.nanmedian(each.stated[name])
             end = np.interp(fails, whole, dense[f"{motion} {name}"])
             if abs(end - np.nanmean(values[: series.new.size])) > CLEAR * scatter:
                 candidates.append((motion, name, float(end)))
-    if candidates:
-        motion, name, end = candidates[rng.integers(len(candidates))]
-        add("measured", "record", motion, name, dense[f"{motion} {name}"], end)
+    for motion, name, end in candidates if every else one_of(candidates, rng):
+        kind = f"measured {motion} {name}" if every else "measured"
+        add(kind, "record", motion, name, dense[f"{motion} {name}"], end)
     percent = {n: 100.0 * (dense[n] / dense[n][new].mean() - 1.0) for n in NAMES}
     ends = {n: float(np.interp(fails, whole, percent[n])) for n in NAMES}
     clear = [n for n in NAMES if abs(ends[n]) > CLEAR]
-    if clear:
-        name = clear[rng.integers(len(clear))]
-        add("changed", "change", "", name, percent[name], ends[name])
+    for name in clear if every else one_of(clear, rng):
+        kind = f"changed {name}" if every else "changed"
+        add(kind, "change", "", name, percent[name], ends[name])
     return found
+
+
+def one_of(some: list, rng) -> list:
+    """One of them, if there is any."""
+    return [some[rng.integers(len(some))]] if some else []
 
 
 def simulated(
@@ -292,7 +302,7 @@ def simulated(
 def followed(name: str, number: int, seed: int, config: Mapping, networks) -> tuple:
     """Simulate and follow one life."""
     life, series, truth, rng = simulated("lives", name, number, seed, config)
-    limits = limits_of(truth, series, life, rng)
+    limits = limits_of(truth, series, life, rng, every=name in PACES)
     settings = life.settings(config) if isinstance(life, Life) else config["wear_model"]
     readout = Readout.of(series, networks, draws=settings["draws"], seed=seed, misfit_p_value=0.001)
     tracker, future = Tracker.from_settings(settings), Future.from_settings(settings)
@@ -604,7 +614,8 @@ def alarms(*files: str) -> None:
     """Sum up what was told without cause; the last file is written, and the table in evidence."""
     rows, planning = pd.concat([pd.read_csv(file) for file in files[:-1]]), load([DEFAULTS])
     yearly = planning["planning"]["operations"] / planning["planning"]["years"]
-    some, data = rows[rows.score == "alarm"].fillna({"name": ""}), []
+    some, data = rows[rows.score == "alarm"], []
+    some = some.assign(name=some.name.fillna("").str.partition(" ")[0])
     for (of, what, limit, way), each in some.groupby(["set", "names", "name", "kind"]):
         made, false = each.operation.sum() / 1000.0, int(np.isfinite(each["first"]).sum())
         most = chi2.ppf(0.95, 2 * (false + 1)) / 2.0 / made
