@@ -80,7 +80,7 @@ FEWEST = 10  # new records from which on their own scatter counts, not what is s
 ASKED = 3  # operations of a life at which it is asked
 INTERVAL = ("low", "middle", "high")  # columns of an answer
 VISITS, FEW_VISITS = 20, 10  # in a life, where nobody watches
-RESAMPLES = 2000
+RESAMPLES, ABOUT = 2000, 31  # lives drawn again; readings about an operation
 
 
 @dataclass
@@ -324,8 +324,10 @@ def scored(name: str, number: int, seed: int, config: Mapping, networks) -> list
     for limit, fails in limits.items():
         left = left_of(limit.name, fails, data, told, rng)
         rows += [about | each | {"names": " ".join(limit.quantities)} for each in left]
+        shown = shown_beyond(limit, readout.series)
         for way, stands in looks.items():
-            rows.append(about | {"kind": way} | acted(limit.name, fails, stands))
+            done = acted(limit.name, fails, stands)
+            rows.append(about | {"kind": way, "shown": shown} | done)
     where = rng.choice(data.asked.values[data.asked.values >= told], ASKED, replace=False)
     new = readout.series.operations[readout.series.new]
     reference = np.mean([_at(truth[list(NAMES)], each) for each in new], axis=0)
@@ -452,6 +454,20 @@ def left_of(limit: str, fails: float, data: xr.Dataset, told: int, rng) -> list[
     return rows
 
 
+def shown_beyond(limit: Limit, series: Series) -> float:
+    """First operation about which records show a measured quantity beyond its limit; inf if none.
+
+    That is the median of ``ABOUT`` readings; nan of what is inferred.
+    """
+    if limit.of != "record":
+        return np.nan
+    ((quantity, bound, upper),) = limit.parts
+    readings = pd.Series(series.motions[limit.motion].measured[quantity])
+    middle = readings.rolling(ABOUT, center=True, min_periods=1).median().values
+    beyond = middle > bound if upper else middle < bound
+    return float(series.operations[beyond.argmax()]) if beyond.any() else np.inf
+
+
 def acted(limit: str, fails: float, stands: xr.Dataset) -> dict:
     """What it costs to obey: when a service is first planned, when it is due, moves of the date.
 
@@ -499,7 +515,7 @@ def follow(seed_name: str, file: str, *sets: str) -> None:
 COLUMNS = [
     *("set", "life", "knee", "faster", "family", "score", "name", "truth", *INTERVAL),
     *("operation", "late", "start", "kind", "names", "right", "size", "count", "records"),
-    *("evidence", "fails", "first", "service", "moves", "known"),
+    *("evidence", "fails", "first", "service", "moves", "known", "shown"),
 ]
 
 
@@ -532,6 +548,9 @@ def summed(some: pd.DataFrame) -> dict[str, tuple[float, int]]:
     for name, each in some[(some.score == "left") & some.low.notna()].groupby("name"):
         holds = (each.low <= each.truth) & (each.truth <= each.high)
         found[f"{name} limits: 90 % hold operations left"] = holds.mean(), len(each)
+    for name, each in some[(some.score == "acted") & (some.kind == "visits")].groupby("name"):
+        intime = each.service.fillna(np.inf) <= each.fails
+        found[f"{name} limits: serviced in time, by visits"] = intime.mean(), len(each)
     return found
 
 
@@ -542,6 +561,11 @@ def planned_of(lives: pd.DataFrame) -> dict[str, tuple[float, int]]:
     rows = int(lives.records.sum())
     found = {"told": (lives.known.astype(bool).mean(), len(lives))}
     found["serviced in time"] = intime.mean(), len(lives)
+    if lives.shown.notna().any():
+        found["serviced before records show it"] = (
+            (service <= lives.shown).mean(),
+            len(lives),
+        )
     behind = lives["count"].sum() / rows if rows else np.nan
     found["rows with service_by behind the 5 % quantile"] = behind, rows
     away = ((fails - service) / fails)[intime]

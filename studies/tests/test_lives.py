@@ -1,13 +1,18 @@
 """Lives of drives of other code, and what a service costs beside the best fixed interval."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pandas as pd
 import pytest
+import xarray as xr
 
 from breaker.configuration.loading import load
+from breaker.drive.life.limit_states import STATES
+from breaker.mechanism.limits import Limit
 from breaker.mechanism.prior import Prior
 from breaker.shipped import DEFAULTS
-from studies.lives import against_fixed, planned_of
+from studies.lives import against_fixed, alarms_of, planned_of, shown_beyond
 from studies.other_lives import LAWS, RECORDS, OtherLife
 
 
@@ -51,7 +56,40 @@ def test_the_cost_is_beside_the_best_interval_of_all_other_lives():
 def test_a_life_that_is_never_serviced_fails():
     lives = pd.DataFrame({"fails": [100.0, 100.0, 200.0], "service": [90.0, np.inf, 150.0]})
     lives[["first", "known", "records", "count", "moves"]] = [50.0, True, 10, 0, 1]
+    lives["shown"] = [120.0, np.inf, 100.0]
     found = planned_of(lives)
     assert found["serviced in time"] == (2.0 / 3.0, 3)
+    assert found["serviced before records show it"] == (2.0 / 3.0, 3)
     assert found["share of the life given away"] == (pytest.approx(0.175), 2)
     assert found["rows with service_by behind the 5 % quantile"] == (0.0, 30)
+
+
+def test_records_show_a_limit_beyond_once_their_median_is():
+    """Readings of a line that single ones leave by far more than the limit is away."""
+    values = np.linspace(0.0, 10.0, 201)
+    values[::10] += 30.0
+    measured = SimpleNamespace(measured={"stroke": values})
+    series = SimpleNamespace(operations=np.arange(201), motions={"closing": measured})
+    limit = Limit("measured", "closing", (("stroke", 7.0, True),), of="record")
+    assert shown_beyond(limit, series) == pytest.approx(140.0, abs=4.0)
+    never = Limit("measured", "closing", (("stroke", 70.0, True),), of="record")
+    assert shown_beyond(never, series) == np.inf
+    assert np.isnan(shown_beyond(Limit("changed", "", (("f", 7.0, True),), of="change"), series))
+
+
+def test_what_is_told_without_cause_counts_with_how_long_it_was_not():
+    """A drive that is told now from operation 300 on; nothing else, and nothing before 100."""
+    operations = np.arange(0, 500, 10)
+    state = np.where(operations >= 300, STATES.index("now"), STATES.index("healthy"))[:, None]
+    about = {"operation": operations, "limit": ["measured stroke"]}
+    stands = xr.Dataset({"state": (("operation", "limit"), state)}, about)
+    data = xr.Dataset(
+        {"names": ("asked", np.full(50, "")), "noticed": ("change", np.zeros(0))},
+        {"operation": operations, "asked": operations},
+        {"told": 100},
+    )
+    found = pd.DataFrame(alarms_of(data, {"watched": stands}, worn=False)).set_index("names")
+    assert found.operation.to_dict() == {"plan": 200, "now": 200, "worn": 390, "change": 390}
+    assert np.isfinite(found["first"]).to_dict() == {
+        "plan": True, "now": True, "worn": False, "change": False
+    }  # fmt: skip
