@@ -76,7 +76,7 @@ MEASURED = {"closing": ["stroke", "travel_time"], "opening": ["stroke", "travel_
 FOREIGN = {"force_fall": [0.0, 0.15], "drag": [0.005, 0.05], "linkage": [0.5, 2.0]}
 FAULT = (3.0, 12.0)  # percent of a parameter
 CLEAR = 6.0  # percent of a parameter, or scatters of a measured quantity, that make a limit
-FEWEST = 10  # new records from which on their own scatter counts, not what is stated with them
+FEWEST = 10  # new records from which on their own scatter counts, not that of all
 ASKED = 3  # operations of a life at which it is asked
 INTERVAL = ("low", "middle", "high")  # columns of an answer
 VISITS, FEW_VISITS = 20, 10  # in a life, where nobody watches
@@ -261,9 +261,8 @@ def limits_of(
     candidates = []
     for motion, each in series.motions.items():
         for name, values in each.measured.items():
-            scatter = np.nanstd(np.diff(values[: series.new.size])) / np.sqrt(2.0)
-            if series.new.size < FEWEST:
-                scatter = np.nanmedian(each.stated[name])
+            some = values[: series.new.size] if series.new.size >= FEWEST else values
+            scatter = np.nanstd(np.diff(some)) / np.sqrt(2.0)
             end = np.interp(fails, whole, dense[f"{motion} {name}"])
             if abs(end - np.nanmean(values[: series.new.size])) > CLEAR * scatter:
                 candidates.append((motion, name, float(end)))

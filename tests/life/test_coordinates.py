@@ -98,14 +98,15 @@ def test_what_readings_state_but_do_not_scatter_by_they_are_off_alike():
 
 
 @pytest.mark.parametrize("sd", [0.05, 3.0])
-def test_few_readings_scatter_as_is_stated_with_them(sd):
+def test_few_readings_scatter_as_is_usual_and_stated_with_them(sd):
     """Of a quantity that scatters by 0.6; nothing can be told of how the curve moves it."""
     series, _ = a_series(sd=sd)
     few = Series(series.operations, series.motions, np.arange(4), {})
     (reading,) = Coordinates.of(few, {"closing": a_basis()}).readings
     assert not reading.slopes.any()
-    steps = np.diff(series.motions["closing"].measured["travel_time"][:4]) / np.sqrt(2.0)
-    assert reading.scatter == pytest.approx(np.sqrt((steps @ steps + 10.0 * sd**2) / 13.0))
+    times = series.motions["closing"].measured["travel_time"][:4]
+    steps, usual = np.diff(times) / np.sqrt(2.0), sd**2 + (0.005 * times.mean()) ** 2
+    assert reading.scatter == pytest.approx(np.sqrt((steps @ steps + 10.0 * usual) / 13.0))
     single = Series(series.operations, series.motions, np.arange(1), {})
     assert not Coordinates.of(single, {"closing": a_basis()}).readings
 

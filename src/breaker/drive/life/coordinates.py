@@ -37,6 +37,7 @@ _APART = {
     *("closing_time", "opening_time", "bounce_time"),
     *CURRENTS,
 }
+_SCATTERS = 0.005  # share by which what is measured of operations usually scatters
 _FEWEST = 10  # readings from which on a curve says something of a quantity, and its scatter is seen
 _LATELY = 50  # readings, over which what is stated with them is averaged
 _LEAST = 1e-12
@@ -131,7 +132,7 @@ class CoordinateReading(NamedTuple):
     ) -> Self | None:
         """Return the reading of values ``(o,)`` by coordinates ``(o, k)``; None of a single one.
 
-        Few readings scatter as is stated with them, as far as they do not tell.
+        Few readings scatter as is usual of drives and stated with them, as far as they do not tell.
 
         Args:
             stated: Standard deviations that are stated with the values, ``(o,)``.
@@ -142,7 +143,7 @@ class CoordinateReading(NamedTuple):
         seen, read = (np.diff(each[there], axis=0) / np.sqrt(2.0) for each in (curve, values))
         slopes, alone = np.zeros(curve.shape[1]), _spread(read)
         if there.size < _FEWEST:
-            usual = float(np.median(stated[there])) ** 2
+            usual = np.median(stated[there]) ** 2 + (_SCATTERS * values[there].mean()) ** 2
             middle = alone = beside_usual(float(read @ read), read.size, usual, _FEWEST) ** 0.5
         else:
             some = seen[:, :_EXPLAINS]
