@@ -137,25 +137,37 @@ def test_a_reference_with_its_band_and_the_visit_before_lie_over_the_curves(page
         assert max(map(abs, at)) < 3.0
     plain = {each["name"] for each in found} - set(laid)
     assert plain == {e["name"] for e in json.loads(page.get("/curves?file=one.csv").text)["traces"]}
-    command = unescape(page.get(f"/visit?{query}").text)
-    assert f"--reference {folder / 'curves' / 'today.csv'} --tolerance 3 --config" in command
+    settings = re.search(
+        r'<pre id="overlay"[^>]*>(.*?)</pre>', page.get(f"/visit?{query}").text, re.S
+    )
+    stated = yaml.safe_load(unescape(settings[1]))["report"]["reference"]
+    assert stated == {"file": str(folder / "curves" / "today.csv"), "tolerance": 3.0}
     for wrong in ("tolerance=0&reference=one.csv", "tolerance=x&reference=one.csv"):
         assert "Tolerance" in unescape(page.get(f"/visit?{TODAY}&{wrong}").text)
     assert page.get(f"/visit?{TODAY}&reference=../few.yaml").status == 404
 
 
-def test_a_sheet_with_a_reference_is_that_of_the_command(page, folder, tmp_path):
+def test_a_sheet_with_a_reference_is_that_of_the_command_with_the_settings_that_are_saved(
+    page, folder, tmp_path
+):
     query = "file=one.csv&reference=old.csv&tolerance=2"
     page.post(f"/save?{query}", urlencode({"kind": "settings", "name": tmp_path / "my.yaml"}))
     command = re.search(r'<pre id="command">(.*?)</pre>', page.get(f"/visit?{query}").text)[1]
     words = shlex.split(unescape(command))[1:]
     words[words.index("my.yaml")] = str(tmp_path / "my.yaml")
     words[words.index("sheet.pdf")] = str(tmp_path / "sheet.pdf")
+    assert "--reference" not in words
     assert main(words) == 0
     asked = re.search(r'data-query="([^"]*)"', page.get(f"/visit?{query}").text)[1]
     page.get("/answer?file=one.csv")  # the same files without it are another visit
     link = re.search(r'href="(/sheet.pdf[^"]*)"', page.get(f"/answer?{unescape(asked)}").text)[1]
-    assert page.get(unescape(link)).content == (tmp_path / "sheet.pdf").read_bytes()
+    with_it = (tmp_path / "sheet.pdf").read_bytes()
+    assert page.get(unescape(link)).content == with_it
+    settings = yaml.safe_load((tmp_path / "my.yaml").read_text())
+    del settings["report"]
+    (tmp_path / "my.yaml").write_text(yaml.safe_dump(settings))
+    assert main(words) == 0
+    assert (tmp_path / "sheet.pdf").read_bytes() != with_it
 
 
 def test_what_the_model_says_beside_the_prior_comes_in_words_before_any_table(page):

@@ -3,6 +3,7 @@
 import json
 import re
 import shutil
+from pathlib import Path
 
 import pytest
 import yaml
@@ -99,6 +100,18 @@ def test_a_file_that_cannot_be_read_is_named_with_its_reason(visit, capsys):
     assert "odd.csv" in (visit / "a.html").read_text(encoding="utf-8")
     assert report("odd.csv", "--output", "b.html") == 1
     assert "odd.csv" in capsys.readouterr().err
+
+
+def test_a_reference_of_the_configuration_is_that_of_the_option(visit):
+    stated = {"reference": {"file": "before.csv", "tolerance": 2}}
+    config = yaml.safe_load(Path("my.yaml").read_text())
+    Path("with.yaml").write_text(yaml.safe_dump(config | {"report": stated}))
+    option = ["--reference", "before.csv", "--tolerance", "2"]
+    assert report("today.csv", *option, "--output", "a.html") == 0
+    assert main(["report", "today.csv", "--config", "with.yaml", "--output", "b.html"]) == 0
+    assert (visit / "a.html").read_bytes() == (visit / "b.html").read_bytes()
+    assert report("today.csv", "--reference", "before.csv", "--output", "c.html") == 0
+    assert (visit / "a.html").read_bytes() != (visit / "c.html").read_bytes()  # of 5 %
 
 
 # ---- infer --reference --------------------------------------------------------------------------

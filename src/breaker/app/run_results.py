@@ -54,6 +54,7 @@ class Panel(NamedTuple):
         lines: Its lines.
         levels: Names and values of what lies across it.
         places: Names and places of what stands on its axis.
+        within: Values that are always in sight.
     """
 
     title: str
@@ -62,6 +63,7 @@ class Panel(NamedTuple):
     lines: Sequence[Line]
     levels: Sequence[tuple[str, float]] = ()
     places: Sequence[tuple[str, float]] = ()
+    within: Sequence[float] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,7 +114,7 @@ class Life:
         more = "what a service costs beyond the best operation"
         return [
             *_values(life, limit, places),
-            Panel(title("probability"), _ON, "probability", [probable], (), places),
+            Panel(title("probability"), _ON, "probability", [probable], (), places, (0.0, 1.0)),
             Panel(title("operations left, 90 %"), _ON, "operations left", [remaining], (), places),
             Panel(title(more), "operations from now", "services", [cost]),
         ]
@@ -159,6 +161,7 @@ def panel_values(panel: Panel) -> dict:
         "lines": lines,
         "levels": [[name, value] for name, value in panel.levels if np.isfinite(value)],
         "places": [[name, value] for name, value in panel.places],
+        "within": list(panel.within),
     }
 
 

@@ -56,15 +56,11 @@ class Asked(NamedTuple):
     Attributes:
         files, before: Files of the visit, and of the visit before.
         channel: Column of travel; empty for all that move.
-        reference: A good record; empty without.
-        tolerance: Share of the stroke, half of the band about it; None as the command has it.
     """
 
     files: Sequence[str]
     before: Sequence[str]
     channel: str
-    reference: str
-    tolerance: float | None
 
 
 class Commands(NamedTuple):
@@ -113,6 +109,7 @@ class Shown:
         read: As of ``breaker report``; None if there is trouble.
         traces: Of the curves.
         command: The command line that writes the same sheet.
+        good: The reference of the configuration, where none is chosen; empty without.
         state: Of its files as they were read, a few signs.
     """
 
@@ -124,6 +121,7 @@ class Shown:
     read: Any
     traces: Sequence[Trace]
     command: str
+    good: str
     state: str
 
     @property
@@ -313,23 +311,18 @@ class Session:
             MissingError: If a file is not, or no more, among those that are listed.
             ConfigurationError, OSError, ValueError: If the configuration is wrong.
         """
-        asked = self.asked(choices)
-        named = (*asked.files, *asked.before, *filter(None, [asked.reference]))
+        asked = Asked(*map(self.paths, (choices.files, choices.before)), choices.channel)
+        (good,) = self.paths([choices.reference])
+        named = (*asked.files, *asked.before, *filter(None, [good]))
         states = tuple(_state(each) for each in (*named, *self.overlays))
         if state not in ("", _short(states)):
             raise ChangedError("a file has changed since this page was shown: load the page again")
         # One visit is read with many settings, and its files are opened once as long as they stay.
         files = self._once(("files", *states), Files, _OPEN)
-        find = lambda: self._shown(choices, asked, files, _short(states))  # noqa: E731
+        find = lambda: self._shown(choices, asked, good, files, _short(states))  # noqa: E731
         found = self._once(("shown", choices.address, states), find, _KEPT)
         # What a page then asks about it, it asks by what was chosen in the end.
         return self._once(("shown", found.choices.address, states), lambda: found, _KEPT)
-
-    def asked(self, choices: Choices) -> Asked:
-        """Return what choices are on a command line; raises as ``paths``."""
-        files, before, good = map(self.paths, (choices.files, choices.before, [choices.reference]))
-        share = None if choices.tolerance is None else choices.tolerance / 100.0
-        return Asked(files, before, choices.channel, good[0], share)
 
     def beside(self, choices: Choices) -> dict[str, str]:
         """Return names of files that a page offers as a reference, by their ids: the first of the
@@ -350,8 +343,9 @@ class Session:
         named = {WHOLE: self.named, "": ""}
         return [named.get(each) or files.get(each, "") for each in identities]
 
-    def _shown(self, choices: Choices, asked: Asked, files: Files, state: str) -> Shown:
-        config = self.commands.settings_of(self.overlays)
+    def _shown(self, choices: Choices, asked: Asked, good: str, files: Files, state: str) -> Shown:
+        configured = ("configured", *(_state(each) for each in self.overlays))
+        config = self._once(configured, lambda: self.commands.settings_of(self.overlays), 1)
         first = (
             asked.files[0] if choices.files[0] != WHOLE else next(iter(self.files().values()), "")
         )
@@ -361,7 +355,9 @@ class Session:
         choices = choices._replace(base=base.name, settings=chosen)
         form, own = {**base.form, **chosen}, config["endurance"]["format"]
         sensor = proposal.sensor if base.name == "seen" else {}
-        overlay = overlay_text({key: form[key] for key in form if form[key] != own[key]}, sensor)
+        laid = {"file": good, "tolerance": choices.tolerance} if good else {}
+        changed = {key: form[key] for key in form if form[key] != own[key]}
+        overlay = overlay_text(changed, sensor, laid)
         asked, read = asked._replace(channel=choices.channel), None
         try:
             with self._overlay(overlay) as written:
@@ -378,6 +374,7 @@ class Session:
             read,
             _traces(read, layout, files),
             self._command(asked),
+            config["report"]["reference"]["file"] or "",
             state,
         )
 
@@ -422,8 +419,6 @@ class Session:
         words = ["breaker", "report", *map(printable, asked.files)]
         words += ["--before", *map(printable, asked.before)] if asked.before else []
         words += ["--channel", asked.channel] if asked.channel else []
-        words += ["--reference", printable(asked.reference)] if asked.reference else []
-        words += ["--tolerance", f"{100.0 * asked.tolerance:g}"] if asked.tolerance else []
         return shlex.join([*words, "--config", *self.overlays, "my.yaml", "--output", "sheet.pdf"])
 
     def sheet(self, choices: Choices, state: str, ending: str) -> bytes:

@@ -328,10 +328,10 @@ def overlays_of(records: Sequence, good: Sequence, options: argparse.Namespace) 
     from breaker.drive.answers.reference_curve import TOLERANCE, overlaid
 
     if good and all(each.reason for each in good):
-        raise ValueError(f"--reference: {good[0].reason}")
+        raise ValueError(f"the reference cannot be used: {good[0].reason}")
     if not (found := overlaid(records, good, options.tolerance or TOLERANCE)):
         motions = " or ".join({each.motion: "" for each in records})
         raise ValueError(
-            f"--reference {options.reference} has no usable {motions}; name one that has"
+            f"the reference {options.reference} has no usable {motions}; name one that has"
         )
     return found

@@ -96,6 +96,7 @@ def read_of(options: argparse.Namespace, files: "Files | None" = None) -> ReadVi
     """
     config = settings_of(options.config)
     limits = limits_of(config, options.config)
+    options = _with_reference(options, config["report"]["reference"])
     # Imported here, so that --help and wrong options answer at once.
     from breaker.drive.answers.assessment import Assessment, given_by
     from breaker.drive.answers.test_report import ReportContext
@@ -121,6 +122,14 @@ def read_of(options: argparse.Namespace, files: "Files | None" = None) -> ReadVi
         simultaneity=config["report"]["simultaneity"],
     )
     return ReadVisit(assessment, records, before, beside)
+
+
+def _with_reference(options: argparse.Namespace, stated: Mapping) -> argparse.Namespace:
+    """Options with the good record of the configuration, and its band, where they name none."""
+    own = {"reference": options.reference or stated["file"], "tolerance": options.tolerance}
+    if own["reference"] and own["tolerance"] is None and stated["tolerance"]:
+        own["tolerance"] = stated["tolerance"] / 100.0
+    return argparse.Namespace(**{**vars(options), **own})
 
 
 def visit_of(read: ReadVisit) -> Visit:

@@ -90,8 +90,8 @@ def commands():
 def _read(asked: "Asked", overlays: Sequence[str], opened: "Files") -> ReadVisit:
     """What ``breaker report`` reads with these options."""
     given = {"files": [*asked.files], "before": [*asked.before], "config": [*overlays]}
-    given |= {"channel": [asked.channel] if asked.channel else [], "tolerance": asked.tolerance}
-    return read_of(argparse.Namespace(**given, reference=asked.reference or None), opened)
+    given |= {"channel": [asked.channel] if asked.channel else []}
+    return read_of(argparse.Namespace(**given, reference=None, tolerance=None), opened)
 
 
 def _write(name: str, text: str, read: Sequence[str]) -> str:

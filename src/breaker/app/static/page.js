@@ -229,13 +229,12 @@ async function draw(before) {
   for (const figure of shown) {
     looks(figure, ink, paper, line);
     figure.y_range.renderers = figure.items.flatMap((item) => item.renderers);
-    figure.toolbar.logo = null;
     figure.add_layout(legend(figure.items, ink, paper), "right");
     figure.on_event("tap", (event) => setCursor(event));
   }
   if (shown.length) shown.at(-1).xaxis.axis_label = `time (${data.clock})`;
   place.replaceChildren();
-  await Bokeh.Plotting.show(new Bokeh.Column({ children: shown, sizing_mode: "stretch_width" }), place);
+  await together(shown, place);
   plot = { cursors, marks, sources, range, names, from: data.from, to: data.to, query: place.dataset.query };
   let timer = null;
   for (const end of [range.properties.start, range.properties.end]) {
@@ -244,6 +243,12 @@ async function draw(before) {
       timer = setTimeout(() => zoomed(range, sources, place), 150);
     });
   }
+}
+
+async function together(figures, place) { // one below another, with one bar of tools: half the time
+  const grid = Bokeh.Plotting.gridplot(figures.map((each) => [each]), { toolbar_location: "right", merge_tools: true, sizing_mode: "stretch_width" });
+  grid.toolbar.logo = null;
+  await Bokeh.Plotting.show(grid, place);
 }
 
 function legend(items, ink, paper) {
@@ -323,9 +328,14 @@ async function drawLife() {
   const data = await toDraw("/life/curves", place);
   if (!data) return;
   const ranges = new Map(); // panels over the same axis move together
-  const figures = data.panels.map((each) => lifePanel(each, ranges));
-  place.replaceChildren();
-  await Bokeh.Plotting.show(new Bokeh.Column({ children: figures, sizing_mode: "stretch_width" }), place);
+  const drawn = data.panels.filter((each) => each.lines.some((line) => line.x.length));
+  const figures = drawn.map((each) => lifePanel(each, ranges));
+  place.replaceChildren(...data.panels.filter((each) => !drawn.includes(each)).map((each) => {
+    const said = document.createElement("p");
+    said.textContent = each.title;
+    return said;
+  }));
+  await together(figures, place);
 }
 
 function lifePanel(data, ranges) {
@@ -351,11 +361,11 @@ function lifePanel(data, ranges) {
   across("hspan", data.levels, (k) => ({ line_color: k ? ink : colours[1], line_dash: k ? "dotted" : "solid" }));
   across("vspan", data.places, (k) => ({ line_color: colours[(3 + k) % colours.length], line_dash: "dashed" }));
   const values = data.lines.flatMap((each) => [...each.low, ...each.high]).filter((each) => each !== null);
-  const levels = data.levels.map((each) => each[1]);
+  const levels = [...data.levels.map((each) => each[1]), ...data.within];
   const [low, high] = [Math.min(...values, ...levels), Math.max(...values, ...levels)];
-  if (high > low) figure.y_range = new Bokeh.Range1d({ start: low - 0.06 * (high - low), end: high + 0.06 * (high - low) });
+  const room = 0.06 * (high - low) || 0.5;
+  figure.y_range = new Bokeh.Range1d({ start: low - room, end: high + room });
   looks(figure, ink, paper, line);
-  figure.toolbar.logo = null;
   figure.xaxis.axis_label = data.x;
   figure.add_layout(new Bokeh.Title({ text: plainly(data.title), text_color: ink, text_font_size: "13px" }), "above");
   figure.add_layout(legend(items, ink, paper), "right");
