@@ -4,6 +4,7 @@ Six coil currents, six travels of which some are unused, six contacts, and nine 
 Curves are made up: smooth strokes with over-travel, damping and bounce at high-voltage size.
 """
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -98,3 +99,13 @@ def write(path, **given):
     cells = [",".join("" if np.isnan(v) else f"{v:g}" for v in row) + "," for row in rows]
     lines = [*preamble(**given), ",".join(columns) + ",", *cells]
     Path(path).write_text("\n".join(lines) + "\n", encoding="latin-1")
+
+
+def pole(name, phase, seed, clock="10:42:17", **more):
+    """Write a file of one pole, whose phase stands above its samples if it is given."""
+    write(name, rate=5.0, seed=seed, channels=1, motions=("closing",), clock=clock, **more)
+    text = Path(name).read_text(encoding="latin-1")
+    for k in (2, 3):
+        text = re.sub(rf"Channel {k} :,\w,*", "", text)
+    text = text.replace("Channel 1 :,R", f"Channel 1 :,{phase}" if phase else "Remark :,NIL")
+    Path(name).write_text(text, encoding="latin-1")

@@ -27,6 +27,7 @@ from breaker.cli.view import commands
 from breaker.quantities.parameters import PARAMETERS
 from breaker.reading.files.guards import LARGEST
 from tests.app.conftest import ODD, Outside, started, until
+from tests.exports import pole
 
 SOURCE = Path(__file__).parents[2] / "src" / "breaker"
 TODAY = "file=today.csv"
@@ -145,6 +146,53 @@ def test_a_reference_with_its_band_and_the_visit_before_lie_over_the_curves(page
     for wrong in ("tolerance=0&reference=one.csv", "tolerance=x&reference=one.csv"):
         assert "Tolerance" in unescape(page.get(f"/visit?{TODAY}&{wrong}").text)
     assert page.get(f"/visit?{TODAY}&reference=../few.yaml").status == 404
+
+
+def poles(folder, *, trips=(30.0, 36.0, 41.0), columns=("Contact 1", "Coil 1 (A)")):
+    """Files of three poles of one closing, and the query that shows them."""
+    folder.mkdir()
+    for k, phase in enumerate("RYB"):
+        pole(folder / f"pole_{k}.csv", phase, k, clock=f"10:42:1{k}", trip=trips[k])
+    named = [("file", f"pole_{k}.csv") for k in range(3)]
+    keys = ("contact_column", "trigger_column")
+    chosen = [(f"set.{key}", json.dumps(v)) for key, v in zip(keys, columns, strict=True)]
+    return urlencode([*named, *chosen, ("set.rate", 5), ("base", "configured")])
+
+
+def test_poles_in_files_of_their_own_lie_on_one_time_axis(opened, tmp_path, folder):
+    query = poles(tmp_path / "poles")
+    page = opened(tmp_path / "poles", tmp_path, [str(folder / "few.yaml")])
+    said = unescape(page.get(f"/visit?{query}").text)
+    assert "lie at the times of pole_0.csv, by the coil of closing." in said
+    found = json.loads(page.get(f"/curves?{query}").text)
+    travels = {e["name"]: e for e in found["traces"] if e["kind"] == "travel"}
+    assert [*travels] == ["R: Travel 1", "Y: Travel 1", "B: Travel 1"]
+    half = [each["x"][np.argmax(np.array(each["y"]) > 90.0)] for each in travels.values()]
+    assert np.ptp(half) < 1.0  # ms, of files that begin 11 ms apart
+    assert {"R: Contact 1", "B: Coil 1 (A)"} <= {each["name"] for each in found["traces"]}
+    marks = json.loads(page.get(f"/marks?{query}").text)["marks"]
+    coils = [each["x"][0] for each in marks if "coil" in each["name"]]
+    assert len(coils) == 3
+    assert np.ptp(coils) < 1e-6
+    ways = [e for e in marks if e["name"].startswith("closing: touch")]
+    for mark, curve in zip(ways, travels.values(), strict=True):  # marks lie on their curves
+        near = np.interp(mark["x"][0], curve["x"], curve["y"])
+        assert near == pytest.approx(mark["y"][0], abs=1.5)
+    assert re.search(r"simultaneity of the touch: 0\.\d+ ms", page.get(f"/answer?{query}").text)
+
+
+def test_poles_without_a_coil_are_aligned_by_what_all_have_and_that_is_said(
+    opened, tmp_path, folder
+):
+    query = poles(tmp_path / "poles", columns=("Contact 1", "Aux 1"))
+    page = opened(tmp_path / "poles", tmp_path, [str(folder / "few.yaml")])
+    said = unescape(page.get(f"/visit?{query}").text)
+    assert "by the touch of closing. Not all have a coil" in said
+    alone = unescape(page.get(f"/visit?{query.partition('&')[0]}").text)
+    assert "lie at the times" not in alone
+    travels = json.loads(page.get(f"/curves?{query}").text)["traces"][:3]
+    half = [each["x"][np.argmax(np.array(each["y"]) > 90.0)] for each in travels]
+    assert np.ptp(half) < 1.0
 
 
 def test_a_sheet_with_a_reference_is_that_of_the_command_with_the_settings_that_are_saved(

@@ -11,20 +11,10 @@ import yaml
 from breaker.cli import main
 from breaker.drive.answers.pole_files import PoleFile, operations_of_poles
 from breaker.drive.answers.simultaneity import simultaneity_of
-from tests.exports import write
+from tests.exports import pole
 
 FORM = {"time_column": None, "rate": 5.0, "travel_column": "Travel 1"}
 CONTACT, TRIGGER = {"contact_column": "Contact 1"}, {"trigger_column": "Coil 1 (A)"}
-
-
-def pole(name, phase, seed, clock="10:42:17", **more):
-    """Write a file of one pole, whose phase stands above its samples if it is given."""
-    write(name, rate=5.0, seed=seed, channels=1, motions=("closing",), clock=clock, **more)
-    text = Path(name).read_text(encoding="latin-1")
-    for k in (2, 3):
-        text = re.sub(rf"Channel {k} :,\w,*", "", text)
-    text = text.replace("Channel 1 :,R", f"Channel 1 :,{phase}" if phase else "Remark :,NIL")
-    Path(name).write_text(text, encoding="latin-1")
 
 
 def page(*files, form=FORM, more=(), report=None):

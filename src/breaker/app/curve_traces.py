@@ -5,7 +5,7 @@ than a screen shows; a part that is zoomed into is sent anew.
 """
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -62,15 +62,18 @@ class Mark(NamedTuple):
     inferred: bool = False
 
 
-def record_traces(records: Sequence[DriveRecord], layouts: Sequence[Layout]) -> list[Trace]:
+def record_traces(
+    records: Sequence[DriveRecord], layouts: Sequence[Layout], shifts: Mapping[str, float]
+) -> list[Trace]:
     """Return travels as they were read, and all other columns as they are in their files.
 
     Args:
         records: Of the visit; those that were rejected have none.
         layouts: What is in each of the files. Where no record was read, their times are the numbers
             of samples, as nobody knows them; else those of other files are left out.
+        shifts: ms that are added to the times of a file.
     """
-    travels: dict[tuple, Trace] = {}
+    labels, travels = _labels(records, layouts), {}
     beside: dict[str, DriveRecord] = {}
     for each in records:
         if each.raw is None:
@@ -79,8 +82,10 @@ def record_traces(records: Sequence[DriveRecord], layouts: Sequence[Layout]) -> 
         column = each.operation.channel or column
         beside.setdefault(file, each)
         name, phase = printable(str(column)), each.operation.phase
-        name = name if not phase or phase in name.split() else f"{name} {phase}"
-        found = Trace(name, "mm", "travel", each.raw.time, each.raw.sure)
+        said = phase in name.split() or labels.get(file) == f"{phase}: "
+        name = name if said or not phase else f"{name} {phase}"
+        time = each.raw.time + shifts.get(file, 0.0)
+        found = Trace(name, "mm", "travel", time, each.raw.sure)
         travels.setdefault((file, str(column)), found)
     taken = {file: {c for f, c in travels if f == file} for file in beside}
     others = []
@@ -88,13 +93,26 @@ def record_traces(records: Sequence[DriveRecord], layouts: Sequence[Layout]) -> 
         file = str(layout.file)
         if beside and file not in beside:
             continue  # nobody knows its times, and others are shown over theirs
-        others += _columns(layout, beside.get(file), taken.get(file, set()))
-    several = len(layouts) > 1
-    named = [
-        trace._replace(name=f"{printable(file).rpartition('/')[2]}: {trace.name}")
-        for (file, _), trace in travels.items()
-    ]
-    return [*(named if several else travels.values()), *others]
+        some = _columns(layout, beside.get(file), taken.get(file, set()))
+        at = shifts.get(file, 0.0)
+        others += [(file, each._replace(time=each.time + at)) for each in some]
+    both = [*((file, trace) for (file, _), trace in travels.items()), *others]
+    return [each._replace(name=labels.get(file, "") + each.name) for file, each in both]
+
+
+def _labels(records: Sequence[DriveRecord], layouts: Sequence[Layout]) -> dict[str, str]:
+    """What stands before the names of channels of several files: the phase where each is a file of
+    one pole, else the file.
+    """
+    phases: dict[str, set[str]] = {str(each.file): set() for each in layouts}
+    for each in records:
+        phases.setdefault(str(each.operation.file), set()).add(each.operation.phase)
+    if len(phases) == 1:
+        return {}
+    poles = {next(iter(each)) for each in phases.values() if len(each) == 1} - {""}
+    if len(poles) == len(phases):
+        return {file: f"{next(iter(each))}: " for file, each in phases.items()}
+    return {file: f"{printable(file).rpartition('/')[2]}: " for file in phases}
 
 
 def _columns(layout: Layout, record: DriveRecord | None, taken: set[str]) -> Iterator[Trace]:
@@ -129,7 +147,12 @@ def _kind(name: str) -> str:
 
 
 def laid_over(
-    records: Sequence[DriveRecord], overlays: Sequence[Overlay], what: str, *, band: bool = False
+    records: Sequence[DriveRecord],
+    overlays: Sequence[Overlay],
+    what: str,
+    shifts: Mapping[str, float],
+    *,
+    band: bool = False,
 ) -> list[Trace]:
     """Return other records laid over those of a visit, at its times and from its rests.
 
@@ -137,6 +160,7 @@ def laid_over(
         records: Of the visit.
         overlays: Of these over others, as of ``reference_curve.overlaid``.
         what: What the others are.
+        shifts: ms that are added to the times of a file of the visit.
         band: Whether the band about them is shown.
     """
     of = {_identity(each.operation, each.motion): each for each in records}
@@ -146,7 +170,8 @@ def laid_over(
         raw, sign = record.raw, 1.0 if each.motion == "closing" else -1.0
         name = printable(each.good_file).rpartition("/")[2]
         name = " ".join(filter(None, [f"{what}: {name}, {each.motion}", each.phase]))
-        time, reading = each.time + raw.moves, raw.segment.before + sign * each.good
+        time = each.time + raw.moves + shifts.get(str(record.operation.file), 0.0)
+        reading = raw.segment.before + sign * each.good
         half = each.band if band else np.nan
         found.append(Trace(name, "mm", "travel", time, reading, laid=True, band=half))
     return found
@@ -156,33 +181,44 @@ def _identity(operation: Operation, motion: str) -> tuple[int, str, str, str]:
     return operation.number, motion, operation.phase, str(operation.file)
 
 
-def marks_of(answers: Sequence[Answer]) -> list[Mark]:
-    """Return the times that are measured or inferred, and the zones of speeds."""
+def marks_of(answers: Sequence[Answer], shifts: Mapping[str, float]) -> list[Mark]:
+    """Return the times that are measured or inferred, and the zones of speeds.
+
+    Args:
+        answers: Of the visit.
+        shifts: ms that are added to the times of a file.
+    """
     found = []
     for answer in answers:
-        record = answer.record
-        if record.raw is None:
-            continue
-        channel, contact = record.operation.phase, answer.contact
-        reading = Reading(record.raw, contact)
-        sign = 1.0 if record.motion == "closing" else -1.0
-        level = _level(record, record.raw.moves)
-        found.append(
-            Mark(f"{record.motion}: first motion", channel, *[record.raw.moves] * 2, *[level] * 2)
-        )
-        if np.isfinite(contact.time):
-            event = "touch" if record.motion == "closing" else "parting"
-            level, inferred = _level(record, contact.time), not record.timed
-            name = f"{record.motion}: {event}" + " (inferred)" * inferred
-            found.append(Mark(name, channel, *[contact.time] * 2, *[level] * 2, inferred))
-        if np.isfinite(trigger := record.raw.contact.trigger):
-            found.append(Mark(f"{record.motion}: coil", channel, *[trigger] * 2, *[np.nan] * 2))
-        for speed in answer.speeds:
-            if speed.motion == record.motion and not answer.measured[speed.name].reason:
-                (start, low), (stop, high) = map(reading.place, (speed.start, speed.end))
-                ends = start.value, stop.value, sign * low.value, sign * high.value
-                told = speed.of_event and not record.timed
-                found.append(Mark(speed.name.replace("_", " "), channel, *ends, told))
+        if answer.record.raw is not None:
+            at = shifts.get(str(answer.record.operation.file), 0.0)
+            marks = _marks(answer)
+            found += [e._replace(start=e.start + at, stop=e.stop + at) for e in marks]
+    return found
+
+
+def _marks(answer: Answer) -> list[Mark]:
+    """Those of a record, at times of its file."""
+    record, contact = answer.record, answer.contact
+    channel = record.operation.phase
+    reading = Reading(record.raw, contact)
+    sign = 1.0 if record.motion == "closing" else -1.0
+    level = _level(record, record.raw.moves)
+    moves = [record.raw.moves] * 2
+    found = [Mark(f"{record.motion}: first motion", channel, *moves, *[level] * 2)]
+    if np.isfinite(contact.time):
+        event = "touch" if record.motion == "closing" else "parting"
+        level, inferred = _level(record, contact.time), not record.timed
+        name = f"{record.motion}: {event}" + " (inferred)" * inferred
+        found.append(Mark(name, channel, *[contact.time] * 2, *[level] * 2, inferred))
+    if np.isfinite(trigger := record.raw.contact.trigger):
+        found.append(Mark(f"{record.motion}: coil", channel, *[trigger] * 2, *[np.nan] * 2))
+    for speed in answer.speeds:
+        if speed.motion == record.motion and not answer.measured[speed.name].reason:
+            (start, low), (stop, high) = map(reading.place, (speed.start, speed.end))
+            ends = start.value, stop.value, sign * low.value, sign * high.value
+            told = speed.of_event and not record.timed
+            found.append(Mark(speed.name.replace("_", " "), channel, *ends, told))
     return found
 
 

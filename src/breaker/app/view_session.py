@@ -17,6 +17,7 @@ from urllib.parse import urlencode
 
 from breaker.app.curve_traces import Mark, Trace, laid_over, marks_of, record_traces
 from breaker.app.page_choices import WHOLE, Choices, id_of, name_of, overlay_text
+from breaker.app.pole_alignment import aligned
 from breaker.app.result_folders import FLEET, LIFE, RunResults, results_in
 from breaker.app.setting_rows import SettingRow, base_of, rows_of
 from breaker.common.atomic_writes import whole
@@ -133,6 +134,11 @@ class Shown:
     def clock(self) -> str:
         """Unit of the times of its curves: that of a record, or samples where none was read."""
         return "ms" if any(each.kind == "travel" for each in self.traces) else "samples"
+
+    @property
+    def aligned(self) -> str:
+        """How poles in files of their own come onto one time axis; empty where none do."""
+        return aligned(self.read.records).said if self.read else ""
 
 
 class Answered(NamedTuple):
@@ -394,7 +400,8 @@ class Session:
             found = document(visit.answers, visit.verdicts, {"words": []}, {})
             told = beside_prior(each for each in found.records if each.accepted)
             told = Document("What the model says", parts=told)
-            return Answered(visit, marks_of(visit.answers), told, text_of(words_of(found)))
+            shifts = aligned(shown.read.records).shifts
+            return Answered(visit, marks_of(visit.answers, shifts), told, text_of(words_of(found)))
 
         return self._once(("answered", id(shown), shown), answer, _KEPT)
 
@@ -499,10 +506,11 @@ def _traces(read: Any, first: Layout | None, files: Files) -> list[Trace]:
     for each in dict.fromkeys(each.operation.file for each in records):
         with suppress(ValueError, OSError):
             layouts.append(look_into(files[each]))
-    found = record_traces(records, layouts or [*filter(None, [first])])
+    shifts = aligned(records).shifts
+    found = record_traces(records, layouts or [*filter(None, [first])], shifts)
     if read:
-        found += laid_over(records, read.beside.overlays, "reference", band=True)
-        found += laid_over(records, overlaid(records, read.before), "before")
+        found += laid_over(records, read.beside.overlays, "reference", shifts, band=True)
+        found += laid_over(records, overlaid(records, read.before), "before", shifts)
     return found
 
 
