@@ -1,7 +1,8 @@
 """Walks through `breaker view` in a real browser: `make test-browser`.
 
-Five journeys: an unknown export to a sheet, in at most five clicks; a wrong setting, said and
-mended by keyboard alone; two visits with a reference; a life; a fleet. Each page is checked by axe,
+Six journeys: an unknown export to a sheet, in at most five clicks; a wrong setting, said and
+mended by keyboard alone; two visits with a reference; poles in files of their own; a life; a fleet.
+Each page is checked by axe,
 and pictures of each, at 1280 and 1920 pixels and in dark mode, go into ``build/browser/``, to be
 looked at.
 """
@@ -21,7 +22,7 @@ import numpy as np
 from breaker.cli import main
 from tests.app.run_folders import write_fleet, write_life
 from tests.browser.chromium import ENTER, TAB, Browser
-from tests.exports import write
+from tests.exports import pole, write
 from tests.lives import a_life
 
 ALL = "\ue009a\ue000"  # Ctrl-A, and all keys up again
@@ -123,6 +124,20 @@ def two_visits(browser: Browser) -> None:
     browser.until(lambda: "since the visit before" in browser.text("#values"), "the changes")
 
 
+def pole_files(browser: Browser, folder: Path, name: str) -> None:
+    """Three files, one a pole of one operation, side by side on one time axis."""
+    with viewed(folder) as (address, _):
+        browser.open(address)
+        for k in range(3):
+            browser.click(f'input[name="file"][value="pole_{k}.csv"]')
+        browser.click("#list button")
+        browser.until(lambda: "simultaneity" in browser.text("#values"), "the poles")
+        assert "by the coil of closing" in browser.text("#aligned")
+        accessible(browser, "pole files")
+        browser.picture(PICTURES / f"poles-{name}.png", 3500)
+        sound(browser, address)
+
+
 def a_run(browser: Browser, project: Path, name: str) -> None:
     """The life and the fleet that a run has left."""
     with viewed(project) as (address, _):
@@ -192,6 +207,10 @@ def walk() -> None:
         folder = Path(place, "curves")
         folder.mkdir()
         exports(folder, 40)
+        poles = Path(place, "poles")
+        poles.mkdir()
+        for k, phase in enumerate("RYB"):
+            pole(poles / f"pole_{k}.csv", phase, k, clock=f"10:42:1{k}", trip=30.0 + 6.0 * k)
         project = Path(place, "project")
         write_life(project / "results", a_life((1900.0, np.inf), operations=np.arange(1, 2001)))
         write_fleet(project / "results", 250)
@@ -216,6 +235,7 @@ def walk() -> None:
                     browser.picture(PICTURES / f"list-{name}.png", 1500)
                     sound(browser, address)
                     memory(process)
+                    pole_files(browser, poles, name)
                     a_run(browser, project, name)
                 finally:
                     browser.end()

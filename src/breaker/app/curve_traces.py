@@ -74,13 +74,13 @@ def record_traces(
         shifts: ms that are added to the times of a file.
     """
     labels, travels = _labels(records, layouts), {}
-    beside: dict[str, DriveRecord] = {}
+    beside: dict[str, list[DriveRecord]] = {}
     for each in records:
         if each.raw is None:
             continue
         file, column = str(each.operation.file), each.raw.settings["travel_column"]
         column = each.operation.channel or column
-        beside.setdefault(file, each)
+        beside.setdefault(file, []).append(each)
         name, phase = printable(str(column)), each.operation.phase
         said = phase in name.split() or labels.get(file) == f"{phase}: "
         name = name if said or not phase else f"{name} {phase}"
@@ -93,7 +93,7 @@ def record_traces(
         file = str(layout.file)
         if beside and file not in beside:
             continue  # nobody knows its times, and others are shown over theirs
-        some = _columns(layout, beside.get(file), taken.get(file, set()))
+        some = _columns(layout, beside.get(file, ()), taken.get(file, set()))
         at = shifts.get(file, 0.0)
         others += [(file, each._replace(time=each.time + at)) for each in some]
     both = [*((file, trace) for (file, _), trace in travels.items()), *others]
@@ -115,29 +115,35 @@ def _labels(records: Sequence[DriveRecord], layouts: Sequence[Layout]) -> dict[s
     return {file: f"{printable(file).rpartition('/')[2]}: " for file in phases}
 
 
-def _columns(layout: Layout, record: DriveRecord | None, taken: set[str]) -> Iterator[Trace]:
-    """The columns of a file beside those of travel that were read and of the time."""
-    form = record.raw.settings if record else layout.settings
+def _columns(layout: Layout, own: Sequence[DriveRecord], taken: set[str]) -> Iterator[Trace]:
+    """The columns of a file beside those of travel that were read and of the time: first those that
+    its records take for contact and coil.
+    """
+    form = own[0].raw.settings if own else layout.settings
     place, count = None, layout.columns[0].size
     if form.get("time_column") is not None:
         place = layout.place_of(form["time_column"])
     if place is not None:
         time = layout.columns[place] * TO_MS[form["time_unit"]]
-    elif record:
-        time = np.arange(count) * record.raw.step
+    elif own:
+        time = np.arange(count) * own[0].raw.step
     else:
         time = np.arange(count, dtype=float)
     kinds = {
-        str(form.get(f"{key}_column")): kind
+        layout.place_of(each.raw.settings[f"{key}_column"]): kind
         for key, kind in (("contact", "contact"), ("trigger", "coil"))
+        for each in own
+        if each.raw.settings.get(f"{key}_column") is not None
     }
-    for i, values in enumerate(layout.columns):
+    for i, values in sorted(enumerate(layout.columns), key=lambda pair: pair[0] not in kinds):
         column = layout.column(i)
         if i == place or str(column) in taken or not np.isfinite(values).any():
             continue
         if np.nanmin(values) == np.nanmax(values):
             continue  # an unused channel
-        kind = kinds.get(str(column)) or _kind(layout.names[i])
+        kind = kinds.get(i) or _kind(layout.names[i])
+        if i not in kinds and kind in kinds.values():
+            kind = "other"  # of no record: of another pole, or of none
         yield Trace(printable(str(column)), layout.units[i] or "", kind, time, values)
 
 

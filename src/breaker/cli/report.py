@@ -144,7 +144,8 @@ def visit_of(read: ReadVisit) -> Visit:
     verdicts = assessment.judge(answers)
     report = report_of(answers, verdicts, beside)
     language = assessment.config["report"]["language"]
-    report = replace(in_language(report, words_of(language)), language=language)
+    if language != report.language:
+        report = replace(in_language(report, words_of(language)), language=language)
     return Visit(records, answers, verdicts, report)
 
 

@@ -228,6 +228,7 @@ async function draw(before) {
   if (shown.length) addMarks(shown[0], marks, colours, ink);
   for (const figure of shown) {
     looks(figure, ink, paper, line);
+    figure.height = Math.max(figure.height, 30 + 19 * figure.items.length); // of its legend
     figure.y_range.renderers = figure.items.flatMap((item) => item.renderers);
     figure.add_layout(legend(figure.items, ink, paper), "right");
     figure.on_event("tap", (event) => setCursor(event));

@@ -168,7 +168,7 @@ def beside_prior(entries: Iterable[RecordAnswer]) -> list[str | Table]:
     ]
     heads = [f"{each.phase}: {what}" if each.phase else what for each in told for what in _HEADS]
     note = "medians with 95 % intervals; grey: the record says hardly anything, it is the prior's"
-    return [*said, *([Table(("", "unit", *heads), rows, notes=[note])] if told else [])]
+    return [*said, *([Table(("parameter", "unit", *heads), rows, notes=[note])] if told else [])]
 
 
 _HEADS = "with the record", "before"
