@@ -224,12 +224,12 @@ def test_what_the_model_says_beside_the_prior_comes_in_words_before_any_table(pa
     text = unescape(page.get(f"/answer?{TODAY}").text)
     said = text.index("beside what was known before, the record")
     assert text.index('id="verdict"') < said < text.index("<table")
-    told = text[said : text.index("</p>", said)]
+    told = text[said : text.index("</li>", said)]
     words = [each.word for each in PARAMETERS if each.word in told]
     assert len(words) == len(PARAMETERS)  # each of them once, in one of three groups
     assert "says hardly anything of" in told
     assert "the prior's interval stands" in told
-    table = text[said:].partition("<table>")[2].partition("</table>")[0]
+    table = text.partition("and before it</h1>")[2].partition("</table>")[0]
     assert table.count("before") == 3  # of each channel
     hardly = told.partition("hardly anything of ")[2].partition(", for which")[0].split(", ")
     for each in PARAMETERS:

@@ -135,6 +135,7 @@ def _columns(layout: Layout, own: Sequence[DriveRecord], taken: set[str]) -> Ite
         for each in own
         if each.raw.settings.get(f"{key}_column") is not None
     }
+    last = []
     for i, values in sorted(enumerate(layout.columns), key=lambda pair: pair[0] not in kinds):
         column = layout.column(i)
         if i == place or str(column) in taken or not np.isfinite(values).any():
@@ -142,9 +143,12 @@ def _columns(layout: Layout, own: Sequence[DriveRecord], taken: set[str]) -> Ite
         if np.nanmin(values) == np.nanmax(values):
             continue  # an unused channel
         kind = kinds.get(i) or _kind(layout.names[i])
+        found = Trace(printable(str(column)), layout.units[i] or "", kind, time, values)
         if i not in kinds and kind in kinds.values():
-            kind = "other"  # of no record: of another pole, or of none
-        yield Trace(printable(str(column)), layout.units[i] or "", kind, time, values)
+            last.append(found._replace(kind="other"))  # of no record: of another pole, or of none
+        else:
+            yield found
+    yield from last
 
 
 def _kind(name: str) -> str:

@@ -21,7 +21,7 @@ from breaker.app.pole_alignment import aligned
 from breaker.app.result_folders import FLEET, LIFE, RunResults, results_in
 from breaker.app.setting_rows import SettingRow, base_of, rows_of
 from breaker.common.atomic_writes import whole
-from breaker.documents.parts import Document
+from breaker.documents.parts import Document, Table
 from breaker.documents.terminal import text_of
 from breaker.drive.answers.answer_document import document
 from breaker.drive.answers.answer_words import beside_prior, words_of
@@ -143,12 +143,13 @@ class Shown:
 
 class Answered(NamedTuple):
     """A visit as ``breaker report`` answers it, the marks of its curves, what the model tells
-    beside what was known before, and the whole in words.
+    beside what was known before, in words and as a table, and the whole in words.
     """
 
     visit: Any
     marks: Sequence[Mark]
-    told: Document
+    told: Sequence[str]
+    before: Table
     words: str
 
 
@@ -399,9 +400,8 @@ class Session:
             visit = self.commands.visit_of(shown.read)
             found = document(visit.answers, visit.verdicts, {"words": []}, {})
             told = beside_prior(each for each in found.records if each.accepted)
-            told = Document("What the model says", parts=told)
-            shifts = aligned(shown.read.records).shifts
-            return Answered(visit, marks_of(visit.answers, shifts), told, text_of(words_of(found)))
+            marks = marks_of(visit.answers, aligned(shown.read.records).shifts)
+            return Answered(visit, marks, *told, text_of(words_of(found)))
 
         return self._once(("answered", id(shown), shown), answer, _KEPT)
 

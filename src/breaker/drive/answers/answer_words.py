@@ -152,9 +152,10 @@ def first_of_channels(entries: Iterable[RecordAnswer]) -> list[RecordAnswer]:
     return list(first.values())
 
 
-def beside_prior(entries: Iterable[RecordAnswer]) -> list[str | Table]:
+def beside_prior(entries: Iterable[RecordAnswer]) -> tuple[list[str], Table]:
     """Say of which parameters a record tells more than was known before it: a sentence for the
-    first operation of each channel, and a table of intervals with and without the record.
+    first operation of each channel, and a table of intervals with the record and before it, which
+    has no rows where nothing is told.
 
     Args:
         entries: Records that were accepted.
@@ -168,7 +169,8 @@ def beside_prior(entries: Iterable[RecordAnswer]) -> list[str | Table]:
     ]
     heads = [f"{each.phase}: {what}" if each.phase else what for each in told for what in _HEADS]
     note = "medians with 95 % intervals; grey: the record says hardly anything, it is the prior's"
-    return [*said, *([Table(("parameter", "unit", *heads), rows, notes=[note])] if told else [])]
+    head = ("parameter", "unit", *heads)
+    return said, Table(head, rows if told else (), notes=[note])
 
 
 _HEADS = "with the record", "before"
