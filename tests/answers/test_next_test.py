@@ -53,6 +53,12 @@ def changed(tests, **values):
     return tests | {name: tests[name] | each for name, each in values.items()}
 
 
+def alone(tests, name, **values):
+    """The section with one test."""
+    found = {other: each | {"cost": None} for other, each in tests.items() if other != "facts"}
+    return found | {"facts": {}, name: tests[name] | values}
+
+
 def test_what_tells_nothing_narrows_nothing(tests, foretold):
     """A transducer as noisy as the present one, a measure as vague as none, and a mass."""
     vague = {**tests["facts"], "mu": {"cost": 1.0, "sd": 1e3, "what": "guess"}}
@@ -68,23 +74,26 @@ def test_a_number_narrows_as_a_normal_posterior_would(tests, foretold):
     """The precision of what is measured adds to that of the posterior."""
     for sd in (0.05, 0.2):
         facts = {"mu": {"cost": 1.0, "sd": sd, "what": "weigh"}}
-        told = foretold(tests | {"facts": facts})["mu"].narrowing["mu"]
+        told = foretold(alone(tests, "contact") | {"facts": facts})["mu"].narrowing["mu"]
         by_hand = 100.0 / np.hypot(100.0 / told.now, 1.0 / sd)
         assert told.expected == pytest.approx(by_hand, rel=0.05)
 
 
 def test_a_mass_sets_the_scale(tests, foretold):
-    found = foretold(tests)
+    found = foretold(changed(alone(tests, "moving_mass"), contact={"cost": 1.0}))
     force, f = found["moving_mass"].adds["closing_force"], found["contact"].narrowing["f"].now
     assert force == pytest.approx(np.hypot(f, 4.0), rel=1e-3)
-    assert "moving_mass" not in foretold(tests, given=Given(mass=(12.0, 0.5)))
+    mass = Given(mass=(12.0, 0.5))
+    assert "moving_mass" not in foretold(alone(tests, "moving_mass"), given=mass)
 
 
 def test_more_of_a_test_narrows_more(tests, foretold):
-    one, many = (foretold(changed(tests, more_records={"records": n})) for n in (1, 30))
-    assert 0.0 < one["more_records"].gain < many["more_records"].gain
-    fine, finer = (foretold(changed(tests, finer_transducer={"noise": n})) for n in (0.5, 0.1))
-    assert 0.0 < fine["finer_transducer"].gain < finer["finer_transducer"].gain
+    for name, some in {
+        "more_records": [{"records": n} for n in (1, 20)],
+        "finer_transducer": [{"noise": share} for share in (0.5, 0.1)],
+    }.items():
+        less, more = (foretold(alone(tests, name, **each))[name].gain for each in some)
+        assert 0.0 < less < more
 
 
 def test_only_what_can_be_done_is_offered(tests, foretold, records, timed):

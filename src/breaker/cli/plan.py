@@ -45,11 +45,11 @@ def _run(options: argparse.Namespace) -> int:
     given, _ = given_by(config, options.size, facts_of(options.known))
     assessment = Assessment(config, limits, given, families=families_of(options.model))
     document = assessment.plan(assessment.read(operations, loose=loose), options.narrow)
-    written = []
-    if options.plot and document.poles:
+    written, told = [], any(each.tests for each in document.poles)
+    if options.plot and told:
         from breaker.figures import next_tests
 
         written.append(draw(next_tests.next_tests(document), options.plot))
     say(to_json(document) if options.json else text_of(words_of_plans(document)))
     say_written(written, options.json)
-    return int(not any(each.tests for each in document.poles))
+    return int(not told)

@@ -49,14 +49,12 @@ def _pole(axes: np.ndarray, plan: Plan) -> None:
 
 def _sds(axis: Axes, plan: Plan, name: str) -> None:
     """Sds of a quantity, now and after each test."""
-    for row, test in enumerate(plan.tests):
-        if name not in test.narrowing:
-            continue
-        each = test.narrowing[name]
+    told = {k: e.narrowing[name] for k, e in enumerate(plan.tests) if name in e.narrowing}
+    for row, each in told.items():
         axis.barh(row, each.now, **_NOW)
         look = {"color": style.CORRECTED, "height": 0.5, "ecolor": style.REFERENCE}
         axis.barh(row, each.expected, xerr=each.error, **look)
-        unit = each.unit
+    units = {"" if each.unit == "1" else f" ({each.unit})" for each in told.values()}
     output = style.OUTPUTS.get(name)
     label = output.symbol if output else style.spoken(name)
-    axis.set_xlabel(f"{label}\nsd{'' if unit == '1' else f' ({unit})'}")
+    axis.set_xlabel(f"{label}\nsd{''.join(units)}")

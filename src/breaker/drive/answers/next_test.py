@@ -26,6 +26,7 @@ from breaker.drive.answers.identity import mixed
 from breaker.drive.answers.inference import infer_together, mean_of, weigh_draws
 from breaker.drive.answers.likely_drives import Setup, likely_drives, operated, sizes_of
 from breaker.drive.family.mechanisms import MECHANISMS
+from breaker.drive.family.untold import APART
 from breaker.drive.simulation.rich_drive import Drive
 from breaker.mechanism.limits import Limit
 from breaker.quantities.moving_mass import MASS_QUANTITIES
@@ -258,9 +259,10 @@ def _plan_pole(
         return Plan(*about, (), (), answers[0].why_not_inferred)
     one = [mean_of(some) if len(some) > 1 else some[0] for some in by.values()]
     one = infer_together(one, given, replace(settings, draws=_DRAWS))
-    if one[0].draws is None or one[0].draws is not one[-1].draws:
-        why = one[0].why_not_inferred or "closing and opening contradict each other"
-        return Plan(*about, (), (), f"{why}; take one motion by --motion")
+    if one[0].unresolved:
+        return Plan(*about, (), (), one[0].why_not_inferred)
+    if one[0].draws is not one[-1].draws:
+        return Plan(*about, (), (), f"{APART}; take one of them by --motion")
     withheld = WITH_CONTACT if any(each.may_slide for each in one) else ()
     present = _Present(one, given, settings, limits, frozenset(withheld))
     if wrong := [name for name in asked if name not in present.now]:

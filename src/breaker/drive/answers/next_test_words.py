@@ -15,7 +15,7 @@ _SHOWN = 4  # quantities of a test
 def words_of_plans(plans: Plans) -> Document:
     """Return the tests of each pole in words: what to do first, and a table of all."""
     parts = [_section(each) for each in plans.poles]
-    said = [f"rejected: {file}: {why}" for file, why in plans.rejected.items()]
+    said = [f"rejected: {why}" for why in plans.rejected.values()]
     return Document(summary=said, parts=parts)
 
 
