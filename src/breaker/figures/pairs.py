@@ -100,7 +100,8 @@ def _frame(grid: np.ndarray, drawn: np.ndarray, names: Sequence[str]) -> None:
         axis.tick_params(labelbottom=row == last, labelleft=0 == column < row, labelsize=8)
         if row == column:
             axis.set_yticks([])
-    grid[0, 0].figure.align_labels()
+    grid[0, 0].figure.align_xlabels(grid[last])
+    grid[0, 0].figure.align_ylabels(grid[:, 0])
 
 
 def _handles() -> list:
