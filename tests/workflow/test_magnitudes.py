@@ -1,5 +1,6 @@
 """Whatever stands at one key of the configuration: refused with a message, or it can be used."""
 
+import json
 import math
 import time
 from copy import deepcopy
@@ -50,6 +51,12 @@ def mutated(rng: np.random.Generator) -> tuple[tuple, object, dict]:
     return key, section[last], config
 
 
+@cache
+def build_once(chosen: str, samples: int) -> None:
+    """Build networks of settings, in JSON: most mutations leave them as they are."""
+    built(build, json.loads(chosen), samples=samples, dims=8)
+
+
 def use(config: dict) -> None:
     """Build what is quickly built, and simulate a little."""
     rng = np.random.default_rng(1)
@@ -59,7 +66,7 @@ def use(config: dict) -> None:
         values[:, :7] = model.prior.sample(4, rng)
         assert np.isfinite(model.curves(values)).all()
         chosen = chosen_network(config["network"][motion])
-        built(build, chosen, samples=config["sensor"]["samples"], dims=8)
+        build_once(json.dumps(chosen), config["sensor"]["samples"])
         rig = Rig.from_settings(config["rig"], config["seed"])
         for operation in (1, config["rig"]["operations"]):
             times, travel = rig.record(motion, operation)
