@@ -143,10 +143,13 @@ def _likelihood(
     """Likelihood of each start ``(s,)``, the greatest of a power 1; rest and height are fitted."""
     tau = np.maximum(time - starts[:, None], 0.0) / (time[-1] - starts[:, None])
     with np.errstate(divide="ignore"):
-        shapes = np.exp(_POWERS[:, None, None] * np.log(tau))
-    shapes -= shapes.mean(axis=-1, keepdims=True)
+        log_tau = np.log(tau)
     risen = travel - travel.mean()
-    explained = np.maximum(shapes @ risen, 0.0) ** 2 / np.einsum("pst,pst->ps", shapes, shapes)
+    explained = np.empty((_POWERS.size, starts.size))
+    for k, power in enumerate(_POWERS):  # one at a time stays in the cache
+        shapes = np.exp(power * log_tau)
+        scatter = np.einsum("st,st->s", shapes, shapes) - shapes.sum(axis=1) ** 2 / time.size
+        explained[k] = np.maximum(shapes @ risen, 0.0) ** 2 / scatter
     log = explained / (2.0 * noise**2)
     log -= 2.0 * np.log1p(((_POWERS[:, None] - _USUAL) / _SPREAD) ** 2 / 3.0)
     return np.exp(log - log.max()).sum(axis=0)
