@@ -11,6 +11,7 @@ import re
 import sys
 import traceback
 from collections.abc import Iterable, Iterator, Mapping
+from functools import lru_cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
@@ -40,6 +41,7 @@ from breaker.reading.inspection.setting_proposal import inspect_file
 _MOST_LINES, _LONGEST_LINE = 80, 400  # of a head
 _LONG = 4  # signs of what may be somebody's
 _SAMPLES = 3  # lines of them that end a head
+_REMEMBERED = 5000  # words and signs: a file has the same again and again
 _PACKAGES = ("numpy", "scipy", "openpyxl", "comtrade", "h5netcdf", "h5py", "zarr")
 _PACKED = (b"PK\x03\x04", b"\x89HDF", b"CDF", b"\xd0\xcf\x11\xe0")  # begins of what is no text
 
@@ -124,6 +126,7 @@ class Hidden:
         return not re.match(r"[\w./:-]", before) and bool(_UNIT.match(after))
 
 
+@lru_cache(_REMEMBERED)
 def _is_known(word: str) -> bool:
     """Whether makers use a word, in lower case: at least half of it is in the lexicon."""
     if word in _UNIT_WORDS or word in COLOURS:
@@ -132,11 +135,13 @@ def _is_known(word: str) -> bool:
     return max(spans, default=0) > max(1, len(word) // 2)
 
 
+@lru_cache(_REMEMBERED)
 def _shape(text: str) -> str:
     """A text with its letters as x and X and its digits as 0; signs of no alphabet stay."""
     return "".join(map(_sign, text))
 
 
+@lru_cache(_REMEMBERED)
 def _sign(sign: str) -> str:
     if sign.isdigit() or sign.isnumeric():
         return "0"
