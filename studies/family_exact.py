@@ -16,15 +16,12 @@ in the logarithms of the parameters; and the ratio of their standard deviations.
 """
 
 import argparse
-import contextlib
 import csv
-import math
 from pathlib import Path
 
 import emcee
 import matplotlib.pyplot as plt
 import numpy as np
-from scipy.special import ndtr
 
 from breaker.common.randomness import generator
 from breaker.configuration.loading import load
@@ -32,13 +29,13 @@ from breaker.drive.family.level_network import Levels
 from breaker.drive.family.network_files import open_network
 from breaker.drive.family.record_inputs import network_record
 from breaker.drive.simulation.drive_family import Family
-from breaker.drive.simulation.rich_drive import Drive
 from breaker.mechanism.prior import Prior
 from breaker.mechanism.sensor import Sensor
 from breaker.quantities.parameters import MOTIONS, NAMES, PARAMETERS
 from breaker.quantities.size import Size
 from breaker.reading.records.normalised_shape import shape_of
 from breaker.shipped import DEFAULTS, model_file
+from studies.family_scores import FamilyScores, curves
 
 _MOVES = [
     (emcee.moves.DEMove(), 0.7),
@@ -51,97 +48,30 @@ _BEFORE = 800  # steps of a first run
 _STUCK = 25.0  # nats; some four sd of the log density of a hundred unknowns
 _LOOKED_AT = 12  # scores whose chains are judged: the kind of contact, and the parameters
 _DRAWS = 4000
-_PROPOSED = 4000  # draws of each kind of contact
 
 
-class Numbers:
-    """A generator whose numbers are given as normal scores, in the order in which they are asked.
-
-    Asked for more than there are, as where a family draws a drive again, it raises ValueError.
-    """
-
-    def __init__(self, scores: np.ndarray) -> None:
-        self.scores, self.shares, self.used = scores, ndtr(scores), 0
-
-    def standard_normal(self, size=()):
-        return self._next(self.scores, size)
-
-    def random(self, size=()):
-        return self._next(self.shares, size)
-
-    def uniform(self, low, high, size=()):
-        return low + (high - low) * self.random(size)
-
-    def triangular(self, low, mode, high, size=()):
-        assert low == mode
-        return high - (high - low) * np.sqrt(1.0 - self.random(size))
-
-    def _next(self, numbers, size):
-        begin, self.used = self.used, self.used + math.prod(np.atleast_1d(size).tolist())
-        if self.used > numbers.size:
-            raise ValueError("these scores make no drive that holds")
-        return numbers[begin] if size == () else numbers[begin : self.used].reshape(size)
+def log_posterior(family: FamilyScores, sensor, motion, record, scores) -> np.ndarray:
+    """Log densities of scores ``(w, m + 1)``, the last that of the onset, but for a constant."""
+    drives = family.numbers(scores[:, :-1])
+    there = curves(drives, motion == "closing", sensor.times, sensor.onset_sd * scores[:, -1])
+    found = np.isfinite(there).all(axis=1)
+    log_prior = family.log_prior(scores[:, :-1]) - 0.5 * np.square(scores[:, -1])
+    chi_square = sensor.chi_square(record, np.where(found[:, None], there, 0.0))
+    return np.where(found, log_prior - 0.5 * chi_square, -np.inf)
 
 
-def drive_of(family: Family, scores: np.ndarray) -> Drive | None:
-    """The drive that the family draws by scores ``(m,)``; None if they make none."""
-    try:
-        return family.new(Numbers(scores))
-    except ValueError:
-        return None
-
-
-def unknowns_of(family: Family) -> int:
-    """How many scores make a drive that holds at the first try."""
-    counts = []
-    for seed in range(20):
-        numbers = Numbers(np.random.default_rng(seed).standard_normal(100_000))
-        family.new(numbers)
-        counts.append(numbers.used)
-    return min(counts)
-
-
-def acceptance(family: Family, rng: np.random.Generator) -> dict[str, float]:
-    """Share of the draws of each kind of contact that make a drive, by kind.
-
-    A family draws again within a kind, so that the density of a drive is that of its scores over
-    the share of its kind.
-    """
-    kinds = [kind for kind, share in family.settings["contacts"].items() if share]
-    tries = {k: [family.proposed(k, rng) is not None for _ in range(_PROPOSED)] for k in kinds}
-    return {kind: float(np.mean(each)) for kind, each in tries.items()}
-
-
-def log_posterior(family, sensor, motion, record, shares, scores) -> np.ndarray:
-    """Log densities of scores ``(w, m + 1)``, the last that of the onset, but for a constant.
-
-    ``shares`` are those of ``acceptance``.
-    """
-    curves, log_prior = np.full((len(scores), sensor.times.size), np.nan), np.zeros(len(scores))
-    for i, each in enumerate(scores):
-        drive = drive_of(family, each[:-1])
-        if drive is not None:
-            log_prior[i] = -np.log(shares[drive.elements.contact])
-            with contextlib.suppress(FloatingPointError, ValueError):
-                curves[i] = drive.travel(motion, sensor.times - sensor.onset_sd * each[-1])
-    there = np.isfinite(curves).all(axis=1)
-    found = np.full(len(scores), -np.inf)
-    chi_square = sensor.chi_square(record, curves[there])
-    found[there] = -0.5 * (chi_square + np.square(scores[there]).sum(axis=1)) + log_prior[there]
-    return found
-
-
-def by_chains(family, sensor, motion, record, shares, unknowns, steps, rng):
+def by_chains(family: FamilyScores, sensor, motion, record, steps, rng):
     """Draws of the logarithms of the parameters, ``(d, p)``, and how far the chains have come.
 
     Walkers that are stuck far below the others after a first run start anew among these (Hou et al.
     2012). Returned are further the effective size, the largest distance of the means of the two
     halves of what is kept, in sd, and by how many nats the last walker is below the median.
     """
+    unknowns = family.unknowns + 1  # and the onset
     walkers = _WALKERS * unknowns
 
     def log_density(scores):
-        return log_posterior(family, sensor, motion, record, shares, scores)
+        return log_posterior(family, sensor, motion, record, scores)
 
     first = rng.standard_normal((_FIRST, unknowns))
     start = first[np.argsort(-log_density(first))[:walkers]]
@@ -162,8 +92,7 @@ def by_chains(family, sensor, motion, record, shares, unknowns, steps, rng):
     apart = np.abs(one - two) / kept.std(axis=(0, 1))
     flat = sampler.get_chain(discard=steps // 4, flat=True)
     chosen = flat[rng.integers(0, len(flat), _DRAWS)]
-    drives = [drive_of(family, each[:-1]) for each in chosen]
-    draws = np.log([each.theta for each in drives])
+    draws = np.log(family.numbers(chosen[:, :-1])[:, : len(NAMES)])
     return draws, walkers * (steps - steps // 4) / time, apart.max(), stuck
 
 
@@ -217,8 +146,7 @@ def main() -> None:
     family = Family(Prior.from_settings(config["prior"]), config["family"])
     sensor = Sensor(**config["sensor"])
     levels = open_network(model_file("medium_voltage", "levels"))
-    unknowns = unknowns_of(family) + 1  # and the onset
-    shares = acceptance(family, generator(5, "exact judge of the family, kinds"))
+    scores = FamilyScores.of(family, generator(5, "exact judge of the family, kinds"))
     options.output.parent.mkdir(parents=True, exist_ok=True)
     with options.output.open("w", newline="") as file:
         table = csv.writer(file)
@@ -229,8 +157,8 @@ def main() -> None:
                 drive = family.new(rng)
                 times = sensor.times - sensor.onset_sd * rng.standard_normal()
                 record = sensor.corrupt(drive.travel(motion, times)[None], rng)[0]
-                given = family, sensor, motion, record, shares
-                exact, size, apart, stuck = by_chains(*given, unknowns, options.steps, rng)
+                given = scores, sensor, motion, record, options.steps, rng
+                exact, size, apart, stuck = by_chains(*given)
                 network = by_network(levels, sensor, motion, record, rng)
                 ratios = network.std(axis=0) / exact.std(axis=0)
                 gap = divergence(exact, network)

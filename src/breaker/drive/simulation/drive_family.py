@@ -86,20 +86,31 @@ class Family:
         """Draw a drive of a kind of contact, "" where the family has one kind; None if the draw
         holds no closed position, or a sliding contact touches where none may.
         """
+        theta, elements = self.drawn(contact, rng)
+        drive = Drive(tuple(theta.tolist()), elements)
+        works = drive.holds and (contact != "sliding" or self._touches(drive))
+        return drive if works else None
+
+    def drawn(self, contact: str, rng: np.random.Generator) -> tuple[np.ndarray, Elements]:
+        """Draw the parameters ``(p,)`` and elements of a drive, whether or not it works.
+
+        Of a generator that answers each question for n drives, as ``studies.family_scores`` has one,
+        the parameters are ``(p, n)``, and each number of the elements is ``(n,)``.
+        """
         settings = self.settings
-        theta = tuple(self.prior.sample(1, rng)[0].tolist())
+        theta = self.prior.sample(1, rng).T.squeeze()
         ranges = dict(settings["elements"])
         for name, more in settings.get("more", {}).items():
             ranges[name] = {**ranges[name], **more} if isinstance(more, Mapping) else more
         elements = Elements.from_settings(_draw_all(ranges, Elements, rng))
-        drive = Drive(theta, elements.scaled(self._strength(rng)))
+        elements = elements.scaled(self._strength(rng))
         if contact:
-            preload = float(rng.uniform(*settings["held_preload"]))
+            preload = rng.uniform(*settings["held_preload"])
             if contact == "held":
-                drive = drive.changed(contact_preload=preload * drive.value(FORCE.name))
-            drive = replace(drive, elements=replace(drive.elements, contact=contact))
-        works = drive.holds and (contact != "sliding" or self._touches(drive))
-        return drive if works else None
+                force = theta[NAMES.index(FORCE.name)]
+                elements = replace(elements, contact_preload=preload * force)
+            elements = replace(elements, contact=contact)
+        return theta, elements
 
     def _strength(self, rng: np.random.Generator) -> float | dict[str, float]:
         """Draw the strength of each mechanism, 0 where it is not there; one number if all share it.
@@ -114,7 +125,7 @@ class Family:
         there = rng.random() > rng.random(len(names))
         low, high = strength
         size = rng.triangular(low, low, high, len(names))
-        return dict(zip(names, (there * size).tolist(), strict=True))
+        return dict(zip(names, there * size, strict=True))
 
     def _touches(self, drive: Drive) -> bool:
         """Whether a sliding contact touches where it may, as a share of the stroke."""
@@ -184,8 +195,8 @@ def _draw(ends: Sequence[float], rng: np.random.Generator) -> float:
     """Draw from a range: uniform where it contains 0, else uniform in the logarithm of the size."""
     low, high = ends
     if low <= 0.0 <= high:
-        return float(rng.uniform(low, high))
-    return float(np.sign(low) * np.exp(rng.uniform(*sorted(np.log(np.abs(ends))))))
+        return rng.uniform(low, high)
+    return np.sign(low) * np.exp(rng.uniform(*sorted(np.log(np.abs(ends)))))
 
 
 def _small(ends: Sequence[float], smallest: float, rng: np.random.Generator) -> float:
@@ -208,8 +219,8 @@ def _draw_all(ranges: Mapping, kind: type, rng: np.random.Generator) -> dict:
     for name, each in there.items():
         if name in WAVES:
             harmonics = rng.standard_normal(6)
-            harmonics *= np.sqrt(2.0 / np.square(harmonics).sum())
-            drawn[name] = {"share": _draw(each, rng), "harmonics": tuple(harmonics.tolist())}
+            harmonics = harmonics * np.sqrt(2.0 / np.square(harmonics).sum(axis=0))
+            drawn[name] = {"share": _draw(each, rng), "harmonics": tuple(harmonics)}
         else:
             inner = isinstance(each, Mapping)
             drawn[name] = _draw_all(each, Stop, rng) if inner else _draw(each, rng)
