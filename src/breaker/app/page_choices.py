@@ -181,7 +181,7 @@ def as_text(key: str, value: object) -> str:
     return "" if value is None else str(value)
 
 
-def overlay_text(form: Mapping, sensor: Mapping, reference: Mapping) -> str:
+def overlay_text(form: Mapping, sensor: Mapping, reference: Mapping[str, object]) -> str:
     """Return the lines of YAML that set what differs from the configuration; a comment where
     nothing does.
 

@@ -283,6 +283,13 @@ def _keep(n, stroke, state, rates, ends):
 
 
 @_fast
+def _copy(one, other):
+    """Copy four numbers; numba takes 3 s longer to compile an assignment of the whole."""
+    for i in range(4):
+        other[i] = one[i]
+
+
+@_fast
 def follow(n, rest, closing, end, beyond, tolerance):
     """Steps of a motion after the release, and when the contact first touches or parts.
 
@@ -328,15 +335,13 @@ def follow(n, rest, closing, end, beyond, tolerance):
         now += taken
         if way >= _SHARES[1]:
             end = min(end, first + beyond * (now - first))
-        for i in range(4):  # numba takes 3 s longer to compile an assignment of the whole
-            state[i] = new[i]
+        _copy(new, state)
         if over:
             switching = min(switching, now)
             mode = _switch(n, closing, mode, state)
             _rates(n, rest, now, closing, mode, state, k, 0)
             h = min(h, _FIRST)
         else:
-            for i in range(4):
-                k[0, i] = k[6, i]
+            _copy(k[6], k[0])
             h = min(_LONGEST, h * factor)
     return steps[:count].copy(), switching
