@@ -1,9 +1,11 @@
 """What drives of a type have in common, and which of them is odd."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
-from breaker.drive.answers.type_model import TypeDraws, learn_type
+from breaker.drive.answers.type_model import TypeDraws, learn_contact_lag, learn_type
 
 SPREAD, NOISE = 0.03, 0.02
 USUAL = np.array([0.2, 0.15, 0.2, 0.2, 0.4, 0.1, 0.05])
@@ -42,3 +44,19 @@ def test_few_drives_tell_nothing_odd():
     found = learn_type(drawn(rng, n=4, odd=[(0, 3, 1.0)]), USUAL)
     assert (found.evidence == -np.inf).all()
     assert np.isfinite(found.log_sds).all()
+
+
+def test_the_lag_of_contacts_is_of_breakers_not_of_records():
+    """Of a breaker with many records no more than of another; one that contradicts is left out."""
+
+    def records(*lags, surprise=1.0):
+        about = SimpleNamespace(motion="closing")
+        return [SimpleNamespace(record=about, surprise=surprise, lag=lag) for lag in lags]
+
+    untimed = records(np.nan, surprise=np.nan)
+    breakers = [records(*[0.1] * 9), records(0.3), records(9.0, surprise=6.0), untimed]
+    mean, sd = learn_contact_lag(breakers)["closing"]
+    assert mean == pytest.approx(0.2)
+    expected = (2 * 0.1**2 + 8 * 0.15**2) / (1 + 8) * 1.5
+    assert sd == pytest.approx(np.sqrt(expected))
+    assert learn_contact_lag([untimed]) == {}

@@ -9,6 +9,7 @@ import yaml
 from breaker.cli import main
 from breaker.common.randomness import generator
 from breaker.configuration.loading import load
+from breaker.drive.answers.assessment import given_by
 from breaker.drive.answers.prior_report import _table, overlay_of
 from breaker.drive.answers.type_records import Span
 from breaker.quantities.parameters import NAMES
@@ -60,8 +61,24 @@ def test_what_a_model_leaves_out_is_of_the_size_of_the_drive(prior, defaults):
     levels = SimpleNamespace(settings={"drives": defaults["family"]})
     about = {"noise_sd": 0.15, "span": Span(20.0, 99.0, 200.0, 0.1), "levels": levels}
     recorded = SimpleNamespace(size=SIZE, motions=["closing"], **about)
-    found = overlay_of(recorded, SimpleNamespace(prior=prior), defaults["sensor"], {})
+    found = overlay_of(
+        recorded, SimpleNamespace(prior=prior, contact_lag={}), defaults["sensor"], {}
+    )
     assert found["sensor"]["noise_sd"] == pytest.approx(np.hypot(0.15, 0.2), rel=1e-5)
+
+
+def test_the_lag_of_contacts_is_written_where_there_is_one(prior, defaults, tmp_path):
+    levels = SimpleNamespace(settings={"drives": defaults["family"]})
+    about = {"noise_sd": 0.15, "span": Span(20.0, 99.0, 200.0, 0.1), "levels": levels}
+    recorded = SimpleNamespace(size=SIZE, motions=["closing", "opening"], **about)
+    fitted = SimpleNamespace(prior=prior.sized(SIZE), contact_lag={"opening": (0.123456, 0.2)})
+    found = overlay_of(recorded, fitted, defaults["sensor"], {})
+    assert found["contact_lag"] == {"opening": [0.1235, 0.2]}
+    file = tmp_path / "type.yaml"
+    file.write_text(yaml.safe_dump(found), encoding="utf-8")
+    given, words = given_by(load([DEFAULTS, file]))
+    assert given.contact_lag == found["contact_lag"]
+    assert words == ["prior, size and lag of the contact are the configuration's"]
 
 
 def test_the_parts_of_a_log_sd_are_under_their_names(prior):

@@ -122,7 +122,8 @@ def test_every_missing_default_is_noticed():
     assert len(missing) > 150
 
 
-OPEN = (("known",), ("endurance", "events"), ("limits_by_type",))  # their keys are the user's
+# Their keys are the user's, or depend on the records.
+OPEN = (("known",), ("endurance", "events"), ("limits_by_type",), ("contact_lag",))
 
 
 def test_schema_explains_every_key_and_knows_no_others():
@@ -281,6 +282,12 @@ endurance: {events: {2024-11-20: [f], 12: [f], oil: 2024-11-20}}
     endurance.events.2024-11-20 is not a known key: YAML reads a number or a date, not
     endurance.events[12] is not a known key
     endurance.events.oil is "2024-11-20", but must be a list
+# lag of contacts
+contact_lag: {closing: [0.1, 0], touch: [0.1, 0.2]}
+    contact_lag has closing with the standard deviation 0, but must have one above 0.
+    has touch, but can have closing and opening alone.
+contact_lag: {opening: [0.1]}
+    contact_lag.opening is [0.1], but must be a list of 2 entries
 # limits
 limits: [{name: a, motion: closing, upper: {touch: 1}}]
     limits[0].upper.touch is not a known key. Did you mean limits[0].upper.touch_time?

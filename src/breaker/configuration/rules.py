@@ -181,6 +181,14 @@ def _known(
             yield f"has {name}: {fact}, which {complaint}"
 
 
+def _contact_lag(contact_lag: Mapping[str, Sequence[float]]) -> Iterator[str]:
+    for motion, (_, sd) in contact_lag.items():
+        if motion not in MOTIONS:
+            yield f"has {motion}, but can have {' and '.join(MOTIONS)} alone."
+        if sd <= 0.0:
+            yield f"has {motion} with the standard deviation {sd:g}, but must have one above 0."
+
+
 def _choice(choice: str | None, curves: str | None) -> Iterator[str]:
     if choice is not None and curves is None:
         yield f"is {choice}, but the stand-in is one breaker with one phase. Set it to null."
@@ -312,6 +320,7 @@ RULES: tuple[tuple[tuple[str, ...], Callable[..., Iterator[str]]], ...] = (
         _record_limits,
     ),
     (("known", "speeds"), _known),
+    (("contact_lag",), _contact_lag),
     *(((f"endurance.{name}", "endurance.curves"), _choice) for name in ("breaker", "phase")),
     (("endurance.events",), _events),
     (("wear_model.reference",), _reference),

@@ -159,7 +159,7 @@ def given_by(
     told = "moving mass given: {} kg with an sd of {}"
     words = [told.format(*(in_digits(each, 4) for each in mass))] if mass else []
     defaults = read(DEFAULTS)
-    if all(config[key] == defaults[key] for key in ("prior", "size")):
+    if all(config[key] == defaults[key] for key in ("prior", "size", "contact_lag")):
         if not size:
             return Given(known=known, mass=mass), words
         said = "size given: lengths {} and times {} times those of the reference drive"
@@ -173,5 +173,6 @@ def given_by(
     from breaker.mechanism.prior import Prior
 
     prior = Prior.from_settings(config["prior"])
-    words = ["prior and size are the configuration's", *words]
-    return Given(Size(**config["size"]), prior, known, mass), words
+    own = "prior, size and lag of the contact" if config["contact_lag"] else "prior and size"
+    words = [f"{own} are the configuration's", *words]
+    return Given(Size(**config["size"]), prior, known, mass, config["contact_lag"]), words

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from breaker.common.numerals import in_digits
-from breaker.drive.answers.evidence import Answer, DriveRecord, Given
+from breaker.drive.answers.evidence import Answer, Given
 from breaker.drive.family.change_network import agreement_of
 from breaker.drive.family.untold import APART
 from breaker.quantities.parameters import NAMES
@@ -37,9 +37,13 @@ def weights_of(answers: Sequence[Answer], given: Given, size: Size | None) -> np
             along, _ = np.linalg.qr((powers() / family.log_sds).T)
             log -= 0.5 * np.square(family.standardise(draws.theta) @ along).sum(axis=1)
     for answer in answers:
-        if answer.record.timed and abs(surprise_of(answer)) <= SURPRISING:
-            off = draws.switching[answer.record.motion] - _contact(answer.record)
-            log -= 0.5 * np.square(off / answer.record.raw.contact.sd)
+        record, switching = answer.record, draws.switching[answer.record.motion]
+        if record.timed and abs(surprise_of(answer)) <= SURPRISING:
+            log -= 0.5 * np.square((switching - record.switched) / record.raw.contact.sd)
+        elif record.motion in given.contact_lag and not record.timed:
+            mean, sd = given.contact_lag[record.motion]
+            lag = (switching - switching.mean()) / record.shape.duration
+            log -= 0.5 * np.square((lag - mean) / sd)
     for name, (value, sd) in given.known.items():
         if (known := _of_fact(answers, name)) is not None:
             log -= 0.5 * np.square((known - value) / sd)
@@ -54,11 +58,6 @@ def _of_fact(answers: Sequence[Answer], name: str) -> np.ndarray | None:
     """Draws of what a fact is about, ``(d,)``, by the first record that has it."""
     about = (answer.inferred(name) for answer in answers)
     return next((each for each in about if each is not None), None)
-
-
-def _contact(record: DriveRecord) -> float:
-    """When the contact was seen to switch, ms after 10 % of the way."""
-    return record.raw.contact.time - record.tenth
 
 
 def possible(answers: Sequence[Answer]) -> np.ndarray:
@@ -125,7 +124,13 @@ def surprise_of(answer: Answer) -> float:
         return np.nan
     expected = answer.draws.switching[answer.record.motion]
     sd = np.hypot(expected.std(), answer.record.raw.contact.sd)
-    return float((_contact(answer.record) - expected.mean()) / sd)
+    return float((answer.record.switched - expected.mean()) / sd)
+
+
+def lag_of(answer: Answer) -> float:
+    """By how much the contact is later than expected, in durations; nan if it is not timed."""
+    expected = answer.draws.switching[answer.record.motion].mean()
+    return float((answer.record.switched - expected) / answer.record.shape.duration)
 
 
 def contradicted(answers: Sequence[Answer], given: Given) -> list[str]:

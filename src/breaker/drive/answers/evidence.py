@@ -75,6 +75,11 @@ class DriveRecord:
         """Time of 10 % of the way, from which networks count, ms of the file."""
         return float(self.raw.time[self.raw.segment.begin]) + self.shape.origin
 
+    @property
+    def switched(self) -> float:
+        """When its contact was seen to switch, ms after 10 % of the way; nan if it was not."""
+        return self.raw.contact.time - self.tenth
+
 
 @dataclass(frozen=True)
 class AnswerSettings:
@@ -99,6 +104,9 @@ class Given:
         size: Size of the drive beside the family's; None if it is not known.
         prior: Prior of one's own, at that size; None is the family's.
         known: Facts, ``{name: [value, sd]}``, of ``FACTS``.
+        contact_lag: By how much contacts of the type touch or part later than records lead to
+            expect, by motion: mean and sd, in durations from 10 to 50 % of the way. It counts for
+            records without a contact.
         mass: Moving mass of the drive and its sd, kg; None if it is not known. It narrows nothing.
     """
 
@@ -106,6 +114,7 @@ class Given:
     prior: "Prior | None" = None
     known: Mapping[str, Sequence[float]] = field(default_factory=dict)
     mass: Sequence[float] | None = None
+    contact_lag: Mapping[str, Sequence[float]] = field(default_factory=dict)
 
     def prior_of(self, levels: Levels) -> "Prior":
         """Return the prior at the size: one's own, or the family's."""
@@ -192,6 +201,7 @@ class Answer:
         records: How many records it is the mean of.
         contact_known: Whether facts or a prior of the type say how the contact is.
         surprise: Of the contact's time, in sds of what the record leads to expect.
+        lag: Of the same, in durations from 10 to 50 % of the way.
         remarks: What is doubtful, in words.
     """
 
@@ -212,6 +222,7 @@ class Answer:
     records: int = 1
     contact_known: bool = False
     surprise: float = np.nan
+    lag: float = np.nan
     remarks: tuple[str, ...] = ()
 
     @property

@@ -16,6 +16,7 @@ from breaker.drive.answers.draw_weights import (
     SURPRISING,
     apart,
     contradicted,
+    lag_of,
     possible,
     surprise_of,
     weights_of,
@@ -134,7 +135,7 @@ def mean_of(answers: Sequence[Answer]) -> Answer:
     shape = mean.units._replace(way=mean.seen.way[0], present=mean.seen.present[0])
     contact = records[0].raw.contact._replace(time=np.nan, sd=np.nan)
     if timed := [each for each in records if each.timed]:
-        after = np.array([each.raw.contact.time - each.tenth for each in timed])
+        after = np.array([each.switched for each in timed])
         sd = np.hypot(np.mean([each.raw.contact.sd for each in timed]), after.std())
         contact = contact._replace(
             time=records[0].tenth + after.mean(), sd=sd / np.sqrt(len(timed))
@@ -199,6 +200,7 @@ def _inferred(within: Sequence[Answer], given: Given, settings: AnswerSettings) 
             contact_known=given.prior is not None or bool(given.known),
             unresolved=unresolved,
             surprise=surprise_of(each),
+            lag=lag_of(each),
         )
         for each in trial
     ]

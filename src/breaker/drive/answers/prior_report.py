@@ -30,6 +30,10 @@ _ABOUT = {
         "# Medians, and sds of the logarithms: spread between breakers, what is not known of the",
         "# type, and room for wear.",
     ],
+    "contact_lag": [
+        "# By how much contacts touch and part later than travels lead to expect: mean and sd, in",
+        "# durations from 10 to 50 % of the way.",
+    ],
     "sensor": [
         "# Time grid within the records, and errors at this size; the noise is that of the",
         "# records, and a little that no model explains.",
@@ -62,12 +66,14 @@ def overlay_of(
     noise_sd = float(np.hypot(seen, _LEFT_OUT * size.lengths))
     sized = replace(grid_within(recorded.span, usual), noise_sd=noise_sd).settings()
     pairs = zip(NAMES, prior.medians, prior.log_sds, strict=True)
+    lag = {m: [_rounded(e, 4) for e in each] for m, each in fitted.contact_lag.items()}
     return {
         "size": {name: _rounded(getattr(size, name), 6) for name in ("lengths", "times")},
         "prior": {
             name: {"median": _rounded(median, 5), "log_sd": _rounded(log_sd, 3)}
             for name, median, log_sd in pairs
         },
+        **({"contact_lag": lag} if lag else {}),
         "sensor": {name: _rounded(value, 6) for name, value in sized.items()},
         **_family_settings(recorded.levels),
         **({"motions": motions} if len(motions) < len(MOTIONS) else {}),

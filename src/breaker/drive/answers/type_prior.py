@@ -8,7 +8,13 @@ import numpy as np
 from breaker.common.randomness import generator
 from breaker.configuration.loading import read
 from breaker.configuration.magnitudes import UNLIKE
-from breaker.drive.answers.type_model import TypeDraws, TypeOfBreaker, draws_of, learn_type
+from breaker.drive.answers.type_model import (
+    TypeDraws,
+    TypeOfBreaker,
+    draws_of,
+    learn_contact_lag,
+    learn_type,
+)
 from breaker.drive.answers.type_records import Recorded
 from breaker.mechanism.curves import travel
 from breaker.mechanism.prior import Prior
@@ -38,6 +44,7 @@ class FittedPrior:
         room: Log-sds of the room for wear, ``(p,)``.
         unfit: Breakers of which no record was inferred, which are left out.
         unlike: Parameters whose median would be refused as that of no drive, and is bounded.
+        contact_lag: See ``learn_contact_lag``; of motions whose contacts were recorded.
         widest: The largest log-sds of the prior, ``(p,)``, where those of the records cannot be
             taken.
     """
@@ -49,6 +56,7 @@ class FittedPrior:
     room: np.ndarray
     unfit: tuple[str, ...] = ()
     unlike: tuple[str, ...] = ()
+    contact_lag: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     widest: np.ndarray = field(default_factory=lambda: np.full(len(NAMES), np.inf))
 
     @property
@@ -133,6 +141,7 @@ def fit_type(recorded: Recorded, room: np.ndarray) -> FittedPrior:
         room,
         tuple(name for name in every if name not in found),
         tuple(np.array(NAMES)[medians != learned.medians].tolist()),
+        learn_contact_lag(recorded.answers.values()),
     )
 
 
