@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from breaker.common.tensor_file import ModelFileError
 from breaker.drive.family.level_network import EVENTS, Levels
 from breaker.drive.family.mechanisms import MECHANISMS, mechanism_outputs
 from breaker.drive.family.network_inputs import NormalisedRecords
@@ -54,6 +55,27 @@ def test_mechanisms_are_told_in_the_units_of_the_drive(levels):
     assert not one.mechanisms["sliding_contact"].any()  # no drive of medium voltage has one
     sizes = {name: draws for name, draws in one.mechanisms.items()}
     assert mechanism_outputs(sizes, np.ones(50)).shape == (50, len(MECHANISMS))
+
+
+def test_a_draw_beyond_all_drives_is_replaced_and_many_are_no_answer(levels, monkeypatch):
+    """Planted fault: one such draw in a million left a record without an answer."""
+    sample, seen = type(levels.network).sample, {"closing": record(levels, "closing")}
+    usual = levels.draw(seen, 100, np.random.default_rng(1))
+
+    def draw(count):
+        def beyond(*args):
+            found = sample(*args)
+            found[0, :count, 3] = 1e6
+            return found
+
+        monkeypatch.setattr(type(levels.network), "sample", beyond)
+        return levels.draw(seen, 100, np.random.default_rng(1))
+
+    one = draw(1)
+    assert np.isfinite(one.theta).all()
+    assert np.log(one.theta) == pytest.approx(np.log(usual.theta), abs=5.0)
+    with pytest.raises(ModelFileError, match="no sizes of a drive"):
+        draw(2)
 
 
 def test_draws_are_as_much_wider_as_said(levels):
