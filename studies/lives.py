@@ -261,8 +261,9 @@ def limits_of(
     candidates = []
     for motion, each in series.motions.items():
         for name, values in each.measured.items():
-            some = values[: series.new.size] if series.new.size >= FEWEST else values
-            scatter = np.nanstd(np.diff(some)) / np.sqrt(2.0)
+            scatter = np.nanstd(np.diff(values[: series.new.size])) / np.sqrt(2.0)
+            if series.new.size < FEWEST:  # of all, beside a line from each to the next but one
+                scatter = np.nanstd(np.diff(values, 2)) / np.sqrt(6.0)
             end = np.interp(fails, whole, dense[f"{motion} {name}"])
             if abs(end - np.nanmean(values[: series.new.size])) > CLEAR * scatter:
                 candidates.append((motion, name, float(end)))
