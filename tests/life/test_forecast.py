@@ -1,5 +1,6 @@
 """Remaining lives: of straight paths, of wear that may change, of what is known badly."""
 
+from dataclasses import dataclass
 from types import SimpleNamespace
 
 import numpy as np
@@ -7,6 +8,7 @@ import pytest
 
 from breaker.drive.life.drift import Drift
 from breaker.drive.life.forecast import Forecast, Future, Onward, _crossings
+from breaker.drive.life.readout import Readout
 from breaker.drive.life.tracker import Tracker
 from breaker.mechanism.limits import Limit
 
@@ -18,6 +20,9 @@ class OneQuantity:
     """A readout of one coordinate: what is measured is 8 and the coordinate."""
 
     size = 1
+
+    def ways(self):
+        return []
 
     def condition(self, change, variance, where):
         normal = np.linspace(-2.0, 2.0, 201)
@@ -43,6 +48,35 @@ def forecast(path, future=SURE, past=1000.0):
     onward = Onward(path, OneQuantity(), first, future.horizon, "new")
     drift = Drift.of(path, first, past, future.drift, future.drifting, 1)
     return Forecast.of(LIMIT, onward, drift, past, future)
+
+
+@dataclass(frozen=True)
+class TwoCoordinates:
+    """A readout of two coordinates: what is inferred is 8 and the first of them."""
+
+    draws: int = 200
+    seed: int = 1
+    theta: None = None
+
+    size, ways = 2, Readout.ways
+
+    def condition(self, change, variance, where):
+        values = np.tile(8.0 + change[:, :1, None], (1, self.draws, 1))
+        return SimpleNamespace(of_change=lambda limit: values)
+
+
+@pytest.mark.parametrize(("rate_sd", "spread"), [([3e-4, 1e-9], 0.15), ([1e-9, 3e-4], 0.0)])
+def test_a_rate_is_uncertain_in_its_own_direction(rate_sd, spread):
+    """What is not known of a coordinate that an inferred quantity does not show moves no life."""
+    known = path(np.array([1.0, 0.0]), np.array([0.002, 0.0]), rate_sd=np.array(rate_sd))
+    first, past = np.array([0]), np.array([1000.0])
+    onward = Onward(known, TwoCoordinates(), first, SURE.horizon, "new")
+    drift = Drift.of(known, first, past, 1e-6, 1e-6, 1)
+    limit = Limit("stiff", "", (("gamma_a", 10.0, True),), of="change")
+    (lives,) = Forecast.of(limit, onward, drift, past, SURE).lives
+    assert lives.size == 200
+    assert np.median(lives) == pytest.approx(500.0, rel=0.05)
+    assert np.log(lives).std() == pytest.approx(spread, abs=0.02)
 
 
 def test_what_is_not_given_is_as_in_the_configuration(defaults):

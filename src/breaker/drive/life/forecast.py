@@ -18,7 +18,7 @@ from scipy.special import ndtri
 
 from breaker.drive.life.drift import Drift
 from breaker.drive.life.path import Path
-from breaker.drive.life.readout import Readout
+from breaker.drive.life.readout import Condition, Readout
 from breaker.mechanism.limits import Limit
 
 _NODES, _NEAREST, _FARTHEST = 12, 10.0, 8.0  # along the path, operations, horizons
@@ -37,7 +37,6 @@ class Future(NamedTuple):
         changes: Changes of the rate to expect in a life as long as at the rate so far.
         faster: Median of the factor on the rate,
         spread: and sd of its logarithm.
-        widening: Factor on the intervals of changes along a path: a network errs alike all along.
         noticed: Records after which a change of the rate is noticed.
         drift: Standard deviation of the drift of the rate, where the path does not show it,
         drifting: and of that to come, about that so far.
@@ -47,7 +46,6 @@ class Future(NamedTuple):
     changes: float = 2.0
     faster: float = 6.0
     spread: float = 0.4
-    widening: float = 1.8
     noticed: float = 50.0
     drift: float = 1.0
     drifting: float = 0.4
@@ -142,6 +140,9 @@ class Future(NamedTuple):
 class Onward:
     """A path, as it goes on from some operations: draws of the drive at nodes ahead of each.
 
+    What is not known of the drive now is noise of its records, to a network; what is not known of
+    the rate leads elsewhere, the farther the more, in the directions in which it is not known.
+
     Args:
         path, readout: Of the drive.
         where: Indices of the operations, ``(n,)``.
@@ -155,21 +156,33 @@ class Onward:
     def __init__(
         self, path: Path, readout: Readout, where: np.ndarray, horizon: float, since: str
     ) -> None:
-        self.shape = _NODES, len(where)
         self.nodes = np.append(0.0, np.geomspace(_NEAREST, _FARTHEST * horizon, _NODES - 1))
         ahead = self.nodes[:, None, None]
         now = (path.change, path.variance, path.covariance)
         if since == "event":
             now = (path.since, path.since_variance, path.covariance)
         change, variance, both = (each[where] for each in now)
-        spread = variance + 2.0 * ahead * both + ahead**2 * path.rate_variance[where]
-        onward = (change + ahead * path.rate[where]).reshape(-1, readout.size)
-        spread = np.maximum(spread, 1e-12).reshape(-1, readout.size)
-        self._condition = readout.condition(onward, spread, np.tile(where, _NODES))
+        onward = change + ahead * path.rate[where]
+        more = 2.0 * ahead * both + ahead**2 * path.rate_variance[where]
+        self.shape, every = onward.shape[:2], np.tile(where, _NODES)
+
+        def condition(of: Readout, change: np.ndarray, variance: np.ndarray) -> Condition:
+            flat = (each.reshape(-1, of.size) for each in (change, np.maximum(variance, 1e-12)))
+            return of.condition(*flat, every)
+
+        self._now = readout.condition(change, np.maximum(variance, 1e-12), where)
+        self._measured = condition(readout, onward, variance + more)
+        aside, still = np.sqrt(np.maximum(more, 0.0)), np.broadcast_to(variance, onward.shape)
+        self._ways = [condition(of, onward + way * aside, still) for of, way in readout.ways()]
+
+    def now(self, limit: Limit) -> np.ndarray:
+        """Return draws of the quantities of a limit, ``(n, d, parts)``; nan where not known."""
+        return limit.read(self._now)
 
     def values(self, limit: Limit) -> np.ndarray:
-        """Return draws of the quantities of a limit, ``(m, n, d, parts)``; nan where not known."""
-        found = limit.read(self._condition)
+        """Return draws of the quantities along the path, ``(m, n, d, parts)``."""
+        each = self._ways if limit.source.inferred else [self._measured]
+        found = np.concatenate([limit.read(condition) for condition in each], axis=1)
         return found.reshape(*self.shape, *found.shape[1:])
 
 
@@ -198,12 +211,7 @@ class Forecast(NamedTuple):
         Args:
             past: Operations so far, ``(n,)``.
         """
-        draws = onward.values(limit)
-        now, along = draws[0], _continued(draws, onward.nodes)
-        if limit.source.inferred:
-            middle = np.median(along, axis=2, keepdims=True)
-            wide = middle + future.widening * (along - middle)
-            along = np.where(np.isfinite(along), wide, along)
+        now, along = onward.now(limit), _continued(onward.values(limit), onward.nodes)
         excess, lives = limit.excess(along), np.full(now.shape[:2], np.nan)
         known = np.isfinite(now).any(axis=(1, 2))
         for k in np.flatnonzero(known):

@@ -24,6 +24,7 @@ from breaker.quantities.parameters import NAMES
 
 _BLOCK = 64  # changes that are read at once
 _SURE = 0.9  # probability of the set of names
+_WAYS = 8  # ways of a path that are drawn apart
 
 
 @dataclass(frozen=True, eq=False)
@@ -160,6 +161,22 @@ class Readout:
             where: Index of the operation as of which each is known, ``(n,)``.
         """
         return Condition(self, change, variance, where)
+
+    def ways(self) -> list[tuple[Self, np.ndarray]]:
+        """Return readouts that share the draws, and where on its way each is, in sds, ``(k,)``.
+
+        Of each coordinate the quantiles of a normal, shuffled, so that few ways are as far apart
+        as many.
+        """
+        normal = ndtri((np.arange(_WAYS) + 0.5) / _WAYS)
+        normal, rng = normal / normal.std(), np.random.default_rng(self.seed)
+        ways = rng.permuted(np.tile(normal[:, None], self.size), axis=0)
+        found = []
+        for k, some in enumerate(np.array_split(np.arange(self.draws), _WAYS)):
+            theta = None if self.theta is None else self.theta[some]
+            of = replace(self, draws=len(some), theta=theta, seed=self.seed + k)
+            found.append((of, ways[k]))
+        return found
 
     def usual(self) -> np.ndarray:
         """Return the largest change that the family's wear makes of each parameter, percent."""
