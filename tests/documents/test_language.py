@@ -9,9 +9,11 @@ import pytest
 import breaker
 from breaker.documents.parts import Cell, Document, Joined, Table, Text, in_language
 from breaker.drive.answers.report_tables import RESULTS
+from breaker.drive.answers.zone_words import zone_of
 from breaker.quantities.catalogue import QUANTITIES
 from breaker.quantities.moving_mass import MASS_QUANTITIES
 from breaker.quantities.parameters import MOTIONS, PARAMETERS
+from breaker.quantities.speeds import Speed
 from breaker.shipped import words_of
 
 SOURCE = Path(breaker.__file__).parent
@@ -79,6 +81,27 @@ def test_another_language_changes_patterns_alone():
     assert other.summary[0].tone == "bad"
     assert other.parts[0].head == ("FAIL", "DURCHGEFALLEN")
     assert in_language(document, {}) == document
+
+
+ZONES = [
+    ("closing_speed", ["10 % of stroke", "90 % of stroke"]),
+    ("closing_speed", ["6.5 mm before touch", "touch"]),
+    ("closing_speed_late", ["10 ms before touch", "2.5 ms after touch"]),
+    ("opening_speed", ["parting", "10 ms after parting"]),
+    ("opening_speed_far", ["20 mm from closed", "40 mm from closed"]),
+    ("opening_speed_to", ["20 mm from closed", "10 ms after 70 % of stroke"]),
+    ("closing_speed_open", ["20 mm from open", "15 mm from closed"]),
+]
+
+
+@pytest.mark.parametrize(("name", "points"), ZONES)
+def test_a_zone_in_english_is_that_of_the_speed_and_in_german_has_no_english(german, name, points):
+    speed = Speed.read(name, points)
+    assert zone_of(speed) == speed.words
+    other = in_language(zone_of(speed), german)
+    assert not {"from", "to", "before", "after", "of", "touch", "open"} & {*other.split()}
+    assert re.findall(r"\d+", other) == re.findall(r"\d+", speed.words)
+    assert "." not in other
 
 
 def test_no_language_is_lost():

@@ -196,14 +196,16 @@ def _usable(records: Sequence, what: str) -> Sequence:
 def _plate(records: Sequence, before: Sequence, stated: Mapping) -> list[tuple[str, str]]:
     """Nameplate and test, as far as they are known: of the table of operations, and of files."""
     from breaker.common.numerals import first_of, in_digits
-    from breaker.documents.parts import Cell, Joined, Text
+    from breaker.documents.parts import Cell, Joined, Number, Text
     from breaker.drive.answers.file_statements import date_of, dates_in_words
     from breaker.reading.files.guards import printable
 
     operations = [each.operation for each in records]
     files = dict.fromkeys(each.operation.file for each in records if not each.reason)
     shown = [
-        f"{in_digits(each.temperature, 4)} °C" if each.temperature == each.temperature else ""
+        Number(
+            f"{in_digits(each.temperature, 4)} °C" if each.temperature == each.temperature else ""
+        )
         for each in operations
     ]
     beside = {name: [_beside(each, name) for each in stated.values()] for name in _BESIDE}
@@ -217,7 +219,7 @@ def _plate(records: Sequence, before: Sequence, stated: Mapping) -> list[tuple[s
         "Files": [first_of([printable(file).rpartition("/")[2] for file in files], 1)],
         **{name.title(): [getattr(each, name) for each in stated.values()] for name in _PLATE},
         "Linkage ratio": [
-            in_digits(each.ratio, 6) for each in stated.values() if each.ratio == each.ratio
+            Number(in_digits(each.ratio, 6)) for each in stated.values() if each.ratio == each.ratio
         ],
         **(beside | ({"Temperature": shown} if any(shown) else {})),
         "Channels": [each.phase for each in operations],

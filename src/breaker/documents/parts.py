@@ -45,6 +45,17 @@ def tone_of(text: str) -> str:
     return getattr(text, "tone", "")
 
 
+class Number(str):
+    """A number in digits, with signs about it, or several: another language may have another
+    decimal sign.
+
+    >>> in_language(Number("± 0.5"), {".": ","})
+    '± 0,5'
+    """
+
+    __slots__ = ()
+
+
 class Joined(str):
     """Texts with a sign between."""
 
@@ -62,14 +73,16 @@ def in_language(part: object, known: Mapping[str, str]) -> object:
 
     Args:
         part: What has no pattern in it, such as a number or the name of a file, stays as it is.
-        known: Texts and patterns of the language by the English ones; one that is lacking stays
-            English.
+        known: Texts and patterns of the language by the English ones, and its decimal sign; one
+            that is lacking stays English.
     """
     if isinstance(part, Cell):
         return Cell(in_language(part.text, known), part.tone)
     if isinstance(part, Text):
         values = {name: in_language(each, known) for name, each in part.values.items()}
         return Text(known.get(part.pattern, part.pattern), **values)
+    if isinstance(part, Number):
+        return Number(part.replace(".", known.get(".", ".")))
     if isinstance(part, Joined):
         return Joined(part.sign, [in_language(each, known) for each in part.texts])
     if isinstance(part, list | tuple):

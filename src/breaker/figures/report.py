@@ -9,6 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.image import imread
 from matplotlib.lines import Line2D
+from matplotlib.ticker import ScalarFormatter
 
 from breaker.documents.parts import (
     Cell,
@@ -47,6 +48,17 @@ _TALLEST, _PANEL_LEAST = 3.6, 1.7  # inches, of a panel
 _NAME = 28  # letters of a channel's name
 _LEGEND = 0.19  # inches, of a line of the legend
 _KEYS_WIDE = 118  # letters in a line of the legend
+
+
+class _Ticks(ScalarFormatter):
+    """Numbers along an axis, with the decimal sign of the report."""
+
+    def __init__(self, decimal: str) -> None:
+        super().__init__()
+        self.decimal = decimal
+
+    def __call__(self, x: float, pos: int | None = None) -> str:
+        return super().__call__(x, pos).replace(".", self.decimal)
 
 
 class _Sheet:
@@ -329,6 +341,8 @@ def _curves(figure: Figure, panels: Sequence[Panel], top: float, labels: PanelLa
         if k + 1 == len(drawn) or drawn[k + 1][1] is _panel:
             axis.set_xlabel(labels.time, fontsize=8)
         axis.tick_params(labelsize=7.5)
+        for each in (axis.xaxis, axis.yaxis) if labels.decimal != "." else ():
+            each.set_major_formatter(_Ticks(labels.decimal))
         axis.yaxis.label.set_size(8.0)
 
 

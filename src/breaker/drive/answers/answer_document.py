@@ -15,6 +15,7 @@ from breaker.drive.answers.evidence import MAY_SLIDE, WITH_CONTACT, Answer
 from breaker.drive.answers.identity import doubts_about
 from breaker.drive.answers.limit_verdicts import NORMAL, VERDICTS, Verdict
 from breaker.drive.answers.number_sources import Place, places_of
+from breaker.drive.answers.zone_words import zone_of
 from breaker.drive.family.mechanisms import MECHANISMS
 from breaker.quantities.catalogue import ANSWERED, CURRENTS, quantities_of
 from breaker.quantities.moving_mass import MASS_QUANTITIES, with_mass
@@ -377,6 +378,7 @@ def _quantities(answer: Answer) -> dict[str, QuantityEstimate]:
     """Quantities that are no parameters, as far as the record may show them at all."""
     found = {}
     motion = answer.record.motion
+    zones = {each.name: zone_of(each) for each in answer.speeds if each.motion == motion}
     for name, each in quantities_of(motion, answer.speeds, of=None).items():
         reason, source, known = answer.why_not(name), None, _drawn(None)
         if reason and (name == "latch_time" or name in {*ANSWERED, *CURRENTS}):
@@ -389,7 +391,7 @@ def _quantities(answer: Answer) -> dict[str, QuantityEstimate]:
             ends[0] = max(ends[0], min(measured.value, 0.0))  # a way or a time is not negative
             source = "measured" if answer.alone(name) else f"measured, {EVENTS[motion]} inferred"
             known |= {"median": measured.value, "interval_95": ends}
-        about = {"source": source, "reason": reason or None, "zone": each.zone or None}
+        about = {"source": source, "reason": reason or None, "zone": zones.get(name)}
         found[name] = QuantityEstimate(each.unit, each.meaning, **known, **about)
     return found
 

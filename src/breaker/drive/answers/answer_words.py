@@ -3,7 +3,16 @@
 from collections.abc import Iterable, Mapping, Sequence
 
 from breaker.common.numerals import in_digits, in_p
-from breaker.documents.parts import Cell, Document, Remark, Section, Table, Text
+from breaker.documents.parts import (
+    Cell,
+    Document,
+    Joined,
+    Number,
+    Remark,
+    Section,
+    Table,
+    Text,
+)
 from breaker.drive.answers.answer_document import (
     AnswerDocument,
     Estimate,
@@ -98,7 +107,7 @@ def zones_of(records: Iterable[Mapping[str, QuantityEstimate]]) -> list[str]:
 
 def zones_in_words(zones: Iterable[tuple[str, str]]) -> list[str]:
     """Say the zones of speeds, each a name and a zone, once; nothing of none."""
-    said = "; ".join(f"{name} {zone}" for name, zone in dict.fromkeys(zones))
+    said = Joined("; ", [Joined(" ", pair) for pair in dict.fromkeys(zones)])
     return [Text("speeds, means of the drive: {zones}", zones=said)] if said else []
 
 
@@ -265,7 +274,7 @@ def limit_tables(limits: Sequence[Verdict]) -> list[Table]:
 
 def bounds_in_words(part: JudgedPart) -> str:
     """Which values of a quantity pass."""
-    low, high = (None if each is None else _number(each) for each in part.bounds)
+    low, high = (None if each is None else Number(_number(each)) for each in part.bounds)
     pattern = "{low} to {high}" if low and high else "up to {high}" if high else "from {low}"
     return Text(pattern, low=low, high=high)
 

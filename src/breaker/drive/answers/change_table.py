@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 from breaker.common.numerals import in_digits
-from breaker.documents.parts import Cell, Joined, Table, Text
+from breaker.documents.parts import Cell, Joined, Number, Table, Text
 from breaker.drive.answers.report_tables import NONE, named
 from breaker.drive.answers.visit_changes import VERDICT_WORDS, QuantityChange
 from breaker.drive.answers.visit_document import VisitDocument, change_words
@@ -49,7 +49,7 @@ def changes_table(
         rows.append((label, unit, Cell(source, "faint"), *cells))
     shares = [each.settings.share for each in changed.values() if each.changes]
     notes = [
-        Text(how, share=in_digits(100.0 * shares[0], 3), names=Joined(", ", names))
+        Text(how, share=Number(in_digits(100.0 * shares[0], 3)), names=Joined(", ", names))
         for how, names in zip(_BEYOND, other.values(), strict=True)
         if names
     ]
@@ -76,4 +76,4 @@ def _change(row: QuantityChange | None, wide: bool) -> Cell:
         text = f"{' → '.join(values)} ({text})"
     elif wide:
         text += f" ({span})"
-    return Cell(text, _TONES[row.verdict])
+    return Cell(Number(text), _TONES[row.verdict])

@@ -9,7 +9,7 @@ import numpy as np
 
 from breaker.common.numerals import in_p
 from breaker.common.randomness import generator
-from breaker.documents.parts import Text
+from breaker.documents.parts import Number, Text
 from breaker.drive.answers.answer_words import how_it_fits
 from breaker.drive.answers.evidence import WITH_CONTACT, Answer, Given
 from breaker.drive.answers.reference_curve import Overlay
@@ -165,7 +165,9 @@ class Marked(NamedTuple):
 
 
 class PanelLabels(NamedTuple):
-    """Words in the pictures of a report, and the number of a page of it as a pattern."""
+    """Words in the pictures of a report, the number of a page of it as a pattern, and its decimal
+    sign.
+    """
 
     time: str = Text("time of the record (ms)")
     travel: str = Text("travel (mm)")
@@ -178,6 +180,7 @@ class PanelLabels(NamedTuple):
         Text("■ points of speeds   - - rests   below: – coil, - - contact, shares of their ranges"),
     )
     page: str = Text("page {number} of {total}")
+    decimal: str = Number(".")
 
 
 class Panel(NamedTuple):

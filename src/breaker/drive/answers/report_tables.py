@@ -5,7 +5,7 @@ from collections.abc import Iterable, Mapping, Sequence, Sized
 import numpy as np
 
 from breaker.common.numerals import in_digits, in_p
-from breaker.documents.parts import Cell, Joined, Table, Text
+from breaker.documents.parts import Cell, Joined, Number, Table, Text
 from breaker.drive.answers.answer_document import (
     Estimate,
     QuantityEstimate,
@@ -109,7 +109,7 @@ def measured_table(
 
 def _printed(value: tuple[float, str, str] | None, other: bool) -> Cell:
     """What the analyser printed, marked where it is another value than the measured one."""
-    text = in_digits(value[0], 4) if value else ""
+    text = Number(in_digits(value[0], 4) if value else "")
     return Cell(Text("{text} differs", text=text), "bad") if other else Cell(text, "faint")
 
 
@@ -127,9 +127,9 @@ def _other(each: QuantityEstimate | None, printed: tuple[float, str, str]) -> st
     return Text(
         "measured {measured} {unit}, {share} % {more} than printed: are scale, ratio and channel "
         "right? Limits judge the measured one",
-        measured=in_digits(measured, 4),
+        measured=Number(in_digits(measured, 4)),
         unit=each.unit,
-        share=in_digits(abs(share), 2),
+        share=Number(in_digits(abs(share), 2)),
         more=Text("more") if share > 0.0 else Text("less"),
     )
 
@@ -138,10 +138,10 @@ def _row(name: str, by: Mapping, channels: Mapping[str, RecordAnswer]) -> tuple[
     """A quantity of all channels, with its limits."""
     known = [each for each in by.values() if each.median is not None]
     cells = [
-        in_digits(each.median, 4) + "*" * starred(each) if each in known else NONE
+        Number(in_digits(each.median, 4) + "*" * starred(each)) if each in known else NONE
         for each in (by.get(phase) for phase in channels)
     ]
-    cells.append(in_digits(max(each.half for each in known), 2) if known else "")
+    cells.append(Number(in_digits(max(each.half for each in known), 2) if known else ""))
     cells += _spread([each.median for each in known], channels, "*" * any(map(starred, known)))
     unit = next(iter(by.values())).unit
     return (Text(name), unit, *cells, *_limits(name, by, channels))
@@ -157,7 +157,7 @@ def _times(channels: Mapping[str, RecordAnswer]) -> list[tuple[str, ...]]:
     named = {Text("first motion at"): moves, Text(f"{event} at"): switches}
     for name, values in named.items():
         if np.isfinite(values).any():
-            cells = [f"{each:.2f}" if np.isfinite(each) else NONE for each in values]
+            cells = [Number(f"{each:.2f}") if np.isfinite(each) else NONE for each in values]
             spread = _spread(values[np.isfinite(values)], channels)
             rows.append((name, "ms", *cells, "", *(spread if one else ())))
     return rows
@@ -167,7 +167,7 @@ def _spread(values: Sequence[float], channels: Sized, star: str = "") -> list[st
     """By how much channels differ, with a star where the model has a part; nothing of one."""
     if len(channels) == 1:
         return []
-    return [in_digits(np.ptp(values), 2) + star if len(values) > 1 else ""]
+    return [Number(in_digits(np.ptp(values), 2) + star if len(values) > 1 else "")]
 
 
 def _heads_of_limits(channels: Mapping[str, RecordAnswer]) -> list[str]:
@@ -200,8 +200,8 @@ def _limits(
         words = Text("not: {words}", words=each.words)
         words = words if len(each.parts) > 1 else bounds_in_words(part)
         if reference is not None:
-            words = f"± {in_digits(part.bounds[1] - reference, 3)}"
-            references[in_digits(reference, 4)] = None
+            words = Number(f"± {in_digits(part.bounds[1] - reference, 3)}")
+            references[Number(in_digits(reference, 4))] = None
             value = by[phase].median if phase in by else None
             deviations += [] if value is None else [value - reference]
         asked[words] = None
@@ -209,7 +209,8 @@ def _limits(
     if _have_references(channels):
         most = max(deviations, key=abs, default=None)
         sign = "+" if most is not None and most > 0.0 else ""
-        beside = ", ".join(references), "" if most is None else sign + in_digits(most, 2)
+        off = "" if most is None else sign + in_digits(most, 2)
+        beside = Joined(", ", [*references]), Number(off)
     for verdict, (text, tone) in RESULTS.items():
         if of := [phase for phase, each in rows if each.verdict == verdict]:
             told = Cell(some_of(text, of, len(channels)), tone)
@@ -276,7 +277,7 @@ def _trust(entry: RecordAnswer) -> Cell:
     fit = entry.fit
     how = how_it_fits(fit.p_value, fit.misfit)
     family = fit.family.replace("_", " ")
-    trust = Text("{how} {family}\n{p}", how=Text(how), family=family, p=in_p(fit.p_value))
+    trust = Text("{how} {family}\n{p}", how=Text(how), family=family, p=Number(in_p(fit.p_value)))
     if fit.misfit:
         return Cell(trust, "bad")
     if fit.why_unresolved:
@@ -314,7 +315,8 @@ def _posterior(each: Estimate) -> Cell:
     if each.median is None:
         return NONE
     low, high = (in_digits(end, 2) for end in each.interval_95)
-    return Cell(f"{in_digits(each.median, 3)}\n{low}–{high}", "faint" * is_prior(each))
+    both = Number(f"{in_digits(each.median, 3)}\n{low}–{high}")
+    return Cell(both, "faint" * is_prior(each))
 
 
 def mass_table(entries: Sequence[RecordAnswer]) -> list[Table]:

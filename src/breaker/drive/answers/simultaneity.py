@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from breaker.common.numerals import in_digits
-from breaker.documents.parts import Cell, Text
+from breaker.documents.parts import Cell, Number, Text
 from breaker.drive.answers.answer_document import RecordAnswer
 from breaker.drive.answers.limit_verdicts import NORMAL, RESULTS
 from breaker.quantities.speeds import EVENTS
@@ -67,7 +67,7 @@ def simultaneity_of(
     said = Text(
         "simultaneity of the {event}: {spread} ms, {first} first, {last} last, {base}",
         event=Text(event),
-        spread=in_digits(apart, 3),
+        spread=Number(in_digits(apart, 3)),
         first=first,
         last=last,
         base=Text(base),
@@ -85,6 +85,6 @@ def _judged(said: Text, apart: float, sd: float, most: float) -> Simultaneity:
     """By how much poles switch apart, with its sd, against the most that they may, ms."""
     surely = (apart - most) / max(NORMAL[95] * sd, 1e-9)
     verdict = "pass" if surely < -1.0 else "fail" if surely > 1.0 else "not shown"
-    words = {"limit": in_digits(most, 3), "verdict": RESULTS[verdict][0]}
+    words = {"limit": Number(in_digits(most, 3)), "verdict": RESULTS[verdict][0]}
     said = Text("{said}; limit {limit} ms: {verdict}", said=said, **words)
     return Simultaneity(Cell(said, RESULTS[verdict][1]), verdict)
