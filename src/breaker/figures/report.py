@@ -148,7 +148,8 @@ def _fitted(table: Table) -> tuple[Table, float, list[float]]:
     """A table whose cells are broken into lines until it fits a page, the size of its letters, and
     where its columns are: the first begins, the others end there.
     """
-    head = [Cell(style.shortened(each, _NAME), "bad") for each in table.head]
+    lines = ([style.shortened(line, _NAME) for line in e.split("\n")] for e in table.head)
+    head = [Cell("\n".join(each), "bad") for each in lines]
     rows = [row for row in table.rows if not isinstance(row, str | Remark)]
     whole = [[*column] for column in zip(*rows, *([head] if head else []), strict=True)]
     columns, widths = [*whole], [*map(_width, whole)]

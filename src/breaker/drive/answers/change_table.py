@@ -62,7 +62,7 @@ def changes_table(
     notes += named(look, len(changed))
     when = next((each.dates["before"] for each in changed.values() if each.dates), "")
     since = Text("since the visit before")
-    since = Text("{since}, {date}", since=since, date=when) if when else since
+    since = Text("{since}\n{date}", since=since, date=when) if when else since
     head = (since, Text("unit"), "", *(phase or Text("change") for phase in there))
     return Table(head, rows, Text("Changes"), [*notes, *named(trust, len(changed))])
 
