@@ -204,9 +204,9 @@ def _inferred(within: Sequence[Answer], given: Given, settings: AnswerSettings) 
         )
         for each in trial
     ]
-    said = contradicted(inferred, given)
+    said, before = contradicted(inferred, given), given.prior_middles(inferred[0])
     return [
-        _beside(each, given, [*each.remarks, *(said if not k else [])])
+        _beside(each, given, before, [*each.remarks, *(said if not k else [])])
         for k, each in enumerate(inferred)
     ]
 
@@ -229,8 +229,10 @@ def weigh_draws(
     return left, new, shares
 
 
-def _beside(answer: Answer, given: Given, remarks: Sequence[str]) -> Answer:
-    """Hold an answer against what was given beside the record."""
+def _beside(answer: Answer, given: Given, before: np.ndarray, remarks: Sequence[str]) -> Answer:
+    """Hold an answer against what was given beside the record, and against the medians before it,
+    which are the same for all records of an operation.
+    """
     if abs(answer.surprise) > SURPRISING:
         remarks = [
             *remarks,
@@ -242,7 +244,7 @@ def _beside(answer: Answer, given: Given, remarks: Sequence[str]) -> Answer:
         return answer
     sds = given.prior_log_sds(answer.levels)
     left = np.log(answer.draws.theta).std(axis=0) / sds
-    ends = np.exp(np.outer(NORMAL[95] * sds, [-1.0, 1.0])) * given.prior_middles(answer)[:, None]
+    ends = np.exp(np.outer(NORMAL[95] * sds, [-1.0, 1.0])) * before[:, None]
     answer = replace(answer, prior_share=np.square(left), prior_ends=ends)
     if given.size is None:
         return answer
