@@ -8,10 +8,11 @@ import yaml
 
 from breaker.cli import main
 from breaker.common.randomness import generator
-from breaker.configuration.loading import load
+from breaker.configuration.loading import load, read
 from breaker.drive.simulation.drive_family import Family
 from breaker.drive.simulation.endurance_rig import Rig
 from breaker.drive.simulation.rack_exports import CHANNELS, HIGH_VOLTAGE, write_exports
+from breaker.drive.simulation.visit_exports import write_visits
 from breaker.quantities.size import Size
 from breaker.reading.files.operations_table import Operation
 from breaker.reading.inspection.proposal_words import overlay_of
@@ -149,3 +150,16 @@ def test_the_overlay_is_yaml_of_the_keys_of_the_configuration(overlay):
 def test_the_tutorial_shows_what_is_proposed(overlay):
     page = Path("docs/tutorial/README.md").read_text(encoding="utf-8")
     assert overlay.read_text(encoding="utf-8") in page
+
+
+def test_the_example_of_the_page_is_written_by_the_command(tmp_path, capsys):
+    assert main(["example", str(tmp_path / "visits"), "--visits"]) == 0
+    assert "3 files written" in capsys.readouterr().out
+    write_visits(read(DEFAULTS), tmp_path)
+    for file in (tmp_path / "visits").iterdir():
+        assert file.read_bytes() == (tmp_path / file.name).read_bytes()
+    old, new = (tmp_path / f"visit_{date}.csv" for date in ("2014-05-12", "2026-03-02"))
+    assert old.read_text().splitlines()[-100] != new.read_text().splitlines()[-100]  # it has worn
+    assert main(["example", str(tmp_path / "other"), "--visits", "--worn"]) == 1
+    assert "leave --operations and --worn out" in capsys.readouterr().err
+    assert not (tmp_path / "other").exists()

@@ -2,27 +2,34 @@
 
 import argparse
 import os
+from pathlib import Path
 
 from breaker.cli.command_inputs import add_path, settings_of
 from breaker.common.visible_text import say
 
-_MOST = 100
+_MOST, _USUAL = 100, 3  # operations
 _SEED = 1
 
 
 def add(example: argparse.ArgumentParser) -> None:
     """Write exports of a simulated breaker of 150 mm stroke, as an analyser of high-voltage
-    breakers writes them: always the same files. With --worn they are of the end of its life.
+    breakers writes them: always the same files. With --worn they are of the end of its life. With
+    --visits they are those that `breaker view --example` shows: two visits to a breaker of medium
+    voltage, twelve years apart, and a file that does not state its rate.
     """
     add_path(example, "folder", "FOLDER", "where to write; it must be empty, or not be there")
-    what = "how many, each a close and an open (default: 3)"
-    example.add_argument("--operations", type=int, default=3, metavar="N", help=what)
+    what = f"how many, each a close and an open (default: {_USUAL})"
+    example.add_argument("--operations", type=int, metavar="N", help=what)
     example.add_argument("--worn", action="store_true", help="the last operations of its life")
+    example.add_argument("--visits", action="store_true", help="two visits, twelve years apart")
 
 
 def _run(options: argparse.Namespace) -> int:
-    if not 1 <= options.operations <= _MOST:
-        raise ValueError(f"--operations is {options.operations}; write from 1 to {_MOST}")
+    count = _USUAL if options.operations is None else options.operations
+    if not 1 <= count <= _MOST:
+        raise ValueError(f"--operations is {count}; write from 1 to {_MOST}")
+    if options.visits and (options.worn or options.operations is not None):
+        raise ValueError("--visits has files of its own; leave --operations and --worn out")
     if os.path.lexists(options.folder) and not (
         os.path.isdir(options.folder) and not os.listdir(options.folder)
     ):
@@ -30,10 +37,17 @@ def _run(options: argparse.Namespace) -> int:
     from breaker.drive.simulation.endurance_rig import Rig
     from breaker.drive.simulation.rack_exports import write_exports
 
-    settings = settings_of(options.config)["rig"]
+    config = settings_of(options.config)
+    if options.visits:
+        from breaker.drive.simulation.visit_exports import write_visits
+
+        os.makedirs(options.folder, exist_ok=True)
+        say(f"{write_visits(config, Path(options.folder))} files written to {options.folder}")
+        return 0
+    settings = config["rig"]
     rig, life = Rig.from_settings(settings, _SEED), settings["operations"]
-    first = max(1, life - options.operations + 1) if options.worn else 1
+    first = max(1, life - count + 1) if options.worn else 1
     drive = rig.worn(life, scatter=False) if options.worn else rig.new
-    write_exports(drive, _SEED, options.folder, range(first, first + options.operations))
-    say(f"{options.operations} files written to {options.folder}")
+    write_exports(drive, _SEED, options.folder, range(first, first + count))
+    say(f"{count} files written to {options.folder}")
     return 0

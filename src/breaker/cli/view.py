@@ -5,7 +5,7 @@ import gc
 import importlib.util
 import tempfile
 import webbrowser
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -40,7 +40,7 @@ def _run(options: argparse.Namespace) -> int:
         raise ValueError(f'the page needs {", ".join(lacking)}: pip install "{DISTRIBUTION}[app]"')
     if options.example and options.folder:
         raise ValueError("--example shows exports of its own; leave it out, or the folder")
-    settings_of(options.config)  # what is wrong there is said before a page opens
+    config = settings_of(options.config)  # what is wrong there is said before a page opens
     gc.enable()  # commands do without, as they end soon
     import asyncio
 
@@ -48,7 +48,7 @@ def _run(options: argparse.Namespace) -> int:
     from breaker.app.view_session import Session
 
     with tempfile.TemporaryDirectory(prefix="breaker-view-") as own:
-        named = _example(own) if options.example else options.folder or "."
+        named = _example(own, config) if options.example else options.folder or "."
         server = PageServer(Session(named, options.config, commands(), own), options.port)
 
         def ready() -> None:
@@ -63,13 +63,13 @@ def _run(options: argparse.Namespace) -> int:
     return 0
 
 
-def _example(own: str) -> str:
-    """Exports of a simulated breaker, in a folder that goes when the command ends."""
-    from breaker.app.example_exports import write_example
+def _example(own: str, config: Mapping) -> str:
+    """Those of ``breaker example --visits``, in a folder that goes when the command ends."""
+    from breaker.drive.simulation.visit_exports import write_visits
 
     folder = Path(own, "example")
     folder.mkdir()
-    write_example(folder)
+    write_visits(config, folder)
     return str(folder)
 
 

@@ -1,17 +1,16 @@
-"""Exports of a simulated breaker, for a first look at the page: two visits, twelve years apart, and
-a file that says hardly anything of itself.
+"""Exports of a simulated breaker, for a first look: two visits, twelve years apart, and a file that
+says hardly anything of itself. `breaker view --example` shows them, `breaker example` writes them.
 """
 
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
 
 from breaker.common.randomness import generator
-from breaker.configuration.loading import read
 from breaker.drive.simulation.endurance_rig import Rig
 from breaker.drive.simulation.rich_drive import Drive
 from breaker.quantities.parameters import GAP, NAMES
-from breaker.shipped import DEFAULTS
 
 _RATE, _LENGTH = 20.0, 220.0  # kHz, ms
 _TRIPS, _DELAY = {"closing": 10.0, "opening": 120.0}, 14.0  # ms
@@ -21,17 +20,23 @@ _STATED = "Station: Example\nSerial No: EX-0001\nType: 12 kV\nTest Date: {date}\
 _COIL = 3.0, 6.0, 45.0  # A, ms until most of it flows, ms for which it flows
 
 
-def write_example(folder: Path) -> None:
-    """Write the exports into a folder.
+def write_visits(settings: Mapping, folder: Path) -> int:
+    """Write the exports into a folder, and return how many they are.
+
+    Args:
+        settings: The configuration, of which the rig and the seed count.
+        folder: It has to be there.
 
     Example:
+        >>> from breaker.configuration.loading import read
+        >>> from breaker.shipped import DEFAULTS
         >>> import tempfile
         >>> with tempfile.TemporaryDirectory() as name:
-        ...     write_example(Path(name))
+        ...     write_visits(read(DEFAULTS), Path(name))
         ...     sorted(each.name for each in Path(name).iterdir())
+        3
         ['unknown.txt', 'visit_2014-05-12.csv', 'visit_2026-03-02.csv']
     """
-    settings = read(DEFAULTS)
     rig = Rig.from_settings(settings["rig"], settings["seed"])
     for date, share in _VISITS.items():
         rng = generator(settings["seed"], "example", date)
@@ -42,6 +47,7 @@ def write_example(folder: Path) -> None:
         (folder / f"visit_{date}.csv").write_text("\n".join(lines), encoding="utf-8")
     bare = [";".join(row[1:4]) for row in zip(*columns.values(), strict=True)]
     (folder / "unknown.txt").write_text("\n".join(["s1;s2;s3", *bare, ""]), encoding="utf-8")
+    return len(_VISITS) + 1
 
 
 def _record(drive: Drive, rng: np.random.Generator) -> dict[str, list[str]]:
