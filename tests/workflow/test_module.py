@@ -193,6 +193,7 @@ def test_with_nothing_but_snakemake_a_module_of_a_clone_is_planned(alone, tmp_pa
     (tmp_path / "curves/closing").mkdir(parents=True)
     for number in (1, 2, 30):
         (tmp_path / f"curves/closing/operation_{number}.csv").write_text("", encoding="utf-8")
+    (tmp_path / "breaker").mkdir()  # as of a clone in the folder: it is not the package
     (tmp_path / "Snakefile").write_text(LOCAL, encoding="utf-8")
     code, said = alone("-n", "drive/results/limits.csv", folder=tmp_path)
     assert code == 0, said[-5000:]
