@@ -23,7 +23,6 @@ from breaker.mechanism.prior import Prior
 from breaker.quantities.parameters import MOTIONS, NAMES
 from breaker.quantities.size import Size, powers
 from breaker.reading.records.contact_edges import Contact
-from breaker.reading.records.landmarks import first_motion
 from breaker.reading.records.motion import find_segment
 from breaker.reading.records.normalised_shape import shape_of
 from breaker.reading.records.raw_record import Raw
@@ -190,13 +189,11 @@ def _recorded(
     quantum = finer * raw.quantum
     whole = quantum * np.round(whole / quantum) if quantum else whole
     segment = find_segment(time, whole, motion)
-    inside = slice(segment.begin, segment.end)
-    moves = first_motion(time[inside], whole[inside], motion)
     contact, sd = Contact(), raw.contact.sd
     if same and like.record.timed:
         contact = Contact(release + switching + sd * rng.standard_normal(), sd)
     about = {"motion": motion, "time": time, "whole": whole, "doubts": np.full(count, "")}
-    about |= {"quantum": quantum, "segment": segment, "moves": moves[0], "moves_sd": moves[1]}
+    about |= {"quantum": quantum, "segment": segment, "moves": release, "moves_sd": 0.0}
     made = replace(raw, **about, contact=contact)
     shape, seen = normalise_record(made)
     record = DriveRecord(raw.operation, motion, like.record.stated, "", made, shape, seen)
