@@ -1,7 +1,7 @@
 """Does a test of `breaker plan` narrow what it is foretold to narrow, and does its choice pay?
 
-    python -m studies.next_test --drives 60 --rows docs/next_test.csv      # 15 minutes of a core
-    python -m studies.next_test --show docs/next_test.csv                  # the tables again
+    python -m studies.next_test --rows rows.csv --table docs/next_test.csv   # 10 minutes of a core
+    python -m studies.next_test --rows rows.csv --first 60 --drives 40       # more drives
 
 Drives of the family that no training has seen, of the default size and each with a record of one
 motion, closing and opening in turn, as a file that is read as a user's is. The plan is made, all
@@ -9,9 +9,10 @@ tests at the same cost. Then every test is done: its result is simulated from th
 `infer` answers with it.
 
 Rows have, of each drive, test and parameter, the variance of the logarithm before, foretold and
-found, and the error of the mean of the posterior after the test. Printed are the found variances
-over the foretold, how well the errors go with the found variances, and the variance after the
-chosen test over that before and over the mean of all tests: that of one chosen at random.
+found, and the error of the mean of the posterior after the test. The table and what is printed have
+the sums of found variances over those foretold, the mean square of errors over found variances, and
+of each target the mean variance after the chosen test, after one chosen at random and after the
+best that there was, all over the variance before.
 """
 
 import argparse
@@ -159,51 +160,77 @@ def at_one_cost(config: Mapping) -> dict:
     return config | {"next_tests": tests}
 
 
-def foretold_and_found(rows: pd.DataFrame) -> pd.DataFrame:
-    """Found over foretold variance by test and parameter, means over drives."""
-    means = rows.groupby(["test", "parameter"])[["before", "foretold", "found"]].mean()
+def tables_of(rows: pd.DataFrame) -> dict[str, pd.DataFrame]:
+    """Return what came out, by title."""
+    means = rows.groupby(["test", "parameter"])[["foretold", "found"]].mean()
     ratio = (means["found"] / means["foretold"]).unstack()[[*NAMES]]
-    return ratio.assign(all=np.exp(np.log(ratio).mean(axis=1)))
+    square = np.square(rows["error"]) / rows["found"]
+    ratio["mean square of z"] = square.groupby(rows["test"]).mean()
+    every = tuple(name for name in rows["test"].unique() if name != "moving_mass")
+    return {
+        "found over foretold": ratio,
+        "all tests at one cost": chosen(rows, every),
+        "tests of an hour at one cost": chosen(rows, CHEAP),
+    }
 
 
 def chosen(rows: pd.DataFrame, tests: tuple[str, ...]) -> pd.DataFrame:
-    """Of each target: the variance found after the chosen test over that before, that after a test
-    at random over that before, the first over the second, and the best there was; means.
-    """
+    """Return what became of each target after the chosen test, by its variance over that before."""
     table = {}
-    some = rows[rows.test.isin(tests)]
+    some = rows[rows["test"].isin(tests)]
     for target in TARGETS:
-        one = some[some.parameter == target]
-        foretold = one.pivot(index="drive", columns="test", values="foretold")
-        found = one.pivot(index="drive", columns="test", values="found").reindex_like(foretold)
-        before = one.groupby("drive")["before"].first()
-        foretold, found = foretold.fillna(np.inf), found
+        one = some[some["parameter"] == target]
+        foretold, found = (
+            one.pivot(index="drive", columns="test", values=of) for of in ("foretold", "found")
+        )
+        share = found.div(one.groupby("drive")["before"].first(), axis=0)
         choice = foretold.idxmin(axis=1)
-        after = pd.Series({d: found.at[d, test] for d, test in choice.items()})
-        at_random = found.mean(axis=1)
+        after = pd.Series({drive: share.at[drive, test] for drive, test in choice.items()})
+        at_random = share.mean(axis=1)
         table[target] = {
-            "chosen": (after / before).mean(),
-            "random": (at_random / before).mean(),
+            "chosen": after.mean(),
+            "at random": at_random.mean(),
             "chosen over random": after.mean() / at_random.mean(),
-            "best": (found.min(axis=1) / before).mean(),
-            "most chosen": ", ".join(f"{n} {c}" for n, c in choice.value_counts().items()),
+            "best": share.min(axis=1).mean(),
+            "best was chosen": (choice == share.idxmin(axis=1)).mean(),
         }
-    return pd.DataFrame(table).T
+    return pd.DataFrame(table).T.rename_axis("target")
 
 
-def show(rows: pd.DataFrame) -> None:
-    """Print the tables."""
-    print(f"{rows.drive.nunique()} drives")
-    print("\nfound variance over foretold\n", foretold_and_found(rows).round(2).to_string())
-    square = rows.assign(z=np.square(rows.error) / rows.found).groupby("test")["z"].mean()
-    log = np.log(rows[["foretold", "found", "before"]])
-    gain = (log.sub(log["before"], axis=0)).loc[rows.test != "moving_mass"]
-    print("\nmean square of z after each test\n", square.round(2).to_string())
-    print("\ncorrelation of foretold and found log shares", round(gain.corr().iloc[0, 1], 3))
-    every = tuple(name for name in rows.test.unique() if name != "moving_mass")
-    for title, tests in (("all tests", every), ("tests of about an hour", CHEAP)):
-        print(f"\nvariance over that before, {title} at one cost")
-        print(chosen(rows, tests).to_string(float_format="{:.3f}".format))
+def markdown(table: pd.DataFrame) -> str:
+    """Return a table as the page has it."""
+    head = [table.index.name, *table.columns]
+    lines = [
+        head,
+        ["---"] * len(head),
+        *([n, *(f"{v:.2f}" for v in r)] for n, *r in table.itertuples()),
+    ]
+    return "\n".join(f"| {' | '.join(map(str, line))} |" for line in lines)
+
+
+def read(file: Path) -> dict[str, pd.DataFrame]:
+    """Return the tables that were written."""
+    whole = pd.read_csv(file)
+    found = {}
+    for title, part in whole.groupby("table", sort=False):
+        index = part["index"].iloc[0]
+        table = part.pivot(index="row", columns="column", values="value")
+        order = part["row"].unique(), part["column"].unique()
+        found[title] = table.loc[order[0], order[1]].rename_axis(index).rename_axis(None, axis=1)
+    return found
+
+
+def write(tables: Mapping[str, pd.DataFrame], file: Path) -> None:
+    """Write tables as rows of table, row, column and value."""
+    parts = [
+        (title, table.index.name, row, column, f"{value:.4f}")
+        for title, table in tables.items()
+        for row, values in table.iterrows()
+        for column, value in values.items()
+    ]
+    pd.DataFrame(parts, columns=["table", "index", "row", "column", "value"]).to_csv(
+        file, index=False
+    )
 
 
 def main() -> None:
@@ -211,11 +238,8 @@ def main() -> None:
     parser.add_argument("--drives", type=int, default=60)
     parser.add_argument("--first", type=int, default=0, help="number of the first drive")
     parser.add_argument("--rows", type=Path, default=Path("next_test.csv"))
-    parser.add_argument("--show", type=Path, metavar="CSV", help="print the tables of a run")
+    parser.add_argument("--table", type=Path, metavar="CSV", help="write the tables there")
     options = parser.parse_args()
-    if options.show:
-        show(pd.read_csv(options.show))
-        return
     config = at_one_cost(load([DEFAULTS]))
     family = Family(Prior.from_settings(config["prior"]), config["family"])
     new = not options.rows.exists()
@@ -227,7 +251,13 @@ def main() -> None:
             for row in rows_of(number, config, family):
                 table.writerow([*row[:4], *(f"{each:.6g}" for each in row[4:])])
             file.flush()
-    show(pd.read_csv(options.rows))
+    rows = pd.read_csv(options.rows)
+    tables = tables_of(rows)
+    print(f"{rows['drive'].nunique()} drives")
+    for title, table in tables.items():
+        print(f"\n{title}\n\n{markdown(table)}")
+    if options.table:
+        write(tables, options.table)
 
 
 if __name__ == "__main__":
