@@ -69,17 +69,22 @@ class Bench:
             operations = {motion: [] for motion in counts}
             for motion, count in counts.items():
                 for k in range(count):
-                    factors = 1.0 + SCATTER * (count > 1) * self.rng.standard_normal(len(NAMES))
-                    values = {
-                        n: self.drive.value(n) * f for n, f in zip(NAMES, factors, strict=True)
-                    }
                     late = LEAD + 0.3 * self.rng.standard_normal()
-                    way = self.drive.changed(**values).travel(motion, TIME - late)
+                    way = self._operated(count > 1).travel(motion, TIME - late)
                     way += noise * self.rng.standard_normal(TIME.size)
                     file = Path(folder) / f"{motion}_{k}.csv"
                     write_curve(file, TIME, way, motion=motion, operation=1 + k)
                     operations[motion].append(Operation(1 + k, file))
             return Assessment(self.config).read(operations)
+
+    def _operated(self, scatters: bool) -> Drive:
+        """The drive as it is in one operation, in which it holds its closed position."""
+        while scatters:
+            factors = 1.0 + SCATTER * self.rng.standard_normal(len(NAMES))
+            values = {n: self.drive.value(n) * f for n, f in zip(NAMES, factors, strict=True)}
+            if (drive := self.drive.changed(**values)).holds:
+                return drive
+        return self.drive
 
     def infer(self, records: list[DriveRecord], given: Given) -> np.ndarray | None:
         """Draws of the logarithms of the parameters, ``(d, p)``; None where there is no answer."""
@@ -89,8 +94,9 @@ class Bench:
         answer: Answer = means[0][0] if means else answers[0]
         return None if answer.draws is None else np.log(answer.draws.theta)
 
-    def done(self, test: str) -> np.ndarray | None:
+    def done(self, test: str, rng: np.random.Generator) -> np.ndarray | None:
         """Draws after a test; None where there is no answer."""
+        self.rng = rng
         records, given = [self.record], Given()
         if test == "other_motion":
             other = next(motion for motion in MOTIONS if motion != self.motion)
@@ -108,8 +114,9 @@ class Bench:
             given = Given(Size())
         elif test != "moving_mass":
             value = self._value(test)
-            sd = self.tests["facts"][test]["sd"] * value
-            given = Given(known={test: [value + sd * self.rng.standard_normal(), sd]})
+            whole = value if test in NAMES else self.record.shape.stroke
+            sd = self.tests["facts"][test]["sd"] * whole
+            given = Given(known={test: [max(value + sd * self.rng.standard_normal(), 0.0), sd]})
         return self.infer(records, given)
 
     def _value(self, name: str) -> float:
@@ -139,7 +146,7 @@ def rows_of(number: int, config: Mapping, family: Family) -> Iterator[tuple]:
     (pole,) = Assessment(config | {"seed": number}).plan([bench.record]).poles
     truth = np.log(drive.theta)
     for test in pole.tests:
-        draws = bench.done(test.name)
+        draws = bench.done(test.name, generator(48, "next test", number, test.name))
         if draws is None:
             continue
         found, error = draws.var(axis=0), draws.mean(axis=0) - truth

@@ -282,7 +282,8 @@ def _candidates(present: _Present, tests: Mapping[str, Any]) -> list[_Candidate]
     for name, fact in tests["facts"].items():
         if name not in given.known and fact["cost"] is not None:
             value = first.inferred(name)
-            said = ((value, fact["sd"] * np.abs(value)),)
+            whole = value if name in NAMES else np.full_like(value, first.record.shape.stroke)
+            said = ((value, fact["sd"] * whole),)
             found.append(_Candidate(name, fact["what"], fact["cost"], said))
     if untimed := [each for each in answers if not each.record.timed]:
         what = f"record the main contact beside the travel of {_of(untimed)}"
