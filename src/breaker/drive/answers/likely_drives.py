@@ -170,9 +170,13 @@ def operated(
 
 
 def _scattered(drive: Drive, rng: np.random.Generator) -> Drive:
-    """A drive as it is in one of its operations."""
-    factors = 1.0 + usual_scatter("", 1.0, 0.0) * rng.standard_normal(len(NAMES))
-    return drive.changed(**{n: drive.value(n) * f for n, f in zip(NAMES, factors, strict=True)})
+    """A drive as it is in one of its operations, in which it holds its closed position, too."""
+    sd = usual_scatter("", 1.0, 0.0)
+    while True:
+        factors = 1.0 + sd * rng.standard_normal(len(NAMES))
+        values = {n: drive.value(n) * f for n, f in zip(NAMES, factors, strict=True)}
+        if (found := drive.changed(**values)).holds:
+            return found
 
 
 def _recorded(
