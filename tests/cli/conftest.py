@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from breaker.common.randomness import generator
+from breaker.drive.answers import inference
 from breaker.mechanism.curves import travel
 from breaker.reading.instruments.export import write_curve
 
@@ -22,6 +23,20 @@ def written(file, prior, *motions, noise_sd=0.1, halts=0):
     whole = whole + noise_sd * generator(1, "test curve", file.name).standard_normal(whole.size)
     time = 0.1 * np.arange(whole.size)
     write_curve(file, time, whole, motion=motions[0], operation=1)
+
+
+@pytest.fixture(autouse=True, scope="package")
+def a_quarter_of_the_draws():
+    """Weigh a quarter of the draws, and ask for a quarter of their number, for speed."""
+    with pytest.MonkeyPatch.context() as patch:
+        for name in ("_ROUNDS", "_LEAST", "_ENOUGH"):
+            patch.setattr(inference, name, quarter_of(getattr(inference, name)))
+        yield
+
+
+def quarter_of(number):
+    """A quarter of a number, or of several."""
+    return tuple(map(quarter_of, number)) if isinstance(number, tuple) else number // 4
 
 
 @pytest.fixture
