@@ -24,7 +24,7 @@ from breaker.quantities.parameters import NAMES
 
 _BLOCK = 64  # changes that are read at once
 _SURE = 0.9  # probability of the set of names
-_WAYS = 8  # ways of a path that are drawn apart
+_WAYS = 4  # ways of a path that are drawn apart
 
 
 @dataclass(frozen=True, eq=False)
