@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from breaker.reading.records.curve_fits import settling
+from breaker.reading.records.curve_fits import running_median, settling
 
 TIME = np.arange(0.0, 40.0, 0.1)
 SWINGS = np.exp(-0.08 * TIME) * np.cos(0.2 * TIME + 0.5)
@@ -31,3 +31,12 @@ def test_the_rest_is_as_uncertain_as_its_weights_say():
 @pytest.mark.parametrize("curve", [TIME, TIME**2, np.exp(0.05 * TIME)])
 def test_curves_that_do_not_settle(curve):
     assert settling(TIME, curve) is None
+
+
+@pytest.mark.parametrize(("count", "window"), [(1, 3), (7, 5), (7, 21), (3000, 201)])
+def test_running_medians_are_those_of_each_window(count, window):
+    """Beyond its ends a record stands; the last is of several blocks."""
+    values = np.random.default_rng(1).normal(size=count)
+    around = np.arange(-(window // 2), window // 2 + 1)
+    places = np.clip(np.arange(count)[:, None] + around, 0, count - 1)
+    assert (running_median(values, window) == np.median(values[places], axis=1)).all()

@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-_PLAIN = 30_000  # elements, with which plain Python takes less time than numba to load
+_PLAIN = 300_000  # elements, with which plain Python takes less time than numba to load
 
 
 def compiled(*, late: bool = False, **options: Any) -> Callable[[Callable], Callable]:

@@ -15,10 +15,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from breaker.common.compiling import compiled
-
-_fast = compiled(late=True)
 _DEGREE = 3  # of local fits
+_TOGETHER = 2**18  # samples in windows whose medians are found at once
 _STEPS = 6  # in search of a time
 
 _BLOCKS = 64  # means of neighbouring samples that are fitted
@@ -45,28 +43,21 @@ def smoothed(travel: np.ndarray, half: int) -> np.ndarray:
     return smooth
 
 
-@_fast
-def running_median(values, window):
-    """Medians of an odd number of samples about each of ``(n,)``, without nan.
+def running_median(values: np.ndarray, window: int) -> np.ndarray:
+    """Return medians of an odd number of samples about each of ``(n,)``, without nan.
+
+    Compiled code that keeps a sorted window takes a third of the time, and half a second to load.
 
     Example:
         >>> running_median(np.array([0.0, 9.0, 1.0, 2.0, 3.0]), 3)
         array([0., 1., 2., 2., 3.])
     """
-    n, half = values.size, window // 2
-    ordered = np.sort(np.array([values[min(max(i, 0), n - 1)] for i in range(-half, half + 1)]))
-    found = np.empty(n)
-    for i in range(n):
-        found[i] = ordered[half]
-        leaves, enters = values[max(i - half, 0)], values[min(i + half + 1, n - 1)]
-        k = np.searchsorted(ordered, leaves)
-        while k < window - 1 and ordered[k + 1] < enters:
-            ordered[k] = ordered[k + 1]
-            k += 1
-        while k > 0 and ordered[k - 1] > enters:
-            ordered[k] = ordered[k - 1]
-            k -= 1
-        ordered[k] = enters
+    half, found = window // 2, np.empty(values.size)
+    windows = np.lib.stride_tricks.sliding_window_view(np.pad(values, half, mode="edge"), window)
+    rows = max(1, _TOGETHER // window)
+    for begin in range(0, values.size, rows):
+        block = np.partition(windows[begin : begin + rows], half, axis=1)
+        found[begin : begin + rows] = block[:, half]
     return found
 
 
