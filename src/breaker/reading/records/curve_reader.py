@@ -274,7 +274,9 @@ def _to_grid(raw: Raw, grid: Grid) -> ReadRecord:
     ]
     said = tuple(remark for remark in remarks if remark)
     of_file = {each.name: getattr(raw, each.name) for each in fields(raw)}
-    return ReadRecord(**of_file, noise=noise, gridded=gridded, remarks=said)
+    record = ReadRecord(**of_file, noise=noise, gridded=gridded, remarks=said)
+    vars(record).update(vars(raw) | vars(record))  # what was computed of these fields, too
+    return record
 
 
 def open_curves(stores: Sequence[str | Path], *, without: Collection[str] = ()) -> "xr.Dataset":
