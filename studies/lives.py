@@ -642,11 +642,13 @@ def alarms(*files: str) -> None:
     some = some.assign(name=some.name.fillna("").str.partition(" ")[0])
     for (of, what, limit, way), each in some.groupby(["set", "names", "name", "kind"]):
         made, false = each.operation.sum() / 1000.0, int(np.isfinite(each["first"]).sum())
-        most = chi2.ppf(0.95, 2 * (false + 1)) / 2.0 / made
+        rate = false / made if made else np.nan
+        most = chi2.ppf(0.95, 2 * (false + 1)) / 2.0 / made if made else np.nan
         data.append(
-            {"drives": of, "told": what, "limit": limit, "looked at": way, "lives": len(each)}
-            | {"operations": int(1000 * made), "false": false, "in 1,000 operations": false / made}
-            | {"at most (95 %)": most, "a year": false / made * yearly / 1000.0}
+            {"drives": of, "told": what, "limit": limit, "looked at": way}
+            | {"lives": each.life.nunique(), "of": len(each), "false": false}
+            | {"operations": round(1000 * made), "in 1,000 operations": rate}
+            | {"at most (95 %)": most, "a year": rate * yearly / 1000.0}
             | {"a year, at most (95 %)": most * yearly / 1000.0}
         )
     found = pd.DataFrame(data)
