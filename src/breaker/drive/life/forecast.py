@@ -165,6 +165,7 @@ class Onward:
         onward = change + ahead * path.rate[where]
         more = 2.0 * ahead * both + ahead**2 * path.rate_variance[where]
         self.shape, every = onward.shape[:2], np.tile(where, _NODES)
+        self._seed = readout.seed
 
         def condition(of: Readout, change: np.ndarray, variance: np.ndarray) -> Condition:
             flat = (each.reshape(-1, of.size) for each in (change, np.maximum(variance, 1e-12)))
@@ -180,9 +181,22 @@ class Onward:
         return limit.read(self._now)
 
     def values(self, limit: Limit) -> np.ndarray:
-        """Return draws of the quantities along the path, ``(m, n, d, parts)``."""
-        each = self._ways if limit.source.inferred else [self._measured]
-        found = np.concatenate([limit.read(condition) for condition in each], axis=1)
+        """Return draws of the quantities along the path, ``(m, n, d, parts)``.
+
+        How far apart the ways are tells how far draws are, which few ways have no tails of.
+        """
+        if not limit.source.inferred:
+            found = limit.read(self._measured)
+            return found.reshape(*self.shape, *found.shape[1:])
+        each = [limit.read(condition) for condition in self._ways]
+        middles = np.stack([np.median(draws, axis=1, keepdims=True) for draws in each])
+        with np.errstate(invalid="ignore"):
+            within = [draws - middle for draws, middle in zip(each, middles, strict=True)]
+            within = np.concatenate(within, axis=1)
+            count = within.shape[1]
+            normal = ndtri((np.arange(count) + 0.5) / count)
+            normal = np.random.default_rng(self._seed).permutation(normal)[:, None]
+            found = middles.mean(axis=0) + within + middles.std(axis=0) * normal
         return found.reshape(*self.shape, *found.shape[1:])
 
 
