@@ -149,7 +149,7 @@ const DARK = ["#6baed6", "#fc8d62", "#66c2a5", "#b39ddb", "#e6c35c", "#66d9e8", 
 const PANELS = { // label and height by kind of channel, in their order
   travel: ["travel (mm)", 340], coil: ["coil", 150], contact: ["contact", 130], other: ["others, as in the file", 170],
 };
-const ROWS = 12; // of a legend
+const columns = (items) => Math.ceil(items.length / 17); // of a legend: so many rows are as high as the panel of travels
 const numbers = (list) => list.map((each) => (each === null ? NaN : each));
 // Bokeh takes these signs for formulas, which it would have to load from elsewhere.
 const plainly = (text) => text.replace(/\$(?=\$)|\\(?=[[\]()])/g, "$&\u200b");
@@ -229,7 +229,7 @@ async function draw(before) {
   if (shown.length) addMarks(shown[0], marks, colours, ink);
   for (const figure of shown) {
     looks(figure, ink, paper, line);
-    figure.height = Math.max(figure.height, 30 + 19 * Math.min(figure.items.length, ROWS)); // of its legend
+    figure.height = Math.max(figure.height, 30 + 19 * Math.ceil(figure.items.length / columns(figure.items))); // of its legend
     figure.y_range.renderers = figure.items.flatMap((item) => item.renderers);
     figure.add_layout(legend(figure.items, ink, paper), "right");
     figure.on_event("tap", (event) => setCursor(event));
@@ -254,7 +254,7 @@ async function together(figures, place) { // one below another, with one bar of 
 }
 
 function legend(items, ink, paper) {
-  return new Bokeh.Legend({ items, ncols: Math.ceil(items.length / ROWS), click_policy: "hide", background_fill_color: paper,
+  return new Bokeh.Legend({ items, ncols: columns(items), click_policy: "hide", background_fill_color: paper,
     border_line_color: null, label_text_color: ink, label_text_font_size: "11px", spacing: 0, padding: 2,
     inactive_fill_color: paper, inactive_fill_alpha: 0.7 });
 }
