@@ -17,7 +17,7 @@ best that there was, all over the variance before.
 
 import argparse
 import csv
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -156,15 +156,15 @@ def rows_of(number: int, config: Mapping, family: Family) -> Iterator[tuple]:
             yield number, motion, test.name, name, before, foretold, found[k], error[k]
 
 
-def at_one_cost(config: Mapping) -> dict:
-    """The configuration with every test at the cost 1."""
-    tests = {
-        name: {n: e | {"cost": 1.0} for n, e in each.items()}
-        if name == "facts"
-        else each | {"cost": 1.0}
-        for name, each in config["next_tests"].items()
-    }
-    return config | {"next_tests": tests}
+def at_one_cost(config: Mapping, tests: Sequence[str]) -> dict:
+    """The configuration with these tests at the cost 1, all if none is named, and no others."""
+
+    def costing(name: str, each: Mapping) -> dict:
+        return {**each, "cost": None if tests and name not in tests else 1.0}
+
+    section = {n: costing(n, each) for n, each in config["next_tests"].items() if n != "facts"}
+    facts = {n: costing(n, each) for n, each in config["next_tests"]["facts"].items()}
+    return config | {"next_tests": section | {"facts": facts}}
 
 
 def tables_of(rows: pd.DataFrame) -> dict[str, pd.DataFrame]:
@@ -244,10 +244,11 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("--drives", type=int, default=60)
     parser.add_argument("--first", type=int, default=0, help="number of the first drive")
+    parser.add_argument("--tests", nargs="+", default=[], help="these alone")
     parser.add_argument("--rows", type=Path, default=Path("next_test.csv"))
     parser.add_argument("--table", type=Path, metavar="CSV", help="write the tables there")
     options = parser.parse_args()
-    config = at_one_cost(load([DEFAULTS]))
+    config = at_one_cost(load([DEFAULTS]), options.tests)
     family = Family(Prior.from_settings(config["prior"]), config["family"])
     new = not options.rows.exists()
     with options.rows.open("a", newline="") as file:
