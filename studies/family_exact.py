@@ -1,6 +1,6 @@
 """An exact judge for the network of levels: Markov chains over parameters and elements.
 
-    python -m studies.family_exact              # 20 records a motion: two hours of a core
+    python -m studies.family_exact              # 20 records a motion: an hour of a core
     python -m studies.family_exact --records 2 --steps 1500
     python -m studies.family_exact --draw results/family_exact.png   # the first records, drawn
 
