@@ -3,7 +3,7 @@
 import torch
 
 from breaker.networks.blocks import Hidden, ResidualMLP
-from breaker.paper.posterior.optimisers import full_width, optimisers, orthogonal, tiles
+from breaker.paper.posterior.optimisers import full_width, optimisers, orthogonal
 from tests.networks_fixtures import TRAINING, normal
 
 
@@ -39,14 +39,4 @@ def test_the_full_width_rounds_nothing():
     # Of bfloat16 the error is some 2e-3 of the size.
     assert ((found - exact).abs() / size).max() < 1e-6
     assert ((x.bfloat16().double() @ y.double() - exact).abs() / size).max() > 1e-5
-    assert torch.backends.mkldnn.matmul.fp32_precision == before
-
-
-def test_tiles_round_by_no_more_than_bfloat16():
-    x, y = normal(96, 300).float(), normal(300, 64).float()
-    exact, size = x.double() @ y.double(), x.double().abs() @ y.double().abs()
-    before = torch.backends.mkldnn.matmul.fp32_precision
-    with tiles():
-        found = x @ y
-    assert ((found - exact).abs() / size).max() < 2**-8
     assert torch.backends.mkldnn.matmul.fp32_precision == before

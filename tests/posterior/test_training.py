@@ -52,32 +52,6 @@ def test_validation_is_fixed(trainer):
     assert (measured - training.validation.travel).abs().max() > 0.1
 
 
-def test_products_are_rounded_for_gradients_alone(trainer, monkeypatch):
-    """On a processor with tiles, losses and what is judged are as exact as on others."""
-    able = {"avx512_bf16": True, "amx_bf16": True}
-    monkeypatch.setattr(torch.cpu, "get_capabilities", lambda: able)
-    training, seen = trainer(steps=2, evaluate_every=1), set()
-
-    def watch(name):
-        exact = getattr(training.posterior, name)
-
-        def watched(*batch):
-            seen.add((name, torch.backends.mkldnn.matmul.fp32_precision))
-            found = exact(*batch)
-            if found.requires_grad:
-                found.register_hook(
-                    lambda _: seen.add(("gradient", torch.backends.mkldnn.matmul.fp32_precision))
-                )
-            return found
-
-        monkeypatch.setattr(training.posterior, name, watched)
-
-    watch("loss")
-    watch("validation_loss")
-    training.run()
-    assert seen == {("loss", "none"), ("validation_loss", "none"), ("gradient", "bf16")}
-
-
 # ---- the numbers by formula ---------------------------------------------------------------------
 
 

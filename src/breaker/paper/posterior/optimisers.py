@@ -8,7 +8,7 @@ alone, which processors without such instructions only emulate.
 """
 
 from collections.abc import Iterable, Iterator, Mapping
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import contextmanager
 
 import torch
 from torch import Tensor, nn
@@ -92,30 +92,17 @@ def _precision(device: str) -> torch.dtype:
     return torch.bfloat16 if fast else torch.float32
 
 
-def full_width() -> AbstractContextManager:
+@contextmanager
+def full_width() -> Iterator[None]:
     """Multiply matrices of float32 on the whole width of an AMD processor, as exactly as before.
 
     MKL uses half of it. oneDNN, twice as fast there, is taken by torch only where it may round to
     bfloat16, which it does on processors with tiles for matrices (AMX), and not on others.
     """
-    able = torch.cpu.get_capabilities()
-    return _one_dnn(able.get("avx512_bf16", False) and not able.get("amx_bf16", False))
-
-
-def tiles() -> AbstractContextManager:
-    """Multiply matrices of float32 by oneDNN, rounded to bfloat16 on processors with tiles (AMX).
-
-    For gradients alone: the error is a thousandth of one, and batches differ by a fifth or more.
-    """
-    return _one_dnn(torch.cpu.get_capabilities().get("avx512_bf16", False))
-
-
-@contextmanager
-def _one_dnn(taken: bool) -> Iterator[None]:
-    """Let oneDNN multiply matrices of float32 where it is taken."""
-    matmul = torch.backends.mkldnn.matmul
+    able, matmul = torch.cpu.get_capabilities(), torch.backends.mkldnn.matmul
+    exact = able.get("avx512_bf16", False) and not able.get("amx_bf16", False)
     before = matmul.fp32_precision
-    matmul.fp32_precision = "bf16" if taken else before
+    matmul.fp32_precision = "bf16" if exact else before
     try:
         yield
     finally:

@@ -27,7 +27,7 @@ from torch import Tensor, nn
 from tqdm import tqdm
 
 from breaker.common.randomness import seed_integer
-from breaker.paper.posterior.optimisers import full_width, optimisers, tiles
+from breaker.paper.posterior.optimisers import full_width, optimisers
 from breaker.paper.posterior.training_batches import DrawnRows, OnlineRows, StreamedRows
 
 # Of the state of a training, in its checkpoint.
@@ -143,8 +143,7 @@ class Trainer:
         self.losses.append(loss.item())
         self._check("loss", self.losses[-1])
         self.posterior.zero_grad()
-        with tiles():
-            loss.backward()
+        loss.backward()
         torch.nn.utils.clip_grad_norm_(self.weights, self.settings["clip"])
         for optimiser in self.optimisers:
             for group in optimiser.param_groups:
