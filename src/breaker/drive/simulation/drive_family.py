@@ -94,8 +94,8 @@ class Family:
     def drawn(self, contact: str, rng: np.random.Generator) -> tuple[np.ndarray, Elements]:
         """Draw the parameters ``(p,)`` and elements of a drive, whether or not it works.
 
-        Of a generator that answers each question for n drives, as ``studies.family_scores`` has one,
-        the parameters are ``(p, n)``, and each number of the elements is ``(n,)``.
+        Of a generator that answers each question for n drives, as the studies have one, the
+        parameters are ``(p, n)``, and each number of the elements is ``(n,)``.
         """
         settings = self.settings
         theta = self.prior.sample(1, rng).T.squeeze()
