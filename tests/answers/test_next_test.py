@@ -8,8 +8,10 @@ import pytest
 
 from breaker.cli import main
 from breaker.common.randomness import generator
+from breaker.documents.terminal import text_of
 from breaker.drive.answers import next_test
 from breaker.drive.answers.evidence import Given
+from breaker.drive.answers.next_test_words import words_of_plans
 from breaker.drive.simulation.drive_family import Family
 from breaker.drive.simulation.rich_drive import CONTACTS
 from breaker.drive.training.mechanism_sizes import drive_with, mechanism_sizes
@@ -154,6 +156,21 @@ def test_every_rendering_has_the_tests(tmp_path, monkeypatch, capsys, prior):
     assert (tmp_path / "a.png").exists()
     assert main(command) == 0
     assert pole["tests"][0]["what"] in " ".join(capsys.readouterr().out.split())
+
+
+def test_a_test_that_seems_to_widen_is_said_to_be_an_error():
+    """By the law of total variance no test widens what is known, on average."""
+    by = {"f": next_test.Narrowing("parameter", "%", 5.0, 5.5, 0.1)}
+    outlook = next_test.Outlook(
+        "more_records", "record more", 1.0, by["f"].gone, by["f"].gone, by, {}
+    )
+
+    def words(*tests):
+        plan = next_test.Plan("", "", {"closing": 1}, ["f"], tests)
+        return " ".join(text_of(words_of_plans(next_test.Plans([plan], {}, {}))).split())
+
+    assert "that more_records would is an error of the networks" in words(outlook)
+    assert "error of the networks" not in words(replace(outlook, gain=-0.01))
 
 
 def test_errors_say_what_to_do(tmp_path, monkeypatch, capsys, prior):

@@ -1,5 +1,7 @@
 """Which test to do next: what is known now of a drive, and what each test would leave of it."""
 
+from textwrap import fill
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -9,6 +11,7 @@ from breaker.drive.answers.next_test_words import first_of_plan
 from breaker.figures import style
 
 _WIDTH, _ROW, _HEAD = 13.0, 0.34, 1.7  # inches
+_LETTERS = 150  # of a line of a title
 _NOW = {"color": style.PRIOR, "alpha": 0.35}
 
 
@@ -27,7 +30,7 @@ def next_tests(plans: Plans) -> Figure:
         _pole(part.subplots(1, len(plan.asked) + 1, sharey=True, squeeze=False)[0], plan)
         about = ", ".join(filter(None, (plan.breaker, plan.phase)))
         said = f"{about}: {first_of_plan(plan)}" if about else first_of_plan(plan)
-        part.suptitle(style.within(said, _WIDTH), fontsize=10.5)
+        part.suptitle(fill(style.spoken(said), _LETTERS), fontsize=10.5)
     keys = [
         style.band_key("sd now", _NOW["color"], _NOW["alpha"]),
         style.band_key("expected after the test", style.CORRECTED, 1.0),
@@ -41,8 +44,8 @@ def _pole(axes: np.ndarray, plan: Plan) -> None:
     rows = np.arange(len(plan.tests))
     first, *others = axes
     first.barh(rows, [100.0 * each.per_cost for each in plan.tests], color=style.MODEL)
-    first.set(xlabel="variance gone\nper cost (%)", ylim=(len(rows) - 0.4, -0.6))
-    first.set_yticks(rows, [style.literal(f"{e.name} ({e.cost:g})") for e in plan.tests])
+    first.set(xlabel="variance gone per\ncost, in brackets (%)", ylim=(len(rows) - 0.4, -0.6))
+    first.set_yticks(rows, [f"{style.spoken(e.name)} ({e.cost:g})" for e in plan.tests])
     for axis, name in zip(others, plan.asked, strict=True):
         _sds(axis, plan, name)
 

@@ -6,7 +6,7 @@ the present posterior; each gives a result of the test, which the same networks 
 weights, and the variances are averaged.
 
 - A test that says a number (a fact, the time of a contact) needs no record: each draw of the
-  posterior gives a result, by which all draws are weigh_draws.
+  posterior gives a result, by which all draws are weighed.
 - A test that gives records is simulated (``likely_drives``), and so are the records at hand, of the
   same drives. The ratio of both mean variances multiplies the present variance.
 """

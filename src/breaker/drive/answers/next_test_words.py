@@ -43,6 +43,7 @@ def _section(plan: Plan) -> Section:
         notes = [
             f"narrows: mean share of the variance of {', '.join(plan.asked)} that goes; per cost: "
             "that over the cost. Sds are of the posterior, of parameters in percent.",
+            *_widening(plan),
             *_adds(plan),
         ]
         parts.append(Table(_HEAD, rows, notes=notes, form=_ROW))
@@ -65,6 +66,15 @@ def _narrowed(outlook: Outlook, plan: Plan) -> Iterator[str]:
         if each.gone > _LITTLE:
             now, then = (in_digits(value, 2) for value in (each.now, each.expected))
             yield f"{name} {now} to {then}{'' if each.unit == '1' else f' {each.unit}'}"
+
+
+def _widening(plan: Plan) -> Iterator[str]:
+    """Which tests would widen what is known, as no test does on average."""
+    if wider := [each.name for each in plan.tests if each.gain < -_LITTLE]:
+        yield (
+            f"on average no test widens what is known: that {' and '.join(wider)} would is an "
+            "error of the networks, which answer fewer records too narrowly or more of them too widely"
+        )
 
 
 def _adds(plan: Plan) -> Iterator[str]:
