@@ -37,11 +37,13 @@ def weights_of(answers: Sequence[Answer], given: Given, size: Size | None) -> np
             along, _ = np.linalg.qr((powers() / family.log_sds).T)
             log -= 0.5 * np.square(family.standardise(draws.theta) @ along).sum(axis=1)
     for answer in answers:
-        record, switching = answer.record, draws.switching[answer.record.motion]
+        record = answer.record
         if record.timed and abs(surprise_of(answer)) <= SURPRISING:
-            log -= 0.5 * np.square((switching - record.switched) / record.raw.contact.sd)
+            off = draws.switching[record.motion] - record.switched
+            log -= 0.5 * np.square(off / record.raw.contact.sd)
         elif record.motion in given.contact_lag and not record.timed:
             mean, sd = given.contact_lag[record.motion]
+            switching = draws.switching[record.motion]
             lag = (switching - switching.mean()) / record.shape.duration
             log -= 0.5 * np.square((lag - mean) / sd)
     for name, (value, sd) in given.known.items():
