@@ -77,6 +77,7 @@ FOREIGN = {"force_fall": [0.0, 0.15], "drag": [0.005, 0.05], "linkage": [0.5, 2.
 FAULT = (3.0, 12.0)  # percent of a parameter
 CLEAR = 6.0  # percent of a parameter, or scatters of a measured quantity, that make a limit
 FEWEST = 10  # new records from which on their own scatter counts, not that of all
+TOLERANCE = {"measured": 0.05, "changed": 0.1}  # shares, of drives that do not wear
 ASKED = 3  # operations of a life at which it is asked
 INTERVAL = ("low", "middle", "high")  # columns of an answer
 VISITS, FEW_VISITS = 20, 10  # in a life, where nobody watches
@@ -279,6 +280,26 @@ def limits_of(
     return found
 
 
+def tolerances(series: Series, ranges: Mapping[str, list[float]]) -> list[Limit]:
+    """Limits as users have them, by ``TOLERANCE`` from new, of a drive that does not reach them.
+
+    Args:
+        ranges: By what wear of the family changes parameters.
+    """
+    found = []
+    for motion, each in series.motions.items():
+        for name, values in each.measured.items():
+            upper, new = name == "travel_time", float(np.nanmean(values[series.new]))
+            end = new * (1.0 + TOLERANCE["measured"] * (1.0 if upper else -1.0))
+            parts = ((name, end, upper),)
+            found.append(Limit(f"measured {motion} {name}", motion, parts, of="record"))
+    for name, span in ranges.items():
+        if name in NAMES:
+            end = 100.0 * TOLERANCE["changed"] * float(np.sign(np.sum(span)))
+            found.append(Limit(f"changed {name}", "", ((name, end, end > 0.0),), of="change"))
+    return found
+
+
 def one_of(some: list, rng) -> list:
     """One of them, if there is any."""
     return [some[rng.integers(len(some))]] if some else []
@@ -303,6 +324,8 @@ def followed(name: str, number: int, seed: int, config: Mapping, networks) -> tu
     """Simulate and follow one life."""
     life, series, truth, rng = simulated("lives", name, number, seed, config)
     limits = limits_of(truth, series, life, rng, every=name in PACES)
+    if PACES.get(name) == 0.0:
+        limits = dict.fromkeys(tolerances(series, config["family"]["wear"]["change"]), np.inf)
     settings = life.settings(config) if isinstance(life, Life) else config["wear_model"]
     readout = Readout.of(series, networks, draws=settings["draws"], seed=seed, misfit_p_value=0.001)
     tracker, future = Tracker.from_settings(settings), Future.from_settings(settings)
