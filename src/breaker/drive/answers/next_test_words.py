@@ -73,7 +73,7 @@ def _widening(plan: Plan) -> Iterator[str]:
     if wider := [each.name for each in plan.tests if each.gain < -_LITTLE]:
         yield (
             f"on average no test widens what is known: that {' and '.join(wider)} would is an "
-            "error of the networks, which answer fewer records too narrowly or more of them too widely"
+            "error of the networks, which tell few records too narrowly or many of them too widely"
         )
 
 
