@@ -2,6 +2,7 @@
 
     python -m studies.lives follow develop lives.csv          # or calibrate, score, fresh
     python -m studies.lives table lives.csv docs/lives.csv    # sums one or more up
+    python -m studies.lives table few.csv docs/few.csv        # the same of few records
     python -m studies.lives plans lives.csv docs/plans.csv    # and how lives were serviced
     python -m studies.lives alarms lives.csv docs/alarms.csv  # and what was told for nothing
 
@@ -693,7 +694,7 @@ def write_table(page: str, name: str, lines: list[str]) -> None:
 
 
 def table(*files: str) -> None:
-    """Sum rows up; the last file is written, and the table in docs/decisions.md."""
+    """Sum rows up; the last file is written, and the table of its name in docs/decisions.md."""
     rows = pd.concat([pd.read_csv(file) for file in files[:-1]])
     each = {name: summed(some) for name, some in rows.groupby("set")}
     sets = [name for name in SETS if name in each]
@@ -706,7 +707,7 @@ def table(*files: str) -> None:
         lines.append(f"| {score} | {' | '.join(shown)} |")
     columns = ["score", *(name for of in sets for name in (of, f"{of}_count"))]
     pd.DataFrame(data, columns=columns).to_csv(files[-1], index=False, float_format="%.3g")
-    write_table("decisions", "lives", lines)
+    write_table("decisions", Path(files[-1]).stem, lines)
 
 
 if __name__ == "__main__":
