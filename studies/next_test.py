@@ -10,9 +10,9 @@ tests at the same cost. Then every test is done: its result is simulated from th
 
 Rows have, of each drive, test and parameter, the variance of the logarithm before, foretold and
 found, and the error of the mean of the posterior after the test. The table and what is printed have
-the sums of found variances over those foretold, the mean square of errors over found variances, and
-of each target the mean variance after the chosen test, after one chosen at random and after the
-best that there was, all over the variance before.
+the mean found variances over those foretold, both over that before, the mean square of errors over
+found variances, and of each target the mean variance after the chosen test, after one chosen at
+random and after the best that there was, all over the variance before.
 """
 
 import argparse
@@ -40,6 +40,7 @@ from breaker.reading.records.contact_edges import Contact
 from breaker.shipped import DEFAULTS
 
 NOISE, SCATTER = 0.1, 0.004  # mm of a sample; share of parameters from operation to operation
+DRAWS = 2000  # of an answer, so that its variance is known
 TIME, LEAD = np.arange(0.0, 75.0, 0.1), 10.0  # ms
 COLUMNS = ("drive", "motion", "test", "parameter", "before", "foretold", "found", "error")
 CHEAP = ("more_records", "other_motion", "contact", "size")
@@ -140,10 +141,12 @@ def rows_of(number: int, config: Mapping, family: Family) -> Iterator[tuple]:
     """Rows of a drive: nothing where it is not answered."""
     rng = generator(48, "next test", number)
     drive, motion = family.new(rng), MOTIONS[number % 2]
+    endurance = {**config["endurance"], "draws": DRAWS}
+    config = config | {"seed": number, "endurance": endurance}  # else all have the same numbers
     bench = Bench(drive, motion, config, rng)
     if bench.record.reason:
         return
-    (pole,) = Assessment(config | {"seed": number}).plan([bench.record]).poles
+    (pole,) = Assessment(config).plan([bench.record]).poles
     truth = np.log(drive.theta)
     for test in pole.tests:
         draws = bench.done(test.name, generator(48, "next test", number, test.name))
@@ -169,7 +172,8 @@ def at_one_cost(config: Mapping, tests: Sequence[str]) -> dict:
 
 def tables_of(rows: pd.DataFrame) -> dict[str, pd.DataFrame]:
     """Return what came out, by title."""
-    means = rows.groupby(["test", "parameter"])[["foretold", "found"]].mean()
+    shares = rows[["foretold", "found"]].div(rows["before"], axis=0)
+    means = shares.groupby([rows["test"], rows["parameter"]]).mean()
     ratio = (means["found"] / means["foretold"]).unstack()[[*NAMES]]
     square = np.square(rows["error"]) / rows["found"]
     ratio["mean square of z"] = square.groupby(rows["test"]).mean()
