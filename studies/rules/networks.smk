@@ -74,10 +74,10 @@ rule compare_networks:
         ),
     log:
         "logs/compare_networks/{motion}.log",
-    params:
-        networks=NETWORKS,
     conda:
         "../../envs/breaker.yaml"
+    params:
+        networks=NETWORKS,
     script:
         "../scripts/compare_networks.py"
 
@@ -95,10 +95,10 @@ rule validate_missing:
         directory("results/networks/{network}/{motion}_missing_seed{seed}.zarr"),
     log:
         "logs/networks/{network}/validate_missing_{motion}_seed{seed}.log",
-    params:
-        share=COMPARISON["missing"],
     conda:
         "../../envs/breaker.yaml"
+    params:
+        share=COMPARISON["missing"],
     script:
         "../scripts/validate_missing.py"
 
