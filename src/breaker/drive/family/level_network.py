@@ -129,7 +129,7 @@ class Levels:
         found = self.network.sample(self.network.features(x), there, draws, rng)[0]
         y = self.centre + self.scale * found
         beyond = ~(np.abs(y) < _MOST).all(axis=1)
-        if beyond.sum() > 1 + _BEYOND * draws:
+        if beyond.all() or beyond.sum() > 1 + _BEYOND * draws:
             raise ModelFileError("a network answers no sizes of a drive: train it anew")
         y[beyond] = y[~beyond][: beyond.sum()]
         if (factors := self.widening.get(len(motions))) is not None:
