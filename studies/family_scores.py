@@ -5,7 +5,7 @@ coordinates of its drives, whose prior is a standard normal, whatever each stand
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.special import ndtr
@@ -66,9 +66,8 @@ class FamilyScores:
     Attributes:
         family: Without sliding contacts.
         unknowns: Number of scores.
-        working: Share of the draws of each kind of contact that make a drive, by its number in
-            ``CONTACTS``. A family draws again within a kind, so that the density of a drive is that
-            of its scores over this share.
+        working: Share of the draws that make a drive, of each of ``kinds``. A family draws again
+            within a kind, so that the density of a drive is that of its scores over this share.
     """
 
     family: Family
@@ -80,16 +79,15 @@ class FamilyScores:
         """Look how many scores a drive has, and how many make a drive."""
         columns = ScoreColumns(np.ones((2, _ENOUGH)))
         family.drawn(CONTACTS[0], columns)
-        new = cls(family, columns.used + 1, np.ones(len(CONTACTS)))
-        for i, kind in enumerate(new.kinds):
-            numbers = new._numbers(kind, rng.standard_normal((_DRAWN, columns.used)))
-            new.working[i] = np.isfinite([closed_rest(each) for each in numbers]).mean()
-        return new
+        new = cls(family, columns.used + 1, np.ones(0))
+        drawn = [new._numbers(k, rng.standard_normal((_DRAWN, columns.used))) for k in new.kinds]
+        rests = [[closed_rest(each) for each in numbers] for numbers in drawn]
+        return replace(new, working=np.isfinite(rests).mean(axis=1))
 
     @property
     def kinds(self) -> list[str]:
-        """Kinds of contact that the family has."""
-        return [kind for kind, share in self.family.settings["contacts"].items() if share]
+        """Kinds of contact that the family has, in the order in which it chooses one."""
+        return [kind for kind in CONTACTS if self.family.settings["contacts"][kind]]
 
     def contact(self, scores: np.ndarray) -> np.ndarray:
         """Number of the kind of contact of drives ``(n, m)``, among ``kinds``, ``(n,)``."""
