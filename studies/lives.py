@@ -684,9 +684,9 @@ def alarms(*files: str) -> None:
     write_table("evidence", "alarms", lines)
 
 
-def write_table(page: str, name: str, lines: list[str]) -> None:
-    """Put a table in its place in a page."""
-    file, mark = Path(f"docs/{page}.md"), f"<!-- {name}: made by studies/lives.py -->\n"
+def write_table(page: str, name: str, lines: list[str], study: str = "lives") -> None:
+    """Put a table of a study in its place in a page."""
+    file, mark = Path(f"docs/{page}.md"), f"<!-- {name}: made by studies/{study}.py -->\n"
     start, rest = file.read_text(encoding="utf-8").split(mark)
     rest = rest[rest.index("\n\n") :]
     file.write_text(start + mark + "\n".join(lines) + rest, encoding="utf-8")
