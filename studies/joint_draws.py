@@ -1,6 +1,6 @@
 """Whether levels and changes drawn jointly, and scatter common to both motions, would gain.
 
-    python -m studies.joint_draws joint.csv docs/joint_draws.csv   # five minutes of a core
+    python -m studies.joint_draws joint.csv docs/joint_draws.csv   # six minutes of a core
 
 A limit ``of: model`` multiplies draws of the level as new by independent draws of the change. Other
 ways to the worn drive are scored at the end of lives of ``studies.lives`` (development seed):
