@@ -126,12 +126,15 @@ class Settling(NamedTuple):
         weights: Of the samples in that, ``(n,)``.
         misfit: Mean square of what the fit leaves of means of samples, mm^2.
         every: Samples in such a mean.
+        known: What is fitted to these means, ``(m, p)``: the constant, the modes, and how these
+            change with their rates.
     """
 
     rest: float
     weights: np.ndarray
     misfit: float
     every: int
+    known: np.ndarray
 
 
 def settling(time: np.ndarray, travel: np.ndarray) -> Settling | None:
@@ -147,13 +150,13 @@ def settling(time: np.ndarray, travel: np.ndarray) -> Settling | None:
     x = (x - x[0]) / (x[-1] - x[0])
     for order in (2, 1):
         if (found := _fitted(x, y, order)) is not None:
-            rest, weights, misfit = found
+            rest, weights, misfit, known = found
             weights = np.append(np.zeros(skipped), np.repeat(weights, every) / every)
-            return Settling(rest, weights, misfit, every)
+            return Settling(rest, weights, misfit, every, known)
     return None
 
 
-def _fitted(x: np.ndarray, y: np.ndarray, order: int) -> tuple[float, np.ndarray, float] | None:
+def _fitted(x: np.ndarray, y: np.ndarray, order: int) -> tuple | None:
     """What ``Settling`` has of one mode, or of its slower decay alone; None if it is not shown."""
     once = _integral(x, y)
     integrals = [once, _integral(x, once)][:order]
@@ -178,7 +181,50 @@ def _fitted(x: np.ndarray, y: np.ndarray, order: int) -> tuple[float, np.ndarray
         step = inverse @ left
         linear = linear + step[: order + 1]
         rates = rates + np.clip(step[order + 1 :], -_FARTHEST, _FARTHEST)
-    return float(linear[0]), inverse[0], float(left @ left) / max(x.size - len(jacobian.T), 1)
+    misfit = float(left @ left) / max(x.size - len(jacobian.T), 1)
+    return float(linear[0]), inverse[0], misfit, jacobian
+
+
+def hidden_mode(
+    y: np.ndarray,
+    known: np.ndarray,
+    weights: np.ndarray,
+    modes: np.ndarray,
+    *,
+    variance: float,
+    size: float,
+    share: float,
+) -> float:
+    """Return the error of a fit's rest from a mode that it lacks, mm: what noise may hide.
+
+    Each mode has the probability that travel gives it (evidence of a linear model), and with it
+    an amplitude and its error. The root mean square of what these do to the rest is returned.
+
+    Args:
+        y: Travel, ``(n,)``, mm.
+        known: What is fitted to it, ``(n, p)``.
+        weights: Of the travel in the rest, ``(n,)``.
+        modes: One of them may be there, ``(m, n)``; they end at 0.
+        variance: Of the noise of each y, mm^2.
+        size: Sd of the amplitude of a mode, before it is seen, mm.
+        share: Probability that there is one, before it is seen.
+
+    Example:
+        >>> flat, falls = np.ones((50, 1)), np.exp(-np.linspace(0.0, 1.0, 50))[None]
+        >>> rest = np.zeros(50), flat, np.full(50, 0.02), falls  # a mean of flat travel
+        >>> some = {"size": 1.0, "share": 0.1}
+        >>> [round(hidden_mode(*rest, variance=sd**2, **some), 3) for sd in (0.01, 0.1, 1.0)]
+        [0.0, 0.004, 0.097]
+    """
+    basis = np.linalg.qr(known)[0]
+    left, others = y - basis @ (basis.T @ y), modes - (modes @ basis) @ basis.T
+    precision = (others**2).sum(axis=1) / variance + size**-2.0
+    sizes = others @ left / variance / precision
+    evidence = 0.5 * (sizes**2 * precision - np.log(size**2 * precision))
+    evidence = np.append(evidence + np.log(share / len(modes)), np.log1p(-share))
+    each = np.exp(evidence - evidence.max())
+    moves = (modes @ weights) ** 2 * (sizes**2 + 1.0 / precision)
+    return float(np.sqrt(each[:-1] @ moves / each.sum()))
 
 
 def _integral(x: np.ndarray, y: np.ndarray) -> np.ndarray:

@@ -15,6 +15,7 @@ import numpy as np
 from breaker.reading.records.curve_fits import (
     LocalCubic,
     filled,
+    hidden_mode,
     running_mean,
     settling,
     weights_of,
@@ -30,6 +31,10 @@ _LEAST = 20  # samples of a curve that is carried on to its rest
 _MISFIT = 2.5  # noise variances, from which this fit leaves more than noise
 _LEFT = 2.0  # times what it leaves: error of its rest
 _OTHER_MODES = 5e-3  # of the way on which this fit rests: error of its rest from other modes
+# A creep that noise hides: its sd at the arrival in strokes, how long it may last, durations of the
+# motion, and its probability before it is seen; that beside two modes, of which one may be it.
+_CREEP, _LASTS = 0.03, (1.0, 2.0, 4.0)
+_HIDDEN, _BESIDE, _TWO = 0.15, 0.02, 5  # functions of a fit of two modes
 _SLIP = 0.7  # times a slip, its error: any part of it may be travel
 _VAGUE = 0.01  # strokes, the sd of a rest that is too uncertain
 
@@ -169,8 +174,13 @@ class Trace:
             return []
         return [self.rest(*part, "after") for part in pairwise(marks)]
 
-    def settles(self, begin: float, end: float) -> Uncertain | None:
-        """Return where travel that still moves between two times comes to rest, None if unseen."""
+    def settles(self, begin: float, end: float, arrival: float) -> Uncertain | None:
+        """Return where travel that still moves between two times comes to rest, None if unseen.
+
+        Args:
+            begin, end: Those times, ms.
+            arrival: When the drive arrived, ms.
+        """
         window = self._window(begin, end)
         found = settling(self.time[window], self.travel[window]) if window.size > _LEAST else None
         if found is None:
@@ -181,7 +191,49 @@ class Trace:
         moved = _OTHER_MODES * float(np.ptp(self.travel[window]))
         error = math.hypot(moved, _LEFT * left, self._rounding(float(np.std(late))))
         rest = self._of(found.rest, window, found.weights) + self.error(0.0, error)
-        return rest if self.sd(rest) <= _VAGUE * self.stroke else None
+        if self.sd(rest) > _VAGUE * self.stroke:
+            return None
+        if left:  # more than noise hides
+            return rest
+        first = window.size % found.every
+        weights = found.every * found.weights[first :: found.every]
+        samples = window[first:].reshape(-1, found.every)
+        return rest + self._hidden(samples, arrival, found.known, weights, noise)
+
+    def still(self, begin: float, end: float, arrival: float) -> Uncertain:
+        """Return the mean travel between two times, at rest but for a creep that noise may hide.
+
+        Raises:
+            NotShownError: If there is no sample.
+        """
+        mean, samples = self.rest(begin, end, "after"), self._window(begin, end)[:, None]
+        flat, noise = np.ones(samples.shape), self.alike * self.noise**2
+        return mean + self._hidden(samples, arrival, flat, flat[:, 0] / flat.size, noise)
+
+    def _hidden(
+        self,
+        samples: np.ndarray,
+        arrival: float,
+        known: np.ndarray,
+        weights: np.ndarray,
+        variance: float,
+    ) -> Uncertain:
+        """Error of a rest from a creep since the arrival of the drive that noise may hide.
+
+        Args:
+            samples: Of each mean that the rest was read from, ``(n, every)``.
+            arrival: When the drive arrived, ms.
+            known, weights, variance: As of ``hidden_mode``.
+        """
+        late = (self.time[samples].mean(axis=1) - arrival) / self.duration
+        creeps = np.exp(-late / np.array(_LASTS)[:, None])
+        means = self.travel[samples].mean(axis=1)
+        about = {
+            "variance": max(variance, 1e-12),
+            "size": _CREEP * self.stroke,
+            "share": _BESIDE if known.shape[1] == _TWO else _HIDDEN,
+        }
+        return self.error(0.0, hidden_mode(means, known, weights, creeps, **about))
 
     def at(self, time: Uncertain) -> Uncertain:
         """Return the travel at a time."""

@@ -384,7 +384,9 @@ class Rests:
     @cached_property
     def _settled(self) -> Uncertain | None:
         """Where the end of the curve settles, mm; None where that is not seen."""
-        return self.trace.settles(self._end - _TAIL * (self._end - self.arrival), self._end)
+        return self.trace.settles(
+            self._end - _TAIL * (self._end - self.arrival), self._end, self.arrival
+        )
 
     @property
     def _few(self) -> float:
@@ -402,12 +404,11 @@ class Rests:
         mean = self.trace.rest(begin, end, "after")
         parts = self.trace.parts(begin, end, _PARTS)
         if not parts:
-            return mean
+            return self.trace.still(begin, end, self.arrival)
         off = [part - mean for part in parts]
         square = sum((each.value / max(self.trace.sd(each), 1e-12)) ** 2 for each in off)
         if square <= _STILL:
-            hidden = off[-1].value ** 2 - self.trace.sd(off[-1]) ** 2
-            return mean + self.trace.error(0.0, float(np.sqrt(max(hidden, 0.0))))
+            return self.trace.still(begin, end, self.arrival)
         values = [part.value for part in parts]
         ways = np.diff(values)
         creeps = (ways > 0.0).all() or (ways < 0.0).all()

@@ -168,7 +168,7 @@ def rest_remark(
     settled, error = settles[0], 2.0 * settles[1]
     highest, off = min(max(rest, settled), settled + error), clear + _ABOUT * segment.stroke
     if motion == "opening" and (highest < -off or settled - error > off):
-        here = highest if highest < -off else settled
+        here = rest if np.isnan(settled) else settled
         return f"rests at {here:.2f} mm after the opening, which is no zero: {_REMEDY}"
     if least - clear <= segment.before <= most + clear:
         return ""
