@@ -23,20 +23,27 @@ import emcee
 import matplotlib.pyplot as plt
 import numpy as np
 
+from breaker.common.compiling import compiled, numba_or_plain
 from breaker.common.randomness import generator
 from breaker.configuration.loading import load
+from breaker.drive.exact.family_scores import FamilyScores
 from breaker.drive.family.level_network import Levels
 from breaker.drive.family.network_files import open_network
 from breaker.drive.family.record_inputs import network_record
 from breaker.drive.simulation.drive_family import Family
+from breaker.drive.simulation.integrator import closed_rest, follow
+from breaker.drive.simulation.paths import curve, sampled
+from breaker.drive.simulation.rich_drive import ELEMENTS
 from breaker.mechanism.prior import Prior
 from breaker.mechanism.sensor import Sensor
 from breaker.quantities.parameters import MOTIONS, NAMES, PARAMETERS
 from breaker.quantities.size import Size
 from breaker.reading.records.normalised_shape import shape_of
 from breaker.shipped import DEFAULTS, model_file
-from studies.family_scores import FamilyScores, curves
 
+_, prange = numba_or_plain()
+_TOLERANCE = 1e-5  # mm and mm/ms, error of a step
+_LINKAGE = len(NAMES) + ELEMENTS.index("linkage")
 _MOVES = [
     (emcee.moves.DEMove(), 0.7),
     (emcee.moves.DEMove(gamma0=1.0), 0.1),
@@ -48,6 +55,22 @@ _BEFORE = 800  # steps of a first run
 _STUCK = 25.0  # nats; some four sd of the log density of a hundred unknowns
 _LOOKED_AT = 12  # scores whose chains are judged: the kind of contact, and the parameters
 _DRAWS = 4000
+
+
+@compiled(parallel=True)
+def curves(numbers, closing, times, begins):
+    """Travel of drives of size 1 ``(n, p + e)`` at times, released at begins ``(n,)``, ``(n, t)``.
+
+    It is nan of a drive that does not work, or whose curve is not finite.
+    """
+    found = np.full((len(numbers), times.size), np.nan)
+    for i in prange(len(numbers)):
+        rest, at = closed_rest(numbers[i]), times - begins[i]
+        if np.isfinite(rest):
+            steps = follow(numbers[i], rest, closing, max(at[-1], 1e-9), np.inf, _TOLERANCE)[0]
+            if len(steps):
+                found[i] = sampled(curve(steps, numbers[i, _LINKAGE]), at)
+    return found
 
 
 def log_posterior(family: FamilyScores, sensor, motion, record, scores) -> np.ndarray:

@@ -5,9 +5,10 @@ import pytest
 from scipy.stats import ks_2samp
 
 from breaker.common.randomness import generator
+from breaker.drive.exact.family_scores import FamilyScores
 from breaker.drive.simulation.drive_family import Family
 from breaker.mechanism.prior import Prior
-from studies.family_scores import FamilyScores, curves
+from studies.family_exact import curves
 
 _DRIVES = 600
 

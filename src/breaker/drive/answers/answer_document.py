@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from breaker.common.plain_values import Plain, plainly
-from breaker.drive.answers.evidence import MAY_SLIDE, WITH_CONTACT, Answer
+from breaker.drive.answers.evidence import MAY_SLIDE, WITH_CONTACT, Answer, ExactFindings
 from breaker.drive.answers.identity import doubts_about
 from breaker.drive.answers.limit_verdicts import NORMAL, VERDICTS, Verdict
 from breaker.drive.answers.number_sources import Place, places_of
@@ -95,6 +95,7 @@ class Fit(Plain):
     contact_surprise: float | None = None
     main_contact_time: float | None = None
     trigger: float | None = None
+    exact: ExactFindings | None = None  # where the answer is of the exact posterior
 
     @property
     def switches(self) -> float:
@@ -326,6 +327,7 @@ def _fit(answer: Answer) -> Fit:
         missing=int(np.isnan(raw.left).sum()),
         masked=int((raw.doubts[raw.inside] != "").sum()),
         noise=raw.noise_at(raw.step).sd,
+        exact=answer.exact,
         **contact,
     )
 

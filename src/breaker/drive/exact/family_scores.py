@@ -1,4 +1,4 @@
-"""Drives of a family as rows of normal scores, and their curves, many at once.
+"""Drives of a family as rows of normal scores: all that is unknown of a drive, in one space.
 
 A family draws a drive by some hundred random numbers. Given as standard normal scores these are
 coordinates of its drives, whose prior is a standard normal, whatever each stands for.
@@ -8,20 +8,16 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.special import ndtr
+from scipy.special import ndtr, ndtri
 
-from breaker.common.compiling import compiled, numba_or_plain
+from breaker.drive.exact.simulated_motions import closed_travels
 from breaker.drive.simulation.drive_family import Family
-from breaker.drive.simulation.integrator import closed_rest, follow
-from breaker.drive.simulation.paths import curve, sampled
 from breaker.drive.simulation.rich_drive import CONTACTS, ELEMENTS
 from breaker.quantities.parameters import NAMES
 
-_, prange = numba_or_plain()
-_TOLERANCE = 1e-5  # mm and mm/ms, error of a step
 _ENOUGH = 10_000  # scores, more than a drive has
+_ENDS = 8.0  # of a score
 _DRAWN = 4000  # drives of each kind, of which the share that works is seen
-_LINKAGE = len(NAMES) + ELEMENTS.index("linkage")
 
 
 class ScoreColumns:
@@ -34,12 +30,14 @@ class ScoreColumns:
     """
 
     def __init__(self, scores: np.ndarray) -> None:
-        self.scores, self.shares, self.used = scores, ndtr(scores), 0
+        self.scores, self.shares, self.used, self.presence = scores, ndtr(scores), 0, None
 
     def standard_normal(self, size=()) -> np.ndarray:
         return self._next(self.scores, size)
 
     def random(self, size=()) -> np.ndarray:
+        if self.presence is None and np.prod(size) > 1:  # whether each mechanism is there
+            self.presence = self.used, int(size)
         return self._next(self.shares, size)
 
     def uniform(self, low, high) -> np.ndarray:
@@ -64,8 +62,10 @@ class FamilyScores:
     """What makes drives of scores: the first is the kind of contact, others as the family asks.
 
     Attributes:
-        family: Without sliding contacts.
+        family: The family, of the package's own simulator.
         unknowns: Number of scores.
+        presence: First score and number of those that say whether each mechanism is there; before
+            them is the one of the share of all that are. None of a family without.
         working: Share of the draws that make a drive, of each of ``kinds``. A family draws again
             within a kind, so that the density of a drive is that of its scores over this share.
     """
@@ -73,16 +73,23 @@ class FamilyScores:
     family: Family
     unknowns: int
     working: np.ndarray
+    presence: tuple[int, int] | None = None
 
     @classmethod
     def of(cls, family: Family, rng: np.random.Generator) -> "FamilyScores":
         """Look how many scores a drive has, and how many make a drive."""
         columns = ScoreColumns(np.ones((2, _ENOUGH)))
         family.drawn(CONTACTS[0], columns)
-        new = cls(family, columns.used + 1, np.ones(0))
+        presence = columns.presence and (columns.presence[0] + 1, columns.presence[1])
+        new = cls(family, columns.used + 1, np.ones(0), presence)
         drawn = [new._numbers(k, rng.standard_normal((_DRAWN, columns.used))) for k in new.kinds]
-        rests = [[closed_rest(each) for each in numbers] for numbers in drawn]
-        return replace(new, working=np.isfinite(rests).mean(axis=1))
+        works = [closed_travels(numbers, new.touch) for numbers in drawn]
+        return replace(new, working=np.isfinite(works).mean(axis=1))
+
+    @property
+    def touch(self) -> np.ndarray:
+        """Way to the touch of contacts that slide, least and most, share of the stroke."""
+        return np.array(self.family.settings["touch"], dtype=np.float64)
 
     @property
     def kinds(self) -> list[str]:
@@ -106,23 +113,28 @@ class FamilyScores:
         columns = [*theta.reshape(len(NAMES), -1), *elements.numbers]
         return np.column_stack([np.broadcast_to(each, len(scores)) for each in columns])
 
+    def redrawn(self, scores: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+        """Draw anew, for drives ``(n, m)``, what decides which mechanisms are there: given these,
+        the share of those that are there, and how far each is from it. The drives stay.
+        """
+        if self.presence is None:
+            return scores
+        begin, count = self.presence
+        block, one = slice(begin, begin + count), ndtr(scores[:, [begin - 1]])
+        there = one > ndtr(scores[:, block])
+        has = there.sum(axis=1, keepdims=True)
+        share = rng.beta(has + 1.0, count - has + 1.0)
+        at = rng.random(there.shape)
+        new = scores.copy()
+        new[:, [begin - 1]] = ndtri(share)
+        new[:, block] = ndtri(np.where(there, share * at, share + (1.0 - share) * at))
+        return np.clip(new, -_ENDS, _ENDS)
+
+    def shares_of(self, contact: np.ndarray) -> dict[str, float]:
+        """Share of each kind of contact, by numbers of ``CONTACTS``, ``(n,)``."""
+        return {kind: float((contact == CONTACTS.index(kind)).mean()) for kind in self.kinds}
+
     def log_prior(self, scores: np.ndarray) -> np.ndarray:
         """Log densities of scores ``(n, m)`` that make a drive, but for a constant, ``(n,)``."""
         working = self.working[self.contact(scores)]
         return -0.5 * np.square(scores).sum(axis=1) - np.log(working)
-
-
-@compiled(parallel=True)
-def curves(numbers, closing, times, begins):
-    """Travel of drives of size 1 ``(n, p + e)`` at times, released at begins ``(n,)``, ``(n, t)``.
-
-    It is nan of a drive that does not work, or whose curve is not finite.
-    """
-    found = np.full((len(numbers), times.size), np.nan)
-    for i in prange(len(numbers)):
-        rest, at = closed_rest(numbers[i]), times - begins[i]
-        if np.isfinite(rest):
-            steps = follow(numbers[i], rest, closing, max(at[-1], 1e-9), np.inf, _TOLERANCE)[0]
-            if len(steps):
-                found[i] = sampled(curve(steps, numbers[i, _LINKAGE]), at)
-    return found

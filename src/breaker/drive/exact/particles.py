@@ -1,0 +1,349 @@
+"""Particles that go from a prior of normal scores to a posterior: tempered, then walking.
+
+Tempering raises the power of the likelihood from 0 to 1 in steps that leave half of the particles
+(Del Moral et al. 2006, J. R. Stat. Soc. B 68, 411), and its weights give the evidence. Between the
+steps, and at the end for as long as the answer needs, particles move in rounds. A round walks on
+the likelihood that an emulator tells, by trajectories (Hamiltonian Monte Carlo) of the scores
+that move a drive smoothly, and by drawing others anew. Where a walk ends, the simulator says with
+which probability the particle goes there (Liu 2001, Monte Carlo Strategies in Scientific
+Computing, 9.4.3): the posterior is exact whatever the emulator tells, and a poor one only takes
+longer. What is simulated teaches the next emulator.
+
+Half of the particles walk at a time, by what the other half shows of the posterior.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from breaker.drive.exact.residual_emulator import ResidualEmulator
+
+_LEFT = 0.5  # effective share of the particles after a step of tempering
+_HALVINGS = 60
+_FIRST = 40_000  # draws of the prior, of which the first emulator learns
+_KEPT = 120_000  # simulated drives, of which an emulator learns at most
+_FAR = 400.0  # nats below the middle, times the power, of which none is
+_RISES = 1.8  # of the power, from one emulator to the next
+_BESIDE = 1e-5  # of a score, by which slopes are seen
+_LENGTH, _LEAPS = 1.5, (4, 24)  # of a trajectory, and its least and most steps
+_INFORMED = 0.7  # variance of scores, below which the record shows them
+_REDRAWS = 12  # moves of a round that draw scores anew
+_REDRAWN = 40.0  # scores, of which at most so many are drawn anew at once
+_CHOICES = 0.3  # share of those that are redrawn whose first score, the kind of contact, is
+_SMOOTH_TARGET, _REDRAWN_TARGET = 0.7, 0.25  # shares that are taken, to which sizes are led
+_RATE = 0.3  # how fast
+
+
+@dataclass(frozen=True, eq=False)
+class Target:
+    """What particles are led to.
+
+    Attributes:
+        unknowns: Scores m.
+        numbers: What a drive's curves depend on, of scores ``(n, m)``, ``(n, q)``.
+        residuals: Of these, in units of the noise, ``(n, r)``; nan of what is no drive.
+        log_prior: Of scores, but for a constant, ``(n,)``.
+        asked: What is asked, of numbers, ``(n, a)``.
+        redrawn: Draws scores anew that move no number, given these.
+    """
+
+    unknowns: int
+    numbers: Callable[[np.ndarray], np.ndarray]
+    residuals: Callable[[np.ndarray], np.ndarray]
+    log_prior: Callable[[np.ndarray], np.ndarray]
+    asked: Callable[[np.ndarray], np.ndarray]
+    redrawn: Callable[[np.ndarray, np.random.Generator], np.ndarray]
+
+
+@dataclass(eq=False)
+class _Widths:
+    """Sizes of moves, which follow how many are taken."""
+
+    step: float = 0.15
+    redrawn: float = 0.5
+    adapting: bool = True
+
+    def follow(self, name: str, taken: float, target: float, most: float) -> None:
+        if self.adapting:
+            size = getattr(self, name) * np.exp(_RATE * (taken - target))
+            setattr(self, name, float(np.clip(size, 0.005, most)))
+
+
+@dataclass(eq=False)
+class Particles:
+    """Particles at a power of the likelihood.
+
+    Attributes:
+        target: What they are led to.
+        size: How many they are, after the first tempering.
+        rng: Of all moves.
+        scores: ``(n, m)``.
+        numbers: Their drives.
+        log_like: Log likelihoods, ``(n,)``.
+        ancestor: Which particle of the prior each descends from, ``(n,)``.
+        power: Of the likelihood.
+        log_evidence: So far, nats, but for a constant of the record.
+        simulated: How many drives.
+    """
+
+    target: Target
+    size: int
+    rng: np.random.Generator
+    scores: np.ndarray
+    numbers: np.ndarray
+    log_like: np.ndarray
+    ancestor: np.ndarray
+    power: float = 0.0
+    log_evidence: float = 0.0
+    simulated: int = 0
+    emulator: ResidualEmulator | None = None
+    learned_at: float = 0.0
+    widths: _Widths = field(default_factory=_Widths)
+    seen: list = field(default_factory=list)
+    smooth: "Smooth | None" = None
+
+    @classmethod
+    def of_prior(cls, target: Target, n: int, rng: np.random.Generator) -> "Particles":
+        """Draw from the prior many more than ``n``, of which the first tempering leaves n.
+
+        Raises:
+            RuntimeError: If hardly a draw of the prior moves.
+        """
+        new = cls(target, n, rng, *[np.empty(0)] * 4)
+        scores = rng.standard_normal((_FIRST, target.unknowns))
+        numbers, log_like = new.simulate(scores)
+        works = np.flatnonzero(np.isfinite(log_like))
+        if works.size < n:
+            raise RuntimeError(f"of {_FIRST} draws of the family only {works.size} move")
+        # A family draws again within a kind of contact, so its kinds have their shares in those
+        # that move.
+        log_prior = target.log_prior(scores[works]) + 0.5 * np.square(scores[works]).sum(axis=1)
+        weights = np.exp(log_prior - log_prior.max())
+        chosen = works[rng.random(works.size) < weights]
+        new.scores, new.numbers, new.log_like = scores[chosen], numbers[chosen], log_like[chosen]
+        new.ancestor = np.arange(chosen.size)
+        new.smooth = Smooth.of(target, scores[works[:40]])
+        return new
+
+    def simulate(self, scores: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Numbers of drives, and their log likelihoods, which emulators learn from."""
+        numbers = self.target.numbers(scores)
+        residuals = self.target.residuals(numbers)
+        self.simulated += len(scores)
+        log_like = -0.5 * np.square(residuals).sum(axis=1)
+        works = np.isfinite(log_like)
+        self.seen.append((numbers[works], residuals[works].astype(np.float32), log_like[works]))
+        return numbers, np.where(works, log_like, -np.inf)
+
+    def learn(self, steps: int) -> None:
+        """Learn an emulator from the drives that are near enough at this power."""
+        numbers, residuals, log_like = (
+            np.concatenate(each) for each in zip(*self.seen, strict=True)
+        )
+        near = self.power * (np.median(self.log_like) - log_like) < _FAR
+        chosen = np.flatnonzero(near)[-_KEPT:]
+        self.seen = [(numbers[near][-_KEPT:], residuals[near][-_KEPT:], log_like[near][-_KEPT:])]
+        given = numbers[chosen], residuals[chosen], self.power, steps, self.rng
+        self.emulator, self.learned_at = ResidualEmulator.fit(*given, self.emulator), self.power
+
+    def learn_if_due(self, steps: int) -> None:
+        """Learn an emulator where the power has risen enough since the last."""
+        if self.emulator is None or self.power > _RISES * self.learned_at:
+            self.learn(steps)
+
+    def temper(self) -> None:
+        """Raise the power as far as it leaves half of the particles, and draw by their weights."""
+        most = self.log_like.max()
+
+        def left(by):
+            weights = np.exp(by * (self.log_like - most))
+            return weights.sum() ** 2 / np.square(weights).sum()
+
+        low = high = 1.0 - self.power
+        if left(high) < _LEFT * self.size:
+            low = 0.0
+            for _ in range(_HALVINGS):
+                middle = 0.5 * (low + high)
+                enough = left(middle) >= _LEFT * self.size
+                low, high = (middle, high) if enough else (low, middle)
+        weights = np.exp(low * (self.log_like - most))
+        self.log_evidence += float(np.log(weights.mean()) + low * most)
+        self.power = 1.0 if low == 1.0 - self.power else self.power + low
+        at = (np.arange(self.size) + self.rng.random()) / self.size
+        shares = np.cumsum(weights) / weights.sum()
+        chosen = np.minimum(np.searchsorted(shares, at), shares.size - 1)
+        for name in ("scores", "numbers", "log_like", "ancestor"):
+            setattr(self, name, getattr(self, name)[chosen])
+
+    @property
+    def asked(self) -> np.ndarray:
+        """What is asked of each, ``(n, a)``."""
+        return self.target.asked(self.numbers)
+
+    def round(self) -> tuple[float, float]:
+        """Walk both halves once.
+
+        Returns:
+            The share that goes where its walk ended, and the mean square of the way in what is
+            asked, over its variance.
+        """
+        self.scores = self.target.redrawn(self.scores, self.rng)
+        mixed = self.rng.permutation(len(self.scores))
+        half = len(mixed) // 2
+        taken, way, asked = [], np.zeros(len(mixed)), self.asked
+        for own, other in ((mixed[:half], mixed[half:]), (mixed[half:], mixed[:half])):
+            walked, gained = self._walked(own, other)
+            numbers, log_like = self.simulate(walked)
+            ratio = self.power * (log_like - self.log_like[own]) - gained
+            ok = np.log(self.rng.random(own.size)) < ratio
+            to = own[ok]
+            self.scores[to], self.numbers[to], self.log_like[to] = (
+                walked[ok],
+                numbers[ok],
+                log_like[ok],
+            )
+            taken.append(ok.mean())
+        way = np.square(self.asked - asked).mean(axis=0) / asked.var(axis=0)
+        return float(np.mean(taken)), float(way.min())
+
+    def _walked(self, own: np.ndarray, other: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Where particles walk on the emulator, ``(h, m)``, and what it says that they gain there,
+        at the power, nats.
+        """
+        scores = self.scores[own].copy()
+        first = log = self._log_like(scores)
+        for kind in self.rng.permutation(1 + _REDRAWS):
+            if kind == 0:
+                scores, log, share = self._trajectory(scores, self._axes(other))
+                self.widths.follow("step", share, _SMOOTH_TARGET, 0.6)
+            else:
+                scores, log, share = self._redrawn(scores, log)
+                self.widths.follow("redrawn", share, _REDRAWN_TARGET, 1.0)
+        return scores, self.power * (log - first)
+
+    def _log_like(self, scores: np.ndarray) -> np.ndarray:
+        """Log likelihoods by the emulator."""
+        return self.emulator.log_likelihood(self.target.numbers(scores))
+
+    def _redrawn(self, scores, log):
+        """Some scores drawn anew, in whole or in part."""
+        n, m = scores.shape
+        count = np.exp(self.rng.uniform(0.0, np.log(_REDRAWN), n))
+        size = (
+            self.widths.redrawn * np.sqrt(20.0 / count) * np.exp(0.5 * self.rng.standard_normal(n))
+        )
+        part = (self.rng.random((n, m)) < (count / m)[:, None]) * np.clip(size, 0.0, 1.0)[:, None]
+        chosen = self.rng.random(n) < _CHOICES
+        part[chosen] *= self.rng.random((chosen.sum(), 1)) < 0.5
+        part[chosen, 0] = 1.0
+        noise = self.rng.standard_normal((n, m))
+        there = np.sqrt(1.0 - part**2) * scores + part * noise
+        new = self._log_like(there)
+        more = self.target.log_prior(there) + 0.5 * np.square(there).sum(axis=1)
+        less = self.target.log_prior(scores) + 0.5 * np.square(scores).sum(axis=1)
+        ok = np.log(self.rng.random(n)) < self.power * (new - log) + more - less
+        return np.where(ok[:, None], there, scores), np.where(ok, new, log), ok.mean()
+
+    def _axes(self, other: np.ndarray) -> np.ndarray:
+        """Axes of the smooth scores along which the others vary by about 1, ``(s, s)``."""
+        variances, axes = np.linalg.eigh(np.cov(self.scores[other][:, self.smooth.scores].T))
+        shown = variances < _INFORMED
+        return axes * np.sqrt(np.where(shown, np.maximum(variances, 1e-4), 1.0))
+
+    def _trajectory(self, scores, axes):
+        """Where trajectories of the smooth scores end."""
+        own, n = self.smooth.scores, len(scores)
+        step = self.widths.step * np.exp(0.2 * self.rng.standard_normal())
+        leaps = int(np.clip(_LENGTH / step, *_LEAPS))
+        speed = self.rng.standard_normal((n, own.size))
+        there = scores.copy()
+        first, slope = self._slope(there)
+        begin = self.power * first + self._rest(there, speed)
+        log = first
+        for _ in range(leaps):
+            speed = speed + 0.5 * step * slope @ axes
+            there[:, own] += step * speed @ axes.T
+            log, slope = self._slope(there)
+            speed = speed + 0.5 * step * slope @ axes
+        with np.errstate(invalid="ignore", over="ignore"):
+            gain = self.power * log + self._rest(there, speed) - begin
+            share = np.exp(np.minimum(np.where(np.isfinite(gain), gain, -np.inf), 0.0))
+        ok = self.rng.random(n) < share
+        return np.where(ok[:, None], there, scores), np.where(ok, log, first), share.mean()
+
+    def _rest(self, scores, speed):
+        return -0.5 * (np.square(scores).sum(axis=1) + np.square(speed).sum(axis=1))
+
+    def _slope(self, scores):
+        """Log likelihoods by the emulator, and the slopes of the log densities at the power, by the
+        smooth scores.
+        """
+        inputs = self.emulator.inputs(self.target.numbers(scores))
+        log, by_inputs = self.emulator.slopes(inputs)
+        beside = np.repeat(scores[None], len(self.smooth.groups), axis=0)
+        for each, group in zip(beside, self.smooth.groups, strict=True):
+            each[:, group] += _BESIDE
+        numbers = self.target.numbers(beside.reshape(-1, scores.shape[1]))
+        moved = self.emulator.inputs(numbers).reshape(len(beside), *inputs.shape)
+        with np.errstate(invalid="ignore"):  # far beyond the drives that there are
+            change = by_inputs * (moved - inputs) / _BESIDE
+        moves = self.smooth.moves[:, self.emulator.used]
+        slope = sum(each @ by for each, by in zip(change, moves, strict=True))
+        own = self.smooth.scores
+        return log, self.power * slope - scores[:, own]
+
+
+@dataclass(frozen=True, eq=False)
+class Smooth:
+    """Scores that move a drive smoothly, in groups of which no two move the same number.
+
+    Attributes:
+        scores: ``(s,)``.
+        groups: Of scores.
+        moves: For each group, 1 where a score of it moves a number, ``(g, q, s)``.
+    """
+
+    scores: np.ndarray
+    groups: list[list[int]]
+    moves: np.ndarray
+
+    @classmethod
+    def of(cls, target: Target, examples: np.ndarray) -> "Smooth":
+        """Look what a little of each score moves in examples ``(n, m)``.
+
+        Scores that decide whether something is there move nothing by a little.
+        """
+        base = target.numbers(examples)
+        moves = np.zeros((target.unknowns, base.shape[1]), dtype=bool)
+        for j in range(target.unknowns):
+            beside = examples.copy()
+            beside[:, j] += _BESIDE
+            moves[j] = (target.numbers(beside) != base).any(axis=0)
+        groups: list[list[int]] = []
+        for j in np.flatnonzero(moves.any(axis=1)):
+            free = (g for g in groups if not (moves[g].any(axis=0) & moves[j]).any())
+            if (group := next(free, None)) is not None:
+                group.append(int(j))
+            else:
+                groups.append([int(j)])
+        own = np.flatnonzero(moves.any(axis=1))
+        by = np.zeros((len(groups), base.shape[1], own.size))
+        for k, group in enumerate(groups):
+            for j in group:
+                by[k, moves[j], np.searchsorted(own, j)] = 1.0
+        return cls(own, groups, by)
+
+
+def effective_size(walked: np.ndarray, ancestor: np.ndarray) -> float:
+    """How many independent draws tell the means of walked particles as well.
+
+    Args:
+        walked: What is asked of each particle at each time, ``(t, n, a)``.
+        ancestor: Of each particle, ``(n,)``.
+    """
+    off = walked.mean(axis=0) - walked.mean(axis=(0, 1))
+    families = np.zeros((int(ancestor.max()) + 1, off.shape[1]))
+    np.add.at(families, ancestor, off)
+    variance = np.square(families).sum(axis=0) / len(ancestor) ** 2
+    return float((walked.var(axis=(0, 1)) / variance).min())

@@ -1,0 +1,197 @@
+"""What a small network has learned of simulated residuals: a stand-in for the simulator nearby.
+
+The residuals of a drive are those of its records in units of their noise, so that the log
+likelihood is half of their square. A network of two hidden layers adds to a linear fit; what it
+says is a proposal, which the simulator judges.
+"""
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+_CLIPPED = 5.0  # sd of inputs
+_FLOOR = 0.01  # of an input's sd, added before its logarithm
+_FINEST = 0.003  # variance of a component of residuals, below which it stays as it is
+_RIDGE = 1e-6
+_HIDDEN = (256, 256)
+_BATCH, _RATE, _WARMING = 256, 4e-3, 0.1
+_MOMENTS = (0.9, 0.99)  # of Adam
+_NEAR = 20.0  # nats below the middle, at which a drive counts half
+
+
+@dataclass(eq=False)
+class ResidualEmulator:
+    """Log likelihoods of drives, and their slopes.
+
+    Attributes:
+        used: Which numbers of a drive are inputs, ``(q,)``.
+        positive: Of which the logarithm is.
+        floor, centre, scale: Of the inputs.
+        linear: Coefficients, ``(i, k)``.
+        layers: Weights and offsets of the layers, float32.
+        rest: Square of the residuals beyond the components.
+    """
+
+    used: np.ndarray
+    positive: np.ndarray
+    floor: np.ndarray
+    centre: np.ndarray
+    scale: np.ndarray
+    linear: np.ndarray
+    layers: list[np.ndarray]
+    rest: float
+
+    @classmethod
+    def fit(
+        cls,
+        numbers: np.ndarray,
+        residuals: np.ndarray,
+        power: float,
+        steps: int,
+        rng: np.random.Generator,
+        before: "ResidualEmulator | None" = None,
+    ) -> "ResidualEmulator":
+        """Learn from simulated drives.
+
+        Args:
+            numbers: Of drives, ``(n, q)``.
+            residuals: Of their curves, in units of the noise, ``(n, r)``, finite.
+            power: Of the likelihood: the smaller, the farther off drives count.
+            steps: Of the training.
+            before: An emulator of the same records, from whose hidden layers this one starts.
+        """
+        below = 0.5 * np.einsum("nr,nr->n", residuals, residuals, dtype=np.float64)
+        weights = 1.0 / (1.0 + power * np.maximum(below - np.median(below), 0.0) / _NEAR)
+        weights /= weights.sum()
+        new = cls._of_inputs(numbers, before)
+        inputs = new.inputs(numbers).astype(np.float32)
+        hidden = new._hidden_of(before, rng)
+        middle = weights @ residuals
+        off = residuals - middle
+        variances, axes = np.linalg.eigh((off * weights[:, None]).T @ off)
+        axes = axes[:, variances > _FINEST / power].astype(np.float32)
+        wanted = residuals @ axes
+        there = middle @ axes
+        new.rest = float(middle @ middle - there @ there)
+        told = np.column_stack([inputs, _forward(hidden, inputs)[0], np.ones(len(inputs))])
+        square = (told * weights[:, None]).T @ told
+        square += _RIDGE * np.eye(len(square))
+        solved = np.linalg.solve(square, (told * weights[:, None]).T @ wanted).astype(np.float32)
+        new.linear, out, offset = np.split(solved, [inputs.shape[1], len(solved) - 1])
+        left = wanted - inputs @ new.linear
+        size = np.float32(np.sqrt(weights @ np.square(left).mean(axis=1)) + 1e-12)
+        layers = [*hidden, out / size, offset[0] / size]
+        shares = (weights * len(weights)).astype(np.float32)
+        new.layers = _trained(layers, inputs, left / size, shares, steps, rng)
+        new.layers[-2] *= size
+        new.layers[-1] *= size
+        return new
+
+    @classmethod
+    def _of_inputs(cls, numbers, before) -> "ResidualEmulator":
+        """One with the inputs of drives ``(n, q)``, of which it has learned nothing."""
+        if before is None:
+            sd = numbers.std(axis=0)
+            used = sd > 1e-9 * np.abs(numbers).mean(axis=0) + 1e-12
+            positive, floor = (numbers >= 0.0).all(axis=0)[used], _FLOOR * sd[used]
+        else:
+            used, positive, floor = before.used, before.positive, before.floor
+        new = cls(used, positive, floor, *[np.empty(0)] * 3, [], 0.0)
+        raw = new._raw(numbers)
+        new.centre, new.scale = raw.mean(axis=0), raw.std(axis=0) + 1e-9
+        return new
+
+    def _hidden_of(self, before, rng) -> list[np.ndarray]:
+        """Hidden layers: drawn, or those of an emulator before, for the inputs of this one."""
+        if before is not None:
+            first, offset, *others = (each.copy() for each in before.layers[:-2])
+            offset += ((self.centre - before.centre) / before.scale) @ first
+            first *= (self.scale / before.scale)[:, None]
+            return [each.astype(np.float32) for each in (first, offset, *others)]
+        layers = []
+        for one, two in pairwise([self.centre.size, *_HIDDEN]):
+            weights = rng.standard_normal((one, two)) / np.sqrt(one)
+            layers += [weights.astype(np.float32), np.zeros(two, dtype=np.float32)]
+        return layers
+
+    def _raw(self, numbers: np.ndarray) -> np.ndarray:
+        used = numbers[:, self.used]
+        with np.errstate(divide="ignore"):
+            logs = np.log(np.maximum(used, 0.0) + self.floor)
+        return np.where(self.positive, logs, used)
+
+    def inputs(self, numbers: np.ndarray) -> np.ndarray:
+        """Inputs of drives ``(n, q)``, ``(n, i)``."""
+        return (self._raw(numbers) - self.centre) / self.scale
+
+    def log_likelihood(self, numbers: np.ndarray) -> np.ndarray:
+        """Log likelihoods of drives ``(n, q)``, ``(n,)``."""
+        return self._told(np.clip(self.inputs(numbers), -_CLIPPED, _CLIPPED).astype(np.float32))[0]
+
+    def slopes(self, inputs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Log likelihoods ``(n,)``, and their slopes by the inputs, ``(n, i)``."""
+        within = np.clip(inputs, -_CLIPPED, _CLIPPED).astype(np.float32)
+        log, told, kept = self._told(within)
+        slope = _backward(self.layers, kept, -told)[0] - told @ self.linear.T
+        return log, np.where(np.abs(inputs) < _CLIPPED, slope, 0.0)
+
+    def _told(self, inputs: np.ndarray):
+        by_network, kept = _forward(self.layers, inputs)
+        told = inputs @ self.linear + by_network
+        square = np.einsum("nk,nk->n", told, told, dtype=np.float64)
+        return -0.5 * (square + self.rest), told, kept
+
+
+def _trained(layers, inputs, wanted, shares, steps, rng) -> list[np.ndarray]:
+    """Layers trained further by Adam, with a rate that rises, and falls as a cosine."""
+    first, second = ([np.zeros_like(each) for each in layers] for _ in range(2))
+    for step in range(1, steps + 1):
+        way = step / steps
+        cosine = 0.5 * (1.0 + np.cos(np.pi * max(0.0, (way - _WARMING) / (1.0 - _WARMING))))
+        rate = _RATE * min(1.0, way / _WARMING) * cosine
+        chosen = rng.integers(0, len(inputs), _BATCH)
+        told, kept = _forward(layers, inputs[chosen])
+        slope = (told - wanted[chosen]) * (shares[chosen, None] * np.float32(2.0 / _BATCH))
+        _, slopes = _backward(layers, kept, slope, weights=True)
+        for each, by, one, two in zip(layers, slopes, first, second, strict=True):
+            one += (1.0 - _MOMENTS[0]) * (by - one)
+            two += (1.0 - _MOMENTS[1]) * (by * by - two)
+            size = np.sqrt(two / (1.0 - _MOMENTS[1] ** step)) + 1e-8
+            each -= np.float32(rate / (1.0 - _MOMENTS[0] ** step)) * one / size
+    return layers
+
+
+def _forward(layers, inputs):
+    """What layers tell of inputs ``(n, i)``, and what the way back needs.
+
+    The last of an odd number of hidden layers and the output is linear; of hidden ones alone, none.
+    """
+    kept, there = [], inputs
+    for weights, offset in zip(layers[:-2:2], layers[1:-2:2], strict=True):
+        there = _bent(there, weights, offset, kept)
+    if len(layers) == 2 * len(_HIDDEN):
+        return _bent(there, *layers[-2:], kept), kept
+    kept.append((there, None))
+    return there @ layers[-2] + layers[-1], kept
+
+
+def _bent(there, weights, offset, kept):
+    """A hidden layer, whose function is x / (1 + exp(-x))."""
+    before = there @ weights + offset
+    share = 1.0 / (1.0 + np.exp(-before))
+    kept.append((there, share * (1.0 + before * (1.0 - share))))
+    return before * share
+
+
+def _backward(layers, kept, slope, weights=False):
+    """Slopes by the inputs, ``(n, i)``, and with ``weights`` by those of the layers."""
+    found = []
+    for k in range(len(layers) - 2, -1, -2):
+        there, bend = kept[k // 2]
+        if bend is not None:
+            slope = slope * bend
+        if weights:
+            found = [there.T @ slope, slope.sum(axis=0), *found]
+        slope = slope @ layers[k].T if k or not weights else slope
+    return slope, found

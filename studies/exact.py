@@ -1,0 +1,126 @@
+"""Is the exact posterior in the family calibrated, and how far are the networks from it?
+
+    python -m studies.exact --rows exact.csv --drives 40       # some two minutes of a core each
+    python -m studies.exact --rows exact.csv --table docs/exact.csv --drives 0
+
+Drives of the family that no training has seen, each with a record of one motion, closing and
+opening in turn, as a file that is read as a user's is; the size is not given. `infer --exact`
+answers. Where the posterior is exact, 90 % of its 90 % intervals hold, ranks of the truth are flat,
+and no other answer has a higher log density at the truth on average. Of both answers the density is
+that of a normal distribution in the logarithms of the parameters.
+"""
+
+import argparse
+import time
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+from scipy.stats import kstest, multivariate_normal
+
+from breaker.common.randomness import generator
+from breaker.configuration.loading import load
+from breaker.drive.answers.assessment import Assessment
+from breaker.drive.exact.exact_posterior import ENOUGH, exactly
+from breaker.drive.simulation.drive_family import Family
+from breaker.mechanism.prior import Prior
+from breaker.quantities.parameters import MOTIONS, NAMES
+from breaker.shipped import DEFAULTS
+from studies.next_test import Bench
+from studies.shared import append
+
+DRAWS = 2000  # of an answer
+ENDS = (0.05, 0.95)
+
+
+def scored(number: int, config: dict, family: Family) -> dict:
+    """A row of one drive."""
+    rng = generator(config["seed"], "exact posterior, held out", number)
+    motion, drive = MOTIONS[number % len(MOTIONS)], family.new(rng)
+    record = Bench(drive, motion, config, rng).record
+    assessment = Assessment(config)
+    (network,) = assessment.infer([record])
+    row = {"drive": number, "motion": motion, "contact": drive.elements.contact}
+    if network.levels is None or network.misfit:
+        return row | {"told": False}
+    begin = time.monotonic()
+    (exact,) = exactly([network], assessment.given, assessment.settings)
+    row |= {"seconds": time.monotonic() - begin, "told": exact.draws is not None}
+    found = exact.exact
+    row |= {n: getattr(found, n) for n in ("effective_size", "drives", "gap", "p_value")}
+    row["right_contact"] = found.contacts[drive.elements.contact]
+    true = np.log(drive.theta)
+    for by, answer in (("exact", exact), ("network", network)):
+        if answer.draws is None:
+            continue
+        draws = np.log(answer.draws.theta)
+        normal = multivariate_normal(draws.mean(axis=0), np.cov(draws.T))
+        row[f"{by} log density"] = normal.logpdf(true)
+        for name, each, value in zip(NAMES, draws.T, true, strict=True):
+            row[f"{by} rank {name}"] = float((each < value).mean())
+            row[f"{by} sd {name}"] = each.std()
+    return row
+
+
+def table(rows: pd.DataFrame) -> pd.DataFrame:
+    """Sum rows up, a column for each motion and one for both."""
+    groups = {motion: rows[rows.motion == motion] for motion in MOTIONS} | {"both": rows}
+    return pd.DataFrame({name: pd.Series(summed(some)) for name, some in groups.items()})
+
+
+def summed(some: pd.DataFrame) -> dict[str, float]:
+    """Scores of some records."""
+    told = some[some.told]
+    found = {
+        "records": len(some),
+        "resolved": len(told) / len(some),
+        f"effective size at least {ENOUGH:.0f}": (some.effective_size >= ENOUGH).mean(),
+        "effective size, median": some.effective_size.median(),
+        "seconds of a core, median": some.seconds.median(),
+        "simulated drives, median": some.drives.median(),
+        "network off, nats, median": some.gap.median(),
+        "probability of the true contact, mean": told.right_contact.mean(),
+    }
+    for by in ("exact", "network"):
+        ranks = told[[f"{by} rank {name}" for name in NAMES]].to_numpy()
+        within = (ranks > ENDS[0]) & (ranks < ENDS[1])
+        found[f"{by}: 90 % intervals hold"] = np.nanmean(within)
+        found[f"{by}: smallest p of flat ranks"] = min(
+            kstest(each[np.isfinite(each)], "uniform").pvalue for each in ranks.T
+        )
+    both = told.dropna(subset=["exact log density", "network log density"])
+    gain = both["exact log density"] - both["network log density"]
+    found["gain in log density at the truth, nats"] = gain.mean()
+    found["standard error of the gain"] = gain.std() / np.sqrt(len(gain))
+    return found
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("--rows", type=Path, required=True, help="a table to which rows are added")
+    parser.add_argument("--first", type=int, default=0)
+    parser.add_argument("--drives", type=int, default=40)
+    parser.add_argument("--table", type=Path)
+    options = parser.parse_args()
+    config = load([DEFAULTS])
+    config["endurance"]["draws"] = DRAWS
+    family = Family(Prior.from_settings(config["prior"]), config["family"])
+    for number in range(options.first, options.first + options.drives):
+        row = scored(number, config, family)
+        append(pd.DataFrame([row]).reindex(columns=COLUMNS), options.rows)
+        size = row.get("effective_size", np.nan)
+        print(f"{number} {row['motion']}: effective size {size:.0f}", flush=True)
+    if options.table:
+        found = table(pd.read_csv(options.rows))
+        found.map(lambda each: f"{each:.3g}").to_csv(options.table, index_label="score")
+
+
+COLUMNS = [
+    *("drive", "motion", "contact", "seconds", "told", "effective_size", "drives", "gap"),
+    *("p_value", "right_contact", "exact log density", "network log density"),
+    *(f"{by} {what} {n}" for by in ("exact", "network") for what in ("rank", "sd") for n in NAMES),
+]
+
+
+if __name__ == "__main__":
+    main()
