@@ -105,8 +105,9 @@ def told_of(estimate, last=None, work=None, horizon=500.0):
         ([500.0, 520.0, 480.0], [500.0, 500.0, 500.0]),  # within what is left
         ([500.0, 300.0, 320.0], [500.0, 300.0, 300.0]),
         ([300.0, 700.0], [300.0, 700.0]),
-        ([300.0, 910.0, 620.0], [300.0, np.inf, 620.0]),  # no plan any more
-        ([np.inf, 400.0, np.inf], [np.inf, 400.0, np.inf]),
+        ([300.0, 910.0, 620.0], [300.0, 300.0, 620.0]),
+        ([np.inf, 400.0, np.inf, 380.0], [np.inf, 400.0, 400.0, 400.0]),  # one estimate
+        ([np.inf, 400.0, np.inf, np.inf], [np.inf, 400.0, 400.0, np.inf]),  # no plan any more
         ([400.0, np.nan], [400.0, 400.0]),
         ([300.0, 301.0, 302.0], [300.0, 300.0, 300.0]),  # too little is gained
         ([210.0, 215.0, 250.0], [210.0, 215.0, 250.0]),  # all counts of what is about to come
@@ -115,6 +116,24 @@ def told_of(estimate, last=None, work=None, horizon=500.0):
 )
 def test_a_date_moves_by_evidence_alone(estimate, told):
     assert told_of(estimate) == told
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_a_plan_does_not_flicker_where_soon_and_never_cost_alike(seed):
+    """A third of the estimates are beyond the horizon, and four in a row now and then: the plan
+    stays. It is revoked once they last for a tenth of the operations since new.
+    """
+    asked = np.arange(500.0, 1500.0, 4.0)
+    never = np.random.default_rng(seed).random(asked.size) < 0.33
+    never[200:] = True
+    estimate = np.where(never, np.inf, asked + 380.0)[:, None]
+    about = np.full(asked.size, 500.0), np.zeros(asked.size), asked
+    told = planned(estimate, asked[:, None] + 220.0, asked, *about)[:, 0]
+    first = np.argmin(never)
+    on = np.isfinite(told)
+    assert on[first:200].all()
+    assert np.flatnonzero(np.diff(on[first:].astype(int))).size == 1
+    assert 1300.0 + 130.0 <= asked[np.flatnonzero(on)[-1] + 1] <= 1300.0 + 165.0
 
 
 def test_a_date_is_never_behind_the_last_that_may_be_told():

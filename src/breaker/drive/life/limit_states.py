@@ -28,7 +28,8 @@ STATES = ("unknown", "healthy", "plan", "now")
 """States of a limit and of a drive, the most urgent last."""
 
 _RAISE, _CLEAR = 0.95, 0.5  # probability from which a limit is exceeded, and crossed
-_STAYS = 1.5  # planning horizons, within which a plan stays one
+_STAYS = 1.5  # planning horizons, within which a plan stays one,
+_STEADY = 0.1  # share of the operations since new for which estimates must be beyond, to revoke it
 _MOVES = 0.5  # share of what is left, by which an estimate leaves what is told,
 _LATER = 0.01  # and of the operations since new, which a later date has to bring
 _UNKNOWN, _HEALTHY, _PLAN, _NOW = range(len(STATES))
@@ -214,8 +215,9 @@ def planned(
 ) -> np.ndarray:
     """Return by when to service, ``(a, l)``; inf while that is not within the planning horizon.
 
-    A date is told once an estimate is within the horizon, and moved by evidence alone. What is due
-    stays so until the next spell.
+    A date is told once an estimate is within the horizon, and moved by evidence alone. Costs are
+    flat, so a small change of the path moves their least from soon to never: a plan is revoked by
+    estimates beyond the horizon that last. What is due stays so until the next spell.
 
     >>> estimate, asked = np.array([900.0, 640, 660, 450, 460])[:, None], [100, 200, 300, 350, 355]
     >>> about = np.full(5, 500.0), np.zeros(5), np.zeros(5)
@@ -233,21 +235,25 @@ def planned(
     found = np.full(estimate.shape, np.inf)
     rows = list(zip(operations.tolist(), horizon, spell, age, strict=True))
     for j, columns in enumerate(zip(estimate.T.tolist(), last.T.tolist(), strict=True)):
-        told, before = np.inf, None
+        told, before, begun = np.inf, None, None
         for i, (new, most, (operation, ahead, work, old)) in enumerate(
             zip(*columns, rows, strict=True)
         ):
             told, before = told if work == before else np.inf, work
             earlier = rows[max(i - 1, 0)][0]
             left, moves, capped = new - operation, new - operation <= ahead, min(new, most)
+            beyond = left > _STAYS * ahead
+            begun = (operation if begun is None else begun) if beyond else None
+            gone = beyond and operation - begun >= _STEADY * old
             if np.isfinite(told):
                 far = abs(capped - told) > _MOVES * max(capped - operation, told - operation, 2.0)
                 # Where it is about to come, all that is gained counts.
-                far |= told - operation <= 1.5 * (operation - earlier)
+                far = (far and not beyond) or told - operation <= 1.5 * (operation - earlier)
                 far &= capped < told or capped - told > _LATER * old
-                moves = (far or left > _STAYS * ahead or told > most) and told > operation
+                moves = (far or gone or told > most) and told > operation
             if moves or (new == new and most <= operation < told):  # perhaps exceeded already
-                told = capped if left <= _STAYS * ahead or capped <= operation else np.inf
+                stays = not gone and capped - operation <= _STAYS * ahead
+                told = capped if stays or capped <= operation else np.inf
             found[i, j] = told
     return np.floor(found)
 
