@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from breaker.common.randomness import generator
+from breaker.common.randomness import generator, systematic
 from breaker.drive.answers.draw_weights import SURPRISING
 from breaker.drive.answers.evidence import Answer, AnswerSettings, ExactFindings, Given
 from breaker.drive.answers.inference import with_draws
@@ -71,18 +71,14 @@ class _Operation:
     def target(self) -> Target:
         """What particles are led to."""
         unknowns = self.scores.unknowns + 2 + len(self.answers)
-        about = self.numbers, self.residuals, self.log_prior, self.log_parameters
+        kinds = self.scores.contact, self.scores.shares, [0]
+        about = self.numbers, self.residuals, *kinds, self.log_parameters
         return Target(unknowns, *about, self.scores.redrawn)
 
     def numbers(self, scores: np.ndarray) -> np.ndarray:
         """Numbers of drives of scores ``(n, m)``, ``(n, p + e + 2 + r)``."""
         own, laid = np.split(scores, [self.scores.unknowns], axis=1)
         return np.column_stack([self.scores.numbers(own), laid])
-
-    def log_prior(self, scores: np.ndarray) -> np.ndarray:
-        """Log densities of scores ``(n, m)`` that make a drive, but for a constant, ``(n,)``."""
-        own, laid = np.split(scores, [self.scores.unknowns], axis=1)
-        return self.scores.log_prior(own) - 0.5 * np.square(laid).sum(axis=1)
 
     def log_parameters(self, numbers: np.ndarray) -> np.ndarray:
         """Logarithms of the parameters but for those of a size that is laid on, ``(n, p)``."""
@@ -218,14 +214,16 @@ def walk(particles: Particles, progress: Callable[[str], None]) -> tuple[np.ndar
         Numbers of drives on it ``(d, q)``, and the effective size.
     """
     asked, numbers, effective = [], [], 0.0
+    weights, rng = particles.weights, particles.rng
     for count in range(_ROUNDS):
         if count in _LEARNED:
             particles.learn(_LATE)
         taken, _ = particles.round()
         asked.append(particles.asked)
-        numbers.append(particles.numbers.copy())
+        numbers.append(particles.numbers[systematic(weights, len(weights), rng.random(), rng)])
         if count + 1 >= _FEWEST and not (count + 1) % 5:
-            effective = effective_size(np.array(asked[len(asked) // 2 :]), particles.ancestor)
+            late = np.array(asked[len(asked) // 2 :])
+            effective = effective_size(late, particles.ancestor, weights)
             progress(f"effective size {effective:.0f} of {ENOUGH:.0f}, {taken:.0%} taken")
             if effective >= ENOUGH:
                 break

@@ -96,16 +96,21 @@ class FamilyScores:
         """Kinds of contact that the family has, in the order in which it chooses one."""
         return [kind for kind in CONTACTS if self.family.settings["contacts"][kind]]
 
+    @property
+    def shares(self) -> np.ndarray:
+        """Share of each of ``kinds``, ``(k,)``."""
+        shares = np.array([self.family.settings["contacts"][kind] for kind in self.kinds])
+        return shares / shares.sum()
+
     def contact(self, scores: np.ndarray) -> np.ndarray:
         """Number of the kind of contact of drives ``(n, m)``, among ``kinds``, ``(n,)``."""
-        shares = np.array([self.family.settings["contacts"][kind] for kind in self.kinds])
-        return (ndtr(scores[:, :1]) * shares.sum() > shares.cumsum()).sum(axis=1)
+        return (ndtr(scores[:, :1]) > self.shares.cumsum()[:-1]).sum(axis=1)
 
     def numbers(self, scores: np.ndarray) -> np.ndarray:
         """Drives of scores ``(n, m)`` as ``Drive.numbers`` has them, ``(n, p + e)``."""
         found, contact = np.empty((len(scores), len(NAMES) + len(ELEMENTS))), self.contact(scores)
-        for i, kind in enumerate(self.kinds):
-            found[contact == i] = self._numbers(kind, scores[contact == i, 1:])
+        for i in np.unique(contact):
+            found[contact == i] = self._numbers(self.kinds[i], scores[contact == i, 1:])
         return found
 
     def _numbers(self, kind: str, scores: np.ndarray) -> np.ndarray:

@@ -7,15 +7,15 @@ the likelihood that an emulator tells, by trajectories (Hamiltonian Monte Carlo)
 that move a drive smoothly, and by drawing others anew. Where a walk ends, the simulator says with
 which probability the particle goes there (Liu 2001, Monte Carlo Strategies in Scientific
 Computing, 9.4.3): the posterior is exact whatever the emulator tells, and a poor one only takes
-longer. What is simulated teaches the next emulator.
-
-Half of the particles walk at a time, by what the other half shows of the posterior.
+longer. What is simulated teaches the next emulator; along which axes trajectories go is learned
+at the same times, and not in between, so that a walk is reversible.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
+from scipy.special import logsumexp
 
 from breaker.drive.exact.residual_emulator import ResidualEmulator
 
@@ -28,9 +28,9 @@ _RISES = 1.8  # of the power, from one emulator to the next
 _BESIDE = 1e-5  # of a score, by which slopes are seen
 _LENGTH, _LEAPS = 1.5, (4, 24)  # of a trajectory, and its least and most steps
 _INFORMED = 0.7  # variance of scores, below which the record shows them
-_REDRAWS = 12  # moves of a round that draw scores anew
+_REDRAWS = 8  # moves of a round that draw scores anew
 _REDRAWN = 40.0  # scores, of which at most so many are drawn anew at once
-_CHOICES = 0.3  # share of those that are redrawn whose first score, the kind of contact, is
+_GIVEN_UP = 7.0  # nats below the likeliest kind, at which a kind is given up
 _SMOOTH_TARGET, _REDRAWN_TARGET = 0.7, 0.25  # shares that are taken, to which sizes are led
 _RATE = 0.3  # how fast
 
@@ -43,7 +43,9 @@ class Target:
         unknowns: Scores m.
         numbers: What a drive's curves depend on, of scores ``(n, m)``, ``(n, q)``.
         residuals: Of these, in units of the noise, ``(n, r)``; nan of what is no drive.
-        log_prior: Of scores, but for a constant, ``(n,)``.
+        kinds: Which of the enumerated kinds scores are of, ``(n,)``.
+        shares: Of kinds in the prior, ``(k,)``.
+        fixed: Scores that tell the kind.
         asked: What is asked, of numbers, ``(n, a)``.
         redrawn: Draws scores anew that move no number, given these.
     """
@@ -51,7 +53,9 @@ class Target:
     unknowns: int
     numbers: Callable[[np.ndarray], np.ndarray]
     residuals: Callable[[np.ndarray], np.ndarray]
-    log_prior: Callable[[np.ndarray], np.ndarray]
+    kinds: Callable[[np.ndarray], np.ndarray]
+    shares: np.ndarray
+    fixed: Sequence[int]
     asked: Callable[[np.ndarray], np.ndarray]
     redrawn: Callable[[np.ndarray, np.random.Generator], np.ndarray]
 
@@ -82,8 +86,10 @@ class Particles:
         numbers: Their drives.
         log_like: Log likelihoods, ``(n,)``.
         ancestor: Which particle of the prior each descends from, ``(n,)``.
+        kind: Of each, ``(n,)``: kinds are enumerated, and each has particles of its own.
+        log_shares: Of each kind, the logarithm of its prior times its evidence so far, ``(k,)``;
+            -inf of one that is given up.
         power: Of the likelihood.
-        log_evidence: So far, nats, but for a constant of the record.
         simulated: How many drives.
     """
 
@@ -94,14 +100,16 @@ class Particles:
     numbers: np.ndarray
     log_like: np.ndarray
     ancestor: np.ndarray
+    kind: np.ndarray
+    log_shares: np.ndarray
     power: float = 0.0
-    log_evidence: float = 0.0
     simulated: int = 0
     emulator: ResidualEmulator | None = None
     learned_at: float = 0.0
     widths: _Widths = field(default_factory=_Widths)
     seen: list = field(default_factory=list)
     smooth: "Smooth | None" = None
+    axes: np.ndarray | None = None
 
     @classmethod
     def of_prior(cls, target: Target, n: int, rng: np.random.Generator) -> "Particles":
@@ -110,19 +118,17 @@ class Particles:
         Raises:
             RuntimeError: If hardly a draw of the prior moves.
         """
-        new = cls(target, n, rng, *[np.empty(0)] * 4)
+        new = cls(target, n, rng, *[np.empty(0)] * 6)
         scores = rng.standard_normal((_FIRST, target.unknowns))
         numbers, log_like = new.simulate(scores)
         works = np.flatnonzero(np.isfinite(log_like))
         if works.size < n:
             raise RuntimeError(f"of {_FIRST} draws of the family only {works.size} move")
-        # A family draws again within a kind of contact, so its kinds have their shares in those
-        # that move.
-        log_prior = target.log_prior(scores[works]) + 0.5 * np.square(scores[works]).sum(axis=1)
-        weights = np.exp(log_prior - log_prior.max())
-        chosen = works[rng.random(works.size) < weights]
-        new.scores, new.numbers, new.log_like = scores[chosen], numbers[chosen], log_like[chosen]
-        new.ancestor = np.arange(chosen.size)
+        new.scores, new.numbers, new.log_like = scores[works], numbers[works], log_like[works]
+        new.ancestor, new.kind = np.arange(works.size), target.kinds(scores[works])
+        with np.errstate(divide="ignore"):
+            drawn = np.bincount(new.kind, minlength=len(target.shares)) > 0
+            new.log_shares = np.log(np.where(drawn, target.shares, 0.0))
         new.smooth = Smooth.of(target, scores[works[:40]])
         return new
 
@@ -146,6 +152,13 @@ class Particles:
         self.seen = [(numbers[near][-_KEPT:], residuals[near][-_KEPT:], log_like[near][-_KEPT:])]
         given = numbers[chosen], residuals[chosen], self.power, steps, self.rng
         self.emulator, self.learned_at = ResidualEmulator.fit(*given, self.emulator), self.power
+        self._learn_axes()
+
+    def _learn_axes(self) -> None:
+        """Learn along which axes of the smooth scores, and how far, particles vary."""
+        variances, axes = np.linalg.eigh(np.cov(self.scores[:, self.smooth.scores].T))
+        shown = variances < _INFORMED
+        self.axes = axes * np.sqrt(np.where(shown, np.maximum(variances, 1e-4), 1.0))
 
     def learn_if_due(self, steps: int) -> None:
         """Learn an emulator where the power has risen enough since the last."""
@@ -153,28 +166,48 @@ class Particles:
             self.learn(steps)
 
     def temper(self) -> None:
-        """Raise the power as far as it leaves half of the particles, and draw by their weights."""
-        most = self.log_like.max()
-
-        def left(by):
-            weights = np.exp(by * (self.log_like - most))
-            return weights.sum() ** 2 / np.square(weights).sum()
-
+        """Raise the power as far as it leaves half of the particles of each kind, and draw these by
+        their weights. A kind that is hardly possible is given up for the others.
+        """
+        there = np.flatnonzero(np.isfinite(self.log_shares))
+        groups = [np.flatnonzero(self.kind == k) for k in there]
+        count = self.size // there.size
         low = high = 1.0 - self.power
-        if left(high) < _LEFT * self.size:
+        if min(_left(self.log_like[g], high) for g in groups) < _LEFT * count:
             low = 0.0
             for _ in range(_HALVINGS):
                 middle = 0.5 * (low + high)
-                enough = left(middle) >= _LEFT * self.size
+                enough = min(_left(self.log_like[g], middle) for g in groups) >= _LEFT * count
                 low, high = (middle, high) if enough else (low, middle)
-        weights = np.exp(low * (self.log_like - most))
-        self.log_evidence += float(np.log(weights.mean()) + low * most)
+        for k, group in zip(there, groups, strict=True):
+            self.log_shares[k] += logsumexp(low * self.log_like[group]) - np.log(group.size)
+        self.log_shares[self.log_shares < self.log_shares.max() - _GIVEN_UP] = -np.inf
         self.power = 1.0 if low == 1.0 - self.power else self.power + low
-        at = (np.arange(self.size) + self.rng.random()) / self.size
-        shares = np.cumsum(weights) / weights.sum()
-        chosen = np.minimum(np.searchsorted(shares, at), shares.size - 1)
-        for name in ("scores", "numbers", "log_like", "ancestor"):
+        kept = [g for k, g in zip(there, groups, strict=True) if np.isfinite(self.log_shares[k])]
+        counts = [each.size for each in np.array_split(np.arange(self.size), len(kept))]
+        drawn = zip(kept, counts, strict=True)
+        chosen = np.concatenate([self._drawn(g, low * self.log_like[g], n) for g, n in drawn])
+        for name in ("scores", "numbers", "log_like", "ancestor", "kind"):
             setattr(self, name, getattr(self, name)[chosen])
+        self._learn_axes()
+
+    def _drawn(self, group: np.ndarray, log_weights: np.ndarray, count: int) -> np.ndarray:
+        """Draw particles of a group by their weights, systematically."""
+        weights = np.exp(log_weights - log_weights.max())
+        at = (np.arange(count) + self.rng.random()) / count
+        shares = np.cumsum(weights) / weights.sum()
+        return group[np.minimum(np.searchsorted(shares, at), group.size - 1)]
+
+    @property
+    def log_evidence(self) -> float:
+        """Of the family so far, nats, but for a constant of the record."""
+        return float(logsumexp(self.log_shares))
+
+    @property
+    def weights(self) -> np.ndarray:
+        """Weights of particles, by the shares of their kinds, ``(n,)``; their sum is 1."""
+        found = np.exp(self.log_shares - self.log_evidence)
+        return found[self.kind] / np.bincount(self.kind, minlength=found.size)[self.kind]
 
     @property
     def asked(self) -> np.ndarray:
@@ -182,40 +215,31 @@ class Particles:
         return self.target.asked(self.numbers)
 
     def round(self) -> tuple[float, float]:
-        """Walk both halves once.
+        """Walk once.
 
         Returns:
             The share that goes where its walk ended, and the mean square of the way in what is
             asked, over its variance.
         """
         self.scores = self.target.redrawn(self.scores, self.rng)
-        mixed = self.rng.permutation(len(self.scores))
-        half = len(mixed) // 2
-        taken, way, asked = [], np.zeros(len(mixed)), self.asked
-        for own, other in ((mixed[:half], mixed[half:]), (mixed[half:], mixed[:half])):
-            walked, gained = self._walked(own, other)
-            numbers, log_like = self.simulate(walked)
-            ratio = self.power * (log_like - self.log_like[own]) - gained
-            ok = np.log(self.rng.random(own.size)) < ratio
-            to = own[ok]
-            self.scores[to], self.numbers[to], self.log_like[to] = (
-                walked[ok],
-                numbers[ok],
-                log_like[ok],
-            )
-            taken.append(ok.mean())
+        asked = self.asked
+        walked, gained = self._walked()
+        numbers, log_like = self.simulate(walked)
+        ratio = self.power * (log_like - self.log_like) - gained
+        to = np.log(self.rng.random(self.size)) < ratio
+        self.scores[to], self.numbers[to], self.log_like[to] = walked[to], numbers[to], log_like[to]
         way = np.square(self.asked - asked).mean(axis=0) / asked.var(axis=0)
-        return float(np.mean(taken)), float(way.min())
+        return float(to.mean()), float(way.min())
 
-    def _walked(self, own: np.ndarray, other: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Where particles walk on the emulator, ``(h, m)``, and what it says that they gain there,
+    def _walked(self) -> tuple[np.ndarray, np.ndarray]:
+        """Where particles walk on the emulator, ``(n, m)``, and what it says that they gain there,
         at the power, nats.
         """
-        scores = self.scores[own].copy()
+        scores = self.scores
         first = log = self._log_like(scores)
         for kind in self.rng.permutation(1 + _REDRAWS):
             if kind == 0:
-                scores, log, share = self._trajectory(scores, self._axes(other))
+                scores, log, share = self._trajectory(scores)
                 self.widths.follow("step", share, _SMOOTH_TARGET, 0.6)
             else:
                 scores, log, share = self._redrawn(scores, log)
@@ -234,26 +258,16 @@ class Particles:
             self.widths.redrawn * np.sqrt(20.0 / count) * np.exp(0.5 * self.rng.standard_normal(n))
         )
         part = (self.rng.random((n, m)) < (count / m)[:, None]) * np.clip(size, 0.0, 1.0)[:, None]
-        chosen = self.rng.random(n) < _CHOICES
-        part[chosen] *= self.rng.random((chosen.sum(), 1)) < 0.5
-        part[chosen, 0] = 1.0
         noise = self.rng.standard_normal((n, m))
         there = np.sqrt(1.0 - part**2) * scores + part * noise
+        there[:, self.target.fixed] = scores[:, self.target.fixed]
         new = self._log_like(there)
-        more = self.target.log_prior(there) + 0.5 * np.square(there).sum(axis=1)
-        less = self.target.log_prior(scores) + 0.5 * np.square(scores).sum(axis=1)
-        ok = np.log(self.rng.random(n)) < self.power * (new - log) + more - less
+        ok = np.log(self.rng.random(n)) < self.power * (new - log)
         return np.where(ok[:, None], there, scores), np.where(ok, new, log), ok.mean()
 
-    def _axes(self, other: np.ndarray) -> np.ndarray:
-        """Axes of the smooth scores along which the others vary by about 1, ``(s, s)``."""
-        variances, axes = np.linalg.eigh(np.cov(self.scores[other][:, self.smooth.scores].T))
-        shown = variances < _INFORMED
-        return axes * np.sqrt(np.where(shown, np.maximum(variances, 1e-4), 1.0))
-
-    def _trajectory(self, scores, axes):
+    def _trajectory(self, scores):
         """Where trajectories of the smooth scores end."""
-        own, n = self.smooth.scores, len(scores)
+        own, axes, n = self.smooth.scores, self.axes, len(scores)
         step = self.widths.step * np.exp(0.2 * self.rng.standard_normal())
         leaps = int(np.clip(_LENGTH / step, *_LEAPS))
         speed = self.rng.standard_normal((n, own.size))
@@ -279,17 +293,16 @@ class Particles:
         """Log likelihoods by the emulator, and the slopes of the log densities at the power, by the
         smooth scores.
         """
-        inputs = self.emulator.inputs(self.target.numbers(scores))
-        log, by_inputs = self.emulator.slopes(inputs)
-        beside = np.repeat(scores[None], len(self.smooth.groups), axis=0)
-        for each, group in zip(beside, self.smooth.groups, strict=True):
+        beside = np.repeat(scores[None], 1 + len(self.smooth.groups), axis=0)
+        for each, group in zip(beside[1:], self.smooth.groups, strict=True):
             each[:, group] += _BESIDE
         numbers = self.target.numbers(beside.reshape(-1, scores.shape[1]))
-        moved = self.emulator.inputs(numbers).reshape(len(beside), *inputs.shape)
+        inputs, *moved = self.emulator.inputs(numbers).reshape(len(beside), len(scores), -1)
+        log, by_inputs = self.emulator.slopes(inputs)
         with np.errstate(invalid="ignore"):  # far beyond the drives that there are
-            change = by_inputs * (moved - inputs) / _BESIDE
+            changes = [by_inputs * (each - inputs) / _BESIDE for each in moved]
         moves = self.smooth.moves[:, self.emulator.used]
-        slope = sum(each @ by for each, by in zip(change, moves, strict=True))
+        slope = sum(each @ by for each, by in zip(changes, moves, strict=True))
         own = self.smooth.scores
         return log, self.power * slope - scores[:, own]
 
@@ -335,15 +348,22 @@ class Smooth:
         return cls(own, groups, by)
 
 
-def effective_size(walked: np.ndarray, ancestor: np.ndarray) -> float:
+def _left(log_like: np.ndarray, by: float) -> float:
+    """Effective number of particles with a power of their likelihoods as weights."""
+    weights = np.exp(by * (log_like - log_like.max()))
+    return float(weights.sum() ** 2 / np.square(weights).sum())
+
+
+def effective_size(walked: np.ndarray, ancestor: np.ndarray, weights: np.ndarray) -> float:
     """How many independent draws tell the means of walked particles as well.
 
     Args:
         walked: What is asked of each particle at each time, ``(t, n, a)``.
         ancestor: Of each particle, ``(n,)``.
+        weights: Of particles, ``(n,)``; their sum is 1.
     """
-    off = walked.mean(axis=0) - walked.mean(axis=(0, 1))
-    families = np.zeros((int(ancestor.max()) + 1, off.shape[1]))
-    np.add.at(families, ancestor, off)
-    variance = np.square(families).sum(axis=0) / len(ancestor) ** 2
-    return float((walked.var(axis=(0, 1)) / variance).min())
+    middle = weights @ walked.mean(axis=0)
+    families = np.zeros((int(ancestor.max()) + 1, middle.size))
+    np.add.at(families, ancestor, weights[:, None] * (walked.mean(axis=0) - middle))
+    variance = weights @ np.square(walked - middle).mean(axis=0)
+    return float((variance / np.square(families).sum(axis=0)).min())
