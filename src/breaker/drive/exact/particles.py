@@ -116,14 +116,14 @@ class Particles:
         """Draw from the prior many more than ``n``, of which the first tempering leaves n.
 
         Raises:
-            RuntimeError: If hardly a draw of the prior moves.
+            ValueError: If hardly a draw of the prior moves.
         """
         new = cls(target, n, rng, *[np.empty(0)] * 6)
         scores = rng.standard_normal((_FIRST, target.unknowns))
         numbers, log_like = new.simulate(scores)
         works = np.flatnonzero(np.isfinite(log_like))
         if works.size < n:
-            raise RuntimeError(f"of {_FIRST} draws of the family only {works.size} move")
+            raise ValueError(f"of {_FIRST} draws of the family only {works.size} move")
         new.scores, new.numbers, new.log_like = scores[works], numbers[works], log_like[works]
         new.ancestor, new.kind = np.arange(works.size), target.kinds(scores[works])
         with np.errstate(divide="ignore"):
@@ -275,12 +275,12 @@ class Particles:
         first, slope = self._slope(there)
         begin = self.power * first + self._rest(there, speed)
         log = first
-        for _ in range(leaps):
-            speed = speed + 0.5 * step * slope @ axes
-            there[:, own] += step * speed @ axes.T
-            log, slope = self._slope(there)
-            speed = speed + 0.5 * step * slope @ axes
-        with np.errstate(invalid="ignore", over="ignore"):
+        with np.errstate(invalid="ignore", over="ignore"):  # far beyond the drives that there are
+            for _ in range(leaps):
+                speed = speed + 0.5 * step * slope @ axes
+                there[:, own] += step * speed @ axes.T
+                log, slope = self._slope(there)
+                speed = speed + 0.5 * step * slope @ axes
             gain = self.power * log + self._rest(there, speed) - begin
             share = np.exp(np.minimum(np.where(np.isfinite(gain), gain, -np.inf), 0.0))
         ok = self.rng.random(n) < share
