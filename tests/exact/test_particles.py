@@ -58,7 +58,7 @@ def errors(known, seed=1):
     return np.array([*of_means, *of_sds, of_evidence])
 
 
-# ---- known posteriors -----------------------------------------------------------------------------
+# ---- known posteriors ----------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("name", TOYS)
@@ -122,7 +122,7 @@ def test_kinds_keep_their_shares_whatever_share_of_their_draws_works():
     assert error(replace(target, log_prior=log_prior)) > SURE  # a planted fault
 
 
-# ---- what particles are made of -------------------------------------------------------------------
+# ---- what particles are made of ------------------------------------------------------------------
 
 
 def test_a_target_of_which_hardly_a_draw_moves_is_refused():
