@@ -16,7 +16,7 @@ from breaker.drive.simulation.rich_drive import CONTACTS, ELEMENTS
 from breaker.quantities.parameters import NAMES
 
 _ENOUGH = 10_000  # scores, more than a drive has
-_ENDS = 8.0  # of a score
+_ENDS = 8.0  # of a score that is drawn anew
 _DRAWN = 4000  # drives of each kind, of which the share that works is seen
 
 
@@ -131,9 +131,10 @@ class FamilyScores:
         share = rng.beta(has + 1.0, count - has + 1.0)
         at = rng.random(there.shape)
         new = scores.copy()
-        new[:, [begin - 1]] = ndtri(share)
-        new[:, block] = ndtri(np.where(there, share * at, share + (1.0 - share) * at))
-        return np.clip(new, -_ENDS, _ENDS)
+        shares = np.where(there, share * at, share + (1.0 - share) * at)
+        decide = slice(begin - 1, begin + count)
+        new[:, decide] = np.clip(ndtri(np.column_stack([share, shares])), -_ENDS, _ENDS)
+        return new
 
     def shares_of(self, contact: np.ndarray) -> dict[str, float]:
         """Share of each kind of contact, by numbers of ``CONTACTS``, ``(n,)``."""

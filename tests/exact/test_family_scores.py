@@ -1,0 +1,155 @@
+"""Drives made of scores are those that the family draws; what is drawn anew leaves them as they
+are.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.special import ndtr
+from scipy.stats import ks_2samp, kstest
+
+from breaker.common.randomness import generator
+from breaker.drive.exact.family_scores import FamilyScores, ScoreColumns
+from breaker.drive.exact.simulated_motions import closed_travels
+from breaker.drive.simulation.rich_drive import CONTACTS, ELEMENTS
+from breaker.quantities.parameters import NAMES
+
+_CONTACT = len(NAMES) + ELEMENTS.index("contact")
+
+
+def unlike(numbers: np.ndarray, drives) -> float:
+    """Smallest p-value of any number of a drive, times how many there are."""
+    own = np.array([each.numbers for each in drives])
+    varied = np.flatnonzero(own.std(axis=0))
+    found = [ks_2samp(numbers[:, k], own[:, k]).pvalue for k in varied]
+    return float(min(found) * len(varied))
+
+
+def weighed(scores, some, rng):
+    """Numbers of drives that work, by the density of their scores over a standard normal."""
+    numbers = scores.numbers(some)
+    more = scores.log_prior(some) + 0.5 * np.square(some).sum(axis=1)
+    share = np.exp(more - more.max())
+    works = np.isfinite(closed_travels(numbers, scores.touch))
+    return numbers[works & (rng.random(len(some)) < share)]
+
+
+def test_scores_make_the_drives_that_the_family_draws(scores, drawn):
+    rng = generator(2, "test scores")
+    some = rng.standard_normal((4000, scores.unknowns))
+    numbers = weighed(scores, some, rng)
+    assert unlike(numbers, drawn) > 1e-3  # false alarms: 1e-3 by Bonferroni
+    shifted = numbers.copy()
+    shifted[:, 1] *= 1.1  # a planted fault
+    assert unlike(shifted, drawn) < 1e-3
+
+
+def test_kinds_of_contact_have_their_shares_though_not_all_of_their_draws_work(scores, family):
+    rng = generator(3, "test scores")
+    assert scores.kinds == ["elastic", "held", "sliding"]
+    assert scores.working.max() - scores.working.min() > 0.2  # so that it matters
+    some = rng.standard_normal((20_000, scores.unknowns))
+
+    def off(of):
+        contact = weighed(of, some, rng)[:, _CONTACT]
+        shares = family.settings["contacts"]
+        return max(
+            abs(share - shares[kind]) / np.sqrt(shares[kind] * (1.0 - shares[kind]) / contact.size)
+            for kind, share in of.shares_of(contact).items()
+        )
+
+    # Shares that work are those of 4,000 draws, of which the kinds here are at most as many.
+    assert off(scores) < 4.5
+    assert off(replace(scores, working=np.ones(3))) > 4.5  # a planted fault
+
+
+def test_what_works_is_what_the_family_takes(family, scores):
+    """Of each kind of contact, drawn one at a time by the family itself."""
+    rng = generator(4, "test scores")
+    n = 1000
+    for kind, share in zip(scores.kinds, scores.working, strict=True):
+        taken = np.mean([family.proposed(kind, rng) is not None for _ in range(n)])
+        sd = np.sqrt(max(share * (1.0 - share), 1e-3) * (1.0 / n + 1.0 / 4000))
+        assert abs(taken - share) < 4.0 * sd, kind
+
+
+def test_a_drive_of_scores_does_not_depend_on_those_beside_it(scores):
+    some = generator(3, "test scores").standard_normal((20, scores.unknowns))
+    whole = scores.numbers(some)
+    assert np.array_equal(whole[7:8], scores.numbers(some[7:8]))
+
+
+# ---- drawn anew ----------------------------------------------------------------------------------
+
+
+def test_drawn_anew_drives_stay_to_the_bit(scores):
+    """Also those whose other scores are far out."""
+    some = 1.5 * generator(5, "test scores").standard_normal((5000, scores.unknowns))
+    some[:50, 1] = 9.0
+    new = scores.redrawn(some, generator(6, "test scores"))
+    begin, count = scores.presence
+    assert (new != some)[:, begin - 1 : begin + count].all()
+    others = np.delete(np.arange(scores.unknowns), np.arange(begin - 1, begin + count))
+    assert np.array_equal(new[:, others], some[:, others])
+    assert np.array_equal(scores.numbers(new), scores.numbers(some))
+
+
+def test_drawn_anew_scores_keep_their_prior(scores):
+    """Drawn from it, they are standard normal again, and as independent: also after many times."""
+    rng = generator(7, "test scores")
+    some = rng.standard_normal((4000, scores.unknowns))
+    for _ in range(5):
+        some = scores.redrawn(some, rng)
+    begin, count = scores.presence
+    block = some[:, begin - 1 : begin + count]
+    p_values = [kstest(each, "norm").pvalue for each in block.T]
+    assert min(p_values) * len(p_values) > 1e-3
+    apart = np.corrcoef(block.T)[np.triu_indices(count + 1, 1)]
+    assert np.abs(apart).max() < 4.5 / np.sqrt(len(some))
+    shifted = ndtr(block[:, 0]) ** 1.2  # a planted fault
+    assert kstest(shifted, "uniform").pvalue < 1e-3
+
+
+def test_drawn_anew_they_forget_how_they_decided(scores):
+    """A share near 1 that decides as one near the middle would, goes there."""
+    begin, count = scores.presence
+    some = generator(8, "test scores").standard_normal((2000, scores.unknowns))
+    some[:, begin - 1] = 3.0
+    some[:, begin : begin + count] = np.where(np.arange(count) < count // 2, -1.0, 3.5)
+    share = ndtr(scores.redrawn(some, generator(9, "test scores"))[:, begin - 1])
+    has = count // 2
+    expected = (has + 1.0) / (count + 2.0)
+    sd = np.sqrt(expected * (1.0 - expected) / (count + 3.0))
+    assert share.mean() == pytest.approx(expected, abs=4.0 * sd / np.sqrt(2000))
+    assert share.std() == pytest.approx(sd, rel=0.1)
+
+
+def test_a_family_in_which_all_mechanisms_are_has_nothing_to_draw_anew(family):
+    alike = replace(family, settings=family.settings | {"strength": 1.0})
+    found = FamilyScores.of(alike, generator(1, "test scores"))
+    some = generator(2, "test scores").standard_normal((5, found.unknowns))
+    assert found.presence is None
+    assert found.redrawn(some, generator(3, "test scores")) is some
+
+
+# ---- columns for a generator ---------------------------------------------------------------------
+
+
+def test_columns_are_taken_in_the_order_in_which_numbers_are_asked():
+    scores = generator(1, "columns").standard_normal((4, 6))
+    columns = ScoreColumns(scores)
+    assert np.array_equal(columns.standard_normal(), scores[:, 0])
+    assert np.array_equal(columns.standard_normal((1, 2)), scores[:, 1:3])
+    assert np.array_equal(columns.random(2), ndtr(scores[:, 3:5]).T)
+    assert columns.presence == (3, 2)
+    assert np.allclose(columns.uniform(-1.0, 3.0), -1.0 + 4.0 * ndtr(scores[:, 5]))
+    with pytest.raises(ValueError, match="more than 6 scores"):
+        columns.random()
+
+
+def test_kinds_of_contact_are_numbers_of_contacts(scores):
+    some = generator(1, "test scores").standard_normal((300, scores.unknowns))
+    contact = scores.numbers(some)[:, _CONTACT]
+    assert [CONTACTS[int(k)] for k in contact] == [scores.kinds[k] for k in scores.contact(some)]
+    assert sum(scores.shares_of(contact).values()) == pytest.approx(1.0)
