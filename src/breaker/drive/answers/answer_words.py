@@ -316,7 +316,8 @@ def _ending(record: RecordAnswer) -> list[Remark]:
         said += _exact(fit.exact)
     if fit.why_unresolved and fit.exact:
         said.append(
-            f"NOT resolved ({fit.why_unresolved}): the walk found too few independent draws"
+            f"NOT resolved ({fit.why_unresolved}): the walk found too few independent draws, or "
+            "what is given beside the record leaves few of them"
         )
     elif fit.why_unresolved:
         said.append(

@@ -183,6 +183,8 @@ class Given:
 class ExactFindings(Plain):
     """What the exact posterior in a family tells beside its draws.
 
+    All but the gap is of the records and their contacts alone, without facts and own priors.
+
     Attributes:
         family: Name of the family.
         effective_size: How many independent draws tell the parameters as well.

@@ -304,7 +304,10 @@ def _beside(answer: Answer, given: Given, before: np.ndarray, remarks: Sequence[
 
 
 def _measured(answer: Answer) -> Answer:
-    """Read what the record shows, at the inferred touch where none was timed."""
+    """Read what the record shows, at the inferred touch where none was timed.
+
+    What is remarked is remarked once, though an answer with other draws is read again.
+    """
     raw = answer.record.raw
-    remarks = (*filter(None, raw.remarks_on()), *answer.remarks)
+    remarks = tuple(dict.fromkeys([*filter(None, raw.remarks_on()), *answer.remarks]))
     return replace(answer, measured=raw.measured(answer.speeds, answer.contact), remarks=remarks)

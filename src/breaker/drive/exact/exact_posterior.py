@@ -45,7 +45,7 @@ _EARLY, _LATE = 800, 2000  # steps of training an emulator on the way, and at th
 _LEARNED = (0, 10, 30)  # rounds at the posterior before which an emulator is learned anew
 _FEWEST, _ROUNDS = 10, 60  # rounds, of whose second half draws are
 _BEFORE = 4000  # drives of the family, by which evidence is told
-_DRIVE = len(NAMES) + len(ELEMENTS)
+_DRIVE, _CONTACT = len(NAMES) + len(ELEMENTS), len(NAMES) + ELEMENTS.index("contact")
 
 
 @dataclass(eq=False)
@@ -136,8 +136,7 @@ class _Operation:
         drives = np.ascontiguousarray(numbers[:, :_DRIVE])
         stroke, tenth, half = landmarks(drives, self.scores.touch, True).T
         theta, elements = np.split(drives, [len(NAMES)], axis=1)
-        contact = elements[:, ELEMENTS.index("contact")]
-        return mechanism_sizes(theta, elements, contact, stroke, half - tenth)
+        return mechanism_sizes(theta, elements, drives[:, _CONTACT], stroke, half - tenth)
 
 
 def exactly(
@@ -167,9 +166,14 @@ def exactly(
             key = operation.number, operation.breaker, operation.phase, alone
             groups.setdefault(key, []).append(each)
     found = {}
-    for key, group in groups.items():
+    for k, (key, group) in enumerate(groups.items(), start=1):
         rng = generator(settings.seed, "exact posterior", *map(str, key))
-        for new in _exact(group, given, settings, rng, progress):
+        which = f"operation {key[0]} ({k} of {len(groups)}): " if len(groups) > 1 else ""
+
+        def tell(line: str, which: str = which) -> None:
+            progress(which + line)
+
+        for new in _exact(group, given, settings, rng, tell):
             found[id(new.record)] = new
     return [found.get(id(each.record), each) for each in answers]
 
@@ -178,7 +182,10 @@ def _exact(answers, given, settings, rng, progress) -> list[Answer]:
     """The answers of one operation, exactly."""
     levels = answers[0].levels
     if simulator := levels.settings["drives"].get("simulator"):
-        raise ValueError(f"the simulator {simulator} of the family tells no density of its drives")
+        raise ValueError(
+            f"the family {levels.settings['family']} is of another simulator, {simulator}, which "
+            "tells no density of its drives: leave out --exact"
+        )
     family = Family(Prior.from_settings(levels.settings["prior"]), levels.settings["drives"])
     records = [each.record for each in answers]
     samples = [
@@ -239,47 +246,54 @@ def _told(operation, particles, numbers, effective, settings) -> list[Answer]:
     draws, squares = operation.draws(numbers[chosen])
     free = np.array([each.free for each in operation.samples])
     told = with_draws(operation.answers, draws, operation.given, effective, LEAST, rng)
-    contact = numbers[:, len(NAMES) + ELEMENTS.index("contact")]
+    contact = numbers[:, _CONTACT]
     about = {
         "effective_size": effective,
         "drives": particles.simulated,
         "log_evidence": particles.log_evidence,
         "contacts": operation.scores.shares_of(contact),
-        "evidence": _evidence(operation, draws, numbers[chosen], effective, rng),
+        "evidence": _evidence(operation, numbers[chosen], effective, rng),
     }
     found = []
     for i, (answer, new) in enumerate(zip(operation.answers, told, strict=True)):
-        network, samples = answer.draws, operation.samples[i]
+        samples, both = operation.samples[i], [new.draws, answer.draws]
+        logs = None if None in both else [np.log(each.theta) for each in both]
         exact = ExactFindings(
             family=answer.levels.settings["family"],
             p_value=float(chdtrc(free[i], squares[:, i]).mean()),
             residual=samples.sd * float(np.sqrt(squares[:, i].mean() / free[i])),
             noise=samples.sd,
-            gap=None if network is None else divergence(np.log(draws.theta), np.log(network.theta)),
+            gap=None if logs is None else divergence(*logs),
             **about,
         )
         found.append(replace(new, exact=exact))
     return found
 
 
-def _evidence(operation, draws, numbers, effective, rng) -> dict[str, float]:
-    """Of each mechanism, and each kind of contact, the logarithm of the odds that the drive has it,
-    less that of drives of the family.
+def _evidence(operation, numbers, effective, rng) -> dict[str, float]:
+    """Of each mechanism, and each kind of contact, that some drives of the family have, the
+    logarithm of the odds that the drive has it, less that of drives of the family.
     """
     before = operation.numbers(rng.standard_normal((_BEFORE, operation.target.unknowns)))
     rests = closed_travels(np.ascontiguousarray(before[:, :_DRIVE]), operation.scores.touch)
     before = before[np.isfinite(rests)]
-    counts = {}
-    for there, size in ((before, len(before)), (numbers, effective)):
+
+    def shares(there: np.ndarray) -> dict[str, float]:
         sizes = operation.sizes(there)
-        kinds = operation.scores.shares_of(there[:, len(NAMES) + ELEMENTS.index("contact")])
-        shares = {name: float((sizes[name] > 0.0).mean()) for name in MECHANISMS} | kinds
-        shares = {name: shares[name] for name in counts or shares if counts or shares[name]}
-        for name, share in shares.items():
-            least = 0.5 / max(size, 1.0)
-            share = min(max(share, least), 1.0 - least)
-            counts.setdefault(name, []).append(np.log(share / (1.0 - share)))
-    return {name: after - first for name, (first, after) in counts.items()}
+        kinds = operation.scores.shares_of(there[:, _CONTACT])
+        return {name: float((sizes[name] > 0.0).mean()) for name in MECHANISMS} | kinds
+
+    def log_odds(share: float, size: float) -> float:
+        least = 0.5 / max(size, 1.0)
+        share = min(max(share, least), 1.0 - least)
+        return float(np.log(share / (1.0 - share)))
+
+    after = shares(numbers)
+    return {
+        name: log_odds(after[name], effective) - log_odds(share, len(before))
+        for name, share in shares(before).items()
+        if 0.0 < share < 1.0
+    }
 
 
 def divergence(exact: np.ndarray, other: np.ndarray) -> float:
