@@ -4,15 +4,13 @@ Monte Carlo errors follow from the effective size that particles state; with the
 nothing varies, and with others a false alarm is at most 1e-3.
 """
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
 from breaker.common.randomness import generator
 from breaker.drive.exact import exact_posterior, particles, residual_emulator
-from breaker.drive.exact.particles import Particles, Smooth, effective_size
-from tests.exact.toys import bent, kinds, log_prior, switched
+from breaker.drive.exact.particles import Particles, Smooth
+from tests.exact.toys import bent, kinds, switched
 
 SIZE = 300
 SURE = 4.0  # standard errors: 1e-3 for a dozen numbers
@@ -47,7 +45,7 @@ def errors(known, seed=1):
     """Of means, sds and the log evidence, in standard errors."""
     found, powers = led(known, seed)
     asked = walked(found)
-    effective = effective_size(asked, found.ancestor)
+    effective = found.effective_size(asked)
     assert effective > SIZE
     mean, sd = asked.mean(axis=(0, 1)), asked.std(axis=(0, 1))
     # Squares are worth fewer independent draws than values: at least half as many here.
@@ -73,11 +71,8 @@ def forgets_what_the_walk_gained(patch):
 
 def believes_the_emulator(patch):
     def round_(self):
-        mixed = self.rng.permutation(SIZE)
-        for own, other in np.array([np.split(mixed, 2), np.split(mixed, 2)[::-1]]):
-            walked, _ = self._walked(own, other)
-            self.scores[own] = walked
-            self.numbers[own], self.log_like[own] = self.simulate(walked)
+        self.scores, _ = self._walked()
+        self.numbers, self.log_like = self.simulate(self.scores)
         return 1.0, 1.0
 
     patch.setattr(Particles, "round", round_)
@@ -87,7 +82,7 @@ def takes_evidence_of_the_last_step_alone(patch):
     temper = Particles.temper
 
     def last(self):
-        self.log_evidence = 0.0
+        self.log_shares = np.log(self.target.shares)
         temper(self)
 
     patch.setattr(Particles, "temper", last)
@@ -106,20 +101,28 @@ def test_a_planted_fault_shows(fault, monkeypatch):
     assert np.abs(errors(bent())).max() > SURE
 
 
-def test_kinds_keep_their_shares_whatever_share_of_their_draws_works():
+@pytest.mark.parametrize("off", [0.0, 1.5])
+def test_kinds_have_their_probability_whatever_share_of_their_draws_works(off):
     """Where a kind's draws hardly work, it is drawn again, and is as frequent as another."""
 
     def error(target):
         found = Particles.of_prior(target, SIZE, generator(3, "toy"))
         exact_posterior.lead(found, lambda _: None)
-        asked = walked(found)
         assert np.isfinite(found.log_like).all()
-        sd = 0.5 / np.sqrt(effective_size(asked, found.ancestor))
-        return abs(asked[..., 0].mean() - 0.5) / sd
+        odds = np.log(found.shares[1] / found.shares[0])
+        return abs(odds - -0.5 * off**2) / np.sqrt(found.variances.sum())
 
-    target = kinds([0.4, 1.0])
+    target = kinds([0.4, 1.0], off)
     assert error(target) < SURE
-    assert error(replace(target, log_prior=log_prior)) > SURE  # a planted fault
+    target.shares[:] = 0.286, 0.714  # a planted fault: shares of those that work
+    assert error(target) > SURE
+
+
+def test_a_kind_that_is_hardly_possible_is_given_up():
+    found, _ = Particles.of_prior(kinds([1.0, 1.0], 7.0), SIZE, generator(4, "toy")), None
+    exact_posterior.lead(found, lambda _: None)
+    assert found.shares.tolist() == [1.0, 0.0]
+    assert len(found.kind) == SIZE and not found.kind.any()
 
 
 # ---- what particles are made of ------------------------------------------------------------------
@@ -164,8 +167,20 @@ def test_scores_that_move_different_numbers_smoothly_form_a_group():
 def test_the_effective_size_is_that_of_independent_draws_and_of_families():
     rng = generator(1, "effective")
     n, times = 500, 40
+
+    def size(walked, ancestor, kind=None, log_shares=(0.0,), variances=(0.0,)):
+        kind = np.zeros(n, int) if kind is None else kind
+        about = ancestor, kind, np.array(log_shares), np.array(variances)
+        found = Particles(bent().target, n, rng, *[np.empty(0)] * 3, *about)
+        return found.effective_size(walked)
+
     own = rng.standard_normal((times, n, 2))
-    assert effective_size(own, np.arange(n)) == pytest.approx(n * times, rel=0.25)
-    assert effective_size(own[:1].repeat(times, axis=0), np.arange(n)) == pytest.approx(n, rel=0.25)
+    assert size(own, np.arange(n)) == pytest.approx(n * times, rel=0.25)
+    assert size(own[:1].repeat(times, axis=0), np.arange(n)) == pytest.approx(n, rel=0.25)
     of_one = own[:1, :50].repeat(10, axis=1).repeat(times, axis=0)  # ten of each ancestor
-    assert effective_size(of_one, np.arange(50).repeat(10)) == pytest.approx(50, rel=0.5)
+    assert size(of_one, np.arange(50).repeat(10)) == pytest.approx(50, rel=0.5)
+    # Two kinds far apart, as likely as each other: their share is known by the evidence alone.
+    kind = np.arange(n) % 2
+    apart = own + 100.0 * kind[:, None]
+    known = size(apart, np.arange(n), kind, np.log([0.5, 0.5]), [0.02, 0.02])
+    assert known == pytest.approx(1.0 / (0.5**2 * 0.04), rel=0.05)

@@ -36,9 +36,7 @@ def normal(design, seen):
     return mean, covariance, -0.5 * (np.linalg.slogdet(precision)[1] + square)
 
 
-def log_prior(scores):
-    """Of independent standard normal scores."""
-    return -0.5 * np.square(scores).sum(axis=1)
+ONE_KIND = {"kinds": lambda scores: np.zeros(len(scores), int), "shares": np.ones(1), "fixed": ()}
 
 
 def bent() -> Known:
@@ -59,7 +57,7 @@ def bent() -> Known:
         unknowns=5,
         numbers=lambda scores: np.sinh(scores[:, :3]),
         residuals=lambda numbers: np.arcsinh(numbers) @ design.T - seen,
-        log_prior=log_prior,
+        **ONE_KIND,
         asked=np.arcsinh,
         redrawn=redrawn,
     )
@@ -96,7 +94,7 @@ def switched() -> Known:
         unknowns=4,
         numbers=numbers,
         residuals=lambda n: np.outer(n[:, 0], beside) + np.outer(n[:, 1], by) - seen,
-        log_prior=log_prior,
+        **ONE_KIND,
         asked=lambda n: np.column_stack([n[:, 0], n[:, 1] != 0.0]),
         redrawn=redrawn,
     )
@@ -104,23 +102,29 @@ def switched() -> Known:
     return Known(target, np.array([mean, share]), sds, float(log_evidence))
 
 
-def kinds(working) -> Target:
+def kinds(working, off=0.0) -> Target:
     """Two kinds, chosen by the first score, as likely as each other: of their draws so much works.
 
-    Of drives that work, drawn again within a kind, the kinds have the same share again.
+    Of drives that work, drawn again within a kind, the kinds have the same share again. Residuals
+    of the second are ``off`` from those of the first, and its evidence is that of a normal number of
+    variance 2 there, for each of two.
     """
     working = np.asarray(working)
 
+    def kind(scores):
+        return (scores[:, 0] > 0.0).astype(int)
+
     def numbers(scores):
-        kind = (scores[:, 0] > 0.0).astype(int)
-        works = ndtr(scores[:, 1]) < working[kind]
-        return np.column_stack([kind, scores[:, 2:], works])
+        works = ndtr(scores[:, 1]) < working[kind(scores)]
+        return np.column_stack([kind(scores), scores[:, 2:], works])
 
     return Target(
         unknowns=4,
         numbers=numbers,
-        residuals=lambda n: np.where(n[:, 3:] > 0.0, n[:, 1:3], np.nan),
-        log_prior=lambda s: log_prior(s) - np.log(working[(s[:, 0] > 0.0).astype(int)]),
+        residuals=lambda n: np.where(n[:, 3:] > 0.0, n[:, 1:3] + off * n[:, :1], np.nan),
+        kinds=kind,
+        shares=np.array([0.5, 0.5]),
+        fixed=(0,),
         asked=lambda n: n[:, :3].copy(),
         redrawn=lambda scores, _: scores,
     )

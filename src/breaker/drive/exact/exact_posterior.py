@@ -21,9 +21,9 @@ from breaker.drive.answers.draw_weights import SURPRISING
 from breaker.drive.answers.evidence import Answer, AnswerSettings, ExactFindings, Given
 from breaker.drive.answers.inference import with_draws
 from breaker.drive.exact.family_scores import FamilyScores
-from breaker.drive.exact.particles import Particles, Target, effective_size
+from breaker.drive.exact.particles import Particles, Target
 from breaker.drive.exact.record_samples import RecordSamples
-from breaker.drive.exact.simulated_motions import closed_travels, landmarks, readings
+from breaker.drive.exact.simulated_motions import landmarks, readings
 from breaker.drive.family.level_network import LevelDraws
 from breaker.drive.family.mechanisms import MECHANISMS
 from breaker.drive.simulation.drive_family import Family
@@ -230,7 +230,7 @@ def walk(particles: Particles, progress: Callable[[str], None]) -> tuple[np.ndar
         numbers.append(particles.numbers[systematic(weights, len(weights), rng.random(), rng)])
         if count + 1 >= _FEWEST and not (count + 1) % 5:
             late = np.array(asked[len(asked) // 2 :])
-            effective = effective_size(late, particles.ancestor, weights)
+            effective = particles.effective_size(late)
             progress(f"effective size {effective:.0f} of {ENOUGH:.0f}, {taken:.0%} taken")
             if effective >= ENOUGH:
                 break
@@ -274,9 +274,7 @@ def _evidence(operation, numbers, effective, rng) -> dict[str, float]:
     """Of each mechanism, and each kind of contact, that some drives of the family have, the
     logarithm of the odds that the drive has it, less that of drives of the family.
     """
-    before = operation.numbers(rng.standard_normal((_BEFORE, operation.target.unknowns)))
-    rests = closed_travels(np.ascontiguousarray(before[:, :_DRIVE]), operation.scores.touch)
-    before = before[np.isfinite(rests)]
+    before = operation.scores.sample(_BEFORE, rng)
 
     def shares(there: np.ndarray) -> dict[str, float]:
         sizes = operation.sizes(there)

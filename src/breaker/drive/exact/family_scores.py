@@ -118,6 +118,15 @@ class FamilyScores:
         columns = [*theta.reshape(len(NAMES), -1), *elements.numbers]
         return np.column_stack([np.broadcast_to(each, len(scores)) for each in columns])
 
+    def sample(self, tries: int, rng: np.random.Generator) -> np.ndarray:
+        """Draw drives of the family as often as is said, ``(n, p + e)``: as many as work, and fewer
+        of a kind that works more often, as the family draws again within a kind.
+        """
+        scores = rng.standard_normal((tries, self.unknowns))
+        found, working = self.numbers(scores), self.working[self.contact(scores)]
+        works = np.isfinite(closed_travels(found, self.touch))
+        return found[works & (rng.random(tries) < self.working.min() / working)]
+
     def redrawn(self, scores: np.ndarray, rng: np.random.Generator) -> np.ndarray:
         """Draw anew, for drives ``(n, m)``, what decides which mechanisms are there: given these,
         the share of those that are there, and how far each is from it. The drives stay.

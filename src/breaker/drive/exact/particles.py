@@ -30,6 +30,7 @@ _LENGTH, _LEAPS = 1.5, (4, 24)  # of a trajectory, and its least and most steps
 _INFORMED = 0.7  # variance of scores, below which the record shows them
 _REDRAWS = 8  # moves of a round that draw scores anew
 _REDRAWN = 40.0  # scores, of which at most so many are drawn anew at once
+_DEPENDENT = 2.0  # by how much the variance of evidence is larger than of independent particles
 _GIVEN_UP = 7.0  # nats below the likeliest kind, at which a kind is given up
 _SMOOTH_TARGET, _REDRAWN_TARGET = 0.7, 0.25  # shares that are taken, to which sizes are led
 _RATE = 0.3  # how fast
@@ -89,6 +90,7 @@ class Particles:
         kind: Of each, ``(n,)``: kinds are enumerated, and each has particles of its own.
         log_shares: Of each kind, the logarithm of its prior times its evidence so far, ``(k,)``;
             -inf of one that is given up.
+        variances: Of these, by Monte Carlo, ``(k,)``.
         power: Of the likelihood.
         simulated: How many drives.
     """
@@ -102,6 +104,7 @@ class Particles:
     ancestor: np.ndarray
     kind: np.ndarray
     log_shares: np.ndarray
+    variances: np.ndarray
     power: float = 0.0
     simulated: int = 0
     emulator: ResidualEmulator | None = None
@@ -118,7 +121,7 @@ class Particles:
         Raises:
             ValueError: If hardly a draw of the prior moves.
         """
-        new = cls(target, n, rng, *[np.empty(0)] * 6)
+        new = cls(target, n, rng, *[np.empty(0)] * 7)
         scores = rng.standard_normal((_FIRST, target.unknowns))
         numbers, log_like = new.simulate(scores)
         works = np.flatnonzero(np.isfinite(log_like))
@@ -129,6 +132,7 @@ class Particles:
         with np.errstate(divide="ignore"):
             drawn = np.bincount(new.kind, minlength=len(target.shares)) > 0
             new.log_shares = np.log(np.where(drawn, target.shares, 0.0))
+        new.variances = np.zeros(len(target.shares))
         new.smooth = Smooth.of(target, scores[works[:40]])
         return new
 
@@ -181,6 +185,9 @@ class Particles:
                 low, high = (middle, high) if enough else (low, middle)
         for k, group in zip(there, groups, strict=True):
             self.log_shares[k] += logsumexp(low * self.log_like[group]) - np.log(group.size)
+            self.variances[k] += _DEPENDENT * (
+                1.0 / _left(self.log_like[group], low) - 1.0 / group.size
+            )
         self.log_shares[self.log_shares < self.log_shares.max() - _GIVEN_UP] = -np.inf
         self.power = 1.0 if low == 1.0 - self.power else self.power + low
         kept = [g for k, g in zip(there, groups, strict=True) if np.isfinite(self.log_shares[k])]
@@ -204,10 +211,36 @@ class Particles:
         return float(logsumexp(self.log_shares))
 
     @property
+    def shares(self) -> np.ndarray:
+        """Posterior probability of each kind, ``(k,)``."""
+        return np.exp(self.log_shares - self.log_evidence)
+
+    @property
     def weights(self) -> np.ndarray:
         """Weights of particles, by the shares of their kinds, ``(n,)``; their sum is 1."""
-        found = np.exp(self.log_shares - self.log_evidence)
+        found = self.shares
         return found[self.kind] / np.bincount(self.kind, minlength=found.size)[self.kind]
+
+    def effective_size(self, walked: np.ndarray) -> float:
+        """How many independent draws tell the means of walked particles as well.
+
+        Within a kind, means vary as those of families of one ancestor do; between kinds, as the
+        evidence does.
+
+        Args:
+            walked: What is asked of each particle at each time, ``(t, n, a)``.
+        """
+        weights, over = self.weights, walked.mean(axis=0)
+        middle, error = weights @ over, 0.0
+        for k in np.flatnonzero(self.shares):
+            own = self.kind == k
+            of_kind = over[own].mean(axis=0)
+            families = np.zeros((int(self.ancestor.max()) + 1, middle.size))
+            np.add.at(families, self.ancestor[own], weights[own, None] * (over[own] - of_kind))
+            error = error + np.square(families).sum(axis=0)
+            error = error + self.shares[k] ** 2 * self.variances[k] * np.square(of_kind - middle)
+        variance = weights @ np.square(walked - middle).mean(axis=0)
+        return float((variance / error).min())
 
     @property
     def asked(self) -> np.ndarray:
@@ -299,8 +332,7 @@ class Particles:
         numbers = self.target.numbers(beside.reshape(-1, scores.shape[1]))
         inputs, *moved = self.emulator.inputs(numbers).reshape(len(beside), len(scores), -1)
         log, by_inputs = self.emulator.slopes(inputs)
-        with np.errstate(invalid="ignore"):  # far beyond the drives that there are
-            changes = [by_inputs * (each - inputs) / _BESIDE for each in moved]
+        changes = [by_inputs * (each - inputs) / _BESIDE for each in moved]
         moves = self.smooth.moves[:, self.emulator.used]
         slope = sum(each @ by for each, by in zip(changes, moves, strict=True))
         own = self.smooth.scores
@@ -352,18 +384,3 @@ def _left(log_like: np.ndarray, by: float) -> float:
     """Effective number of particles with a power of their likelihoods as weights."""
     weights = np.exp(by * (log_like - log_like.max()))
     return float(weights.sum() ** 2 / np.square(weights).sum())
-
-
-def effective_size(walked: np.ndarray, ancestor: np.ndarray, weights: np.ndarray) -> float:
-    """How many independent draws tell the means of walked particles as well.
-
-    Args:
-        walked: What is asked of each particle at each time, ``(t, n, a)``.
-        ancestor: Of each particle, ``(n,)``.
-        weights: Of particles, ``(n,)``; their sum is 1.
-    """
-    middle = weights @ walked.mean(axis=0)
-    families = np.zeros((int(ancestor.max()) + 1, middle.size))
-    np.add.at(families, ancestor, weights[:, None] * (walked.mean(axis=0) - middle))
-    variance = weights @ np.square(walked - middle).mean(axis=0)
-    return float((variance / np.square(families).sum(axis=0)).min())
