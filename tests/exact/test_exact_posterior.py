@@ -165,13 +165,14 @@ def test_the_divergence_is_that_of_two_normals():
 def infer(small, levels, folder):
     """Infer a closing, whose contact was timed if a time is given, exactly and not."""
 
-    def infer(*contact):
+    def infer(*contact, given=None):
+        given = given or Given()
         (record,) = (each for each in read(folder / "a.csv") if not each.reason)
         if contact:
             raw = replace(record.raw, contact=Contact(*contact))
             record = replace(record, raw=raw)
-        answers = infer_drive([record], (levels,), Given(), (), SETTINGS)
-        return answers[0], exactly(answers, Given(), SETTINGS)[0]
+        answers = infer_drive([record], (levels,), given, (), SETTINGS)
+        return answers[0], exactly(answers, given, SETTINGS)[0]
 
     return infer
 
@@ -184,6 +185,14 @@ def test_a_timed_contact_narrows_the_gap_of_the_contact(infer):
     switching = timed.draws.switching["closing"]
     assert switching.mean() == pytest.approx(timed.record.switched, abs=0.3)
     assert timed.contact.time == pytest.approx(20.09)
+
+
+def test_a_fact_weighs_draws_and_both_answers_know_it(infer):
+    network, exact = infer(given=Given(Size(), known={"mu": [2.0, 0.1]}))
+    assert exact.effective_size < exact.exact.effective_size
+    both = [np.log(each.draws.theta) for each in (exact, network)]
+    assert exact.exact.gap == pytest.approx(divergence(*both))
+    assert exact.draws.theta[:, NAMES.index("mu")].std() < 0.15
 
 
 def test_a_contact_that_surprises_is_not_used_and_remarked_on_once(infer):
