@@ -122,7 +122,8 @@ def test_a_kind_that_is_hardly_possible_is_given_up():
     found, _ = Particles.of_prior(kinds([1.0, 1.0], 7.0), SIZE, generator(4, "toy")), None
     exact_posterior.lead(found, lambda _: None)
     assert found.shares.tolist() == [1.0, 0.0]
-    assert len(found.kind) == SIZE and not found.kind.any()
+    assert len(found.kind) == SIZE
+    assert not found.kind.any()
 
 
 # ---- what particles are made of ------------------------------------------------------------------

@@ -105,9 +105,8 @@ def switched() -> Known:
 def kinds(working, off=0.0) -> Target:
     """Two kinds, chosen by the first score, as likely as each other: of their draws so much works.
 
-    Of drives that work, drawn again within a kind, the kinds have the same share again. Residuals
-    of the second are ``off`` from those of the first, and its evidence is that of a normal number of
-    variance 2 there, for each of two.
+    Of drives that work, drawn again within a kind, the kinds have the same share again. The second
+    has residuals that are ``off`` farther, in each of two.
     """
     working = np.asarray(working)
 
@@ -125,6 +124,6 @@ def kinds(working, off=0.0) -> Target:
         kinds=kind,
         shares=np.array([0.5, 0.5]),
         fixed=(0,),
-        asked=lambda n: n[:, :3].copy(),
+        asked=lambda n: n[:, 1:3].copy(),
         redrawn=lambda scores, _: scores,
     )
