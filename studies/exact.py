@@ -27,7 +27,7 @@ from breaker.mechanism.prior import Prior
 from breaker.quantities.parameters import MOTIONS, NAMES
 from breaker.shipped import DEFAULTS
 from studies.next_test import Bench
-from studies.shared import append
+from studies.shared import append, write_table
 
 DRAWS = 2000  # of an answer
 ENDS = (0.05, 0.95)
@@ -111,8 +111,13 @@ def main() -> None:
         size = row.get("effective_size", np.nan)
         print(f"{number} {row['motion']}: effective size {size:.0f}", flush=True)
     if options.table:
-        found = table(pd.read_csv(options.rows))
-        found.map(lambda each: f"{each:.3g}").to_csv(options.table, index_label="score")
+        found = table(pd.read_csv(options.rows)).map(lambda each: f"{each:.3g}")
+        found.to_csv(options.table, index_label="score")
+        lines = [f"| | {' | '.join(found)} |", "|---|" + "---|" * found.shape[1]]
+        lines += [f"| {score} | {' | '.join(row)} |" for score, *row in found.itertuples()]
+        write_table(
+            "evidence", options.table.stem, [line.replace("nan", "") for line in lines], "exact"
+        )
 
 
 COLUMNS = [

@@ -39,8 +39,8 @@ from breaker.mechanism.prior import Prior
 from breaker.quantities.parameters import NAMES
 from breaker.reading.records.normalised_shape import SHAPE_STEP, SHAPE_TIMES, shape_of
 from breaker.shipped import DEFAULTS
-from studies.lives import EVERY, INTERVAL, LIFE, SEEDS, Life, _at, simulated, write_table
-from studies.shared import append
+from studies.lives import EVERY, INTERVAL, LIFE, SEEDS, Life, _at, simulated
+from studies.shared import append, write_table
 
 TODAY = {"level": "independent", "quantity": "independent", "change": "apart"}
 LIVES, SOME, DRAWS = 12, ("family", "foreign", "faults"), 1000

@@ -60,7 +60,7 @@ from breaker.reading.records.normalised_shape import shape_of
 from breaker.shipped import DEFAULTS
 from studies.other_lives import Curves, OtherLife, records_of, truth_of
 from studies.sensors import Reading
-from studies.shared import append
+from studies.shared import append, write_table
 
 SEEDS = {"develop": 71, "calibrate": 72, "score": 73, "fresh": 74}
 SETS = {"family": 200, "foreign": 100, "steady": 200, "faults": 100, "other": 60}
@@ -655,7 +655,7 @@ def plans(*files: str) -> None:
     lines = [f"| {data[0]['set']} | {' | '.join(heads)} |", "|---|" + "---|" * len(heads)]
     for score in found.columns[3:]:
         lines.append(f"| {score} | {' | '.join(f'{row[score]:.3g}' for row in data)} |")
-    write_table("evidence", "plans", lines)
+    write_table("evidence", "plans", lines, "lives")
 
 
 def alarms(*files: str) -> None:
@@ -681,16 +681,7 @@ def alarms(*files: str) -> None:
     for row in found.itertuples(index=False):
         cells = (f"{each:.2g}" if isinstance(each, float) else str(each) for each in row)
         lines.append(f"| {' | '.join(cells)} |")
-    write_table("evidence", "alarms", lines)
-
-
-def write_table(page: str, name: str, lines: list[str], study: str = "lives") -> None:
-    """Put a table of a study in its place in a page."""
-    file, mark = Path(f"docs/{page}.md"), f"<!-- {name}: made by studies/{study}.py -->\n"
-    start, rest = file.read_text(encoding="utf-8").split(mark)
-    rest = rest[rest.index("\n\n") :]
-    file.write_text(start + mark + "\n".join(lines) + rest, encoding="utf-8")
-    print("\n".join(lines))
+    write_table("evidence", "alarms", lines, "lives")
 
 
 def table(*files: str) -> None:
@@ -707,7 +698,7 @@ def table(*files: str) -> None:
         lines.append(f"| {score} | {' | '.join(shown)} |")
     columns = ["score", *(name for of in sets for name in (of, f"{of}_count"))]
     pd.DataFrame(data, columns=columns).to_csv(files[-1], index=False, float_format="%.3g")
-    write_table("decisions", Path(files[-1]).stem, lines)
+    write_table("decisions", Path(files[-1]).stem, lines, "lives")
 
 
 if __name__ == "__main__":
