@@ -176,13 +176,18 @@ class Particles:
         there = np.flatnonzero(np.isfinite(self.log_shares))
         groups = [np.flatnonzero(self.kind == k) for k in there]
         count = self.size // there.size
+
+        def leaves_half(by: float) -> bool:  # of a kind of which hardly a draw was made, of these
+            return all(
+                _left(self.log_like[each], by) >= _LEFT * min(count, each.size) for each in groups
+            )
+
         low = high = 1.0 - self.power
-        if min(_left(self.log_like[g], high) for g in groups) < _LEFT * count:
+        if not leaves_half(high):
             low = 0.0
             for _ in range(_HALVINGS):
                 middle = 0.5 * (low + high)
-                enough = min(_left(self.log_like[g], middle) for g in groups) >= _LEFT * count
-                low, high = (middle, high) if enough else (low, middle)
+                low, high = (middle, high) if leaves_half(middle) else (low, middle)
         for k, group in zip(there, groups, strict=True):
             self.log_shares[k] += logsumexp(low * self.log_like[group]) - np.log(group.size)
             self.variances[k] += _DEPENDENT * (
