@@ -49,7 +49,7 @@ def test_both_motions_have_one_exact_answer_in_all_outputs(folder, capsys):
     assert exact["family"] == "medium_voltage"
     assert exact["effective_size"] == closing["fit"]["effective_size"] >= 5.0
     assert closing["fit"]["resolved"]
-    assert exact["drives"] > 1500 + 5 * 60
+    assert exact["drives"] > 1500 + 5 * 50
     assert sum(exact["contacts"].values()) == pytest.approx(1.0)
     assert {"elastic", "held", "drag", "build_up"} < exact["evidence"].keys()
     assert "sliding_contact" not in exact["evidence"]  # the family has none

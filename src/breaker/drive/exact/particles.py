@@ -67,12 +67,10 @@ class _Widths:
 
     step: float = 0.15
     redrawn: float = 0.5
-    adapting: bool = True
 
     def follow(self, name: str, taken: float, target: float, most: float) -> None:
-        if self.adapting:
-            size = getattr(self, name) * np.exp(_RATE * (taken - target))
-            setattr(self, name, float(np.clip(size, 0.005, most)))
+        size = getattr(self, name) * np.exp(_RATE * (taken - target))
+        setattr(self, name, float(np.clip(size, 0.005, most)))
 
 
 @dataclass(eq=False)
