@@ -37,10 +37,10 @@ def drawn(family):
 
 SMALL = {
     exact_posterior: {
-        **{"PARTICLES": 50, "ENOUGH": 20.0, "LEAST": 5.0, "_MOST": 2, "_EARLY": 20, "_LATE": 40},
+        **{"PARTICLES": 80, "ENOUGH": 20.0, "LEAST": 1.0, "_MOST": 2, "_EARLY": 20, "_LATE": 40},
         **{"_LEARNED": (0,), "_FEWEST": 5, "_ROUNDS": 5, "_BEFORE": 500},
     },
-    particles: {"_FIRST": 1500, "_REDRAWS": 3, "_LEAPS": (2, 2)},
+    particles: {"_FIRST": 1500, "_REDRAWS": 4, "_LEAPS": (2, 4)},
     residual_emulator: {"_HIDDEN": (24, 24)},
     family_scores: {"_DRAWN": 300},
 }

@@ -120,8 +120,18 @@ def test_kinds_have_their_probability_whatever_share_of_their_draws_works(off):
     assert error(target) > SURE
 
 
+def test_a_kind_of_which_hardly_a_draw_works_has_its_probability():
+    """Of 2,000 draws it has some 20, fewer than the particles that it is to have."""
+    found = Particles.of_prior(kinds([0.01, 1.0]), SIZE, generator(1, "toy"))
+    assert np.bincount(found.kind)[0] < SIZE / 10
+    exact_posterior.lead(found, lambda _: None)
+    assert np.bincount(found.kind).tolist() == [SIZE / 2, SIZE / 2]
+    assert abs(np.diff(found.log_shares)[0]) < SURE * np.sqrt(found.variances.sum())
+    assert found.variances[0] > 0.02  # its draws tell little
+
+
 def test_a_kind_that_is_hardly_possible_is_given_up():
-    found, _ = Particles.of_prior(kinds([1.0, 1.0], 7.0), SIZE, generator(4, "toy")), None
+    found = Particles.of_prior(kinds([1.0, 1.0], 7.0), SIZE, generator(4, "toy"))
     exact_posterior.lead(found, lambda _: None)
     assert found.shares.tolist() == [1.0, 0.0]
     assert len(found.kind) == SIZE

@@ -175,17 +175,15 @@ class Particles:
         groups = [np.flatnonzero(self.kind == k) for k in there]
         count = self.size // there.size
 
-        def leaves_half(by: float) -> bool:  # of a kind of which hardly a draw was made, of these
-            return all(
-                _left(self.log_like[each], by) >= _LEFT * min(count, each.size) for each in groups
-            )
+        def enough(by: float) -> bool:  # a kind that is rare in the prior has fewer from the first
+            return all(_left(self.log_like[g], by) >= _LEFT * min(count, g.size) for g in groups)
 
         low = high = 1.0 - self.power
-        if not leaves_half(high):
+        if not enough(high):
             low = 0.0
             for _ in range(_HALVINGS):
                 middle = 0.5 * (low + high)
-                low, high = (middle, high) if leaves_half(middle) else (low, middle)
+                low, high = (middle, high) if enough(middle) else (low, middle)
         for k, group in zip(there, groups, strict=True):
             self.log_shares[k] += logsumexp(low * self.log_like[group]) - np.log(group.size)
             self.variances[k] += _DEPENDENT * (
