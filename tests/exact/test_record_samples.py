@@ -1,5 +1,7 @@
 """Samples of a record, whose residuals are white and know no zero."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.signal import lfilter
@@ -117,3 +119,25 @@ def test_fine_samples_are_averaged_and_a_gap_parts_neighbours():
     residuals = record.residuals(np.interp(record.times + TENTH, time, way)[None])
     # The noise is that of some 100 means at rest.
     assert np.square(residuals).sum() == pytest.approx(record.free, rel=0.4)
+
+
+@pytest.mark.parametrize(("lead", "colour"), [(20.0, 0.0), (3.0, 0.0), (20.0, 0.6)])
+def test_p_values_are_those_of_records_whose_noise_is_seen_at_rest(lead, colour):
+    """Of 300 records of a motion behind a rest of 200 samples or of 30, by the true motion."""
+    rng, found, as_if_known = generator(7, "p values", str(lead), str(colour)), [], []
+    time = np.arange(0.0, 40.0 + lead, 0.1)
+    rise = np.clip((time - lead) / 15.0, 0.0, 1.0)
+    way = STROKE * rise**2 * (3.0 - 2.0 * rise)
+    for _ in range(300):
+        raw = raw_of(way + process(rng, time.size, 0.1, colour), 0.1, lead)
+        record = RecordSamples.of(raw, lead + 2.9, STROKE, DURATION)
+        true = np.interp(record.times + lead + 2.9, time, way)
+        squares = np.square(record.residuals(true[None])).sum(axis=1)
+        found.append(record.p_values(squares)[0])
+        as_if_known.append(replace(record, rest=np.inf).p_values(squares)[0])
+    few = 0.01
+    sure = few + 4.5 * np.sqrt(few * (1.0 - few) / len(found))
+    assert (np.array(found) < few).mean() < sure
+    assert 0.35 < np.median(found) < 0.7
+    if lead < 10.0:
+        assert (np.array(as_if_known) < few).mean() > 2.0 * sure  # a planted fault

@@ -190,7 +190,8 @@ class ExactFindings(Plain):
         effective_size: How many independent draws tell the parameters as well.
         drives: How many drives were simulated.
         log_evidence: Of the family, but for a constant of the record, nats.
-        p_value: Share of records of these drives that lie farther from them than the record.
+        p_value: Share of records of these drives that lie farther from them than the record, whose
+            noise is known as well as its rest shows it.
         residual, noise: Of the record about these drives, and at rest, mm.
         contacts: Probability of each kind of contact.
         evidence: For each mechanism, and each kind of contact, nats: the logarithm of the odds that

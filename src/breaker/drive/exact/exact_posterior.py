@@ -239,12 +239,9 @@ def walk(particles: Particles, progress: Callable[[str], None]) -> tuple[np.ndar
 
 def _told(operation, particles, numbers, effective, settings) -> list[Answer]:
     """The answers with draws of the exact posterior."""
-    from scipy.special import chdtrc
-
     rng = particles.rng
     chosen = rng.permutation(len(numbers))[: settings.draws]
     draws, squares = operation.draws(numbers[chosen])
-    free = np.array([each.free for each in operation.samples])
     told = with_draws(operation.answers, draws, operation.given, effective, LEAST, rng)
     contact = numbers[:, _CONTACT]
     about = {
@@ -260,8 +257,8 @@ def _told(operation, particles, numbers, effective, settings) -> list[Answer]:
         logs = None if None in both else [np.log(each.theta) for each in both]
         exact = ExactFindings(
             family=answer.levels.settings["family"],
-            p_value=float(chdtrc(free[i], squares[:, i]).mean()),
-            residual=samples.sd * float(np.sqrt(squares[:, i].mean() / free[i])),
+            p_value=float(samples.p_values(squares[:, i]).mean()),
+            residual=samples.sd * float(np.sqrt(squares[:, i].mean() / samples.free)),
             noise=samples.sd,
             gap=None if logs is None else divergence(*logs),
             **about,

@@ -9,6 +9,7 @@ from breaker.reading.records.raw_record import Raw
 _FINEST = 0.04  # durations between samples; finer ones are averaged, which no motion notices
 _BEFORE, _BEHIND = 3.0, 9.7  # durations around 10 % of the way, as in the records of training
 _THERE = 0.5  # of the samples of a mean, least share
+_KNOWN = 1e9  # degrees of freedom of noise that is known
 _LEAST = 5e-5  # noise over the stroke, below which no network was trained
 
 
@@ -21,6 +22,8 @@ class RecordSamples:
         travel: mm towards closed, ``(t,)``.
         sd, colour: Noise of a sample, mm, and the correlation of those that are neighbours.
         joined: Whether the sample before is a neighbour, ``(t,)``.
+        rest: By how many independent samples at rest the noise is known, less those that its drift
+            takes; inf where it is that of the rounding, or no rest shows it.
 
     Example:
         >>> times = np.arange(200.0)
@@ -35,6 +38,7 @@ class RecordSamples:
     sd: float
     colour: float
     joined: np.ndarray
+    rest: float = np.inf
 
     @classmethod
     def of(cls, raw: Raw, tenth: float, stroke: float, duration: float) -> "RecordSamples":
@@ -52,11 +56,14 @@ class RecordSamples:
         parts = left[:n].reshape(-1, every)
         whole = np.isfinite(parts).mean(axis=1) >= _THERE
         sd, colour = raw.process
+        at_rest = raw.noise_at(raw.step)
+        rest = (at_rest.samples - 2) * (1.0 - colour**2) / (1.0 + colour**2)
         sd = max(np.hypot(sd, raw.ripple.rms), _LEAST * stroke)
         sd, colour = mean_noise(sd, colour, every)
         joined = np.append(False, np.diff(np.flatnonzero(whole)) == 1)
         means = np.nanmean(parts[whole], axis=1)
-        return cls(times[:n].reshape(-1, every).mean(axis=1)[whole], means, sd, colour, joined)
+        times = times[:n].reshape(-1, every).mean(axis=1)[whole]
+        return cls(times, means, sd, colour, joined, rest if np.isfinite(at_rest.next) else np.inf)
 
     def residuals(self, travel: np.ndarray) -> np.ndarray:
         """Residuals of curves ``(n, t)`` as independent standard normal numbers, ``(n, t)``.
@@ -72,6 +79,19 @@ class RecordSamples:
     def free(self) -> int:
         """Degrees of freedom of the square of ``residuals`` at the true curve."""
         return self.times.size - 1
+
+    def p_values(self, squares: np.ndarray) -> np.ndarray:
+        """Share of records of a drive that lie farther from it than this one, ``(n,)``.
+
+        The noise is no better known than its rest shows it: sums of squares over it follow an F
+        distribution.
+
+        Args:
+            squares: Of the residuals of drives, ``(n,)``.
+        """
+        from scipy.special import fdtrc
+
+        return fdtrc(self.free, min(self.rest, _KNOWN), squares / self.free)
 
     def _white(self, residual: np.ndarray) -> np.ndarray:
         """Residuals ``(n, t)`` as independent standard normal numbers."""
