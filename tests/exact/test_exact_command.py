@@ -124,6 +124,18 @@ def test_words_tell_how_exact_it_is_and_what_is_shown_of_the_way(capsys, monkeyp
     assert all(f"\n {name} " not in out for name in NAMES)
 
 
+def test_where_it_is_not_reached_the_networks_answer_stands_with_a_remark(capsys, monkeypatch):
+    assert call("a.csv", "--json") == 0
+    plain = capsys.readouterr().out
+    monkeypatch.setattr(exact_posterior, "_DRIVES", 1)
+    assert call("a.csv", "--exact", "--json") == 0
+    found = json.loads(capsys.readouterr().out)
+    (said,) = [each for each in found["records"][0]["remarks"] if each.startswith("not exact")]
+    assert "the networks' answer stands" in said
+    found["records"][0]["remarks"].remove(said)
+    assert found == json.loads(plain)
+
+
 def test_a_family_of_another_simulator_is_refused(levels, capsys, monkeypatch):
     drives = levels.settings["drives"] | {"simulator": "own"}
     other = replace(levels, settings=levels.settings | {"drives": drives, "family": "my_type"})

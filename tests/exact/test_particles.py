@@ -4,8 +4,6 @@ Monte Carlo errors follow from the effective size that particles state; with the
 nothing varies, and with others a false alarm is at most 1e-3.
 """
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
@@ -136,20 +134,6 @@ def test_a_kind_that_is_hardly_possible_is_given_up():
     assert found.shares.tolist() == [1.0, 0.0]
     assert len(found.kind) == SIZE
     assert not found.kind.any()
-
-
-def test_a_kind_of_which_hardly_a_draw_was_made_is_followed():
-    target = kinds([1.0, 1.0])
-    few = generator(5, "toy")
-
-    def rarely(scores):  # 1 in 200 of what would be the second kind
-        return ((scores[:, 0] > 2.6) & (scores[:, 0] < 9.0)).astype(int)
-
-    target = replace(target, kinds=rarely, shares=np.array([0.995, 0.005]))
-    found = Particles.of_prior(target, SIZE, few)
-    assert (found.kind == 1).sum() < 0.25 * SIZE
-    exact_posterior.lead(found, lambda _: None)
-    assert found.power == 1.0
 
 
 # ---- what particles are made of ------------------------------------------------------------------
