@@ -26,6 +26,7 @@ import numpy as np
 from breaker.common.compiling import compiled, numba_or_plain
 from breaker.common.randomness import generator
 from breaker.configuration.loading import load
+from breaker.drive.exact.exact_posterior import divergence
 from breaker.drive.exact.family_scores import FamilyScores
 from breaker.drive.family.level_network import Levels
 from breaker.drive.family.network_files import open_network
@@ -125,15 +126,6 @@ def by_network(levels: Levels, sensor, motion, record, rng) -> np.ndarray:
     shape = shape_of(record if motion == "closing" else -record, step)
     seen = network_record(shape, sensor.noise_sd, 0.0, step)
     return np.log(levels.draw({motion: seen}, _DRAWS, rng, size=Size()).theta)
-
-
-def divergence(exact: np.ndarray, other: np.ndarray) -> float:
-    """Kullback-Leibler divergence of two sets of draws ``(d, p)``, taken for normal, nats."""
-    off = other.mean(axis=0) - exact.mean(axis=0)
-    one, two = (np.cov(each, rowvar=False) for each in (exact, other))
-    ratio = np.linalg.solve(two, one)
-    square = off @ np.linalg.solve(two, off)
-    return 0.5 * float(np.trace(ratio) - len(off) + square - np.linalg.slogdet(ratio)[1])
 
 
 def draw(table: Path, picture: Path) -> None:

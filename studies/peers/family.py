@@ -14,9 +14,9 @@ import numpy as np
 import xarray as xr
 
 from breaker.common.randomness import generator
+from breaker.drive.exact.exact_posterior import divergence
 from breaker.drive.simulation.drive_family import Family
 from breaker.quantities.parameters import MOTIONS, NAMES
-from studies.family_exact import divergence
 from studies.peers.common import (
     SEED,
     HeldOut,

@@ -72,11 +72,12 @@ def test_the_readme_states_what_the_family_and_its_lives_reach():
     levels = evidence[evidence.index("<!-- levels: made by") :]
     held = re.search(r"\| medium_voltage, both \|.*\| (\d+ to \d+ %) \|", levels)
     assert f"| {held[1]} |" in readme
-    begin = evidence.index("differs from that of the chains by")
-    apart = evidence[begin : evidence.index("(opening)", begin)]
-    nats = sorted(float(each) for each in re.findall(r"\d+\.\d+", apart))
-    middle = (nats[2] + nats[3]) / 2
-    assert f"| {middle:.2g} ({nats[0]:.2f} to {nats[-1]:g}) |" in readme
+    with (docs / "exact.csv").open(encoding="utf-8", newline="") as file:
+        exact = {row["score"]: row["both"] for row in csv.DictReader(file)}
+    off = exact["network off, nats, median"]
+    assert re.search(rf"median of {exact['records']} records, nats \| {off} \|", readme)
+    hold = [f"{float(exact[f'{by}: 90 % intervals hold']):.2f}" for by in ("exact", "network")]
+    assert re.search(rf"the network's of the same records \| {', '.join(hold)} \|", readme)
 
 
 def test_a_result_without_a_name_is_found():
