@@ -654,7 +654,8 @@ def plans(*files: str) -> None:
     heads = [f"{row['limit']}, {row['looked at']}" for row in data]
     lines = [f"| {data[0]['set']} | {' | '.join(heads)} |", "|---|" + "---|" * len(heads)]
     for score in found.columns[3:]:
-        lines.append(f"| {score} | {' | '.join(f'{row[score]:.3g}' for row in data)} |")
+        cells = [f"{row[score]:.3g}" if score in row else "" for row in data]
+        lines.append(f"| {score} | {' | '.join(cells)} |")
     write_table("evidence", "plans", lines, "lives")
 
 
