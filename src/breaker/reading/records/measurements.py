@@ -104,7 +104,7 @@ def measure_curve(
         >>> noise = 0.05 * np.random.default_rng(1).standard_normal(time.size)
         >>> found = measure_curve(time, 14.0 * way**2 * (3.0 - 2.0 * way) + noise, "closing")
         >>> f"{found['stroke'].value:.2f} +- {found['stroke'].sd:.3f} mm"
-        '14.00 +- 0.004 mm'
+        '14.00 +- 0.006 mm'
         >>> found["closing_speed"].reason
         'no contact timing: the time of touch or parting is not known'
     """
