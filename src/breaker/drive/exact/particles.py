@@ -17,6 +17,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy.special import logsumexp
 
+from breaker.common.randomness import systematic
 from breaker.drive.exact.residual_emulator import ResidualEmulator
 
 _LEFT = 0.5  # effective share of the particles after a step of tempering
@@ -146,13 +147,12 @@ class Particles:
 
     def learn(self, steps: int) -> None:
         """Learn an emulator from the drives that are near enough at this power."""
-        numbers, residuals, log_like = (
-            np.concatenate(each) for each in zip(*self.seen, strict=True)
-        )
-        near = self.power * (np.median(self.log_like) - log_like) < _FAR
+        seen = [np.concatenate(each) for each in zip(*self.seen, strict=True)]
+        near = self.power * (np.median(self.log_like) - seen[-1]) < _FAR
         chosen = np.flatnonzero(near)[-_KEPT:]
-        self.seen = [(numbers[near][-_KEPT:], residuals[near][-_KEPT:], log_like[near][-_KEPT:])]
-        given = numbers[chosen], residuals[chosen], self.power, steps, self.rng
+        numbers, residuals, log_like = (each[chosen] for each in seen)
+        self.seen = [(numbers, residuals, log_like)]
+        given = numbers, residuals, self.power, steps, self.rng
         self.emulator, self.learned_at = ResidualEmulator.fit(*given, self.emulator), self.power
         self._learn_axes()
 
@@ -194,17 +194,14 @@ class Particles:
         kept = [g for k, g in zip(there, groups, strict=True) if np.isfinite(self.log_shares[k])]
         counts = [each.size for each in np.array_split(np.arange(self.size), len(kept))]
         drawn = zip(kept, counts, strict=True)
-        chosen = np.concatenate([self._drawn(g, low * self.log_like[g], n) for g, n in drawn])
+        chosen = []
+        for group, n in drawn:
+            weights = np.exp(low * (self.log_like[group] - self.log_like[group].max()))
+            chosen.append(group[systematic(weights, n, self.rng.random(), self.rng)])
+        chosen = np.concatenate(chosen)
         for name in ("scores", "numbers", "log_like", "ancestor", "kind"):
             setattr(self, name, getattr(self, name)[chosen])
         self._learn_axes()
-
-    def _drawn(self, group: np.ndarray, log_weights: np.ndarray, count: int) -> np.ndarray:
-        """Draw particles of a group by their weights, systematically."""
-        weights = np.exp(log_weights - log_weights.max())
-        at = (np.arange(count) + self.rng.random()) / count
-        shares = np.cumsum(weights) / weights.sum()
-        return group[np.minimum(np.searchsorted(shares, at), group.size - 1)]
 
     @property
     def log_evidence(self) -> float:

@@ -165,7 +165,7 @@ def _trained(layers, inputs, wanted, shares, steps, rng) -> list[np.ndarray]:
 def _forward(layers, inputs):
     """What layers tell of inputs ``(n, i)``, and what the way back needs.
 
-    The last of an odd number of hidden layers and the output is linear; of hidden ones alone, none.
+    The layer behind the hidden ones is linear. Hidden ones alone tell what the last of them does.
     """
     kept, there = [], inputs
     for weights, offset in zip(layers[:-2:2], layers[1:-2:2], strict=True):
