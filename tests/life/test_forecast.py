@@ -128,11 +128,11 @@ def test_a_rate_that_drifts_brings_the_limit_sooner_or_later():
 
 def test_changes_come_as_often_in_any_unit_of_operations():
     future = Future(horizon=10000, changes=1.5)
-    ways, shares = future.ways(), future.shares(2000.0)
+    ways, shares = future.ways(), future.shares(500.0)
     assert shares.sum() == pytest.approx(1.0)
     ahead = future.ahead()
     np.testing.assert_allclose(ways[:, 0], ahead)
-    assert shares[0] == pytest.approx(np.exp(-1.5 * 10000 / 2000.0))
+    assert shares[0] == pytest.approx((10500.0 / 500.0) ** -1.5)
     assert (ways >= ahead[:, None] - 1e-9).all()  # faster is the usual change
     lives = np.tile(2000.0 * np.linspace(0.9, 1.1, 101), (1, 1))
     left = future.quantiles(future.fails(lives, np.array([500.0])))
@@ -141,8 +141,13 @@ def test_changes_come_as_often_in_any_unit_of_operations():
     np.testing.assert_allclose(doubled, 2.0 * left, rtol=0.05)
 
 
-def test_no_change_comes_in_a_life_without_an_end():
-    assert Future().shares(np.inf)[0] == 1.0
+def test_a_change_may_come_however_far_off_the_limit_seems():
+    """Nine of ten draws never reach it, the tenth after 6,000 operations; a change is 6 times."""
+    lives = np.append(np.full(10, 6000.0), np.full(90, np.inf))[None]
+    fails = Future(changes=1.0, spread=0.0).fails(lives, np.array([500.0]))[0]
+    # After 1,500 more: of the tenth, those whose rate changed before 600 operations, of 1,100.
+    share = np.interp(1500.0, Future().ahead(), fails)
+    assert share == pytest.approx(0.1 * 600.0 / 1100.0, rel=0.1)
 
 
 def test_a_change_that_is_noticed_leads_no_further():

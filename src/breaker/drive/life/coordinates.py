@@ -109,8 +109,9 @@ class CoordinateReading(NamedTuple):
         mean: While the drive was new, in its unit.
         slopes: What a coordinate says of it, ``(k,)``.
         scatter: Of what is left, in its unit.
-        common: Standard deviation of what all readings of late are off alike, in its unit: the part
-            of what is stated with the best of them by which they do not scatter, ``(o,)``.
+        common: Standard deviation of what all readings of late are off alike, in its unit: what is
+            stated with the best of them, ``(o,)``. That they scatter as much tells nothing of it:
+            operations differ, too.
     """
 
     motion: str
@@ -141,10 +142,10 @@ class CoordinateReading(NamedTuple):
         if there.size < 2:
             return None
         seen, read = (np.diff(each[there], axis=0) / np.sqrt(2.0) for each in (curve, values))
-        slopes, alone = np.zeros(curve.shape[1]), _spread(read)
+        slopes = np.zeros(curve.shape[1])
         if there.size < _FEWEST:
             usual = np.median(stated[there]) ** 2 + (_SCATTERS * values[there].mean()) ** 2
-            middle = alone = beside_usual(float(read @ read), read.size, usual, _FEWEST) ** 0.5
+            middle = beside_usual(float(read @ read), read.size, usual, _FEWEST) ** 0.5
         else:
             some = seen[:, :_EXPLAINS]
             square = some.T @ some + _RIDGE * np.eye(some.shape[1])
@@ -158,8 +159,7 @@ class CoordinateReading(NamedTuple):
         precision = _of_late(
             np.where(np.isfinite(values), np.maximum(stated, _LEAST) ** -2.0, np.nan)
         )
-        alike = np.where(precision > 0.0, 1.0 / np.maximum(precision, _LEAST), 0.0)
-        common = np.sqrt(np.maximum(alike - alone**2, 0.0))
+        common = np.where(precision > 0.0, np.maximum(precision, _LEAST) ** -0.5, 0.0)
         return cls(motion, name, mean, slopes, scatter, common)
 
     def project(self, values: np.ndarray, curve: np.ndarray) -> np.ndarray:

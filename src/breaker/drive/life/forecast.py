@@ -2,9 +2,10 @@
 
 The rate may drift (``breaker.drive.life.drift``), which belongs to each draw of the path. Or it
 changes at once: the rate may become another one. How likely that is, and by how much, was learned
-from lives (``wear_model.future``): in each tenth of the life that a drive would have without as
-likely, whether these are ten operations or a thousand. The probability to be beyond after so many
-operations is that of the path so much further on, over all the changes that there may be.
+from lives (``wear_model.future``): as likely each time that the drive has become a tenth older,
+whether these are ten operations or a thousand, and however far off the limit seems. The probability
+to be beyond after so many operations is that of the path so much further on, over all the changes
+that there may be.
 
 A change that is noticed ends in a service. The probability to be beyond a limit before any change
 of this path is noticed is that of the same draws and changes, each followed until then.
@@ -34,7 +35,7 @@ class Future(NamedTuple):
 
     Attributes:
         horizon: Operations, the farthest that is looked for.
-        changes: Changes of the rate to expect in a life as long as at the rate so far.
+        changes: Changes of the rate to expect while a drive becomes e times as old.
         faster: Median of the factor on the rate,
         spread: and sd of its logarithm.
         noticed: Records after which a change of the rate is noticed.
@@ -43,7 +44,7 @@ class Future(NamedTuple):
     """
 
     horizon: int = 10000
-    changes: float = 2.0
+    changes: float = 1.0
     faster: float = 6.0
     spread: float = 0.4
     noticed: float = 50.0
@@ -81,16 +82,15 @@ class Future(NamedTuple):
         none = np.broadcast_to(self.ahead()[:, None], (*way.shape[:-1], 1))
         return np.concatenate([none, way], axis=-1)
 
-    def shares(self, life: np.ndarray) -> np.ndarray:
+    def shares(self, past: np.ndarray | float) -> np.ndarray:
         """Return how probable each change of ``ways`` is, ``(..., w)``.
 
         Args:
-            life: Operations from new to the limit, if the wear goes on as it does, ``(...)``.
+            past: Operations so far, ``(...)``.
         """
-        often = self.changes / np.asarray(life, dtype=float)[..., None]
-        when = self._when()
+        past, when = np.asarray(past, dtype=float)[..., None], self._when()
         ends = np.concatenate([[0.0], np.sqrt(when[1:] * when[:-1]), [self.horizon]])
-        stays = np.exp(-often * ends)
+        stays = (1.0 + ends / past) ** -self.changes
         each = (stays[..., :-1] - stays[..., 1:]) / _HOW
         return np.concatenate([stays[..., -1:], np.repeat(each, _HOW, axis=-1)], axis=-1)
 
@@ -112,7 +112,7 @@ class Future(NamedTuple):
         """
         fine = np.append(0.0, np.geomspace(0.5, _FARTHEST * self.horizon, _FINE))
         lag, found = np.broadcast_to(lag, past.shape), np.full((len(past), _AHEAD), np.nan)
-        shares = self.shares(past + np.median(lives, axis=1))
+        shares = self.shares(past)
         known = np.flatnonzero(~np.isnan(lives[:, 0]))
         for lags in np.unique(lag[known]):
             places = np.searchsorted(0.5 * (fine[1:] + fine[:-1]), self.ways(lags))
