@@ -76,7 +76,7 @@ def test_a_measured_quantity_is_linear_in_coordinates_and_its_own(seen):
     assert coordinates.row("closing", "stroke") is None
 
 
-def test_readings_are_off_alike_by_what_the_best_of_late_state():
+def test_readings_are_off_alike_by_what_is_stated_of_late():
     """However much they scatter: by 0.6 here, where 1 or 0.1 is stated."""
     for sd in (1.0, 0.1):
         series, _ = a_series(sd=sd)
@@ -85,12 +85,9 @@ def test_readings_are_off_alike_by_what_the_best_of_late_state():
         assert reading.common[-1] == pytest.approx(sd)
     motion = series.motions["closing"]
     motion.stated["travel_time"][300:] = 2.0  # what is stated of late counts
+    motion.stated["travel_time"][::4] = 0.01  # some are known well by chance
     common = Coordinates.of(series, {"closing": a_basis()}).readings[0].common
-    np.testing.assert_allclose(common[[299, -1]], [0.1, 2.0])
-    assert common[349] == pytest.approx(common[-1])
-    motion.stated["travel_time"][::4] = 0.1  # some are known well: all are, as they err alike
-    common = Coordinates.of(series, {"closing": a_basis()}).readings[0].common
-    assert common[-1] < 0.25
+    np.testing.assert_allclose(common[[299, 349, -1]], [0.1, 2.0, 2.0])
 
 
 @pytest.mark.parametrize("sd", [0.05, 3.0])

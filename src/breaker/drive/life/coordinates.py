@@ -15,6 +15,7 @@ from collections.abc import Mapping, Sequence
 from typing import NamedTuple, Self
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 
 from breaker.drive.family.network_inputs import Basis, without_onset
 from breaker.drive.family.record_means import SCATTER_DIRECTIONS
@@ -39,7 +40,7 @@ _APART = {
 }
 _SCATTERS = 0.005  # share by which what is measured of operations usually scatters
 _FEWEST = 10  # readings from which on a curve says something of a quantity, and its scatter is seen
-_LATELY = 50  # readings, over which what is stated with them is averaged
+_LATELY = 50  # readings, of which the median of what is stated counts
 _LEAST = 1e-12
 
 
@@ -109,9 +110,9 @@ class CoordinateReading(NamedTuple):
         mean: While the drive was new, in its unit.
         slopes: What a coordinate says of it, ``(k,)``.
         scatter: Of what is left, in its unit.
-        common: Standard deviation of what all readings of late are off alike, in its unit: what is
-            stated with the best of them, ``(o,)``. That they scatter as much tells nothing of it:
-            operations differ, too.
+        common: Standard deviation of what all readings of late are off alike, in its unit: the
+            median of what is stated with them, ``(o,)``. That they scatter as much tells nothing of
+            it: operations differ, too.
     """
 
     motion: str
@@ -155,11 +156,7 @@ class CoordinateReading(NamedTuple):
             middle = _spread(left) * np.sqrt(left.size / free)
         mean = float((values[there] - curve[there] @ slopes).mean())
         scatter = max(float(middle), _LEAST + 1e-9 * abs(mean))
-        # What is off alike is no farther off than the readings that are known best.
-        precision = _of_late(
-            np.where(np.isfinite(values), np.maximum(stated, _LEAST) ** -2.0, np.nan)
-        )
-        common = np.where(precision > 0.0, np.maximum(precision, _LEAST) ** -0.5, 0.0)
+        common = _of_late(np.where(np.isfinite(values), stated, np.nan))
         return cls(motion, name, mean, slopes, scatter, common)
 
     def project(self, values: np.ndarray, curve: np.ndarray) -> np.ndarray:
@@ -245,11 +242,11 @@ def _spread(values: np.ndarray) -> float:
 
 
 def _of_late(values: np.ndarray) -> np.ndarray:
-    """Mean of the last values that are known at each operation, ``(o,)``; 0 before the first."""
+    """Median of the last values that are known at each operation, ``(o,)``; 0 before the first."""
     known = np.isfinite(values)
-    count, total = np.cumsum(known), np.append(0.0, np.cumsum(values[known]))
-    before = np.maximum(count - _LATELY, 0)
-    return (total[count] - total[before]) / np.maximum(count - before, 1)
+    before = np.append(np.full(_LATELY, np.nan), values[known])
+    middles = np.nanmedian(sliding_window_view(before, _LATELY)[1:], axis=1)
+    return np.append(0.0, middles)[np.cumsum(known)]
 
 
 def _covariance(changes: np.ndarray, usual: np.ndarray) -> np.ndarray:
