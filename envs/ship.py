@@ -21,7 +21,7 @@ from breaker.common.tensor_file import ModelFileError, open_model
 from breaker.configuration.loading import load
 from breaker.configuration.yaml_sources import ConfigurationError
 from breaker.drive.family.mechanisms import MECHANISMS
-from breaker.drive.family.training_origin import drives_of
+from breaker.drive.family.training_origin import deciding, drives_of
 from breaker.quantities.parameters import NAMES
 from breaker.shipped import CARD, FAMILIES, KINDS, model_file
 
@@ -36,7 +36,7 @@ def made_from(config: Mapping[str, Any], kind: str) -> dict[str, Any]:
     """Return the settings in the header of a network that a configuration makes."""
     return {
         **{key: config[key] for key in ("seed", "prior")},
-        "networks": config["family_networks"],
+        "networks": deciding(config["family_networks"]),
         "drives": config["family"],
         "family": config["family"]["name"],
         "kind": kind,

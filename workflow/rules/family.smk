@@ -5,6 +5,7 @@ anew; `family` trains networks, and judges them on the same drives.
 """
 
 from breaker.common.plugins import FAMILIES as SIMULATORS, plugin_words
+from breaker.drive.family.training_origin import deciding
 from breaker.shipped import KINDS
 
 FAMILY_SHARDS = expand(
@@ -67,11 +68,12 @@ rule family_train:
     threads: config["family_networks"]["training"]["threads"]
     resources:
         gpu=int(config["family_networks"]["training"]["device"] == "cuda"),
+        workers=config["family_networks"]["training"]["workers"],
     params:
         seed=config["seed"],
         prior=config["prior"],
         family=config["family"],
-        networks=config["family_networks"],
+        networks=deciding(config["family_networks"]),
         checkpoint=placed("checkpoints/family_{kind}.pt"),
     script:
         "../scripts/family_train.py"

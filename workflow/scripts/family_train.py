@@ -24,6 +24,7 @@ history, weights, frozen = train_network(
     held_out,
     settings,
     params.seed,
+    workers=snakemake.resources.workers,
     checkpoint=Checkpoint(file, fingerprint(made_from, snakemake.input.code)),
 )
 step, loss = history.attrs["best_step"], history.attrs["best_validation_loss"]

@@ -32,3 +32,9 @@ def trained_on(path: str | Path, prior: Mapping, family: Mapping) -> bool:
 def drives_of(settings: Mapping) -> dict:
     """Return the section ``family`` that a network was trained on, by its settings."""
     return _EARLIER | settings["drives"]
+
+
+def deciding(networks: Mapping) -> dict:
+    """Return the section ``family_networks`` without settings on which no weight depends."""
+    training = {name: each for name, each in networks["training"].items() if name != "workers"}
+    return {**networks, "training": training}

@@ -26,6 +26,7 @@ def train_network(
     settings: Mapping,
     seed: int,
     *,
+    workers: int = 0,
     checkpoint: "Checkpoint | None" = None,
 ) -> tuple[xr.Dataset, dict[str, np.ndarray], dict]:
     """Train a network of "levels" or "changes" on the drives of a bank.
@@ -35,6 +36,7 @@ def train_network(
         held_out: Drives that show what records of members look like.
         settings: The section ``family_networks`` of the configuration.
         seed: Seed of the configuration.
+        workers: Processes that make batches ahead, see ``FamilyRows``; no weight depends on them.
         checkpoint: As of ``training.Trainer``.
 
     Returns:
@@ -50,7 +52,7 @@ def train_network(
     aside = len(rows) - settings["training"]["validation_curves"]
     history = Trainer(
         posterior=network.to(device),
-        rows=FamilyRows(np.arange(aside), rows.rows, device),
+        rows=FamilyRows(np.arange(aside), rows.rows, device, workers),
         validation=FamilyRows(np.arange(aside, len(rows)), rows.rows, device),
         settings=settings["training"],
         seed=seed,

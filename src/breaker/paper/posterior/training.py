@@ -7,8 +7,9 @@ that is trained on does not rank weights: flow matching is scored in coordinates
 whitens, so its value falls where the base is too wide. The learning rate warms up linearly and
 falls to zero by a cosine over a fixed budget of steps.
 
-All randomness of the batches comes from one generator, whose state is in the checkpoint: a
-training that was killed goes on where it was and ends with the weights of an uninterrupted one.
+All randomness of the batches comes from one generator, whose state is in the checkpoint, or from
+its seed and the step: a training that was killed goes on where it was and ends with the weights of
+an uninterrupted one.
 """
 
 import hashlib
@@ -201,8 +202,8 @@ class Trainer:
         file, fingerprint = self.checkpoint
         # weights_only: a checkpoint is data, whoever wrote it.
         try:
-            device = self.weights[0].device
-            state = torch.load(file, weights_only=True, map_location=device)
+            # Optimisers count steps on the processor, and move all else to the weights.
+            state = torch.load(file, weights_only=True, map_location="cpu")
             found = state["fingerprint"]
         except (EOFError, KeyError, RuntimeError, UnpicklingError) as error:
             raise ValueError(
@@ -217,7 +218,7 @@ class Trainer:
             self._copy(state[name], getattr(self, name))
         for optimiser, kept in zip(self.optimisers, state["optimisers"], strict=True):
             optimiser.load_state_dict(kept)
-        self.rng.set_state(state["rng"].cpu())
+        self.rng.set_state(state["rng"])
         tqdm.write(f"going on from step {self.step} of {file}")
 
     def _history(self) -> xr.Dataset:

@@ -1,0 +1,105 @@
+"""Batches of a family's networks that other processes make: the same, in their order."""
+
+import time
+
+import numpy as np
+import pytest
+import torch
+
+from breaker.drive.training.family_density import FamilyNetwork, FamilyRows
+from breaker.paper.posterior.training import Checkpoint, Trainer
+from tests.networks_fixtures import TRAINING, same, weights
+
+SIZES = {"width": 12, "blocks": 1, "features": 6, "components": 3, "head": 5}
+# Of Python on systems with more cores or fewer than this test takes.
+pytestmark = pytest.mark.filterwarnings("ignore:This process|This DataLoader")
+
+
+def make(drives, rng):
+    """Inputs that tell the drive, and outputs with atoms, some of which are not there."""
+    x = drives[:, None] / 50.0 + 0.1 * rng.standard_normal((len(drives), 4))
+    y = x[:, :3] * (rng.random((len(drives), 3)) < 0.8)
+    return x, y, rng.random(y.shape) < 0.7
+
+
+def training(folder, workers=0, *, device="cpu", make=make, **changes):
+    network = FamilyNetwork(SIZES, "levels", (4, 3), atoms=(True, False, True), seed=1)
+    return Trainer(
+        posterior=network.to(device),
+        rows=FamilyRows(np.arange(80), make, device, workers),
+        validation=FamilyRows(np.arange(80, 100), make, device),
+        settings=TRAINING | changes,
+        seed=1,
+        checkpoint=Checkpoint(folder / "levels.pt", "this one"),
+    )
+
+
+def test_weights_do_not_depend_on_workers(tmp_path):
+    """Also where one batch takes longer than the next."""
+
+    def uneven(drives, rng):
+        time.sleep(0.05 * (drives[0] % 2))
+        return make(drives, rng)
+
+    trained = []
+    for workers in (0, 2):
+        each = training(tmp_path / str(workers), workers, make=uneven)
+        history = each.run()
+        trained.append((weights(each), history))
+    (alone, said), (helped, also_said) = trained
+    assert same(alone, helped)
+    assert said.identical(also_said)
+    assert len(set(said.training_loss.values.tolist())) == TRAINING["steps"]
+
+
+def test_a_killed_training_with_workers_goes_on_where_it_was(tmp_path):
+    class Killed(Exception):
+        pass
+
+    class Stopping(Trainer):
+        def _advance(self):
+            if self.step == 7:
+                raise Killed
+            super()._advance()
+
+    whole = training(tmp_path / "whole")
+    whole.run()
+    killed = training(tmp_path / "killed", 2)
+    killed.__class__ = Stopping
+    with pytest.raises(Killed):
+        killed.run()
+    resumed = training(tmp_path / "killed", 1)
+    resumed.run()
+    assert len(resumed.losses) == TRAINING["steps"]
+    assert same(weights(whole), weights(resumed))
+
+
+def test_a_fault_of_a_worker_ends_the_training(tmp_path):
+    def faulty(drives, rng):
+        if len(drives) == TRAINING["batch"]:  # not the rows for validation
+            raise FloatingPointError("no record")
+        return make(drives, rng)
+
+    with pytest.raises(FloatingPointError, match="no record"):
+        training(tmp_path, 1, make=faulty).run()
+
+
+def test_generators_of_torch_stay_as_they_are(tmp_path):
+    before = torch.get_rng_state()
+    training(tmp_path, 1).run()
+    assert torch.equal(torch.get_rng_state(), before)
+
+
+@pytest.mark.skipif(not torch.cuda.is_available(), reason="needs a GPU")
+@pytest.mark.parametrize("workers", [0, 2])
+def test_a_gpu_trains_a_family_as_the_processor_does(tmp_path, workers):
+    """Up to rounding: the records are the same. Muon rounds to half of single precision there."""
+    changes = {"evaluate_every": TRAINING["steps"], "optimiser": "adamw"}
+    expected = training(tmp_path / "cpu", **changes)
+    expected.run()
+    found = training(tmp_path / "cuda", workers, device="cuda", **changes)
+    found.run()
+    for name, weight in weights(expected).items():
+        torch.testing.assert_close(weights(found)[name].cpu(), weight, rtol=1e-3, atol=1e-4)
+    muon = training(tmp_path / "muon", workers, device="cuda")
+    assert np.isfinite(muon.run().validation_loss).all()
