@@ -118,6 +118,7 @@ def normalise(travel, step, like, way, present):
     begin, end = 0, n
     window = max(1, n // 60)
     for _ in range(_ROUNDS):
+        before = low, high, window
         origin, duration = _rise(time[:n], value[:n], low, high, window)
         if not duration > 0.0:
             return 0.0, 0.0, 0.0, 0.0
@@ -128,6 +129,8 @@ def normalise(travel, step, like, way, present):
         arrived = np.searchsorted(time[:n], origin + _END * duration)
         low = _mean(value[begin : max(begin + _FEWEST, rests)])
         high = _mean(value[min(arrived, end - max(_FEWEST, (end - begin) // 20)) : end])
+        if before == (low, high, window):
+            break  # further rounds would find the same
     stroke = high - low
     if not stroke > 0.0:
         return 0.0, 0.0, 0.0, 0.0
