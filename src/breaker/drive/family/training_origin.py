@@ -4,6 +4,7 @@ of the workflow asks.
 
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 from breaker.common.tensor_file import settings_of
 
@@ -34,7 +35,7 @@ def drives_of(settings: Mapping) -> dict:
     return _EARLIER | settings["drives"]
 
 
-def deciding(networks: Mapping) -> dict:
+def deciding(networks: Mapping[str, Any]) -> dict[str, Any]:
     """Return the section ``family_networks`` without settings on which no weight depends."""
     training = {name: each for name, each in networks["training"].items() if name != "workers"}
     return {**networks, "training": training}
