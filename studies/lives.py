@@ -17,8 +17,7 @@ wear; where nothing changes enough for that, it has none. ``steady`` lives have 
 ``faults`` a sudden one of a parameter. ``unworn`` drives do not wear, ``slow`` ones a quarter as
 fast as their limits are set for: what they are told is a false alarm. ``few`` drives are of the
 family, and have one or two records at each of ten visits; two visits are new. ``other`` are lives
-of drives of other code, by other laws of wear, of other lengths (``studies.other_lives``); their
-truth is not shifted to what records show.
+of drives of other code, by other laws of wear, of other lengths (``studies.other_lives``).
 
 A service is done at the operation that is told, by two ways of looking: ``watched``, at every
 record, and ``visits``, where the records are read at each twentieth of the life. What a life costs,
@@ -159,7 +158,7 @@ class Life:
 
 
 def simulate(life: Life, config: Mapping, rng: np.random.Generator) -> tuple[Series, pd.DataFrame]:
-    """Records of a life, and its truth: parameters, and what records show but for noise.
+    """Records of a life, and its truth: parameters, and what is measured of curves without a sensor.
 
     The truth is that at a pace of 1, by which limits are set.
     """
@@ -190,13 +189,7 @@ def simulate(life: Life, config: Mapping, rng: np.random.Generator) -> tuple[Ser
         rows.append(row)
     new = np.arange(life.settings(config)["reference"])
     series = Series(operations, motions, new, {})
-    truth = pd.DataFrame(rows).set_index("operation")
-    for motion, each in motions.items():  # what records show is off by noise and rounding
-        for name, values in each.measured.items():
-            key = f"{motion} {name}"
-            as_worn = np.interp(life.pace * operations, truth.index, truth[key])
-            truth[key] += np.nanmedian(values - as_worn)
-    return series, truth
+    return series, pd.DataFrame(rows).set_index("operation")
 
 
 def measured(curve: np.ndarray, motion: str) -> dict[str, Measured]:
