@@ -14,7 +14,7 @@ operation by operation, a flow's loss and gradient take a third longer.
 import math
 
 import torch
-from torch import Tensor, nn
+from torch import Tensor
 from torch.autograd.function import once_differentiable
 
 _BOUND = 5.0
@@ -39,8 +39,7 @@ def bend(x: Tensor, numbers: Tensor) -> tuple[Tensor, Tensor]:
 
 def unbend(y: Tensor, numbers: Tensor) -> Tensor:
     """Return where splines have the values y, ``(...)``; the inverse of ``bend``."""
-    knots, slopes, _ = _knots(numbers)
-    piece = _Piece(y, knots, slopes, axis=1)
+    piece = _Piece(y, _Knots(numbers), axis=1)
     rise, bow = y - piece.y0, piece.d0 + piece.d1 - 2.0 * piece.s
     a = piece.h * (piece.s - piece.d0) + rise * bow
     b = piece.h * piece.d0 - rise * bow
@@ -49,40 +48,47 @@ def unbend(y: Tensor, numbers: Tensor) -> Tensor:
     return torch.where(piece.inside, piece.x0 + t * piece.w, y)
 
 
-def _knots(numbers: Tensor) -> tuple[Tensor, Tensor, tuple[Tensor, ...]]:
-    """Places of the knots ``(..., 2, bins + 1)``, slopes ``(..., bins + 1)``, and steps on the way.
+class _Knots:
+    """Knots of splines, and steps on the way to them.
 
-    A softmax would do for the bins, but over axes so short it takes most of a draw's time.
+    Bins come before all other axes, so that operations run along memory: over axes as short as
+    a spline's, each takes three times as long. A softmax would do for the bins, but takes longest.
+
+    Attributes:
+        widths: Of the bins on either axis, unscaled, ``(2, bins, ...)``; ``damped`` as in them.
+        ends: Places of the knots, unscaled, ``(2, bins + 1, ...)``, of which the last is ``total``,
+            ``(2, ...)``.
+        slopes: At the knots, ``(bins + 1, ...)``; ``slope_damped`` as in the inner ones.
     """
-    bins = (numbers.shape[-1] + 1) // 3
-    sizes, steep = numbers.split([2 * bins, bins - 1], -1)
-    damped = 1.0 + sizes.abs() * (2.0 / _MOST)
-    widths = (sizes / damped).exp().unflatten(-1, (2, -1))
-    ends = nn.functional.pad(widths.cumsum(-1), (1, 0))
-    total = ends[..., -1:]
-    slope_damped = 1.0 + steep.abs() / _MOST
-    slopes = nn.functional.pad(steep / slope_damped, (1, 1)).exp()
-    knots = _BOUND * (2.0 * ends / total - 1.0)
-    return knots, slopes, (widths, damped, ends, total, slope_damped)
+
+    def __init__(self, numbers: Tensor) -> None:
+        bins = (numbers.shape[-1] + 1) // 3
+        sizes, steep = numbers.movedim(-1, 0).contiguous().split([2 * bins, bins - 1])
+        sizes = sizes.unflatten(0, (2, bins))
+        self.damped = 1.0 + sizes.abs() * (2.0 / _MOST)
+        self.widths = (sizes / self.damped).exp()
+        ends = [torch.zeros_like(self.widths[:, 0])]
+        for width in self.widths.unbind(1):
+            ends.append(ends[-1] + width)
+        self.total, self.ends = ends[-1], torch.stack(ends, 1)
+        self.slope_damped = 1.0 + steep.abs() / _MOST
+        end = torch.ones_like(numbers[..., 0]).unsqueeze(0)
+        self.slopes = torch.cat([end, (steep / self.slope_damped).exp(), end])
 
 
 class _Piece:
     """The pieces of splines on which points lie, by their values on an axis: 0 for x, 1 for y."""
 
-    def __init__(self, points: Tensor, knots: Tensor, slopes: Tensor, *, axis: int) -> None:
-        last = knots.shape[-1] - 2
-        at = (
-            torch.searchsorted(knots[..., axis, :].contiguous(), points.unsqueeze(-1).contiguous())
-            - 1
-        )
-        self.at = at.clamp(0, last)
+    def __init__(self, points: Tensor, knots: _Knots, *, axis: int) -> None:
+        place = (points / (2.0 * _BOUND) + 0.5) * knots.total[axis]
+        at = (knots.ends[axis, 1:-1] < place).sum(0, keepdim=True)
+        self.at, self.both = at, torch.cat([at, at + 1])
         self.inside = points.abs() < _BOUND
-        both = torch.cat([self.at, self.at + 1], -1)
-        (self.x0, x1), (self.y0, y1) = (
-            knots[..., axis, :].gather(-1, both).unbind(-1) for axis in (0, 1)
-        )
-        self.d0, self.d1 = slopes.gather(-1, both).unbind(-1)
-        self.w, self.h = x1 - self.x0, y1 - self.y0
+        self.reached = knots.ends.gather(1, self.both.expand(2, *self.both.shape))
+        low, high = self.reached.unbind(1)
+        self.x0, self.y0 = (_BOUND * (2.0 * low / knots.total - 1.0)).unbind()
+        self.w, self.h = (2.0 * _BOUND * (high - low) / knots.total).unbind()
+        self.d0, self.d1 = knots.slopes.gather(0, self.both).unbind()
         self.s = self.h / self.w
 
 
@@ -92,8 +98,8 @@ class _Bend(torch.autograd.Function):
     @staticmethod
     def forward(ctx, x: Tensor, numbers: Tensor) -> tuple[Tensor, Tensor]:
         """See ``bend``."""
-        knots, slopes, steps = _knots(numbers)
-        p = _Piece(x, knots, slopes, axis=0)
+        knots = _Knots(numbers)
+        p = _Piece(x, knots, axis=0)
         t = torch.where(p.inside, (x - p.x0) / p.w, 0.5)
         q, r = t * (1.0 - t), 1.0 - t
         below = p.s + (p.d0 + p.d1 - 2.0 * p.s) * q
@@ -101,15 +107,15 @@ class _Bend(torch.autograd.Function):
         steep = p.d1 * t * t + 2.0 * p.s * q + p.d0 * r * r
         value = torch.where(p.inside, p.y0 + p.h * share, x)
         log_slope = 2.0 * (p.s / below).log() + steep.log()
-        ctx.piece = p
-        ctx.save_for_backward(t, q, r, below, share, steep, slopes, *steps)
+        ctx.piece, ctx.knots = p, knots
+        ctx.save_for_backward(t, q, r, below, share, steep)
         return value, log_slope.where(p.inside, 0.0)
 
     @staticmethod
     @once_differentiable
     def backward(ctx, of_value: Tensor, of_slope: Tensor) -> tuple[Tensor, Tensor]:
         """Return the gradients of x and of the numbers."""
-        t, q, r, below, share, steep, slopes, *steps = ctx.saved_tensors
+        t, q, r, below, share, steep = ctx.saved_tensors
         p = ctx.piece
         inside = p.inside.to(t.dtype)
         outer, of_value, of_slope = of_value * (1.0 - inside), of_value * inside, of_slope * inside
@@ -134,31 +140,34 @@ class _Bend(torch.autograd.Function):
         of_x = of_t / p.w
         of_h = of_value * share + of_s / p.w
         of_w = -(of_s * p.s + of_t * t) / p.w
-        ends = torch.stack(
-            [torch.stack([-of_x - of_w, of_value - of_h], -1), torch.stack([of_w, of_h], -1)], -1
+        of_ends = torch.stack(
+            [
+                torch.stack([-of_x - of_w, of_value - of_h]),
+                torch.stack([of_w, of_h]),
+            ],
+            1,
         )
-        of_numbers = _of_numbers(p.at, ends, torch.stack([of_d0, of_d1], -1), slopes, steps)
+        of_numbers = _of_numbers(ctx.knots, p, of_ends, torch.stack([of_d0, of_d1]))
         return outer + of_x, of_numbers
 
 
-def _of_numbers(at: Tensor, of_ends: Tensor, of_slopes: Tensor, slopes: Tensor, steps) -> Tensor:
+def _of_numbers(knots: _Knots, piece: _Piece, of_ends: Tensor, of_slopes: Tensor) -> Tensor:
     """Gradients of the numbers from those of a piece's ends and of the slopes there.
 
     Args:
-        at: Number of the piece, ``(..., 1)``.
-        of_ends: Gradients of its knots, ``(..., 2 axes, 2 ends)``.
-        of_slopes: Of its slopes, ``(..., 2)``.
-        slopes, steps: Of ``_knots``.
+        knots, piece: Those of the splines.
+        of_ends: Gradients of its knots, ``(2 axes, 2 ends, ...)``.
+        of_slopes: Of its slopes, ``(2, ...)``.
     """
-    widths, damped, ends, total, slope_damped = steps
-    both = torch.cat([at, at + 1], -1)
-    reached = ends.gather(-1, both.unsqueeze(-2).expand(*at.shape[:-1], 2, 2))
+    of_ends = of_ends * (2.0 * _BOUND / knots.total).unsqueeze(1)
     # A knot is a share of all bins: a bin moves those behind it one way, and all the other.
-    pull = (of_ends * reached).sum(-1, keepdim=True) / total
-    order = torch.arange(widths.shape[-1], device=at.device)
-    before = (order < at).unsqueeze(-2) * of_ends.sum(-1, keepdim=True)
-    here = (order == at).unsqueeze(-2) * of_ends[..., 1:]
-    of_sizes = (2.0 * _BOUND / total) * widths * (before + here - pull)
-    of_all = torch.zeros_like(slopes).scatter(-1, both, of_slopes) * slopes
-    of_inner = of_all[..., 1:-1] / (slope_damped * slope_damped)
-    return torch.cat([of_sizes.flatten(-2) / (damped * damped), of_inner], -1)
+    pull = (of_ends * piece.reached).sum(1) / knots.total
+    bins = knots.widths.shape[1]
+    order = torch.arange(bins, device=of_ends.device).view(bins, *[1] * (of_ends.dim() - 2))
+    moved = [(order < end).to(of_ends.dtype) for end in piece.both]
+    low, high = of_ends.unsqueeze(1).unbind(2)
+    of_sizes = torch.addcmul(torch.addcmul(-pull.unsqueeze(1), moved[0], low), moved[1], high)
+    of_sizes = of_sizes * knots.widths / (knots.damped * knots.damped)
+    of_all = torch.zeros_like(knots.slopes).scatter(0, piece.both, of_slopes) * knots.slopes
+    of_inner = of_all[1:-1] / (knots.slope_damped * knots.slope_damped)
+    return torch.cat([of_sizes.flatten(0, 1), of_inner]).movedim(0, -1)
