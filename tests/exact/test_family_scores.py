@@ -80,6 +80,32 @@ def test_a_drive_of_scores_does_not_depend_on_those_beside_it(scores):
     assert np.array_equal(whole[7:8], scores.numbers(some[7:8]))
 
 
+def test_a_program_makes_of_scores_what_the_family_does(scores):
+    """To the last digits, which compiled code may round otherwise."""
+    some = generator(10, "test scores").standard_normal((300, scores.unknowns))
+    contact, numbers = scores.contact(some), scores.numbers(some)
+    for k, kind in enumerate(scores.kinds):
+        own = contact == k
+        theta, elements = scores.family.drawn(kind, ScoreColumns(some[own, 1:]))
+        columns = [*theta, *elements.numbers]
+        expected = np.column_stack([np.broadcast_to(each, own.sum()) for each in columns])
+        assert np.allclose(numbers[own], expected, rtol=1e-12, atol=0.0)
+
+
+def test_slopes_of_drives_are_those_by_differences(scores):
+    rng = generator(11, "test scores")
+    some = rng.standard_normal((40, scores.unknowns))
+    numbers, back = scores.traced(some)
+    assert np.array_equal(numbers, scores.numbers(some))
+    by = rng.standard_normal(numbers.shape)
+    slopes = back(by)
+    assert not slopes[:, 0].any()  # of the kind of contact
+    for j in range(1, scores.unknowns):
+        beside = 1e-6 * np.eye(scores.unknowns)[j]
+        moved = scores.numbers(some + beside) - scores.numbers(some - beside)
+        assert np.allclose((moved * by).sum(axis=1) / 2e-6, slopes[:, j], atol=1e-6), j
+
+
 # ---- drawn anew ----------------------------------------------------------------------------------
 
 

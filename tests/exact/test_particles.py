@@ -9,7 +9,7 @@ import pytest
 
 from breaker.common.randomness import generator
 from breaker.drive.exact import exact_posterior, particles, residual_emulator
-from breaker.drive.exact.particles import Particles, Smooth
+from breaker.drive.exact.particles import Particles, smooth_scores
 from tests.exact.toys import bent, kinds, switched
 
 SIZE = 300
@@ -166,13 +166,16 @@ def test_same_seed_same_particles():
     assert not np.array_equal(first.scores, led(bent(), seed=2)[0].scores)
 
 
-def test_scores_that_move_different_numbers_smoothly_form_a_group():
+def test_scores_that_move_a_number_by_a_little_are_smooth():
     known = switched()  # of which the second score decides, and the last moves nothing
     examples = generator(1, "toy").standard_normal((40, known.target.unknowns))
-    smooth = Smooth.of(known.target, examples)
-    assert smooth.scores.tolist() == [0, 2]
-    assert smooth.groups == [[0, 2]]
-    assert smooth.moves.tolist() == [[[1.0, 0.0], [0.0, 1.0]]]
+    assert smooth_scores(known.target, examples).tolist() == [0, 2]
+
+
+def test_particles_do_not_depend_on_the_number_of_cores(monkeypatch):
+    both = led(bent())[0].scores
+    monkeypatch.setattr(particles, "at_once", lambda *calls: [call() for call in calls])
+    assert np.array_equal(led(bent())[0].scores, both)
 
 
 def test_the_effective_size_is_that_of_independent_draws_and_of_families():

@@ -36,6 +36,24 @@ def normal(design, seen):
     return mean, covariance, -0.5 * (np.linalg.slogdet(precision)[1] + square)
 
 
+def traced(numbers):
+    """Numbers of scores, and what takes slopes back, by differences."""
+    beside = 1e-5
+
+    def trace(scores):
+        base = numbers(scores)
+
+        def back(slopes):
+            found = np.empty(scores.shape)
+            for j, by in enumerate(beside * np.eye(scores.shape[1])):
+                found[:, j] = ((numbers(scores + by) - base) * slopes).sum(axis=1) / beside
+            return found
+
+        return base, back
+
+    return trace
+
+
 ONE_KIND = {"kinds": lambda scores: np.zeros(len(scores), int), "shares": np.ones(1), "fixed": ()}
 
 
@@ -53,9 +71,13 @@ def bent() -> Known:
     def redrawn(scores, rng):
         return np.column_stack([scores[:, :4], rng.standard_normal(len(scores))])
 
+    def numbers(scores):
+        return np.sinh(scores[:, :3])
+
     target = Target(
         unknowns=5,
-        numbers=lambda scores: np.sinh(scores[:, :3]),
+        numbers=numbers,
+        traced=traced(numbers),
         residuals=lambda numbers: np.arcsinh(numbers) @ design.T - seen,
         **ONE_KIND,
         asked=np.arcsinh,
@@ -93,6 +115,7 @@ def switched() -> Known:
     target = Target(
         unknowns=4,
         numbers=numbers,
+        traced=traced(numbers),
         residuals=lambda n: np.outer(n[:, 0], beside) + np.outer(n[:, 1], by) - seen,
         **ONE_KIND,
         asked=lambda n: np.column_stack([n[:, 0], n[:, 1] != 0.0]),
@@ -120,6 +143,7 @@ def kinds(working, off=0.0) -> Target:
     return Target(
         unknowns=4,
         numbers=numbers,
+        traced=traced(numbers),
         residuals=lambda n: np.where(n[:, 3:] > 0.0, n[:, 1:3] + off * n[:, :1], np.nan),
         kinds=kind,
         shares=np.array([0.5, 0.5]),

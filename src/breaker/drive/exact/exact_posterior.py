@@ -73,13 +73,22 @@ class _Operation:
         """What particles are led to."""
         unknowns = self.scores.unknowns + 2 + len(self.answers)
         kinds = self.scores.contact, self.scores.shares, [0]
-        about = self.numbers, self.residuals, *kinds, self.log_parameters
+        about = self.numbers, self.traced, self.residuals, *kinds, self.log_parameters
         return Target(unknowns, *about, self.scores.redrawn)
 
     def numbers(self, scores: np.ndarray) -> np.ndarray:
         """Numbers of drives of scores ``(n, m)``, ``(n, p + e + 2 + r)``."""
+        return self.traced(scores)[0]
+
+    def traced(self, scores: np.ndarray) -> tuple[np.ndarray, Callable[[np.ndarray], np.ndarray]]:
+        """The same, and what takes slopes by numbers to slopes by scores."""
         own, laid = np.split(scores, [self.scores.unknowns], axis=1)
-        return np.column_stack([self.scores.numbers(own), laid])
+        numbers, back = self.scores.traced(own)
+
+        def taken_back(slopes: np.ndarray) -> np.ndarray:
+            return np.column_stack([back(slopes[:, :_DRIVE]), slopes[:, _DRIVE:]])
+
+        return np.column_stack([numbers, laid]), taken_back
 
     def log_parameters(self, numbers: np.ndarray) -> np.ndarray:
         """Logarithms of the parameters but for those of a size that is laid on, ``(n, p)``."""

@@ -5,11 +5,14 @@ coordinates of its drives, whose prior is a standard normal, whatever each stand
 """
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from scipy.special import ndtr, ndtri
 
+from breaker.drive.exact.recorded_program import Program
 from breaker.drive.exact.simulated_motions import closed_travels
 from breaker.drive.simulation.drive_family import Family
 from breaker.drive.simulation.rich_drive import CONTACTS, ELEMENTS
@@ -82,8 +85,8 @@ class FamilyScores:
         family.drawn(CONTACTS[0], columns)
         presence = columns.presence and (columns.presence[0] + 1, columns.presence[1])
         new = cls(family, columns.used + 1, np.ones(0), presence)
-        drawn = [new._numbers(k, rng.standard_normal((_DRAWN, columns.used))) for k in new.kinds]
-        works = [closed_travels(numbers, new.touch) for numbers in drawn]
+        drawn = [each.run(rng.standard_normal((_DRAWN, columns.used))) for each in new._programs]
+        works = [closed_travels(numbers, new.touch) for numbers, _ in drawn]
         return replace(new, working=np.isfinite(works).mean(axis=1))
 
     @property
@@ -108,15 +111,39 @@ class FamilyScores:
 
     def numbers(self, scores: np.ndarray) -> np.ndarray:
         """Drives of scores ``(n, m)`` as ``Drive.numbers`` has them, ``(n, p + e)``."""
-        found, contact = np.empty((len(scores), len(NAMES) + len(ELEMENTS))), self.contact(scores)
-        for i in np.unique(contact):
-            found[contact == i] = self._numbers(self.kinds[i], scores[contact == i, 1:])
-        return found
+        return self.traced(scores)[0]
 
-    def _numbers(self, kind: str, scores: np.ndarray) -> np.ndarray:
-        theta, elements = self.family.drawn(kind, ScoreColumns(scores))
-        columns = [*theta.reshape(len(NAMES), -1), *elements.numbers]
-        return np.column_stack([np.broadcast_to(each, len(scores)) for each in columns])
+    def traced(self, scores: np.ndarray) -> tuple[np.ndarray, Callable[[np.ndarray], np.ndarray]]:
+        """What ``numbers`` returns, and what takes slopes by these, ``(n, p + e)``, to slopes by
+        the scores, ``(n, m)``. By scores that decide they are 0.
+        """
+        contact, parts = self.contact(scores), []
+        numbers = np.empty((len(scores), len(NAMES) + len(ELEMENTS)))
+        for i in np.unique(contact):
+            own = np.flatnonzero(contact == i)
+            numbers[own], back = self._programs[i].run(scores[own, 1:])
+            parts.append((own, back))
+
+        def taken_back(slopes: np.ndarray) -> np.ndarray:
+            found = np.zeros(scores.shape)
+            for own, back in parts:
+                found[own, 1:] = back(slopes[own])
+            return found
+
+        return numbers, taken_back
+
+    @cached_property
+    def _programs(self) -> list[Program]:
+        """How the family makes a drive of each of ``kinds``."""
+
+        def program(kind: str) -> Program:
+            def numbers(scores: np.ndarray) -> list:
+                theta, elements = self.family.drawn(kind, ScoreColumns(scores))
+                return [*theta.reshape(len(NAMES), -1), *elements.numbers]
+
+            return Program.of(numbers, self.unknowns - 1)
+
+        return [program(kind) for kind in self.kinds]
 
     def sample(self, tries: int, rng: np.random.Generator) -> np.ndarray:
         """Draw drives of the family as often as is said, ``(n, p + e)``: as many as work, and fewer

@@ -13,11 +13,13 @@ at the same times, and not in between, so that a walk is reversible.
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 from scipy.special import logsumexp
 
 from breaker.common.randomness import systematic
+from breaker.drive.exact.at_once import at_once
 from breaker.drive.exact.residual_emulator import ResidualEmulator
 
 _LEFT = 0.5  # effective share of the particles after a step of tempering
@@ -26,7 +28,6 @@ _FIRST = 40_000  # draws of the prior, of which the first emulator learns
 _KEPT = 120_000  # simulated drives, of which an emulator learns at most
 _FAR = 400.0  # nats below the middle, times the power, of which none is
 _RISES = 1.8  # of the power, from one emulator to the next
-_BESIDE = 1e-5  # of a score, by which slopes are seen
 _LENGTH, _LEAPS = 1.5, (4, 24)  # of a trajectory, and its least and most steps
 _INFORMED = 0.7  # variance of scores, below which the record shows them
 _REDRAWS = 8  # moves of a round that draw scores anew
@@ -44,6 +45,7 @@ class Target:
     Attributes:
         unknowns: Scores m.
         numbers: What a drive's curves depend on, of scores ``(n, m)``, ``(n, q)``.
+        traced: The same, and what takes slopes by numbers to slopes by scores.
         residuals: Of these, in units of the noise, ``(n, r)``; nan of what is no drive.
         kinds: Which of the enumerated kinds scores are of, ``(n,)``.
         shares: Of kinds in the prior, ``(k,)``.
@@ -54,6 +56,7 @@ class Target:
 
     unknowns: int
     numbers: Callable[[np.ndarray], np.ndarray]
+    traced: Callable[[np.ndarray], tuple[np.ndarray, Callable[[np.ndarray], np.ndarray]]]
     residuals: Callable[[np.ndarray], np.ndarray]
     kinds: Callable[[np.ndarray], np.ndarray]
     shares: np.ndarray
@@ -92,6 +95,7 @@ class Particles:
         variances: Of these, by Monte Carlo, ``(k,)``.
         power: Of the likelihood.
         simulated: How many drives.
+        smooth: Scores that move a drive smoothly, ``(s,)``.
     """
 
     target: Target
@@ -110,7 +114,7 @@ class Particles:
     learned_at: float = 0.0
     widths: _Widths = field(default_factory=_Widths)
     seen: list = field(default_factory=list)
-    smooth: "Smooth | None" = None
+    smooth: np.ndarray | None = None
     axes: np.ndarray | None = None
 
     @classmethod
@@ -132,18 +136,22 @@ class Particles:
             drawn = np.bincount(new.kind, minlength=len(target.shares)) > 0
             new.log_shares = np.log(np.where(drawn, target.shares, 0.0))
         new.variances = np.zeros(len(target.shares))
-        new.smooth = Smooth.of(target, scores[works[:40]])
+        new.smooth = smooth_scores(target, scores[works[:40]])
         return new
 
     def simulate(self, scores: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Numbers of drives, and their log likelihoods, which emulators learn from."""
-        numbers = self.target.numbers(scores)
-        residuals = self.target.residuals(numbers)
+        halves = (partial(self._simulated, each) for each in np.array_split(scores, 2))
+        numbers, residuals = map(np.concatenate, zip(*at_once(*halves), strict=True))
         self.simulated += len(scores)
         log_like = -0.5 * np.square(residuals).sum(axis=1)
         works = np.isfinite(log_like)
         self.seen.append((numbers[works], residuals[works].astype(np.float32), log_like[works]))
         return numbers, np.where(works, log_like, -np.inf)
+
+    def _simulated(self, scores: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        numbers = self.target.numbers(scores)
+        return numbers, self.target.residuals(numbers)
 
     def learn(self, steps: int) -> None:
         """Learn an emulator from the drives that are near enough at this power."""
@@ -158,7 +166,7 @@ class Particles:
 
     def _learn_axes(self) -> None:
         """Learn along which axes of the smooth scores, and how far, particles vary."""
-        variances, axes = np.linalg.eigh(np.cov(self.scores[:, self.smooth.scores].T))
+        variances, axes = np.linalg.eigh(np.cov(self.scores[:, self.smooth].T))
         shown = variances < _INFORMED
         self.axes = axes * np.sqrt(np.where(shown, np.maximum(variances, 1e-4), 1.0))
 
@@ -266,56 +274,62 @@ class Particles:
         """Where particles walk on the emulator, ``(n, m)``, and what it says that they gain there,
         at the power, nats.
         """
-        scores = self.scores
-        first = log = self._log_like(scores)
-        for kind in self.rng.permutation(1 + _REDRAWS):
+        halves = zip(np.array_split(self.scores, 2), self.rng.spawn(2), strict=True)
+        order = self.rng.permutation(1 + _REDRAWS)
+        found = at_once(*(partial(self._half_walked, *each, order) for each in halves))
+        scores, gained, shares = zip(*found, strict=True)
+        for kind, share in zip(order, np.mean(shares, axis=0), strict=True):
             if kind == 0:
-                scores, log, share = self._trajectory(scores)
                 self.widths.follow("step", share, _SMOOTH_TARGET, 0.6)
             else:
-                scores, log, share = self._redrawn(scores, log)
                 self.widths.follow("redrawn", share, _REDRAWN_TARGET, 1.0)
-        return scores, self.power * (log - first)
+        return np.concatenate(scores), self.power * np.concatenate(gained)
+
+    def _half_walked(self, scores, rng, order):
+        """Where some walk, what they gain, and the share of each move that is taken."""
+        first = log = self._log_like(scores)
+        shares = []
+        for kind in order:
+            move = self._redrawn if kind else self._trajectory
+            scores, log, share = move(scores, log, rng)
+            shares.append(share)
+        return scores, log - first, shares
 
     def _log_like(self, scores: np.ndarray) -> np.ndarray:
         """Log likelihoods by the emulator."""
         return self.emulator.log_likelihood(self.target.numbers(scores))
 
-    def _redrawn(self, scores, log):
+    def _redrawn(self, scores, log, rng):
         """Some scores drawn anew, in whole or in part."""
         n, m = scores.shape
-        count = np.exp(self.rng.uniform(0.0, np.log(_REDRAWN), n))
-        size = (
-            self.widths.redrawn * np.sqrt(20.0 / count) * np.exp(0.5 * self.rng.standard_normal(n))
-        )
-        part = (self.rng.random((n, m)) < (count / m)[:, None]) * np.clip(size, 0.0, 1.0)[:, None]
-        noise = self.rng.standard_normal((n, m))
-        there = np.sqrt(1.0 - part**2) * scores + part * noise
+        count = np.exp(rng.uniform(0.0, np.log(_REDRAWN), n))
+        size = self.widths.redrawn * np.sqrt(20.0 / count) * np.exp(0.5 * rng.standard_normal(n))
+        part = (rng.random((n, m)) < (count / m)[:, None]) * np.clip(size, 0.0, 1.0)[:, None]
+        there = np.sqrt(1.0 - part**2) * scores + part * rng.standard_normal((n, m))
         there[:, self.target.fixed] = scores[:, self.target.fixed]
         new = self._log_like(there)
-        ok = np.log(self.rng.random(n)) < self.power * (new - log)
+        ok = np.log(rng.random(n)) < self.power * (new - log)
         return np.where(ok[:, None], there, scores), np.where(ok, new, log), ok.mean()
 
-    def _trajectory(self, scores):
+    def _trajectory(self, scores, log, rng):
         """Where trajectories of the smooth scores end."""
-        own, axes, n = self.smooth.scores, self.axes, len(scores)
-        step = self.widths.step * np.exp(0.2 * self.rng.standard_normal())
+        own, axes, n = self.smooth, self.axes, len(scores)
+        step = self.widths.step * np.exp(0.2 * rng.standard_normal())
         leaps = int(np.clip(_LENGTH / step, *_LEAPS))
-        speed = self.rng.standard_normal((n, own.size))
+        speed = rng.standard_normal((n, own.size))
         there = scores.copy()
         first, slope = self._slope(there)
         begin = self.power * first + self._rest(there, speed)
-        log = first
         with np.errstate(invalid="ignore", over="ignore"):  # far beyond the drives that there are
             for _ in range(leaps):
                 speed = speed + 0.5 * step * slope @ axes
                 there[:, own] += step * speed @ axes.T
-                log, slope = self._slope(there)
+                new, slope = self._slope(there)
                 speed = speed + 0.5 * step * slope @ axes
-            gain = self.power * log + self._rest(there, speed) - begin
+            gain = self.power * new + self._rest(there, speed) - begin
             share = np.exp(np.minimum(np.where(np.isfinite(gain), gain, -np.inf), 0.0))
-        ok = self.rng.random(n) < share
-        return np.where(ok[:, None], there, scores), np.where(ok, log, first), share.mean()
+        ok = rng.random(n) < share
+        return np.where(ok[:, None], there, scores), np.where(ok, new, log), share.mean()
 
     def _rest(self, scores, speed):
         return -0.5 * (np.square(scores).sum(axis=1) + np.square(speed).sum(axis=1))
@@ -324,58 +338,21 @@ class Particles:
         """Log likelihoods by the emulator, and the slopes of the log densities at the power, by the
         smooth scores.
         """
-        beside = np.repeat(scores[None], 1 + len(self.smooth.groups), axis=0)
-        for each, group in zip(beside[1:], self.smooth.groups, strict=True):
-            each[:, group] += _BESIDE
-        numbers = self.target.numbers(beside.reshape(-1, scores.shape[1]))
-        inputs, *moved = self.emulator.inputs(numbers).reshape(len(beside), len(scores), -1)
-        log, by_inputs = self.emulator.slopes(inputs)
-        changes = [by_inputs * (each - inputs) / _BESIDE for each in moved]
-        moves = self.smooth.moves[:, self.emulator.used]
-        slope = sum(each @ by for each, by in zip(changes, moves, strict=True))
-        own = self.smooth.scores
-        return log, self.power * slope - scores[:, own]
+        numbers, back = self.target.traced(scores)
+        log, slopes = self.emulator.slopes(numbers)
+        return log, self.power * back(slopes)[:, self.smooth] - scores[:, self.smooth]
 
 
-@dataclass(frozen=True, eq=False)
-class Smooth:
-    """Scores that move a drive smoothly, in groups of which no two move the same number.
+def smooth_scores(target: Target, examples: np.ndarray) -> np.ndarray:
+    """Which scores move a number smoothly, in any of some examples ``(n, m)``.
 
-    Attributes:
-        scores: ``(s,)``.
-        groups: Of scores.
-        moves: For each group, 1 where a score of it moves a number, ``(g, q, s)``.
+    Those that decide whether something is there do not.
     """
-
-    scores: np.ndarray
-    groups: list[list[int]]
-    moves: np.ndarray
-
-    @classmethod
-    def of(cls, target: Target, examples: np.ndarray) -> "Smooth":
-        """Look what a little of each score moves in examples ``(n, m)``.
-
-        Scores that decide whether something is there move nothing by a little.
-        """
-        base = target.numbers(examples)
-        moves = np.zeros((target.unknowns, base.shape[1]), dtype=bool)
-        for j in range(target.unknowns):
-            beside = examples.copy()
-            beside[:, j] += _BESIDE
-            moves[j] = (target.numbers(beside) != base).any(axis=0)
-        groups: list[list[int]] = []
-        for j in np.flatnonzero(moves.any(axis=1)):
-            free = (g for g in groups if not (moves[g].any(axis=0) & moves[j]).any())
-            if (group := next(free, None)) is not None:
-                group.append(int(j))
-            else:
-                groups.append([int(j)])
-        own = np.flatnonzero(moves.any(axis=1))
-        by = np.zeros((len(groups), base.shape[1], own.size))
-        for k, group in enumerate(groups):
-            for j in group:
-                by[k, moves[j], np.searchsorted(own, j)] = 1.0
-        return cls(own, groups, by)
+    numbers, back = target.traced(examples)
+    moves = np.zeros(target.unknowns, dtype=bool)
+    for one in np.eye(numbers.shape[1]):
+        moves |= back(np.tile(one, (len(examples), 1))).any(axis=0)
+    return np.flatnonzero(moves)
 
 
 def _left(log_like: np.ndarray, by: float) -> float:

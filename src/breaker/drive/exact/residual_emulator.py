@@ -115,11 +115,16 @@ class ResidualEmulator:
             layers += [weights.astype(np.float32), np.zeros(two, dtype=np.float32)]
         return layers
 
+    @property
+    def positive_numbers(self) -> np.ndarray:
+        """Which numbers of a drive are inputs by their logarithm."""
+        return np.flatnonzero(self.used)[self.positive]
+
     def _raw(self, numbers: np.ndarray) -> np.ndarray:
-        used = numbers[:, self.used]
-        with np.errstate(divide="ignore"):
-            logs = np.log(np.maximum(used, 0.0) + self.floor)
-        return np.where(self.positive, logs, used)
+        raw = numbers[:, self.used]
+        positive = np.maximum(numbers[:, self.positive_numbers], 0.0)
+        raw[:, self.positive] = np.log(positive + self.floor[self.positive])
+        return raw
 
     def inputs(self, numbers: np.ndarray) -> np.ndarray:
         """Inputs of drives ``(n, q)``, ``(n, i)``."""
@@ -129,12 +134,17 @@ class ResidualEmulator:
         """Log likelihoods of drives ``(n, q)``, ``(n,)``."""
         return self._told(np.clip(self.inputs(numbers), -_CLIPPED, _CLIPPED).astype(np.float32))[0]
 
-    def slopes(self, inputs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Log likelihoods ``(n,)``, and their slopes by the inputs, ``(n, i)``."""
-        within = np.clip(inputs, -_CLIPPED, _CLIPPED).astype(np.float32)
-        log, told, kept = self._told(within)
+    def slopes(self, numbers: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Log likelihoods of drives ``(n, q)``, ``(n,)``, and their slopes, ``(n, q)``."""
+        inputs = self.inputs(numbers)
+        log, told, kept = self._told(np.clip(inputs, -_CLIPPED, _CLIPPED).astype(np.float32))
         slope = _backward(self.layers, kept, -told)[0] - told @ self.linear.T
-        return log, np.where(np.abs(inputs) < _CLIPPED, slope, 0.0)
+        slope = np.where(np.abs(inputs) < _CLIPPED, slope, 0.0) / self.scale
+        where = self.positive_numbers
+        slope[:, self.positive] /= np.maximum(numbers[:, where], 0.0) + self.floor[self.positive]
+        found = np.zeros(numbers.shape)
+        found[:, self.used] = slope
+        return log, found
 
     def _told(self, inputs: np.ndarray):
         by_network, kept = _forward(self.layers, inputs)
@@ -172,25 +182,33 @@ def _forward(layers, inputs):
         there = _bent(there, weights, offset, kept)
     if len(layers) == 2 * len(_HIDDEN):
         return _bent(there, *layers[-2:], kept), kept
-    kept.append((there, None))
+    kept.append((there, None, None))
     return there @ layers[-2] + layers[-1], kept
 
 
 def _bent(there, weights, offset, kept):
     """A hidden layer, whose function is x / (1 + exp(-x))."""
-    before = there @ weights + offset
-    share = 1.0 / (1.0 + np.exp(-before))
-    kept.append((there, share * (1.0 + before * (1.0 - share))))
-    return before * share
+    found = there @ weights
+    found += offset
+    share = np.negative(found)
+    np.exp(share, out=share)
+    share += 1.0
+    np.reciprocal(share, out=share)
+    found *= share
+    kept.append((there, share, found))
+    return found
 
 
 def _backward(layers, kept, slope, weights=False):
     """Slopes by the inputs, ``(n, i)``, and with ``weights`` by those of the layers."""
     found = []
     for k in range(len(layers) - 2, -1, -2):
-        there, bend = kept[k // 2]
-        if bend is not None:
-            slope = slope * bend
+        there, share, bent = kept[k // 2]
+        if share is not None:
+            bend = 1.0 - share
+            bend *= bent
+            bend += share
+            slope *= bend
         if weights:
             found = [there.T @ slope, slope.sum(axis=0), *found]
         slope = slope @ layers[k].T if k or not weights else slope

@@ -1,16 +1,15 @@
-"""Motions of many drives at once, laid onto records as a transducer reads them: compiled, on all
-cores.
+"""Motions of many drives, laid onto records as a transducer reads them: compiled, so that other
+threads need not wait.
 """
 
 import numpy as np
 
-from breaker.common.compiling import compiled, numba_or_plain
+from breaker.common.compiling import compiled
 from breaker.drive.simulation.integrator import closed_rest, follow
 from breaker.drive.simulation.paths import curve, passing, sampled
 from breaker.drive.simulation.rich_drive import CONTACTS, ELEMENTS
 from breaker.quantities.parameters import GAP, NAMES
 
-_, prange = numba_or_plain()
 TOLERANCE = 1e-4
 """mm and mm/ms, error of a step of a drive of size 1: the reading is right to some micrometres."""
 
@@ -40,16 +39,16 @@ def closed_travel(numbers, touch):
     return np.nan if slides and not touch[0] <= share <= touch[1] else steps[0, 2]
 
 
-@compiled(parallel=True)
+@compiled(nogil=True)
 def closed_travels(numbers, touch):
     """``closed_travel`` of drives ``(n, p + e)``, ``(n,)``."""
     found = np.empty(len(numbers))
-    for i in prange(len(numbers)):
+    for i in range(len(numbers)):
         found[i] = closed_travel(numbers[i], touch)
     return found
 
 
-@compiled(parallel=True)
+@compiled(nogil=True)
 def landmarks(numbers, touch, closing):
     """Strokes, mm, and when 10 and 50 % of the way are made, ms after the release, ``(n, 3)``.
 
@@ -62,7 +61,7 @@ def landmarks(numbers, touch, closing):
         nan of drives that do not work, or do not move.
     """
     found = np.full((len(numbers), 3), np.nan)
-    for i in prange(len(numbers)):
+    for i in range(len(numbers)):
         stroke = closed_travel(numbers[i], touch)
         if np.isfinite(stroke):
             rest = closed_rest(numbers[i])
@@ -76,7 +75,7 @@ def landmarks(numbers, touch, closing):
     return found
 
 
-@compiled(parallel=True)
+@compiled(nogil=True)
 def readings(numbers, closing, times, begins, units):
     """Read the motions of drives that work.
 
@@ -92,7 +91,7 @@ def readings(numbers, closing, times, begins, units):
         drive that is left out or whose curve is not finite.
     """
     travel, switching = np.full((len(numbers), times.size), np.nan), np.full(len(numbers), np.nan)
-    for i in prange(len(numbers)):
+    for i in range(len(numbers)):
         if np.isfinite(begins[i]):
             at = (times - begins[i]) / units[i, 1]
             rest, end = closed_rest(numbers[i]), max(at[-1], 1e-9)
