@@ -7,7 +7,7 @@ from torch import Tensor, nn
 
 
 class Hidden(nn.Linear):
-    """Linear layer between two hidden ones; optimisers may treat its matrix as one."""
+    """Linear layer whose matrix optimisers may treat as one: into, between or out of hidden ones."""
 
 
 class ResidualMLP(nn.Module):
@@ -23,10 +23,10 @@ class ResidualMLP(nn.Module):
 
     def __init__(self, inputs: int, width: int, outputs: int, *, blocks: int) -> None:
         super().__init__()
-        self.enter = nn.Linear(inputs, width)
+        self.enter = Hidden(inputs, width)
         self.inner = nn.ModuleList(Hidden(width, width) for _ in range(blocks))
         self.outer = nn.ModuleList(Hidden(width, width) for _ in range(blocks))
-        self.leave = nn.Linear(width, outputs)
+        self.leave = Hidden(width, outputs)
         for layer in self.outer:
             nn.init.zeros_(layer.weight)
             nn.init.zeros_(layer.bias)
