@@ -31,6 +31,7 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -158,7 +159,7 @@ class Life:
 
 
 def simulate(life: Life, config: Mapping, rng: np.random.Generator) -> tuple[Series, pd.DataFrame]:
-    """Records of a life, and its truth: parameters, and what is measured of curves without a sensor.
+    """Records of a life, and its truth: parameters, and what curves without a sensor show.
 
     The truth is that at a pace of 1, by which limits are set.
     """
@@ -536,38 +537,65 @@ COLUMNS = [
 ]
 
 
-def summed(some: pd.DataFrame) -> dict[str, tuple[float, int]]:
+class Score(NamedTuple):
+    """A score, how many numbers it is of, and its 90 % interval over lives drawn again."""
+
+    value: float
+    count: int
+    low: float = np.nan
+    high: float = np.nan
+
+    @classmethod
+    def share(cls, holds: pd.Series, lives: pd.Series) -> "Score":
+        """Return how often something holds, of rows of lives."""
+        each = holds.astype(float).groupby(lives.values).agg(["sum", "size"]).values
+        if not len(each):
+            return cls(np.nan, 0)
+        again = generator(1, "lives drawn again").integers(len(each), size=(RESAMPLES, len(each)))
+        sums, sizes = each[again].sum(axis=1).T
+        return cls(holds.mean(), len(holds), *np.quantile(sums / sizes, [0.05, 0.95]).tolist())
+
+    def __str__(self) -> str:
+        of = f" from {self.low:.2g} to {self.high:.2g}" if np.isfinite(self.low) else ""
+        return "" if np.isnan(self.value) else f"{self.value:.2g}{of} ({self.count})"
+
+
+def summed(some: pd.DataFrame) -> dict[str, Score]:
     """Sum up the rows of a set: what each score is, and of how many."""
-    found: dict[str, tuple[float, int]] = {}
+    found: dict[str, Score] = {}
     change = some[(some.score == "change") & some.low.notna()]
     for name, each in change.groupby("name"):
         holds = (each.low - 0.05 <= each.truth) & (each.truth <= each.high + 0.05)
-        found[f"change of {name}: 90 % hold"] = holds.mean(), len(each)
+        found[f"change of {name}: 90 % hold"] = Score.share(holds, each.life)
         half = ((each.high - each.low) / 2.0)[each.truth.abs() > 1.0]
-        found[f"change of {name}: half width, %, where it changed"] = half.median(), len(half)
+        found[f"change of {name}: half width, %, where it changed"] = Score(
+            half.median(), len(half)
+        )
     named = some[(some.score == "named") & (some["size"] > 0.05) & (some["count"] > 0)]
-    found["names hold what changed most"] = named.right.astype(float).mean(), len(named)
-    found["names in a set"] = named["count"].mean(), len(named)
+    found["names hold what changed most"] = Score.share(named.right, named.life)
+    found["names in a set"] = Score(named["count"].mean(), len(named))
     quiet, false = (some[some.score == each] for each in ("quiet", "false"))
     if len(quiet):
         rate = 1e4 * len(false) / quiet.records.sum()
-        found["false changes in 10,000 records"] = rate, len(quiet)
+        found["false changes in 10,000 records"] = Score(rate, len(quiet))
     changed = quiet[np.isfinite(quiet.truth)].set_index("life")
     if len(changed):
         late = some[some.score == "noticed"].groupby("life").late.min().reindex(changed.index)
-        found["changes found"] = late.notna().mean(), len(late)
-        found["records late"] = late.median() / EVERY, int(late.notna().sum())
+        found["changes found"] = Score.share(late.notna(), late.index.to_series())
+        found["records late"] = Score(late.median() / EVERY, int(late.notna().sum()))
         for low, high in ((3, 6), (6, 12), (12, np.inf)):
             of = changed.index[(changed["size"] >= low) & (changed["size"] < high)]
             if len(of):
-                soon = (late.reindex(of) <= 3 * EVERY).mean()
-                found[f"faults of {low} to {high} sd found within 3 records"] = soon, len(of)
+                soon = late.reindex(of) <= 3 * EVERY
+                words = f"faults of {low} to {high} sd found within 3 records"
+                found[words] = Score.share(soon, of.to_series())
     for name, each in some[(some.score == "left") & some.low.notna()].groupby("name"):
         holds = (each.low <= each.truth) & (each.truth <= each.high)
-        found[f"{name} limits: 90 % hold operations left"] = holds.mean(), len(each)
+        words = f"{name} limits: 90 % hold operations left"
+        found[words] = Score.share(holds, each.life)
     for name, each in some[(some.score == "acted") & (some.kind == "visits")].groupby("name"):
         intime = each.service.fillna(np.inf) <= each.fails
-        found[f"{name} limits: serviced in time, by visits"] = intime.mean(), len(each)
+        found[f"{name} limits: serviced in time, by visits"] = Score.share(intime, each.life)
     return found
 
 
@@ -686,11 +714,11 @@ def table(*files: str) -> None:
     scores = list(dict.fromkeys(score for name in sets for score in each[name]))
     lines, data = [f"| | {' | '.join(sets)} |", "|---|" + "---|" * len(sets)], []
     for score in scores:
-        cells = [each[name].get(score, (np.nan, 0)) for name in sets]
+        cells = [each[name].get(score, Score(np.nan, 0)) for name in sets]
         data.append([score, *(number for cell in cells for number in cell)])
-        shown = ["" if np.isnan(value) else f"{value:.2g} ({n})" for value, n in cells]
-        lines.append(f"| {score} | {' | '.join(shown)} |")
-    columns = ["score", *(name for of in sets for name in (of, f"{of}_count"))]
+        lines.append(f"| {score} | {' | '.join(map(str, cells))} |")
+    of = ("", "_count", "_low", "_high")
+    columns = ["score", *(f"{name}{part}" for name in sets for part in of)]
     pd.DataFrame(data, columns=columns).to_csv(files[-1], index=False, float_format="%.3g")
     write_table("decisions", Path(files[-1]).stem, lines, "lives")
 

@@ -9,7 +9,8 @@ of the wear were noticed at once. The operation by which to service minimises th
     d P(t) - (c + d W) / A * E(t).
 
 P is the probability that a limit is exceeded, the rate of the wear may change, and nobody notices
-until an interval of inspection is over and the records show it. So a longer interval and a dearer
+until an interval of inspection is over and the records show it: some fifty of them, or those of a
+quarter of the operations so far, if these are fewer. So a longer interval and a dearer
 failure never plan later. Sudden failures, of a constant rate, are as probable with a service as
 without it: they cost both alike, and only shorten E and A.
 
@@ -29,6 +30,7 @@ from breaker.configuration.inspection_interval import OPERATIONS, interval_of
 from breaker.drive.life.forecast import Future
 
 YEAR = 365.25  # days
+_NOTICED = 0.25  # share of the operations so far, in which few records show a change, too
 
 
 class Costs(NamedTuple):
@@ -110,7 +112,7 @@ def plan(
         spacing: Operations from one record to the next, ``(n,)``.
     """
     ahead, interval, sudden = future.ahead(), costs.interval(days), costs.suddenly(days)
-    lag = interval + future.noticed * spacing
+    lag = interval + np.minimum(future.noticed * spacing, _NOTICED * past)
     lag = np.append(ahead, np.inf)[np.searchsorted(ahead, lag)]
     fails, unseen = (future.fails(lives, past, each) for each in (np.inf, lag))
     over = np.searchsorted
