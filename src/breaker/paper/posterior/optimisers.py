@@ -1,4 +1,4 @@
-"""What moves the weights of a training: Muon between hidden layers, AdamW elsewhere.
+"""What moves the weights of a training: Muon at hidden layers, AdamW elsewhere.
 
 Muon (Jordan et al., 2024, "Muon: an optimizer for hidden layers in neural networks") makes a step's
 matrix orthogonal, so that weak directions of a layer move as far as strong ones. The posterior of a
