@@ -33,7 +33,7 @@ from breaker.mechanism.prior import Prior
 from breaker.quantities.parameters import NAMES
 from breaker.quantities.size import powers
 
-PARTICLES = 500
+PARTICLES = 700
 ENOUGH = 400.0
 """Effective size at which an answer is enough."""
 LEAST = 50.0
@@ -41,10 +41,10 @@ LEAST = 50.0
 
 _LAID = 0.1  # sd of a release in durations, and of the logarithms of a size, about the record's
 _MOVED, _MOST = 1.0, 12  # mean square of the way at a power, over the variance; and rounds at most
-_EARLY, _LATE = 800, 2000  # steps of training an emulator on the way, and at the posterior
-_DRIVES = 150_000  # on the way to the posterior; from fine records of large drives it is longer
-_LEARNED = (0, 10, 30)  # rounds at the posterior before which an emulator is learned anew
-_FEWEST, _ROUNDS = 10, 60  # rounds, of whose second half draws are
+_EARLY, _LATE = 500, 1000  # steps of training an emulator on the way, and at the posterior
+_DRIVES = 200_000  # on the way to the posterior; from fine records of large drives it is longer
+_LEARNED = (0, 10, 30, 60)  # rounds at the posterior before which an emulator is learned anew
+_FEWEST, _ROUNDS = 10, 90  # rounds, of whose second half draws are
 _BEFORE = 4000  # drives of the family, by which evidence is told
 _DRIVE, _CONTACT = len(NAMES) + len(ELEMENTS), len(NAMES) + ELEMENTS.index("contact")
 

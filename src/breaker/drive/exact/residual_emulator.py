@@ -14,6 +14,7 @@ _CLIPPED = 5.0  # sd of inputs
 _FLOOR = 0.01  # of an input's sd, added before its logarithm
 _FINEST = 0.003  # variance of a component of residuals, below which it stays as it is
 _RIDGE = 1e-6
+_SOLVED = 20_000  # drives, of which the linear parts are solved
 _HIDDEN = (256, 256)
 _BATCH, _RATE, _WARMING = 256, 4e-3, 0.1
 _MOMENTS = (0.9, 0.99)  # of Adam
@@ -63,30 +64,40 @@ class ResidualEmulator:
         """
         below = 0.5 * np.einsum("nr,nr->n", residuals, residuals, dtype=np.float64)
         weights = 1.0 / (1.0 + power * np.maximum(below - np.median(below), 0.0) / _NEAR)
-        weights /= weights.sum()
         new = cls._of_inputs(numbers, before)
         inputs = new.inputs(numbers).astype(np.float32)
-        hidden = new._hidden_of(before, rng)
-        middle = weights @ residuals
-        off = residuals - middle
-        variances, axes = np.linalg.eigh((off * weights[:, None]).T @ off)
-        axes = axes[:, variances > _FINEST / power].astype(np.float32)
-        wanted = residuals @ axes
-        there = middle @ axes
-        new.rest = float(middle @ middle - there @ there)
-        told = np.column_stack([inputs, _forward(hidden, inputs)[0], np.ones(len(inputs))])
-        square = (told * weights[:, None]).T @ told
-        square += _RIDGE * np.eye(len(square))
-        solved = np.linalg.solve(square, (told * weights[:, None]).T @ wanted).astype(np.float32)
-        new.linear, out, offset = np.split(solved, [inputs.shape[1], len(solved) - 1])
-        left = wanted - inputs @ new.linear
-        size = np.float32(np.sqrt(weights @ np.square(left).mean(axis=1)) + 1e-12)
-        layers = [*hidden, out / size, offset[0] / size]
-        shares = (weights * len(weights)).astype(np.float32)
-        new.layers = _trained(layers, inputs, left / size, shares, steps, rng)
+        layers, axes = new._begun(inputs, residuals, weights, power, rng, before)
+        wanted = residuals @ axes - inputs @ new.linear
+        shares = weights / weights.mean()
+        size = np.float32(np.sqrt(shares @ np.square(wanted).mean(axis=1) / len(shares)) + 1e-12)
+        wanted /= size
+        layers[-2] /= size
+        layers[-1] /= size
+        new.layers = _trained(layers, inputs, wanted, shares.astype(np.float32), steps, rng)
         new.layers[-2] *= size
         new.layers[-1] *= size
         return new
+
+    def _begun(self, inputs, residuals, weights, power, rng, before):
+        """Layers to begin with, and the axes of residuals: by some of the drives, which tell what
+        is linear as well as all.
+        """
+        some = slice(None, None, 1 + len(inputs) // _SOLVED)
+        inputs, residuals, weights = inputs[some], residuals[some], weights[some]
+        weights = (weights / weights.sum())[:, None]
+        hidden = self._hidden_of(before, rng)
+        middle = (weights * residuals).sum(axis=0, dtype=np.float64).astype(np.float32)
+        off = residuals - middle
+        variances, axes = np.linalg.eigh((off * np.sqrt(weights)).T @ (off * np.sqrt(weights)))
+        axes = axes[:, variances > _FINEST / power].astype(np.float32)
+        there = middle @ axes
+        self.rest = float(middle @ middle - there @ there)
+        told = np.column_stack([inputs, _forward(hidden, inputs)[0], np.ones(len(inputs))])
+        square = (told * weights).T @ told
+        square += _RIDGE * np.eye(len(square))
+        solved = np.linalg.solve(square, (told * weights).T @ (residuals @ axes))
+        self.linear, *last = np.split(solved.astype(np.float32), [inputs.shape[1], len(solved) - 1])
+        return [*hidden, last[0], last[1][0]], axes
 
     @classmethod
     def _of_inputs(cls, numbers, before) -> "ResidualEmulator":
@@ -162,13 +173,21 @@ def _trained(layers, inputs, wanted, shares, steps, rng) -> list[np.ndarray]:
         rate = _RATE * min(1.0, way / _WARMING) * cosine
         chosen = rng.integers(0, len(inputs), _BATCH)
         told, kept = _forward(layers, inputs[chosen])
-        slope = (told - wanted[chosen]) * (shares[chosen, None] * np.float32(2.0 / _BATCH))
-        _, slopes = _backward(layers, kept, slope, weights=True)
+        told -= wanted[chosen]
+        told *= shares[chosen, None] * np.float32(2.0 / _BATCH)
+        _, slopes = _backward(layers, kept, told, weights=True)
         for each, by, one, two in zip(layers, slopes, first, second, strict=True):
-            one += (1.0 - _MOMENTS[0]) * (by - one)
-            two += (1.0 - _MOMENTS[1]) * (by * by - two)
-            size = np.sqrt(two / (1.0 - _MOMENTS[1] ** step)) + 1e-8
-            each -= np.float32(rate / (1.0 - _MOMENTS[0] ** step)) * one / size
+            one *= _MOMENTS[0]
+            one += (1.0 - _MOMENTS[0]) * by
+            two *= _MOMENTS[1]
+            by *= by
+            by *= 1.0 - _MOMENTS[1]
+            two += by
+            size = np.sqrt(two / (1.0 - _MOMENTS[1] ** step))
+            size += 1e-8
+            np.divide(one, size, out=size)
+            size *= rate / (1.0 - _MOMENTS[0] ** step)
+            each -= size
     return layers
 
 
