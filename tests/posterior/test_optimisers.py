@@ -26,6 +26,9 @@ def test_matrices_between_hidden_layers_take_them():
     others = {id(weight) for weight in adamw.param_groups[0]["params"]}
     assert of_muon | others == {id(weight) for weight in network.parameters()}
     assert not of_muon & others
+    _, edges = optimisers(network, TRAINING | {"optimiser": "muon_edges"})
+    matrices = {id(weight) for weight in network.parameters() if weight.ndim == 2}
+    assert {id(weight) for weight in edges.param_groups[0]["params"]} == matrices > of_muon
     (alone,) = optimisers(network, TRAINING | {"optimiser": "adamw"})
     assert len(alone.param_groups[0]["params"]) == len([*network.parameters()])
 

@@ -7,7 +7,11 @@ from torch import Tensor, nn
 
 
 class Hidden(nn.Linear):
-    """Linear layer whose matrix optimisers may treat as one: into, between or out of hidden ones."""
+    """Linear layer between two hidden ones; optimisers may treat its matrix as one."""
+
+
+class Edge(nn.Linear):
+    """Linear layer into the first hidden one, or out of the last, likewise."""
 
 
 class ResidualMLP(nn.Module):
@@ -23,10 +27,10 @@ class ResidualMLP(nn.Module):
 
     def __init__(self, inputs: int, width: int, outputs: int, *, blocks: int) -> None:
         super().__init__()
-        self.enter = Hidden(inputs, width)
+        self.enter = Edge(inputs, width)
         self.inner = nn.ModuleList(Hidden(width, width) for _ in range(blocks))
         self.outer = nn.ModuleList(Hidden(width, width) for _ in range(blocks))
-        self.leave = Hidden(width, outputs)
+        self.leave = Edge(width, outputs)
         for layer in self.outer:
             nn.init.zeros_(layer.weight)
             nn.init.zeros_(layer.bias)

@@ -19,7 +19,7 @@ from itertools import pairwise
 import torch
 from torch import Tensor, nn
 
-from breaker.networks.blocks import GaussianHead, Hidden
+from breaker.networks.blocks import Edge, GaussianHead, Hidden
 from breaker.networks.splines import bend, unbend
 
 
@@ -36,11 +36,11 @@ class Conditioner(nn.Module):
     def __init__(self, inputs: int, splines: int, *, bins: int, hidden: Sequence[int]) -> None:
         super().__init__()
         self.bins = bins
-        self.enter = Hidden(inputs, hidden[0])
+        self.enter = Edge(inputs, hidden[0])
         self.middle = nn.ModuleList(
             Hidden(size_in, size_out) for size_in, size_out in pairwise(hidden)
         )
-        self.leave = Hidden(hidden[-1], splines * (3 * bins - 1))
+        self.leave = Edge(hidden[-1], splines * (3 * bins - 1))
         nn.init.zeros_(self.leave.weight)
         nn.init.zeros_(self.leave.bias)
 
@@ -83,7 +83,7 @@ class CouplingFlow(nn.Module):
             raise ValueError("the networks of the couplings need at least one hidden layer")
         self.dims = dims
         self.head = GaussianHead(features, dims)
-        self.project = Hidden(features, transforms * hidden[0])
+        self.project = Edge(features, transforms * hidden[0])
         masks = [_mask(dims, k) for k in range(transforms)]
         # Dimensions of each coupling, those that stay before those that it bends.
         orders = torch.stack([torch.argsort(~mask, stable=True) for mask in masks])

@@ -1,4 +1,4 @@
-"""What moves the weights of a training: Muon at hidden layers, AdamW elsewhere.
+"""What moves the weights of a training: Muon at or between hidden layers, AdamW elsewhere.
 
 Muon (Jordan et al., 2024, "Muon: an optimizer for hidden layers in neural networks") makes a step's
 matrix orthogonal, so that weak directions of a layer move as far as strong ones. The posterior of a
@@ -13,10 +13,11 @@ from contextlib import contextmanager
 import torch
 from torch import Tensor, nn
 
-from breaker.networks.blocks import Hidden
+from breaker.networks.blocks import Edge, Hidden
 
 _COEFFICIENTS = (3.4445, -4.7750, 2.0315)  # of a polynomial steep at 0, as of Jordan et al.
 _ROUNDS = 5
+_MOVED = {"adamw": (), "muon": (Hidden,), "muon_edges": (Hidden, Edge)}  # by Muon, by optimiser
 
 
 def optimisers(network: nn.Module, settings: Mapping) -> list[torch.optim.Optimizer]:
@@ -26,8 +27,9 @@ def optimisers(network: nn.Module, settings: Mapping) -> list[torch.optim.Optimi
         settings: The section ``training`` of the configuration.
     """
     options = {"lr": settings["learning_rate"], "weight_decay": settings["weight_decay"]}
-    hidden = [layer.weight for layer in network.modules() if isinstance(layer, Hidden)]
-    if settings["optimiser"] == "adamw" or not hidden:
+    kinds = _MOVED[settings["optimiser"]]
+    hidden = [layer.weight for layer in network.modules() if isinstance(layer, kinds)]
+    if not hidden:
         return [torch.optim.AdamW(network.parameters(), **options)]
     apart = {id(weight) for weight in hidden}
     others = [weight for weight in network.parameters() if id(weight) not in apart]
