@@ -15,7 +15,7 @@ def rows(network_sd: float, n: int = 400) -> pd.DataFrame:
 
     rng = generator(1, "made-up rows of the exact posterior")
     found = {"motion": np.resize(MOTIONS, n), "told": np.arange(n) % 10 > 0}
-    found |= {n_: 1.0 for n_ in ("seconds", "drives", "gap", "right_contact")}
+    found |= {n_: 1.0 for n_ in ("seconds", "processor", "drives", "gap", "right_contact")}
     found["effective_size"] = np.where(found["told"], 500.0, 20.0)
     for by, sd in (("exact", 1.0), ("network", network_sd)):
         found[f"{by} log density"] = -np.log(sd) * len(NAMES)

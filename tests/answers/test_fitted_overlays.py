@@ -124,7 +124,8 @@ def test_drives_of_another_family_are_fitted_by_it(tmp_path, fit):
     overlay, config, said = fit(folder)
     assert config["family"]["name"] == "any"
     anything = yaml.safe_load((ROOT / "config" / "any.yaml").read_text("utf-8"))
-    del anything["family"]["drives"]  # of a bank, not of its drives
+    for of_its_bank in ("drives", "shards"):
+        del anything["family"][of_its_bank]
     assert overlay["family"] == anything["family"]
     assert (
         "family any, which fits better than medium_voltage, where they have closing p = 0.0" in said
