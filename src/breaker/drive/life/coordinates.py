@@ -15,7 +15,6 @@ from collections.abc import Mapping, Sequence
 from typing import NamedTuple, Self
 
 import numpy as np
-from numpy.lib.stride_tricks import sliding_window_view
 
 from breaker.drive.family.network_inputs import Basis, without_onset
 from breaker.drive.family.record_means import SCATTER_DIRECTIONS
@@ -40,7 +39,7 @@ _APART = {
 }
 _SCATTERS = 0.005  # share by which what is measured of operations usually scatters
 _FEWEST = 10  # readings from which on a curve says something of a quantity, and its scatter is seen
-_LATELY = 50  # readings, of which the median of what is stated counts
+_LATELY = 50  # readings, over which what is stated with them is averaged
 _LEAST = 1e-12
 
 
@@ -111,8 +110,9 @@ class CoordinateReading(NamedTuple):
         slopes: What a coordinate says of it, ``(k,)``.
         scatter: Of what is left, in its unit.
         common: Standard deviation of what all readings of late are off alike, in its unit: the
-            median of what is stated with them, ``(o,)``. That they scatter as much tells nothing of
-            it: operations differ, too.
+            geometric mean of what is stated with them, ``(o,)``, as a creep that noise may hide is
+            stated with some and not with others. That they scatter as much tells nothing of it:
+            operations differ, too.
     """
 
     motion: str
@@ -156,7 +156,8 @@ class CoordinateReading(NamedTuple):
             middle = _spread(left) * np.sqrt(left.size / free)
         mean = float((values[there] - curve[there] @ slopes).mean())
         scatter = max(float(middle), _LEAST + 1e-9 * abs(mean))
-        common = _of_late(np.where(np.isfinite(values), stated, np.nan))
+        logs = _of_late(np.log(np.where(np.isfinite(values), np.maximum(stated, _LEAST), np.nan)))
+        common = np.where(np.isfinite(logs), np.exp(logs), 0.0)
         return cls(motion, name, mean, slopes, scatter, common)
 
     def project(self, values: np.ndarray, curve: np.ndarray) -> np.ndarray:
@@ -242,11 +243,12 @@ def _spread(values: np.ndarray) -> float:
 
 
 def _of_late(values: np.ndarray) -> np.ndarray:
-    """Median of the last values that are known at each operation, ``(o,)``; 0 before the first."""
+    """Mean of the last values that are known at each operation, ``(o,)``; nan before the first."""
     known = np.isfinite(values)
-    before = np.append(np.full(_LATELY, np.nan), values[known])
-    middles = np.nanmedian(sliding_window_view(before, _LATELY)[1:], axis=1)
-    return np.append(0.0, middles)[np.cumsum(known)]
+    count, total = np.cumsum(known), np.append(0.0, np.cumsum(values[known]))
+    before = np.maximum(count - _LATELY, 0)
+    with np.errstate(invalid="ignore"):
+        return (total[count] - total[before]) / (count - before)
 
 
 def _covariance(changes: np.ndarray, usual: np.ndarray) -> np.ndarray:
