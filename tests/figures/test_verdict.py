@@ -26,6 +26,7 @@ def test_each_row_has_its_way_its_state_and_the_operations_left():
     [
         ([0.2, 0.4, 1.3], 0.0, "not known well enough"),  # wider than the way
         ([1.2, 2.0, 3.5], 0.0, None),  # so is this, and past the limit
+        ([0.7, 1.3, 1.9], 0.0, None),  # probably
         ([np.nan] * 3, 0.0, "not known well enough"),
         ([2.0, 2.1, 2.2], 1.5, "beyond the limit when new"),
     ],

@@ -77,8 +77,11 @@ def _ways(life: xr.Dataset) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _known(way: np.ndarray) -> bool:
-    """Whether a way is known well enough to draw: less than all of it, or past the limit."""
-    return bool(np.isfinite(way).all() and (way[2] - way[0] <= 100.0 or way[0] >= 100.0))
+    """Whether a way is known well enough to draw: less wide than all of it; or begun for sure, and
+    past the limit by its median.
+    """
+    past = way[1] >= 100.0 and way[0] > 0.0
+    return bool(np.isfinite(way).all() and (way[2] - way[0] <= 100.0 or past))
 
 
 def _way(axis: Axes, row: int, way: np.ndarray, mark: str) -> None:
