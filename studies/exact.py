@@ -1,6 +1,6 @@
 """Is the exact posterior in the family calibrated, and how far are the networks from it?
 
-    python -m studies.exact --rows exact.csv --drives 40       # some minute of two cores each
+    python -m studies.exact --rows exact.csv --drives 40       # a minute or two of two cores each
     python -m studies.exact --rows exact.csv --table docs/exact.csv --drives 0
 
 Drives of the family that no training has seen, each with a record of one motion, closing and

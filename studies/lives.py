@@ -537,6 +537,11 @@ COLUMNS = [
 ]
 
 
+def drawn_again(count: int) -> np.ndarray:
+    """Indices of lives drawn again, ``(RESAMPLES, count)``."""
+    return generator(1, "lives drawn again").integers(count, size=(RESAMPLES, count))
+
+
 class Score(NamedTuple):
     """A score, how many numbers it is of, and its 90 % interval over lives drawn again."""
 
@@ -551,8 +556,7 @@ class Score(NamedTuple):
         each = holds.astype(float).groupby(lives.values).agg(["sum", "size"]).values
         if not len(each):
             return cls(np.nan, 0)
-        again = generator(1, "lives drawn again").integers(len(each), size=(RESAMPLES, len(each)))
-        sums, sizes = each[again].sum(axis=1).T
+        sums, sizes = each[drawn_again(len(each))].sum(axis=1).T
         return cls(holds.mean(), len(holds), *np.quantile(sums / sizes, [0.05, 0.95]).tolist())
 
     def __str__(self) -> str:
@@ -654,8 +658,8 @@ def against_fixed(service: np.ndarray, fails: np.ndarray) -> tuple[float, float,
         ours, theirs = ((c[some].sum(-1) / m[some].sum(-1)) for c, m in (each, fixed))
         return ours / theirs
 
-    again = generator(1, "lives drawn again").integers(len(fails), size=(RESAMPLES, len(fails)))
-    return float(ratio(lives)), *np.quantile(ratio(again), [0.05, 0.95]).tolist()
+    again = ratio(drawn_again(len(fails)))
+    return float(ratio(lives)), *np.quantile(again, [0.05, 0.95]).tolist()
 
 
 def plans(*files: str) -> None:

@@ -10,9 +10,9 @@ of the wear were noticed at once. The operation by which to service minimises th
 
 P is the probability that a limit is exceeded, the rate of the wear may change, and nobody notices
 until an interval of inspection is over and the records show it: some fifty of them, or those of a
-quarter of the operations so far, if these are fewer. So a longer interval and a dearer
-failure never plan later. Sudden failures, of a constant rate, are as probable with a service as
-without it: they cost both alike, and only shorten E and A.
+quarter of the operations so far, if these are fewer. So a longer interval and a dearer failure
+never plan later. Sudden failures, of a constant rate, are as probable with a service as without it:
+they cost both alike, and only shorten E and A.
 
 P and the operations left are of the same draws and changes (``breaker.drive.life.forecast``), and
 the operation by which to service is never behind the 5 % quantile of the operations left.
