@@ -40,7 +40,7 @@ SMALL = {
         **{"PARTICLES": 80, "ENOUGH": 20.0, "LEAST": 1.0, "_MOST": 2, "_EARLY": 20, "_LATE": 40},
         **{"_LEARNED": (0,), "_FEWEST": 5, "_ROUNDS": 5, "_BEFORE": 500},
     },
-    particles: {"_FIRST": 1500, "_REDRAWS": 4, "_LEAPS": (2, 4)},
+    particles: {"_FIRST": 1500, "_MOVES": {"_trajectory": 1, "_redrawn": 4}, "_LEAPS": (2, 4)},
     residual_emulator: {"_HIDDEN": (24, 24)},
     family_scores: {"_DRAWN": 300},
 }

@@ -57,6 +57,11 @@ def traced(numbers):
 ONE_KIND = {"kinds": lambda scores: np.zeros(len(scores), int), "shares": np.ones(1), "fixed": ()}
 
 
+def as_they_are(numbers):
+    """What emulators see."""
+    return numbers
+
+
 def bent() -> Known:
     """Numbers are bent functions of three scores, and residuals linear in the scores: the posterior
     is normal, but an emulator, which sees the numbers, has to learn it. Two more scores move
@@ -77,6 +82,7 @@ def bent() -> Known:
     target = Target(
         unknowns=5,
         numbers=numbers,
+        inputs=as_they_are,
         traced=traced(numbers),
         residuals=lambda numbers: np.arcsinh(numbers) @ design.T - seen,
         **ONE_KIND,
@@ -115,6 +121,7 @@ def switched() -> Known:
     target = Target(
         unknowns=4,
         numbers=numbers,
+        inputs=as_they_are,
         traced=traced(numbers),
         residuals=lambda n: np.outer(n[:, 0], beside) + np.outer(n[:, 1], by) - seen,
         **ONE_KIND,
@@ -143,6 +150,7 @@ def kinds(working, off=0.0) -> Target:
     return Target(
         unknowns=4,
         numbers=numbers,
+        inputs=as_they_are,
         traced=traced(numbers),
         residuals=lambda n: np.where(n[:, 3:] > 0.0, n[:, 1:3] + off * n[:, :1], np.nan),
         kinds=kind,

@@ -33,7 +33,7 @@ from breaker.mechanism.prior import Prior
 from breaker.quantities.parameters import NAMES
 from breaker.quantities.size import powers
 
-PARTICLES = 700
+PARTICLES = 1000
 ENOUGH = 400.0
 """Effective size at which an answer is enough."""
 LEAST = 50.0
@@ -41,10 +41,10 @@ LEAST = 50.0
 
 _LAID = 0.1  # sd of a release in durations, and of the logarithms of a size, about the record's
 _MOVED, _MOST = 1.0, 12  # mean square of the way at a power, over the variance; and rounds at most
-_EARLY, _LATE = 500, 1000  # steps of training an emulator on the way, and at the posterior
+_EARLY, _LATE = 700, 2000  # steps of training an emulator on the way, and at the posterior
 _DRIVES = 200_000  # on the way to the posterior; from fine records of large drives it is longer
-_LEARNED = (0, 10, 30, 60)  # rounds at the posterior before which an emulator is learned anew
-_FEWEST, _ROUNDS = 10, 90  # rounds, of whose second half draws are
+_LEARNED = (0, 10, 30)  # rounds at the posterior before which an emulator is learned anew
+_FEWEST, _ROUNDS = 10, 60  # rounds, of whose second half draws are
 _BEFORE = 4000  # drives of the family, by which evidence is told
 _DRIVE, _CONTACT = len(NAMES) + len(ELEMENTS), len(NAMES) + ELEMENTS.index("contact")
 
@@ -71,24 +71,40 @@ class _Operation:
     @property
     def target(self) -> Target:
         """What particles are led to."""
-        unknowns = self.scores.unknowns + 2 + len(self.answers)
-        kinds = self.scores.contact, self.scores.shares, [0]
-        about = self.numbers, self.traced, self.residuals, *kinds, self.log_parameters
-        return Target(unknowns, *about, self.scores.redrawn)
+        return Target(
+            unknowns=self.scores.unknowns + 2 + len(self.answers),
+            numbers=self.numbers,
+            inputs=self.scores.gates.seen,
+            traced=self.traced,
+            residuals=self.residuals,
+            kinds=self.scores.contact,
+            shares=self.scores.shares,
+            fixed=[0],
+            asked=self.log_parameters,
+            redrawn=self.scores.redrawn,
+            switched=self.scores.switched if self.scores.presence else None,
+        )
 
     def numbers(self, scores: np.ndarray) -> np.ndarray:
         """Numbers of drives of scores ``(n, m)``, ``(n, p + e + 2 + r)``."""
-        return self.traced(scores)[0]
+        return self._made(scores)[0]
 
     def traced(self, scores: np.ndarray) -> tuple[np.ndarray, Callable[[np.ndarray], np.ndarray]]:
-        """The same, and what takes slopes by numbers to slopes by scores."""
-        own, laid = np.split(scores, [self.scores.unknowns], axis=1)
-        numbers, back = self.scores.traced(own)
+        """What emulators see of these, and what takes slopes by it to slopes by the scores."""
+        numbers, back = self._made(scores)
+        gates = self.scores.gates
 
         def taken_back(slopes: np.ndarray) -> np.ndarray:
-            return np.column_stack([back(slopes[:, :_DRIVE]), slopes[:, _DRIVE:]])
+            by = gates.back(numbers, slopes)
+            return np.column_stack([back(by[:, :_DRIVE]), by[:, _DRIVE:]])
 
-        return np.column_stack([numbers, laid]), taken_back
+        return gates.seen(numbers), taken_back
+
+    def _made(self, scores):
+        """Numbers of drives, and what takes slopes by those of the family to its scores."""
+        own, laid = np.split(scores, [self.scores.unknowns], axis=1)
+        numbers, back = self.scores.traced(own)
+        return np.column_stack([numbers, laid]), back
 
     def log_parameters(self, numbers: np.ndarray) -> np.ndarray:
         """Logarithms of the parameters but for those of a size that is laid on, ``(n, p)``."""

@@ -10,8 +10,9 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from scipy.special import ndtr, ndtri
+from scipy.special import gammaln, ndtr, ndtri
 
+from breaker.drive.exact.gates import Gates
 from breaker.drive.exact.recorded_program import Program
 from breaker.drive.exact.simulated_motions import closed_travels
 from breaker.drive.simulation.drive_family import Family
@@ -20,6 +21,7 @@ from breaker.quantities.parameters import NAMES
 
 _ENOUGH = 10_000  # scores, more than a drive has
 _ENDS = 8.0  # of a score that is drawn anew
+_SMALL = -2.0  # middle of the scores of mechanisms that come small
 _DRAWN = 4000  # drives of each kind, of which the share that works is seen
 
 
@@ -68,14 +70,17 @@ class FamilyScores:
         family: The family, of the package's own simulator.
         unknowns: Number of scores.
         presence: First score and number of those that say whether each mechanism is there; before
-            them is the one of the share of all that are. None of a family without.
+            them is the one of the share of all that are, behind them are those of the sizes. None
+            of a family without.
         working: Share of the draws that make a drive, of each of ``kinds``. A family draws again
             within a kind, so that the density of a drive is that of its scores over this share.
+        gates: Which numbers of its drives act as far as others do.
     """
 
     family: Family
     unknowns: int
     working: np.ndarray
+    gates: Gates
     presence: tuple[int, int] | None = None
 
     @classmethod
@@ -84,10 +89,12 @@ class FamilyScores:
         columns = ScoreColumns(np.ones((2, _ENOUGH)))
         family.drawn(CONTACTS[0], columns)
         presence = columns.presence and (columns.presence[0] + 1, columns.presence[1])
-        new = cls(family, columns.used + 1, np.ones(0), presence)
-        drawn = [each.run(rng.standard_normal((_DRAWN, columns.used))) for each in new._programs]
-        works = [closed_travels(numbers, new.touch) for numbers, _ in drawn]
-        return replace(new, working=np.isfinite(works).mean(axis=1))
+        new = cls(family, columns.used + 1, np.ones(0), None, presence)
+        scores = rng.standard_normal((len(new.kinds), _DRAWN, columns.used))
+        drawn = [each.run(own)[0] for each, own in zip(new._programs, scores, strict=True)]
+        works = np.isfinite([closed_travels(numbers, new.touch) for numbers in drawn])
+        gates = Gates.of(np.concatenate(drawn)[works.ravel()])
+        return replace(new, working=works.mean(axis=1), gates=gates)
 
     @property
     def touch(self) -> np.ndarray:
@@ -160,17 +167,60 @@ class FamilyScores:
         """
         if self.presence is None:
             return scores
+        new = scores.copy()
+        self._decide(new, self._there(scores), rng)
+        return new
+
+    def switched(
+        self, scores: np.ndarray, exchanged: bool, rng: np.random.Generator
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Let a mechanism of each drive come or go; or one come and another one go.
+
+        As often as not one that comes is small, as it is more often there in a posterior.
+
+        Args:
+            scores: Of drives of a family in which mechanisms may be absent, ``(n, m)``.
+
+        Returns:
+            Other scores, and the logarithm of their density in the prior over that of ``scores``,
+            and over that of the move over that of the way back, ``(n,)``.
+        """
         begin, count = self.presence
-        block, one = slice(begin, begin + count), ndtr(scores[:, [begin - 1]])
-        there = one > ndtr(scores[:, block])
+        there, sizes = self._there(scores), slice(begin + count, begin + 2 * count)
+        order = rng.random(there.shape)
+        chosen = order == order.max(axis=1, keepdims=True)
+        if exchanged:
+            chosen = np.zeros_like(there)
+            for some in (there, ~there):
+                first = np.where(some, order, -1.0)
+                chosen |= some & (first == first.max(axis=1, keepdims=True))
+            chosen &= (there.any(axis=1) & ~there.all(axis=1))[:, None]
+        come, go = chosen & ~there, chosen & there
+        new, drawn = scores.copy(), rng.standard_normal(there.shape)
+        drawn += _SMALL * (come & (rng.random(there.shape) < 0.5))
+        new[:, sizes] = np.where(chosen, drawn, scores[:, sizes])
+        self._decide(new, there ^ chosen, rng)
+        over = np.where(come, _over_move(drawn), 0.0) - np.where(go, _over_move(scores[:, sizes]), 0)
+        before, after = (
+            gammaln(has + 1.0) + gammaln(count - has + 1.0)
+            for has in (there.sum(axis=1), (there ^ chosen).sum(axis=1))
+        )
+        return new, over.sum(axis=1) + after - before
+
+    def _there(self, scores: np.ndarray) -> np.ndarray:
+        """Which mechanisms are there, ``(n, k)``."""
+        begin, count = self.presence
+        return ndtr(scores[:, [begin - 1]]) > ndtr(scores[:, begin : begin + count])
+
+    def _decide(self, scores: np.ndarray, there: np.ndarray, rng: np.random.Generator) -> None:
+        """Draw the scores that decide which mechanisms are there, given these, ``(n, k)``."""
+        begin, count = self.presence
         has = there.sum(axis=1, keepdims=True)
         share = rng.beta(has + 1.0, count - has + 1.0)
         at = rng.random(there.shape)
-        new = scores.copy()
         shares = np.where(there, share * at, share + (1.0 - share) * at)
-        decide = slice(begin - 1, begin + count)
-        new[:, decide] = np.clip(ndtri(np.column_stack([share, shares])), -_ENDS, _ENDS)
-        return new
+        decided = np.clip(ndtri(np.column_stack([share, shares])), -_ENDS, _ENDS)
+        scores[:, begin - 1 : begin + count] = decided
 
     def shares_of(self, contact: np.ndarray) -> dict[str, float]:
         """Share of each kind of contact, by numbers of ``CONTACTS``, ``(n,)``."""
@@ -180,3 +230,8 @@ class FamilyScores:
         """Log densities of scores ``(n, m)`` that make a drive, but for a constant, ``(n,)``."""
         working = self.working[self.contact(scores)]
         return -0.5 * np.square(scores).sum(axis=1) - np.log(working)
+
+
+def _over_move(sizes: np.ndarray) -> np.ndarray:
+    """Log densities of the scores of sizes in the prior over those with which mechanisms come."""
+    return np.log(2.0) - np.logaddexp(0.0, _SMALL * sizes - 0.5 * _SMALL**2)

@@ -4,7 +4,8 @@ Tempering raises the power of the likelihood from 0 to 1 in steps that leave hal
 (Del Moral et al. 2006, J. R. Stat. Soc. B 68, 411), and its weights give the evidence. Between the
 steps, and at the end for as long as the answer needs, particles move in rounds. A round walks on
 the likelihood that an emulator tells, by trajectories (Hamiltonian Monte Carlo) of the scores
-that move a drive smoothly, and by drawing others anew. Where a walk ends, the simulator says with
+that move a drive smoothly, by drawing others anew, and by jumps that the target knows. Where a
+walk ends, the simulator says with
 which probability the particle goes there (Liu 2001, Monte Carlo Strategies in Scientific
 Computing, 9.4.3): the posterior is exact whatever the emulator tells, and a poor one only takes
 longer. What is simulated teaches the next emulator; along which axes trajectories go is learned
@@ -13,7 +14,7 @@ at the same times, and not in between, so that a walk is reversible.
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from functools import partial
+from functools import partial, partialmethod
 
 import numpy as np
 from scipy.special import logsumexp
@@ -30,11 +31,13 @@ _FAR = 400.0  # nats below the middle, times the power, of which none is
 _RISES = 1.8  # of the power, from one emulator to the next
 _LENGTH, _LEAPS = 2.0, (4, 32)  # of a trajectory, and its least and most steps
 _INFORMED = 0.7  # variance of scores, below which the record shows them
-_REDRAWS = 8  # moves of a round that draw scores anew
+_MOVES = {"_trajectory": 1, "_redrawn": 8}  # of a walk
+_JUMPS = {"_switched": 8, "_exchanged": 8}  # of one, where the target knows any
 _REDRAWN = 40.0  # scores, of which at most so many are drawn anew at once
 _DEPENDENT = 2.0  # by how much the variance of evidence is larger than of independent particles
 _GIVEN_UP = 7.0  # nats below the likeliest kind, at which a kind is given up
-_SMOOTH_TARGET, _REDRAWN_TARGET = 0.7, 0.25  # shares that are taken, to which sizes are led
+_FOLLOWED = {"_trajectory": ("step", 0.7, 0.6), "_redrawn": ("redrawn", 0.25, 1.0)}
+"""Sizes of moves, the shares that are taken to which they are led, and their most."""
 _RATE = 0.3  # how fast
 
 
@@ -45,17 +48,21 @@ class Target:
     Attributes:
         unknowns: Scores m.
         numbers: What a drive's curves depend on, of scores ``(n, m)``, ``(n, q)``.
-        traced: The same, and what takes slopes by numbers to slopes by scores.
+        inputs: What an emulator sees of these, ``(n, q)``.
+        traced: This of scores, and what takes slopes by it to slopes by scores.
         residuals: Of these, in units of the noise, ``(n, r)``; nan of what is no drive.
         kinds: Which of the enumerated kinds scores are of, ``(n,)``.
         shares: Of kinds in the prior, ``(k,)``.
         fixed: Scores that tell the kind.
         asked: What is asked, of numbers, ``(n, a)``.
         redrawn: Draws scores anew that move no number, given these.
+        switched: Jumps from scores, one of two ways, and tells with which ratio of densities, as
+            ``FamilyScores.switched`` does; None if nothing can come or go.
     """
 
     unknowns: int
     numbers: Callable[[np.ndarray], np.ndarray]
+    inputs: Callable[[np.ndarray], np.ndarray]
     traced: Callable[[np.ndarray], tuple[np.ndarray, Callable[[np.ndarray], np.ndarray]]]
     residuals: Callable[[np.ndarray], np.ndarray]
     kinds: Callable[[np.ndarray], np.ndarray]
@@ -63,6 +70,7 @@ class Target:
     fixed: Sequence[int]
     asked: Callable[[np.ndarray], np.ndarray]
     redrawn: Callable[[np.ndarray, np.random.Generator], np.ndarray]
+    switched: Callable[..., tuple[np.ndarray, np.ndarray]] | None = None
 
 
 @dataclass(eq=False)
@@ -72,7 +80,7 @@ class _Widths:
     step: float = 0.15
     redrawn: float = 0.5
 
-    def follow(self, name: str, taken: float, target: float, most: float) -> None:
+    def follow(self, name: str, target: float, most: float, taken: float) -> None:
         size = getattr(self, name) * np.exp(_RATE * (taken - target))
         setattr(self, name, float(np.clip(size, 0.005, most)))
 
@@ -146,7 +154,8 @@ class Particles:
         self.simulated += len(scores)
         log_like = -0.5 * np.square(residuals).sum(axis=1)
         works = np.isfinite(log_like)
-        self.seen.append((numbers[works], residuals[works].astype(np.float32), log_like[works]))
+        inputs = self.target.inputs(numbers[works])
+        self.seen.append((inputs, residuals[works].astype(np.float32), log_like[works]))
         return numbers, np.where(works, log_like, -np.inf)
 
     def _simulated(self, scores: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -158,9 +167,9 @@ class Particles:
         seen = [np.concatenate(each) for each in zip(*self.seen, strict=True)]
         near = self.power * (np.median(self.log_like) - seen[-1]) < _FAR
         chosen = np.flatnonzero(near)[-_KEPT:]
-        numbers, residuals, log_like = (each[chosen] for each in seen)
-        self.seen = [(numbers, residuals, log_like)]
-        given = numbers, residuals, self.power, steps, self.rng
+        inputs, residuals, log_like = (each[chosen] for each in seen)
+        self.seen = [(inputs, residuals, log_like)]
+        given = inputs, residuals, self.power, steps, self.rng
         self.emulator, self.learned_at = ResidualEmulator.fit(*given, self.emulator), self.power
         self._learn_axes()
 
@@ -275,29 +284,27 @@ class Particles:
         at the power, nats.
         """
         halves = zip(np.array_split(self.scores, 2), self.rng.spawn(2), strict=True)
-        order = self.rng.permutation(1 + _REDRAWS)
+        moves = _MOVES | (_JUMPS if self.target.switched else {})
+        order = self.rng.permutation(np.repeat(list(moves), list(moves.values())))
         found = at_once(*(partial(self._half_walked, *each, order) for each in halves))
         scores, gained, shares = zip(*found, strict=True)
-        for kind, share in zip(order, np.mean(shares, axis=0), strict=True):
-            if kind == 0:
-                self.widths.follow("step", share, _SMOOTH_TARGET, 0.6)
-            else:
-                self.widths.follow("redrawn", share, _REDRAWN_TARGET, 1.0)
+        for move, share in zip(order, np.mean(shares, axis=0), strict=True):
+            if move in _FOLLOWED:
+                self.widths.follow(*_FOLLOWED[move], share)
         return np.concatenate(scores), self.power * np.concatenate(gained)
 
     def _half_walked(self, scores, rng, order):
         """Where some walk, what they gain, and the share of each move that is taken."""
         first = log = self._log_like(scores)
         shares = []
-        for kind in order:
-            move = self._redrawn if kind else self._trajectory
-            scores, log, share = move(scores, log, rng)
+        for move in order:
+            scores, log, share = getattr(self, move)(scores, log, rng)
             shares.append(share)
         return scores, log - first, shares
 
     def _log_like(self, scores: np.ndarray) -> np.ndarray:
         """Log likelihoods by the emulator."""
-        return self.emulator.log_likelihood(self.target.numbers(scores))
+        return self.emulator.log_likelihood(self.target.inputs(self.target.numbers(scores)))
 
     def _redrawn(self, scores, log, rng):
         """Some scores drawn anew, in whole or in part."""
@@ -310,6 +317,15 @@ class Particles:
         new = self._log_like(there)
         ok = np.log(rng.random(n)) < self.power * (new - log)
         return np.where(ok[:, None], there, scores), np.where(ok, new, log), ok.mean()
+
+    def _switched(self, scores, log, rng, exchanged=False):
+        """Jumps of the target."""
+        there, over = self.target.switched(scores, exchanged, rng)
+        new = self._log_like(there)
+        ok = np.log(rng.random(len(scores))) < self.power * (new - log) + over
+        return np.where(ok[:, None], there, scores), np.where(ok, new, log), ok.mean()
+
+    _exchanged = partialmethod(_switched, exchanged=True)
 
     def _trajectory(self, scores, log, rng):
         """Where trajectories of the smooth scores end."""
@@ -338,19 +354,19 @@ class Particles:
         """Log likelihoods by the emulator, and the slopes of the log densities at the power, by the
         smooth scores.
         """
-        numbers, back = self.target.traced(scores)
-        log, slopes = self.emulator.slopes(numbers)
+        inputs, back = self.target.traced(scores)
+        log, slopes = self.emulator.slopes(inputs)
         return log, self.power * back(slopes)[:, self.smooth] - scores[:, self.smooth]
 
 
 def smooth_scores(target: Target, examples: np.ndarray) -> np.ndarray:
-    """Which scores move a number smoothly, in any of some examples ``(n, m)``.
+    """Which scores move an input smoothly, in any of some examples ``(n, m)``.
 
     Those that decide whether something is there do not.
     """
-    numbers, back = target.traced(examples)
+    inputs, back = target.traced(examples)
     moves = np.zeros(target.unknowns, dtype=bool)
-    for one in np.eye(numbers.shape[1]):
+    for one in np.eye(inputs.shape[1]):
         moves |= back(np.tile(one, (len(examples), 1))).any(axis=0)
     return np.flatnonzero(moves)
 

@@ -10,13 +10,11 @@ from itertools import pairwise
 
 import numpy as np
 
-_CLIPPED = 5.0  # sd of inputs
-_FLOOR = 0.01  # of an input's sd, added before its logarithm
 _FINEST = 0.003  # variance of a component of residuals, below which it stays as it is
 _RIDGE = 1e-6
 _SOLVED = 20_000  # drives, of which the linear parts are solved
-_HIDDEN = (256, 256)
-_BATCH, _RATE, _WARMING = 256, 4e-3, 0.1
+_HIDDEN = (128, 128)
+_BATCH, _RATE, _WARMING = 256, 12e-3, 0.1
 _MOMENTS = (0.9, 0.99)  # of Adam
 _NEAR = 20.0  # nats below the middle, at which a drive counts half
 
@@ -27,18 +25,18 @@ class ResidualEmulator:
 
     Attributes:
         used: Which numbers of a drive are inputs, ``(q,)``.
-        positive: Of which the logarithm is.
-        floor, centre, scale: Of the inputs.
+        centre, scale: Of the inputs.
+        ends: Least and largest of those that it has learned from, ``(2, i)``: beyond them it tells
+            what it tells there.
         linear: Coefficients, ``(i, k)``.
         layers: Weights and offsets of the layers, float32.
         rest: Square of the residuals beyond the components.
     """
 
     used: np.ndarray
-    positive: np.ndarray
-    floor: np.ndarray
     centre: np.ndarray
     scale: np.ndarray
+    ends: np.ndarray
     linear: np.ndarray
     layers: list[np.ndarray]
     rest: float
@@ -102,15 +100,13 @@ class ResidualEmulator:
     @classmethod
     def _of_inputs(cls, numbers, before) -> "ResidualEmulator":
         """One with the inputs of drives ``(n, q)``, of which it has learned nothing."""
-        if before is None:
-            sd = numbers.std(axis=0)
-            used = sd > 1e-9 * np.abs(numbers).mean(axis=0) + 1e-12
-            positive, floor = (numbers >= 0.0).all(axis=0)[used], _FLOOR * sd[used]
-        else:
-            used, positive, floor = before.used, before.positive, before.floor
-        new = cls(used, positive, floor, *[np.empty(0)] * 3, [], 0.0)
-        raw = new._raw(numbers)
-        new.centre, new.scale = raw.mean(axis=0), raw.std(axis=0) + 1e-9
+        sd = numbers.std(axis=0)
+        varies = sd > 1e-9 * np.abs(numbers).mean(axis=0) + 1e-12
+        used = varies if before is None else before.used
+        own = numbers[:, used]
+        new = cls(used, own.mean(axis=0), own.std(axis=0) + 1e-9, *[np.empty(0)] * 2, [], 0.0)
+        inputs = new.inputs(numbers)
+        new.ends = np.stack([inputs.min(axis=0), inputs.max(axis=0)])
         return new
 
     def _hidden_of(self, before, rng) -> list[np.ndarray]:
@@ -126,35 +122,22 @@ class ResidualEmulator:
             layers += [weights.astype(np.float32), np.zeros(two, dtype=np.float32)]
         return layers
 
-    @property
-    def positive_numbers(self) -> np.ndarray:
-        """Which numbers of a drive are inputs by their logarithm."""
-        return np.flatnonzero(self.used)[self.positive]
-
-    def _raw(self, numbers: np.ndarray) -> np.ndarray:
-        raw = numbers[:, self.used]
-        positive = np.maximum(numbers[:, self.positive_numbers], 0.0)
-        raw[:, self.positive] = np.log(positive + self.floor[self.positive])
-        return raw
-
     def inputs(self, numbers: np.ndarray) -> np.ndarray:
         """Inputs of drives ``(n, q)``, ``(n, i)``."""
-        return (self._raw(numbers) - self.centre) / self.scale
+        return (numbers[:, self.used] - self.centre) / self.scale
 
     def log_likelihood(self, numbers: np.ndarray) -> np.ndarray:
         """Log likelihoods of drives ``(n, q)``, ``(n,)``."""
-        return self._told(np.clip(self.inputs(numbers), -_CLIPPED, _CLIPPED).astype(np.float32))[0]
+        return self._told(np.clip(self.inputs(numbers), *self.ends).astype(np.float32))[0]
 
     def slopes(self, numbers: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Log likelihoods of drives ``(n, q)``, ``(n,)``, and their slopes, ``(n, q)``."""
         inputs = self.inputs(numbers)
-        log, told, kept = self._told(np.clip(inputs, -_CLIPPED, _CLIPPED).astype(np.float32))
+        within = np.clip(inputs, *self.ends)
+        log, told, kept = self._told(within.astype(np.float32))
         slope = _backward(self.layers, kept, -told)[0] - told @ self.linear.T
-        slope = np.where(np.abs(inputs) < _CLIPPED, slope, 0.0) / self.scale
-        where = self.positive_numbers
-        slope[:, self.positive] /= np.maximum(numbers[:, where], 0.0) + self.floor[self.positive]
         found = np.zeros(numbers.shape)
-        found[:, self.used] = slope
+        found[:, self.used] = np.where(inputs == within, slope, 0.0) / self.scale
         return log, found
 
     def _told(self, inputs: np.ndarray):
@@ -210,7 +193,8 @@ def _bent(there, weights, offset, kept):
     found = there @ weights
     found += offset
     share = np.negative(found)
-    np.exp(share, out=share)
+    with np.errstate(over="ignore"):  # of which the share is 0
+        np.exp(share, out=share)
     share += 1.0
     np.reciprocal(share, out=share)
     found *= share
