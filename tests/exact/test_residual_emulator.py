@@ -16,17 +16,17 @@ def small(monkeypatch):
 
 
 def drives(n, name, where=0.0, sd=1.0):
-    """Numbers of drives ``(n, 4)``: two of either sign, one that is above 0, and one that is the
-    same for all.
+    """Numbers of drives ``(n, 4)``: two of either sign, one that is above 0 and varies as widely as
+    a parameter does, and one that is the same for all.
     """
     scores = where + sd * generator(1, "emulator", name).standard_normal((n, 3))
-    return np.column_stack([scores[:, :2], np.exp(scores[:, 2]), np.full(n, 3.0)])
+    return np.column_stack([scores[:, :2], np.exp(0.4 * scores[:, 2]), np.full(n, 3.0)])
 
 
 def residuals(numbers):
     """Smooth residuals, ``(n, 5)``, some units large."""
     first, second, size, _ = numbers.T
-    whole = [np.sin(first) + 0.5 * second, first * second, np.log(size), size * 0.2, first + 1.0]
+    whole = [np.sin(first) + 0.5 * second, first * second, 2.5 * np.log(size), size, first + 1.0]
     return 2.0 * np.column_stack(whole)
 
 
