@@ -200,7 +200,9 @@ class FamilyScores:
         drawn += _SMALL * (come & (rng.random(there.shape) < 0.5))
         new[:, sizes] = np.where(chosen, drawn, scores[:, sizes])
         self._decide(new, there ^ chosen, rng)
-        over = np.where(come, _over_move(drawn), 0.0) - np.where(go, _over_move(scores[:, sizes]), 0)
+        over = np.where(come, _over_move(drawn), 0.0) - np.where(
+            go, _over_move(scores[:, sizes]), 0
+        )
         before, after = (
             gammaln(has + 1.0) + gammaln(count - has + 1.0)
             for has in (there.sum(axis=1), (there ^ chosen).sum(axis=1))

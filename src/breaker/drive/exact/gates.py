@@ -4,7 +4,6 @@ What a drive is told by its numbers is hard to learn where some say nothing unti
 So an emulator sees them as they act: off their middle, times how far their size is there.
 """
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -48,10 +47,11 @@ class Gates:
     def of(cls, drives: np.ndarray) -> "Gates":
         """Those of drives of a family ``(n, p + e)``."""
         names, pairs = (*NAMES, *ELEMENTS), _LAWS | _COEFFICIENTS
-        own, size = (np.array([names.index(name) for name in some]) for some in zip(*pairs.items()))
+        own, size = ([names.index(name) for name in some] for some in (pairs, pairs.values()))
         halves = np.repeat([_HALF, _LINEAR], [len(_LAWS), len(_COEFFICIENTS)])
         sds = drives.std(axis=0)[size]
-        return cls(own, size, drives.mean(axis=0)[own], np.where(sds > 0.0, halves * sds, 1.0))
+        half = np.where(sds > 0.0, halves * sds, 1.0)
+        return cls(np.array(own), np.array(size), drives.mean(axis=0)[own], half)
 
     def seen(self, numbers: np.ndarray) -> np.ndarray:
         """What is seen of numbers ``(n, q)``, alike."""
