@@ -38,7 +38,7 @@ from studies.shared import append, write_table
 
 DRAWS = 2000  # of an answer
 ENDS = (0.05, 0.95)
-OWN, OTHER = "the family", "other code"
+OWN, ELSEWHERE, OTHER = "the family", "of it, answered by another", "other code"
 SURPRISING = 0.01  # p-value
 
 
@@ -65,6 +65,8 @@ def scored(of: str, number: int, config: dict) -> dict:
     row = {"of": of, "drive": number, "motion": motion, "contact": contact}
     if network.levels is None or network.misfit:
         return row | {"told": False}
+    if of == OWN and network.levels.settings["family"] != config["family"]["name"]:
+        row["of"] = ELSEWHERE
     begin = np.array([time.monotonic(), time.process_time()])
     (exact,) = exactly([network], assessment.given, assessment.settings)
     taken = np.array([time.monotonic(), time.process_time()]) - begin
@@ -86,7 +88,7 @@ def scored(of: str, number: int, config: dict) -> dict:
 
 
 def table(rows: pd.DataFrame) -> pd.DataFrame:
-    """Sum rows up: of drives of the family, each motion and both; and of others."""
+    """Sum rows up: of drives that their own family answers, each motion and both; and of others."""
     own = rows[rows.of == OWN]
     groups = {motion: own[own.motion == motion] for motion in MOTIONS}
     groups |= {"both": own, OTHER: rows[rows.of == OTHER]}
