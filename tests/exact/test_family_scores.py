@@ -1,18 +1,18 @@
 """Drives made of scores are those that the family draws; what is drawn anew leaves them as they
-are.
+are, and mechanisms that come and go leave the prior as it is.
 """
 
-from dataclasses import replace
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
 from scipy.special import ndtr
-from scipy.stats import ks_2samp, kstest
+from scipy.stats import binomtest, chisquare, ks_2samp, kstest
 
 from breaker.common.randomness import generator
 from breaker.drive.exact.family_scores import FamilyScores, ScoreColumns
 from breaker.drive.exact.simulated_motions import closed_travels
-from breaker.drive.simulation.rich_drive import CONTACTS, ELEMENTS
+from breaker.drive.simulation.rich_drive import CONTACTS, ELEMENTS, LAWS, Elements
 from breaker.quantities.parameters import NAMES
 
 _CONTACT = len(NAMES) + ELEMENTS.index("contact")
@@ -157,6 +157,133 @@ def test_a_family_in_which_all_mechanisms_are_has_nothing_to_draw_anew(family):
     some = generator(2, "test scores").standard_normal((5, found.unknowns))
     assert found.presence is None
     assert found.redrawn(some, generator(3, "test scores")) is some
+
+
+# ---- mechanisms that come and go -----------------------------------------------------------------
+
+
+def there(scores, some):
+    """Which mechanisms are there, ``(n, count)``."""
+    begin, count = scores.presence
+    return ndtr(some[:, begin - 1, None]) > ndtr(some[:, begin : begin + count])
+
+
+def sizes_of(scores, some):
+    """Scores of the sizes of mechanisms, ``(n, count)``."""
+    begin, count = scores.presence
+    return some[:, begin + count : begin + 2 * count]
+
+
+def all_absent(scores, n, rng):
+    """Drives without any mechanism, whose sizes would all be near the largest."""
+    begin, count = scores.presence
+    some = rng.standard_normal((n, scores.unknowns))
+    some[:, begin - 1] = -3.0
+    some[:, begin : begin + count] = np.abs(some[:, begin : begin + count])
+    some[:, begin + count : begin + 2 * count] = 3.0
+    return some
+
+
+def after(scores, some, steps, rng, taken=lambda log_ratio: log_ratio, kinds=(False, True)):
+    """Scores after so many Metropolis steps, in which mechanisms come, go and are exchanged.
+
+    Args:
+        taken: Logarithm of the odds by which new scores are taken, of the log ratio.
+        kinds: Of the moves, in turn: whether mechanisms are exchanged.
+    """
+    for k in range(steps):
+        new, log_ratio = scores.switched(some, kinds[k % len(kinds)], rng)
+        some = np.where((np.log(rng.random(len(some))) < taken(log_ratio))[:, None], new, some)
+    return some
+
+
+def off_prior(scores, some) -> float:
+    """Smallest p-value of the prior of mechanisms, times how many there are (Bonferroni).
+
+    Scores that decide, and of sizes, are standard normal; those of sizes also of the mechanisms
+    that are there alone, and of those that are not. Of mechanisms, any number is as likely, and
+    each is there as often as not.
+    """
+    begin, count = scores.presence
+    has, sizes = there(scores, some), sizes_of(scores, some)
+    columns = [*some[:, begin - 1 : begin + 2 * count].T]
+    for k in range(count):
+        columns += [sizes[has[:, k], k], sizes[~has[:, k], k]]
+    found = [kstest(each, "norm").pvalue if each.size else 0.0 for each in columns]
+    found.append(chisquare(np.bincount(has.sum(axis=1), minlength=count + 1)).pvalue)
+    found += [binomtest(int(each.sum()), len(some)).pvalue for each in has.T]
+    return float(min(found) * len(found))
+
+
+def test_mechanisms_that_come_and_go_keep_the_prior(scores):
+    """So they do after many steps, of which a fault of any one adds up."""
+    some = generator(12, "test scores").standard_normal((2000, scores.unknowns))
+    found = after(scores, some, 200, generator(13, "test scores"))
+    assert off_prior(scores, found) > 1e-3  # false alarms: 1e-3 by Bonferroni
+    for kinds in ((False,), (True,)):  # planted faults: all are taken
+        faulty = after(scores, some, 20, generator(13, "test scores"), np.zeros_like, kinds)
+        assert off_prior(scores, faulty) < 1e-3, kinds
+
+
+def test_mechanisms_that_come_and_go_reach_the_prior_from_afar(scores):
+    """Of drives that have none: some 200 steps for a factor of e, by the walk of their number."""
+    rng = generator(14, "test scores")
+    some = all_absent(scores, 400, rng)
+    assert not there(scores, some).any()
+    assert off_prior(scores, after(scores, some, 60, rng)) < 1e-3  # too early
+    found = after(scores, some, 1500, rng)
+    assert off_prior(scores, found) > 1e-3  # false alarms: 1e-3 by Bonferroni
+
+
+@pytest.mark.parametrize("exchanged", [False, True])
+def test_one_mechanism_comes_or_goes_or_one_of_each(scores, exchanged):
+    rng = generator(15, "test scores")
+    begin, count = scores.presence
+    some = rng.standard_normal((3000, scores.unknowns))
+    some = np.vstack([some, all_absent(scores, 50, rng)])
+    some[-20:, begin - 1] = 4.0  # all are there
+    before = some.copy()
+    new, log_ratio = scores.switched(some, exchanged, rng)
+    assert np.array_equal(some, before)
+    had, has = there(scores, some), there(scores, new)
+    come, gone = has & ~had, had & ~has
+    number = had.sum(axis=1)
+    if exchanged:
+        moved = (number > 0) & (number < count)
+        assert np.array_equal(come.sum(axis=1), moved)
+        assert np.array_equal(gone.sum(axis=1), moved)
+        assert np.allclose(log_ratio[~moved], 0.0, atol=1e-9)
+    else:
+        assert ((come | gone).sum(axis=1) == 1).all()
+        assert come[number == 0].any(axis=1).all()
+        assert gone[number == count].any(axis=1).all()
+    chosen = come | gone
+    assert chosen.any(axis=0).all()
+    assert np.array_equal(sizes_of(scores, new)[~chosen], sizes_of(scores, some)[~chosen])
+    block = np.arange(begin - 1, begin + 2 * count)
+    assert np.array_equal(np.delete(new, block, axis=1), np.delete(some, block, axis=1))
+    assert 0.4 < (ndtr(sizes_of(scores, new)[come]) < 0.25).mean() < 0.8  # small ones, and others
+
+
+@pytest.mark.parametrize("exchanged", [False, True])
+def test_numbers_of_a_drive_change_for_mechanisms_that_come_or_go_alone(scores, exchanged):
+    """Only their sizes do, and these are 0 where they are not."""
+    rng = generator(16, "test scores")
+    some = rng.standard_normal((3000, scores.unknowns))
+    new, _ = scores.switched(some, exchanged, rng)
+    had, has = there(scores, some), there(scores, new)
+    old, numbers = scores.numbers(some), scores.numbers(new)
+    names = [each.name for each in fields(Elements) if each.name not in LAWS]
+    rest = np.ones(numbers.shape[1], bool)
+    for k, name in enumerate(names):
+        sizes = (name, *(f"{name}.{part}" for part in ("damping", "stiffness", "share")))
+        own = [len(NAMES) + ELEMENTS.index(each) for each in sizes if each in ELEMENTS]
+        rest[own] = False
+        stays = had[:, k] == has[:, k]
+        assert np.array_equal(numbers[stays][:, own], old[stays][:, own]), name
+        free = numbers[:, _CONTACT] != CONTACTS.index("held") if name == "contact_preload" else True
+        assert np.array_equal((numbers[:, own] != 0.0).all(axis=1) & free, has[:, k] & free), name
+    assert np.array_equal(numbers[:, rest], old[:, rest])
 
 
 # ---- columns for a generator ---------------------------------------------------------------------
