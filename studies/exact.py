@@ -1,7 +1,7 @@
 """Is the exact posterior in the family calibrated, and how far are the networks from it?
 
-    python -m studies.exact --rows exact.csv --drives 40             # a minute of two cores each
-    python -m studies.exact --rows exact.csv --drives 20 --of "other code"
+    python -m studies.exact --rows exact.csv --drives 40       # a minute of two cores each
+    python -m studies.exact --rows exact.csv --drives 20 --of 'other code'
     python -m studies.exact --rows exact.csv --table docs/exact.csv --drives 0
 
 Drives of the family that no training has seen, each with a record of one motion, closing and
@@ -92,7 +92,8 @@ def table(rows: pd.DataFrame) -> pd.DataFrame:
     own = rows[rows.of == OWN]
     groups = {motion: own[own.motion == motion] for motion in MOTIONS}
     groups |= {"both": own, OTHER: rows[rows.of == OTHER]}
-    return pd.DataFrame({name: pd.Series(summed(some)) for name, some in groups.items()})
+    found = {name: summed(some) for name, some in groups.items() if len(some)}
+    return pd.DataFrame({name: pd.Series(each) for name, each in found.items()})
 
 
 def summed(some: pd.DataFrame) -> dict[str, float]:

@@ -6,7 +6,7 @@ import pytest
 
 from breaker.common.randomness import generator
 from breaker.quantities.parameters import MOTIONS, NAMES
-from studies.exact import table
+from studies.exact import ELSEWHERE, OTHER, OWN, table
 
 
 def rows(network_sd: float, n: int = 400) -> pd.DataFrame:
@@ -15,7 +15,8 @@ def rows(network_sd: float, n: int = 400) -> pd.DataFrame:
 
     rng = generator(1, "made-up rows of the exact posterior")
     found = {"motion": np.resize(MOTIONS, n), "told": np.arange(n) % 10 > 0}
-    found |= {n_: 1.0 for n_ in ("seconds", "processor", "drives", "gap", "right_contact")}
+    ones = ("seconds", "processor", "drives", "gap", "right_contact", "p_value")
+    found |= {name: 1.0 for name in ones} | {"of": OWN}
     found["effective_size"] = np.where(found["told"], 500.0, 20.0)
     for by, sd in (("exact", 1.0), ("network", network_sd)):
         found[f"{by} log density"] = -np.log(sd) * len(NAMES)
@@ -39,3 +40,9 @@ def test_what_is_not_resolved_counts_against_the_share_that_is():
     assert found.loc["resolved", "both"] == pytest.approx(0.9)
     assert found.loc["effective size at least 400", "closing"] <= 1.0
     assert found.loc["records", "opening"] == 200
+
+
+def test_drives_that_another_family_answers_count_for_none():
+    some = rows(network_sd=1.0)
+    some.loc[:99, "of"], some.loc[100:149, "of"] = ELSEWHERE, OTHER
+    assert table(some).loc["records"].tolist() == [125, 125, 250, 50]

@@ -56,14 +56,16 @@ class Gates:
     def seen(self, numbers: np.ndarray) -> np.ndarray:
         """What is seen of numbers ``(n, q)``, alike."""
         sizes, found = numbers[:, self.size], numbers.copy()
-        found[:, self.own] = (numbers[:, self.own] - self.middle) * sizes / (sizes + self.half)
+        there = sizes / (np.abs(sizes) + self.half)
+        found[:, self.own] = (numbers[:, self.own] - self.middle) * there
         return found
 
     def back(self, numbers: np.ndarray, slopes: np.ndarray) -> np.ndarray:
         """Slopes by numbers, of slopes by what is seen of them, ``(n, q)`` each."""
         sizes, by, found = numbers[:, self.size], slopes[:, self.own], slopes.copy()
-        found[:, self.own] = by * sizes / (sizes + self.half)
-        by = by * (numbers[:, self.own] - self.middle) * self.half / np.square(sizes + self.half)
+        whole = np.abs(sizes) + self.half
+        found[:, self.own] = by * sizes / whole
+        by = by * (numbers[:, self.own] - self.middle) * self.half / np.square(whole)
         onto, to = np.unique(self.size, return_inverse=True)
         found[:, onto] += by @ np.eye(onto.size)[to]
         return found
