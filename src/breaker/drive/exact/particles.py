@@ -1,15 +1,15 @@
 """Particles that go from a prior of normal scores to a posterior: tempered, then walking.
 
 Tempering raises the power of the likelihood from 0 to 1 in steps that leave half of the particles
-(Del Moral et al. 2006, J. R. Stat. Soc. B 68, 411), and its weights give the evidence. Between the
-steps, and at the end for as long as the answer needs, particles move in rounds. A round walks on
-the likelihood that an emulator tells, by trajectories (Hamiltonian Monte Carlo) of the scores
-that move a drive smoothly, by drawing others anew, and by jumps that the target knows. Where a
-walk ends, the simulator says with
-which probability the particle goes there (Liu 2001, Monte Carlo Strategies in Scientific
+(Del Moral et al. 2006, J. R. Stat. Soc. B 68, 411), and its weights, averaged over all rounds at a
+power, give the evidence. Between the steps, and at the end for as long as the answer needs,
+particles move in rounds. A round walks on the likelihood that an emulator tells, by trajectories
+(Hamiltonian Monte Carlo) of the scores that move a drive smoothly, by drawing others anew, and by
+jumps that the target knows (Green 1995, Biometrika 82, 711). Where a walk ends, the simulator says
+with which probability the particle goes there (Liu 2001, Monte Carlo Strategies in Scientific
 Computing, 9.4.3): the posterior is exact whatever the emulator tells, and a poor one only takes
-longer. What is simulated teaches the next emulator; along which axes trajectories go is learned
-at the same times, and not in between, so that a walk is reversible.
+longer. What is simulated teaches the next emulator; along which axes trajectories go is learned at
+the same times, and not in between, so that a walk is reversible.
 """
 
 from collections.abc import Callable, Sequence
@@ -34,7 +34,7 @@ _INFORMED = 0.7  # variance of scores, below which the record shows them
 _MOVES = {"_trajectory": 1, "_redrawn": 8}  # of a walk
 _JUMPS = {"_switched": 8, "_exchanged": 8}  # of one, where the target knows any
 _REDRAWN = 40.0  # scores, of which at most so many are drawn anew at once
-_DEPENDENT = 2.0  # by how much the variance of evidence is larger than of independent particles
+_DEPENDENT = 3.0  # by how much the variance of evidence is larger than of independent particles, as seen
 _GIVEN_UP = 7.0  # nats below the likeliest kind, at which a kind is given up
 _FOLLOWED = {"_trajectory": ("step", 0.7, 0.6), "_redrawn": ("redrawn", 0.25, 1.0)}
 """Sizes of moves, the shares that are taken to which they are led, and their most."""
@@ -103,6 +103,7 @@ class Particles:
         variances: Of these, by Monte Carlo, ``(k,)``.
         power: Of the likelihood.
         simulated: How many drives.
+        visited: Log likelihoods after each round at this power: evidence is told by all of them.
         smooth: Scores that move a drive smoothly, ``(s,)``.
     """
 
@@ -122,6 +123,7 @@ class Particles:
     learned_at: float = 0.0
     widths: _Widths = field(default_factory=_Widths)
     seen: list = field(default_factory=list)
+    visited: list = field(default_factory=list)
     smooth: np.ndarray | None = None
     axes: np.ndarray | None = None
 
@@ -201,11 +203,12 @@ class Particles:
             for _ in range(_HALVINGS):
                 middle = 0.5 * (low + high)
                 low, high = (middle, high) if enough(middle) else (low, middle)
+        visited = np.array(self.visited or [self.log_like])
         for k, group in zip(there, groups, strict=True):
-            self.log_shares[k] += logsumexp(low * self.log_like[group]) - np.log(group.size)
-            self.variances[k] += _DEPENDENT * (
-                1.0 / _left(self.log_like[group], low) - 1.0 / group.size
-            )
+            most = visited[:, group].max()
+            means = np.exp(low * (visited[:, group] - most)).mean(axis=0)
+            self.log_shares[k] += low * most + np.log(means.mean())
+            self.variances[k] += _DEPENDENT * means.var() / means.mean() ** 2 / group.size
         self.log_shares[self.log_shares < self.log_shares.max() - _GIVEN_UP] = -np.inf
         self.power = 1.0 if low == 1.0 - self.power else self.power + low
         kept = [g for k, g in zip(there, groups, strict=True) if np.isfinite(self.log_shares[k])]
@@ -218,6 +221,7 @@ class Particles:
         chosen = np.concatenate(chosen)
         for name in ("scores", "numbers", "log_like", "ancestor", "kind"):
             setattr(self, name, getattr(self, name)[chosen])
+        self.visited = []
         self._learn_axes()
 
     @property
@@ -276,6 +280,7 @@ class Particles:
         ratio = self.power * (log_like - self.log_like) - gained
         to = np.log(self.rng.random(self.size)) < ratio
         self.scores[to], self.numbers[to], self.log_like[to] = walked[to], numbers[to], log_like[to]
+        self.visited.append(self.log_like.copy())
         way = np.square(self.asked - asked).mean(axis=0) / asked.var(axis=0)
         return float(to.mean()), float(way.min())
 
