@@ -52,7 +52,8 @@ def errors(known, seed=1):
     of_sds = (sd / known.sd - 1.0) * np.sqrt(effective)
     of_means = (mean - known.mean) / known.sd * np.sqrt(effective)
     # Weights of a step that leaves half vary as much as their mean.
-    of_evidence = (found.log_evidence - known.log_evidence) / np.sqrt(powers / SIZE)
+    assert found.log_evidence_se < 2.0 * np.sqrt(powers / SIZE)
+    of_evidence = (found.log_evidence - known.log_evidence) / found.log_evidence_se
     return np.array([*of_means, *of_sds, of_evidence])
 
 

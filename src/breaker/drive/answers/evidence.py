@@ -190,6 +190,7 @@ class ExactFindings(Plain):
         effective_size: How many independent draws tell the parameters as well.
         drives: How many drives were simulated.
         log_evidence: Of the family, but for a constant of the record, nats.
+        log_evidence_se: Its standard error.
         p_value: Share of records of these drives that lie farther from them than the record, whose
             noise is known as well as its rest shows it.
         residual, noise: Of the record about these drives, and at rest, mm.
@@ -204,6 +205,7 @@ class ExactFindings(Plain):
     effective_size: float
     drives: int
     log_evidence: float
+    log_evidence_se: float
     p_value: float
     residual: float
     noise: float

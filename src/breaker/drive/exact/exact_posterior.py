@@ -281,6 +281,7 @@ def _told(operation, particles, numbers, effective, settings) -> list[Answer]:
         "effective_size": effective,
         "drives": particles.simulated,
         "log_evidence": particles.log_evidence,
+        "log_evidence_se": particles.log_evidence_se,
         "contacts": operation.scores.shares_of(contact),
         "evidence": _evidence(operation, numbers[chosen], effective, rng),
     }
