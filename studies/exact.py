@@ -8,7 +8,8 @@ Drives of the family that no training has seen, each with a record of one motion
 opening in turn, as a file that is read as a user's is; the size is not given. `infer --exact`
 answers. Where the posterior is exact, 90 % of its 90 % intervals hold, ranks of the truth are flat,
 and no other answer has a higher log density at the truth on average. Of both answers the density is
-that of a normal distribution in the logarithms of the parameters. Drives of other code
+that of a normal distribution in the logarithms of the parameters. Others have both motions of an
+operation recorded. Drives of other code
 (`studies.other_code`) are none of the family: there the exact posterior is exact for a family that
 is wrong.
 """
@@ -39,6 +40,7 @@ from studies.shared import append, write_table
 DRAWS = 2000  # of an answer
 ENDS = (0.05, 0.95)
 OWN, ELSEWHERE, OTHER = "the family", "of it, answered by another", "other code"
+BOTH = "the family, both motions of an operation"
 SURPRISING = 0.01  # p-value
 
 
@@ -54,24 +56,27 @@ def scored(of: str, number: int, config: dict) -> dict:
     prior, told = Prior.from_settings(config["prior"]), () if of == OWN else (of,)
     rng = generator(config["seed"], "exact posterior, held out", *told, number)
     motion, contact = MOTIONS[number % len(MOTIONS)], None
-    if of == OWN:
+    if of == OTHER:
+        drive = Strange.drawn(prior, rng)
+    else:
         drive = Family(prior, config["family"]).new(rng)
         contact = drive.elements.contact
-    else:
-        drive = Strange.drawn(prior, rng)
-    record = Bench(drive, motion, config, rng).record
+    bench = Bench(drive, motion, config, rng)
+    records = bench.records(dict.fromkeys(MOTIONS, 1)) if of == BOTH else [bench.record]
     assessment = Assessment(config)
-    (network,) = assessment.infer([record])
+    networks = assessment.infer(records)
+    network = networks[0]
     row = {"of": of, "drive": number, "motion": motion, "contact": contact}
     if network.levels is None or network.misfit:
         return row | {"told": False}
-    if of == OWN and network.levels.settings["family"] != config["family"]["name"]:
+    if of != OTHER and network.levels.settings["family"] != config["family"]["name"]:
         row["of"] = ELSEWHERE
     begin = np.array([time.monotonic(), time.process_time()])
-    (exact,) = exactly([network], assessment.given, assessment.settings)
+    exact = exactly(networks, assessment.given, assessment.settings)[0]
     taken = np.array([time.monotonic(), time.process_time()]) - begin
     row |= {"seconds": taken[0], "processor": taken[1], "told": exact.draws is not None}
-    found = exact.exact
+    if (found := exact.exact) is None:
+        return row | {"told": False}
     row |= {n: getattr(found, n) for n in ("effective_size", "drives", "gap", "p_value")}
     row["right_contact"] = found.contacts.get(contact, np.nan)
     true = np.log(drive.theta)
@@ -88,10 +93,12 @@ def scored(of: str, number: int, config: dict) -> dict:
 
 
 def table(rows: pd.DataFrame) -> pd.DataFrame:
-    """Sum rows up: of drives that their own family answers, each motion and both; and of others."""
+    """Sum rows up: of drives that their own family answers by one motion, closing, opening and
+    either, or by both; and of others.
+    """
     own = rows[rows.of == OWN]
     groups = {motion: own[own.motion == motion] for motion in MOTIONS}
-    groups |= {"both": own, OTHER: rows[rows.of == OTHER]}
+    groups |= {"either": own, "both motions": rows[rows.of == BOTH], OTHER: rows[rows.of == OTHER]}
     found = {name: summed(some) for name, some in groups.items() if len(some)}
     return pd.DataFrame({name: pd.Series(each) for name, each in found.items()})
 
@@ -129,7 +136,7 @@ def main() -> None:
     parser.add_argument("--rows", type=Path, required=True, help="a table to which rows are added")
     parser.add_argument("--first", type=int, default=0)
     parser.add_argument("--drives", type=int, default=40)
-    parser.add_argument("--of", choices=[OWN, OTHER], default=OWN)
+    parser.add_argument("--of", choices=[OWN, BOTH, OTHER], default=OWN)
     parser.add_argument("--table", type=Path)
     options = parser.parse_args()
     config = load([DEFAULTS])

@@ -26,7 +26,7 @@ def rows(network_sd: float, n: int = 400) -> pd.DataFrame:
 
 
 def test_a_calibrated_answer_holds_and_a_narrow_one_does_not():
-    found = table(rows(network_sd=0.5))["both"]
+    found = table(rows(network_sd=0.5))["either"]
     assert found["exact: 90 % intervals hold"] == pytest.approx(0.9, abs=0.02)
     assert found["exact: smallest p of flat ranks"] > 1e-3 / 7  # false alarms: 1e-3
     assert found["network: 90 % intervals hold"] < 0.7
@@ -37,7 +37,7 @@ def test_a_calibrated_answer_holds_and_a_narrow_one_does_not():
 
 def test_what_is_not_resolved_counts_against_the_share_that_is():
     found = table(rows(network_sd=1.0))
-    assert found.loc["resolved", "both"] == pytest.approx(0.9)
+    assert found.loc["resolved", "either"] == pytest.approx(0.9)
     assert found.loc["effective size at least 400", "closing"] <= 1.0
     assert found.loc["records", "opening"] == 200
 
