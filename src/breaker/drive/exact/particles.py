@@ -34,9 +34,7 @@ _INFORMED = 0.7  # variance of scores, below which the record shows them
 _MOVES = {"_trajectory": 1, "_redrawn": 8}  # of a walk
 _JUMPS = {"_switched": 8, "_exchanged": 8}  # of one, where the target knows any
 _REDRAWN = 40.0  # scores, of which at most so many are drawn anew at once
-_DEPENDENT = (
-    3.0  # by how much the variance of evidence is larger than of independent particles, as seen
-)
+_DEPENDENT = 3.0  # by how much the variance of evidence exceeds that of independent particles
 _GIVEN_UP = 7.0  # nats below the likeliest kind, at which a kind is given up
 _FOLLOWED = {"_trajectory": ("step", 0.7, 0.6), "_redrawn": ("redrawn", 0.25, 1.0)}
 """Sizes of moves, the shares that are taken to which they are led, and their most."""
