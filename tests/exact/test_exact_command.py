@@ -124,6 +124,13 @@ def test_words_tell_how_exact_it_is_and_what_is_shown_of_the_way(capsys, monkeyp
     assert all(f"\n {name} " not in out for name in NAMES)
 
 
+def test_a_fact_that_leaves_few_draws_is_named_as_the_reason(capsys):
+    assert call("a.csv", "--exact", "--known", "mu=20:0.05") == 0
+    words = " ".join(capsys.readouterr().out.split())
+    assert "what is given beside the record weighs the draws of a walk" in words
+    assert "the walk found too few" not in words
+
+
 def test_where_it_is_not_reached_the_networks_answer_stands_with_a_remark(capsys, monkeypatch):
     assert call("a.csv", "--json") == 0
     plain = capsys.readouterr().out

@@ -194,6 +194,19 @@ def test_a_fact_weighs_draws_and_both_answers_know_it(infer):
     assert exact.draws.theta[:, NAMES.index("mu")].std() < 0.15
 
 
+def test_few_independent_draws_are_remarked_on(infer, monkeypatch):
+    """Between what is needed and what was aimed at."""
+
+    def remarked(least, enough):
+        monkeypatch.setattr(exact_posterior, "LEAST", least)
+        monkeypatch.setattr(exact_posterior, "ENOUGH", enough)
+        return any("few independent draws" in each for each in infer()[1].remarks)
+
+    assert remarked(1.0, 1e9)
+    assert not remarked(0.1, 1.0)
+    assert not remarked(1e9, 2e9)  # not told at all
+
+
 def test_a_contact_that_surprises_is_not_used_and_remarked_on_once(infer):
     network, exact = infer(45.0, 0.1)
     assert abs(network.surprise) > 4.0

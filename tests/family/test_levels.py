@@ -62,14 +62,14 @@ def test_a_draw_beyond_all_drives_is_replaced_and_many_are_no_answer(levels, mon
     sample, seen = type(levels.network).sample, {"closing": record(levels, "closing")}
     usual = levels.draw(seen, 100, np.random.default_rng(1))
 
-    def draw(count, of=100):
+    def draw(count, of=100, **given):
         def beyond(*args):
             found = sample(*args)
             found[0, :count, 3] = 1e6
             return found
 
         monkeypatch.setattr(type(levels.network), "sample", beyond)
-        return levels.draw(seen, of, np.random.default_rng(1))
+        return levels.draw(seen, of, np.random.default_rng(1), **given)
 
     one = draw(1)
     assert np.isfinite(one.theta).all()
@@ -77,6 +77,8 @@ def test_a_draw_beyond_all_drives_is_replaced_and_many_are_no_answer(levels, mon
     for count, of in ((2, 100), (1, 1)):  # many, and the only one
         with pytest.raises(ModelFileError, match="no sizes of a drive"):
             draw(count, of)
+    with pytest.raises(ModelFileError, match="the size that is given is far"):
+        draw(2, size=Size())
 
 
 def test_draws_are_as_much_wider_as_said(levels):

@@ -37,8 +37,8 @@ def add(infer: argparse.ArgumentParser) -> None:
     add_path(infer, "files", "FILE", "a record, or a folder of records of one breaker", nargs="+")
     add_choice(infer)
     add_given(infer)
-    what = "infer the exact posterior in the family by simulated drives, a minute or two a record: "
-    what += "tells what the network was off by, and the evidence for each mechanism"
+    what = "infer the exact posterior in the family by simulated drives, one to three minutes an "
+    what += "operation: tells what the network was off by, and the evidence for each mechanism"
     infer.add_argument("--exact", action="store_true", help=what)
     what = "say where in the record each number is read, to be checked against the analyser"
     infer.add_argument("--explain", action="store_true", help=what)

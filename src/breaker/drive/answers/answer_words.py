@@ -315,10 +315,15 @@ def _ending(record: RecordAnswer) -> list[Remark]:
     if fit.exact:
         said += _exact(fit.exact)
     if fit.why_unresolved and fit.exact:
-        said.append(
-            f"NOT resolved ({fit.why_unresolved}): the walk found too few independent draws, or "
-            "what is given beside the record leaves few of them"
-        )
+        found = fit.exact.effective_size
+        why = "the walk found too few independent draws"
+        if found > 1.01 * fit.effective_size:
+            why = (
+                f"what is given beside the record weighs the draws of a walk whose effective size "
+                f"is {found:.0f}, and leaves few of them: check it, give it less narrowly, or "
+                "leave it out"
+            )
+        said.append(f"NOT resolved ({fit.why_unresolved}): {why}")
     elif fit.why_unresolved:
         said.append(
             f"NOT resolved ({fit.why_unresolved}): {FEW_DRAWS}. Check them; if they are right, "

@@ -297,7 +297,14 @@ def _told(operation, particles, numbers, effective, settings) -> list[Answer]:
             gap=None if logs is None else divergence(*logs),
             **about,
         )
-        found.append(replace(new, exact=exact))
+        remarks = new.remarks
+        if LEAST <= new.effective_size < ENOUGH:
+            said = (
+                f"few independent draws ({new.effective_size:.0f}, aimed at {ENOUGH:.0f}): ends of "
+                "intervals and evidence differ from one seed to another"
+            )
+            remarks = (*remarks, said)
+        found.append(replace(new, exact=exact, remarks=remarks))
     return found
 
 

@@ -130,7 +130,10 @@ class Levels:
         y = self.centre + self.scale * found
         beyond = ~(np.abs(y) < _MOST).all(axis=1)
         if beyond.all() or beyond.sum() > 1 + _BEYOND * draws:
-            raise ModelFileError("a network answers no sizes of a drive: train it anew")
+            why = "train it anew"
+            if size is not None:
+                why = "the size that is given is far from what the record shows: check it"
+            raise ModelFileError(f"a network answers no sizes of a drive: {why}")
         y[beyond] = y[~beyond][: beyond.sum()]
         if (factors := self.widening.get(len(motions))) is not None:
             y[:, : len(factors)] = _widened(y[:, : len(factors)], factors, rng)
