@@ -8,10 +8,9 @@ Drives of the family that no training has seen, each with a record of one motion
 opening in turn, as a file that is read as a user's is; the size is not given. `infer --exact`
 answers. Where the posterior is exact, 90 % of its 90 % intervals hold, ranks of the truth are flat,
 and no other answer has a higher log density at the truth on average. Of both answers the density is
-that of a normal distribution in the logarithms of the parameters. Others have both motions of an
-operation recorded. Drives of other code
-(`studies.other_code`) are none of the family: there the exact posterior is exact for a family that
-is wrong.
+that of a normal distribution in the logarithms of the parameters. Other drives have both motions of
+an operation recorded (`--of 'both motions'`). Drives of other code (`studies.other_code`) are none
+of the family: there the exact posterior is exact for a family that is wrong.
 """
 
 import argparse
@@ -39,8 +38,8 @@ from studies.shared import append, write_table
 
 DRAWS = 2000  # of an answer
 ENDS = (0.05, 0.95)
-OWN, ELSEWHERE, OTHER = "the family", "of it, answered by another", "other code"
-BOTH = "the family, both motions of an operation"
+OWN, BOTH, OTHER = "the family", "both motions", "other code"
+ELSEWHERE = "the family, answered by another"
 SURPRISING = 0.01  # p-value
 
 
@@ -98,7 +97,7 @@ def table(rows: pd.DataFrame) -> pd.DataFrame:
     """
     own = rows[rows.of == OWN]
     groups = {motion: own[own.motion == motion] for motion in MOTIONS}
-    groups |= {"either": own, "both motions": rows[rows.of == BOTH], OTHER: rows[rows.of == OTHER]}
+    groups |= {"either": own} | {of: rows[rows.of == of] for of in (BOTH, OTHER)}
     found = {name: summed(some) for name, some in groups.items() if len(some)}
     return pd.DataFrame({name: pd.Series(each) for name, each in found.items()})
 

@@ -324,18 +324,23 @@ class Particles:
         part = (rng.random((n, m)) < (count / m)[:, None]) * np.clip(size, 0.0, 1.0)[:, None]
         there = np.sqrt(1.0 - part**2) * scores + part * rng.standard_normal((n, m))
         there[:, self.target.fixed] = scores[:, self.target.fixed]
-        new = self._log_like(there)
-        ok = np.log(rng.random(n)) < self.power * (new - log)
-        return np.where(ok[:, None], there, scores), np.where(ok, new, log), ok.mean()
+        return self._chosen(scores, log, rng, there)
 
     def _switched(self, scores, log, rng, exchanged=False):
         """Jumps of the target."""
-        there, over = self.target.switched(scores, exchanged, rng)
+        return self._chosen(scores, log, rng, *self.target.switched(scores, exchanged, rng))
+
+    _exchanged = partialmethod(_switched, exchanged=True)
+
+    def _chosen(self, scores, log, rng, there, over=0.0):
+        """What a Metropolis step takes of other scores, as far as the emulator tells.
+
+        Args:
+            over: Logarithm of the ratio of densities beside the likelihoods.
+        """
         new = self._log_like(there)
         ok = np.log(rng.random(len(scores))) < self.power * (new - log) + over
         return np.where(ok[:, None], there, scores), np.where(ok, new, log), ok.mean()
-
-    _exchanged = partialmethod(_switched, exchanged=True)
 
     def _trajectory(self, scores, log, rng):
         """Where trajectories of the smooth scores end."""
