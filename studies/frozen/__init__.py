@@ -1,0 +1,1 @@
+"""Numbers of the product at one point of its history, and a comparison with those of now."""
