@@ -33,6 +33,16 @@ def test_help_answers_without_what_infers(arguments):
     assert done.stdout.endswith("imported: []\n")
 
 
+@pytest.mark.parametrize("words", ["--help", "--version", "infer --help", "report --help"])
+def test_a_full_output_is_one_line(words):
+    command = [sys.executable, "-m", "breaker", *words.split()]
+    with open("/dev/full", "w") as full:
+        done = subprocess.run(command, stdout=full, stderr=subprocess.PIPE, timeout=60, check=False)
+    assert done.returncode == 1
+    assert done.stderr.startswith(b"breaker: the text could not be printed")
+    assert done.stderr.count(b"\n") == 1
+
+
 def test_an_answer_loads_nothing_that_it_does_not_need(tmp_path, prior):
     """Each of these takes a tenth to one second: the first answer is to be there in one."""
     file = tmp_path / "closing.csv"

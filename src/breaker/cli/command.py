@@ -13,7 +13,7 @@ from typing import TextIO
 
 from breaker import __version__
 from breaker.cli.command_inputs import PROJECT, SEVERAL, add_path
-from breaker.common.visible_text import say
+from breaker.common.visible_text import UNPRINTED, say
 from breaker.configuration.yaml_sources import ConfigurationError
 from breaker.workflow.jobs import missing_packages, set_threads
 
@@ -33,12 +33,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
     _prepare_streams()
     set_threads(1)  # records are small, and inferred one by one: more threads wait for each other
     arguments = sys.argv[1:] if arguments is None else arguments
-    options = _parser(arguments[:1]).parse_args(arguments)
-    _show_progress()
-    logging.getLogger("breaker").setLevel(logging.ERROR)  # answers have the reasons of warnings
     status = 1
     try:
+        options = _parser(arguments[:1]).parse_args(arguments)
+        _show_progress()
+        logging.getLogger("breaker").setLevel(logging.ERROR)  # answers have the reasons of warnings
         status = options.run(options)
+    except SystemExit as end:  # --help, --version, a wrong option, or a signal
+        raise SystemExit(_flushed(end.code)) from None
     except KeyboardInterrupt:
         _complain("interrupted")
         status = 130
@@ -80,7 +82,7 @@ def _flushed(status: int) -> int:
         if isinstance(error, BrokenPipeError):
             return 141
         if status == 0:
-            _complain(f"the text could not be printed: {error.strerror}")
+            _complain(f"{UNPRINTED}: {error.strerror}")
         return 1
 
 

@@ -13,6 +13,8 @@ _HIDDEN = re.compile(
     "[\u034f\u115f\u1160\u17b4\u17b5\u180b-\u180d\u180f\u3164\ufe00-\ufe0f\uffa0"
     "\U000e0100-\U000e01ef]"
 )
+UNPRINTED = "the text could not be printed"
+"""Begin of the message about an output that accepts no text, such as a full disk."""
 
 
 def visible_text(text: str) -> str:
@@ -45,5 +47,14 @@ def say(text: str, *, beside: bool = False, end: str = "\n") -> None:
         text: What to print.
         beside: Whether on stderr, beside what others read.
         end: What follows it.
+
+    Raises:
+        BrokenPipeError: If nobody reads the output any more.
+        OSError: If the output accepts no text, such as a full disk.
     """
-    print(visible_text(text), file=sys.stderr if beside else sys.stdout, end=end)
+    try:
+        print(visible_text(text), file=sys.stderr if beside else sys.stdout, end=end)
+    except BrokenPipeError:
+        raise
+    except OSError as error:
+        raise OSError(f"{UNPRINTED}: {error.strerror}") from error
