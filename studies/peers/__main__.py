@@ -32,18 +32,13 @@ class Job:
 
 def jobs(given: argparse.Namespace) -> list[Job]:
     """Return all jobs, in an order in which no job waits for a later one."""
-    if given.chains:
-        listed = [Job("family", given.chains / "drives.json", {"chains": given.chains})]
-    else:
-        listed = judged_exactly(given)
-    results = given.chains or given.results
+    listed = judged_exactly(given)
     for seed in range(1, given.seeds + 1):
         for motion in given.motions:
             shared = {key: getattr(given, key) for key in ("threads", "seconds", "clock", "cap")}
             shared |= {"motion": motion, "seed": seed}
-            exact = {"exact": results / motion / "exact.json"}
-            shared |= {"chains": given.chains} if given.chains else exact
-            folder = results / motion / "runs"
+            shared |= {"exact": given.results / motion / "exact.json"}
+            folder = given.results / motion / "runs"
             listed += [
                 Job("run", folder / f"{arm}_{seed}.json", {"arm": arm, **shared})
                 for arm in given.arms
@@ -52,7 +47,7 @@ def jobs(given: argparse.Namespace) -> list[Job]:
 
 
 def judged_exactly(given: argparse.Namespace) -> list[Job]:
-    """Return the jobs that come before the arms where there are exact posteriors."""
+    """Return the jobs that come before the arms."""
     listed = []
     for motion in given.motions:
         exact = given.results / motion / "exact.json"
@@ -75,9 +70,6 @@ def main() -> None:
     options.add_argument("--threads", type=int, default=2, help="and processor cores, of a run")
     options.add_argument("--cap", type=float, default=10.0, help="seconds for each of the scores")
     options.add_argument("--results", type=Path, default=RESULTS)
-    options.add_argument(
-        "--chains", type=Path, help="train on the family, judge by what is in this folder, into it"
-    )
     given = options.parse_args()
 
     listed = jobs(given)

@@ -6,8 +6,7 @@ A short warm-up in the same process finds the number of steps that fits; the tra
 anew, with its schedules over that number. The budget is spent on all that follows the simulation of
 the bank: set-up, compilation, steps, validations. Standardised outputs throughout: log parameters
 in prior sd, the onset in its own. Scores need the exact posteriors (exact.py); slow arms are scored
-on fewer curves, as many as fit into so many seconds for each of the scores. With chains, arms are
-trained on drives of the family and judged by these (family.py).
+on fewer curves, as many as fit into so many seconds for each of the scores.
 """
 
 import json
@@ -33,7 +32,6 @@ from studies.peers.common import (
     told_apart,
     write_json,
 )
-from studies.peers.family import against_chains, drives_of
 
 _WEIGHED = 500  # draws of a curve that are weighed, and that the classifier tells from exact ones
 _CALIBRATION = 100  # draws of a curve that its truth is ranked among
@@ -48,19 +46,14 @@ def main() -> None:
     options.add_argument("--seconds", type=float, default=120.0, help="budget of the training")
     options.add_argument("--clock", choices=CLOCKS, default="wall", help="that the budget is of")
     options.add_argument("--exact", type=Path, help="file that exact.py made")
-    options.add_argument("--chains", type=Path, help="folder of the family, instead of it")
     options.add_argument("--cap", type=float, default=10.0, help="seconds for each of the scores")
     given = options.parse_args()
     restart(given.threads, **environment(given.arm))
 
     wall = CLOCKS["wall"]
     marks = [wall()]
-    settings = read_settings()
-    if given.chains:
-        bank, data = drives_of(given.chains, given.motion, settings)
-    else:
-        data = held_out(given.motion, settings, max(_CURVES.values()))
-        bank = bank_of(data.model)
+    data = held_out(given.motion, read_settings(), max(_CURVES.values()))
+    bank = bank_of(data.model)
     arm = make(given.arm)
     marks.append(wall())
     planned = plan(
@@ -71,7 +64,7 @@ def main() -> None:
     trained = arm.train(bank, data.model, planned["steps"], given.seed)
     processor = CLOCKS["processor"]() - begin
     marks.append(wall())
-    scores = (score_by_chains if given.chains else score)(arm, data, given)
+    scores = score(arm, data, given)
     marks.append(wall())
     names = ("start", "warm-up", "training", "scoring")
     seconds = dict(zip(names, np.diff(marks).tolist(), strict=True))
@@ -106,12 +99,6 @@ def densities(arm, data: HeldOut, some: slice) -> tuple[np.ndarray, dict]:
     density = arm.log_prob(data.measured[some], data.z[some, None])[:, 0]
     record = {"solver": solver, "density_curves": len(density)}
     return density, record | {"log_density": mean_and_error(density)}
-
-
-def score_by_chains(arm, data: HeldOut, given) -> dict:
-    """Score an arm that was trained on the family: density of the truth, chains, calibration."""
-    _, record = densities(arm, data, slice(_CURVES["weights"]))
-    return record | against_chains(arm, data, given) | calibration(arm, data, given)
 
 
 def calibration(arm, data: HeldOut, given) -> dict:

@@ -86,29 +86,6 @@ def inference(folder: Path) -> str:
     return markdown(["arm", "seeds", *columns, "curves: weighed, C2ST, ranked"], rows)
 
 
-def family(folder: Path) -> str:
-    """Table of the arms on drives of the family, judged by chains, and of the network that ships.
-
-    Distances from the chains are those of the median record: means over seeds, and their ranges.
-    """
-    columns = {
-        "log density, nats": (lambda run: run["log_density"][0], 2),
-        "from the chains, nats": (lambda run: run["chain_gap"][0], 2),
-        "C2ST": (lambda run: run["c2st"][0], 3),
-        "sd, chains' = 1": (lambda run: run["sd_ratio"], 2),
-        "calibration p": (lambda run: run["calibration_p"], 3),
-    }
-    rows = [
-        [ARMS[arm], str(len(runs)), *[over_seeds(runs, *column) for column in columns.values()]]
-        for arm, runs in runs_of(folder).items()
-    ]
-    ships = read(folder.parent / "drives.json")["shipped"][folder.name]
-    cells = number(ships["chain_gap"][0], 2), number(ships["c2st"][0], 3)
-    cells += (number(ships["sd_ratio"], 2), MISSING)
-    rows.append(["breaker, network of levels as it ships", MISSING, MISSING, *cells])
-    return markdown(["arm", "seeds", *columns], rows)
-
-
 def trainings(folder: Path) -> str:
     """Table of what the arms are, and what their trainings took."""
     columns = {
@@ -188,8 +165,7 @@ def main() -> None:
 
     tables = {"machine": machine(given.results)}
     for folder in sorted(path for path in given.results.rglob("*") if path.name in MOTIONS):
-        on_family = (folder.parent / "drives.json").exists()
-        makers = (family,) if on_family else (inference, trainings, simulators, alternatives)
+        makers = (inference, trainings, simulators, alternatives)
         where = " ".join(folder.relative_to(given.results).parts)
         tables |= {f"{make.__name__} {where}": make(folder) for make in makers}
     text = given.into.read_text(encoding="utf-8") if given.into else ""
