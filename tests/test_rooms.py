@@ -31,7 +31,7 @@ FLOORS = [
     {"reading.inspection", "drive.simulation", "drive.family", "paper.posterior"},
     {"paper.validation", "drive.life", "drive.training"},
     {"drive.answers"},
-    {"drive.exact", "drive.fleet"},
+    {"drive.fleet"},
     {"figures"},
     {"app"},  # `breaker view` starts it, and gives it what commands do
     {"cli"},  # draws a picture of what it inspects

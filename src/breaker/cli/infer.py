@@ -37,9 +37,6 @@ def add(infer: argparse.ArgumentParser) -> None:
     add_path(infer, "files", "FILE", "a record, or a folder of records of one breaker", nargs="+")
     add_choice(infer)
     add_given(infer)
-    what = "infer the exact posterior in the family by simulated drives, one to three minutes an "
-    what += "operation: tells what the network was off by, and the evidence for each mechanism"
-    infer.add_argument("--exact", action="store_true", help=what)
     what = "say where in the record each number is read, to be checked against the analyser"
     infer.add_argument("--explain", action="store_true", help=what)
     infer.add_argument("--json", action="store_true", help="print one JSON document")
@@ -118,8 +115,6 @@ def _run(options: argparse.Namespace) -> int:
     records = assessment.read(operations, loose=loose)
     overlays = overlays_of(records, _reference(options, assessment), options)
     answers = assessment.infer(records)
-    if options.exact:
-        answers = _exactly(answers, assessment)
     of_visits = (e for e in assessment.limits_on(answers, operations) if not e.source.single)
     if apart := dict.fromkeys(each.pair or each.name for each in of_visits):
         words = [*words, f"not judged, as of changes between visits: {', '.join(apart)}"]
@@ -143,16 +138,6 @@ def _run(options: argparse.Namespace) -> int:
         _say_remedy(rejected, unread, nothing=nothing)
     say_written(written, options.json)
     return int(nothing)
-
-
-def _exactly(answers: Sequence, assessment: "Assessment") -> list:
-    """Infer each operation by simulated drives, and show how far that has come."""
-    from tqdm import tqdm
-
-    from breaker.drive.exact.exact_posterior import exactly
-
-    with tqdm(bar_format="{desc}") as bar:
-        return exactly(answers, assessment.given, assessment.settings, bar.set_description_str)
 
 
 def facts_of(known: Sequence[tuple[str, list[float]]]) -> dict[str, list[float]]:

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from breaker.common.plain_values import Plain, plainly
-from breaker.drive.answers.evidence import MAY_SLIDE, WITH_CONTACT, Answer, ExactFindings
+from breaker.drive.answers.evidence import MAY_SLIDE, WITH_CONTACT, Answer
 from breaker.drive.answers.identity import doubts_about
 from breaker.drive.answers.limit_verdicts import NORMAL, VERDICTS, Verdict
 from breaker.drive.answers.number_sources import Place, places_of
@@ -95,7 +95,6 @@ class Fit(Plain):
     contact_surprise: float | None = None
     main_contact_time: float | None = None
     trigger: float | None = None
-    exact: ExactFindings | None = None  # where the answer is of the exact posterior
 
     @property
     def switches(self) -> float:
@@ -327,7 +326,6 @@ def _fit(answer: Answer) -> Fit:
         missing=int(np.isnan(raw.left).sum()),
         masked=int((raw.doubts[raw.inside] != "").sum()),
         noise=raw.noise_at(raw.step).sd,
-        exact=answer.exact,
         **contact,
     )
 
@@ -445,9 +443,8 @@ def table_of(document: AnswerDocument) -> str:
     """Return the records of a document as CSV.
 
     Beside what stands in the document of each parameter and quantity, every row has what is known
-    of its record: ``part_PART`` of each part of the motion, ``exact_NAME``, what the exact
-    posterior tells, ``exceeded_LIMIT``, the probabilities of limits, and ``verdict``. A rejected
-    record is one row without numbers.
+    of its record: ``part_PART`` of each part of the motion, ``exceeded_LIMIT``, the probabilities
+    of limits, and ``verdict``. A rejected record is one row without numbers.
     """
     rows = [row for record in document.records for row in _rows(record)]
     names = dict.fromkeys([*_FIRST, *(name for row in rows for name in row)])
@@ -464,21 +461,10 @@ def _rows(record: RecordAnswer) -> Iterator[dict]:
     fit = record.fit.plain()
     parts = {f"part_{name.replace(' ', '_')}": each for name, each in fit.pop("parts").items()}
     about |= fit | {"motions": " ".join(fit["motions"])} | parts
-    if record.fit.exact:
-        about |= {f"exact_{name}": each for name, each in _exact(about.pop("exact"))}
     about |= {f"exceeded_{each.name}": each.probability for each in record.limits or ()}
     for group, kind in _KINDS.items():
         for name, each in (getattr(record, group) or {}).items():
             yield {"kind": kind, "output": name, **_numbers(each), **about}
-
-
-def _exact(found: ExactFindings) -> Iterator[tuple[str, float | str]]:
-    """What the exact posterior tells, a name for each number."""
-    for name, each in found.plain().items():
-        if isinstance(each, Mapping):
-            yield from ((f"{name}_{one}", value) for one, value in each.items())
-        else:
-            yield name, each
 
 
 def _numbers(estimate: Estimate) -> dict:

@@ -24,7 +24,6 @@ from breaker.drive.answers.answer_document import (
     Together,
 )
 from breaker.drive.answers.draw_weights import SURPRISING
-from breaker.drive.answers.evidence import ExactFindings
 from breaker.drive.answers.limit_verdicts import VERDICTS, JudgedPart, Verdict
 from breaker.quantities.parameters import PARAMETERS
 from breaker.quantities.speeds import EVENTS
@@ -312,19 +311,7 @@ def _ending(record: RecordAnswer) -> list[Remark]:
         said.append(f"recorded {event} {about}, {off} from the inferred one: they {how}")
     if fit.far_from_prior:
         said.append(_far(record))
-    if fit.exact:
-        said += _exact(fit.exact)
-    if fit.why_unresolved and fit.exact:
-        found = fit.exact.effective_size
-        why = "the walk found too few independent draws"
-        if found > 1.01 * fit.effective_size:
-            why = (
-                f"what is given beside the record weighs the draws of a walk whose effective size "
-                f"is {found:.0f}, and leaves few of them: check it, give it less narrowly, or "
-                "leave it out"
-            )
-        said.append(f"NOT resolved ({fit.why_unresolved}): {why}")
-    elif fit.why_unresolved:
+    if fit.why_unresolved:
         said.append(
             f"NOT resolved ({fit.why_unresolved}): {FEW_DRAWS}. Check them; if they are right, "
             "train a network with this prior by the workflow, and name it: --model FILE"
@@ -334,19 +321,6 @@ def _ending(record: RecordAnswer) -> list[Remark]:
         names = [each.name for each in record.limits if each.verdict == record.verdict]
         said.append(f"{record.verdict.upper()}: {', '.join(names)}")
     return [*map(Remark, said)]
-
-
-def _exact(found: ExactFindings) -> list[str]:
-    """How the exact posterior was found, and what else it tells."""
-    gap = "none" if found.gap is None else f"{in_digits(found.gap, 2)} nats off"
-    for_or_against = [f"{name} {each:+.1f}" for name, each in found.evidence.items()]
-    return [
-        f"exact in the family {found.family}: effective size {found.effective_size:.0f} by "
-        f"{found.drives} simulated drives; the network's answer: {gap}",
-        f"residual {in_digits(found.residual, 2)} mm, noise {in_digits(found.noise, 2)} mm "
-        f"({in_p(found.p_value)})",
-        f"evidence for each mechanism and contact, nats: {', '.join(for_or_against)}",
-    ]
 
 
 def how_it_fits(p_value: float, misfit: bool) -> str:

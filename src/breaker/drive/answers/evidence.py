@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from breaker.common.plain_values import Plain
 from breaker.drive.family.level_network import LevelDraws, Levels
 from breaker.drive.family.membership import Match
 from breaker.drive.family.network_inputs import NormalisedRecords
@@ -179,41 +178,6 @@ class Given:
         return theta * np.exp((logs + sd * rng.standard_normal((n, 2))) @ powers())
 
 
-@dataclass(frozen=True)
-class ExactFindings(Plain):
-    """What the exact posterior in a family tells beside its draws.
-
-    All but the gap is of the records and their contacts alone, without facts and own priors.
-
-    Attributes:
-        family: Name of the family.
-        effective_size: How many independent draws tell the parameters as well.
-        drives: How many drives were simulated.
-        log_evidence: Of the family, but for a constant of the record, nats.
-        log_evidence_se: Its standard error.
-        p_value: Share of records of these drives that lie farther from them than the record, whose
-            noise is known as well as its rest shows it.
-        residual, noise: Of the record about these drives, and at rest, mm.
-        contacts: Probability of each kind of contact.
-        evidence: For each mechanism, and each kind of contact, nats: the logarithm of the odds that
-            the drive has it, less that before the record. What is beyond the effective size is
-            told as its bound.
-        gap: How far the network's own answer is off, nats; None where it gave none.
-    """
-
-    family: str
-    effective_size: float
-    drives: int
-    log_evidence: float
-    log_evidence_se: float
-    p_value: float
-    residual: float
-    noise: float
-    contacts: Mapping[str, float]
-    evidence: Mapping[str, float]
-    gap: float | None
-
-
 @dataclass(frozen=True, eq=False)
 class Answer:
     """What is known of one record.
@@ -239,7 +203,6 @@ class Answer:
         surprise: Of the contact's time, in sds of what the record leads to expect.
         lag: Of the same, in durations from 10 to 50 % of the way.
         remarks: What is doubtful, in words.
-        exact: What the exact posterior tells, where the draws are of it.
     """
 
     record: DriveRecord
@@ -261,7 +224,6 @@ class Answer:
     surprise: float = np.nan
     lag: float = np.nan
     remarks: tuple[str, ...] = ()
-    exact: ExactFindings | None = None
 
     @property
     def why_not_inferred(self) -> str:

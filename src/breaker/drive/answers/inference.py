@@ -211,54 +211,6 @@ def _inferred(within: Sequence[Answer], given: Given, settings: AnswerSettings) 
     ]
 
 
-def with_draws(
-    answers: Sequence[Answer],
-    draws: LevelDraws,
-    given: Given,
-    effective: float,
-    least: float,
-    rng: np.random.Generator,
-) -> list[Answer]:
-    """Return answers of one operation with other draws than those of its network.
-
-    Args:
-        draws: Of the posterior in the family by these records, timed contacts among them.
-        given: What is given beside them, by which draws are weighed.
-        effective: How many independent draws they are worth.
-        least: Effective size below which an answer is not resolved.
-    """
-    untimed = [_without_contact(each) if each.record.timed else each for each in answers]
-    timed = {each.record.motion for each in answers if each.record.timed}
-    lags = {motion: lag for motion, lag in given.contact_lag.items() if motion not in timed}
-    left, _, weights = weigh_draws(untimed, draws, replace(given, contact_lag=lags), given.size)
-    effective *= left / weights.size
-    unresolved = ""
-    if effective < least:
-        unresolved = f"effective size {effective:.0f}, {least:.0f} are needed"
-    if left and left < weights.size - 0.5:
-        draws = draws.of(systematic(weights, weights.size, rng.random(), rng))
-    new = [
-        replace(
-            each,
-            draws=None if unresolved else draws,
-            motions=tuple(draws.release),
-            effective_size=effective,
-            contact_known=given.prior is not None or bool(given.known),
-            unresolved=unresolved,
-        )
-        for each in answers
-    ]
-    before = given.prior_middles(new[0])
-    return [_measured(_beside(each, given, before, each.remarks)) for each in new]
-
-
-def _without_contact(answer: Answer) -> Answer:
-    """The same without the time of its contact."""
-    raw = answer.record.raw
-    contact = raw.contact._replace(time=np.nan, sd=np.nan)
-    return replace(answer, record=replace(answer.record, raw=replace(raw, contact=contact)))
-
-
 def weigh_draws(
     within: Sequence[Answer], draws: LevelDraws, given: Given, size: Size | None
 ) -> tuple[float, list[Answer], np.ndarray]:
@@ -304,10 +256,7 @@ def _beside(answer: Answer, given: Given, before: np.ndarray, remarks: Sequence[
 
 
 def _measured(answer: Answer) -> Answer:
-    """Read what the record shows, at the inferred touch where none was timed.
-
-    What is remarked is remarked once, though an answer with other draws is read again.
-    """
+    """Read what the record shows, at the inferred touch where none was timed."""
     raw = answer.record.raw
-    remarks = tuple(dict.fromkeys([*filter(None, raw.remarks_on()), *answer.remarks]))
+    remarks = (*filter(None, raw.remarks_on()), *answer.remarks)
     return replace(answer, measured=raw.measured(answer.speeds, answer.contact), remarks=remarks)

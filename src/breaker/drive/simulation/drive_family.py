@@ -23,7 +23,6 @@ from breaker.drive.simulation.integrator import closed_rest, follow
 from breaker.drive.simulation.rich_drive import (
     CONTACTS,
     LAWS,
-    TOLERANCE,
     WAVES,
     Drive,
     Elements,
@@ -86,31 +85,20 @@ class Family:
         """Draw a drive of a kind of contact, "" where the family has one kind; None if the draw
         holds no closed position, or a sliding contact touches where none may.
         """
-        theta, elements = self.drawn(contact, rng)
-        drive = Drive(tuple(theta.tolist()), elements)
-        works = drive.holds and (contact != "sliding" or self._touches(drive))
-        return drive if works else None
-
-    def drawn(self, contact: str, rng: np.random.Generator) -> tuple[np.ndarray, Elements]:
-        """Draw the parameters ``(p,)`` and elements of a drive, whether or not it works.
-
-        Of a generator that answers each question for n drives, as the studies have one, the
-        parameters are ``(p, n)``, and each number of the elements is ``(n,)``.
-        """
         settings = self.settings
-        theta = self.prior.sample(1, rng).T.squeeze()
+        theta = tuple(self.prior.sample(1, rng)[0].tolist())
         ranges = dict(settings["elements"])
         for name, more in settings.get("more", {}).items():
             ranges[name] = {**ranges[name], **more} if isinstance(more, Mapping) else more
         elements = Elements.from_settings(_draw_all(ranges, Elements, rng))
-        elements = elements.scaled(self._strength(rng))
+        drive = Drive(theta, elements.scaled(self._strength(rng)))
         if contact:
-            preload = rng.uniform(*settings["held_preload"])
+            preload = float(rng.uniform(*settings["held_preload"]))
             if contact == "held":
-                force = theta[NAMES.index(FORCE.name)]
-                elements = replace(elements, contact_preload=preload * force)
-            elements = replace(elements, contact=contact)
-        return theta, elements
+                drive = drive.changed(contact_preload=preload * drive.value(FORCE.name))
+            drive = replace(drive, elements=replace(drive.elements, contact=contact))
+        works = drive.holds and (contact != "sliding" or self._touches(drive))
+        return drive if works else None
 
     def _strength(self, rng: np.random.Generator) -> float | dict[str, float]:
         """Draw the strength of each mechanism, 0 where it is not there; one number if all share it.
@@ -125,7 +113,7 @@ class Family:
         there = rng.random() > rng.random(len(names))
         low, high = strength
         size = rng.triangular(low, low, high, len(names))
-        return dict(zip(names, there * size, strict=True))
+        return dict(zip(names, (there * size).tolist(), strict=True))
 
     def _touches(self, drive: Drive) -> bool:
         """Whether a sliding contact touches where it may, as a share of the stroke."""
@@ -162,10 +150,7 @@ class Family:
             ``integrator.follow``: no steps where it is not finite.
         """
         rest = closed_rest(drive.numbers)
-        return [
-            follow(drive.numbers, rest, motion == "closing", end, beyond, TOLERANCE)
-            for motion in MOTIONS
-        ]
+        return [follow(drive.numbers, rest, motion == "closing", end, beyond) for motion in MOTIONS]
 
     def wear(self, rng: np.random.Generator, kind: str = "") -> dict[str, float]:
         """Draw what wears, by name, and by which share of its value in new condition."""
@@ -195,8 +180,8 @@ def _draw(ends: Sequence[float], rng: np.random.Generator) -> float:
     """Draw from a range: uniform where it contains 0, else uniform in the logarithm of the size."""
     low, high = ends
     if low <= 0.0 <= high:
-        return rng.uniform(low, high)
-    return np.sign(low) * np.exp(rng.uniform(*sorted(np.log(np.abs(ends)))))
+        return float(rng.uniform(low, high))
+    return float(np.sign(low) * np.exp(rng.uniform(*sorted(np.log(np.abs(ends))))))
 
 
 def _small(ends: Sequence[float], smallest: float, rng: np.random.Generator) -> float:
@@ -219,8 +204,8 @@ def _draw_all(ranges: Mapping, kind: type, rng: np.random.Generator) -> dict:
     for name, each in there.items():
         if name in WAVES:
             harmonics = rng.standard_normal(6)
-            harmonics = harmonics * np.sqrt(2.0 / np.square(harmonics).sum(axis=0))
-            drawn[name] = {"share": _draw(each, rng), "harmonics": tuple(harmonics)}
+            harmonics *= np.sqrt(2.0 / np.square(harmonics).sum())
+            drawn[name] = {"share": _draw(each, rng), "harmonics": tuple(harmonics.tolist())}
         else:
             inner = isinstance(each, Mapping)
             drawn[name] = _draw_all(each, Stop, rng) if inner else _draw(each, rng)

@@ -26,6 +26,7 @@ _LOOKS = 40  # places along the way at which random forces may hold a drive up
 _AT_EVENT = 1e-10  # mm or mm/ms^2, that a touch or a parting may be off
 _AT_STOP = 1e-9  # mm, within which a contact is at its stop
 _FIRST, _SHORTEST, _LONGEST = 0.01, 1e-8, 2.0  # ms, steps
+_TOLERANCE = 1e-6  # mm and mm/ms, error of a step
 _MOST = 100_000  # steps
 _SHARES = 0.1, 0.5  # of the way, whose times are a motion's own measure
 _FREE, _CLOSED, _FLYING = 0, 1, 2  # flying: a held contact has parted, but not reached its stop
@@ -290,7 +291,7 @@ def _copy(one, other):
 
 
 @_fast
-def follow(n, rest, closing, end, beyond, tolerance):
+def follow(n, rest, closing, end, beyond):
     """Steps of a motion after the release, and when the contact first touches or parts.
 
     Args:
@@ -299,7 +300,6 @@ def follow(n, rest, closing, end, beyond, tolerance):
         closing: Whether it closes.
         end: Time until which the motion is followed, ms.
         beyond: Time after 10 % of the way until which it is followed, in times from 10 to 50 %.
-        tolerance: Error of a step, mm and mm/ms.
 
     Returns:
         Steps ``(s, 8)``: begin and length, ms, and six coefficients of the reading in powers of the
@@ -315,7 +315,7 @@ def follow(n, rest, closing, end, beyond, tolerance):
     now, h, first = 0.0, _FIRST, np.inf
     _rates(n, rest, now, closing, mode, state, k, 0)
     while now < end:
-        error = _advance(n, rest, now, closing, mode, state, h, new, k) / tolerance
+        error = _advance(n, rest, now, closing, mode, state, h, new, k) / _TOLERANCE
         if count == _MOST or h < _SHORTEST:
             return steps[:0], switching
         factor = 0.9 * max(error, 1e-4) ** -0.2 if error < np.inf else 0.0

@@ -30,8 +30,6 @@ CONTACTS = ("elastic", "held", "sliding")
 LAWS = ("contact", "stick", "slip", "load", "growth", "drag_power")
 """Fields of ``Elements`` that say how others act, and have no size of their own."""
 
-TOLERANCE = 1e-6  # mm and mm/ms, error of a step of a drive of size 1
-
 
 @dataclass(frozen=True)
 class Stop:
@@ -266,7 +264,7 @@ class Drive:
             raise ValueError(f"the closing force does not press the contact: {self}")
         times = np.asarray(times, dtype=np.float64) / self.size.times
         end = max(times[-1], 1e-9)  # a drive that is only seen at rest
-        steps, switching = follow(numbers, rest, motion == "closing", end, np.inf, TOLERANCE)
+        steps, switching = follow(numbers, rest, motion == "closing", end, np.inf)
         if not len(steps):
             raise FloatingPointError(f"the curve of a drive is not finite: {self}")
         pieces = curve(steps, self.elements.linkage)

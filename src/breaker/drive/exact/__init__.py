@@ -1,1 +1,0 @@
-"""The exact posterior of a record in a family of drives: the judge of what its networks answer."""
