@@ -42,7 +42,6 @@ def test_without_the_check_random_command_lines_would_change_inputs(monkeypatch)
         ("infer drive --output drive/operations.csv", "would be read as a record"),
         ("infer drive --output drive/closing/new.csv", "would be read as a record"),
         ("infer a.csv --output few.yaml", "it is what is read"),
-        ("plan drive --plot drive/closing/op_1.csv", "it is what is read"),
         ("infer a.csv --output open.csv", "may hold work of yours"),  # a record that is not read
         ("infer a.csv --model m.safetensors --output m.safetensors", "it is what is read"),
         ("infer a.csv --output same.csv --plot ./same.csv", "another output of this command"),

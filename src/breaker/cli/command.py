@@ -18,8 +18,8 @@ from breaker.configuration.yaml_sources import ConfigurationError
 from breaker.workflow.jobs import missing_packages, set_threads
 
 _COMMANDS = (  # of --help
-    *("inspect", "manifest", "check", "infer", "plan", "compare", "report", "fit-prior"),
-    *("view", "example"),
+    *("inspect", "manifest", "check", "infer", "compare", "report", "fit-prior", "view"),
+    "example",
 )
 
 

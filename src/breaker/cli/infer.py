@@ -36,19 +36,7 @@ def add(infer: argparse.ArgumentParser) -> None:
     """
     add_path(infer, "files", "FILE", "a record, or a folder of records of one breaker", nargs="+")
     add_choice(infer)
-    add_given(infer)
-    what = "say where in the record each number is read, to be checked against the analyser"
-    infer.add_argument("--explain", action="store_true", help=what)
-    infer.add_argument("--json", action="store_true", help="print one JSON document")
-    add_path(infer, "--output", "CSV", "write a table there, with all columns")
-    add_path(infer, "--plot", "PNG", "draw the answer there, or with --reference the overlay")
-    add_reference(infer)
-    add_path(infer, "--draws", "ZARR", "write all draws there, for ArviZ")
-
-
-def add_given(command: argparse.ArgumentParser) -> None:
-    """Add what is given of a drive beside its records, and by whose networks it is answered."""
-    command.add_argument(
+    infer.add_argument(
         "--size",
         nargs=2,
         type=_factor,
@@ -58,8 +46,15 @@ def add_given(command: argparse.ArgumentParser) -> None:
     what = "what is known of a parameter, the wipe, or the time of touch or parting, such as "
     what += "mu=2.4:0.07 or wipe=3.5:0.3; mass=12:0.5, the moving mass of the drive in kg, adds "
     what += "forces in N and energies in J, and narrows nothing"
-    command.add_argument("--known", type=_fact, metavar="NAME=VALUE:SD", help=what, **SEVERAL)
-    add_path(command, "--model", "FILE", "a network of another family, trained by the workflow")
+    infer.add_argument("--known", type=_fact, metavar="NAME=VALUE:SD", help=what, **SEVERAL)
+    add_path(infer, "--model", "FILE", "a network of another family, trained by the workflow")
+    what = "say where in the record each number is read, to be checked against the analyser"
+    infer.add_argument("--explain", action="store_true", help=what)
+    infer.add_argument("--json", action="store_true", help="print one JSON document")
+    add_path(infer, "--output", "CSV", "write a table there, with all columns")
+    add_path(infer, "--plot", "PNG", "draw the answer there, or with --reference the overlay")
+    add_reference(infer)
+    add_path(infer, "--draws", "ZARR", "write all draws there, for ArviZ")
 
 
 def _factor(text: str) -> float:
@@ -110,8 +105,8 @@ def _run(options: argparse.Namespace) -> int:
     from breaker.drive.answers.answer_words import words_of
     from breaker.drive.answers.assessment import Assessment, given_by
 
-    given, words = given_by(config, options.size, facts_of(options.known))
-    assessment = Assessment(config, limits, given, families=families_of(options.model))
+    given, words = given_by(config, options.size, _facts(options.known))
+    assessment = Assessment(config, limits, given, families=_families(options.model))
     records = assessment.read(operations, loose=loose)
     overlays = overlays_of(records, _reference(options, assessment), options)
     answers = assessment.infer(records)
@@ -140,12 +135,8 @@ def _run(options: argparse.Namespace) -> int:
     return int(nothing)
 
 
-def facts_of(known: Sequence[tuple[str, list[float]]]) -> dict[str, list[float]]:
-    """Return facts of a command by name, each once.
-
-    Raises:
-        ValueError: If one is there twice.
-    """
+def _facts(known: Sequence[tuple[str, list[float]]]) -> dict[str, list[float]]:
+    """Facts of a command by name, each once."""
     names = [name for name, _ in known]
     if twice := next((name for name in names if names.count(name) > 1), ""):
         raise ValueError(f"--known has {twice} twice; leave one of them out")
@@ -163,12 +154,8 @@ def _reference(options: argparse.Namespace, assessment: "Assessment") -> list:
     return assessment.read(dict.fromkeys(motions, operations), loose=True)
 
 
-def families_of(model: str | None) -> Callable[[], Iterable]:
-    """Return what opens the networks of families: those that ship, or that of a file.
-
-    Raises:
-        ValueError: If the file has a network of changes.
-    """
+def _families(model: str | None) -> Callable[[], Iterable]:
+    """What opens the networks of families."""
     from breaker.drive.family.level_network import Levels
     from breaker.drive.family.network_files import open_network, shipped_levels
 

@@ -29,7 +29,6 @@ from breaker.reading.files.operations_table import Operation
 from breaker.shipped import DEFAULTS
 
 if TYPE_CHECKING:
-    from breaker.drive.answers.next_test import Plans
     from breaker.drive.answers.visit_document import VisitDocument
 
 BEYOND = 0.05
@@ -114,14 +113,6 @@ class Assessment:
         """Return the verdicts of each answer: see ``judged``."""
         limits = self.limits_on(answers)
         return [judged(each, limits, seed=self.settings.seed) for each in answers]
-
-    def plan(self, records: Sequence[DriveRecord], asked: Sequence[str] = ()) -> "Plans":
-        """Return which tests would narrow what records tell: see ``next_test.plan``."""
-        from breaker.drive.answers.next_test import plan
-
-        answers = self.infer(records)
-        limits, tests = self.limits_on(answers), self.config["next_tests"]
-        return plan(answers, self.given, self.settings, limits, tests, asked)
 
     def compare(
         self, visits: Mapping[str, Sequence[DriveRecord]], beyond: float = BEYOND

@@ -88,7 +88,7 @@ def _in_family(
         groups.setdefault(key, []).append(Answer(record, levels, match, misfit, speeds=speeds))
     inferred = []
     for group in groups.values():
-        inferred += infer_together([each for each in group if not each.misfit], given, settings)
+        inferred += _together([each for each in group if not each.misfit], given, settings)
         inferred += [each for each in group if each.misfit]
     return inferred
 
@@ -123,13 +123,11 @@ def infer_means(
     several = [
         by for pole, by in poles.items() if max(map(len, by.values())) > 1 and pole not in apart
     ]
-    return [
-        infer_together([mean_of(each) for each in by.values()], given, settings) for by in several
-    ]
+    return [_together([_mean_of(each) for each in by.values()], given, settings) for by in several]
 
 
-def mean_of(answers: Sequence[Answer]) -> Answer:
-    """Return the mean of records of one motion as one record, with that of the contact's times."""
+def _mean_of(answers: Sequence[Answer]) -> Answer:
+    """The mean of records of one motion as one record, with the mean of the contact's times."""
     first, records = answers[0], [each.record for each in answers]
     mean = mean_with_scatter([each.raw for each in records], first.levels.bases[records[0].motion])
     shape = mean.units._replace(way=mean.seen.way[0], present=mean.seen.present[0])
@@ -145,15 +143,8 @@ def mean_of(answers: Sequence[Answer]) -> Answer:
     return Answer(record, first.levels, first.match, speeds=first.speeds, records=len(records))
 
 
-def infer_together(
-    within: Sequence[Answer], given: Given, settings: AnswerSettings
-) -> list[Answer]:
-    """Infer one operation from its records in the family; each by itself if they contradict.
-
-    Args:
-        within: One record of each motion at hand, or the mean of several.
-        given, settings: As of ``infer_drive``.
-    """
+def _together(within: Sequence[Answer], given: Given, settings: AnswerSettings) -> list[Answer]:
+    """Infer one operation from its records in the family; each by itself if they contradict."""
     if not within:
         return []
     rng = generator(settings.seed, "motions", within[0].record.operation.number)
@@ -176,7 +167,7 @@ def _inferred(within: Sequence[Answer], given: Given, settings: AnswerSettings) 
     effective = -1.0
     for n, size in tries:
         found = levels.draw(seen, n, rng, size=size)
-        left, new, shares = weigh_draws(within, found, given, size)
+        left, new, shares = _weighed(within, found, given, size)
         if left > effective:
             effective, draws, trial, weights, best = left, found, new, shares, size
         if effective >= (_ENOUGH if weighed else _POSSIBLE * n):
@@ -185,7 +176,7 @@ def _inferred(within: Sequence[Answer], given: Given, settings: AnswerSettings) 
         if effective >= _LEAST or effective * (1.0 + more * rounds[-1] / weights.size) < _LEAST:
             break
         draws = draws.joined(levels.draw(seen, rounds[-1], rng, size=best))
-        effective, trial, weights = weigh_draws(within, draws, given, best)
+        effective, trial, weights = _weighed(within, draws, given, best)
     unresolved = ""
     if effective < min(_LEAST, _POSSIBLE * weights.size):
         drawn = f"{effective:.0f} of {weights.size} draws"
@@ -211,17 +202,10 @@ def _inferred(within: Sequence[Answer], given: Given, settings: AnswerSettings) 
     ]
 
 
-def weigh_draws(
+def _weighed(
     within: Sequence[Answer], draws: LevelDraws, given: Given, size: Size | None
 ) -> tuple[float, list[Answer], np.ndarray]:
-    """Return the effective size of draws, the answers with them, and their weights, at most 1.
-
-    Args:
-        within: Answers of one operation, whose records may be timed.
-        draws: Of the network, by these records.
-        given: What is given beside them.
-        size: With which the network drew.
-    """
+    """The effective size of draws, the answers with them, and their weights, at most 1."""
     new = [replace(each, draws=draws, motions=tuple(draws.release)) for each in within]
     shares = np.where(possible(new), weights_of(new, given, size), 0.0)
     shares /= shares.max() or 1.0  # those that are possible may be of any smallness

@@ -74,14 +74,14 @@ class Family:
         kinds = self.settings.get("contacts")
         contact = _chosen(kinds, CONTACTS, rng) if kinds else ""
         for _ in range(_TRIES):
-            if (drive := self.proposed(contact, rng)) is not None:
+            if (drive := self._proposed(contact, rng)) is not None:
                 return drive
         raise RuntimeError(
             f"none of {_TRIES} drives of the family holds a closed position; lower the preloads in "
             "rigs.elements, or rigs.strength"
         )
 
-    def proposed(self, contact: str, rng: np.random.Generator) -> Drive | None:
+    def _proposed(self, contact: str, rng: np.random.Generator) -> Drive | None:
         """Draw a drive of a kind of contact, "" where the family has one kind; None if the draw
         holds no closed position, or a sliding contact touches where none may.
         """

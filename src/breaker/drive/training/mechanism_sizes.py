@@ -1,11 +1,9 @@
 """How large the mechanisms of simulated drives are, as networks of a family tell it."""
 
-from collections.abc import Mapping, Sequence
-
 import numpy as np
 
 from breaker.drive.family.mechanisms import MECHANISMS
-from breaker.drive.simulation.rich_drive import CONTACTS, ELEMENTS, STOPS, Drive
+from breaker.drive.simulation.rich_drive import CONTACTS, ELEMENTS
 from breaker.quantities.parameters import FORCE, GAP, NAMES
 
 _STROKE = 10.0  # mm, to which the fall of the force refers
@@ -47,33 +45,3 @@ def mechanism_sizes(
         "opening_damper": damper("opening_stop"),
     }
     return {name: sizes[name] for name in MECHANISMS}
-
-
-def drive_with(
-    drive: Drive, theta: Sequence[float], sizes: Mapping[str, float], stroke: float, duration: float
-) -> Drive:
-    """Return a drive of size 1 with parameters ``(p,)`` and mechanisms of these sizes.
-
-    The inverse of ``mechanism_sizes``: laws, places and kind of contact stay those of the drive, a
-    mechanism of size 0 is absent, and the touch of a sliding contact follows from the gap.
-
-    Args:
-        drive: Of size 1.
-        theta, sizes: As of a drive of size 1, by name the sizes.
-        stroke, duration: Of its closing, mm and ms.
-    """
-    force, speed = theta[NAMES.index(FORCE.name)], _WAY * stroke / duration
-    slides = drive.elements.contact == "sliding"
-    values = {
-        "contact_preload": 0.0 if slides else sizes["contact_preload"] * force,
-        "build_up": sizes["build_up"],
-        "dry_friction": sizes["dry_friction"] * force,
-        "opening_preload": sizes["opening_preload"] * force,
-        "force_fall": sizes["force_fall"] * _STROKE / stroke,
-        "drag": sizes["drag"] * force / speed ** drive.value("drag_power"),
-        "train_mass": sizes["train_mass"],
-    }
-    for stop in STOPS:
-        size = sizes[stop.replace("stop", "damper")]
-        values[f"{stop}.damping"] = size * force / speed ** drive.value(f"{stop}.power")
-    return drive.changed(**dict(zip(NAMES, theta, strict=True)), **values)
