@@ -33,6 +33,16 @@ def test_help_answers_without_what_infers(arguments):
     assert done.stdout.endswith("imported: []\n")
 
 
+@pytest.mark.parametrize("named", sorted({*command._REMOVED} - {*command._COMMANDS}))
+def test_what_was_removed_names_the_alternative(capsys, named):
+    removed, *options = named.split()
+    assert main([removed, "a.csv", *options]) == 2
+    shown = capsys.readouterr()
+    assert shown.out == ""
+    assert shown.err == f"breaker: {command._REMOVED[named]}\n"
+    assert "\n" not in command._REMOVED[named]
+
+
 @pytest.mark.parametrize("words", ["--help", "--version", "infer --help", "report --help"])
 def test_a_full_output_is_one_line(words):
     command = [sys.executable, "-m", "breaker", *words.split()]

@@ -21,18 +21,33 @@ _COMMANDS = (  # of --help
     *("inspect", "manifest", "check", "infer", "compare", "report", "fit-prior", "view"),
     "example",
 )
+_REMOVED = {  # commands, and options behind their command, with what to use in their place
+    "plan": (
+        "the command plan was removed without a replacement; compare what records determine with "
+        "`breaker infer`"
+    ),
+    "manifest": "the command manifest was removed; use `breaker inspect FOLDER`",
+    "check": "the command check was removed; use `breaker inspect FOLDER`",
+    "infer --exact": (
+        "the option --exact was removed; leave it out, and the networks of the family answer"
+    ),
+}
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command.
 
     Returns:
-        The exit status: 0; 1 where it failed; as of a command that a signal ended, 130 where it was
-        interrupted and 141 where nobody reads its output to the end.
+        The exit status: 0; 1 where it failed; 2 where it names what was removed; as of a command
+        that a signal ended, 130 where it was interrupted and 141 where nobody reads its output to
+        the end.
     """
     _prepare_streams()
     set_threads(1)  # records are small, and inferred one by one: more threads wait for each other
     arguments = sys.argv[1:] if arguments is None else arguments
+    if instead := _removed(arguments):
+        _complain(instead)
+        return 2
     status = 1
     try:
         options = _parser(arguments[:1]).parse_args(arguments)
@@ -53,6 +68,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except (ConfigurationError, OSError, ValueError) as error:
         _complain(str(error))
     return _flushed(status)
+
+
+def _removed(arguments: Sequence[str]) -> str:
+    """Return what to use in place of a removed command or option; "" where none is named."""
+    command, *options = arguments or [""]
+    named = [f"{command} {each}" for each in options] if command in _COMMANDS else [command]
+    return next((_REMOVED[each] for each in named if each in _REMOVED), "")
 
 
 def _complain(text: str) -> None:
