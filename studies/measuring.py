@@ -1,5 +1,7 @@
 """Quantities read from records of drives whose motion is known: how true they are.
 
+    python -m studies.measuring        # writes docs/measuring.csv, in some minutes of one core
+
 A drive's own quantities are those of its motion without noise, sampled densely until it rests.
 Beside them stand what is measured of a noisy record, and the model's quantities at the drive's
 parameters, which are what posteriors and limits are about. Those differ where the model does.
@@ -10,12 +12,19 @@ from collections.abc import Sequence
 import numpy as np
 import pandas as pd
 
+from breaker.common.randomness import generator
+from breaker.configuration.loading import load
+from breaker.drive.simulation.drive_family import Family
 from breaker.drive.simulation.rich_drive import Drive
 from breaker.mechanism.evaluation import evaluate
+from breaker.mechanism.prior import Prior
 from breaker.quantities.catalogue import quantities_of
-from breaker.quantities.speeds import SPEEDS, Point, Speed
+from breaker.quantities.parameters import MOTIONS
+from breaker.quantities.size import Size
+from breaker.quantities.speeds import SPEEDS, Point, Speed, speeds_of
 from breaker.reading.records.contact_edges import Contact
 from breaker.reading.records.measurements import measure_curve
+from breaker.shipped import DEFAULTS
 
 __all__ = ["measure_drives", "own_quantities"]
 
@@ -23,6 +32,21 @@ _FINE = 0.01  # ms at size 1, between samples of a motion without noise
 _LONG, _RESTS = 150.0, 1000.0  # ms at size 1, all of a motion, and when it is over
 _LEAD, _LENGTH = 10.0, 80.0  # ms at size 1, of a record before and after the first motion
 _CONTACT_SD = 0.1  # ms at size 1
+
+_DRIVES = 200  # of the family, in each column of the table
+_MEAN = ["10 % of stroke", "90 % of stroke"]
+_SPEEDS = speeds_of({f"{motion}_speed_mean": _MEAN for motion in MOTIONS})
+# Columns of the table: factors on lengths and times, and what differs from the first column.
+_COLUMNS: dict[str, tuple[tuple[float, float], dict[str, float]]] = {
+    "noise 0.7 %, 10 kHz": ((1.0, 1.0), {}),
+    "noise 0.07 %": ((1.0, 1.0), {"noise": 0.0007}),
+    "noise 2 %": ((1.0, 1.0), {"noise": 0.02}),
+    "2.5 kHz": ((1.0, 1.0), {"rate": 2.5}),
+    "counter, 1 % a step": ((1.0, 1.0), {"noise": 0.0, "quantum": 0.01}),
+    "lengths x 0.43, times x 0.7": ((0.43, 0.7), {}),
+    "lengths x 10, times x 4": ((10.0, 4.0), {}),
+    "lengths x 14, times x 35": ((14.0, 35.0), {}),
+}
 
 
 def own_quantities(drive: Drive, motion: str, speeds: Sequence[Speed] = SPEEDS) -> dict[str, float]:
@@ -109,3 +133,27 @@ def measure_drives(
             row |= {"measured": found[name].value, "measured_sd": found[name].sd}
             rows.append(row | {"reason": found[name].reason})
     return pd.DataFrame(rows)
+
+
+def main() -> None:
+    """Write the table of docs/evidence.md: errors in units of the stated standard deviation."""
+    config = load([DEFAULTS])
+    family = Family(Prior.from_settings(config["prior"]), config["family"])
+    rng = generator(1, "measuring")
+    drives = [family.new(rng) for _ in range(_DRIVES)]
+    rows = []
+    for column, (size, settings) in _COLUMNS.items():
+        for motion in MOTIONS:
+            some = [drive.scaled(Size(*size)) for drive in drives]
+            speeds = [speed.sized(Size(*size)) for speed in _SPEEDS]
+            found = measure_drives(some, motion, rng, speeds=speeds, **settings)
+            found["error"] = (found.measured - found.own) / found.measured_sd
+            for name, each in found.groupby("quantity", sort=False):
+                row = {"column": column, "motion": motion, "quantity": name, "drives": len(each)}
+                row |= {"shown": each.measured.notna().mean(), "sd": each.measured_sd.median()}
+                rows.append(row | {"mean_error": each.error.mean(), "sd_error": each.error.std()})
+    pd.DataFrame(rows).to_csv("docs/measuring.csv", index=False, float_format="%.3g")
+
+
+if __name__ == "__main__":
+    main()

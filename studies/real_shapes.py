@@ -1,82 +1,60 @@
 """Whether a family of drives contains the shapes of real ones.
 
-Compares curves of a family with bands of measured ones, which are published for high-voltage
-breakers: a CSV file with the columns motion, time and q05, q25, q50, q75, q95, the share of the way
-that is made at a time after 10 % of it, in units of the time from 10 to 90 %. Prints for each
-motion at which share of the times the family's 99 % band contains the real band from 5 to 95 %,
-and medians of three numbers that describe a shape, the real ones beside them; draws the bands and
-twenty curves of the family:
+    python -m studies.real_shapes BANDS.csv [OVERLAY.yaml] --table docs/real_shapes.csv
 
-    python -m studies.real_shapes BANDS.csv [OVERLAY.yaml [FIGURE.png [DRIVES]]]
-
-A minute of one core for 3,000 drives.
+BANDS.csv has bands of measured curves, such as those that are published for high-voltage breakers:
+columns motion, time and q05, q25, q50, q75, q95. These are the share of the way that is made at a
+time after 10 % of it, in units of the time from 10 to 90 %. For each motion and noise the study
+prints the share of times at which the family's 99 % band contains the measured band from 5 to 95 %,
+and medians of three numbers that describe a shape. Rows are added to the table. A minute of one
+core for 3,000 drives.
 """
 
-import os
-import sys
+import argparse
+from pathlib import Path
 
-os.environ.setdefault("OMP_NUM_THREADS", "1")
-
-import matplotlib
 import numpy as np
 import pandas as pd
-
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt
 
 from breaker.common.randomness import generator
 from breaker.configuration.loading import load
 from breaker.drive.simulation.drive_family import Family
 from breaker.drive.training.family_bank import shapes, simulate_family
 from breaker.mechanism.prior import Prior
+from breaker.quantities.parameters import MOTIONS
 from breaker.shipped import DEFAULTS
+from studies.shared import append
 
-NOISE = 0.003  # of a sample, share of the stroke: without any, all curves agree at 10 and at 90 %
+NOISES = (0.003, 0.01)  # of a sample, share of the stroke: without any, curves agree at 10 and 90 %
 ENDS = (0.005, 0.995)
 DESCRIBED = ("lead from 3 to 10 %", "time 60-80 % over 20-40 %", "overshoot")
 
 
-def main(bands: str, overlay: str = "", figure: str = "", drives: int = 3000) -> None:
-    real = pd.read_csv(bands)
-    config = load([DEFAULTS, overlay] if overlay else [DEFAULTS])
+def rows_of(real: pd.DataFrame, config: dict, drives: int) -> pd.DataFrame:
+    """Return a row for each motion and noise."""
     family = Family(Prior.from_settings(config["prior"]), config["family"])
     rng = generator(1, "real shapes")
     bank = simulate_family(family, drives, rng)
-    print(f"{config['family']['name']}: {drives} drives, {bank.drawn_again} drawn again")
-    rows, axes = {}, plt.subplots(1, 2, figsize=(11, 4.5), layout="constrained")[1]
-    for place, motion in zip(axes, ("closing", "opening"), strict=True):
+    rows = []
+    for motion in MOTIONS:
         measured = real[real.motion == motion]
+        times = measured.time.values
         curves = shapes(bank["shape"].sel(motion=motion).values).reshape(2 * drives, -1)
-        made = scaled(curves, bank.u.values, measured.time.values)
-        band = np.quantile(made + NOISE * rng.standard_normal(made.shape), ENDS, axis=0)
-        below, above = band[0] > measured.q05.values, measured.q95.values > band[1]
-        found = described(made, measured.time.values)
-        median = described(measured.q50.values[None], measured.time.values)
-        rows[motion] = {
-            "times inside": f"{1.0 - (below | above).mean():.0%}",
-            "real below": spans(measured.time.values[below]),
-            "real above": spans(measured.time.values[above]),
-            "slow": f"{1.0 - len(made) / len(curves):.1%}",
-        } | {
-            name: f"{np.nanmedian(a):.2f} (real {b[0]:.2f})"
-            for name, a, b in zip(DESCRIBED, found, median, strict=True)
-        }
-        draw(place, measured, made, band)
-        place.set_title(motion)
-    print(pd.DataFrame(rows).to_string())
-    touched(bank)
-    if figure:
-        plt.savefig(figure, dpi=120)
-
-
-def spans(times: np.ndarray) -> str:
-    """Times in words, neighbours as from-to."""
-    runs = np.split(times, np.flatnonzero(np.diff(times) > 0.051) + 1)
-    return ", ".join(f"{run[0]:.2f}..{run[-1]:.2f}" for run in runs if run.size)
+        made = scaled(curves, bank.u.values, times)
+        for noise in NOISES:
+            low, high = np.quantile(made + noise * rng.standard_normal(made.shape), ENDS, axis=0)
+            inside = (low <= measured.q05.values) & (measured.q95.values <= high)
+            row = {"family": config["family"]["name"], "drives": drives, "motion": motion}
+            row |= {"noise": noise, "times": times.size, "inside": inside.mean()}
+            of_real = described(measured.q50.values[None], times)
+            for name, ours, theirs in zip(DESCRIBED, described(made, times), of_real, strict=True):
+                row |= {f"{name}, family": np.nanmedian(ours), f"{name}, measured": theirs[0]}
+            rows.append(row)
+    return pd.DataFrame(rows)
 
 
 def crossing(curves: np.ndarray, times: np.ndarray, level: float) -> np.ndarray:
-    """Times at which curves ``(n, t)`` first pass a level, ``(n,)``."""
+    """Return times at which curves ``(n, t)`` first pass a level, ``(n,)``."""
     after = (curves >= level).argmax(axis=1).clip(1)
     rows = np.arange(len(curves))
     low, high = curves[rows, after - 1], curves[rows, after]
@@ -85,7 +63,7 @@ def crossing(curves: np.ndarray, times: np.ndarray, level: float) -> np.ndarray:
 
 
 def scaled(curves: np.ndarray, times: np.ndarray, grid: np.ndarray) -> np.ndarray:
-    """Curves ``(n, t)`` at times after 10 % of the way in units of those from 10 to 90 %.
+    """Return curves ``(n, t)`` at times after 10 % of the way, in units of those from 10 to 90 %.
 
     Those that take longer to 90 % than a bank keeps are left out.
     """
@@ -96,35 +74,25 @@ def scaled(curves: np.ndarray, times: np.ndarray, grid: np.ndarray) -> np.ndarra
 
 
 def described(curves: np.ndarray, times: np.ndarray) -> tuple[np.ndarray, ...]:
-    """The three numbers of curves ``(n, t)``, each ``(n,)``."""
+    """Return the three numbers of curves ``(n, t)``, each ``(n,)``."""
     at = {level: crossing(curves, times, level / 100.0) for level in (3, 10, 20, 40, 60, 80)}
     ratio = (at[80] - at[60]) / (at[40] - at[20])
     return at[10] - at[3], ratio, curves.max(axis=1) - 1.0
 
 
-def touched(bank) -> None:
-    """Print where in the stroke contacts touch and part."""
-    for kind, name in enumerate(bank.contact.kinds):
-        here = bank.isel(drive=(bank.contact == kind).values, condition=0)
-        if not here.drive.size:
-            continue
-        curves, places = shapes(here["shape"].values), []
-        for i in range(2):
-            pairs = zip(here.switching.values[:, i], curves[:, i], strict=True)
-            way = np.array([np.interp(u, bank.u, curve) for u, curve in pairs])
-            places.append(np.quantile(way if i == 0 else 1.0 - way, (0.05, 0.5, 0.95)).round(2))
-        print(f"{name}: {here.drive.size} drives touch at {places[0]}, part at {places[1]}")
-
-
-def draw(place, measured: pd.DataFrame, made: np.ndarray, band: np.ndarray) -> None:
-    time = measured.time
-    place.fill_between(time, *band, color="0.9", label="family, 99 %")
-    place.plot(time, made[:20].T, color="0.6", lw=0.5)
-    place.fill_between(time, measured.q05, measured.q95, color="C0", alpha=0.5, label="real, 90 %")
-    place.plot(time, measured.q50, color="C0", label="real, median")
-    place.set(xlabel="time after 10 %, in times from 10 to 90 %", ylabel="share of the way")
-    place.legend(loc="lower right")
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("bands", type=Path)
+    parser.add_argument("overlay", type=Path, nargs="?")
+    parser.add_argument("--drives", type=int, default=1500)
+    parser.add_argument("--table", type=Path, metavar="CSV")
+    options = parser.parse_args()
+    config = load([DEFAULTS, *filter(None, [options.overlay])])
+    rows = rows_of(pd.read_csv(options.bands), config, options.drives)
+    print(rows.to_string(index=False))
+    if options.table:
+        append(rows, options.table, float_format="%.3g")
 
 
 if __name__ == "__main__":
-    main(*sys.argv[1:4], *map(int, sys.argv[4:]))
+    main()

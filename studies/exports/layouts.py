@@ -359,12 +359,6 @@ def analyser(rng: np.random.Generator, plan: dict, poles: list[dict], style: dic
         lines.append([f"{speeds[0]['name'][:5]} -Velocity (m/s) :", f"{speeds[0]['value']:.1f}"])
     lines += above if style["rows"] and style["dcrm"] else []
     found = {"lines": lines, "columns": columns, "channels": channels, "printed": printed}
-    told = not style["bare"]
-    date = f"{style['date']:%d-%m-%Y}" * told
-    says = {"breaker": style["serial"] * told, "date": date, "clock": told}
-    seen = style["dcrm"] and any(c for c, _ in wired[:6])
-    says["phases"] = (seen and style["rows"]) or (told and style["separate"])
-    found["says"] = says | {"motions": "stated" if told else "seen" * seen}
     return found | {"shift": 0.0, "layout": "analyser bare" if style["bare"] else "analyser"}
 
 
@@ -417,9 +411,6 @@ def plain(rng: np.random.Generator, plan: dict, poles: list[dict], style: dict) 
     lines = [list(pair) for pair in zip(words[6:10], [*shown, f"{style['rate']:g}"], strict=True)]
     lines = lines[: 4 if style["stated"] else int(rng.integers(4))] * (not style["bare"])
     found = {"lines": lines, "columns": columns, "channels": channels, "printed": []}
-    cells = [line[1] for line in lines] + [""] * 3
-    says = {"breaker": cells[1], "date": cells[2], "clock": False, "phases": not alone}
-    found["says"] = says | {"motions": "stated" if coiled else "seen" * bool(kind)}
     return found | {"shift": shift, "layout": f"plain {LANGUAGES[which]}"}
 
 
@@ -470,24 +461,15 @@ def truth_of(path: Path, found: dict, style: dict) -> dict:
     columns = [name for name, _, _ in found["columns"]]
     kept = ("rate", "stated", "rows", "zones", "separator", "decimal", "encoding")
     truth = {"file": path.name, "layout": found["layout"], "channels": channels}
-    timed = style["timed"] or not found["layout"].startswith("analyser")
-    says = found["says"] | {"rate": timed or (style["stated"] and not style["bare"])}
-    truth |= {"columns": columns, "printed": found["printed"], "says": says}
+    truth |= {"columns": columns, "printed": found["printed"]}
     return truth | {key: style[key] for key in kept}
 
 
-def write_export(folder: Path, rng: np.random.Generator, known: dict | None = None) -> dict:
-    """Write the export of a visit to a breaker, a file or one for each pole; return its truth.
-
-    Args:
-        known: What visits to one breaker share, in place of what is drawn: any key of the style,
-            and ``phases``, ``plain`` (the layout) and ``form`` (of the names of files).
-    """
-    known = known or {}
+def write_export(folder: Path, rng: np.random.Generator) -> dict:
+    """Write the export of a visit to a breaker, a file or one for each pole; return its truth."""
     folder.mkdir(parents=True, exist_ok=True)
     plan, many = draw_plan(rng), pick(rng, [1, 2, 3], p=[0.35, 0.2, 0.45])
     layout = pick(rng, [analyser, plain], p=[0.65, 0.35])
-    layout = layout if "plain" not in known else plain if known["plain"] else analyser
     plan["breaks"] = plan["breaks"] if layout is analyser else 1
     separator = pick(rng, [",", ";", "\t"], p=[0.6, 0.25, 0.15])
     date = datetime(2012, 1, 1) + timedelta(seconds=int(rng.integers(12 * 365 * 86400)))
@@ -521,10 +503,8 @@ def write_export(folder: Path, rng: np.random.Generator, known: dict | None = No
         "newline": pick(rng, ["\n", "\r\n"]),
         "padded": rng.random() < 0.5,
     }
-    style |= {key: known[key] for key in style if key in known}
-    date, phases = style["date"], pick(rng, PHASES).split()
-    poles = [draw_pole(rng, phase, plan) for phase in known.get("phases", phases)[:many]]
-    files, form = [], known.get("form", int(rng.integers(3)))
+    poles = [draw_pole(rng, phase, plan) for phase in pick(rng, PHASES).split()[:many]]
+    files, form = [], int(rng.integers(3))
     for i, group in enumerate([[pole] for pole in poles] if style["separate"] else [poles]):
         found, names = layout(rng, plan, group, style), [pole["phase"] for pole in group]
         made = date + timedelta(seconds=i)  # files made seconds apart are poles, not repeats
@@ -535,5 +515,4 @@ def write_export(folder: Path, rng: np.random.Generator, known: dict | None = No
         ][form]
         write_table(rng, folder / name, found, style)
         files.append(truth_of(folder / name, found, style))
-    about = {key: style[key] for key in ("equipment", "serial", "bay")}
-    return {"date": date.isoformat(), **about, "form": form, "files": files}
+    return {"files": files}

@@ -4,7 +4,7 @@
 
 One run is one process, and writes one JSON file; what is there is skipped, so that the study goes
 on where it was interrupted, and any arm can be run alone; delete a file to have it made anew. The
-machine should do nothing else: budgets are of wall time by default. table.py makes the tables.
+machine should do nothing else: budgets are of wall time by default. table.py makes the table.
 """
 
 import argparse
@@ -18,8 +18,6 @@ from pathlib import Path
 from studies.peers.arms import ARMS
 from studies.peers.common import CLOCKS, RESULTS
 
-_OTHERS = ("simulators", "alternatives")  # beside the arms, one thread each, one seed
-
 
 @dataclass(frozen=True)
 class Job:
@@ -32,12 +30,15 @@ class Job:
 
 def jobs(given: argparse.Namespace) -> list[Job]:
     """Return all jobs, in an order in which no job waits for a later one."""
-    listed = judged_exactly(given)
+    listed = []
+    for motion in given.motions:
+        exact = given.results / motion / "exact.json"
+        listed.append(Job("exact", exact, {"motion": motion, "threads": given.threads}))
     for seed in range(1, given.seeds + 1):
         for motion in given.motions:
             shared = {key: getattr(given, key) for key in ("threads", "seconds", "clock", "cap")}
-            shared |= {"motion": motion, "seed": seed}
-            shared |= {"exact": given.results / motion / "exact.json"}
+            exact = given.results / motion / "exact.json"
+            shared |= {"motion": motion, "seed": seed, "exact": exact}
             folder = given.results / motion / "runs"
             listed += [
                 Job("run", folder / f"{arm}_{seed}.json", {"arm": arm, **shared})
@@ -46,24 +47,10 @@ def jobs(given: argparse.Namespace) -> list[Job]:
     return listed
 
 
-def judged_exactly(given: argparse.Namespace) -> list[Job]:
-    """Return the jobs that come before the arms."""
-    listed = []
-    for motion in given.motions:
-        exact = given.results / motion / "exact.json"
-        listed.append(Job("exact", exact, {"motion": motion, "threads": given.threads}))
-        listed += [
-            Job(other, given.results / motion / f"{other}.json", {"motion": motion})
-            for other in given.others
-        ]
-    return listed
-
-
 def main() -> None:
     options = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     options.add_argument("--motions", nargs="+", default=["closing", "opening"])
     options.add_argument("--arms", nargs="*", choices=ARMS, default=list(ARMS), metavar="ARM")
-    options.add_argument("--others", nargs="*", choices=_OTHERS, default=_OTHERS, metavar="OTHER")
     options.add_argument("--seeds", type=int, default=3, help="runs of each arm and motion")
     options.add_argument("--seconds", type=float, default=120.0, help="budget of a training")
     options.add_argument("--clock", choices=CLOCKS, default="wall", help="that the budget is of")

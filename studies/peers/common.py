@@ -44,8 +44,8 @@ SEED = 101  # of the held-out curves; no bank has it
 
 _ROWS = 262_144  # of the bank, as many as in the workflow's
 _WARM_UP = 0.03  # share of the budget by which two short trainings differ, at least
-_PACKAGES = ("breaker", "bayesflow", "keras", "jax", "sbi", "zuko", "diffrax", "emcee", "torch")
-_PACKAGES += ("numpy", "scipy", "numba", "scikit-learn")
+_PACKAGES = ("breaker", "bayesflow", "keras", "jax", "sbi", "zuko", "torch", "numpy", "scipy")
+_PACKAGES += ("numba", "scikit-learn")
 
 CLOCKS = {"wall": time.perf_counter, "processor": time.process_time}
 """Seconds that have passed, and those of all threads and processors of this process together."""

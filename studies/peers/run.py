@@ -45,14 +45,15 @@ def main() -> None:
     options.add_argument("--arm", choices=ARMS, required=True)
     options.add_argument("--seconds", type=float, default=120.0, help="budget of the training")
     options.add_argument("--clock", choices=CLOCKS, default="wall", help="that the budget is of")
-    options.add_argument("--exact", type=Path, help="file that exact.py made")
+    options.add_argument("--exact", type=Path, required=True, help="file that exact.py made")
     options.add_argument("--cap", type=float, default=10.0, help="seconds for each of the scores")
     given = options.parse_args()
     restart(given.threads, **environment(given.arm))
 
     wall = CLOCKS["wall"]
     marks = [wall()]
-    data = held_out(given.motion, read_settings(), max(_CURVES.values()))
+    settings = read_settings()
+    data = held_out(given.motion, settings, max(_CURVES.values()))
     bank = bank_of(data.model)
     arm = make(given.arm)
     marks.append(wall())
