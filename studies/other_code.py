@@ -1,7 +1,9 @@
 """Drives of other code: how much intervals hold where the simulator is not that of the family.
 
-    python -m studies.other_code levels 80      # 95 % intervals of single operations
-    python -m studies.other_code changes 60     # of changes, by visits of 3 records a motion
+    python -m studies.other_code --drives 80 --pairs 60 --table docs/other_code.csv
+
+It writes the share of 95 % intervals of single operations that contain the truth, and of 90 %
+intervals of changes between visits of three records of each motion.
 
 The drives share the seven parameters with the model and nothing else: a contact carrier on a soft
 stop with preload, a stiff fixed contact, Stribeck friction, a progressive main spring, a cam whose
@@ -9,11 +11,13 @@ force falls and builds up, a ripple of the transmission, an air cushion, an oil 
 bumpers. ``scipy.integrate.solve_ivp`` integrates them; no line of the package does.
 """
 
-import sys
-from collections import Counter, defaultdict
+import argparse
+from collections import defaultdict
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
+import pandas as pd
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
@@ -117,8 +121,8 @@ class Other:
         return curve, float(switches[0]) if switches.size else np.nan
 
 
-def levels(prior: Prior, sensor: Sensor, count: int) -> None:
-    """Print which share of 95 % intervals holds the truth, one operation of each drive."""
+def levels(prior: Prior, sensor: Sensor, count: int) -> list[dict]:
+    """Return which share of 95 % intervals contains the truth, one operation of each drive."""
     (network, _), held = next(shipped_networks()), defaultdict(list)
     step = float(sensor.times[1] - sensor.times[0])
     for number in range(count):
@@ -140,8 +144,10 @@ def levels(prior: Prior, sensor: Sensor, count: int) -> None:
             for name, (drawn, truth) in values.items():
                 low, high = np.quantile(drawn, [0.025, 0.975])
                 held[" and ".join(motions), name].append(low <= truth <= high)
-    for (motions, name), each in held.items():
-        print(f"{motions:<20} {name:<18} {np.mean(each):.2f}")
+    return [
+        {"of": "level", "drives": motions, "name": name, "count": len(each), "hold": np.mean(each)}
+        for (motions, name), each in held.items()
+    ]
 
 
 def visit(drive: Other, count: int, rng: np.random.Generator) -> dict:
@@ -159,18 +165,18 @@ def visit(drive: Other, count: int, rng: np.random.Generator) -> dict:
     return found
 
 
-def visits(prior: Prior, count: int, records: int = 3) -> None:
-    """Print how well changes are known; every other drive has one or two, by up to ``WEAR``."""
+def visits(prior: Prior, count: int, records: int = 3) -> list[dict]:
+    """Return how well changes are known; every other drive has one or two, by up to ``WEAR``."""
     networks = [*shipped_networks()]
-    rows = defaultdict(list)
+    rows, found = defaultdict(list), []
     for number in range(count):
         rng = generator(1, "other code, changes", number)
         drive, factors = Other.drawn(prior, rng), np.ones(len(NAMES))
         for name in rng.choice(list(WEAR), rng.integers(1, 3) * (number % 2), replace=False):
             factors[NAMES.index(name)] += WEAR[name] * rng.uniform(0.3, 1.0)
         later = Other(drive.theta * factors, drive.more)
-        found = compare(visit(drive, records, rng), visit(later, records, rng), networks, rng)
-        for row in changes(found):
+        both = compare(visit(drive, records, rng), visit(later, records, rng), networks, rng)
+        for row in changes(both):
             if row.kind == "parameter" and not row.motion:
                 low, _, high = row.change
                 truth = 100.0 * (factors[NAMES.index(row.name)] - 1.0)
@@ -178,17 +184,29 @@ def visits(prior: Prior, count: int, records: int = 3) -> None:
                 rows[number % 2, row.name].append((holds, high - low, row.verdict, truth))
     for (changed, name), each in sorted(rows.items()):
         holds, width, verdicts, truths = zip(*each, strict=True)
-        false = sum(v == "changed" and t == 0.0 for v, t in zip(verdicts, truths, strict=True))
-        print(
-            f"{'changed' if changed else 'unchanged':<10} {name:<8} hold {np.mean(holds):.2f}, "
-            f"half width {np.median(width) / 2.0:.2f} %, {dict(Counter(verdicts))}, {false} false"
-        )
+        told = [(truth != 0.0, word) for truth, word in zip(truths, verdicts, strict=True)]
+        row = {"of": "change", "drives": "changed" if changed else "unchanged", "name": name}
+        row |= {"count": len(each), "hold": np.mean(holds), "half_width": np.median(width) / 2.0}
+        row |= {"truly_changed": sum(truly for truly, _ in told)}
+        row |= {"reported": told.count((True, "changed")), "false": told.count((False, "changed"))}
+        found.append(row)
+    return found
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--drives", type=int, default=80)
+    parser.add_argument("--pairs", type=int, default=60)
+    parser.add_argument("--table", type=Path, metavar="CSV")
+    options = parser.parse_args()
+    config = load([DEFAULTS])
+    prior, sensor = Prior.from_settings(config["prior"]), Sensor(**config["sensor"])
+    rows = [*levels(prior, sensor, options.drives), *visits(prior, options.pairs)]
+    table = pd.DataFrame(rows)
+    print(table.to_string(index=False))
+    if options.table:
+        table.to_csv(options.table, index=False, float_format="%.3g")
 
 
 if __name__ == "__main__":
-    config = load([DEFAULTS])
-    given = Prior.from_settings(config["prior"])
-    if sys.argv[1] == "levels":
-        levels(given, Sensor(**config["sensor"]), int(sys.argv[2]))
-    else:
-        visits(given, int(sys.argv[2]))
+    main()
