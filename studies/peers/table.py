@@ -1,6 +1,6 @@
 """Turn the results of the peers into a table.
 
-    python -m studies.peers.table --table docs/peers.csv
+    python -m studies.peers.table --table peers.csv
 
 The table has one row for each motion and arm: means over the seeds, and their range where the seeds
 differ. The last line that the command prints names the machine; all results must come from one.
