@@ -1,13 +1,17 @@
-"""What rules of the studies share: their configuration, and the networks that are compared."""
+"""What rules of the studies share: the networks that are compared, and how."""
 
-COMPARISON = configuration.read(ROOT / "studies/config.yaml")
-NETWORKS = [
-    f"{summary}-{inference}"
-    for summary in COMPARISON["summaries"]
-    for inference in COMPARISON["inferences"]
-]
+import os
+
+from breaker.configuration.loading import chosen_network
+
+SUMMARIES = ["time_series", "deep_set"]
+INFERENCES = ["flow_matching", "coupling_flow"]  # each with each summary
+NETWORKS = [f"{summary}-{inference}" for summary in SUMMARIES for inference in INFERENCES]
+STEPS = 3000  # optimiser steps of each, those of `training` at most
+MISSING = 0.3  # share of samples removed, to test a deep_set
+
 # Scripts import the studies from the project's folder, wherever they run.
-FOLDERS = filter(None, [str(ROOT), os.getenv("PYTHONPATH")])
+FOLDERS = filter(None, [os.path.dirname(workflow.basedir), os.getenv("PYTHONPATH")])
 os.environ.update(PYTHONPATH=os.pathsep.join(FOLDERS))
 
 
@@ -23,10 +27,10 @@ def network_of(wildcards):
         "summary": {**sections["summary"], "kind": summary},
         "inference": {**sections["inference"], "kind": inference},
     }
-    return configuration.chosen_network(chosen)
+    return chosen_network(chosen)
 
 
 def training_of(wildcards):
     """The settings of the training of one motion, of no more steps than the comparison has."""
     settings = config["training"][wildcards.motion]
-    return {**settings, "steps": min(COMPARISON["steps"], settings["steps"])}
+    return {**settings, "steps": min(STEPS, settings["steps"])}

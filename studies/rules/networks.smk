@@ -1,12 +1,20 @@
 """Every network of the paper against every other.
 
 Needs the banks, and the corrected validation for the evidence. Makes a model of each combination of
-`summaries` and `inferences` of studies/config.yaml, one table and one figure a motion; and, of the
-networks that take missing samples, what becomes of their posteriors when samples are missing.
+summary and inference networks, and one table a motion; and, of the networks that take missing
+samples, a table of what becomes of their posteriors when samples are missing. The rules are those
+of the workflow with other inputs, outputs and settings, and run its scripts.
 """
 
 
-use rule train as train_network with:
+rule train_network:
+    """Train a combination of networks."""
+    input:
+        shards=[
+            f"results/bank/{{motion}}/shard_{shard:03d}.zarr"
+            for shard in range(config["bank"]["shards"])
+        ],
+        code=code("train"),
     output:
         model="results/networks/{network}/{motion}.safetensors",
         history=directory("results/networks/{network}/{motion}_history.zarr"),
@@ -15,6 +23,9 @@ use rule train as train_network with:
         "logs/networks/{network}/train_{motion}.log",
     benchmark:
         "results/networks/{network}/{motion}_train.tsv"
+    conda:
+        "../../envs/breaker.yaml"
+    threads: lambda wildcards: config["training"][wildcards.motion]["threads"]
     params:
         seed=config["seed"],
         prior=config["prior"],
@@ -23,36 +34,50 @@ use rule train as train_network with:
         training=training_of,
         solver=config["solver"],
         bank=config["bank"],
-        checkpoint="checkpoints/{network}_{motion}.pt",
+    script:
+        "../../workflow/scripts/train.py"
 
 
-use rule validate as validate_network with:
+rule validate_network:
+    """Draw from the posterior of simulated records whose truth is known."""
     input:
         model="results/networks/{network}/{motion}.safetensors",
+        code=code("validate"),
     output:
         directory("results/networks/{network}/{motion}_seed{seed}.zarr"),
     log:
         "logs/networks/{network}/validate_{motion}_seed{seed}.log",
-    benchmark:
-        "results/networks/{network}/{motion}_seed{seed}_validate.tsv"
+    conda:
+        "../../envs/breaker.yaml"
+    params:
+        curves=config["validation"]["curves"],
+        draws=config["validation"]["draws"],
+    script:
+        "../../workflow/scripts/validate.py"
 
 
-use rule judge as judge_network with:
+rule judge_network:
+    """The network's own density, compared with the exact posterior."""
     input:
         model="results/networks/{network}/{motion}.safetensors",
         validation="results/networks/{network}/{motion}_seed{seed}.zarr",
         corrected="results/validation/{motion}_corrected_seed{seed}.zarr",
+        code=code("judge"),
     output:
         store=directory("results/networks/{network}/{motion}_judged_seed{seed}.zarr"),
         table="results/networks/{network}/{motion}_judged_seed{seed}.csv",
     log:
         "logs/networks/{network}/judge_{motion}_seed{seed}.log",
-    benchmark:
-        "results/networks/{network}/{motion}_seed{seed}_judge.tsv"
+    conda:
+        "../../envs/breaker.yaml"
+    params:
+        curves=config["validation"]["judged_curves"],
+    script:
+        "../../workflow/scripts/judge.py"
 
 
 rule compare_networks:
-    """One row a network: density, gap, efficiency, calibration, speed, size."""
+    """One row a network: density, divergence, efficiency, calibration, speed, size."""
     input:
         models=expand("results/networks/{network}/{{motion}}.safetensors", network=NETWORKS),
         histories=expand("results/networks/{network}/{{motion}}_history.zarr", network=NETWORKS),
@@ -66,12 +91,7 @@ rule compare_networks:
             seed=SEED,
         ),
     output:
-        page(
-            "results/networks/{motion}.csv",
-            "7 Networks",
-            "table of the networks",
-            "networks_table",
-        ),
+        "results/networks/{motion}.csv",
     log:
         "logs/compare_networks/{motion}.log",
     conda:
@@ -80,10 +100,6 @@ rule compare_networks:
         networks=NETWORKS,
     script:
         "../scripts/compare_networks.py"
-
-
-# All networks of one motion side by side.
-figure("networks", "7 Networks", table="results/networks/{motion}.csv")
 
 
 rule validate_missing:
@@ -98,41 +114,42 @@ rule validate_missing:
     conda:
         "../../envs/breaker.yaml"
     params:
-        share=COMPARISON["missing"],
+        share=MISSING,
     script:
         "../scripts/validate_missing.py"
 
 
-use rule correct_validation as correct_missing with:
+rule correct_missing:
+    """The exact posteriors of these records."""
     input:
         validation="results/networks/{network}/{motion}_missing_seed{seed}.zarr",
+        code=code("correct_validation"),
     output:
         directory("results/networks/{network}/{motion}_missing_corrected_seed{seed}.zarr"),
     log:
         "logs/networks/{network}/correct_missing_{motion}_seed{seed}.log",
-    benchmark:
-        "results/networks/{network}/{motion}_seed{seed}_correct_missing.tsv"
+    conda:
+        "../../envs/breaker.yaml"
+    params:
+        prior=config["prior"],
+        sensor=config["sensor"],
+        correction=config["correction"],
+    script:
+        "../../workflow/scripts/correct_validation.py"
 
 
-# Are posteriors from records with missing samples calibrated, and wider where they should be?
-figure(
-    "missing",
-    "7 Networks",
-    label="missing samples, {network}",
-    of="_{network}_{motion}",
-    whole=f"results/networks/{{network}}/{{motion}}_seed{SEED}.zarr",
-    missing=f"results/networks/{{network}}/{{motion}}_missing_seed{SEED}.zarr",
-    exact_whole=f"results/validation/{{motion}}_corrected_seed{SEED}.zarr",
-    exact_missing=f"results/networks/{{network}}/{{motion}}_missing_corrected_seed{SEED}.zarr",
-    params={"share": COMPARISON["missing"]},
-)
-
-
-# The scripts of rules that are used anew stay where those of the workflow are.
-USED_ANEW = {
-    "train_network": "train",
-    "validate_network": "validate",
-    "judge_network": "judge",
-    "correct_missing": "correct_validation",
-}
-snakemake_internals.keep_scripts(workflow, USED_ANEW)
+rule compare_missing:
+    """Whether posteriors from records with missing samples are calibrated, and how wide they are."""
+    input:
+        whole=f"results/networks/{{network}}/{{motion}}_seed{SEED}.zarr",
+        missing=f"results/networks/{{network}}/{{motion}}_missing_seed{SEED}.zarr",
+        exact_whole=f"results/validation/{{motion}}_corrected_seed{SEED}.zarr",
+        exact_missing=f"results/networks/{{network}}/{{motion}}_missing_corrected_seed{SEED}.zarr",
+    output:
+        "results/networks/{network}/{motion}_missing.csv",
+    log:
+        "logs/networks/{network}/compare_missing_{motion}.log",
+    conda:
+        "../../envs/breaker.yaml"
+    script:
+        "../scripts/compare_missing.py"

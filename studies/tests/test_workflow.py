@@ -15,4 +15,4 @@ def test_networks_are_planned(tmp_path):
         "train_network": 8,
         "judge_network": 8,
     }
-    assert (jobs["figure_missing"], jobs["figure_networks"]) == ("4", "2")
+    assert (jobs["compare_missing"], jobs["compare_networks"]) == ("4", "2")
