@@ -82,6 +82,7 @@ TOLERANCE = {"measured": 0.05, "changed": 0.1}  # shares, of drives that do not 
 ASKED = 3  # operations of a life at which it is asked
 INTERVAL = ("low", "middle", "high")  # columns of an answer
 VISITS, FEW_VISITS = 20, 10  # in a life, where nobody watches
+LEAD = "lead of the plan, share of the life"
 RESAMPLES, ABOUT = 2000, 31  # lives drawn again; readings about an operation
 
 
@@ -603,38 +604,22 @@ def summed(some: pd.DataFrame) -> dict[str, Score]:
     return found
 
 
-def planned_of(lives: pd.DataFrame) -> dict[str, tuple[float, int]]:
+def planned_of(lives: pd.DataFrame) -> dict[str, float]:
     """Sum up how lives were serviced, by one way of looking, each of one limit."""
     fails, service = lives.fails.values, lives.service.fillna(np.inf).values
-    intime, first = service <= fails, lives["first"].values
-    rows = int(lives.records.sum())
-    found = {"told": (lives.known.astype(bool).mean(), len(lives))}
-    found["serviced in time"] = intime.mean(), len(lives)
+    intime, rows = service <= fails, int(lives.records.sum())
+    found = {"told": lives.known.astype(bool).mean(), "serviced in time": intime.mean()}
     if lives.shown.notna().any():
-        found["serviced before records show it"] = (
-            (service <= lives.shown).mean(),
-            len(lives),
-        )
+        found["serviced before records show it"] = (service <= lives.shown).mean()
     behind = lives["count"].sum() / rows if rows else np.nan
-    found["rows with service_by behind the 5 % quantile"] = behind, rows
-    away = ((fails - service) / fails)[intime]
-    found["share of the life given away"] = (
-        float(np.median(away)) if away.size else np.nan,
-        away.size,
-    )
-    lead = ((service - first) / fails)[intime]
-    found["lead of the plan, share of the life"] = (
-        float(np.median(lead)) if lead.size else np.nan,
-        lead.size,
-    )
-    found["moves of service_by"] = float(lives.moves.median()), len(lives)
+    found["rows with service_by behind the 5 % quantile"] = behind
+    away, lead = (fails - service) / fails, (service - lives["first"].values) / fails
+    for name, each in (("share of the life given away", away), (LEAD, lead)):
+        found[name] = float(np.median(each[intime])) if intime.any() else np.nan
+    found["moves of service_by"] = float(lives.moves.median())
     if len(lives) > 2:
-        ratio, low, high = against_fixed(service, fails)
-        found["cost, beside a fixed interval"] = ratio, len(lives)
-        found["the same, from (90 %)"], found["the same, to (90 %)"] = (
-            (low, len(lives)),
-            (high, len(lives)),
-        )
+        words = "cost, beside a fixed interval", "the same, from (90 %)", "the same, to (90 %)"
+        found |= dict(zip(words, against_fixed(service, fails), strict=True))
     return found
 
 
@@ -667,8 +652,8 @@ def plans(*files: str) -> None:
     rows = pd.concat([pd.read_csv(file) for file in files[:-1]])
     acts, data = rows[rows.score == "acted"], []
     for (of, name, way), each in acts.groupby(["set", "name", "kind"]):
-        scores = {what: value for what, (value, _) in planned_of(each).items()}
-        data.append({"set": of, "limit": name, "looked at": way, "lives": len(each)} | scores)
+        about = {"set": of, "limit": name, "looked at": way, "lives": len(each)}
+        data.append(about | planned_of(each))
     left = rows[(rows.score == "left") & rows.low.notna()]
     holds = (left.low <= left.truth) & (left.truth <= left.high)
     for row in data:

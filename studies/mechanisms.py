@@ -10,7 +10,6 @@ of Runge and Kutta, is the study's own, without a line of the package. Records (
 ms, rate in kHz, ``--quantum`` in mm) are files, read and inferred as a user's are, the size known;
 with ``--contact SD`` beside the times of their contacts, known to so many ms. ``--wipe`` is the
 least wipe of a drive as a share of its way: strong preloads leave many a drive next to none.
-``--moved mu:2`` gives a parameter the value of its prior two standard deviations above the median.
 
 It prints for closing alone, opening alone and both how many 95 % intervals hold the truth, the mean
 error of the median and the median half width (% of parameters, ms of times), and how the records
@@ -54,7 +53,6 @@ OPTIONS = dict(
     quantum=0.0,
     contact=0.0,
     wipe=0.0,
-    moved="",
     seed=1,
 )
 TITLES = {
@@ -329,7 +327,6 @@ def drawn(
     strength: float = 1.0,
     until: float = 120.0,
     wipe: float = 0.0,
-    moved: str = "",
 ) -> tuple:
     """Draw drives with a mechanism until one closes with a wipe of at least a share of its way.
 
@@ -339,12 +336,6 @@ def drawn(
     forms, sizes, more = (MECHANISMS | STOPS)[name]
     while True:
         theta = prior.sample(1, rng)[0]
-        if moved:
-            parameter, _, sds = moved.partition(":")
-            k = NAMES.index(parameter)
-            theta[k] = prior.medians[k] * np.exp(float(sds) * prior.log_sds[k])
-            if not prior.supported(theta[None])[0]:
-                continue
         drive = drive_of(theta)
         for field, count in forms.items():
             drive[field] = rng.integers(1, count + 1)
@@ -431,9 +422,7 @@ def rows_of(name: str, options: argparse.Namespace) -> list[dict]:
     for number in range(options.drives):
         rng = generator(options.seed, "mechanisms", name, number)
         until = max(120.0, options.length)
-        drive, curves = drawn(
-            name, prior, rng, options.strength, until, options.wipe, options.moved
-        )
+        drive, curves = drawn(name, prior, rng, options.strength, until, options.wipe)
         records, begins = records_of(curves, number, rng, options, endurance["format"])
         if options.contact:
             records = [timed(each, begins, curves, rng, options.contact) for each in records]

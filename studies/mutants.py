@@ -12,17 +12,15 @@ written anew, too.
 
 First the tests run without any fault: they have to pass. A fault is *caught* if a test fails or
 does not end in time, and has *survived* if all pass; it is *not applicable* where its text is not
-found exactly once. Results go to a CSV file as they come, and faults that it has are not run again.
+found exactly once.
 """
 
 import argparse
-import csv
 import os
 import shutil
 import subprocess
 import sys
 import tempfile
-import time
 import tomllib
 from collections import Counter
 from collections.abc import Iterator
@@ -37,7 +35,6 @@ CODE = (("src/breaker", "*.py"), ("workflow", "*.py"), ("workflow", "*.smk"), ("
 TESTS = ("tests", "studies/tests")
 COMPILED = ("numba", "njit", "@compiled", "import compiled")  # such files need a cache of their own
 CAUGHT, SURVIVED, NOT_APPLICABLE = "caught", "survived", "not applicable"
-FIELDS = ("room", "name", "outcome", "test", "seconds")  # of the results
 
 
 @dataclass(frozen=True)
@@ -96,8 +93,8 @@ def copy(tree: Path, folder: Path) -> Path:
     return folder
 
 
-def run_tests(tree: Path, files: list[str], cache: Path, limit: float) -> tuple[str, float]:
-    """Run test files; return what came out and the seconds of processor time it took."""
+def run_tests(tree: Path, files: list[str], cache: Path, limit: float) -> str:
+    """Run test files; return what failed, or nothing."""
     environment = {
         **os.environ,
         "PYTHONPATH": str(tree / "src"),
@@ -106,39 +103,36 @@ def run_tests(tree: Path, files: list[str], cache: Path, limit: float) -> tuple[
         "NUMBA_NUM_THREADS": "1",
     }
     command = [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", *files]
-    began = os.times()
     try:
         done = subprocess.run(
             command, cwd=tree, env=environment, capture_output=True, text=True, timeout=limit
         )
     except subprocess.TimeoutExpired:
-        return "no end", limit
-    ended = os.times()
-    took = sum(ended[2:4]) - sum(began[2:4])
-    if done.returncode in (0, 1, 2):
-        failed = [line for line in done.stdout.splitlines() if line.startswith(("FAILED", "ERROR"))]
-        return (failed[0].split(" - ")[0] if failed else "error") if done.returncode else "", took
-    raise RuntimeError(f"pytest {files}: {done.stdout[-2000:]}{done.stderr[-2000:]}")
+        return "no end"
+    if done.returncode not in (0, 1, 2):
+        raise RuntimeError(f"pytest {files}: {done.stdout[-2000:]}{done.stderr[-2000:]}")
+    failed = [line for line in done.stdout.splitlines() if line.startswith(("FAILED", "ERROR"))]
+    return (failed[0].split(" - ")[0] if failed else "error") if done.returncode else ""
 
 
-def plant(mutant: Mutant, tree: Path, caches: Path, limit: float) -> tuple[str, str, float]:
-    """Plant one fault, run its tests, take it out again; return outcome, test and seconds."""
+def plant(mutant: Mutant, tree: Path, caches: Path, limit: float) -> tuple[str, str]:
+    """Plant one fault, run its tests, take it out again; return outcome and test."""
     place, files = mutant.place(tree), mutant.test_files(tree)
     if place is None or not files:
-        return NOT_APPLICABLE, "", 0.0
+        return NOT_APPLICABLE, ""
     file, text = place
     content, stat = file.read_bytes(), file.stat()
     own = any(word in text for word in COMPILED)
     cache = Path(tempfile.mkdtemp(dir=caches)) if own else caches / "shared"
     try:
         file.write_text(text, encoding="utf-8")
-        failed, took = run_tests(tree, files, cache, limit)
+        failed = run_tests(tree, files, cache, limit)
     finally:
         file.write_bytes(content)
         os.utime(file, ns=(stat.st_atime_ns, stat.st_mtime_ns))
         if own:
             shutil.rmtree(cache)
-    return (CAUGHT if failed else SURVIVED), failed, took
+    return (CAUGHT if failed else SURVIVED), failed
 
 
 def check(chosen: list[Mutant], tree: Path) -> int:
@@ -156,47 +150,22 @@ def main() -> int:
     parser.add_argument("--room", nargs="+", help="rooms, all by default")
     parser.add_argument("--check", action="store_true", help="only look for the places")
     parser.add_argument("--limit", type=float, default=900.0, help="seconds that tests may take")
-    parser.add_argument("--output", type=Path, default=Path("mutants.csv"), help="results")
-    parser.add_argument("--trust", action="store_true", help="do not run the tests without fault")
     options = parser.parse_args()
-    chosen = list(mutants(options.room))
+    chosen, counts = list(mutants(options.room)), Counter()
     if options.check:
         return check(chosen, options.tree.resolve())
-
-    known = []
-    if options.output.exists():
-        with options.output.open(encoding="utf-8", newline="") as file:
-            known = list(csv.DictReader(file))
-    done = {(row["room"], row["name"]) for row in known}
     with tempfile.TemporaryDirectory() as folder:
         (caches := Path(folder, "caches")).mkdir()
         (project := Path(folder, "project")).mkdir()
         tree = copy(options.tree.resolve(), project)
-        if not options.trust:
-            files = sorted({file for mutant in chosen for file in mutant.test_files(tree)})
-            if failed := run_tests(tree, files, caches / "shared", 3600.0)[0]:
-                raise SystemExit(f"without any fault the tests fail already: {failed}")
-        with options.output.open("a", encoding="utf-8", newline="") as file:
-            writer = csv.DictWriter(file, FIELDS)
-            if not known:
-                writer.writeheader()
-            for mutant in chosen:
-                if (mutant.room, mutant.name) in done:
-                    continue
-                began = time.strftime("%H:%M:%S")
-                outcome, failed, took = plant(mutant, tree, caches, options.limit)
-                values = mutant.room, mutant.name, outcome, failed, f"{took:.0f}"
-                known.append(dict(zip(FIELDS, values, strict=True)))
-                writer.writerow(known[-1])
-                file.flush()
-                print(
-                    f"{began} {mutant.room:12s} {outcome:15s} {mutant.name}  {failed}", flush=True
-                )
-    counts = Counter(row["outcome"] for row in known)
-    print("\n" + ", ".join(f"{counts[each]} {each}" for each in (CAUGHT, SURVIVED, NOT_APPLICABLE)))
-    for row in known:
-        if row["outcome"] != CAUGHT:
-            print(f"  {row['outcome']:15s} {row['room']:12s} {row['name']}")
+        files = sorted({file for mutant in chosen for file in mutant.test_files(tree)})
+        if failed := run_tests(tree, files, caches / "shared", 3600.0):
+            raise SystemExit(f"without any fault the tests fail already: {failed}")
+        for mutant in chosen:
+            outcome, failed = plant(mutant, tree, caches, options.limit)
+            counts[outcome] += 1
+            print(f"{mutant.room:12s} {outcome:15s} {mutant.name}  {failed}", flush=True)
+    print(", ".join(f"{counts[each]} {each}" for each in (CAUGHT, SURVIVED, NOT_APPLICABLE)))
     return 0
 
 

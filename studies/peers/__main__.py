@@ -8,10 +8,8 @@ machine should do nothing else: budgets are of wall time by default. table.py ma
 """
 
 import argparse
-import json
 import subprocess
 import sys
-import time
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -59,16 +57,10 @@ def main() -> None:
     options.add_argument("--results", type=Path, default=RESULTS)
     given = options.parse_args()
 
-    listed = jobs(given)
-    waiting = [job for job in listed if not job.makes.exists()]
-    print(f"{len(listed) - len(waiting)} of {len(listed)} jobs are done already", flush=True)
-    begin, failed = time.perf_counter(), []
-    for number, job in enumerate(waiting, start=1):
-        status = start(job)
-        failed += [job] * bool(status)
-        spent = time.perf_counter() - begin
-        left = spent / number * (len(waiting) - number) / 60.0
-        print(f"{number}/{len(waiting)} {said(job, status)}; {left:.0f} min left", flush=True)
+    failed = []
+    for job in [job for job in jobs(given) if not job.makes.exists()]:
+        print(job.makes, flush=True)
+        failed += [job] * bool(start(job))
     for job in failed:
         print(f"failed: {job.makes}; see {job.makes.with_suffix('.log')}")
     sys.exit(bool(failed))
@@ -84,18 +76,6 @@ def start(job: Job) -> int:
         log.write(" ".join(command) + "\n")
         log.flush()
         return subprocess.run(command, stdout=log, stderr=subprocess.STDOUT).returncode
-
-
-def said(job: Job, status: int) -> str:
-    """Say what came of a job."""
-    if status or job.script != "run":
-        return f"{'FAILED' if status else 'done'}: {job.makes}"
-    record = json.loads(job.makes.read_text(encoding="utf-8"))
-    spent = ", ".join(f"{name} {seconds:.0f}" for name, seconds in record["seconds"].items())
-    return (
-        f"{job.makes}: log density {record['log_density'][0]:.2f}, C2ST {record['c2st'][0]:.3f}; "
-        f"seconds: {spent}, of processors in training {record['processor_seconds']:.0f}"
-    )
 
 
 if __name__ == "__main__":

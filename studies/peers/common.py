@@ -9,7 +9,7 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from datetime import date
-from importlib.metadata import PackageNotFoundError, version
+from importlib.metadata import distributions
 from pathlib import Path
 
 import numpy as np
@@ -44,7 +44,7 @@ SEED = 101  # of the held-out curves; no bank has it
 
 _ROWS = 262_144  # of the bank, as many as in the workflow's
 _WARM_UP = 0.03  # share of the budget by which two short trainings differ, at least
-_PACKAGES = ("breaker", "bayesflow", "keras", "jax", "sbi", "zuko", "torch", "numpy", "scipy")
+_PACKAGES = ("breaker-drive", "bayesflow", "keras", "jax", "sbi", "zuko", "torch", "numpy", "scipy")
 _PACKAGES += ("numba", "scikit-learn")
 
 CLOCKS = {"wall": time.perf_counter, "processor": time.process_time}
@@ -174,27 +174,12 @@ def write_json(path: Path, record: dict) -> None:
 
 
 def _machine() -> dict:
-    versions = {"python": platform.python_version()}
-    for package in _PACKAGES:
-        try:
-            versions[package] = version(package)
-        except PackageNotFoundError:
-            versions[package] = "none"
+    """Return what a run was made with; packages that are not there are left out."""
+    known = {each.name: each.version for each in distributions() if each.name in _PACKAGES}
     return {
-        "processor": _processor(),
+        "processor": platform.processor() or platform.machine(),
         "cores": os.cpu_count(),
         "system": f"{platform.system()} {platform.machine()}",
         "date": date.today().isoformat(),
-        "versions": versions,
+        "versions": {"python": platform.python_version()} | dict(sorted(known.items())),
     }
-
-
-def _processor() -> str:
-    information = Path("/proc/cpuinfo")
-    if not information.exists():
-        return platform.processor()
-    lines = information.read_text(encoding="utf-8").splitlines()
-    entry = dict(line.replace("\t", "").split(":", 1) for line in reversed(lines) if ":" in line)
-    names = ("model name", "cpu family", "model")
-    model, family, number = (entry.get(name, "unknown").strip() for name in names)
-    return f"{model} (family {family}, model {number})"

@@ -153,7 +153,7 @@ def answers(question: Question, folder: Path) -> list[Said]:
         found, _ = layout_of(question.today, folder / "today.yaml", question)
         options += ["--config-today", *found] if found else []
     for command in question.commands:
-        plain = command[0] in ("manifest", "inspect")
+        plain = command[0] == "inspect" and "--output" in command  # it proposes
         said.append(one_call(command, [] if plain else options))
     return said
 

@@ -38,7 +38,7 @@ def one_file_for_all(desk: Desk, wrong: bool) -> Question:
         text = "\n".join(["file,motion,operation", *rows]) + "\n"
         (desk.folder / "op/operations.csv").write_text(text, encoding="utf-8")
     own = "motions: [closing]\n"
-    commands = [["infer", desk.folder / "op", "--json"], ["check", desk.folder / "op"]]
+    commands = [["infer", desk.folder / "op", "--json"], ["inspect", desk.folder / "op"]]
     return Question(commands, _pooled if wrong else _none, layout=files[0], own=own)
 
 
@@ -127,7 +127,7 @@ def dates_of_table(desk: Desk, wrong: bool) -> Question:
     table = "\n".join(["file,motion,operation,date", *rows]) + "\n"
     (desk.folder / "op/operations.csv").write_text(table, encoding="utf-8")
     own = "motions: [closing]\n"
-    commands = [["check", desk.folder / "op"], ["infer", desk.folder / "op", "--json"]]
+    commands = [["inspect", desk.folder / "op"], ["infer", desk.folder / "op", "--json"]]
     return Question(commands, answered if wrong else _none, layout=files[0], own=own)
 
 
@@ -135,8 +135,8 @@ def dates_of_files(desk: Desk, wrong: bool) -> Question:
     """Files whose numbers rise while the dates that they state fall."""
     files, _ = _dated(desk, wrong)
     own = "motions: [closing]\n"
-    manifest = ["manifest", desk.folder / "op", "--output", desk.folder / "t.csv"]
-    commands = [manifest, ["check", desk.folder / "op"]]
+    propose = ["inspect", desk.folder / "op", "--output", desk.folder / "t.csv"]
+    commands = [propose, ["inspect", desk.folder / "op"]]
     return Question(commands, answered if wrong else _none, layout=files[0], own=own)
 
 
@@ -150,7 +150,7 @@ def motions_swapped(desk: Desk, wrong: bool) -> Question:
             name = f"op/{where}/operation_{n:04}.csv"
             files.append(desk.write(name, desk.record(motion)))
     plain = desk.write("plain.csv", desk.record("closing"))
-    commands = [["infer", desk.folder / "op", "--json"], ["check", desk.folder / "op"]]
+    commands = [["infer", desk.folder / "op", "--json"], ["inspect", desk.folder / "op"]]
 
     def false(said):
         found = [r["motion"] for each in said for r in each.records]
