@@ -127,7 +127,6 @@ OWN = {
     "common/atomic_writes.py",  # what was just written
     # What a run wrote: stores, models and checkpoints with checksums, tables; `--model`.
     "cli/outputs.py",
-    "common/data_package.py",
     "common/zarr_store.py",
     "common/tensor_file.py",
     "drive/life/checkpoint.py",

@@ -531,7 +531,6 @@ def test_extras_are_tested():
         "stores",
         "workflow",
         "slurm",
-        "crate",
         "test",
     }
     tested = {extra for each in extras["test"] for extra in Requirement(each).extras}

@@ -111,7 +111,7 @@ def curves_of(motion):
 BREAKERS = list_breakers(OWN_CURVES) if OWN_CURVES else []
 IS_FLEET = len(BREAKERS) > 1 and config["endurance"]["breaker"] is None
 CHUNKS_OF_BREAKERS = breaker_chunks(BREAKERS, config["fleet"]["breakers_per_job"])
-FLEET = ["results/fleet.csv", "results/fleet.html", "figures/fleet.png", "results/datapackage.json"]
+FLEET = ["results/fleet.csv", "results/fleet.html", "figures/fleet.png"]
 # What jobs of the fleet take from the configuration.
 ON_FLEET = ("endurance", "fleet", "limits", "limits_by_type", "motions")
 ON_FLEET += ("planning", "seed", "speeds", "wear_model")

@@ -55,7 +55,6 @@ TAKEN = {
     "life": (235, 6, {"life": (140, 13)}),
     "decide": (97, 4, {"life": (23, 0)}),
     "first_page": (85, 2, {}),
-    "data_package": (90, 2, {}),
     "numbers": (115, 3, {"draws": (120, 0), "life": (60, 0)}),
     "fleet_chunk": (242, 5, {"breakers": (0, 150)}),
     "fleet": (200, 8, {"fleet": (50, 2)}),

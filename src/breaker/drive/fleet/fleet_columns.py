@@ -1,7 +1,5 @@
 """What the columns of the tables of a fleet are."""
 
-from breaker.quantities.parameters import PARAMETERS
-
 FLEET = {
     "breaker": "name of the breaker",
     "phase": "name of the phase",
@@ -30,24 +28,3 @@ FLEET = {
 }
 """First columns of ``fleet.csv``, one row for each phase of a breaker; behind them, of each
 parameter, the median and 90 % interval under the prior of the type."""
-
-TYPES = {
-    "type": "of the breakers",
-    "drives": "how many the prior is of",
-    "parameter": "name of the parameter",
-    "unit": "of the parameter",
-    "median": "of the prior of the type",
-    "log_sd": "standard deviation of the logarithm under that prior",
-    "spread": "from drive to drive, of the logarithm",
-}
-"""Columns of ``fleet/types.csv``, one row for each parameter of a type."""
-
-
-def parameters_of_type() -> dict[str, str]:
-    """Return what the columns of parameters of ``fleet.csv`` are, by name."""
-    found = {}
-    for each in PARAMETERS:
-        what = f"{each.meaning} under the prior of the type, {each.unit}"
-        found |= {each.name: f"{what}, median", f"{each.name}_5": f"{what}, quantile at 5 %"}
-        found[f"{each.name}_95"] = f"{what}, quantile at 95 %"
-    return found

@@ -51,7 +51,7 @@ def _documents(drives: xr.Dataset) -> list[DriveDocument]:
 
 
 def type_table(types: Mapping[str, tuple[np.ndarray, TypeOfBreaker]]) -> pd.DataFrame:
-    """Return the prior of each type, with the columns ``TYPES``: a row for each parameter."""
+    """Return the prior of each type: one row for each parameter."""
     return pd.DataFrame(
         {
             "type": name,

@@ -11,7 +11,6 @@ import xarray as xr
 
 from breaker.drive.life.calendar import days_per_operation, on_date
 from breaker.drive.life.limit_states import STATES, standing
-from breaker.quantities.parameters import NAMES
 from breaker.reading.files.operations_table import ABOUT, CONDITIONS, metadata_names
 
 DECISIONS = {
@@ -73,17 +72,6 @@ CHANGES = {
 }
 """First columns of ``changes.csv``; behind them, of each parameter, the change since new in percent
 at 5, 50 and 95 % and the probability of none, as known when the change was noticed."""
-
-
-def changes_of_parameters() -> dict[str, str]:
-    """Return what the columns of parameters of ``changes.csv`` are, by name."""
-    found = {}
-    for name in NAMES:
-        change = f"change of {name} since new, percent"
-        found |= {f"{name}_5": f"{change}, quantile at 5 %", name: f"{change}, median"}
-        found |= {f"{name}_95": f"{change}, quantile at 95 %"}
-        found[f"{name}_unchanged"] = f"probability that {name} has not changed"
-    return found
 
 
 _LEFT = ("operations_left_5", "operations_left", "operations_left_95")

@@ -11,61 +11,6 @@ from breaker.reading.files.operations_table import metadata_names
 
 _INTERVALS = {"interval_50": (0.25, 0.75), "interval_95": (0.025, 0.975)}
 
-OPERATIONS = {
-    "operation": "number of the operation",
-    "posterior": "whose it is: of the paper's network, or of the family",
-    "output": "parameter, or the time of the first motion",
-    "unit": "unit of its values",
-    "median": "of the posterior",
-    "interval_50_lower": "quantile at 25 %",
-    "interval_50_upper": "and at 75 %",
-    "interval_95_lower": "quantile at 2.5 %",
-    "interval_95_upper": "and at 97.5 %",
-    "p_value": "of the record among those of the prior, or of the family's drives",
-    "misfit": "whether it is below the least that is told",
-    "outside_prior": "whether the posterior lies beyond 4 sd of the prior",
-    "outside_support": "share of draws outside of the support of the prior",
-    "accepted": "whether the record could be used",
-    "reason": "why not",
-    "file": "of the record",
-    "remarks": "what is doubtful about it",
-    "missing": "samples of the model's grid that it lacks",
-    "masked": "samples that were left out",
-    "far_onset": "whether the first motion lies beyond 4 sd of its prior",
-    "family": "that answers; empty where none does",
-    "contact_time": "recorded touch or parting after the first motion, ms",
-    "contact_sd": "standard deviation of its error, ms",
-    "latch_time": "from the trigger to the first motion, ms",
-    "breaker": "name of the breaker",
-    "phase": "name of the phase",
-    "date": "of the operation, ISO 8601",
-    "temperature": "of the drive, °C",
-    "event": "what was done before the operation",
-}
-"""Columns of the table of operations, one row per operation, posterior and output; what no
-operation has is left out."""
-
-EXACTNESS = {
-    "motion": "closing or opening",
-    "judged_curves": "simulated curves by which the network is judged",
-    "faulty_curves": "of these, curves with weights that are no numbers",
-    "efficiency_median": "of the network's draws as importance samples",
-    "efficiency_10_percent": "the same, quantile at 10 %",
-    "efficiency_lowest": "and of the worst curve",
-    "pareto_k_below_0.7": "share of the curves whose weights have a tail that is not too heavy",
-    "gap_curves": "curves with a gap",
-    "gap_nats": "mean divergence of the network's posterior from the exact one, nats",
-    "gap_se": "standard error of that mean, nats",
-    "divergence_nats": "the same by the weights alone, nats",
-    "c2st_median": "accuracy of a classifier between draws of both: 0.5 cannot tell them apart",
-    "truth_log_density": "mean log density of the true values under the network",
-    "corrected_curves": "curves that were corrected to the exact posterior",
-    "resolved": "share of them whose exact posterior was reached",
-    "corrected_efficiency_median": "of the last round of the correction",
-    "rounds_mean": "rounds that it took",
-}
-"""Columns of what ``summary`` returns."""
-
 _OF_RESULT = ("p_value", "misfit", "outside_prior", "outside_support", "accepted", "reason")
 _OF_RECORD = ("file", "remarks", "missing", "masked", "far_onset", "family")
 _MEASURED = ("contact_time", "contact_sd", "latch_time")  # where any operation has them

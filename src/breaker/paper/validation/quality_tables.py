@@ -9,23 +9,6 @@ from breaker.paper.validation.calibration import coverage, judge_draws, judge_ra
 from breaker.paper.validation.diagnostics import scores
 from breaker.quantities.parameters import NAMES, ONSET
 
-QUALITY = {
-    "posterior": "whose: amortised, of the network, or corrected to the exact one",
-    "output": "parameter, or the time of the first motion",
-    "calibration_p": "p-value of uniform ranks of the true values",
-    "calibration_p_reader": "the same of records that went through files",
-    "calibrated": "whether the output is inside its band",
-    "calibrated_reader": "the same of records that went through files",
-    "z_mean": "mean error of the posterior mean, in posterior sd",
-    "z_sd": "standard deviation of that error",
-    "contraction": "1 - posterior variance over that of the prior, mean over curves",
-    "contraction_limit": "that of an exact posterior",
-    "shortfall": "by how much the contraction is below that",
-    "coverage_50": "share of 50 % intervals that hold the true value",
-    "coverage_95": "the same of 95 %",
-}
-"""Columns of the table of a validation, one row per posterior and output."""
-
 _FAMILY_LEVEL = 0.01
 _SAME = 1e-12  # variance of what does not vary
 
