@@ -13,14 +13,13 @@ def blocks() -> dict[str, str]:
     return dict(_BLOCK.findall(PAGE.read_text(encoding="utf-8")))
 
 
-def install(folder: Path, name: str, entries: dict[str, dict[str, str]], files: dict[str, str]):
-    """Put a distribution of entry points by group and name, and of files, into a folder."""
+def install(folder: Path, name: str, formats: dict[str, str], files: dict[str, str]) -> Path:
+    """Put a distribution of formats by name, and of files, into a folder."""
     about = folder / f"{name.replace('-', '_')}-1.0.dist-info"
     about.mkdir(parents=True)
-    set_version(about, name, "1.0")
-    lines = []
-    for group, points in entries.items():
-        lines += [f"[{group}]", *(f"{key} = {value}" for key, value in points.items())]
+    metadata = f"Metadata-Version: 2.1\nName: {name}\nVersion: 1.0\n"
+    (about / "METADATA").write_text(metadata)
+    lines = ["[breaker.formats]", *(f"{key} = {value}" for key, value in formats.items())]
     (about / "entry_points.txt").write_text("\n".join(lines) + "\n")
     for file, text in files.items():
         (folder / file).parent.mkdir(parents=True, exist_ok=True)
@@ -28,14 +27,8 @@ def install(folder: Path, name: str, entries: dict[str, dict[str, str]], files: 
     return folder
 
 
-def set_version(about: Path, name: str, version: str) -> None:
-    """Let a distribution, of which this is the folder of its metadata, be of a version."""
-    metadata = f"Metadata-Version: 2.1\nName: {name}\nVersion: {version}\n"
-    (about / "METADATA").write_text(metadata)
-
-
 def install_example(folder: Path) -> Path:
     """Put the distribution of the page into a folder."""
     files = blocks()
     project = tomllib.loads(files["pyproject.toml"])["project"]
-    return install(folder, project["name"], project["entry-points"], files)
+    return install(folder, project["name"], project["entry-points"]["breaker.formats"], files)

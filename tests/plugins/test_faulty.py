@@ -2,13 +2,9 @@
 
 import logging
 
-import numpy as np
 import pytest
 
-from breaker.common.plugins import FAMILIES, FORMATS, PluginError, plugins
-from breaker.drive.simulation.own_family import family_of
-from breaker.drive.training.family_bank import simulate_family
-from breaker.mechanism.limits import from_list
+from breaker.common.plugins import plugins
 from breaker.reading.files import formats
 from breaker.reading.files.format_plugins import plugin_formats
 from breaker.reading.files.format_settings import complete
@@ -28,10 +24,9 @@ GOOD = {
 def plugged(tmp_path, monkeypatch):
     """Installs a distribution of one module, for this test."""
 
-    def install_module(group, text, name="bad-plugin"):
+    def install_module(text, name="bad-plugin"):
         module = f"module_of_{name.replace('-', '_')}"
-        at = f"{module}:VALUE" if group == "breaker.limits" else module
-        install(tmp_path / name, name, {group: {"bad": at}}, {f"{module}.py": text})
+        install(tmp_path / name, name, {"bad": module}, {f"{module}.py": text})
         monkeypatch.syspath_prepend(tmp_path / name)
         monkeypatch.delitem(__import__("sys").modules, module, raising=False)
         plugins.cache_clear()
@@ -58,7 +53,7 @@ def module(**other):
     ],
 )
 def test_a_format_that_is_none_is_named_and_left_out(plugged, caplog, text, said):
-    plugged(FORMATS, text)
+    plugged(text)
     with caplog.at_level(logging.ERROR):
         assert plugin_formats({".csv", ".dat"}) == ()
     assert f"the format bad{NAMED} {said}" in caplog.text
@@ -69,7 +64,7 @@ def read_by(plugged, monkeypatch):
     """Puts a format behind those of the package."""
 
     def put(text):
-        plugged(FORMATS, text)
+        plugged(text)
         added = plugin_formats({".csv"})
         assert len(added) == 1
         monkeypatch.setattr(formats, "FORMATS", (*formats.FORMATS, *added))
@@ -134,78 +129,6 @@ def test_a_format_is_asked_for_no_other_file(read_by, tmp_path):
 
 def test_of_two_plugins_of_one_name_neither_is_used(plugged, caplog):
     for name in ("bad-plugin", "worse-plugin"):
-        plugged(FORMATS, module(), name)
+        plugged(module(), name)
     assert plugin_formats(()) == ()
     assert "worse-plugin 1.0 and the format bad of bad-plugin 1.0 have one name" in caplog.text
-
-
-@pytest.mark.parametrize(
-    ("value", "said"),
-    [
-        ("VALUE = 1", "are no list of limits, but int"),
-        ("VALUE = 'limits'", "are no list of limits, but str"),
-        ("VALUE = []", "are no list of limits, but list"),
-        ("VALUE = [1]", "cannot be used"),
-        ("VALUE = [{'name': 'a', 'motion': 'closing', 'uper': {'f': 1}}]", "unknown: uper"),
-        ("VALUE = [{'name': 'a', 'motion': 'closing', 'upper': {'g': 1}}]", "g is not a known"),
-        ("VALUE = 1 / 0", "cannot be loaded (ZeroDivisionError"),
-        ("", "cannot be loaded (AttributeError"),
-    ],
-)
-def test_limits_that_are_none_are_named(plugged, value, said):
-    plugged("breaker.limits", value)
-    own = {"name": "slow", "motion": "closing", "upper": {"touch_time": 10}}
-    assert len(from_list([own], ["closing"])) == 1
-    with pytest.raises(PluginError) as refused:
-        from_list([own, {"from": "bad"}], ["closing"])
-    assert str(refused.value).startswith(f"the limits bad{NAMED} ")
-    assert said in str(refused.value)
-
-
-CURVE = "def curve(parameters, beside, motion): "
-TIMES = "import numpy as np\nt = np.linspace(0.0, 50.0, 100)\n"
-
-
-@pytest.mark.parametrize(
-    ("text", "said"),
-    [
-        ("", "has no function curve"),
-        (CURVE + "return 1", "returns no curve of closing (TypeError"),
-        (CURVE + "raise RuntimeError('no')", "returns no curve of closing (RuntimeError: no)"),
-        (TIMES + CURVE + "return t + 1, t, 5.0", "its times do not rise from 0"),
-        (TIMES + CURVE + "return t[::-1], t, 5.0", "its times do not rise from 0"),
-        (TIMES + CURVE + "return t, t * np.nan, 5.0", "its travel is not finite"),
-        (TIMES + CURVE + "return t, t[:-1], 5.0", "8 or more of each"),
-        (CURVE + "pass\ndef beside(rng): return 1", "cannot draw what a drive has beside"),
-        (CURVE + "raise SystemExit(2)", "returns no curve of closing (SystemExit: 2)"),
-        (CURVE + "pass\nWEAR = {'coil': (0, 1)}", "has WEAR of coil, which beside lacks"),
-        (CURVE + "pass\nWEAR = {'coil': 1}", "has WEAR that is no range by name (TypeError"),
-        (CURVE + "pass\nWEAR = 1", "has WEAR that is no range by name (TypeError"),
-    ],
-)
-def test_simulators_that_are_none_are_named(plugged, defaults, prior, text, said):
-    plugged(FAMILIES, text)
-    settings = defaults["family"] | {"simulator": "bad"}
-    with pytest.raises(PluginError) as refused:
-        simulate_family(family_of(prior, settings), 2, np.random.default_rng(1))
-    assert str(refused.value).startswith(f"the simulator bad{NAMED} ")
-    assert said in str(refused.value)
-
-
-def test_drives_that_do_not_work_are_drawn_again(plugged, defaults, prior):
-    text = (
-        TIMES + "count = [0]\n" + CURVE + "\n"
-        "    count[0] += 1\n"
-        "    if count[0] % 5 == 0: raise FloatingPointError('stuck')\n"
-        "    way = 10.0 * (1.0 - np.exp(-(t / 10.0) ** 2))\n"
-        "    return t, way if motion == 'closing' else 10.0 - way, 9.0\n"
-    )
-    plugged(FAMILIES, text)
-    settings = defaults["family"] | {"simulator": "bad"}
-    bank = simulate_family(family_of(prior, settings), 8, np.random.default_rng(1))
-    assert bank.sizes["drive"] == 8
-    assert bank.attrs["drawn_again"] > 0
-    # 10 % of the way after 3.25 ms and 50 % after 8.33 ms, of which touch is 5.75 ms past the first
-    assert np.allclose(bank["duration"], 8.326 - 3.246, atol=2e-3)
-    assert np.allclose(bank["stroke"], 10.0, atol=1e-6)
-    assert np.allclose(bank["switching"], (9.0 - 3.246) / 5.08, atol=2e-3)

@@ -3,7 +3,6 @@
 import os
 
 from breaker.drive.family.training_origin import trained_on
-from breaker.mechanism.limits import spelt_out
 from breaker.quantities.size import Size
 from breaker.quantities.speeds import speeds_of, with_named
 from breaker.shipped import FAMILIES, KINDS, model_file
@@ -37,7 +36,6 @@ def ordered(value):
     return value
 
 
-config["limits"] = spelt_out(config["limits"])  # those of other distributions, as they are now
 for section in config:
     config[section] = ordered(config[section])
 

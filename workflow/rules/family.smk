@@ -4,7 +4,6 @@
 anew; `family` trains networks, and judges them on the same drives.
 """
 
-from breaker.common.plugins import FAMILIES as SIMULATORS, plugin_words
 from breaker.drive.family.training_origin import deciding
 from breaker.shipped import KINDS
 
@@ -14,8 +13,6 @@ FAMILY_SHARDS = expand(
 
 
 DRIVES = {key: value for key, value in config["family"].items() if key != "name"}
-# Of another distribution: drives are simulated anew by another version of it.
-SIMULATOR = plugin_words(SIMULATORS, config["family"]["simulator"])
 
 
 rule family_shard:
@@ -31,7 +28,6 @@ rule family_shard:
         seed=config["seed"],
         prior=config["prior"],
         family=DRIVES,
-        simulator=SIMULATOR,
         part=lambda wildcards: int(wildcards.shard),
         drives=shard_of_family,
     script:
@@ -48,7 +44,6 @@ use rule family_shard as family_held_out with:
         seed=config["seed"],
         prior=config["prior"],
         family=DRIVES,
-        simulator=SIMULATOR,
         part="held out",
         drives=config["family_networks"]["training"]["held_out_curves"],
 

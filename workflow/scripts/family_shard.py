@@ -2,7 +2,7 @@
 
 from breaker.common.randomness import generator
 from breaker.common.zarr_store import describe, save
-from breaker.drive.simulation.own_family import family_of
+from breaker.drive.simulation.drive_family import Family
 from breaker.drive.training.family_bank import simulate_family
 from breaker.mechanism.prior import Prior
 from breaker.workflow.jobs import start
@@ -11,7 +11,7 @@ log = start(snakemake)
 params = snakemake.params
 
 rng = generator(params.seed, "family", params.part)
-family = family_of(Prior.from_settings(params.prior), params.family)
+family = Family(Prior.from_settings(params.prior), params.family)
 bank = simulate_family(family, params.drives, rng)
 log.info(
     "%d drives; %d drawn again, of which a curve has no shape", bank.drive.size, bank.drawn_again

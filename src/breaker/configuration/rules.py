@@ -9,10 +9,9 @@ from functools import partial
 from math import isnan
 from typing import Any
 
-from breaker.common.plugins import FAMILIES, plugin_of
 from breaker.configuration.inspection_interval import interval_of
 from breaker.configuration.magnitudes import FOLDER, MAGNITUDES, is_fleet, listed, refused
-from breaker.mechanism.limits import entries_of_type, from_list, spelt_out
+from breaker.mechanism.limits import entries_of_type, from_list
 from breaker.quantities.catalogue import CURRENTS, check_fact, check_quantity
 from breaker.quantities.moving_mass import check_mass
 from breaker.quantities.parameters import MOTIONS, NAMES
@@ -110,11 +109,6 @@ def _dearer(failure: float, service: float) -> Iterator[str]:
         )
 
 
-def _simulator(name: str) -> Iterator[str]:
-    if name:
-        yield from refused("cannot be used: {}.", plugin_of, FAMILIES, name)
-
-
 _speeds = partial(refused, "cannot be used. {}.", speeds_of)
 
 
@@ -131,8 +125,6 @@ def _limits(
             limits += from_list([entry], MOTIONS, defined)
         except ValueError as error:
             wrong.append(str(error))
-    if not wrong:
-        entries = spelt_out(entries)
     names = [entry["name"] for entry in entries if "name" in entry]
     names += [limit.name for limit in limits if limit.pair]
     wrong += [
@@ -299,7 +291,6 @@ RULES: tuple[tuple[tuple[str, ...], Callable[..., Iterator[str]]], ...] = (
     ),
     (("solver.reference", "solver.candidates"), _solver),
     (("validation.second_seed", "validation.seed"), partial(_other_seed, "validation.seed")),
-    (("family.simulator",), _simulator),
     *(((f"family.{name}",), _range) for name in ("strength", "held_preload", "touch")),
     *(
         ((name,), _from_to)

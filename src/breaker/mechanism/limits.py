@@ -14,7 +14,6 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from breaker.common.lazy_numpy import np
-from breaker.common.plugins import LIMITS, plugin_of
 from breaker.mechanism.limit_sources import RECORD, SOURCES, Reader, Source, usual_source
 from breaker.quantities.catalogue import quantities
 from breaker.quantities.parameters import MOTIONS
@@ -25,7 +24,6 @@ if TYPE_CHECKING:
 
 _LEAST = 1e-12  # least error of a measured value, in its unit
 _BAND = ("quantity", "reference", "tolerance")
-_KEYS = {*_BAND, "name", "motion", "of", "since", "upper", "lower"}  # of an entry
 
 
 @dataclass(frozen=True)
@@ -200,7 +198,6 @@ def from_list(
 
     Raises:
         ValueError: If an entry cannot be a limit.
-        PluginError: If limits of another distribution cannot.
 
     Example:
         >>> entry = {"quantity": "stroke", "motion": "closing", "reference": 178}
@@ -209,45 +206,13 @@ def from_list(
         stroke high: measured stroke above 183.34 mm
         stroke low: measured stroke below 172.66 mm
     """
-    sides = (side for entry in spelt_out(entries) for side in _sides(entry, speeds))
+    sides = (side for entry in entries for side in _sides(entry, speeds))
     limits = (
         Limit.from_settings(side, speeds)
         for side in sides
         if side.get("motion") in (*motions, None)
     )
     return [limit for limit in limits if limit.of in of]
-
-
-def spelt_out(entries: Sequence[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
-    """Return entries of ``limits`` with those of another distribution in the place of its name.
-
-    An entry ``{"from": NAME}`` stands for the entries that the entry point ``breaker.limits`` of
-    this name has: a list as in the configuration.
-
-    Raises:
-        PluginError: If nothing that is installed has the name, or it has no such list; it names the
-            distribution.
-    """
-    return [each for entry in entries for each in (_added(entry) if "from" in entry else [entry])]
-
-
-def _added(entry: Mapping[str, Any]) -> Sequence[Mapping[str, Any]]:
-    """The entries of another distribution, each of which can be a limit by itself."""
-    plugin = plugin_of(LIMITS, entry["from"])
-    if len(entry) > 1:
-        raise plugin.failed("are taken as they are: leave only `from` in the entry")
-    found = plugin.load()
-    if isinstance(found, str) or not isinstance(found, Sequence) or not found:
-        raise plugin.failed(f"are no list of limits, but {type(found).__name__}")
-    for each in found:
-        try:
-            if unknown := each.keys() - _KEYS:
-                raise ValueError(f"unknown: {', '.join(sorted(map(str, unknown)))}")
-            for side in _sides(each, SPEEDS):
-                Limit.from_settings(side)
-        except Exception as error:
-            raise plugin.failed("cannot be used", error) from error
-    return found
 
 
 def entries_of_type(

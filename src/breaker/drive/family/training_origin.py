@@ -9,7 +9,7 @@ from typing import Any
 from breaker.common.tensor_file import settings_of
 
 _SIZES = {"drives", "shards"}  # of a bank, not of its drives
-_EARLIER = {"simulator": ""}  # of networks that were trained before this was a setting
+_FORMER = "simulator"  # a setting of earlier networks, always empty
 
 
 def trained_on(path: str | Path, prior: Mapping, family: Mapping) -> bool:
@@ -32,7 +32,7 @@ def trained_on(path: str | Path, prior: Mapping, family: Mapping) -> bool:
 
 def drives_of(settings: Mapping) -> dict:
     """Return the section ``family`` that a network was trained on, by its settings."""
-    return _EARLIER | settings["drives"]
+    return {name: each for name, each in settings["drives"].items() if name != _FORMER}
 
 
 def deciding(networks: Mapping[str, Any]) -> dict[str, Any]:

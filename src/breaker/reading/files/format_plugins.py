@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from breaker.common.lazy_numpy import np
-from breaker.common.plugins import FAULTS, FORMATS, Plugin, PluginError, plugins
+from breaker.common.plugins import FAULTS, Plugin, PluginError, plugins
 from breaker.reading.files.guards import Opened, RejectedCurveError
 from breaker.reading.files.sample_table import Columns, Labelled, Tables
 
@@ -92,7 +92,7 @@ def plugin_formats(taken: Collection[str]) -> tuple[PluginFormat, ...]:
     """
     found: list[PluginFormat] = []
     taken = set(taken)
-    for plugin in plugins(FORMATS).values():
+    for plugin in plugins().values():
         try:
             format_ = _format_of(plugin, taken)
         except PluginError as error:
