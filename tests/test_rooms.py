@@ -44,7 +44,7 @@ WINGS = {
         *("common", "shipped", "quantities", "documents"),
         *("mechanism", "configuration", "reading"),
     },
-    "paper": {"common", "quantities", "mechanism", "reading", "networks"},
+    "paper": {"common", "quantities", "mechanism", "networks"},
 }
 MAY_TOO = {"drive.training": {"networks", "paper"}}
 # Parameters that are sections of the configuration, or a file of it.
@@ -353,6 +353,10 @@ CHECKS = {
     "a family in the paper": (
         across,
         {"paper/validation/a.py": "from breaker.drive.family.membership import Match"},
+    ),
+    "the reader in the paper": (
+        across,
+        {"paper/model/a.py": "from breaker.reading.files.lexicon import UNITS"},
     ),
     "a wing as a whole": (across, {"reading/inspection/a.py": "from breaker import mechanism"}),
     "a hidden name": (hidden, {"drive/life/a.py": "from breaker.mechanism.curves import _travel"}),

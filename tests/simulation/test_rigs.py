@@ -11,11 +11,11 @@ from breaker.drive.simulation.rig_truth import truth_of
 from breaker.mechanism.curves import travel
 from breaker.mechanism.limits import Limit, from_list
 from breaker.paper.model.joint_model import Model
+from breaker.paper.posterior.amortised import main_motion
 from breaker.quantities.parameters import MOTIONS, NAMES
 from breaker.quantities.speeds import EVENTS
 from breaker.reading.files.folder_listing import list_operations
 from breaker.reading.records.curve_reader import read_curves
-from breaker.reading.records.landmarks import main_motion
 from breaker.reading.records.model_grid import Grid
 from studies.measuring import own_quantities
 from studies.peers.mode import mode

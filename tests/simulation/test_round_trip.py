@@ -7,9 +7,8 @@ import pytest
 from scipy.stats import chi2
 
 from breaker.common.randomness import generator
+from breaker.drive.simulation.round_trip import through_files
 from breaker.mechanism.curves import travel
-from breaker.paper.model.joint_model import Model
-from breaker.paper.validation.round_trip import through_files
 from breaker.quantities.parameters import MOTIONS, NAMES
 from breaker.reading.files.format_settings import FORMAT
 from breaker.reading.instruments.dialects import DIALECTS
@@ -23,7 +22,7 @@ FALSE_ALARM = 1e-3
 @pytest.fixture(scope="module", params=MOTIONS)
 def through(request, prior, sensor):
     rng = generator(4, "test through files", request.param)
-    through = through_files(Model(prior, sensor, request.param), CURVES, rng)
+    through = through_files(prior, sensor, request.param, CURVES, rng)
     return request.param, through.measured, through.truth
 
 
@@ -71,9 +70,10 @@ def test_the_onset_is_small_against_its_prior(through, sensor):
 
 
 def test_dialects_take_turns_and_the_same_generator_gives_the_same_bytes(prior, sensor):
-    model, some = Model(prior, sensor, "opening"), [DIALECTS["tab"], DIALECTS["degrees"]]
+    some = [DIALECTS["tab"], DIALECTS["degrees"]]
     first, again, one = (
-        through_files(model, 5, generator(8, "test turns"), each) for each in (some, some, some[:1])
+        through_files(prior, sensor, "opening", 5, generator(8, "test turns"), each)
+        for each in (some, some, some[:1])
     )
     assert first.dialect.tolist() == [0, 1, 0, 1, 0]
     assert [each.tobytes() for each in again[:3]] == [each.tobytes() for each in first[:3]]
@@ -84,16 +84,16 @@ def test_dialects_take_turns_and_the_same_generator_gives_the_same_bytes(prior, 
 # part of their noise; slower ones leave times of the grid without a sample.
 @pytest.mark.parametrize("rate", [2.5, 5.0, 25.0, 100.0])
 def test_other_rates(prior, sensor, rate):
-    model, rng = Model(prior, sensor, "opening"), generator(8, "test rates", int(10 * rate))
+    rng = generator(8, "test rates", int(10 * rate))
     wide = DIALECTS["wide"]
     other = replace(wide, rate=rate, settings={**wide.settings, "rate": rate})
-    measured, truth, *_ = through_files(model, 20, rng, [other])
+    measured, truth, *_ = through_files(prior, sensor, "opening", 20, rng, [other])
     assert tail(sensor, "opening", measured, truth).min() > FALSE_ALARM / (2 * 20)
 
 
 def test_rejected_records_are_counted_by_reason(prior, sensor):
     far = replace(sensor, zero_sd=3.0)  # a zero beyond what the reader takes for an open breaker
-    found = through_files(Model(prior, far, "closing"), 24, generator(8, "test far"))
+    found = through_files(prior, far, "closing", 24, generator(8, "test far"))
     assert 0 < len(found.measured) == len(found.truth) == found.dialect.size < 24
     assert sum(found.rejected.values()) == 24 - found.dialect.size
     (first, *_), counts = zip(*found.rejected.items(), strict=True)
@@ -102,4 +102,4 @@ def test_rejected_records_are_counted_by_reason(prior, sensor):
     assert tail(far, "closing", found.measured, found.truth).min() > FALSE_ALARM / (2 * 24)
     farther = replace(sensor, zero_sd=1e4)
     with pytest.raises(RuntimeError, match=r"all 4 curves of the model are rejected: .*near #"):
-        through_files(Model(prior, farther, "closing"), 4, generator(8, "test farther"))
+        through_files(prior, farther, "closing", 4, generator(8, "test farther"))

@@ -6,9 +6,9 @@ import numpy as np
 
 from breaker.common.randomness import generator
 from breaker.common.zarr_store import describe, save
+from breaker.drive.simulation.round_trip import through_files
 from breaker.paper.posterior.amortised import sample_records
 from breaker.paper.posterior.estimator import Posterior
-from breaker.paper.validation.round_trip import through_files
 from breaker.reading.instruments.dialects import DIALECTS
 from breaker.workflow.jobs import start
 
@@ -17,7 +17,8 @@ params, motion, seed = snakemake.params, snakemake.wildcards.motion, int(snakema
 
 posterior = Posterior.load(snakemake.input.model)
 rng = generator(seed, "records through files", motion)
-through = through_files(posterior.model, params.curves, rng)
+model = posterior.model
+through = through_files(model.prior, model.sensor, motion, params.curves, rng)
 read, rejected = len(through.truth), sum(through.rejected.values())
 log.info("%d of %d curves of the prior rejected", rejected, read + rejected)
 for reason, count in through.rejected.items():

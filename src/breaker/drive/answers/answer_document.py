@@ -19,10 +19,10 @@ from breaker.drive.answers.zone_words import zone_of
 from breaker.drive.family.mechanisms import MECHANISMS
 from breaker.quantities.catalogue import ANSWERED, CURRENTS, quantities_of
 from breaker.quantities.moving_mass import MASS_QUANTITIES, with_mass
+from breaker.quantities.operation_metadata import ABOUT
 from breaker.quantities.parameters import MOTIONS, PARAMETERS
 from breaker.quantities.speeds import EVENTS
 from breaker.reading.files.guards import printable
-from breaker.reading.files.operations_table import ABOUT
 from breaker.reading.files.safe_text import table_text
 from breaker.reading.records.measurements import Reading
 

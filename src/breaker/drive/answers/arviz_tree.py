@@ -9,9 +9,9 @@ from breaker import __version__
 from breaker.common.randomness import generator
 from breaker.drive.answers.evidence import Answer, Given
 from breaker.quantities.catalogue import AFTER_RELEASE
+from breaker.quantities.operation_metadata import ABOUT
 from breaker.quantities.parameters import PARAMETERS
 from breaker.reading.files.guards import printable
-from breaker.reading.files.operations_table import ABOUT
 from breaker.reading.records.normalised_shape import SHAPE_TIMES
 
 

@@ -11,7 +11,7 @@ import xarray as xr
 
 from breaker.drive.life.calendar import days_per_operation, on_date
 from breaker.drive.life.limit_states import STATES, standing
-from breaker.reading.files.operations_table import ABOUT, CONDITIONS, metadata_names
+from breaker.quantities.operation_metadata import ABOUT, CONDITIONS, metadata_names
 
 DECISIONS = {
     "breaker": "name of the breaker",
@@ -81,7 +81,7 @@ def operation_metadata(curves: Mapping[str, xr.Dataset], operations: np.ndarray)
     """Return what is known of each operation beside its records, and motions without one.
 
     Args:
-        curves: Records of each motion, with ``accepted`` and what ``operations_table.ABOUT`` names.
+        curves: Records of each motion, with ``accepted`` and what ``ABOUT`` names.
         operations: Numbers, ``(o,)``.
 
     Returns:

@@ -12,8 +12,8 @@ from breaker.mechanism.curves import travel
 from breaker.quantities.catalogue import quantities_of
 from breaker.quantities.parameters import NAMES
 from breaker.quantities.speeds import SPEEDS, Speed
-from breaker.reading.records.contact_edges import Contact
 from breaker.reading.records.measurements import measure_curve
+from breaker.reading.records.motion import Contact
 
 _STAGES = 41  # of a life, at which quantities are measured; what wears is smooth in between
 

@@ -15,12 +15,12 @@ from breaker.paper.model.joint_model import Model
 from breaker.paper.model.simulation_bank import simulate
 from breaker.paper.posterior.posterior_tables import intervals, share_inside
 from breaker.quantities.parameters import NAMES
-from breaker.reading.records.landmarks import main_motion
 
 if TYPE_CHECKING:  # predictions need a model alone: torch is not loaded for them
     from breaker.paper.posterior.estimator import Posterior
 
 _FAR_ONSET = 4.0  # prior sd
+_SHARE = {"closing": 0.75, "opening": 0.85}  # of the way between the rest positions
 
 
 def _noise(posterior: "Posterior", seed: int, purpose: str, keys: np.ndarray, draws: int):
@@ -247,3 +247,23 @@ def predict_stages(model: Model, inferred: xr.Dataset, *, stages: int, seed: int
         )
         .assign_coords(operation=("stage", part.operation.values))
     )
+
+
+def main_motion(travel: np.ndarray, times: np.ndarray, motion: str) -> np.ndarray:
+    """Return which samples of a curve belong to the main motion, ``(t,)`` of bool.
+
+    The model describes this part of a record (paper, Sec. 7), not the rest of the stroke, where
+    stops and dampers act. It lasts from time 0 to where the drive has done its share of the way
+    between its rest positions: about up to the touch when closing, up to the stop when opening.
+
+    Args:
+        travel: A curve with little noise, ``(t,)``, mm.
+        times: Times, ``(t,)``, ms, 0 at the first motion.
+        motion: "closing" or "opening".
+    """
+    # Rests are means: before time 0, and over the last twelfth.
+    before, after = max(1, np.searchsorted(times, 0.0)), max(1, times.size // 12)
+    start, end = travel[:before].mean(), travel[-after:].mean()
+    done = (travel - start) / (end - start) >= _SHARE[motion]
+    last = int(done.argmax()) if done.any() else len(travel)
+    return (times >= 0) & (np.arange(len(travel)) < last)

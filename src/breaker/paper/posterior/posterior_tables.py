@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from breaker.reading.files.operations_table import metadata_names
+from breaker.quantities.operation_metadata import metadata_names
 
 _INTERVALS = {"interval_50": (0.25, 0.75), "interval_95": (0.025, 0.975)}
 

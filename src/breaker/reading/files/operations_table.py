@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from datetime import datetime
 from io import StringIO
 from pathlib import Path, PurePosixPath, PureWindowsPath
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from breaker.common.numerals import in_digits
 from breaker.quantities.parameters import MOTIONS
@@ -22,17 +22,8 @@ from breaker.reading.files.format_settings import FORMAT, TO_MM, TO_MS
 from breaker.reading.files.guards import RejectedCurveError, printable, read_bytes
 from breaker.reading.files.safe_text import as_meant
 
-if TYPE_CHECKING:  # xarray takes longer to load than all of this
-    import xarray as xr
-
 MANIFEST = "operations.csv"
 """Name of the table, in the folder of the curve files."""
-
-CONDITIONS = ("temperature", "voltage")
-"""What an operation depends on beside the drive: columns of the table."""
-
-ABOUT = ("breaker", "phase", "date", *CONDITIONS, "event")
-"""What is known of an operation and kept through to all results; empty where it is not."""
 
 _REQUIRED = ("file", "motion", "operation")
 SWITCHING = {"closing": "touch_time", "opening": "part_time"}
@@ -100,15 +91,6 @@ class Operation:
     switching: float = math.nan
     trigger: float = math.nan
     settings: Mapping[str, Any] = field(default_factory=dict, hash=False)
-
-
-def metadata_names(data: "xr.Dataset") -> list[str]:
-    """Return which of ``ABOUT`` a dataset of operations has a value of, for any operation."""
-    return [
-        name
-        for name in ABOUT
-        if name in data and any(value == value and value != "" for value in data[name].values)
-    ]
 
 
 def read_manifest(

@@ -8,6 +8,7 @@ from collections import Counter, defaultdict
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
+from breaker.quantities.operation_metadata import ABOUT
 from breaker.quantities.parameters import MOTIONS
 from breaker.reading.files.file_facts import (
     Description,
@@ -23,7 +24,7 @@ from breaker.reading.files.file_identity import days_of, with_breakers, with_cou
 from breaker.reading.files.folder_listing import odd_signs, record_files
 from breaker.reading.files.format_settings import FORMAT
 from breaker.reading.files.guards import is_store, no_file, printable
-from breaker.reading.files.operations_table import ABOUT, FILL_IN
+from breaker.reading.files.operations_table import FILL_IN
 from breaker.reading.files.safe_text import table_text
 from breaker.reading.files.word_meanings import motions_in
 

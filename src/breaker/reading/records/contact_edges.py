@@ -7,14 +7,13 @@ the first touch that counts.
 """
 
 from collections.abc import Mapping
-from typing import NamedTuple
 
 import numpy as np
 
 from breaker.reading.files.operations_table import SWITCHING, Operation
 from breaker.reading.files.word_meanings import label_of
 from breaker.reading.records.curve_fits import running_median
-from breaker.reading.records.motion import LocatedMotion
+from breaker.reading.records.motion import Contact, LocatedMotion
 from breaker.reading.records.rejections import UnusableError
 
 _EARLY = 1.0  # ms, by which the first motion may be read late
@@ -29,26 +28,6 @@ _RISES = 0.1, 0.25  # of a trigger: below which it rests, and up to which its ri
 _HIDDEN, _WINDOW = 0.02, 4.0  # share of a rise that is rest; rises, of the window that is fitted
 _UNSEEN = 1.0  # ms, sd of a trigger that came with the first sample
 _SLOWEST = 100.0  # ms, from trigger to the first motion: no breaker takes longer
-
-
-class Contact(NamedTuple):
-    """When the contact touched or parted, and what started the motion.
-
-    Attributes:
-        time: Of the contact in the record, ms; nan if unknown.
-        sd: Standard deviation of its error, ms.
-        trigger: When the coil was energised, ms; nan if unknown.
-        settles: When the contact changes its state for the last time, ms; nan if unknown.
-        trigger_sd: Standard deviation of the trigger's error, ms.
-        main: When the main contact did where ``time`` is that of the arcing contact, ms; else nan.
-    """
-
-    time: float = np.nan
-    sd: float = np.nan
-    trigger: float = np.nan
-    settles: float = np.nan
-    trigger_sd: float = 0.0
-    main: float = np.nan
 
 
 def events_of(

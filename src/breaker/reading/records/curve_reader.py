@@ -40,9 +40,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from breaker.quantities.catalogue import quantities_of
+from breaker.quantities.operation_metadata import ABOUT
 from breaker.quantities.speeds import SPEEDS, Speed
 from breaker.reading.files.guards import Files, RejectedCurveError, printable
-from breaker.reading.files.operations_table import ABOUT, Operation
+from breaker.reading.files.operations_table import Operation
 from breaker.reading.records.measurements import Measured
 from breaker.reading.records.model_grid import (
     Grid,

@@ -1,14 +1,11 @@
-"""Landmarks of a record: its first motion and its main motion.
+"""The first motion of a record.
 
-First motion: from rest, travel begins as ``A tau^p``, ``tau`` the time since the first motion. An
+From rest, travel begins as ``A tau^p``, ``tau`` the time since the first motion. An
 even force makes ``p`` 2, friction somewhat less, a force that builds up more. That is fitted to the
 rest and the first rise, for many starts and a few ``p``; the time is the mean of the starts, each
 weighted by how likely it is. A threshold alone would be late by milliseconds, and later for a weak
 drive. Each length is a share of the record's own stroke, noise or time of rise, so that neither
 unit nor stroke, speed or rate matters. Samples far from the running median count as missing.
-
-Main motion: the part of a record that the model describes (paper, Sec. 7). The model does not
-describe the rest of the stroke, where stops and dampers act.
 """
 
 import numpy as np
@@ -36,7 +33,6 @@ _FLAT = 1e-3  # of the way, least noise: a counter has none at rest
 _FEWEST = 8  # samples of the fit
 _VAGUE = 0.25  # of the time of that rise, largest uncertainty of its start
 _MOVES = 12.0  # sd of the noise, least way of a motion
-_SHARE = {"closing": 0.75, "opening": 0.85}  # of the way between the rest positions
 _BEFORE = 0.1  # of the time of that rise, least rest before it
 _GAP = 0.3  # of that time, longest gap in it
 
@@ -153,22 +149,3 @@ def _likelihood(
     log = explained / (2.0 * noise**2)
     log -= 2.0 * np.log1p(((_POWERS[:, None] - _USUAL) / _SPREAD) ** 2 / 3.0)
     return np.exp(log - log.max()).sum(axis=0)
-
-
-def main_motion(travel: np.ndarray, times: np.ndarray, motion: str) -> np.ndarray:
-    """Say which samples of a curve belong to the main motion, ``(t,)`` of bool.
-
-    From time 0 to where the drive has done its share of the way between its rest positions: about
-    up to the touch when closing, up to the stop when opening.
-
-    Args:
-        travel: A curve with little noise, ``(t,)``, mm.
-        times: Times, ``(t,)``, ms, 0 at the first motion.
-        motion: "closing" or "opening".
-    """
-    # Rests are means: before time 0, and over the last twelfth.
-    before, after = max(1, np.searchsorted(times, 0.0)), max(1, times.size // 12)
-    start, end = travel[:before].mean(), travel[-after:].mean()
-    done = (travel - start) / (end - start) >= _SHARE[motion]
-    last = int(done.argmax()) if done.any() else len(travel)
-    return (times >= 0) & (np.arange(len(travel)) < last)

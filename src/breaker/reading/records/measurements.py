@@ -21,12 +21,11 @@ import numpy as np
 from breaker.common.numerals import in_digits
 from breaker.quantities.catalogue import CURRENTS, quantities_of
 from breaker.quantities.speeds import SPEEDS, Point, Speed
-from breaker.reading.records.contact_edges import Contact
 from breaker.reading.records.currents import Currents
 from breaker.reading.records.error_propagation import Trace, Uncertain
 from breaker.reading.records.faulty_samples import doubtful_samples, hidden_slip, leap_at
 from breaker.reading.records.landmarks import first_motion
-from breaker.reading.records.motion import LocatedMotion, Segment, find_segment
+from breaker.reading.records.motion import Contact, LocatedMotion, Segment, find_segment
 from breaker.reading.records.record_axes import seen_quantum
 from breaker.reading.records.rejections import NotShownError, UnusableError
 

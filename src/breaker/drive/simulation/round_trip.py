@@ -14,7 +14,8 @@ from typing import NamedTuple
 import numpy as np
 
 from breaker.mechanism.curves import travel
-from breaker.paper.model.joint_model import Model
+from breaker.mechanism.prior import Prior
+from breaker.mechanism.sensor import Sensor
 from breaker.reading.files.operations_table import Operation
 from breaker.reading.instruments.dialects import DIALECTS, Dialect
 from breaker.reading.records.curve_reader import read_curves
@@ -44,7 +45,9 @@ class Through(NamedTuple):
 
 
 def through_files(
-    model: Model,
+    prior: Prior,
+    sensor: Sensor,
+    motion: str,
     n: int,
     rng: np.random.Generator,
     dialects: Sequence[Dialect] = tuple(DIALECTS.values()),
@@ -59,26 +62,22 @@ def through_files(
         RuntimeError: If the reader rejects all of them.
 
     Example:
-        >>> from breaker.mechanism.prior import Prior
-        >>> from breaker.mechanism.sensor import Sensor
         >>> prior = Prior([2.0, 0.045, 0.040, 0.30, 0.12, 0.75, 10.0], [0.1] * 7)
         >>> sensor = Sensor(-2.0, 58.0, 151, noise_sd=0.1, onset_sd=0.3, zero_sd=0.1)
-        >>> model = Model(prior, sensor, "closing")
-        >>> through = through_files(model, 3, np.random.default_rng(1))
+        >>> through = through_files(prior, sensor, "closing", 3, np.random.default_rng(1))
         >>> through.measured.shape, through.truth.shape, through.dialect
         ((3, 151), (3, 8), array([0, 1, 2]))
         >>> through.rejected
         {}
     """
-    sensor = model.sensor
-    theta = model.prior.sample(n, rng)
+    theta = prior.sample(n, rng)
     moves = _MARGIN - sensor.start + _SPREAD * (rng.random(n) - 0.5)
     which = np.arange(n) % len(dialects)
     measured, first = np.empty((n, sensor.samples)), np.empty(n)
     reason = np.full(n, "", dtype=object)
     for i in range(min(n, len(dialects))):
         mine = which == i
-        through = _through(model, theta[mine], moves[mine], rng, dialects[i])
+        through = _through(sensor, motion, theta[mine], moves[mine], rng, dialects[i])
         measured[mine], first[mine], reason[mine] = through
     truth = np.column_stack([theta, moves - first]) if sensor.infers_onset else theta
     read, rejected = reason == "", dict(Counter(reason[reason != ""]).most_common())
@@ -88,12 +87,16 @@ def through_files(
 
 
 def _through(
-    model: Model, theta: np.ndarray, moves: np.ndarray, rng: np.random.Generator, dialect: Dialect
+    sensor: Sensor,
+    motion: str,
+    theta: np.ndarray,
+    moves: np.ndarray,
+    rng: np.random.Generator,
+    dialect: Dialect,
 ) -> tuple[np.ndarray, np.ndarray, list[str]]:
     """Records through files of one dialect, ``(m, t)``, mm, their first motions, ``(m,)``, and why
     any are rejected.
     """
-    sensor, motion = model.sensor, model.motion
     length = sensor.stop - sensor.start + 2 * _MARGIN
     time = np.arange(round(length * dialect.rate)) / dialect.rate
     records = sensor.corrupt(travel(theta, time, motion, onset=moves).travel, rng)
