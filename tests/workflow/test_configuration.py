@@ -7,6 +7,7 @@ import pytest
 import yaml
 
 from breaker.configuration import schema
+from breaker.configuration.__main__ import main
 from breaker.configuration.loading import (
     ConfigurationError,
     check,
@@ -355,8 +356,6 @@ planning: {inspection: 0 years}
     planning.inspection is "0 years", which is no interval of inspection
 planning: {inspection: 2}
     planning.inspection is 2, but must be a text
-wear_model: {future: {margin: 0.8}}
-    wear_model.future.margin is no key any more: a service is planned by what it costs.
 rigs: {elements: {closing_stop: {reach: [2.0, 1.0]}}}
     rigs.elements closing_stop: reach is [2.0, 1.0], but the first must not exceed the second
 family: {more: {drag: [0.2, 0.1]}}
@@ -414,8 +413,6 @@ known: {touch: [9.5, 0.1], L: [10.0, 0]}
     has L: [10.0, 0], which has the standard deviation 0, but must have one above 0
 known: {mu: [2.4, 0.1]}
     known has mu, but no step of the workflow takes facts. Leave it empty, and give them to
-endurance: {posterior: corrected}
-    endurance.posterior is no key any more: of measured operations, figures and tables show the
 endurance: {curves: nowhere}
     endurance.curves cannot be used: nowhere/closing/ has no file of a record (.csv
     nowhere/opening/ has no file of a record
@@ -491,12 +488,9 @@ def test_message_names_the_file_that_holds_the_value(complaint):
     assert "overlay_1.yaml, line 1: seed is -5" in message
 
 
-def test_a_value_of_no_file_comes_from_the_command_line():
-    config = merge(read(DEFAULTS), {"seed": -3})
-    with pytest.raises(ConfigurationError, match="command line: seed is -3"):
-        check(config, files=[DEFAULTS])
+def test_without_files_a_message_has_the_key_alone():
     with pytest.raises(ConfigurationError, match="\n  seed is -3"):
-        check(config)
+        check(merge(read(DEFAULTS), {"seed": -3}))
 
 
 def test_a_key_that_stands_twice_is_noticed(complaint):
@@ -583,13 +577,23 @@ def test_files_that_cannot_be_read_are_named(tmp_path):
             load([DEFAULTS, path])
 
 
-def test_snakemake_shows_the_message_and_no_traceback(tmp_path):
+def test_snakemake_shows_key_value_and_remedy_and_no_traceback(tmp_path):
     overlay = tmp_path / "mine.yaml"
     overlay.write_text("sensor: {noise_sd: -0.1}\nendurance: {curves: 2024-11-20}\n")
     given = ["--configfile", overlay, "--config", "sensor={noise: 0.1}", "seed=one"]
     output = snakemake("--dry-run", *given, "--", "all", fails=True)
-    assert "command line: sensor.noise is not a known key. Did you mean sensor.noise_sd" in output
-    assert 'command line: seed is "one"' in output
-    assert "mine.yaml, line 1: sensor.noise_sd is -0.1, but must be a number, at" in output
-    assert 'mine.yaml, line 2: endurance.curves is "2024-11-20", but must be a text' in output
+    assert "sensor.noise is not a known key. Did you mean sensor.noise_sd" in output
+    assert 'seed is "one"' in output
+    assert "sensor.noise_sd is -0.1, but must be a number, at" in output
+    assert 'endurance.curves is "2024-11-20", but must be a text' in output
+    assert "python -m breaker.configuration" in output
     assert "Traceback" not in output
+
+
+def test_files_are_checked_by_a_command(tmp_path, capsys):
+    overlay = tmp_path / "mine.yaml"
+    overlay.write_text("seed: 2\nsensor: {noise_sd: -0.1}\n")
+    assert main(str(ROOT / "config/test.yaml"), str(overlay)) == 1
+    assert f"{overlay}, line 2: sensor.noise_sd is -0.1" in capsys.readouterr().err
+    assert main(str(ROOT / "config/test.yaml")) == 0
+    assert main() == 2

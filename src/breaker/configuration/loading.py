@@ -19,21 +19,9 @@ from breaker.configuration.yaml_sources import (
     parse,
     place,
     repeated,
-    short,
 )
 
 _SHOWN = 20  # problems that a message lists
-
-_FORMER = {  # keys that are gone, and the remedy
-    ("endurance", "posterior"): (
-        "is no key any more: of measured operations, figures and tables show the posterior of the "
-        "paper's networks and that of the family. Leave it out."
-    ),
-    ("wear_model", "future", "margin"): (
-        "is no key any more: a service is planned by what it costs. Leave it out, and set "
-        "planning.service_cost, planning.failure_cost and planning.inspection."
-    ),
-}
 
 
 def load(paths: Sequence[str | Path], *, curves: bool = True) -> dict[str, Any]:
@@ -112,8 +100,9 @@ def check(
 
     Args:
         config: The merged configuration.
-        files: Files it came from, the last overlay first. A message names the first one with the
-            value in question. A key that stands twice in a file is a problem too: YAML drops one.
+        files: Files it came from, if known, the last overlay first. A message names the first one
+            with the value in question, and the line. A key that stands twice in a file is a
+            problem too: YAML drops one.
         curves: Whether to look at the folder ``endurance.curves``, and what must fit it.
 
     Raises:
@@ -125,10 +114,10 @@ def check(
     from breaker.reading.files.folder_listing import list_once
 
     list_once.cache_clear()
-    sources: Sources = {short(path): parse(path) for path in files}
+    sources: Sources = {Path(path): parse(path) for path in files}
     lines, wrong = [], []
     for key, text in problems(config, configuration_schema()):
-        lines.append(f"{place(config, [key], sources)}{dotted(key)} {_FORMER.get(key, text)}")
+        lines.append(f"{place(config, [key], sources)}{dotted(key)} {text}")
         wrong.append(key)
     for names, complaint in RULES:
         if not curves and "endurance.curves" in names:

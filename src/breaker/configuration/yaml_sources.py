@@ -1,15 +1,12 @@
 """The YAML files of a configuration: read with care, and searched for where a value stands.
 
-A file is refused with a reason before anything is made of it: if it is no file of text, if its
-aliases or its depth would make it endless, or if it is a template. Snakemake runs the Python code
-in a template (https://yte-template-engine.github.io) when it reads the file, so ``refuse`` looks at
-the files of a command before Snakemake does: ``profiles/default/config.yaml`` calls it.
+A file is refused with a reason before anything is made of it: if it is no file of text, or if its
+aliases or its depth would make it endless.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
 from copy import deepcopy
 from functools import lru_cache, reduce
-from itertools import takewhile
 from operator import getitem
 from pathlib import Path
 from typing import Any
@@ -22,12 +19,6 @@ _Loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)  # the same in C, where 
 _LARGEST = 2**20  # bytes: fifty times as many as config/config.yaml has
 _DEEPEST = 20  # sections in sections; the defaults need six
 _MOST = 20_000  # entries, those of an alias wherever it stands: ten times those of the defaults
-_OWN_PROFILE = Path("profiles/default/config.yaml")
-_ORDER = (
-    "\n--configfile takes all names that follow it. Put what is to be made before it: "
-    "snakemake -c2 all --configfile config/my.yaml"
-)
-_ONCE = ({"--config", "-C"}, {"--configfile", "--configfiles"})  # of a second, one would be lost
 _STARTS = (yaml.MappingStartEvent, yaml.SequenceStartEvent)
 _ENDS = (yaml.MappingEndEvent, yaml.SequenceEndEvent)
 
@@ -39,49 +30,13 @@ class ConfigurationError(ValueError):
     """What is wrong with a configuration; the text has one line for each problem."""
 
 
-def refuse(command: Sequence[str]) -> None:
-    """End a command of Snakemake if one of its configuration files or profiles cannot be used.
-
-    Snakemake's own parser finds them, however options are abbreviated, in variables of the
-    environment and in profiles too. It reads the workflow's profile, which calls this, before the
-    others.
-
-    Args:
-        command: The words after ``snakemake``.
-
-    Raises:
-        SystemExit: With the reason.
-    """
-    # Here, as the command line does without Snakemake.
-    from snakemake.cli import get_argument_parser, get_profile_dir
-
-    command = list(takewhile("--".__ne__, command))  # targets follow; profiles add to what precedes
-    given = [word.partition("=")[0] for word in command]
-    for names in _ONCE:
-        if len(twice := [word for word in given if word in names]) > 1:
-            raise SystemExit(
-                f"{twice[1]} is given twice, and Snakemake takes the last alone; write all that "
-                "follows them behind one"
-            )
-    named = get_argument_parser().parse_args(command).profile or []
-    files = [str(get_profile_dir(name)[1]) for name in named if name != "none"]
-    profiles = [file for file in files if Path(file).resolve() != _OWN_PROFILE.resolve()]
-    try:
-        for path in profiles:
-            parse(path)
-        for path in get_argument_parser(profiles).parse_args(command).configfile:
-            parse(path)
-    except ConfigurationError as error:
-        raise SystemExit(f"{error}{'' if Path(path).exists() else _ORDER}") from None
-
-
 def parse(path: str | Path) -> tuple[Any, yaml.Node | None]:
     """Return what a YAML file holds, and the nodes it is made of.
 
     Raises:
-        ConfigurationError: If it cannot be read, is not YAML, or is a template.
+        ConfigurationError: If it cannot be read, or is not YAML.
     """
-    path = short(path)
+    path = Path(path)
     content, node = _parsed(path, _text(path))
     return deepcopy(content), node
 
@@ -104,11 +59,6 @@ def _parsed(path: Path, text: str) -> tuple[Any, yaml.Node | None]:
     # What a value raises that its tag or its shape promises to be something else: a 13th month.
     except (ValueError, ArithmeticError, LookupError, TypeError, AttributeError) as error:
         raise ConfigurationError(f"{path}: has a value that YAML cannot read: {error}") from error
-    if isinstance(content, dict) and "__use_yte__" in content:
-        raise ConfigurationError(
-            f"{path}: is a template (__use_yte__), whose code Snakemake would run. Remove "
-            "__use_yte__, and write the values themselves."
-        )
     return content, node
 
 
@@ -135,12 +85,6 @@ def place(config: Mapping[str, Any], keys: Sequence[Sequence], sources: Sources)
 
 
 # ---- reading ---------------------------------------------------------------------------------
-
-
-def short(path: str | Path) -> Path:
-    """Return a path from where we are: Snakemake gives whole paths, messages stay short."""
-    path = Path(path)
-    return path.relative_to(Path.cwd()) if path.is_relative_to(Path.cwd()) else path
 
 
 def _text(path: Path) -> str:
@@ -224,7 +168,7 @@ def _found(config: Mapping[str, Any], key: Sequence, sources: Sources) -> tuple[
         if isinstance(value, Mapping) or repr(own) == repr(value):
             line = _line(node, key)
             return number, f"{path}, line {line}: " if line else f"{path}: "
-    return -1, "command line: " if sources else ""
+    return -1, ""
 
 
 def _line(node: yaml.Node | None, key: Sequence) -> int | None:

@@ -1,0 +1,28 @@
+"""Check configuration files of one's own over the defaults: ``python -m breaker.configuration``.
+
+A message names the file and the line of each wrong value, which a workflow does not know.
+"""
+
+import sys
+
+from breaker.configuration.loading import load
+from breaker.configuration.yaml_sources import ConfigurationError
+from breaker.shipped import DEFAULTS
+
+
+def main(*files: str) -> int:
+    """Check files, each laid over those before it; return the exit status."""
+    if not files:
+        print("usage: python -m breaker.configuration FILE...", file=sys.stderr)
+        return 2
+    try:
+        load([DEFAULTS, *files])
+    except ConfigurationError as error:
+        print(error, file=sys.stderr)
+        return 1
+    print(f"{', '.join(files)}: no problem")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(*sys.argv[1:]))
