@@ -1,4 +1,8 @@
-"""The workflow for a command in the project's folder, with the profile beside this file."""
+"""The workflow in the project's folder, with its settings; profiles/default has its options."""
+
+
+configfile: "config/advanced.yaml"
+configfile: "config/config.yaml"
 
 
 include: "workflow/Snakefile"

@@ -131,7 +131,6 @@ OWN = {
     "common/tensor_file.py",
     "drive/life/checkpoint.py",
     "paper/posterior/training.py",
-    "workflow/chunks.py",
     # Bytes that the opener has given, and a store whose parts it has looked at.
     "app/run_results.py",
     "reading/files/netcdf.py",

@@ -74,7 +74,7 @@ run() {
     --configfile config/test.yaml -- "${targets[@]}")
 }
 through=(--profile "$root/profiles/slurm" --default-resources slurm_partition=only
-  --slurm-status-command squeue --slurm-init-seconds-before-status-checks 5)
+  "mem_mb=attempt * 2000" "runtime=attempt * 10" --slurm-status-command squeue --slurm-init-seconds-before-status-checks 5)
 
 echo "== through Slurm, until a training is killed: $work"
 run slurm "${through[@]}" --retries 0 >"$work/killed.log" 2>&1 &

@@ -16,11 +16,10 @@ ROOT = Path(__file__).resolve().parents[2]
 FORKS = multiprocessing.get_context("forkserver")
 FORKS.set_forkserver_preload(["snakemake.cli", "yte", "jsonschema", "xarray", "numba", "scipy"])
 
-# So are jobs of a command, each of one process that has loaded what takes half the time of most.
+# So are jobs of a command, forks of one process that has loaded what takes half the time of most.
 OF_JOBS = ["matplotlib.backends.backend_agg", "matplotlib.backends.backend_pdf"]
 OF_JOBS += ["scipy.special", "snakemake.iocontainers", "snakemake.logging", "xarray", "zarr"]
 LOST = 255  # of a job whose end the server of forks did not tell: it is then run as users run it
-LEAST = 670  # MiB that a job reserves which draws no figure, and yet has memory for all of these
 
 
 def command(arguments: list[str], folder: Path, source: str, environment: dict, said: str) -> None:
@@ -40,8 +39,7 @@ def command(arguments: list[str], folder: Path, source: str, environment: dict, 
     anew = PythonScript._execute_cmd
 
     def execute(script: PythonScript, template: str, *, fname: str, **more: Any) -> None:
-        forks = ".figure" in fname or script.resources.get("mem_mb", 0) >= LEAST
-        if not forks or fork(fname, script.bench_record) == LOST:
+        if fork(fname, script.bench_record) == LOST:
             anew(script, template, fname=fname, **more)
 
     PythonScript._execute_cmd = execute

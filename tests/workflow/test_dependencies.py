@@ -6,7 +6,7 @@ import pytest
 
 from breaker.workflow import dependencies
 from breaker.workflow.dependencies import modules_of
-from tests.workflow.conftest import ROOT, snakemake
+from tests.workflow.conftest import ROOT
 
 FILES = {
     "__init__.py": "",
@@ -33,10 +33,10 @@ def package(tmp_path, monkeypatch):
     monkeypatch.setattr(dependencies, "_PACKAGE", folder)
     script = tmp_path / "script.py"
 
-    def found(text: str, **told: str) -> set[str]:
+    def found(text: str, **more: bool) -> set[str]:
         dependencies._imported.cache_clear()
         script.write_text(text)
-        return {str(Path(file).relative_to(folder)) for file in modules_of(script, **told)}
+        return {str(Path(file).relative_to(folder)) for file in modules_of(script, **more)}
 
     return found
 
@@ -69,14 +69,6 @@ def test_modules_behind_an_import(package, text, expected):
     assert package(text) == expected
 
 
-def test_a_module_that_a_script_is_told_to_import_counts_with_its_own(package):
-    assert package("import numpy", named="breaker.room.first") == ONE | {"__init__.py"}
-    assert package("import breaker.tool", named="breaker.room.second") == TWO | {
-        "__init__.py",
-        "tool.py",
-    }
-
-
 def test_modules_that_import_each_other_end(package, tmp_path):
     (tmp_path / "src/breaker/other/third.py").write_text("from breaker.room.first import one")
     assert package("from breaker.room.first import one") == ONE | {"__init__.py"}
@@ -93,12 +85,4 @@ def test_paths_are_those_that_snakemake_shows_wherever_it_works(tmp_path, monkey
     assert [str(ROOT / file) for file in here] == elsewhere
     assert "src/breaker/paper/validation/diagnostics.py" in here
     assert not [file for file in here if "networks/" in file]
-
-
-def test_the_workflow_runs_in_another_folder(tmp_path):
-    """With ``--directory``: results go there, code and scripts are found where they are."""
-    where = ["--snakefile", ROOT / "Snakefile", "--directory", tmp_path]
-    files = [ROOT / "config/config.yaml", ROOT / "config/test.yaml"]
-    target = "results/rig/curves/closing"
-    text = snakemake(*where, "--cores", "1", "-n", "--configfile", *files, "--", target)
-    assert str(ROOT / "src/breaker/drive/simulation/endurance_rig.py") in text
+    assert {*modules_of(script, itself=True)} - {*elsewhere} == {str(script)}

@@ -1,49 +1,63 @@
-"""The plan of a fleet: a job for each chunk, and appended visits run their own one again."""
+"""A fleet: a job for each chunk, appended visits run their own one again, and a small one runs."""
 
-import json
+import csv
 import re
+import shutil
 from pathlib import Path
 
+import numpy as np
+import pytest
 import yaml
 
-from breaker.drive.fleet.breaker_chunks import breaker_chunks
-from breaker.reading.files.folder_listing import fingerprint, list_fleet
+from breaker.mechanism.curves import travel
+from breaker.reading.instruments.export import write_curve
 from tests.workflow.conftest import ROOT, snakemake
 
-HEAD = "file,motion,operation,breaker,phase"
+HEAD = "file,motion,operation,breaker,phase,date"
+TIME = 0.1 * np.arange(760)
 
 
-def plan(*more):
-    """Number of jobs by rule, and the chunks among them."""
-    files = [ROOT / "config/config.yaml", "my.yaml"]
-    where = ["--snakefile", ROOT / "Snakefile", "--cores", "1", "-n", "all", *more]
-    text = snakemake(*where, "--configfile", *files, folder=Path.cwd())
-    jobs = {name: int(count) for name, count in re.findall(r"^(\w+) +(\d+) *$", text, re.M)}
-    return jobs, sorted(set(re.findall(r"chunk=(\d+)", text)))
-
-
-def test_appended_visits_run_their_own_chunk(tmp_path, monkeypatch):
+@pytest.fixture
+def fleet(tmp_path, monkeypatch, prior):
+    """Two breakers, each recorded on two dates, in a folder with the settings of the project."""
     monkeypatch.chdir(tmp_path)
-    rows = [f"{b}_{n}.csv,closing,{n},{b},R" for b in "ABCDE" for n in (1, 2)]
-    (tmp_path / "curves").mkdir()
-    for row in rows:
-        (tmp_path / "curves" / row.split(",")[0]).touch()
-    table = tmp_path / "curves/operations.csv"
-    table.write_text("\n".join([HEAD, *rows, ""]), encoding="utf-8")
-    mine = {"endurance": {"curves": "curves"}, "fleet": {"breakers_per_job": 2}}
-    (tmp_path / "my.yaml").write_text(yaml.dump(mine | {"motions": ["closing"]}))
-    jobs, _ = plan()
-    assert jobs == {"fleet_chunk": 3, "fleet": 1, "data_package": 1, "all": 1, "total": 6}
+    shutil.copytree(ROOT / "config", "config")
+    Path("curves").mkdir()
+    rows = []
+    for name in "AB":
+        for visit, year in ((1, 2014), (2, 2024)):
+            curve = travel(prior.medians[None], TIME, "closing", onset=10.0).travel[0]
+            noise = 0.1 * np.random.default_rng([ord(name), visit]).standard_normal(TIME.size)
+            file = f"{name}_{visit}.csv"
+            write_curve(
+                Path("curves", file), TIME, curve + noise, motion="closing", operation=visit
+            )
+            rows.append(f"{file},closing,{visit},{name},R,{year}-03-01")
+    Path("curves/operations.csv").write_text("\n".join([HEAD, *rows, ""]), encoding="utf-8")
+    mine = {"endurance": {"curves": "curves"}, "fleet": {"breakers_per_job": 1}}
+    Path("my.yaml").write_text(yaml.dump(mine | {"motions": ["closing"]}), encoding="utf-8")
 
-    fleet = list_fleet("curves", events={})
-    for chunk, names in breaker_chunks([*fleet], 2).items():
-        source = fingerprint(each for name in names for _, each in fleet[name])
-        store = tmp_path / f"results/fleet/chunk_{chunk}.zarr"
-        store.mkdir(parents=True)
-        (store / ".zattrs").write_text(json.dumps({"settings": json.dumps({"source": source})}))
-    assert plan()[1] == []
-    (tmp_path / "curves/C_3.csv").touch()
-    with table.open("a", encoding="utf-8") as end:
-        end.write("C_3.csv,closing,3,C,R\n")
-    assert plan()[1] == ["001"]
-    assert "fleet_chunk" not in plan("--config", "endurance={'breaker': 'A'}")[0]
+
+def run(*arguments):
+    """What Snakemake says of the fleet."""
+    where = ["--snakefile", ROOT / "Snakefile", "--configfile", "my.yaml"]
+    return snakemake("-c1", *where, *arguments, folder=Path.cwd())
+
+
+def test_breakers_of_two_visits_are_answered_and_appended_ones_run_their_chunk(fleet):
+    run("--", "all")
+    with Path("results/fleet.csv").open(encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    assert {(row["breaker"], row["visits"], row["how"]) for row in rows} == {
+        ("A", "2", "visits"),
+        ("B", "2", "visits"),
+    }
+    assert "Nothing to be done" in run("-n", "--", "all")
+
+    shutil.copy("curves/B_2.csv", "curves/B_3.csv")
+    with Path("curves/operations.csv").open("a", encoding="utf-8") as end:
+        end.write("B_3.csv,closing,3,B,R,2025-03-01\n")
+    plan = run("-n", "--", "all")
+    assert set(re.findall(r"^(?:local)?rule (\w+):", plan, re.M)) == {"fleet_chunk", "fleet", "all"}
+    assert set(re.findall(r"chunk=(\d+)", plan)) == {"001"}
+    assert "fleet_chunk" not in run("-n", "--config", "endurance={'breaker': 'A'}", "--", "all")

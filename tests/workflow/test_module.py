@@ -44,32 +44,6 @@ LOCAL = USE.replace(
 )
 
 
-@pytest.fixture(scope="module")
-def alone(tmp_path_factory):
-    """Run Snakemake in an environment that has what Snakemake requires, and nothing else."""
-    site, found, waiting = tmp_path_factory.mktemp("site"), set(), ["snakemake"]
-    while waiting:
-        name = canonicalize_name(waiting.pop())
-        if name in found:
-            continue
-        found.add(name)
-        needed = map(Requirement, metadata.requires(name) or [])
-        waiting += [r.name for r in needed if not r.marker or r.marker.evaluate({"extra": ""})]
-        for top in {file.parts[0] for file in metadata.files(name)} - {"..", "__pycache__"}:
-            (site / top).symlink_to(metadata.distribution(name).locate_file(top))
-    assert "numpy" not in found
-
-    def run(*arguments, folder):
-        environment = {**os.environ, "PYTHONPATH": str(site)}
-        command = [sys.executable, "-S", "-m", "snakemake", "--nolock", *map(str, arguments)]
-        done = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True)
-        said = done.stdout + done.stderr
-        assert "Traceback" not in said, said[-5000:]
-        return done.returncode, said
-
-    return run
-
-
 @pytest.fixture
 def folder(tmp_path, monkeypatch):
     """A folder with a Snakefile that uses the workflow of a repository, which git finds here."""
@@ -103,31 +77,22 @@ def test_a_figure_is_made_through_a_module_of_a_repository(folder):
         *(f"breaker_{name}" for name in ("prior_predictive", "rig", "read_curves")),
         "breaker_figure_prior_predictive",
     }
-    assert all(("mem_mb=" in said) == (name != "own") for name, said in jobs.items())
-    assert "benchmark:" not in jobs["own"]
-    assert "input:" not in jobs["own"]
     before = {each.name for each in folder.iterdir()}
     snakemake("-c1", FIGURE, folder=folder)
     assert (folder / FIGURE).stat().st_size > 10_000
     assert {each.name for each in folder.iterdir()} - before <= {"drive", ".snakemake"}
-    # Curves of another source are noticed below the prefix.
-    said = folder / "drive/results/endurance/closing/curves_000.zarr/.zattrs"
-    said.write_text(said.read_text(encoding="utf-8").replace("stand-in", "other"), encoding="utf-8")
-    assert "Forced execution" in snakemake("-n", FIGURE, folder=folder)
+    assert "Nothing to be done" in snakemake("-n", FIGURE, folder=folder)
 
 
-def test_a_figure_is_made_through_a_module_of_a_clone(tmp_path):
+@pytest.mark.parametrize("prefix", ['prefix: "drive"', 'replace_prefix: {"results/": "drive/"}'])
+def test_a_training_is_planned_through_a_module_of_a_clone(tmp_path, prefix):
     (tmp_path / "config").mkdir()
     (tmp_path / "config/config.yaml").write_text(SETTINGS, encoding="utf-8")
-    (tmp_path / "Snakefile").write_text(LOCAL, encoding="utf-8")
-    snakemake("-c1", FIGURE, folder=tmp_path)
-    assert (tmp_path / FIGURE).stat().st_size > 10_000
-    assert {each.name for each in tmp_path.iterdir()} == {
-        "config",
-        "Snakefile",
-        "drive",
-        ".snakemake",
-    }
+    (tmp_path / "Snakefile").write_text(LOCAL.replace('prefix: "drive"', prefix), encoding="utf-8")
+    model = "drive/results/models" if prefix.startswith("prefix") else "drive/models"
+    plan = snakemake("-n", f"{model}/closing.safetensors", folder=tmp_path)
+    assert str(ROOT / "workflow/scripts/train.py") in plan
+    assert f"log: {'drive/' * prefix.startswith('prefix')}logs/train/closing.log" in plan
 
 
 @pytest.mark.skipif(shutil.which("git") is None, reason="Snakemake reads repositories by git")
@@ -159,54 +124,29 @@ def test_the_catalogue_finds_what_it_looks_for(tmp_path):
     assert "workflow" in words
 
 
-def test_checkpoints_are_below_the_prefix_too():
-    """Snakemake knows nothing of these files."""
-    rules = "".join(p.read_text(encoding="utf-8") for p in (ROOT / "workflow").rglob("*.smk"))
-    assert len(re.findall(r"checkpoint=placed\(", rules)) == 3
-    assert not re.search(r"checkpoint=\"", rules)
+def test_without_the_package_one_sentence_names_the_remedy(tmp_path):
+    """In an environment that has what Snakemake requires, and nothing else."""
+    (tmp_path / "site").mkdir()
+    for name in needed_by("snakemake"):
+        for top in {file.parts[0] for file in metadata.files(name)} - {"..", "__pycache__"}:
+            (tmp_path / "site" / top).symlink_to(metadata.distribution(name).locate_file(top))
+    command = [sys.executable, "-S", "-m", "snakemake", "-n", "all"]
+    environment = {**os.environ, "PYTHONPATH": str(tmp_path / "site")}
+    done = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True)
+    said = done.stdout + done.stderr
+    assert done.returncode == 1
+    assert f"breaker is missing in the environment of {sys.executable}. Run `make env" in said
+    assert 'pip install "breaker-drive[workflow]"' in said
+    assert "Traceback" not in said
 
 
-MISSING = f"missing in the environment of {sys.executable}: "
-REMEDY = 'Run `pip install "breaker-drive[workflow]"`'
-
-
-@pytest.mark.skipif(shutil.which("git") is None, reason="Snakemake reads repositories by git")
-def test_with_nothing_but_snakemake_a_repository_says_what_to_install(alone, folder):
-    code, said = alone("-n", FIGURE, folder=folder)
-    assert code == 1
-    assert f"{MISSING}breaker. {REMEDY}" in said
-
-
-def test_with_nothing_but_snakemake_a_clone_is_linted(alone):
-    code, said = alone("--lint", folder=ROOT)
-    assert code == 0, said[-5000:]
-    assert "in a good condition" in said
-
-
-def test_with_nothing_but_snakemake_a_module_of_a_clone_is_planned(alone, tmp_path):
-    """By names of curve files and limits of one's own; a job then fails, and a line says why."""
-    (tmp_path / "config").mkdir()
-    own = yaml.safe_load(SETTINGS)
-    own["breaker"]["endurance"]["curves"] = str(tmp_path / "curves")
-    own["breaker"]["limits"] = [{"quantity": "stroke", "reference": 13.0, "tolerance": "5 %"}]
-    (tmp_path / "config/config.yaml").write_text(yaml.safe_dump(own), encoding="utf-8")
-    (tmp_path / "curves/closing").mkdir(parents=True)
-    for number in (1, 2, 30):
-        (tmp_path / f"curves/closing/operation_{number}.csv").write_text("", encoding="utf-8")
-    (tmp_path / "breaker").mkdir()  # as of a clone in the folder: it is not the package
-    (tmp_path / "Snakefile").write_text(LOCAL, encoding="utf-8")
-    code, said = alone("-n", "drive/results/limits.csv", folder=tmp_path)
-    assert code == 0, said[-5000:]
-    assert "drive/results/endurance/closing/curves_001.zarr" in said
-    assert f"{MISSING}matplotlib, numba" in said
-    assert REMEDY in said
-
-
-def test_with_nothing_but_snakemake_a_run_ends_before_its_first_job(alone, tmp_path):
-    (tmp_path / "config").mkdir()
-    (tmp_path / "config/config.yaml").write_text("seed: 1", encoding="utf-8")
-    where = ["--snakefile", ROOT / "workflow/Snakefile", "--directory", tmp_path]
-    code, said = alone(*where, "-c1", "results/rig/curves/closing", folder=tmp_path)
-    assert code == 1
-    assert f"{MISSING}matplotlib, numba" in said
-    assert not (tmp_path / "results").exists()
+def needed_by(package: str) -> set[str]:
+    """A distribution and all that it requires, by name."""
+    found, waiting = set(), [package]
+    while waiting:
+        name = canonicalize_name(waiting.pop())
+        if name not in found:
+            found.add(name)
+            needed = map(Requirement, metadata.requires(name) or [])
+            waiting += [r.name for r in needed if not r.marker or r.marker.evaluate({"extra": ""})]
+    return found

@@ -1,10 +1,8 @@
 """Chunks of operations: by number, the same whatever else is there."""
 
 import pytest
-import xarray as xr
 
-from breaker.common.zarr_store import describe, save
-from breaker.workflow.chunks import chunks_of, recorded_source
+from breaker.workflow.chunks import chunks_of
 
 
 @pytest.mark.parametrize("size", [1, 7, 20])
@@ -21,14 +19,3 @@ def test_appended_operations_change_their_own_chunks_alone(size):
 def test_gaps_give_no_empty_chunks_and_order_does_not_matter():
     """Nor do other numbers, so that an operation is in the same chunk in both motions."""
     assert chunks_of([70, 1, 0, 20, 21, 1], 20) == {"000": [0, 1, 20], "001": [21], "003": [70]}
-
-
-def test_the_source_of_a_store_is_read_without_opening_it(tmp_path):
-    store = tmp_path / "curves.zarr"
-    assert recorded_source(store) is None
-    save(describe(xr.Dataset(), "curves", source="stand-in"), store)
-    assert recorded_source(store) == "stand-in"
-    save(describe(xr.Dataset(), "curves"), store)
-    assert recorded_source(store) is None
-    (store / ".zattrs").write_text("[")
-    assert recorded_source(store) is None

@@ -1,6 +1,5 @@
 """The whole workflow at a small size, and which of its steps an edit runs again."""
 
-import hashlib
 import json
 import os
 import re
@@ -14,7 +13,6 @@ import pytest
 import xarray as xr
 import yaml
 
-from tests.workflow.benchmarks import compare, jobs_of
 from tests.workflow.conftest import ROOT, snakemake
 
 PARTS = ("Snakefile", "config", "envs", "profiles", "src", "workflow", "README.md")
@@ -30,7 +28,7 @@ VALIDATION_FIGURES = [
     "posterior_predictive",
     "figure_posterior_predictive",
 ]
-NUMBERS = ["numbers", "data_package"]
+NUMBERS = ["numbers"]
 FROM_CORRECTION = ["judge", "quality", "figure_exactness", "figure_identifiability", *NUMBERS]
 VALIDATION = [
     "validate",
@@ -154,6 +152,21 @@ def edit_of(file: str, line: str = "# an edit") -> Callable[[Path], None]:
     return lambda folder: append(folder, file, line)
 
 
+def edit_in(file: str, old: str, new: str) -> Callable[[Path], None]:
+    """Put another text in the place of the first one."""
+
+    def edit(folder: Path) -> None:
+        text = (folder / file).read_text(encoding="utf-8")
+        assert old in text
+        (folder / file).write_text(text.replace(old, new, 1), encoding="utf-8")
+
+    return edit
+
+
+def damage(file: Path) -> None:
+    file.write_bytes(file.read_bytes()[:-1] + b"x")
+
+
 # Edit, and rules that run again. The same table stands in docs/development.md.
 FIGURE = ["figure_pairs", "figure_pairs_family"]
 NOISE = [*READING, *TRAINING, "identifiability"]
@@ -163,7 +176,6 @@ TIRED = {"name": "tired", "of": "change", "lower": {"f": "-5 %"}}
 SLOWER = {"f": {"median": 0.8, "log_sd": 0.1}}
 EDITS = {
     "style of one figure": (edit_of("src/breaker/figures/pairs.py"), FIGURE),
-    # One script draws it and others, of which none is drawn again.
     "style of another figure": (edit_of("src/breaker/figures/loss.py"), ["figure_loss"]),
     "validation.seed": (
         setting(validation={"seed": 21}),
@@ -184,12 +196,20 @@ EDITS = {
     "limits": (setting(limits=[TIRED]), LIFE),
     "planning": (setting(planning={"years": 3.0}), [*DECISIONS, *NUMBERS]),
     "wear_model": (setting(wear_model={"horizon": 5000}), LIFE),
-    "mechanism.py": (
-        edit_of("src/breaker/mechanism/curves.py"),
+    # The reader, and nothing that only simulates.
+    "a word of the lexicon": (
+        edit_in("src/breaker/reading/files/lexicon.py", 'r"travel|', 'r"travel|excursion|'),
+        [*READING, "validate_reader", "figure_sbc_reader", "quality"],
+    ),
+    "a shipped network": (
+        lambda folder: damage(folder / "src/breaker/shipped/medium_voltage_changes.safetensors"),
+        ["validate_family", "family_quality"],
+    ),
+    "a docstring of the curves": (
+        edit_in("src/breaker/mechanism/curves.py", '"""', '"""In other words: '),
         # Records are read, and families answer, without the model of the paper.
         [*PRIOR_DRAWS, *BANK, "rig_truth", *BY_MODEL],
     ),
-    "README.md": (edit_of("README.md", "A comment."), []),
 }
 
 
@@ -200,7 +220,6 @@ TOGETHER = [
         "style of another figure",
         "endurance.draws",
         "planning",
-        "README.md",
     ),
     ("validation.posterior", "limits"),
     ("validation.seed", "wear_model"),
@@ -234,20 +253,30 @@ def test_nothing_is_left_to_do_after_a_run(workflow):
     assert planned(workflow, "family") == others
 
 
-def test_every_job_reserves_what_it_takes(workflow):
-    """For schedulers: a quarter more memory, and minutes; graphics cards for trainings alone."""
+def test_other_times_comments_and_orders_plan_nothing(workflow):
     with edited(workflow):
-        training = yaml.safe_load((workflow / "config/test.yaml").read_text())["training"]
-        edit_config(
-            workflow, training=training | {"closing": training["closing"] | {"device": "cuda"}}
-        )
-        jobs = jobs_of(run(workflow, "-n", "--forceall", "all", "family"))
-    for job in jobs:
-        assert {"mem_mb", "runtime"} <= set(job.resources), f"{job.rule} is not in resources.smk"
-    cards = [each.resources["gpu"] for each in jobs if "train" in each.rule]
-    assert sorted(cards) == ["0", "0", "0", "1"]
-    for rule, (memory, _, took, _) in compare(workflow, jobs).items():
-        assert took <= memory, f"{rule} takes {took:.0f} MiB"
+        overlay = workflow / "config/test.yaml"
+        settings = yaml.safe_load(overlay.read_text())
+        turned = {name: dict(reversed(each.items())) for name, each in settings.items()}
+        overlay.write_text("# a comment\n" + yaml.safe_dump(turned, sort_keys=False))
+        append(workflow, "config/config.yaml", "# a comment")
+        append(workflow, "README.md", "A comment.")
+        for top in ("config", "src", "workflow"):
+            for file in (workflow / top).rglob("*.*"):
+                os.utime(file)
+        assert planned(workflow) == Counter()
+
+
+def test_no_home_is_needed(workflow, monkeypatch):
+    monkeypatch.setenv("HOME", "/proc/nowhere")  # where nobody can make a folder
+    monkeypatch.delenv("XDG_CACHE_HOME", raising=False)
+    assert planned(workflow) == Counter()
+
+
+def test_a_folder_that_was_moved_or_copied_plans_nothing(workflow, tmp_path):
+    copy = shutil.copytree(workflow, tmp_path / "copy", symlinks=True)
+    assert planned(copy) == Counter()
+    assert planned(copy.rename(tmp_path / "moved")) == Counter()
 
 
 def test_every_figure_is_there(workflow):
@@ -276,19 +305,6 @@ def test_stores_open_with_one_call_and_say_what_made_them(workflow, motion):
     for store in stores:
         data = xr.open_zarr(store)
         assert {"title", "settings", "breaker_version"} <= set(data.attrs), store
-
-
-def test_tables_are_what_their_package_says(workflow):
-    results = workflow / "results"
-    package = json.loads((results / "datapackage.json").read_text(encoding="utf-8"))
-    tables = {each["path"]: each for each in package["resources"]}
-    there = {file.relative_to(results).as_posix() for file in results.rglob("*.csv")}
-    assert set(tables) == {name for name in there if not name.startswith(("rig/", "family/"))}
-    for path, told in tables.items():
-        content = (results / path).read_bytes()
-        assert told["hash"] == f"sha256:{hashlib.sha256(content).hexdigest()}"
-        names = [field["name"] for field in told["schema"]["fields"]]
-        assert names == content.decode("utf-8").partition("\n")[0].split(",")
 
 
 def test_more_shards_simulate_only_the_new_ones(workflow):
@@ -326,24 +342,12 @@ def test_appended_operations_run_their_own_chunk_and_what_follows(workflow):
     assert jobs[1] == {"read_curves": 2, "life": 1}
 
 
-@contextmanager
-def without_notes(folder: Path) -> Iterator[None]:
-    """Let Snakemake's notes on the last run be lost, and put them back."""
-    notes, kept = folder / ".snakemake", folder / "kept"
-    notes.rename(kept)
-    try:
-        yield
-    finally:
-        shutil.rmtree(notes, ignore_errors=True)
-        kept.rename(notes)
-
-
-def test_results_of_another_source_never_stand_in(workflow):
-    """Nor where files are older than results, or the notes on the last run are lost."""
+def test_curves_of_another_source_are_read_again(workflow):
+    """Also where files are older than results, and are put back to what they were."""
     store = "results/endurance/closing/curves_000.zarr"
     for name in ("own", "other"):
         shutil.rmtree(workflow / name, ignore_errors=True)
-    with edited(workflow), without_notes(workflow):
+    with edited(workflow):
         put_own_curves(workflow)
         for file in (workflow / "own").rglob("*.csv"):
             os.utime(file, (1e9, 1e9))
@@ -353,7 +357,10 @@ def test_results_of_another_source_never_stand_in(workflow):
         replaced = workflow / "own/closing/closing_00007.csv"
         replaced.write_bytes((workflow / "own/closing/closing_00008.csv").read_bytes())
         os.utime(replaced, (1e9, 1e9 + 1))
-        assert planned(workflow, store)["read_curves"] == 1
+        assert planned(workflow, store) == {"read_curves": 1}
+        replaced = workflow / "own/closing/closing_00025.csv"  # of another chunk
+        os.utime(replaced, (1e9, 1e9 + 1))
+        assert planned(workflow, store.replace("000", "001"))["read_curves"] == 1
 
         shutil.copytree(workflow / "own", workflow / "other")
         edit_config(workflow, endurance={"curves": "other"})

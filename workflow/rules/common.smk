@@ -1,55 +1,32 @@
-"""Configuration, and the names that several rules share."""
+"""Names and functions that several rules share."""
 
-import os
+from hashlib import sha256
+from math import ceil
+from pathlib import Path
 
+from breaker.configuration.loading import chosen_network
 from breaker.drive.family.training_origin import trained_on
 from breaker.quantities.size import Size
 from breaker.quantities.speeds import speeds_of, with_named
 from breaker.shipped import FAMILIES, KINDS, model_file
-from breaker.workflow.jobs import missing_packages
-
-# Jobs run on what was checked before the first one.
-if snakemake_internals.is_first_process(workflow):
-    try:
-        configuration.check(config, files=snakemake_internals.configuration_files(workflow))
-    except ConfigurationError as error:
-        raise WorkflowError(str(error)) from None
-
-# With a deployment, jobs have environments of their own. A plan or a lint needs no more than this.
-MISSING = "" if snakemake_internals.deploys(workflow) else missing_packages()
-if MISSING and snakemake_internals.is_first_process(workflow):
-    logger.warning(MISSING)
-
-
-onstart:
-    if MISSING:
-        raise WorkflowError(MISSING)
-
-
-def ordered(value):
-    """A part of the configuration with its keys in order, at any depth.
-
-    An overlay puts its own keys first, and Snakemake takes another order for another setting.
-    """
-    if isinstance(value, dict):
-        return {key: ordered(value[key]) for key in sorted(value)}
-    return value
-
-
-for section in config:
-    config[section] = ordered(config[section])
+from breaker.workflow.dependencies import modules_of
 
 MOTIONS = config["motions"]
 SOURCES = [*MOTIONS, "both"] if len(MOTIONS) == 2 else MOTIONS
 SEED = config["validation"]["seed"]
+SECOND_SEED = config["validation"]["second_seed"]
 DEFINED = with_named(config["speeds"], config["limits"])
 SPEEDS = {each.name: each.points for each in speeds_of(DEFINED, Size(**config["size"]))}
 GRID = {key: config["sensor"][key] for key in ("start", "stop", "samples")}
 OWN_CURVES = config["endurance"]["curves"]
 # Store of the stand-in's true parameters; real measurements have none.
 TRUTH = "results/rig/truth.zarr" if OWN_CURVES is None else []
-if ROOT.is_dir():  # not in a repository: then a clone has to be named
-    os.environ.update(BREAKER_ROOT=str(ROOT))  # for the script beside the environment
+# Figures that `all` draws: of each motion, of the life, of the networks of a family.
+FIGURES = ["prior_predictive", "loss", "sbc", "sbc_reader", "contraction", "recovery", "pairs"]
+FIGURES += ["posterior_predictive", "exactness", "identifiability"]
+FIGURES += ["endurance_predictive", "evolution"]
+FIGURES_OF_LIFE = ["verdict", "health", "service_cost", "changepoint", "remaining_life", "changes"]
+FIGURES_OF_FAMILY = ["sbc", "contraction", "recovery", "pairs"]
 
 
 wildcard_constraints:
@@ -62,6 +39,18 @@ wildcard_constraints:
     seed=r"\d+",
 
 
+def code(script):
+    """A script and the modules of the package that it imports: a change of any reruns its rule.
+
+    A script of a repository is only in Snakemake's cache, under another path in each run: of such
+    the modules alone.
+    """
+    file = Path(code.__code__.co_filename).parents[1] / "scripts" / f"{script}.py"
+    if file.exists():
+        return [local(each) for each in modules_of(file, itself=True)]
+    return [local(each) for each in modules_of(workflow.source_path(f"../scripts/{script}.py"))]
+
+
 def page(path, category, figure, caption):
     """A file in the report. What both motions have in common comes after each of them."""
     place = "source" if "{source}" in path else "motion"
@@ -71,6 +60,21 @@ def page(path, category, figure, caption):
         return {"figure": figure, "motion": "together" if motion == "both" else motion}
 
     return report(path, caption=f"../report/{caption}.rst", category=category, labels=labels)
+
+
+def network_of_motion(wildcards):
+    """The settings of the networks of a motion, of the kinds that are chosen."""
+    return chosen_network(config["network"][wildcards.motion])
+
+
+def training_of_motion(wildcards):
+    """The settings of the training of a motion."""
+    return config["training"][wildcards.motion]
+
+
+def training_minutes(training, attempt):
+    """Minutes that a scheduler grants a training: twice what a busy core takes, and a start."""
+    return attempt * (5 + ceil(2.5e-6 * training["steps"] * training["batch"]))
 
 
 def validated(wildcards):
@@ -85,30 +89,38 @@ def shard_of_family(wildcards):
     return every + (int(wildcards.shard) < more)
 
 
-def network_of_family(wildcards):
-    """The file of a network, of the package or of this run."""
-    if wildcards.origin == "shipped":
-        return local(str(model_file(config["family"]["name"], wildcards.kind)))
-    return f"results/family/trained/{wildcards.kind}.safetensors"
+def trained_network(wildcards):
+    """The file of a network that is trained here; a shipped one is a part of the package."""
+    trained = f"results/family/trained/{wildcards.kind}.safetensors"
+    return trained if wildcards.origin == "trained" else []
+
+
+def shipped_network(wildcards):
+    """The checksum of a shipped network, wherever the package is; of one trained here, none."""
+    file = model_file(config["family"]["name"], wildcards.kind)
+    return sha256(file.read_bytes()).hexdigest() if wildcards.origin == "shipped" else None
 
 
 def judged_family(origin, sources):
     """Figures and table of how good networks are."""
-    figures = expand(
-        f"figures/{{name}}_family_{origin}_{{source}}.png", name=FAMILY_FIGURES, source=sources
-    )
+    figure = "figures/{name}_family_{origin}_{source}.png"
+    figures = expand(figure, name=FIGURES_OF_FAMILY, origin=origin, source=sources)
     return [*figures, f"results/family/{origin}/quality.csv"]
 
 
-def judged_shipped(wildcards):
-    """The same of the networks that ship; nothing where they are of another prior or family."""
+def targets(wildcards):
+    """What `all` makes: of several breakers the fleet, else everything of one."""
+    if IS_FLEET:
+        return FLEET
     name, drives = config["family"]["name"], (config["prior"], config["family"])
     fit = name in FAMILIES and all(trained_on(model_file(name, kind), *drives) for kind in KINDS)
-    return judged_family("shipped", SOURCES[-1:]) if fit else []
-
-
-def complete_rules():
-    """Give rules with a script what all of them have in common, once all are stated."""
-    if gone := snakemake_internals.lacking(workflow):
-        raise WorkflowError(gone)
-    snakemake_internals.complete_rules(workflow, resources_of)
+    tables = ["quality", "exactness"]
+    return [
+        *expand("figures/{figure}_{motion}.png", figure=FIGURES, motion=MOTIONS),
+        *expand("results/{table}/{motion}_seed{seed}.csv", table=tables, motion=MOTIONS, seed=SEED),
+        *expand("results/endurance/{motion}.csv", motion=MOTIONS),
+        *expand("figures/{figure}.png", figure=FIGURES_OF_LIFE),
+        *expand("results/{table}.csv", table=["decisions", "limits", "changes", "numbers"]),
+        "results/first_page.html",
+        *(judged_family("shipped", SOURCES[-1:]) if fit else []),
+    ]

@@ -10,10 +10,13 @@ rule correct_validation:
     """The exact posteriors of simulated records, from the network's draws."""
     input:
         validation="results/validation/{motion}_seed{seed}.zarr",
+        code=code("correct_validation"),
     output:
         directory("results/validation/{motion}_corrected_seed{seed}.zarr"),
     log:
         "logs/correct_validation/{motion}_seed{seed}.log",
+    benchmark:
+        "results/benchmarks/correct_validation_{motion}_seed{seed}.tsv"
     conda:
         "../../envs/breaker.yaml"
     params:
@@ -30,6 +33,7 @@ rule judge:
         model="results/models/{motion}.safetensors",
         validation="results/validation/{motion}_seed{seed}.zarr",
         corrected="results/validation/{motion}_corrected_seed{seed}.zarr",
+        code=code("judge"),
     output:
         store=directory("results/exactness/{motion}_seed{seed}.zarr"),
         table=page(
@@ -40,6 +44,8 @@ rule judge:
         ),
     log:
         "logs/judge/{motion}_seed{seed}.log",
+    benchmark:
+        "results/benchmarks/judge_{motion}_seed{seed}.tsv"
     conda:
         "../../envs/breaker.yaml"
     params:
@@ -48,22 +54,47 @@ rule judge:
         "../scripts/judge.py"
 
 
-# How far the network's posteriors are from the exact ones, curve by curve.
-figure(
-    "exactness",
-    "4 Exactness",
-    judged=f"results/exactness/{{motion}}_seed{SEED}.zarr",
-    amortised=f"results/validation/{{motion}}_seed{SEED}.zarr",
-    corrected=f"results/validation/{{motion}}_corrected_seed{SEED}.zarr",
-)
+rule figure_exactness:
+    """How far the network's posteriors are from the exact ones, curve by curve."""
+    input:
+        judged=f"results/exactness/{{motion}}_seed{SEED}.zarr",
+        amortised=f"results/validation/{{motion}}_seed{SEED}.zarr",
+        corrected=f"results/validation/{{motion}}_corrected_seed{SEED}.zarr",
+        code=code("figure_exactness"),
+    output:
+        page("figures/exactness_{motion}.png", "4 Exactness", "exactness", "exactness"),
+    log:
+        "logs/figures/exactness_{motion}.log",
+    benchmark:
+        "results/benchmarks/figures_exactness_{motion}.tsv"
+    conda:
+        "../../envs/breaker.yaml"
+    script:
+        "../scripts/figure_exactness.py"
 
 
-# How well a curve determines each parameter, and how much of it posteriors reach.
-figure(
-    "identifiability",
-    "4 Exactness",
-    limit="results/identifiability/{motion}.zarr",
-    amortised=f"results/validation/{{motion}}_seed{SEED}.zarr",
-    corrected=f"results/validation/{{motion}}_corrected_seed{SEED}.zarr",
-    params={"prior": config["prior"], "onset_sd": config["sensor"]["onset_sd"]},
-)
+rule figure_identifiability:
+    """How well a curve determines each parameter, and how much of it posteriors reach."""
+    input:
+        limit="results/identifiability/{motion}.zarr",
+        amortised=f"results/validation/{{motion}}_seed{SEED}.zarr",
+        corrected=f"results/validation/{{motion}}_corrected_seed{SEED}.zarr",
+        code=code("figure_identifiability"),
+    output:
+        page(
+            "figures/identifiability_{motion}.png",
+            "4 Exactness",
+            "identifiability",
+            "identifiability",
+        ),
+    log:
+        "logs/figures/identifiability_{motion}.log",
+    benchmark:
+        "results/benchmarks/figures_identifiability_{motion}.tsv"
+    conda:
+        "../../envs/breaker.yaml"
+    params:
+        prior=config["prior"],
+        onset_sd=config["sensor"]["onset_sd"],
+    script:
+        "../scripts/figure_identifiability.py"

@@ -10,10 +10,13 @@ rule life:
     """The path of a drive in its own curves, its changes, and what is known of every limit."""
     input:
         **{motion: curves_of(motion) for motion in MOTIONS},
+        code=code("life"),
     output:
         directory("results/life.zarr"),
     log:
         "logs/life.log",
+    benchmark:
+        "results/benchmarks/life.tsv"
     conda:
         "../../envs/breaker.yaml"
     params:
@@ -26,7 +29,6 @@ rule life:
         speeds=SPEEDS,
         wear_model=config["wear_model"],
         misfit_p_value=config["endurance"]["misfit_p_value"],
-        checkpoint=placed("checkpoints/life.npz"),
     script:
         "../scripts/life.py"
 
@@ -36,6 +38,7 @@ rule decide:
     input:
         **{motion: curves_of(motion) for motion in MOTIONS},
         life="results/life.zarr",
+        code=code("decide"),
     output:
         standing=directory("results/standing.zarr"),
         decisions=page(
@@ -46,6 +49,8 @@ rule decide:
         words="results/verdict.json",
     log:
         "logs/decide.log",
+    benchmark:
+        "results/benchmarks/decide.tsv"
     conda:
         "../../envs/breaker.yaml"
     params:
@@ -56,10 +61,23 @@ rule decide:
         "../scripts/decide.py"
 
 
-STANDING = {"life": "results/life.zarr", "standing": "results/standing.zarr"}
-
-# The picture of the first page: how each limit stands.
-figure("verdict", "0 Verdict", of="", words="results/verdict.json", **STANDING)
+rule figure_verdict:
+    """The picture of the first page: how each limit stands."""
+    input:
+        words="results/verdict.json",
+        life="results/life.zarr",
+        standing="results/standing.zarr",
+        code=code("figure_verdict"),
+    output:
+        page("figures/verdict.png", "0 Verdict", "verdict", "verdict"),
+    log:
+        "logs/figures/verdict.log",
+    benchmark:
+        "results/benchmarks/figures_verdict.tsv"
+    conda:
+        "../../envs/breaker.yaml"
+    script:
+        "../scripts/figure_verdict.py"
 
 
 rule first_page:
@@ -67,47 +85,107 @@ rule first_page:
     input:
         words="results/verdict.json",
         figure="figures/verdict.png",
+        code=code("first_page"),
     output:
         "results/first_page.html",
     log:
         "logs/first_page.log",
+    benchmark:
+        "results/benchmarks/first_page.tsv"
     conda:
         "../../envs/breaker.yaml"
     script:
         "../scripts/first_page.py"
 
 
-# Probability of each limit and its state, over the operations.
-figure("health", "6 Decisions", of="", within="health", **STANDING)
+rule figure_health:
+    """Probability of each limit and its state, over the operations."""
+    input:
+        life="results/life.zarr",
+        standing="results/standing.zarr",
+        code=code("figure_health"),
+    output:
+        page("figures/health.png", "6 Decisions", "health", "health"),
+    log:
+        "logs/figures/health.log",
+    benchmark:
+        "results/benchmarks/figures_health.tsv"
+    conda:
+        "../../envs/breaker.yaml"
+    script:
+        "../scripts/figure_health.py"
 
-# What a service costs by its operation.
-figure(
-    "service_cost",
-    "6 Decisions",
-    of="",
-    within="service_cost",
-    standing="results/standing.zarr",
-)
 
-# The path of the wear and its changes.
-figure(
-    "changepoint",
-    "6 Decisions",
-    label="change points",
-    of="",
-    within="changepoint",
-    life="results/life.zarr",
-)
+rule figure_service_cost:
+    """What a service costs by its operation."""
+    input:
+        standing="results/standing.zarr",
+        code=code("figure_service_cost"),
+    output:
+        page("figures/service_cost.png", "6 Decisions", "service cost", "service_cost"),
+    log:
+        "logs/figures/service_cost.log",
+    benchmark:
+        "results/benchmarks/figures_service_cost.tsv"
+    conda:
+        "../../envs/breaker.yaml"
+    script:
+        "../scripts/figure_service_cost.py"
 
-# The remaining life of each limit, over the operations.
-figure(
-    "remaining_life",
-    "6 Decisions",
-    of="",
-    params={"limits": config["limits"], "motions": MOTIONS, "speeds": SPEEDS},
-    truth=TRUTH,
-    **STANDING,
-)
 
-# The changes of the parameters since new.
-figure("changes", "6 Decisions", of="", life="results/life.zarr", truth=TRUTH)
+rule figure_changepoint:
+    """The path of the wear and its changes."""
+    input:
+        life="results/life.zarr",
+        code=code("figure_changepoint"),
+    output:
+        page("figures/changepoint.png", "6 Decisions", "change points", "changepoint"),
+    log:
+        "logs/figures/changepoint.log",
+    benchmark:
+        "results/benchmarks/figures_changepoint.tsv"
+    conda:
+        "../../envs/breaker.yaml"
+    script:
+        "../scripts/figure_changepoint.py"
+
+
+rule figure_remaining_life:
+    """The remaining life of each limit, over the operations."""
+    input:
+        life="results/life.zarr",
+        standing="results/standing.zarr",
+        truth=TRUTH,
+        code=code("figure_remaining_life"),
+    output:
+        page("figures/remaining_life.png", "6 Decisions", "remaining life", "remaining_life"),
+    log:
+        "logs/figures/remaining_life.log",
+    benchmark:
+        "results/benchmarks/figures_remaining_life.tsv"
+    conda:
+        "../../envs/breaker.yaml"
+    params:
+        limits=config["limits"],
+        motions=MOTIONS,
+        speeds=SPEEDS,
+    script:
+        "../scripts/figure_remaining_life.py"
+
+
+rule figure_changes:
+    """The changes of the parameters since new."""
+    input:
+        life="results/life.zarr",
+        truth=TRUTH,
+        code=code("figure_changes"),
+    output:
+        page("figures/changes.png", "6 Decisions", "changes", "changes"),
+    log:
+        "logs/figures/changes.log",
+    benchmark:
+        "results/benchmarks/figures_changes.tsv"
+    conda:
+        "../../envs/breaker.yaml"
+    script:
+        "../scripts/figure_changes.py"

@@ -9,10 +9,14 @@ the paper's Sec. 7.
 
 rule rig:
     """The stand-in's curve files of one motion: a richer mechanism than the model, wearing out."""
+    input:
+        code=code("rig"),
     output:
         directory("results/rig/curves/{motion}"),
     log:
         "logs/rig/{motion}.log",
+    benchmark:
+        "results/benchmarks/rig_{motion}.tsv"
     conda:
         "../../envs/breaker.yaml"
     params:
@@ -24,10 +28,14 @@ rule rig:
 
 rule rig_truth:
     """The true state of the stand-in, operation by operation."""
+    input:
+        code=code("rig_truth"),
     output:
         directory("results/rig/truth.zarr"),
     log:
         "logs/rig_truth.log",
+    benchmark:
+        "results/benchmarks/rig_truth.tsv"
     conda:
         "../../envs/breaker.yaml"
     params:
@@ -43,11 +51,14 @@ rule rig_truth:
 rule read_curves:
     """Read and check the files of some operations."""
     input:
-        simulated=curve_files,
+        simulated=[] if OWN_CURVES else "results/rig/curves/{motion}",
+        code=code("read_curves"),
     output:
         directory("results/endurance/{motion}/curves_{chunk}.zarr"),
     log:
         "logs/read_curves/{motion}_{chunk}.log",
+    benchmark:
+        "results/benchmarks/read_curves_{motion}_{chunk}.tsv"
     conda:
         "../../envs/breaker.yaml"
     params:
@@ -68,10 +79,13 @@ rule infer:
     input:
         model="results/models/{motion}.safetensors",
         curves="results/endurance/{motion}/curves_{chunk}.zarr",
+        code=code("infer"),
     output:
         directory("results/endurance/{motion}/inferred_{chunk}.zarr"),
     log:
         "logs/infer/{motion}_{chunk}.log",
+    benchmark:
+        "results/benchmarks/infer_{motion}_{chunk}.tsv"
     conda:
         "../../envs/breaker.yaml"
     params:
@@ -86,10 +100,13 @@ rule infer_family:
     """Infer some operations by the networks of families that ship."""
     input:
         curves="results/endurance/{motion}/curves_{chunk}.zarr",
+        code=code("infer_family"),
     output:
         directory("results/endurance/{motion}/family_{chunk}.zarr"),
     log:
         "logs/infer_family/{motion}_{chunk}.log",
+    benchmark:
+        "results/benchmarks/infer_family_{motion}_{chunk}.tsv"
     conda:
         "../../envs/breaker.yaml"
     params:
@@ -105,12 +122,15 @@ rule gather:
     input:
         paper=every_chunk("results/endurance/{motion}/inferred_{chunk}.zarr"),
         family=every_chunk("results/endurance/{motion}/family_{chunk}.zarr"),
+        code=code("gather"),
     output:
         paper=directory("results/endurance/{motion}.zarr"),
         family=directory("results/endurance/{motion}_family.zarr"),
         table="results/endurance/{motion}.csv",
     log:
         "logs/gather/{motion}.log",
+    benchmark:
+        "results/benchmarks/gather_{motion}.tsv"
     conda:
         "../../envs/breaker.yaml"
     script:
@@ -121,10 +141,13 @@ rule endurance_predictive:
     """What the posteriors at a few stages of the life predict for their own records."""
     input:
         inferred="results/endurance/{motion}.zarr",
+        code=code("endurance_predictive"),
     output:
         directory("results/endurance/{motion}_predictive.zarr"),
     log:
         "logs/endurance_predictive/{motion}.log",
+    benchmark:
+        "results/benchmarks/endurance_predictive_{motion}.tsv"
     conda:
         "../../envs/breaker.yaml"
     params:
@@ -136,21 +159,42 @@ rule endurance_predictive:
         "../scripts/endurance_predictive.py"
 
 
-# Fig. 9: posterior predictive check at stages of the life.
-figure(
-    "endurance_predictive",
-    "5 Endurance test",
-    label="posterior predictive",
-    within="predictive",
-    predictive="results/endurance/{motion}_predictive.zarr",
-)
+rule figure_endurance_predictive:
+    """Fig. 9: posterior predictive check at stages of the life."""
+    input:
+        predictive="results/endurance/{motion}_predictive.zarr",
+        code=code("figure_endurance_predictive"),
+    output:
+        page(
+            "figures/endurance_predictive_{motion}.png",
+            "5 Endurance test",
+            "posterior predictive",
+            "endurance_predictive",
+        ),
+    log:
+        "logs/figures/endurance_predictive_{motion}.log",
+    benchmark:
+        "results/benchmarks/figures_endurance_predictive_{motion}.tsv"
+    conda:
+        "../../envs/breaker.yaml"
+    script:
+        "../scripts/figure_endurance_predictive.py"
 
 
-# Fig. 10: the parameters over all operations, by single ones.
-figure(
-    "evolution",
-    "5 Endurance test",
-    paper="results/endurance/{motion}.zarr",
-    family="results/endurance/{motion}_family.zarr",
-    truth=TRUTH,
-)
+rule figure_evolution:
+    """Fig. 10: the parameters over all operations, by single ones."""
+    input:
+        paper="results/endurance/{motion}.zarr",
+        family="results/endurance/{motion}_family.zarr",
+        truth=TRUTH,
+        code=code("figure_evolution"),
+    output:
+        page("figures/evolution_{motion}.png", "5 Endurance test", "evolution", "evolution"),
+    log:
+        "logs/figures/evolution_{motion}.log",
+    benchmark:
+        "results/benchmarks/figures_evolution_{motion}.tsv"
+    conda:
+        "../../envs/breaker.yaml"
+    script:
+        "../scripts/figure_evolution.py"

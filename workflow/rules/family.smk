@@ -5,22 +5,23 @@ anew; `family` trains networks, and judges them on the same drives.
 """
 
 from breaker.drive.family.training_origin import deciding
-from breaker.shipped import KINDS
-
-FAMILY_SHARDS = expand(
-    "results/family/bank/shard_{shard:03d}.zarr", shard=range(config["family"]["shards"])
-)
-
 
 DRIVES = {key: value for key, value in config["family"].items() if key != "name"}
+FAMILY_TRAINING = config["family_networks"]["training"]
+# What figures of a family say of their records.
+FAMILY_WORDS = {"of": "family of drives"}
 
 
 rule family_shard:
     """One shard of the bank of the family: both motions of its drives, new and worn."""
+    input:
+        code=code("family_shard"),
     output:
         directory("results/family/bank/shard_{shard}.zarr"),
     log:
         "logs/family/bank_{shard}.log",
+    benchmark:
+        "results/benchmarks/family_bank_{shard}.tsv"
     priority: 10  # the longest chain first: what follows fills the cores after it
     conda:
         "../../envs/breaker.yaml"
@@ -39,37 +40,45 @@ use rule family_shard as family_held_out with:
         directory("results/family/held_out.zarr"),
     log:
         "logs/family/held_out.log",
+    benchmark:
+        "results/benchmarks/family_held_out.tsv"
     priority: 0
     params:
         seed=config["seed"],
         prior=config["prior"],
         family=DRIVES,
         part="held out",
-        drives=config["family_networks"]["training"]["held_out_curves"],
+        drives=FAMILY_TRAINING["held_out_curves"],
 
 
 rule family_train:
     """Train the network of levels, or that of changes."""
     input:
-        shards=FAMILY_SHARDS,
+        shards=expand(
+            "results/family/bank/shard_{shard:03d}.zarr", shard=range(config["family"]["shards"])
+        ),
+        code=code("family_train"),
     output:
         network="results/family/trained/{kind}.safetensors",
         history=directory("results/family/trained/{kind}_history.zarr"),
     log:
         "logs/family/train_{kind}.log",
+    benchmark:
+        "results/benchmarks/family_train_{kind}.tsv"
     priority: 10
     conda:
         "../../envs/breaker.yaml"
-    threads: config["family_networks"]["training"]["threads"]
+    threads: FAMILY_TRAINING["threads"]
     resources:
-        gpu=int(config["family_networks"]["training"]["device"] == "cuda"),
-        workers=config["family_networks"]["training"]["workers"],
+        gpu=int(FAMILY_TRAINING["device"] == "cuda"),
+        workers=FAMILY_TRAINING["workers"],
+        mem_mb=lambda wildcards, attempt: attempt * (1000 + config["family"]["drives"] // 80),
+        runtime=lambda wildcards, attempt: training_minutes(FAMILY_TRAINING, attempt),
     params:
         seed=config["seed"],
         prior=config["prior"],
         family=config["family"],
         networks=deciding(config["family_networks"]),
-        checkpoint=placed("checkpoints/family_{kind}.pt"),
     script:
         "../scripts/family_train.py"
 
@@ -78,16 +87,21 @@ rule validate_family:
     """Draw from the posterior of drives that no training has seen."""
     input:
         drives="results/family/held_out.zarr",
-        network=network_of_family,
+        network=trained_network,
+        code=code("validate_family"),
     output:
         directory("results/family/{origin}/{kind}_{source}.zarr"),
     log:
         "logs/family/validate_{origin}_{kind}_{source}.log",
+    benchmark:
+        "results/benchmarks/family_validate_{origin}_{kind}_{source}.tsv"
     conda:
         "../../envs/breaker.yaml"
     params:
         seed=config["validation"]["seed"],
         draws=config["validation"]["draws"],
+        family=config["family"]["name"],
+        shipped=shipped_network,
     script:
         "../scripts/validate_family.py"
 
@@ -97,6 +111,7 @@ rule family_quality:
     input:
         levels=expand("results/family/{{origin}}/levels_{source}.zarr", source=SOURCES),
         changes=expand("results/family/{{origin}}/changes_{source}.zarr", source=SOURCES),
+        code=code("family_quality"),
     output:
         page(
             "results/family/{origin}/quality.csv",
@@ -106,32 +121,114 @@ rule family_quality:
         ),
     log:
         "logs/family/quality_{origin}.log",
+    benchmark:
+        "results/benchmarks/family_quality_{origin}.tsv"
     conda:
         "../../envs/breaker.yaml"
     script:
         "../scripts/family_quality.py"
 
 
-# The paper's checks of the network of levels, on drives that it was not trained on.
-FAMILY = {"of": "family of drives"}
-FAMILY_FIGURES = {
-    "sbc": {"shows": "ranks", "words": FAMILY | {"subject": "calibration on held-out drives"}},
-    "contraction": {"shows": "scores", "words": FAMILY, "prior": config["prior"], "onset_sd": 0.0},
-    "recovery": {"shows": "recovery", "words": FAMILY},
-    "pairs": {"words": FAMILY},
-}
-PRIOR = f"results/prior_predictive/{MOTIONS[0]}.zarr"
-for name, params in FAMILY_FIGURES.items():
-    figure(
-        f"{name}_family",
-        "3 Validation",
-        label=f"{name} of the family",
-        of="_{origin}_{source}",
-        by="pairs" if name == "pairs" else "validation",
-        params=params,
+rule figure_sbc_family:
+    """Calibration of the network of levels, on drives that it was not trained on."""
+    input:
         validation="results/family/{origin}/levels_{source}.zarr",
-        **({"prior": PRIOR} if name == "pairs" else {}),
-    )
+        code=code("figure_validation"),
+    output:
+        page(
+            "figures/sbc_family_{origin}_{source}.png",
+            "3 Validation",
+            "sbc of the family",
+            "sbc_family",
+        ),
+    log:
+        "logs/figures/sbc_family_{origin}_{source}.log",
+    benchmark:
+        "results/benchmarks/figures_sbc_family_{origin}_{source}.tsv"
+    conda:
+        "../../envs/breaker.yaml"
+    params:
+        shows="ranks",
+        words=FAMILY_WORDS | {"subject": "calibration on held-out drives"},
+    script:
+        "../scripts/figure_validation.py"
+
+
+rule figure_contraction_family:
+    """Z-score against contraction of the network of levels, on these drives."""
+    input:
+        validation="results/family/{origin}/levels_{source}.zarr",
+        code=code("figure_validation"),
+    output:
+        page(
+            "figures/contraction_family_{origin}_{source}.png",
+            "3 Validation",
+            "contraction of the family",
+            "contraction_family",
+        ),
+    log:
+        "logs/figures/contraction_family_{origin}_{source}.log",
+    benchmark:
+        "results/benchmarks/figures_contraction_family_{origin}_{source}.tsv"
+    conda:
+        "../../envs/breaker.yaml"
+    params:
+        shows="scores",
+        words=FAMILY_WORDS,
+        prior=config["prior"],
+        onset_sd=0.0,
+    script:
+        "../scripts/figure_validation.py"
+
+
+rule figure_recovery_family:
+    """What the network of levels infers of these drives, against the truth."""
+    input:
+        validation="results/family/{origin}/levels_{source}.zarr",
+        code=code("figure_validation"),
+    output:
+        page(
+            "figures/recovery_family_{origin}_{source}.png",
+            "3 Validation",
+            "recovery of the family",
+            "recovery_family",
+        ),
+    log:
+        "logs/figures/recovery_family_{origin}_{source}.log",
+    benchmark:
+        "results/benchmarks/figures_recovery_family_{origin}_{source}.tsv"
+    conda:
+        "../../envs/breaker.yaml"
+    params:
+        shows="recovery",
+        words=FAMILY_WORDS,
+    script:
+        "../scripts/figure_validation.py"
+
+
+rule figure_pairs_family:
+    """Prior, posterior and truth of one of these drives, pair by pair."""
+    input:
+        validation="results/family/{origin}/levels_{source}.zarr",
+        prior=f"results/prior_predictive/{MOTIONS[0]}.zarr",
+        code=code("figure_pairs"),
+    output:
+        page(
+            "figures/pairs_family_{origin}_{source}.png",
+            "3 Validation",
+            "pairs of the family",
+            "pairs_family",
+        ),
+    log:
+        "logs/figures/pairs_family_{origin}_{source}.log",
+    benchmark:
+        "results/benchmarks/figures_pairs_family_{origin}_{source}.tsv"
+    conda:
+        "../../envs/breaker.yaml"
+    params:
+        words=FAMILY_WORDS,
+    script:
+        "../scripts/figure_pairs.py"
 
 
 rule family:

@@ -8,18 +8,20 @@ operations run their own chunk, and what sums all of them up: types, ranks and t
 rule fleet_chunk:
     """Answer some breakers: each as if it were alone."""
     input:
-        breaker_files,
+        code=code("fleet_chunk"),
     output:
         directory("results/fleet/chunk_{chunk}.zarr"),
     log:
         "logs/fleet/chunk_{chunk}.log",
+    benchmark:
+        "results/benchmarks/fleet_chunk_{chunk}.tsv"
     conda:
         "../../envs/breaker.yaml"
     params:
         **{name: config[name] for name in ON_FLEET},
         folder=OWN_CURVES,
         breakers=lambda wildcards: CHUNKS_OF_BREAKERS[wildcards.chunk],
-        source=lambda wildcards: source_of_breakers(wildcards.chunk),
+        source=source_of_breakers,
         sensor=GRID,
     script:
         "../scripts/fleet_chunk.py"
@@ -29,18 +31,16 @@ rule fleet:
     """What breakers of a type have in common, which is odd, and all ranked by what is due."""
     input:
         chunks=expand("results/fleet/chunk_{chunk}.zarr", chunk=CHUNKS_OF_BREAKERS),
+        code=code("fleet"),
     output:
-        table=report(
-            "results/fleet.csv",
-            caption="../report/fleet_table.rst",
-            category="8 Fleet",
-            labels={"figure": "table of the fleet", "motion": "together"},
-        ),
+        table=page("results/fleet.csv", "8 Fleet", "table of the fleet", "fleet_table"),
         types="results/fleet/types.csv",
         page="results/fleet.html",
         figure=page("figures/fleet.png", "8 Fleet", "fleet", "fleet"),
     log:
         "logs/fleet.log",
+    benchmark:
+        "results/benchmarks/fleet.tsv"
     conda:
         "../../envs/breaker.yaml"
     params:

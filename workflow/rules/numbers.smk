@@ -1,13 +1,11 @@
 """The numbers that the README and the pages in docs/ state, from the tables of this run.
 
-Needs the tables of validation and exactness, and the stores and decisions of the endurance test. Makes one flat
-table. With the default configuration it is compared with docs/numbers.csv, the table that the texts
-are written from; `make numbers` renews both.
+Needs the tables of validation and exactness, and the stores and decisions of the endurance test.
+Makes one flat table. With the default configuration it is compared with docs/numbers.csv, the table
+that the texts are written from; `make numbers` renews both.
 """
 
-from breaker.shipped import DEFAULTS
-
-IS_DEFAULT = config == configuration.read(DEFAULTS)
+STATED = config == read(DEFAULTS) and Path("docs/numbers.csv").exists()
 
 
 rule numbers:
@@ -24,16 +22,19 @@ rule numbers:
         life="results/life.zarr",
         limits="results/limits.csv",
         decisions="results/decisions.csv",
+        code=code("collect_numbers"),
     output:
         "results/numbers.csv",
     log:
         "logs/numbers.log",
+    benchmark:
+        "results/benchmarks/numbers.tsv"
     conda:
         "../../envs/breaker.yaml"
     params:
         motions=MOTIONS,
         limits=config["limits"],
         speeds=SPEEDS,
-        stated="docs/numbers.csv" if IS_DEFAULT and Path("docs/numbers.csv").exists() else None,
+        stated="docs/numbers.csv" if STATED else None,
     script:
         "../scripts/collect_numbers.py"

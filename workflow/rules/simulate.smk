@@ -7,10 +7,14 @@ content depends on the seed, the prior, the grid, the onset, the motion and its 
 
 rule prior_predictive:
     """Operations drawn from the prior, to look at."""
+    input:
+        code=code("simulate"),
     output:
         directory("results/prior_predictive/{motion}.zarr"),
     log:
         "logs/prior_predictive/{motion}.log",
+    benchmark:
+        "results/benchmarks/prior_predictive_{motion}.tsv"
     conda:
         "../../envs/breaker.yaml"
     params:
@@ -26,10 +30,14 @@ rule prior_predictive:
 
 rule bank_shard:
     """One shard of the training bank of one motion."""
+    input:
+        code=code("simulate"),
     output:
         directory("results/bank/{motion}/shard_{shard}.zarr"),
     log:
         "logs/bank/{motion}_{shard}.log",
+    benchmark:
+        "results/benchmarks/bank_{motion}_{shard}.tsv"
     priority: 10  # the longest chain first: what follows fills the cores after it
     conda:
         "../../envs/breaker.yaml"

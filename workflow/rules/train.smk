@@ -13,26 +13,31 @@ rule train:
             f"results/bank/{{motion}}/shard_{shard:03d}.zarr"
             for shard in range(config["bank"]["shards"])
         ],
+        code=code("train"),
     output:
         model="results/models/{motion}.safetensors",
         history=directory("results/training/{motion}_history.zarr"),
         solver=directory("results/training/{motion}_solver.zarr"),
     log:
         "logs/train/{motion}.log",
+    benchmark:
+        "results/benchmarks/train_{motion}.tsv"
     priority: 10  # the longest chain first: what follows fills the cores after it
     conda:
         "../../envs/breaker.yaml"
     threads: lambda wildcards: config["training"][wildcards.motion]["threads"]
     resources:
         gpu=lambda wildcards: int(config["training"][wildcards.motion]["device"] == "cuda"),
+        runtime=lambda wildcards, attempt: training_minutes(
+            config["training"][wildcards.motion], attempt
+        ),
     params:
         seed=config["seed"],
         prior=config["prior"],
         sensor=config["sensor"],
-        network=lambda wildcards: configuration.chosen_network(config["network"][wildcards.motion]),
-        training=lambda wildcards: config["training"][wildcards.motion],
+        network=network_of_motion,
+        training=training_of_motion,
         solver=config["solver"],
         bank=config["bank"],
-        checkpoint=placed("checkpoints/{motion}.pt"),
     script:
         "../scripts/train.py"

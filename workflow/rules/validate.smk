@@ -4,32 +4,61 @@ Needs the model file. Makes the draws of simulated records as Zarr, a table of t
 the figures of the paper's Secs. 5 and 6.
 """
 
-# Fig. 3: what the prior holds possible, beside the endurance test.
-figure(
-    "prior_predictive",
-    "1 Simulation",
-    prior="results/prior_predictive/{motion}.zarr",
-    curves=every_chunk("results/endurance/{motion}/curves_{chunk}.zarr"),
-)
+POSTERIOR = config["validation"]["posterior"]
 
-# Loss over the training, and the convergence of the solver.
-figure(
-    "loss",
-    "2 Training",
-    within="loss",
-    history="results/training/{motion}_history.zarr",
-    solver="results/training/{motion}_solver.zarr",
-)
+
+rule figure_prior_predictive:
+    """Fig. 3: what the prior holds possible, beside the endurance test."""
+    input:
+        prior="results/prior_predictive/{motion}.zarr",
+        curves=every_chunk("results/endurance/{motion}/curves_{chunk}.zarr"),
+        code=code("figure_prior_predictive"),
+    output:
+        page(
+            "figures/prior_predictive_{motion}.png",
+            "1 Simulation",
+            "prior predictive",
+            "prior_predictive",
+        ),
+    log:
+        "logs/figures/prior_predictive_{motion}.log",
+    benchmark:
+        "results/benchmarks/figures_prior_predictive_{motion}.tsv"
+    conda:
+        "../../envs/breaker.yaml"
+    script:
+        "../scripts/figure_prior_predictive.py"
+
+
+rule figure_loss:
+    """Loss over the training, and the convergence of the solver."""
+    input:
+        history="results/training/{motion}_history.zarr",
+        solver="results/training/{motion}_solver.zarr",
+        code=code("figure_loss"),
+    output:
+        page("figures/loss_{motion}.png", "2 Training", "loss", "loss"),
+    log:
+        "logs/figures/loss_{motion}.log",
+    benchmark:
+        "results/benchmarks/figures_loss_{motion}.tsv"
+    conda:
+        "../../envs/breaker.yaml"
+    script:
+        "../scripts/figure_loss.py"
 
 
 rule validate:
     """Draw from the posterior of simulated records whose truth is known."""
     input:
         model="results/models/{motion}.safetensors",
+        code=code("validate"),
     output:
         directory("results/validation/{motion}_seed{seed}.zarr"),
     log:
         "logs/validate/{motion}_seed{seed}.log",
+    benchmark:
+        "results/benchmarks/validate_{motion}_seed{seed}.tsv"
     conda:
         "../../envs/breaker.yaml"
     params:
@@ -43,10 +72,13 @@ rule validate_reader:
     """The same through files: records written in ten layouts, read back, inferred."""
     input:
         model="results/models/{motion}.safetensors",
+        code=code("validate_reader"),
     output:
         directory("results/validation/{motion}_reader_seed{seed}.zarr"),
     log:
         "logs/validate_reader/{motion}_seed{seed}.log",
+    benchmark:
+        "results/benchmarks/validate_reader_{motion}_seed{seed}.tsv"
     conda:
         "../../envs/breaker.yaml"
     params:
@@ -58,10 +90,14 @@ rule validate_reader:
 
 rule identifiability:
     """The contraction that an exact posterior reaches on average over the prior."""
+    input:
+        code=code("identifiability"),
     output:
         directory("results/identifiability/{motion}.zarr"),
     log:
         "logs/identifiability/{motion}.log",
+    benchmark:
+        "results/benchmarks/identifiability_{motion}.tsv"
     conda:
         "../../envs/breaker.yaml"
     params:
@@ -80,6 +116,7 @@ rule quality:
         corrected="results/validation/{motion}_corrected_seed{seed}.zarr",
         reader="results/validation/{motion}_reader_seed{seed}.zarr",
         limit="results/identifiability/{motion}.zarr",
+        code=code("quality"),
     output:
         page(
             "results/quality/{motion}_seed{seed}.csv",
@@ -89,6 +126,8 @@ rule quality:
         ),
     log:
         "logs/quality/{motion}_seed{seed}.log",
+    benchmark:
+        "results/benchmarks/quality_{motion}_seed{seed}.tsv"
     conda:
         "../../envs/breaker.yaml"
     params:
@@ -98,57 +137,121 @@ rule quality:
         "../scripts/quality.py"
 
 
-SUBJECT = f"simulation-based calibration, {config['validation']['posterior']} posterior"
+rule figure_sbc:
+    """Fig. 4: simulation-based calibration."""
+    input:
+        validation=validated,
+        code=code("figure_validation"),
+    output:
+        page("figures/sbc_{motion}.png", "3 Validation", "calibration", "sbc"),
+    log:
+        "logs/figures/sbc_{motion}.log",
+    benchmark:
+        "results/benchmarks/figures_sbc_{motion}.tsv"
+    conda:
+        "../../envs/breaker.yaml"
+    params:
+        shows="ranks",
+        words={"subject": f"simulation-based calibration, {POSTERIOR} posterior"},
+    script:
+        "../scripts/figure_validation.py"
 
-# Fig. 4: simulation-based calibration.
-figure(
-    "sbc",
-    "3 Validation",
-    label="calibration",
-    by="validation",
-    validation=validated,
-    params={"shows": "ranks", "words": {"subject": SUBJECT}},
-)
 
-# Fig. 4 through curve files: simulation-based calibration.
-figure(
-    "sbc_reader",
-    "3 Validation",
-    label="calibration through files",
-    by="validation",
-    validation=f"results/validation/{{motion}}_reader_seed{SEED}.zarr",
-    params={"shows": "ranks", "words": {"subject": "calibration through curve files"}},
-)
+rule figure_sbc_reader:
+    """Fig. 4 through curve files: simulation-based calibration."""
+    input:
+        validation=f"results/validation/{{motion}}_reader_seed{SEED}.zarr",
+        code=code("figure_validation"),
+    output:
+        page(
+            "figures/sbc_reader_{motion}.png",
+            "3 Validation",
+            "calibration through files",
+            "sbc_reader",
+        ),
+    log:
+        "logs/figures/sbc_reader_{motion}.log",
+    benchmark:
+        "results/benchmarks/figures_sbc_reader_{motion}.tsv"
+    conda:
+        "../../envs/breaker.yaml"
+    params:
+        shows="ranks",
+        words={"subject": "calibration through curve files"},
+    script:
+        "../scripts/figure_validation.py"
 
-# Fig. 5: z-score against contraction, with its limit.
-figure(
-    "contraction",
-    "3 Validation",
-    by="validation",
-    validation=validated,
-    limit="results/identifiability/{motion}.zarr",
-    params={"shows": "scores", "prior": config["prior"], "onset_sd": config["sensor"]["onset_sd"]},
-)
 
-# Fig. 6: what was inferred against the truth.
-figure(
-    "recovery", "3 Validation", by="validation", validation=validated, params={"shows": "recovery"}
-)
+rule figure_contraction:
+    """Fig. 5: z-score against contraction, with its limit."""
+    input:
+        validation=validated,
+        limit="results/identifiability/{motion}.zarr",
+        code=code("figure_validation"),
+    output:
+        page("figures/contraction_{motion}.png", "3 Validation", "contraction", "contraction"),
+    log:
+        "logs/figures/contraction_{motion}.log",
+    benchmark:
+        "results/benchmarks/figures_contraction_{motion}.tsv"
+    conda:
+        "../../envs/breaker.yaml"
+    params:
+        shows="scores",
+        prior=config["prior"],
+        onset_sd=config["sensor"]["onset_sd"],
+    script:
+        "../scripts/figure_validation.py"
 
-# Fig. 7: prior, posterior and truth of one simulated curve, pair by pair.
-figure(
-    "pairs", "3 Validation", validation=validated, prior="results/prior_predictive/{motion}.zarr"
-)
+
+rule figure_recovery:
+    """Fig. 6: what was inferred against the truth."""
+    input:
+        validation=validated,
+        code=code("figure_validation"),
+    output:
+        page("figures/recovery_{motion}.png", "3 Validation", "recovery", "recovery"),
+    log:
+        "logs/figures/recovery_{motion}.log",
+    benchmark:
+        "results/benchmarks/figures_recovery_{motion}.tsv"
+    conda:
+        "../../envs/breaker.yaml"
+    params:
+        shows="recovery",
+    script:
+        "../scripts/figure_validation.py"
+
+
+rule figure_pairs:
+    """Fig. 7: prior, posterior and truth of one simulated curve, pair by pair."""
+    input:
+        validation=validated,
+        prior="results/prior_predictive/{motion}.zarr",
+        code=code("figure_pairs"),
+    output:
+        page("figures/pairs_{motion}.png", "3 Validation", "pairs", "pairs"),
+    log:
+        "logs/figures/pairs_{motion}.log",
+    benchmark:
+        "results/benchmarks/figures_pairs_{motion}.tsv"
+    conda:
+        "../../envs/breaker.yaml"
+    script:
+        "../scripts/figure_pairs.py"
 
 
 rule posterior_predictive:
     """What the posteriors of four simulated records predict for them."""
     input:
         validation=validated,
+        code=code("posterior_predictive"),
     output:
         directory("results/validation/{motion}_predictive.zarr"),
     log:
         "logs/posterior_predictive/{motion}.log",
+    benchmark:
+        "results/benchmarks/posterior_predictive_{motion}.tsv"
     conda:
         "../../envs/breaker.yaml"
     params:
@@ -160,10 +263,23 @@ rule posterior_predictive:
         "../scripts/posterior_predictive.py"
 
 
-# Fig. 8: posterior predictive check on simulated records.
-figure(
-    "posterior_predictive",
-    "3 Validation",
-    within="predictive",
-    predictive="results/validation/{motion}_predictive.zarr",
-)
+rule figure_posterior_predictive:
+    """Fig. 8: posterior predictive check on simulated records."""
+    input:
+        predictive="results/validation/{motion}_predictive.zarr",
+        code=code("figure_posterior_predictive"),
+    output:
+        page(
+            "figures/posterior_predictive_{motion}.png",
+            "3 Validation",
+            "posterior predictive",
+            "posterior_predictive",
+        ),
+    log:
+        "logs/figures/posterior_predictive_{motion}.log",
+    benchmark:
+        "results/benchmarks/figures_posterior_predictive_{motion}.tsv"
+    conda:
+        "../../envs/breaker.yaml"
+    script:
+        "../scripts/figure_posterior_predictive.py"

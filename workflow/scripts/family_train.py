@@ -1,17 +1,15 @@
 """Train a network on the drives of a family: of their state, or of its changes."""
 
-from pathlib import Path
-
 from breaker.common.zarr_store import describe, save
 from breaker.drive.family.network_files import write_network
 from breaker.drive.training.network_training import train_network
 from breaker.drive.training.training_rows import open_family, rows_of
 from breaker.paper.posterior.training import Checkpoint, fingerprint
-from breaker.workflow.jobs import start
+from breaker.workflow.jobs import checkpoint_of, start
 
 log = start(snakemake)
 params, kind, output = snakemake.params, snakemake.wildcards.kind, snakemake.output
-settings, file = params.networks, Path(params.checkpoint)
+settings, file = params.networks, checkpoint_of(output.network, ".pt")
 made_from = {
     **{key: params[key] for key in ("seed", "prior", "networks")},
     "kind": kind,

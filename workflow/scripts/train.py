@@ -1,7 +1,6 @@
 """Train the posterior of one motion on its bank."""
 
 from functools import partial
-from pathlib import Path
 
 from breaker.common.randomness import generator
 from breaker.common.zarr_store import describe, save
@@ -16,7 +15,7 @@ from breaker.paper.posterior.training_batches import (
     freeze_inputs,
     split,
 )
-from breaker.workflow.jobs import start
+from breaker.workflow.jobs import checkpoint_of, start
 
 log = start(snakemake)
 params, motion, output = snakemake.params, snakemake.wildcards.motion, snakemake.output
@@ -46,7 +45,9 @@ trainer = Trainer(
     validation=take(bank[validation]),
     settings=training,
     seed=seed,
-    checkpoint=Checkpoint(Path(params.checkpoint), fingerprint(made_from, snakemake.input.code)),
+    checkpoint=Checkpoint(
+        checkpoint_of(output.model, ".pt"), fingerprint(made_from, snakemake.input.code)
+    ),
 )
 history = trainer.run()
 

@@ -1,8 +1,6 @@
-"""In which chunk an operation is, and which files the curves of a chunk come from."""
+"""In which chunk an operation is."""
 
-import json
 from collections.abc import Iterable
-from pathlib import Path
 
 
 def chunks_of(numbers: Iterable[int], size: int) -> dict[str, list[int]]:
@@ -25,15 +23,3 @@ def chunks_of(numbers: Iterable[int], size: int) -> dict[str, list[int]]:
     for number in sorted(set(numbers)):
         found.setdefault(f"{max(number - 1, 0) // size:03d}", []).append(number)
     return found
-
-
-def recorded_source(store: str | Path) -> str | None:
-    """Return the ``source`` in the settings of a store; None if there is none, or no store.
-
-    Without xarray, which would take longer than the whole plan.
-    """
-    try:
-        attributes = json.loads(Path(store, ".zattrs").read_text(encoding="utf-8"))
-        return json.loads(attributes["settings"])["source"]
-    except (OSError, ValueError, KeyError, TypeError):
-        return None

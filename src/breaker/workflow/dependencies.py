@@ -1,6 +1,6 @@
 """The modules that a script of the workflow depends on, as inputs of its rule.
 
-Snakemake runs a rule again when its script changes; named as inputs, modules count too. A script
+Snakemake looks at the script alone; named as inputs, modules count too, by their content. A script
 depends on the modules that it imports, and on what these import in turn.
 """
 
@@ -12,18 +12,19 @@ from pathlib import Path
 _PACKAGE = Path(__file__).resolve().parents[1]
 
 
-def modules_of(script: str | Path, named: str | None = None) -> list[str]:
+def modules_of(script: str | Path, *, itself: bool = False) -> list[str]:
     """Return the files of the package that a script imports, directly or not, sorted.
 
     Args:
         script: A Python file.
-        named: A module that the script is told to import, such as ``breaker.figures.pairs``.
+        itself: Whether the script is one of them.
 
     Returns:
-        Paths relative to the working directory where they are below it, as Snakemake shows them.
+        Paths relative to the working directory where they are below it, so that a project can be
+        moved.
     """
-    found = set(_files(named, ())) if named else set()
-    waiting = [Path(script), *found]
+    waiting = [Path(script).resolve()]
+    found = set(waiting if itself else [])
     while waiting:
         new = set(_imported(waiting.pop())) - found
         found |= new

@@ -1,12 +1,9 @@
-"""What every job of the workflow does first: logging and threads. The command line shares it.
+"""What jobs of the workflow share: logging, threads and checkpoints. So does the command line."""
 
-And what must be installed before the first job.
-"""
-
-import importlib.util
 import logging
 import os
 import sys
+from pathlib import Path
 from types import TracebackType
 
 from breaker import DISTRIBUTION
@@ -18,11 +15,6 @@ _VARIABLES = (
     "VECLIB_MAXIMUM_THREADS",
     "NUMEXPR_NUM_THREADS",
 )
-_PACKAGES = (
-    *("charset_normalizer", "jinja2", "jsonschema", "matplotlib", "numba", "numcodecs"),
-    *("numpy", "pandas", "safetensors", "scipy", "snakemake", "torch", "tqdm", "xarray", "yaml"),
-    *("PIL", "zarr"),
-)
 # Those of an extra that is smaller than that of the workflow.
 _EXTRAS = {
     "networks": {"torch"},
@@ -31,22 +23,31 @@ _EXTRAS = {
 }
 
 
-def missing_packages(*found: str) -> str:
-    """Return which packages are missing and the remedy, or nothing where all are there.
+def missing_packages(*names: str) -> str:
+    """Return that packages are missing, and the remedy.
 
     Args:
-        found: Names of packages that an import did not find, if it is known; else all that the
-            workflow needs are looked for.
+        names: Names of packages that an import did not find.
     """
-    missing = found or tuple(name for name in _PACKAGES if importlib.util.find_spec(name) is None)
-    if not missing:
-        return ""
-    fit = (extra for extra, has in _EXTRAS.items() if has.issuperset(missing))
+    fit = (extra for extra, has in _EXTRAS.items() if has.issuperset(names))
     extra = next(fit, "workflow")
     return (
-        f"missing in the environment of {sys.executable}: {', '.join(missing)}. Run `pip install "
+        f"missing in the environment of {sys.executable}: {', '.join(names)}. Run `pip install "
         f'"{DISTRIBUTION}[{extra}]"`, or `make environment` in the project\'s folder'
     )
+
+
+def checkpoint_of(output: str | Path, ending: str) -> Path:
+    """Return where a job keeps its state: as its output, but in ``checkpoints``.
+
+    Snakemake removes the outputs of a job that fails, and knows nothing of this file.
+
+    Example:
+        >>> checkpoint_of("drive/results/models/closing.safetensors", ".pt").as_posix()
+        'drive/checkpoints/models/closing.pt'
+    """
+    path = Path(output).with_suffix(ending)
+    return Path(*("checkpoints" if part == "results" else part for part in path.parts))
 
 
 def start(job: object) -> logging.Logger:
