@@ -102,23 +102,6 @@ def test_a_file_that_cannot_be_read_is_named_with_its_reason(visit, capsys):
     assert "odd.csv" in capsys.readouterr().err
 
 
-def test_a_german_report_has_commas_in_its_numbers_and_german_zones(visit):
-    config = yaml.safe_load(Path("my.yaml").read_text()) | {"report": {"language": "de"}}
-    Path("de.yaml").write_text(yaml.safe_dump(config))
-    call = ["report", "today.csv", "--before", "before.csv", "--config", "de.yaml"]
-    assert main([*call, "--output", "de.html"]) == 0
-    page = Path("de.html").read_text(encoding="utf-8")
-    body = re.sub(r"data:image[^\"]*|<style>.*?</style>", "", page, flags=re.S)
-    texts = re.findall(r">([^<]+)<", body)
-    numbers = [each for each in texts if re.search(r"\d\.\d", each)]
-    assert [e for e in numbers if not re.search("Anmerkung|WARNUNG|least", e)] == [
-        "6.2 bar"
-    ]  # stated
-    assert sum(bool(re.search(r"\d,\d", each)) for each in texts) > 100
-    assert "von 40 bis 80 % des Hubs" in page
-    assert "of stroke" not in page
-
-
 def test_a_reference_of_the_configuration_is_that_of_the_option(visit):
     stated = {"reference": {"file": "before.csv", "tolerance": 2}}
     config = yaml.safe_load(Path("my.yaml").read_text())

@@ -134,18 +134,13 @@ def _with_reference(options: argparse.Namespace, stated: Mapping) -> argparse.Na
 
 def visit_of(read: ReadVisit) -> Visit:
     """Infer and judge records, and compare them with those before; nothing is written."""
-    from breaker.documents.parts import in_language
     from breaker.drive.answers.test_report import report_of
-    from breaker.shipped import words_of
 
     assessment, records = read.assessment, read.records
     answers = assessment.infer(records)
     beside = replace(read.beside, changes=_changes(records, read.before, assessment))
     verdicts = assessment.judge(answers)
     report = report_of(answers, verdicts, beside)
-    language = assessment.config["report"]["language"]
-    if language != report.language:
-        report = replace(in_language(report, words_of(language)), language=language)
     return Visit(records, answers, verdicts, report)
 
 
@@ -155,7 +150,7 @@ def _letterhead(settings: Mapping) -> "Letterhead":
     Raises:
         ValueError: If the logo cannot be read or is no PNG.
     """
-    from breaker.documents.parts import Letterhead, Text
+    from breaker.documents.parts import Letterhead
     from breaker.reading.files.guards import read_bytes
 
     logo = b""
@@ -166,7 +161,7 @@ def _letterhead(settings: Mapping) -> "Letterhead":
             raise ValueError(f"report.logo: {error}") from error
         if not logo.startswith(_PNG):
             raise ValueError(f"report.logo: {settings['logo']} is no PNG file; convert it to one")
-    lines = [Text("{who}: name, date", who=Text(each)) for each in settings["signatures"]]
+    lines = [f"{who}: name, date" for who in settings["signatures"]]
     return Letterhead(settings["company"] or "", logo, settings["remarks"] or "", lines)
 
 
@@ -196,16 +191,14 @@ def _usable(records: Sequence, what: str) -> Sequence:
 def _plate(records: Sequence, before: Sequence, stated: Mapping) -> list[tuple[str, str]]:
     """Nameplate and test, as far as they are known: of the table of operations, and of files."""
     from breaker.common.numerals import first_of, in_digits
-    from breaker.documents.parts import Cell, Joined, Number, Text
+    from breaker.documents.parts import Cell
     from breaker.drive.answers.file_statements import date_of, dates_in_words
     from breaker.reading.files.guards import printable
 
     operations = [each.operation for each in records]
     files = dict.fromkeys(each.operation.file for each in records if not each.reason)
     shown = [
-        Number(
-            f"{in_digits(each.temperature, 4)} °C" if each.temperature == each.temperature else ""
-        )
+        f"{in_digits(each.temperature, 4)} °C" if each.temperature == each.temperature else ""
         for each in operations
     ]
     beside = {name: [_beside(each, name) for each in stated.values()] for name in _BESIDE}
@@ -219,17 +212,17 @@ def _plate(records: Sequence, before: Sequence, stated: Mapping) -> list[tuple[s
         "Files": [first_of([printable(file).rpartition("/")[2] for file in files], 1)],
         **{name.title(): [getattr(each, name) for each in stated.values()] for name in _PLATE},
         "Linkage ratio": [
-            Number(in_digits(each.ratio, 6)) for each in stated.values() if each.ratio == each.ratio
+            in_digits(each.ratio, 6) for each in stated.values() if each.ratio == each.ratio
         ],
         **(beside | ({"Temperature": shown} if any(shown) else {})),
         "Channels": [each.phase for each in operations],
         "Contacts": [str(each.settings.get("contact_column") or "") for each in operations],
-        "Motions": [Text(each.motion) for each in records],
+        "Motions": [each.motion for each in records],
     }
-    pairs = [(n, Joined(", ", [*filter(None, dict.fromkeys(e))])) for n, e in known.items()]
+    pairs = [(n, ", ".join(filter(None, dict.fromkeys(e)))) for n, e in known.items()]
     always = "Breaker", "Test date", "Visit before"
-    lacking = Cell(Text("not stated"), "faint")
-    return [(Text(name), text or lacking) for name, text in pairs if text or name in always]
+    lacking = Cell("not stated", "faint")
+    return [(name, text or lacking) for name, text in pairs if text or name in always]
 
 
 def _beside_records(given: "Given", words: Sequence[str]) -> list[tuple[str, str]]:

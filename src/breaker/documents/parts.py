@@ -1,25 +1,7 @@
 """The parts of a document: sentences, tables, and sections that hold both."""
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields, is_dataclass, replace
-
-
-class Text(str):
-    """A text of a pattern and values, which may be texts of their own: another language has another
-    pattern for it.
-
-    >>> text = Text("limit {name}: {result}", name="slow", result=Text("not shown"))
-    >>> text, in_language(text, {"limit {name}: {result}": "{result} bei {name}"})
-    ('limit slow: not shown', 'not shown bei slow')
-    """
-
-    __slots__ = ("pattern", "values")
-
-    def __new__(cls, pattern: str, **values: object) -> "Text":
-        """Return the text, in English."""
-        text = super().__new__(cls, pattern.format(**values) if values else pattern)
-        text.pattern, text.values = pattern, values
-        return text
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 
 class Cell(str):
@@ -31,67 +13,18 @@ class Cell(str):
     ('FAIL', 'bad')
     """
 
-    __slots__ = ("text", "tone")
+    __slots__ = ("tone",)
 
     def __new__(cls, text: str, tone: str = "") -> "Cell":
         """Return a text with its tone."""
         cell = super().__new__(cls, text)
-        cell.text, cell.tone = text, tone
+        cell.tone = tone
         return cell
 
 
 def tone_of(text: str) -> str:
     """Return what a text means; nothing of a plain one."""
     return getattr(text, "tone", "")
-
-
-class Number(str):
-    """A number in digits, with signs about it, or several: another language may have another
-    decimal sign.
-
-    >>> in_language(Number("± 0.5"), {".": ","})
-    '± 0,5'
-    """
-
-    __slots__ = ()
-
-
-class Joined(str):
-    """Texts with a sign between."""
-
-    __slots__ = ("sign", "texts")
-
-    def __new__(cls, sign: str, texts: Sequence[str]) -> "Joined":
-        """Return the texts, joined."""
-        text = super().__new__(cls, sign.join(texts))
-        text.sign, text.texts = sign, tuple(texts)
-        return text
-
-
-def in_language(part: object, known: Mapping[str, str]) -> object:
-    """Return a text, or a document or part of it, in another language.
-
-    Args:
-        part: What has no pattern in it, such as a number or the name of a file, stays as it is.
-        known: Texts and patterns of the language by the English ones, and its decimal sign; one
-            that is lacking stays English.
-    """
-    if isinstance(part, Cell):
-        return Cell(in_language(part.text, known), part.tone)
-    if isinstance(part, Text):
-        values = {name: in_language(each, known) for name, each in part.values.items()}
-        return Text(known.get(part.pattern, part.pattern), **values)
-    if isinstance(part, Number):
-        return Number(part.replace(".", known.get(".", ".")))
-    if isinstance(part, Joined):
-        return Joined(part.sign, [in_language(each, known) for each in part.texts])
-    if isinstance(part, list | tuple):
-        own = [in_language(each, known) for each in part]
-        return type(part)(*own) if hasattr(part, "_fields") else type(part)(own)
-    if is_dataclass(part):
-        own = {each.name: in_language(getattr(part, each.name), known) for each in fields(part)}
-        return replace(part, **own)
-    return part
 
 
 @dataclass(frozen=True)
@@ -150,14 +83,12 @@ class Letterhead:
         logo: PNG; empty without one.
         remarks: Of who writes it.
         signatures: What each line to sign is for.
-        heading: Above the remarks.
     """
 
     company: str = ""
     logo: bytes = b""
     remarks: str = ""
     signatures: Sequence[str] = ()
-    heading: str = Text("Remarks")
 
 
 @dataclass(frozen=True)
@@ -170,7 +101,6 @@ class Document:
         summary: Sentences that are said first.
         parts: All else, in order.
         letterhead: None without one.
-        language: Of its words, ISO 639.
     """
 
     title: str = ""
@@ -178,4 +108,3 @@ class Document:
     summary: Sequence[str] = ()
     parts: Sequence[Section | Table] = ()
     letterhead: Letterhead | None = None
-    language: str = "en"

@@ -9,7 +9,6 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.image import imread
 from matplotlib.lines import Line2D
-from matplotlib.ticker import ScalarFormatter
 
 from breaker.documents.parts import (
     Cell,
@@ -48,17 +47,6 @@ _TALLEST, _PANEL_LEAST = 3.6, 1.7  # inches, of a panel
 _NAME = 28  # letters of a channel's name
 _LEGEND = 0.19  # inches, of a line of the legend
 _KEYS_WIDE = 118  # letters in a line of the legend
-
-
-class _Ticks(ScalarFormatter):
-    """Numbers along an axis, with the decimal sign of the report."""
-
-    def __init__(self, decimal: str) -> None:
-        super().__init__()
-        self.decimal = decimal
-
-    def __call__(self, x: float, pos: int | None = None) -> str:
-        return super().__call__(x, pos).replace(".", self.decimal)
 
 
 class _Sheet:
@@ -238,7 +226,7 @@ def _sheet(report: Report) -> _Sheet:
 def _sign(sheet: _Sheet, around: Letterhead) -> None:
     """Remarks, and lines to sign."""
     sheet.room(_REMARKS + 12.0 + (_SIGN[1] + 12.0) * bool(around.signatures))
-    sheet.paragraph(around.heading, 9.0, weight="bold")
+    sheet.paragraph("Remarks", 9.0, weight="bold")
     top = sheet.y
     for line in around.remarks.splitlines():
         sheet.paragraph(line, _SIZE)
@@ -342,8 +330,6 @@ def _curves(figure: Figure, panels: Sequence[Panel], top: float, labels: PanelLa
         if k + 1 == len(drawn) or drawn[k + 1][1] is _panel:
             axis.set_xlabel(labels.time, fontsize=8)
         axis.tick_params(labelsize=7.5)
-        for each in (axis.xaxis, axis.yaxis) if labels.decimal != "." else ():
-            each.set_major_formatter(_Ticks(labels.decimal))
         axis.yaxis.label.set_size(8.0)
 
 

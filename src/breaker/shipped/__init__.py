@@ -7,7 +7,7 @@ of its families of drives (``make ship``). Tests compare them.
 import json
 from pathlib import Path
 
-__all__ = ["CARD", "DEFAULTS", "FAMILIES", "KINDS", "SCHEMA", "model_file", "widening", "words_of"]
+__all__ = ["CARD", "DEFAULTS", "FAMILIES", "KINDS", "SCHEMA", "model_file", "widening"]
 
 _HERE = Path(__file__).parent
 
@@ -48,12 +48,3 @@ def widening(family: str) -> dict[int, dict[str, float]]:
     """
     known = json.loads((_HERE / "widening.json").read_text(encoding="utf-8")).get(family, {})
     return {int(motions): factors for motions, factors in known.items()}
-
-
-def words_of(language: str) -> dict[str, str]:
-    """Return the words of reports in a language, by the English ones; none of English.
-
-    ``words.json`` has them, and is where a language is added.
-    """
-    known = json.loads((_HERE / "words.json").read_text(encoding="utf-8"))
-    return known.get(language, {})

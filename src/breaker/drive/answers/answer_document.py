@@ -15,7 +15,6 @@ from breaker.drive.answers.evidence import MAY_SLIDE, WITH_CONTACT, Answer
 from breaker.drive.answers.identity import doubts_about
 from breaker.drive.answers.limit_verdicts import NORMAL, VERDICTS, Verdict
 from breaker.drive.answers.number_sources import Place, places_of
-from breaker.drive.answers.zone_words import zone_of
 from breaker.drive.family.mechanisms import MECHANISMS
 from breaker.quantities.catalogue import ANSWERED, CURRENTS, quantities_of
 from breaker.quantities.moving_mass import MASS_QUANTITIES, with_mass
@@ -378,7 +377,7 @@ def _quantities(answer: Answer) -> dict[str, QuantityEstimate]:
     """Quantities that are no parameters, as far as the record may show them at all."""
     found = {}
     motion = answer.record.motion
-    zones = {each.name: zone_of(each) for each in answer.speeds if each.motion == motion}
+    zones = {each.name: each.words for each in answer.speeds if each.motion == motion}
     for name, each in quantities_of(motion, answer.speeds, of=None).items():
         reason, source, known = answer.why_not(name), None, _drawn(None)
         if reason and (name == "latch_time" or name in {*ANSWERED, *CURRENTS}):

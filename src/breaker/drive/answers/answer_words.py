@@ -6,12 +6,9 @@ from breaker.common.numerals import in_digits, in_p
 from breaker.documents.parts import (
     Cell,
     Document,
-    Joined,
-    Number,
     Remark,
     Section,
     Table,
-    Text,
 )
 from breaker.drive.answers.answer_document import (
     AnswerDocument,
@@ -107,8 +104,8 @@ def zones_of(records: Iterable[Mapping[str, QuantityEstimate]]) -> list[str]:
 
 def zones_in_words(zones: Iterable[tuple[str, str]]) -> list[str]:
     """Say the zones of speeds, each a name and a zone, once; nothing of none."""
-    said = Joined("; ", [Joined(" ", pair) for pair in dict.fromkeys(zones)])
-    return [Text("speeds, means of the drive: {zones}", zones=said)] if said else []
+    said = "; ".join(" ".join(pair) for pair in dict.fromkeys(zones))
+    return [f"speeds, means of the drive: {said}"] if said else []
 
 
 def _places(record: RecordAnswer) -> list[Table]:
@@ -274,9 +271,8 @@ def limit_tables(limits: Sequence[Verdict]) -> list[Table]:
 
 def bounds_in_words(part: JudgedPart) -> str:
     """Which values of a quantity pass."""
-    low, high = (None if each is None else Number(_number(each)) for each in part.bounds)
-    pattern = "{low} to {high}" if low and high else "up to {high}" if high else "from {low}"
-    return Text(pattern, low=low, high=high)
+    low, high = (None if each is None else _number(each) for each in part.bounds)
+    return f"{low} to {high}" if low and high else f"up to {high}" if high else f"from {low}"
 
 
 def _title(record: RecordAnswer) -> str:

@@ -4,14 +4,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 from breaker.common.numerals import in_digits
-from breaker.documents.parts import Cell, Joined, Number, Table, Text
+from breaker.documents.parts import Cell, Table
 from breaker.drive.answers.report_tables import NONE, named
 from breaker.drive.answers.visit_changes import VERDICT_WORDS, QuantityChange
 from breaker.drive.answers.visit_document import VisitDocument, change_words
 from breaker.quantities.advice import LOOK
 
 _TONES = dict(zip(VERDICT_WORDS, ("bad", "doubt", ""), strict=True))
-_BEYOND = "perhaps beyond {share} %: {names}", "not beyond {share} %: {names}"
 _WIDE = 3  # channels, up to which a change has room for its values
 
 
@@ -40,31 +39,25 @@ def changes_table(
         worst = min((each.verdict for each in found.values()), key=VERDICT_WORDS.index)
         first = next(iter(found.values()))
         if worst == VERDICT_WORDS[2] or (worst in other and kind != "measured"):
-            inferred = Text("{name}, inferred", name=label)
-            other[worst].append(inferred if kind == "time" else label)
+            other[worst].append(f"{label}, inferred" if kind == "time" else label)
             continue
         cells = [_change(found.get(phase), len(there) <= _WIDE) for phase in there]
         unit = first.unit if kind == "measured" else ""
-        source = Text("measured" if kind == "measured" else "inferred")
+        source = "measured" if kind == "measured" else "inferred"
         rows.append((label, unit, Cell(source, "faint"), *cells))
     shares = [each.settings.share for each in changed.values() if each.changes]
     notes = [
-        Text(how, share=Number(in_digits(100.0 * shares[0], 3)), names=Joined(", ", names))
-        for how, names in zip(_BEYOND, other.values(), strict=True)
+        f"{how} {in_digits(100.0 * shares[0], 3)} %: {', '.join(names)}"
+        for how, names in zip(("perhaps beyond", "not beyond"), other.values(), strict=True)
         if names
     ]
     trust = [(phase, text) for phase, each in changed.items() for text in each.trust]
-    look = [
-        (phase, Text("{look}: {words}", look=Text(LOOK), words=words))
-        for phase, each in changed.items()
-        for words in each.advice
-    ]
+    look = [(phase, f"{LOOK}: {words}") for phase, each in changed.items() for words in each.advice]
     notes += named(look, len(changed))
     when = next((each.dates["before"] for each in changed.values() if each.dates), "")
-    since = Text("since the visit before")
-    since = Text("{since}\n{date}", since=since, date=when) if when else since
-    head = (since, Text("unit"), "", *(phase or Text("change") for phase in there))
-    return Table(head, rows, Text("Changes"), [*notes, *named(trust, len(changed))])
+    since = f"since the visit before\n{when}" if when else "since the visit before"
+    head = (since, "unit", "", *(phase or "change" for phase in there))
+    return Table(head, rows, "Changes", [*notes, *named(trust, len(changed))])
 
 
 def _change(row: QuantityChange | None, wide: bool) -> Cell:
@@ -76,4 +69,4 @@ def _change(row: QuantityChange | None, wide: bool) -> Cell:
         text = f"{' → '.join(values)} ({text})"
     elif wide:
         text += f" ({span})"
-    return Cell(Number(text), _TONES[row.verdict])
+    return Cell(text, _TONES[row.verdict])

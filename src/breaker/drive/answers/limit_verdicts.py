@@ -9,7 +9,6 @@ import numpy as np
 from breaker.common.numerals import in_digits
 from breaker.common.plain_values import Plain
 from breaker.common.randomness import generator
-from breaker.documents.parts import Text
 from breaker.drive.answers.evidence import MAY_SLIDE, NOTHING, WITH_CONTACT, Answer
 from breaker.mechanism.limit_sources import Reader
 from breaker.mechanism.limits import Limit
@@ -20,9 +19,9 @@ VERDICTS = ("pass", "not shown", "fail")
 """Verdicts on a limit, the worst last."""
 
 RESULTS = {
-    "fail": (Text("FAIL"), "bad"),
-    "not shown": (Text("not shown"), "doubt"),
-    "pass": (Text("pass"), "good"),
+    "fail": ("FAIL", "bad"),
+    "not shown": ("not shown", "doubt"),
+    "pass": ("pass", "good"),
 }
 """Text and tone of verdicts, the worst first."""
 

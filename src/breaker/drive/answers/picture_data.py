@@ -9,7 +9,6 @@ import numpy as np
 
 from breaker.common.numerals import in_p
 from breaker.common.randomness import generator
-from breaker.documents.parts import Number, Text
 from breaker.drive.answers.answer_words import how_it_fits
 from breaker.drive.answers.evidence import WITH_CONTACT, Answer, Given
 from breaker.drive.answers.reference_curve import Overlay
@@ -165,22 +164,19 @@ class Marked(NamedTuple):
 
 
 class PanelLabels(NamedTuple):
-    """Words in the pictures of a report, the number of a page of it as a pattern, and its decimal
-    sign.
-    """
+    """Words in the pictures of a report, and the number of a page of it as a pattern."""
 
-    time: str = Text("time of the record (ms)")
-    travel: str = Text("travel (mm)")
-    beside: str = Text("contact, coil")
-    difference: str = Text("difference (mm)")
-    record: str = Text("record")
-    reference: str = Text("reference")
+    time: str = "time of the record (ms)"
+    travel: str = "travel (mm)"
+    beside: str = "contact, coil"
+    difference: str = "difference (mm)"
+    record: str = "record"
+    reference: str = "reference"
     marks: tuple[str, ...] = (
-        Text("▼ first motion   ● touch or parting, measured   ○ by the model"),
-        Text("■ points of speeds   - - rests   below: – coil, - - contact, shares of their ranges"),
+        "▼ first motion   ● touch or parting, measured   ○ by the model",
+        "■ points of speeds   - - rests   below: – coil, - - contact, shares of their ranges",
     )
-    page: str = Text("page {number} of {total}")
-    decimal: str = Number(".")
+    page: str = "page {number} of {total}"
 
 
 class Panel(NamedTuple):

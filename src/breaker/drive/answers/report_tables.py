@@ -5,7 +5,7 @@ from collections.abc import Iterable, Mapping, Sequence, Sized
 import numpy as np
 
 from breaker.common.numerals import in_digits, in_p
-from breaker.documents.parts import Cell, Joined, Number, Table, Text
+from breaker.documents.parts import Cell, Table
 from breaker.drive.answers.answer_document import (
     Estimate,
     QuantityEstimate,
@@ -29,7 +29,7 @@ from breaker.reading.inspection.proposal_words import alike
 
 _MOST = 8  # notes below a table
 _WORDY = 3  # channels, up to which words stand beside the name of a parameter
-_OUT = Text(
+_OUT = (
     "OUT OF a family: no drive that the networks know moves like this, so parameters are withheld; "
     "what is measured holds"
 )
@@ -44,7 +44,7 @@ def some_of(text: str, where: Iterable[str], channels: int) -> str:
     names = [*filter(None, dict.fromkeys(where))]
     if not 0 < len(names) < channels:
         return text
-    return Text("{text} ({where})", text=text, where=Joined(", ", names))
+    return f"{text} ({', '.join(names)})"
 
 
 def named(said: Iterable[tuple[str, str]], channels: int) -> list[str]:
@@ -63,7 +63,7 @@ def named(said: Iterable[tuple[str, str]], channels: int) -> list[str]:
 def few(lines: Sequence[str]) -> list[str]:
     """The first lines, and how many more there are."""
     more = len(lines) - _MOST
-    last = [Text("and {more} more, which breaker infer prints", more=more)] if more > 0 else []
+    last = [f"and {more} more, which breaker infer prints"] if more > 0 else []
     return [*lines[:_MOST], *last]
 
 
@@ -97,11 +97,11 @@ def measured_table(
             odd = next((each[1] for each in values.values() if each[1]), "")
             others = {p: w for p, each in values.items() if (w := _other(found[name].get(p), each))}
             cells = (_printed(values.get(p), p in others) for p in channels)
-            label = Text("  printed, {what}", what=odd) if odd else Text("  printed")
+            label = f"  printed, {odd}" if odd else "  printed"
             rows.append((Cell(label, "faint"), "", *cells))
-            said += [(p, Text("{name}: {words}", name=name, words=w)) for p, w in others.items()]
-    head = [Text("measured"), Text("unit"), *(phase or Text("value") for phase in channels)]
-    head += [Text("± 95 %"), *([Text("differ by")] if len(channels) > 1 else [])]
+            said += [(p, f"{name}: {words}") for p, words in others.items()]
+    head = ["measured", "unit", *(phase or "value" for phase in channels), "± 95 %"]
+    head += ["differ by"] if len(channels) > 1 else []
     head += _heads_of_limits(channels)
     rows = [(*row, *[""] * len(head))[: len(head)] for row in rows]
     return Table(head, rows, title, [*named(said, len(channels)), *_notes(channels, together)])
@@ -109,8 +109,8 @@ def measured_table(
 
 def _printed(value: tuple[float, str, str] | None, other: bool) -> Cell:
     """What the analyser printed, marked where it is another value than the measured one."""
-    text = Number(in_digits(value[0], 4) if value else "")
-    return Cell(Text("{text} differs", text=text), "bad") if other else Cell(text, "faint")
+    text = in_digits(value[0], 4) if value else ""
+    return Cell(f"{text} differs", "bad") if other else Cell(text, "faint")
 
 
 def _other(each: QuantityEstimate | None, printed: tuple[float, str, str]) -> str:
@@ -124,13 +124,10 @@ def _other(each: QuantityEstimate | None, printed: tuple[float, str, str]) -> st
     if not differs(quantity, value, measured, (each.interval_95[1] - measured) / NORMAL[95]):
         return ""
     share = 100.0 * (measured / value - 1.0)
-    return Text(
-        "measured {measured} {unit}, {share} % {more} than printed: are scale, ratio and channel "
-        "right? Limits judge the measured one",
-        measured=Number(in_digits(measured, 4)),
-        unit=each.unit,
-        share=Number(in_digits(abs(share), 2)),
-        more=Text("more") if share > 0.0 else Text("less"),
+    more = f"{in_digits(abs(share), 2)} % {'more' if share > 0.0 else 'less'}"
+    return (
+        f"measured {in_digits(measured, 4)} {each.unit}, {more} than printed: are scale, ratio and "
+        "channel right? Limits judge the measured one"
     )
 
 
@@ -138,13 +135,13 @@ def _row(name: str, by: Mapping, channels: Mapping[str, RecordAnswer]) -> tuple[
     """A quantity of all channels, with its limits."""
     known = [each for each in by.values() if each.median is not None]
     cells = [
-        Number(in_digits(each.median, 4) + "*" * starred(each)) if each in known else NONE
+        in_digits(each.median, 4) + "*" * starred(each) if each in known else NONE
         for each in (by.get(phase) for phase in channels)
     ]
-    cells.append(Number(in_digits(max(each.half for each in known), 2) if known else ""))
+    cells.append(in_digits(max(each.half for each in known), 2) if known else "")
     cells += _spread([each.median for each in known], channels, "*" * any(map(starred, known)))
     unit = next(iter(by.values())).unit
-    return (Text(name), unit, *cells, *_limits(name, by, channels))
+    return (name, unit, *cells, *_limits(name, by, channels))
 
 
 def _times(channels: Mapping[str, RecordAnswer]) -> list[tuple[str, ...]]:
@@ -154,10 +151,10 @@ def _times(channels: Mapping[str, RecordAnswer]) -> list[tuple[str, ...]]:
     moves = np.array([each.fit.moves for each in channels.values()])
     switches = np.array([each.fit.switches for each in channels.values()])
     one = len({each.file for each in channels.values()}) == 1
-    named = {Text("first motion at"): moves, Text(f"{event} at"): switches}
+    named = {"first motion at": moves, f"{event} at": switches}
     for name, values in named.items():
         if np.isfinite(values).any():
-            cells = [Number(f"{each:.2f}") if np.isfinite(each) else NONE for each in values]
+            cells = [f"{each:.2f}" if np.isfinite(each) else NONE for each in values]
             spread = _spread(values[np.isfinite(values)], channels)
             rows.append((name, "ms", *cells, "", *(spread if one else ())))
     return rows
@@ -167,15 +164,15 @@ def _spread(values: Sequence[float], channels: Sized, star: str = "") -> list[st
     """By how much channels differ, with a star where the model has a part; nothing of one."""
     if len(channels) == 1:
         return []
-    return [Number(in_digits(np.ptp(values), 2) + star if len(values) > 1 else "")]
+    return [in_digits(np.ptp(values), 2) + star if len(values) > 1 else ""]
 
 
 def _heads_of_limits(channels: Mapping[str, RecordAnswer]) -> list[str]:
     """Names of the columns of limits; none without any, and a reference only where one has it."""
     if not any(each.limits for each in channels.values()):
         return []
-    beside = [Text("reference"), Text("deviation")] if _have_references(channels) else []
-    return [*beside, Text("tolerance"), Text("verdict")]
+    beside = ["reference", "deviation"] if _have_references(channels) else []
+    return [*beside, "tolerance", "verdict"]
 
 
 def _have_references(channels: Mapping[str, RecordAnswer]) -> bool:
@@ -197,11 +194,10 @@ def _limits(
     asked, references, deviations = {}, {}, []
     for phase, each in rows:
         part, reference = each.parts[0], each.parts[0].reference
-        words = Text("not: {words}", words=each.words)
-        words = words if len(each.parts) > 1 else bounds_in_words(part)
+        words = f"not: {each.words}" if len(each.parts) > 1 else bounds_in_words(part)
         if reference is not None:
-            words = Number(f"± {in_digits(part.bounds[1] - reference, 3)}")
-            references[Number(in_digits(reference, 4))] = None
+            words = f"± {in_digits(part.bounds[1] - reference, 3)}"
+            references[in_digits(reference, 4)] = None
             value = by[phase].median if phase in by else None
             deviations += [] if value is None else [value - reference]
         asked[words] = None
@@ -210,11 +206,11 @@ def _limits(
         most = max(deviations, key=abs, default=None)
         sign = "+" if most is not None and most > 0.0 else ""
         off = "" if most is None else sign + in_digits(most, 2)
-        beside = Joined(", ", [*references]), Number(off)
+        beside = ", ".join(references), off
     for verdict, (text, tone) in RESULTS.items():
         if of := [phase for phase, each in rows if each.verdict == verdict]:
             told = Cell(some_of(text, of, len(channels)), tone)
-            return (*beside, Joined(", ", [*asked]), told)
+            return (*beside, ", ".join(asked), told)
     return ()
 
 
@@ -224,13 +220,10 @@ def _notes(channels: Mapping[str, RecordAnswer], together: str) -> list[str]:
     for phase, entry in channels.items():
         for name, each in entry.quantities.items():
             any_star |= starred(each) and name not in INFERRED
-            why = Text("– {name}: {reason}", name=name, reason=each.reason)
-            said += [(phase, why)] if each.reason else []
-        said += [(phase, Text("remark: {remark}", remark=each)) for each in entry.remarks]
-    star = Text(
-        "* the time of the {event} was not measured: by the model's, with its interval",
-        event=Text(EVENTS[entry.motion]),
-    )
+            said += [(phase, f"– {name}: {each.reason}")] if each.reason else []
+        said += [(phase, f"remark: {each}") for each in entry.remarks]
+    event = EVENTS[entry.motion]
+    star = f"* the time of the {event} was not measured: by the model's, with its interval"
     points = zones_of(entry.quantities for entry in channels.values())
     first = [together] if together else []
     return [*first, *points, *([star] if any_star else []), *named(said, len(channels))]
@@ -249,27 +242,27 @@ def model_table(entries: Sequence[RecordAnswer]) -> Table:
         elif fit.why_unresolved:
             said.append((phase, f"{FEW_DRAWS}, so none is shown: {fit.why_unresolved}"))
         said += [
-            (phase, Text("beside the model it has {name}: {what}", name=name, what=each.meaning))
+            (phase, f"beside the model it has {name}: {each.meaning}")
             for name, each in present(entry.mechanisms).items()
         ]
-        of = Joined(" + ", [Text(each) for each in fit.motions or [entry.motion]])
-        heads.append(Text("{phase}: {motions}", phase=phase, motions=of) if phase else of)
+        of = " + ".join(fit.motions or [entry.motion])
+        heads.append(f"{phase}: {of}" if phase else of)
     names, grey = _inferred(entries[0]), False
-    rows: list[tuple[str, ...]] = [(Text("trust"), "", *trusts)]
+    rows: list[tuple[str, ...]] = [("trust", "", *trusts)]
     for name, of in names.items():
         known = [_inferred(each)[name] for each in first]
         grey |= any(map(is_prior, known))
         unit = "" if of.unit == "1" else of.unit
-        label = _label(name, of) if len(first) <= _WORDY else Text(name)
+        label = _label(name, of) if len(first) <= _WORDY else name
         rows.append((label, unit, *map(_posterior, known)))
-    head = [Text("of the model"), Text("unit"), *heads]
+    head = ["of the model", "unit", *heads]
     notes = named(said, len(first))
     if len(first) > _WORDY:
-        notes.append(Joined("; ", [_label(*each) for each in names.items()]))
+        notes.append("; ".join(_label(*each) for each in names.items()))
     if any(each.fit.resolved for each in first):
-        notes.append(Text("medians and 95 % intervals of the first operation of each channel"))
-        notes += [Text("grey: nearly all prior, the record adds little")] if grey else []
-    return Table(head, rows, Text("What the model adds"), [*notes, *_limits_of_model(entries)])
+        notes.append("medians and 95 % intervals of the first operation of each channel")
+        notes += ["grey: nearly all prior, the record adds little"] if grey else []
+    return Table(head, rows, "What the model adds", [*notes, *_limits_of_model(entries)])
 
 
 def _trust(entry: RecordAnswer) -> Cell:
@@ -277,15 +270,15 @@ def _trust(entry: RecordAnswer) -> Cell:
     fit = entry.fit
     how = how_it_fits(fit.p_value, fit.misfit)
     family = fit.family.replace("_", " ")
-    trust = Text("{how} {family}\n{p}", how=Text(how), family=family, p=Number(in_p(fit.p_value)))
+    trust = f"{how} {family}\n{in_p(fit.p_value)}"
     if fit.misfit:
         return Cell(trust, "bad")
     if fit.why_unresolved:
-        return Cell(Text("not resolved"), "doubt")
+        return Cell("not resolved", "doubt")
     return Cell(trust, "doubt" * (how != "fits"))
 
 
-def _limits_of_model(entries: Sequence[RecordAnswer]) -> list[Text]:
+def _limits_of_model(entries: Sequence[RecordAnswer]) -> list[str]:
     """Verdicts on limits on what the model adds."""
     names = _inferred(entries[0])
     by: dict[tuple[str, str], dict[str, dict[str, None]]] = {}
@@ -296,9 +289,8 @@ def _limits_of_model(entries: Sequence[RecordAnswer]) -> list[Text]:
                 results.setdefault(each.verdict, {})[entry.phase or entry.motion] = None
     notes = []
     for (name, words), results in by.items():
-        pairs = [(RESULTS[verdict][0], Joined(", ", [*of])) for verdict, of in results.items()]
-        told = Joined("; ", [Text("{result} {of}", result=r, of=of) for r, of in pairs])
-        notes.append(Text("limit {name}, {words}: {told}", name=name, words=words, told=told))
+        told = "; ".join(f"{RESULTS[each][0]} {', '.join(of)}" for each, of in results.items())
+        notes.append(f"limit {name}, {words}: {told}")
     return notes
 
 
@@ -307,15 +299,15 @@ def _inferred(entry: RecordAnswer) -> dict[str, Estimate]:
     return {**entry.parameters, "wipe": entry.quantities["wipe"]}
 
 
-def _label(name: str, of: Estimate) -> Text:
-    return Text("{name}: {meaning}", name=Text(name), meaning=Text(of.meaning))
+def _label(name: str, of: Estimate) -> str:
+    return f"{name}: {of.meaning}"
 
 
 def _posterior(each: Estimate) -> Cell:
     if each.median is None:
         return NONE
     low, high = (in_digits(end, 2) for end in each.interval_95)
-    both = Number(f"{in_digits(each.median, 3)}\n{low}–{high}")
+    both = f"{in_digits(each.median, 3)}\n{low}–{high}"
     return Cell(both, "faint" * is_prior(each))
 
 
@@ -333,5 +325,5 @@ def mass_table(entries: Sequence[RecordAnswer]) -> list[Table]:
     for name, of in next(iter(first.values())).with_mass.items():
         known = (each.with_mass[name] for each in first.values())
         rows.append((_label(name, of), of.unit, *map(_posterior, known)))
-    head = [Text("of the model"), Text("unit"), *(phase or Text("value") for phase in first)]
-    return [Table(head, rows, Text("With the moving mass"))]
+    head = ["of the model", "unit", *(phase or "value" for phase in first)]
+    return [Table(head, rows, "With the moving mass")]

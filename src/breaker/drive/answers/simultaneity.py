@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from breaker.common.numerals import in_digits
-from breaker.documents.parts import Cell, Number, Text
+from breaker.documents.parts import Cell
 from breaker.drive.answers.answer_document import RecordAnswer
 from breaker.drive.answers.limit_verdicts import NORMAL, RESULTS
 from breaker.quantities.speeds import EVENTS
@@ -57,23 +57,17 @@ def simultaneity_of(
         triggers = np.array([each.fit.trigger for each in entries], float)  # None becomes nan
         times = [time - trigger for time, trigger in zip(times, triggers, strict=True)]
     if len(channels) - len(dumb) < 2:
-        return Simultaneity(Text(_UNSEEN, event=Text(event), poles=", ".join(dumb)))
+        return Simultaneity(_UNSEEN.format(event=event, poles=", ".join(dumb)))
     known = {n: t for n, t in zip(channels, times, strict=True) if n not in dumb}
     if not np.isfinite([*known.values()]).all():
         where = ", ".join(name for name, time in known.items() if not np.isfinite(time))
-        return Simultaneity(Text(_UNCOUNTED, event=Text(event), poles=where))
+        return Simultaneity(_UNCOUNTED.format(event=event, poles=where))
     first, last = (end(known, key=known.get) for end in (min, max))
     apart = known[last] - known[first]
-    said = Text(
-        "simultaneity of the {event}: {spread} ms, {first} first, {last} last, {base}",
-        event=Text(event),
-        spread=Number(in_digits(apart, 3)),
-        first=first,
-        last=last,
-        base=Text(base),
-    )
+    spread = f"{in_digits(apart, 3)} ms, {first} first, {last} last, {base}"
+    said = f"simultaneity of the {event}: {spread}"
     if dumb:
-        said = Text("{said}; not recorded of {dumb}", said=said, dumb=", ".join(dumb))
+        said += f"; not recorded of {', '.join(dumb)}"
     most = (limits or {}).get(motion)
     if most is None:
         return Simultaneity(said)
@@ -81,10 +75,10 @@ def simultaneity_of(
     return _judged(said, apart, float(sd), most)
 
 
-def _judged(said: Text, apart: float, sd: float, most: float) -> Simultaneity:
+def _judged(said: str, apart: float, sd: float, most: float) -> Simultaneity:
     """By how much poles switch apart, with its sd, against the most that they may, ms."""
     surely = (apart - most) / max(NORMAL[95] * sd, 1e-9)
     verdict = "pass" if surely < -1.0 else "fail" if surely > 1.0 else "not shown"
-    words = {"limit": Number(in_digits(most, 3)), "verdict": RESULTS[verdict][0]}
-    said = Text("{said}; limit {limit} ms: {verdict}", said=said, **words)
-    return Simultaneity(Cell(said, RESULTS[verdict][1]), verdict)
+    text, tone = RESULTS[verdict]
+    said += f"; limit {in_digits(most, 3)} ms: {text}"
+    return Simultaneity(Cell(said, tone), verdict)

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from breaker.common.numerals import first_of, natural
-from breaker.documents.parts import Cell, Document, Joined, Letterhead, Table, Text
+from breaker.documents.parts import Cell, Document, Letterhead, Table
 from breaker.drive.answers.answer_document import RecordAnswer
 from breaker.drive.answers.answer_document import document as document_of
 from breaker.drive.answers.change_table import NotCompared, changes_table
@@ -94,16 +94,16 @@ def report_of(
         panels.append(panel_of([each for each, _ in own], beside.overlays, title))
     lines = [*beside.rejected, *(each.reason for each in found if not each.accepted)]
     if lines:
-        tables.append(Table(title=Text("Not read"), notes=few(list(dict.fromkeys(lines)))))
+        tables.append(Table(title="Not read", notes=few(list(dict.fromkeys(lines)))))
     if changed := beside.changes:
         tables.append(changes_table(changed, phases))
     tables += [model_table(entries), *mass_table(entries)]
     said = [(phase, w) for phase, each in changed.items() for w in each.warnings]
-    warnings = [Text("WARNING: {said}", said=each) for each in document.warnings]
+    warnings = [f"WARNING: {each}" for each in document.warnings]
     warnings += named(said, len(changed))
     summary = [*(Cell(each, "bad") for each in warnings), _verdict(entries, poles, len(phases))]
     return Report(
-        Text("Test report"),
+        "Test report",
         beside.plate,
         summary,
         tables,
@@ -130,13 +130,12 @@ def _motions(pairs: Iterable[_Pair]) -> list[list[_Pair]]:
 def _title(entries: Sequence[RecordAnswer]) -> str:
     """Which motion it is: when, of several in a file; of which operation, where that counts."""
     entry, files = entries[0], list(dict.fromkeys(each.file for each in entries))
-    said = Text(entry.motion)
+    said = entry.motion
     if entry.part:
-        said = Text("{motion} at {at} ms", motion=said, at=f"{entry.fit.moves:.0f}")
+        said += f" at {entry.fit.moves:.0f} ms"
     if entry.about.get("breaker") or entry.about.get("date"):
-        said = Text("{motion}, operation {number}", motion=said, number=entry.operation)
-    of = first_of([file.rpartition("/")[2] for file in files], 1)
-    return Text("{motion}: {files}", motion=said, files=of)
+        said += f", operation {entry.operation}"
+    return f"{said}: {first_of([file.rpartition('/')[2] for file in files], 1)}"
 
 
 def _verdict(
@@ -155,9 +154,8 @@ def _verdict(
         texts = []
         for verdict, names in said.items():
             of = [some_of(name, where, channels) for name, where in names.items()]
-            told = Joined(", ", of)
-            texts.append(Text("{verdict}: {limits}", verdict=RESULTS[verdict][0], limits=told))
-        return Cell(Joined("; ", texts), RESULTS[next(iter(said))][1])
+            texts.append(f"{RESULTS[verdict][0]}: {', '.join(of)}")
+        return Cell("; ".join(texts), RESULTS[next(iter(said))][1])
     if passed:
-        return Cell(Text("pass: none of {count} limits is exceeded", count=len(passed)), "good")
-    return Cell(Text("no limit is configured: values are stated, not judged"), "faint")
+        return Cell(f"pass: none of {len(passed)} limits is exceeded", "good")
+    return Cell("no limit is configured: values are stated, not judged", "faint")
