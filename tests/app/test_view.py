@@ -100,9 +100,9 @@ def test_readings_at_cursors_are_those_of_the_file(page, folder):
     assert "is no time" in unescape(page.get(f"/cursors?{TODAY}&first=x").text)
 
 
-@pytest.mark.parametrize("ending", ["pdf", "html"])
+@pytest.mark.parametrize("ending", ["html", "pdf"])
 def test_a_sheet_is_that_of_the_command_with_the_settings_that_are_saved(
-    page, folder, tmp_path, ending
+    page, folder, tmp_path, weasyprint, ending
 ):
     query = "file=one.csv&before=old.csv&set.zero=rest"
     settings = tmp_path / "my.yaml"
@@ -205,19 +205,34 @@ def test_a_sheet_with_a_reference_is_that_of_the_command_with_the_settings_that_
     command = re.search(r'<pre id="command">(.*?)</pre>', page.get(f"/visit?{query}").text)[1]
     words = shlex.split(unescape(command))[1:]
     words[words.index("my.yaml")] = str(tmp_path / "my.yaml")
-    words[words.index("sheet.pdf")] = str(tmp_path / "sheet.pdf")
+    words[words.index("sheet.html")] = str(tmp_path / "sheet.html")
     assert "--reference" not in words
     assert main(words) == 0
     asked = re.search(r'data-query="([^"]*)"', page.get(f"/visit?{query}").text)[1]
     page.get("/answer?file=one.csv")  # the same files without it are another visit
-    link = re.search(r'href="(/sheet.pdf[^"]*)"', page.get(f"/answer?{unescape(asked)}").text)[1]
-    with_it = (tmp_path / "sheet.pdf").read_bytes()
+    link = re.search(r'href="(/sheet.html[^"]*)"', page.get(f"/answer?{unescape(asked)}").text)[1]
+    with_it = (tmp_path / "sheet.html").read_bytes()
     assert page.get(unescape(link)).content == with_it
     settings = yaml.safe_load((tmp_path / "my.yaml").read_text())
     del settings["report"]
     (tmp_path / "my.yaml").write_text(yaml.safe_dump(settings))
     assert main(words) == 0
-    assert (tmp_path / "sheet.pdf").read_bytes() != with_it
+    assert (tmp_path / "sheet.html").read_bytes() != with_it
+
+
+def test_a_pdf_is_offered_where_it_can_be_made(page, weasyprint):
+    assert f"/sheet.pdf?{TODAY}" in page.get(f"/answer?{TODAY}").text
+
+
+def test_without_weasyprint_no_pdf_is_offered_and_one_that_is_asked_for_is_refused(
+    page, no_weasyprint
+):
+    text = page.get(f"/answer?{TODAY}").text
+    assert "/sheet.html?" in text
+    assert "/sheet.pdf?" not in text
+    refused = page.get(f"/sheet.pdf?{TODAY}")
+    assert refused.status == 422
+    assert "breaker-drive[pdf]" in refused.text
 
 
 def test_what_the_model_says_beside_the_prior_comes_in_words_before_any_table(page):
@@ -456,7 +471,7 @@ def test_no_request_leaves_the_machine(folder, tmp_path):
         page = Outside(process.line)
         for path in (
             *("/", "/?look=9", f"/visit?{TODAY}", f"/answer?{TODAY}", f"/curves?{TODAY}"),
-            *(f"/marks?{TODAY}", f"/sheet.pdf?{TODAY}", f"/sheet.html?{TODAY}", "/life"),
+            *(f"/marks?{TODAY}", f"/sheet.html?{TODAY}", "/life"),
             *("/static/page.js", "/static/bokeh.min.js"),
         ):
             assert page.get(path).status in (200, 404)
@@ -572,7 +587,7 @@ def test_the_example_leads_from_an_unknown_export_to_a_sheet():
         assert "No sheet yet" in text
         filled = "file=unknown.txt&set.rate=20"
         assert "No sheet yet" not in page.get(f"/visit?{filled}").text
-        assert page.get(f"/sheet.pdf?{filled}").content.startswith(b"%PDF")
+        assert "<h1>Test report</h1>" in page.get(f"/sheet.html?{filled}").text
         both = "file=visit_2026-03-02.csv&before=visit_2014-05-12.csv"
         answer = unescape(page.get(f"/answer?{both}").text)
         assert "since the visit before" in answer

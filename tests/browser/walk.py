@@ -59,10 +59,10 @@ def to_a_sheet(browser: Browser, address: str, folder: Path, downloads: Path) ->
     browser.find('a[href="/visit?file=export_02.csv"]')
     said("list of 40 files", start)
     clicks = 0
-    for each in ('a[href="/visit?file=export_02.csv"]', "#pdf"):
+    for each in ('a[href="/visit?file=export_02.csv"]', "#html"):
         browser.click(each)
         clicks += 1
-    sheet = downloads / "sheet.pdf"
+    sheet = downloads / "sheet.html"
     browser.until(sheet.exists, "the sheet")
     said(f"a sheet, after {clicks} clicks", start)
     settings = downloads / "my.yaml"
@@ -70,8 +70,8 @@ def to_a_sheet(browser: Browser, address: str, folder: Path, downloads: Path) ->
     browser.click('form.save:has([value="settings"]) button')
     browser.until(settings.exists, "the settings")
     given = [str(folder / "export_02.csv"), "--config", str(settings)]
-    assert main(["report", *given, "--output", str(downloads / "same.pdf")]) == 0
-    assert sheet.read_bytes() == (downloads / "same.pdf").read_bytes()
+    assert main(["report", *given, "--output", str(downloads / "same.html")]) == 0
+    assert sheet.read_bytes() == (downloads / "same.html").read_bytes()
     assert clicks <= 5
     browser.run(
         "for (const [id, at] of [['cursor1', 60], ['cursor2', 90]]) {"
@@ -95,7 +95,7 @@ def by_keyboard(browser: Browser, address: str) -> None:
     browser.run("document.activeElement.blur()")
     browser.reach("#set-rate")
     browser.press(f"{ALL}5.0{TAB}")
-    browser.find("#pdf")
+    browser.find("#html")
     took = []
     browser.reach("#set-sign")
     for sign in ("opens", "closes") * 3:
@@ -108,8 +108,8 @@ def by_keyboard(browser: Browser, address: str) -> None:
         took.append(int(browser.run("return document.body.dataset.took")))
         browser.until(lambda: not browser.text("#busy"), "the page")
     print(f"a change: median {statistics.median(took):.0f} ms, with the curves drawn ({took})")
-    browser.find("#pdf")
-    browser.reach("#pdf")  # the focus stays in the page, and comes to the sheet
+    browser.find("#html")
+    browser.reach("#html")  # the focus stays in the page, and comes to the sheet
 
 
 def two_visits(browser: Browser) -> None:

@@ -33,7 +33,7 @@ RECORDS = ("a.csv", "b 2.csv", "both.csv", "pair.cfg", "drive/closing/op_1.csv")
 FOLDERS = ("drive", "listed", "link", ".")
 NEW = (
     "new.csv",
-    "new.pdf",
+    "new.html",
     "new.yaml",
     "new.png",
     "new.zarr",

@@ -20,7 +20,7 @@ COMMANDS = [
     "infer {file} --config own.yaml --json",
     "infer {file} --channel {nasty}",
     "compare {file} --today open.csv --config own.yaml",
-    "report {file} --output r.pdf --config own.yaml",
+    "report {file} --output r.html --config own.yaml",
     "manifest records",
     "check records --config own.yaml",
     "fit-prior records --config own.yaml",

@@ -3,6 +3,7 @@
 import json
 import re
 import shutil
+import sys
 from pathlib import Path
 
 import pytest
@@ -57,17 +58,39 @@ def test_a_report_has_every_channel_and_verdict(visit, capsys):
         assert text in page
     assert re.search("± 5</td>.{,30}pass", page)
     assert "Travel 4" not in page
-    assert page.count("data:image/png;base64,") == 1
+    assert page.count("data:image/png;base64,") == 2
 
 
-def test_the_same_call_writes_the_same_pages(visit):
+def test_the_same_call_writes_the_same_page(visit):
     written = []
     for _ in range(2):  # a report replaces a report
-        assert report("today.csv", "--output", "a.pdf") == 0
-        written.append((visit / "a.pdf").read_bytes())
+        assert report("today.csv", "--output", "a.html") == 0
+        written.append((visit / "a.html").read_bytes())
     first, again = written
     assert first == again
-    assert first.count(b"/Type /Page\n") + first.count(b"/Type /Page ") == 2
+
+
+def test_a_pdf_is_the_page_by_weasyprint(visit, weasyprint):
+    for name in ("a.html", "a.pdf", "a.pdf"):
+        assert report("today.csv", "--output", name) == 0
+    assert (visit / "a.pdf").read_bytes() == b"%PDF-" + (visit / "a.html").read_bytes()
+
+
+def test_a_pdf_without_weasyprint_is_refused_with_the_extra(visit, no_weasyprint, capsys):
+    assert report("today.csv", "--output", "a.pdf") == 1
+    assert "breaker-drive[pdf]" in capsys.readouterr().err
+    assert not (visit / "a.pdf").exists()
+
+
+def test_a_pdf_without_a_library_of_weasyprint_is_refused_in_the_same_way(
+    visit, monkeypatch, capsys
+):
+    (visit / "lacks").mkdir()
+    (visit / "lacks" / "weasyprint.py").write_text("raise OSError('no Pango')\n")
+    monkeypatch.syspath_prepend(visit / "lacks")
+    monkeypatch.delitem(sys.modules, "weasyprint", raising=False)
+    assert report("today.csv", "--output", "a.pdf") == 1
+    assert "breaker-drive[pdf]" in capsys.readouterr().err
 
 
 def test_what_the_analyser_printed_otherwise_is_marked_as_inspect_marks_it(visit):
@@ -161,7 +184,7 @@ def test_a_rate_that_the_file_contradicts_is_refused_and_a_stated_one_taken(visi
     assert found["warnings"] == []
     assert "the rate, 5 kHz, is the one that the file states" in found["records"][0]["remarks"]
     wrong = settings("wrong.yaml", rate=10.0)
-    for command in (["infer", "today.csv"], ["report", "today.csv", "--output", "a.pdf"]):
+    for command in (["infer", "today.csv"], ["report", "today.csv", "--output", "a.html"]):
         assert main([*command, *wrong]) == 1
         out, err = capsys.readouterr()
         said = " ".join((out + err).split())

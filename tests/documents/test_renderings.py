@@ -1,17 +1,16 @@
-"""One document on a terminal, as HTML and on pages of a PDF: every word of it, and no other."""
+"""One document on a terminal and as HTML: every word of it, and no other."""
 
 import re
-from dataclasses import make_dataclass
+from dataclasses import make_dataclass, replace
 from html import unescape
 
 import pytest
 
 from breaker.common.plain_values import Plain, plainly, to_json
 from breaker.documents.html_page import html_page
-from breaker.documents.parts import Cell, Document, Remark, Section, Table
+from breaker.documents.parts import Cell, Document, Letterhead, Remark, Section, Table
 from breaker.documents.terminal import lines_of, text_of
 from breaker.drive.answers.test_report import Report
-from breaker.figures.report import pages
 
 HOSTILE = '<script>alert("$x$")</script>&amp;'
 PARTS = [
@@ -35,10 +34,7 @@ def report():
 def test_every_rendering_has_every_word_in_its_order(report):
     html = html_page(report)
     shown = unescape(re.sub(r"<style>.*?</style>|<[^>]*>", " ", html, flags=re.S))
-    drawn = " ".join(
-        text.get_text().replace(r"\$", "$") for page in pages(report) for text in page.texts
-    )
-    for rendering in (text_of(report), shown, drawn):
+    for rendering in (text_of(report), shown):
         places = [rendering.find(word) for word in WORDS]
         assert -1 not in places
         assert places == sorted(places)
@@ -65,6 +61,30 @@ def test_a_tone_is_a_class_of_the_page(report):
     html = html_page(report)
     assert '<td class="bad">178</td>' in html
     assert '<p class="good">summed up</p>' in html
+
+
+def test_a_printed_page_is_a4_with_numbers_letters_of_9_pt_and_rows_that_do_not_break(report):
+    html = html_page(report)
+    style = html.partition("<style>")[2].partition("</style>")[0]
+    assert re.search(r"@page \{[^@]*size: A4", style)
+    assert "counter(page)" in style
+    printed = style.partition("@media print")[2]
+    assert re.search(r"\btr\b[^{]*\{ break-inside: avoid", printed)
+    sizes = re.findall(r"([\d.]+)pt", style)
+    assert len(sizes) >= 3
+    assert min(map(float, sizes)) >= 9.0
+    assert re.search(r"<thead>\s*<tr><th>name</th>", html)  # is repeated on each page
+    assert "@media" not in html_page(report, inner="report")
+
+
+def test_remarks_and_lines_to_sign_stay_together_on_a_page(report):
+    around = Letterhead("A $ company", b"logo", "After <overhaul>", ["tested by: name, date"])
+    html = html_page(replace(report, letterhead=around), [b"curves"])
+    ending = re.search(r'<div class="ending">.*?</div>', html, re.S)[0]
+    for text in ("After &lt;overhaul&gt;", "<td>tested by: name, date</td>"):
+        assert text in ending
+    assert 'alt="A $ company"' in html
+    assert html.count("data:image/png;base64,") == 2
 
 
 def test_a_last_column_without_a_width_is_wrapped_under_itself():

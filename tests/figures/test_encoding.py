@@ -67,7 +67,7 @@ def test_what_no_font_has_is_said_once_and_the_library_says_nothing(bare, capfd)
         warnings.simplefilter("always")
         drawn = figure()
         for form in ("png", "svg", "pdf"):
-            encoding.encoded([drawn], form)
+            encoding.encoded(drawn, form)
     assert [each for each in caught if "Glyph" in str(each.message)] == []
     assert capfd.readouterr() == ("", "")
     assert encoding.without_font([drawn, drawn]).startswith(
@@ -82,7 +82,7 @@ def test_another_font_of_the_machine_is_used(chinese):
     assert encoding.without_font([drawn]) == ""
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        files = {form: encoding.encoded([drawn], form) for form in ("png", "svg", "pdf")}
+        files = {form: encoding.encoded(drawn, form) for form in ("png", "svg", "pdf")}
     assert b"NotoSC" in files["pdf"]
 
 
@@ -102,7 +102,7 @@ def test_a_saved_figure_warns_in_the_log(bare, tmp_path, caplog):
 
 def test_signs_that_are_not_shown_are_escaped():
     drawn = figure("L1\u202e\u200b\x1b")
-    assert encoding.encoded([drawn], "svg") == encoding.encoded([drawn], "svg")
+    assert encoding.encoded(drawn, "svg") == encoding.encoded(drawn, "svg")
     assert r"L1\u202e\u200b\x1b" in [each.get_text() for each in drawn.findobj(Text)]
 
 
@@ -114,9 +114,9 @@ def test_few_of_many_signs_are_named(bare):
 
 @pytest.mark.parametrize("form", ["png", "svg", "pdf", "jpg"])
 def test_the_same_figure_is_the_same_bytes(form, monkeypatch):
-    first = encoding.encoded([figure()], form)
+    first = encoding.encoded(figure(), form)
     later = time.time() + 5000.0
     monkeypatch.setattr(time, "time", lambda: later)
-    assert encoding.encoded([figure()], form) == first
+    assert encoding.encoded(figure(), form) == first
     for date in (b"<dc:date>", b"/CreationDate"):
         assert date not in first

@@ -531,6 +531,7 @@ def test_extras_are_tested():
         "stores",
         "workflow",
         "slurm",
+        "pdf",
         "test",
     }
     tested = {extra for each in extras["test"] for extra in Requirement(each).extras}

@@ -1,5 +1,6 @@
 """Pages as HTML: templates with what a session knows; every text of a file is escaped."""
 
+import importlib.util
 import math
 import os
 from collections.abc import Sequence
@@ -111,6 +112,7 @@ def answer_part(session: Session, choices: Choices, state: str) -> str:
         told=answered.told,
         before=Markup(html_page(before, inner="before")) if answered.before.rows else "",
         address=session.shown(choices, state).address,
+        pdf=importlib.util.find_spec("weasyprint") is not None,
     )
 
 

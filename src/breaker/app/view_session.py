@@ -426,13 +426,13 @@ class Session:
         words = ["breaker", "report", *map(printable, asked.files)]
         words += ["--before", *map(printable, asked.before)] if asked.before else []
         words += ["--channel", asked.channel] if asked.channel else []
-        return shlex.join([*words, "--config", *self.overlays, "my.yaml", "--output", "sheet.pdf"])
+        return shlex.join([*words, "--config", *self.overlays, "my.yaml", "--output", "sheet.html"])
 
     def sheet(self, choices: Choices, state: str, ending: str) -> bytes:
         """Return the sheet of a visit, as ``breaker report`` writes it.
 
         Raises:
-            ValueError: If there is none.
+            ValueError: If there is none, or it is to be a PDF and WeasyPrint is not installed.
         """
         report = self.answered(choices, state).visit.report
         try:

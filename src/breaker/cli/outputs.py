@@ -14,7 +14,7 @@ from breaker.reading.files.guards import opened_at_once
 from breaker.shipped import DEFAULTS
 
 _PICTURES = (".png", ".pdf", ".svg", ".jpg", ".jpeg")
-_REPORTS = (".pdf", ".html")
+_REPORTS = (".html", ".pdf")
 _PAGE = b'content="breaker report"'  # in the head of a report that is a page
 _STARTS = (b"\x89PNG", b"%PDF", b"<?xml", b"\xff\xd8\xff")  # of the content of pictures
 _COLUMNS = {"motion", "operation", "output", "interval_95_lower"}  # of a table of answers
@@ -156,7 +156,7 @@ def draw(figure, name: str) -> str:
     """Write a figure to a file, whole or not at all, and return what to say of it."""
     from breaker.figures.encoding import encoded, without_font
 
-    write_bytes(name, encoded([figure], Path(name).suffix[1:].lower()))
+    write_bytes(name, encoded(figure, Path(name).suffix[1:].lower()))
     return "\n".join(filter(None, [f"drawn in {name}", without_font([figure])]))
 
 

@@ -40,7 +40,8 @@ def add(report: argparse.ArgumentParser) -> None:
     or poles. The status is 1 if no record could be used.
     """
     add_path(report, "files", "FILE", "a record of the visit, or a folder of them", nargs="+")
-    add_path(report, "--output", "PDF|HTML", "write the report there", required=True)
+    what = "write the report there; a PDF needs WeasyPrint, else print the page from a browser"
+    add_path(report, "--output", "HTML|PDF", what, required=True)
     add_path(report, "--before", "FILE", "records of the visit before", **SEVERAL)
     what = "columns of travel (default: all that move)"
     report.add_argument("--channel", help=what, metavar="NAME", **SEVERAL)
@@ -50,6 +51,10 @@ def add(report: argparse.ArgumentParser) -> None:
 def _run(options: argparse.Namespace) -> int:
     read = [*options.files, *options.before, *filter(None, [options.reference]), *options.config]
     check_outputs([(options.output, "report")], read)
+    if options.output.lower().endswith(".pdf"):
+        from breaker.documents.html_page import weasyprint
+
+        weasyprint()  # if it lacks, that is said before any work is done
     visit = visit_of(read_of(options))
     content, lacking = content_of(visit.report, Path(options.output).suffix)
     write_bytes(options.output, content)
@@ -307,15 +312,16 @@ def _changes(records: Sequence, before: Sequence, assessment: "Assessment") -> d
 
 
 def content_of(report: "Report", ending: str) -> tuple[bytes, str]:
-    """Return a report as ".pdf" or ".html", and what to say of its letters."""
-    from breaker.figures import report as drawn
+    """Return a report as ".html" or ".pdf", and what to say of its letters.
+
+    Raises:
+        ValueError: If it is to be a PDF, and WeasyPrint is not installed.
+    """
+    from breaker.documents.html_page import html_page, pdf_of
     from breaker.figures.encoding import encoded, without_font
+    from breaker.figures.report import curves
 
-    if ending.lower() == ".pdf":
-        pages = list(drawn.pages(report))
-        return encoded(pages, "pdf"), without_font(pages)
-    from breaker.documents.html_page import html_page
-
-    pages = list(drawn.curve_pages(report))
-    page = html_page(report, [encoded([each], "png") for each in pages])
-    return page.encode("utf-8"), without_font(pages)
+    pictures = list(curves(report.panels))
+    page = html_page(report, [encoded(each, "png") for each in pictures])
+    content = pdf_of(page) if ending.lower() == ".pdf" else page.encode("utf-8")
+    return content, without_font(pictures)

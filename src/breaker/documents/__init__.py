@@ -1,4 +1,4 @@
-"""What is told of a drive or a file, as one document: on a terminal, as HTML, on pages of a PDF.
+"""A document on a drive or a file: as text for a terminal, as HTML, and as a PDF of that.
 
-The parts of a document hold words; a renderer adds none. ``figures.report`` draws the pages.
+The parts of a document hold words; a renderer adds none.
 """

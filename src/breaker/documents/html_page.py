@@ -1,12 +1,14 @@
-"""A document as one page of HTML that needs nothing beside it."""
+"""A document as one page of HTML that needs no other file, and as a PDF of that page."""
 
 from base64 import b64encode
 from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
+from types import ModuleType
 
 from jinja2 import Environment, FileSystemLoader, Template
 
+from breaker import DISTRIBUTION
 from breaker.common.visible_text import visible_text
 from breaker.documents.parts import Document, Remark, tone_of, words_in
 
@@ -29,6 +31,27 @@ def html_page(
     """
     text = _page().render(document=document, pictures=pictures, alt=alt, inner=inner)
     return visible_text(text)
+
+
+def pdf_of(page: str) -> bytes:
+    """Return a page of HTML as a PDF, by its print style sheet; raise as ``weasyprint``."""
+    return weasyprint().HTML(string=page).write_pdf()
+
+
+def weasyprint() -> ModuleType:
+    """Return the package that turns HTML into a PDF.
+
+    Raises:
+        ValueError: If it, or a library of the system that it needs, is not installed.
+    """
+    try:
+        import weasyprint
+    except (ImportError, OSError) as error:  # OSError: without Pango
+        raise ValueError(
+            f"a PDF needs WeasyPrint: install {DISTRIBUTION}[pdf], or write HTML and print it from "
+            "a browser"
+        ) from error
+    return weasyprint
 
 
 @cache

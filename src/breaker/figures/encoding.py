@@ -3,7 +3,7 @@
 import logging
 import re
 import warnings
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from functools import cache
 from io import BytesIO
@@ -63,28 +63,16 @@ def quiet() -> Iterator[None]:
                 each.setLevel(level)
 
 
-def encoded(figures: Sequence[Figure], form: str) -> bytes:
-    """Return figures as a file of a format has them, without the time of writing, and with escapes
-    for signs that are not shown.
-
-    Args:
-        figures: One, or for "pdf" several, one a page.
-        form: Such as "png", "svg" or "pdf".
+def encoded(figure: Figure, form: str) -> bytes:
+    """Return a figure as a file of a format, such as "png", has it, without the time of writing,
+    and with escapes for signs that are not shown.
     """
     file, about = BytesIO(), _DATES.get(form, {})
-    for text in (each for figure in figures for each in figure.findobj(Text)):
+    for text in figure.findobj(Text):
         if (words := visible_text(text.get_text())) != text.get_text():
             text.set_text(words)
     with quiet(), mpl.rc_context({"svg.hashsalt": "breaker"}):
-        if form == "pdf":
-            from matplotlib.backends.backend_pdf import PdfPages  # loads all of fontTools
-
-            with PdfPages(file, metadata=about) as pdf:
-                for each in figures:
-                    pdf.savefig(each)
-        else:
-            (figure,) = figures
-            figure.savefig(file, format=form, **({"metadata": about} if about else {}))
+        figure.savefig(file, format=form, **({"metadata": about} if about else {}))
     return file.getvalue()
 
 

@@ -163,22 +163,6 @@ class Marked(NamedTuple):
     beside: Mapping[str, np.ndarray] = MappingProxyType({})
 
 
-class PanelLabels(NamedTuple):
-    """Words in the pictures of a report, and the number of a page of it as a pattern."""
-
-    time: str = "time of the record (ms)"
-    travel: str = "travel (mm)"
-    beside: str = "contact, coil"
-    difference: str = "difference (mm)"
-    record: str = "record"
-    reference: str = "reference"
-    marks: tuple[str, ...] = (
-        "▼ first motion   ● touch or parting, measured   ○ by the model",
-        "■ points of speeds   - - rests   below: – coil, - - contact, shares of their ranges",
-    )
-    page: str = "page {number} of {total}"
-
-
 class Panel(NamedTuple):
     """One motion of all channels, and these over a good record, if there is one."""
 

@@ -1,7 +1,7 @@
 """A test report of a visit: what is measured of each channel against limits, and what it means.
 
-Tables hold words, from documents of plain values; panels hold the curves. ``figures.report`` and
-``documents.html_page`` put both on paper, and compute nothing.
+Tables hold words, from documents of plain values; panels hold the curves, which
+``figures.report`` draws. ``documents.html_page`` writes both.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -16,7 +16,7 @@ from breaker.drive.answers.answer_document import document as document_of
 from breaker.drive.answers.change_table import NotCompared, changes_table
 from breaker.drive.answers.evidence import Answer
 from breaker.drive.answers.limit_verdicts import RESULTS, Verdict
-from breaker.drive.answers.picture_data import Panel, PanelLabels, panel_of
+from breaker.drive.answers.picture_data import Panel, panel_of
 from breaker.drive.answers.reference_curve import Overlay
 from breaker.drive.answers.report_tables import (
     few,
@@ -38,11 +38,9 @@ class Report(Document):
 
     Attributes:
         panels: One for each motion of each operation.
-        labels: Words of their pictures.
     """
 
     panels: Sequence[Panel] = ()
-    labels: PanelLabels = field(default_factory=PanelLabels)
 
 
 @dataclass(frozen=True, eq=False)
