@@ -14,6 +14,7 @@ from breaker.drive.answers.prior_checks import Finding
 from breaker.drive.answers.type_prior import FittedPrior
 from breaker.drive.answers.type_records import Recorded, Span
 from breaker.drive.family.level_network import Levels
+from breaker.drive.family.training_origin import drives_of
 from breaker.mechanism.sensor import Sensor
 from breaker.quantities.parameters import MOTIONS, NAMES, PARAMETERS, Parameter
 from breaker.shipped import DEFAULTS
@@ -103,7 +104,7 @@ def grid_within(span: Span, usual: Sensor) -> Sensor:
 
 def _family_settings(levels: Levels) -> dict:
     """The section ``family`` of drives that the records are like, where it is not the default."""
-    usual, drives = read(DEFAULTS)["family"], dict(levels.settings["drives"])
+    usual, drives = read(DEFAULTS)["family"], drives_of(levels.settings)
     of_bank = {key: usual[key] for key in ("drives", "shards")}
     changed = _changed(drives | of_bank, usual)
     return {"family": changed} if changed else {}
