@@ -1,4 +1,4 @@
-"""Nothing in the package needs Linux, but what is named here with what does not work elsewhere."""
+"""Nothing in the package needs Linux."""
 
 import ast
 import os
@@ -19,8 +19,6 @@ OF_OS = {
 }
 SIGNALS = {"SIGINT", "SIGTERM", "SIG_DFL", "SIG_IGN"}  # that Windows has, too
 FOLDERS = ("/dev/", "/proc/", "/tmp", "/etc/", "/usr/", "/var/")
-# What does not work on which system is in README.md.
-KNOWN = ["reading/files/netcdf.py: import resource"]
 
 
 def of_linux(file: str, text: str) -> list[str]:
@@ -47,13 +45,13 @@ def of_linux(file: str, text: str) -> list[str]:
     return [f"{file}: {what}" for what in found]
 
 
-def test_nothing_in_the_package_needs_linux_but_what_is_known():
+def test_nothing_in_the_package_needs_linux():
     found = [
         line
         for file in sorted(PACKAGE.rglob("*.py"))
         for line in of_linux(file.relative_to(PACKAGE).as_posix(), file.read_text(encoding="utf-8"))
     ]
-    assert found == KNOWN
+    assert found == []
 
 
 @pytest.mark.parametrize(

@@ -8,9 +8,9 @@ import struct
 import sys
 import tomllib
 import zipfile
-from contextlib import nullcontext
 from pathlib import Path
 
+import h5py
 import numcodecs
 import numpy as np
 import openpyxl
@@ -22,10 +22,9 @@ from scipy.io import netcdf_file
 from breaker.common.randomness import generator
 from breaker.reading.files import comtrade as recorders
 from breaker.reading.files import excel as workbooks
-from breaker.reading.files import netcdf as grids
 from breaker.reading.files.format_settings import complete
 from breaker.reading.files.formats import FORMATS, read_columns
-from breaker.reading.files.guards import LARGEST, Opened, RejectedCurveError
+from breaker.reading.files.guards import LARGEST, RejectedCurveError
 from breaker.reading.inspection.file_contents import look_into
 from breaker.reading.instruments.dialects import DIALECTS
 from tests.files.refused import told
@@ -323,16 +322,43 @@ def test_what_is_no_record_in_labelled_arrays_is_refused(tmp_path, name):
     assert "no column 'time' among" in rejection(file, "netcdf")
 
 
-def test_a_damaged_file_that_takes_for_ever_is_refused(tmp_path, monkeypatch):
-    """The library of HDF5 hangs in some; it reads in a process that is ended."""
+def test_a_file_of_version_4_that_is_cut_is_refused(tmp_path):
     file = tmp_path / "a.nc"
     WRITE["4.nc"](labelled(), file)
-    monkeypatch.setattr(grids, "_PATIENCE", 0.01)
-    assert "cannot be read within 0.01 s; export it again" in rejection(file, "netcdf")
-    monkeypatch.undo()
-    content = file.read_bytes()
-    file.write_bytes(content[: len(content) // 2])
+    file.write_bytes(file.read_bytes()[:-2000])
     assert "is a NetCDF file that cannot be read (OSError" in rejection(file, "netcdf")
+
+
+def _link(file):
+    file["travel"] = h5py.ExternalLink("other.nc", "travel")
+
+
+def _store(file):
+    file.create_dataset("travel", (60,), "f8", external=[("other.raw", 0, 480)])
+
+
+def _view(file):
+    layout = h5py.VirtualLayout((60,), "f8")
+    layout[:] = h5py.VirtualSource("other.nc", "travel", (60,))
+    file.create_virtual_dataset("travel", layout)
+
+
+@pytest.mark.parametrize("place", ["/", "part"])
+@pytest.mark.parametrize("write", [_link, _store, _view])
+def test_values_in_another_file_are_refused(tmp_path, write, place):
+    file = tmp_path / "a.nc"
+    with h5py.File(file, "w") as content:
+        write(content.require_group(place))
+    for use in (lambda: read(file, "netcdf"), lambda: look_into(file)):
+        with pytest.raises(RejectedCurveError, match="in another file"):
+            use()
+
+
+def test_a_chunk_that_needs_more_memory_than_a_record_is_refused(tmp_path):
+    file = tmp_path / "a.nc"
+    with h5py.File(file, "w") as content:
+        content.create_dataset("travel", (60,), "f8", maxshape=(None,), chunks=(20_000_000,))
+    assert "in chunks of 160000000 bytes" in rejection(file, "netcdf")
 
 
 class Acting(numcodecs.abc.Codec):
@@ -446,27 +472,6 @@ def test_the_same_bytes_are_not_read_as_many_variables(tmp_path):
     assert "parts of it twice; export the record alone" in rejection(file, "netcdf")
 
 
-def test_a_file_of_version_4_is_converted_once(tmp_path, monkeypatch):
-    """However often it is asked for, and also where it hangs: that takes seconds."""
-    whole, counted = grids._as_version_3, []
-
-    def converted(file, content):
-        counted.append(file)
-        if len(content) < 1000:
-            raise RejectedCurveError(file, "cannot be read within 8 s")
-        return whole(file, content)
-
-    monkeypatch.setattr(grids, "_as_version_3", converted)
-    labelled().to_netcdf(tmp_path / "a.nc", engine="h5netcdf")
-    (tmp_path / "b.nc").write_bytes(grids.SIGNATURES[-1])
-    for name, fails in (("a.nc", False), ("b.nc", True)):
-        opened = Opened(tmp_path / name)
-        for _ in range(2):
-            with pytest.raises(RejectedCurveError) if fails else nullcontext():
-                grids.look(opened)
-    assert counted == [tmp_path / "a.nc", tmp_path / "b.nc"]
-
-
 def test_what_is_within_a_store_is_looked_at_before_it_is_opened(tmp_path):
     file = tmp_path / "a.zarr"
     labelled().to_zarr(file, consolidated=False)
@@ -485,7 +490,7 @@ def test_what_is_within_a_store_is_looked_at_before_it_is_opened(tmp_path):
 
 @pytest.mark.parametrize("name", ["excel", "comtrade", "netcdf"])
 def test_damaged_files_are_read_or_refused(tmp_path, name):
-    """Cut and with flipped bytes: never another error."""
+    """Cut and with flipped bytes: never another error (NetCDF of version 3)."""
     file = written(tmp_path, name)
     whole, rng = file.read_bytes(), generator(1, "test damage", name)
     refused = 0

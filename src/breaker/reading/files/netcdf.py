@@ -1,7 +1,8 @@
 """Curve files of labelled arrays, by xarray: NetCDF (version 4 needs the extra ``netcdf``), Zarr.
 
 What a Zarr store states of its arrays is looked at before any of them is read: some codecs run what
-stands in the data, and a chunk that is stored in a few bytes may be unpacked to any size.
+stands in the data, and a chunk that is stored in a few bytes may be unpacked to any size. The HDF5
+library reads version 4 in this process, so a hostile file can crash or hang the command.
 """
 
 from __future__ import annotations
@@ -10,9 +11,7 @@ import io
 import json
 import math
 import re
-import subprocess
-import sys
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 from breaker.common.lazy_numpy import np
@@ -37,12 +36,8 @@ from breaker.reading.files.word_meanings import (
     wanted_columns,
 )
 
-_LARGEST = 10_000_000  # samples
 _MOST = 20_000_000  # values of all variables
 _MOST_READS = 100_000  # of a NetCDF file of version 3, which has some ten for each variable
-_PATIENCE = 8  # s; a large file takes one, and a command no more than ten
-_MEMORY = 2**30  # bytes of the process that reads version 4
-_TOO_LARGE = 3  # its status
 _REMEDY = "export the record alone"
 _UNTOUCHED = {"decode_times": False, "decode_timedelta": False, "chunks": None}
 
@@ -104,9 +99,14 @@ def _open(opened: Opened):
         return xr.open_zarr(file, **_UNTOUCHED)
     content = opened.content
     if content.startswith(SIGNATURES[-1]):
-        content = opened.once("version 3", lambda: _as_version_3(file, opened.content))
-    dataset = xr.open_dataset(_ReadOnce(content), engine="scipy", **_UNTOUCHED)
-    _check_size(dataset.variables.values())
+        import h5netcdf  # noqa: F401 - xarray would not say which package is missing
+
+        _check_hdf5(io.BytesIO(content))
+        dataset = xr.open_dataset(io.BytesIO(content), engine="h5netcdf", **_UNTOUCHED)
+    else:
+        dataset = xr.open_dataset(_ReadOnce(content), engine="scipy", **_UNTOUCHED)
+    if (size := sum(each.size for each in dataset.variables.values())) > _MOST:
+        raise TooLargeError(f"has {size} values, but no record has more than {_MOST}; {_REMEDY}")
     return dataset
 
 
@@ -130,32 +130,12 @@ def _unit_text(variable) -> str:
     return str(variable.attrs.get("units", "")).split(" since ")[0]
 
 
-def _check_size(variables: Iterable) -> None:
-    """Refuse more values than a record has."""
-    if (size := sum(each.size for each in variables)) > _MOST:
-        raise TooLargeError(f"has {size} values, but no record has more than {_MOST}; {_REMEDY}")
+def _check_hdf5(content: io.BytesIO) -> None:
+    """Refuse values in other files, which would be read whatever these are, and too large chunks.
 
-
-def _as_version_3(file: str | Path, content: bytes) -> bytes:
-    """The numbers of a file of version 4, by a process of its own: the library of HDF5 hangs in
-    some damaged files.
+    Raises:
+        TooLargeError: If a part is in another file, or a chunk is larger than ``_LARGEST_CHUNK``.
     """
-    import h5netcdf  # noqa: F401 - the other process would not say which package is missing
-
-    command = [sys.executable, "-m", __name__]
-    try:
-        done = subprocess.run(command, input=content, capture_output=True, timeout=_PATIENCE)
-    except subprocess.TimeoutExpired as error:
-        reason = f"is a NetCDF file that cannot be read within {_PATIENCE} s; export it again"
-        raise RejectedCurveError(file, reason) from error
-    if done.returncode:
-        said = done.stderr.decode(errors="replace").strip().rpartition("\n")[2]
-        raise (TooLargeError if done.returncode == _TOO_LARGE else OSError)(said)
-    return done.stdout
-
-
-def _check_alone(content: io.BytesIO) -> None:
-    """Refuse a file whose values are in other ones, which would be read, whatever these are."""
     import h5py
 
     def look(name: str, part: h5py.Group | h5py.Dataset) -> None:
@@ -164,37 +144,14 @@ def _check_alone(content: io.BytesIO) -> None:
             apart = any(isinstance(link, h5py.ExternalLink) for link in links)
         else:
             apart = bool(part.external) or part.is_virtual
+            if (size := math.prod(part.chunks or ()) * part.dtype.itemsize) > _LARGEST_CHUNK:
+                raise TooLargeError(f"has {name!r} in chunks of {size} bytes; {_REMEDY}")
         if apart:
             raise TooLargeError(f"has {name!r} in another file; export it as one file")
 
     with h5py.File(content, "r") as file:
         look("/", file)
         file.visititems(look)
-
-
-def _convert() -> None:
-    """Read version 4 from the standard input, and write its numbers as version 3 to the output."""
-    import resource
-
-    import h5netcdf  # noqa: F401 - before the memory is limited
-    import xarray as xr
-
-    resource.setrlimit(resource.RLIMIT_DATA, (_MEMORY, _MEMORY))
-    content = io.BytesIO(sys.stdin.buffer.read())
-    _check_alone(content)
-    with xr.open_dataset(content, engine="h5netcdf", **_UNTOUCHED) as dataset:
-        wanted = {
-            name: each
-            for name, each in dataset.variables.items()
-            if each.dtype.kind in "iuf" and each.size <= _LARGEST
-        }
-        _check_size(wanted.values())
-        numbers = {
-            name: (each.dims, each.values.astype(float), {"units": _unit_text(each)})
-            for name, each in wanted.items()
-        }
-        said = {str(name): str(value) for name, value in dataset.attrs.items()}
-    sys.stdout.buffer.write(xr.Dataset(numbers, attrs=said).to_netcdf(engine="scipy"))
 
 
 def _columns(file: str | Path, dataset, settings: Mapping, channel: str) -> Columns:
@@ -243,14 +200,6 @@ def _numbers(file: str | Path, kind: str, variable) -> np.ndarray:
     if not are_readings(values, kind):
         raise RejectedCurveError(file, f"{variable.name!r} has values that are no readings")
     return values
-
-
-if __name__ == "__main__":
-    try:
-        _convert()
-    except (MemoryError, TooLargeError) as error:
-        sys.stderr.write(str(error) or f"needs more than {_MEMORY / 2**20:.0f} MiB; {_REMEDY}")
-        sys.exit(_TOO_LARGE)
 
 
 def _check_store(folder: str | Path) -> None:
