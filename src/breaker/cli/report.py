@@ -197,7 +197,7 @@ def _plate(records: Sequence, before: Sequence, stated: Mapping) -> list[tuple[s
     """Nameplate and test, as far as they are known: of the table of operations, and of files."""
     from breaker.common.numerals import first_of, in_digits
     from breaker.documents.parts import Cell
-    from breaker.drive.answers.file_statements import date_of, dates_in_words
+    from breaker.drive.answers.file_statements import dates_in_words
     from breaker.reading.files.guards import printable
 
     operations = [each.operation for each in records]
@@ -210,9 +210,7 @@ def _plate(records: Sequence, before: Sequence, stated: Mapping) -> list[tuple[s
     serials = [each.serial for each in stated.values()]
     known = {
         "Breaker": [each.breaker for each in operations if each.breaker] or serials,
-        "Test date": [
-            date_of(each) or " or ".join(dict.fromkeys(each.stated.dates)) for each in records
-        ],
+        "Test date": [each.operation.date or " or ".join(each.stated.dates) for each in records],
         **({"Visit before": [dates_in_words(before)]} if before else {}),
         "Files": [first_of([printable(file).rpartition("/")[2] for file in files], 1)],
         **{name.title(): [getattr(each, name) for each in stated.values()] for name in _PLATE},
@@ -288,11 +286,10 @@ def _changes(records: Sequence, before: Sequence, assessment: "Assessment") -> d
     if not before:
         return {}
     from breaker.drive.answers.change_table import NotCompared
-    from breaker.drive.answers.identity import swapped
 
     unjudged = replace(assessment, limits=())
     rejected = [each.reason for each in before if each.reason]
-    found, said = {}, swapped(before, records)
+    found = {}
     there = {each.operation.phase for each in before}
     phases = list(dict.fromkeys(each.operation.phase for each in records))
     alone = len(there) == len(phases) == 1 and not all([*there, *phases])
@@ -304,8 +301,7 @@ def _changes(records: Sequence, before: Sequence, assessment: "Assessment") -> d
             found[phase] = NotCompared(lacks)
             continue
         try:
-            compared = unjudged.compare(visits)
-            found[phase] = replace(compared, doubts=[*compared.doubts, *filter(None, [said])])
+            found[phase] = unjudged.compare(visits)
         except ValueError as error:
             found[phase] = NotCompared([*rejected, str(error).splitlines()[0]])
     return found

@@ -2,46 +2,26 @@
 
 import re
 from collections.abc import Iterable
-from pathlib import Path
 
-from breaker.reading.files.date_text import dates_of
-from breaker.reading.files.preamble import Preamble
 from breaker.reading.files.word_meanings import channel_of, phase_in
 
 
 def date_of(record) -> str:
-    """Return the date of a record as ISO 8601: of its table, or what its file or name states;
-    empty where none does, or day and month may be either.
+    """Return the date of a record as ISO 8601: of its table, or else as its file states it; empty
+    where neither does, or day and month may be either.
     """
-    named = {*_dates_in_name(record.operation.file)}
-    return record.operation.date or record.stated.date or (named.pop() if len(named) == 1 else "")
-
-
-def date_in(file: str | Path, stated: Preamble) -> str:
-    """Return the date that a file states, or its name, as ISO 8601; of two readings, as of day and
-    month, the first.
-    """
-    return next(iter([*stated.dates, *_dates_in_name(file)]), "")
-
-
-def _dates_in_name(file: str | Path) -> Iterable[str]:
-    return dates_of(Path(file).name).values()
+    return record.operation.date or record.stated.date
 
 
 def dates_in_words(records: Iterable) -> str:
-    """Return the days of a visit, the first and the last; of day and month in either order both
-    readings, where no other record is of either; empty where nothing states any.
+    """Return the days of a visit, the first and the last, both readings of a day and month that may
+    be either; empty where nothing states any.
     """
-    days: set[str] = set()
-    either: list[dict[str, None]] = []
-    for each in records:
-        if date := date_of(each):
-            days.add(date[:10])
-        else:
-            either.append(dict.fromkeys(day[:10] for day in each.stated.dates))
-    ends = dict.fromkeys([*sorted(days)[:1], *sorted(days)[-1:]])
-    others = {" or ".join(each) for each in either if not days & each.keys()}
-    return ", ".join(filter(None, [" to ".join(ends), *sorted(others)]))
+    days = {
+        date_of(each)[:10] or " or ".join(day[:10] for day in each.stated.dates) for each in records
+    }
+    days = sorted(filter(None, days))
+    return " to ".join(dict.fromkeys([*days[:1], *days[-1:]]))
 
 
 def stated_of(records: Iterable) -> dict[str, float | str]:

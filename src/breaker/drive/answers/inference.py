@@ -22,7 +22,6 @@ from breaker.drive.answers.draw_weights import (
     weights_of,
 )
 from breaker.drive.answers.evidence import Answer, AnswerSettings, DriveRecord, Given
-from breaker.drive.answers.identity import mixed
 from breaker.drive.answers.limit_verdicts import NORMAL
 from breaker.drive.family.level_network import LevelDraws, Levels
 from breaker.drive.family.membership import choose_family
@@ -111,18 +110,14 @@ def infer_means(
         given, settings: As of ``infer_drive``.
 
     Returns:
-        For each pole of which a motion has several records, an answer for each of its motions;
-        none of records that are not of one drive (``identity.mixed``).
+        For each pole of which a motion has several records, an answer for each of its motions.
     """
     poles: dict[tuple, dict[str, list[Answer]]] = {}
     for each in answers:
         if each.draws is not None:
             pole = each.record.operation.breaker, each.record.operation.phase
             poles.setdefault(pole, {}).setdefault(each.record.motion, []).append(each)
-    apart = {key[:2] for key in mixed([each.record for each in answers])}
-    several = [
-        by for pole, by in poles.items() if max(map(len, by.values())) > 1 and pole not in apart
-    ]
+    several = [by for by in poles.values() if max(map(len, by.values())) > 1]
     return [_together([_mean_of(each) for each in by.values()], given, settings) for by in several]
 
 

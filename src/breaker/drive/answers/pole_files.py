@@ -1,19 +1,12 @@
 """Poles of a breaker in files of their own: which files are of one operation.
 
 An analyser writes a file for each pole, seconds or minutes apart. Files are of one operation where
-no phase stands in two of them and they are close in time; of several such the first counts.
+no phase stands in two of them and they state the same day; of several such the first counts.
 """
 
-import re
 from collections.abc import Mapping, Sequence
-from datetime import datetime, timedelta
 from pathlib import Path
 from typing import NamedTuple
-
-from breaker.reading.files.lexicon import SYSTEMS
-from breaker.reading.files.word_meanings import IN_FILE
-
-_CLOSE = timedelta(hours=1)  # between poles of one operation, where times are stated
 
 
 class PoleFile(NamedTuple):
@@ -21,35 +14,11 @@ class PoleFile(NamedTuple):
 
     Attributes:
         phases: Of its channels; empty where one is not known.
-        date: As ISO 8601, with its time if that is stated; empty where nothing states it.
+        date: As ISO 8601, with its time if that is stated; empty where the file states none.
     """
 
     phases: tuple[str, ...]
     date: str = ""
-
-
-def phases_in_names(files: Sequence[Path]) -> dict[Path, str]:
-    """Return the phase that the name of each file has: where names are alike but for it, and for
-    digits, and all phases are of one system.
-
-    >>> names = ["108-R 24-12-2020.csv", "108-Y 24-12-2020.csv"]
-    >>> [*phases_in_names([Path(name) for name in names]).values()]
-    ['R', 'Y']
-    >>> phases_in_names([Path("A.csv"), Path("C.csv"), Path("O.csv")])
-    {}
-    """
-    found: dict[str, dict[Path, str]] = {}
-    for file in files:
-        if len(each := IN_FILE.findall(file.stem)) == 1:
-            alike = re.sub(r"\d", "0", IN_FILE.sub("", file.stem))
-            found.setdefault(alike, {})[file] = each[0]
-    named = {}
-    for some in found.values():
-        there = {*some.values()}
-        named |= (
-            some if len(there) > 1 and any(there <= {*system.split()} for system in SYSTEMS) else {}
-        )
-    return named if len(named) == len(files) else {}
 
 
 def operations_of_poles(files: Mapping[Path, PoleFile]) -> dict[Path, int]:
@@ -72,17 +41,8 @@ def operations_of_poles(files: Mapping[Path, PoleFile]) -> dict[Path, int]:
 
 
 def _beside(group: Sequence[PoleFile], one: PoleFile) -> bool:
-    """Whether a file is of the same operation as others, by phases and dates."""
+    """Whether a file is of the same operation as others, by phases and days."""
     there = {phase for each in group for phase in each.phases}
     known = bool(one.phases) and all(each.phases for each in group)
-    return known and not there & {*one.phases} and all(_near(each.date, one.date) for each in group)
-
-
-def _near(first: str, second: str) -> bool:
-    """Whether two dates are close, or nothing is known against it."""
-    if not (first and second):
-        return True
-    if "T" in first and "T" in second:
-        both = (datetime.fromisoformat(each).replace(tzinfo=None) for each in (first, second))
-        return abs(next(both) - next(both)) <= _CLOSE
-    return first[:10] == second[:10]
+    days = {each.date[:10] for each in (*group, one)} - {""}
+    return known and not there & {*one.phases} and len(days) < 2

@@ -8,7 +8,7 @@ from breaker.common.randomness import generator
 from breaker.drive.answers.comparability import judged_today, unlike
 from breaker.drive.answers.evidence import AnswerSettings
 from breaker.drive.answers.file_statements import dates_in_words, stated_of
-from breaker.drive.answers.identity import copies, doubts_about, visits_in_order
+from breaker.drive.answers.identity import doubts_about, samples_of, visits_in_order
 from breaker.drive.answers.remounting import slack_between, zero_between
 from breaker.drive.answers.visit_changes import compare, measured_changes
 from breaker.drive.answers.visit_document import (
@@ -87,7 +87,7 @@ def _warnings(visits: Mapping[str, Sequence]) -> list[str]:
             f"{one.operation.file} and {other.operation.file} hold the same samples: they are one "
             "record, and nothing can have changed; name the records of either visit"
             for other in today
-            if one.motion == other.motion and copies(one, other)
+            if samples_of(one) == samples_of(other)
         ]
     return list(dict.fromkeys(found))
 

@@ -106,18 +106,11 @@ class Moment(NamedTuple):
     Attributes:
         start, stop: Where it stands in the text.
         when: What it says; None for a time without a date, and for part of a date.
-        timed: Whether it says the time of the day.
     """
 
     start: int
     stop: int
     when: datetime | None
-    timed: bool
-
-    @property
-    def iso(self) -> str:
-        """The date, with the time if it says one, as ISO 8601."""
-        return (self.when if self.timed else self.when.date()).isoformat()
 
 
 def moments(text: str) -> list[Moment]:
@@ -144,15 +137,14 @@ def _moment(match: re.Match) -> Moment | None:
     """What a match says, None if there is no such day or time."""
     parts = {name: text for name, text in match.groupdict().items() if text}
     clock = [int(parts.get(name, 0)) for name in ("hour", "minute", "second")]
-    timed = "hour" in parts
     if "day" not in parts:
         fine = clock[0] < 24 and clock[1] < 60 and clock[2] < 60
-        return Moment(match.start(), match.end(), None, timed) if fine else None
+        return Moment(match.start(), match.end(), None) if fine else None
     year = int(parts["year"]) if "year" in parts else 2000 + int(parts["short"])
     day = int(parts["day"])
     month = _MONTHS_OF[parts["name"].lower()] if "name" in parts else int(parts["month"])
     # The day first, as nearly everywhere; the month first where it can only be so.
     for one, other in ((month, day), (day, month)):
         with suppress(ValueError):
-            return Moment(match.start(), match.end(), datetime(year, one, other, *clock), timed)
+            return Moment(match.start(), match.end(), datetime(year, one, other, *clock))
     return None

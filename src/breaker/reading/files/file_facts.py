@@ -3,23 +3,17 @@
 import hashlib
 import math
 import os
-import re
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
-from itertools import pairwise
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
-from breaker.common.numerals import in_digits
-from breaker.reading.files.date_text import Moment, moments
+from breaker.common.numerals import in_digits, natural
+from breaker.reading.files.file_names import phases_in_names
 from breaker.reading.files.guards import opened_at_once
-from breaker.reading.files.lexicon import UNLIKE_PHASES
 from breaker.reading.files.operations_table import FILL_IN
 from breaker.reading.files.preamble import Preamble
-from breaker.reading.files.word_meanings import PHASE, PHASES_IN_FILE
-
-_POLES = 3.0  # s, within which no pole switches again
 
 
 class Part(NamedTuple):
@@ -89,12 +83,12 @@ def descriptions(
 
 
 def _copies(folder: Path, paths: Sequence[str]) -> dict[str, str]:
-    """Files that have the content of another, and which: of names the shortest with a date."""
+    """Files that have the content of another, and which: the first by name."""
     sizes = {path: os.path.getsize(folder / path) for path in paths}
     alike = Counter(sizes.values())
     first: dict[bytes, str] = {}
     found = {}
-    for path in sorted(paths, key=lambda path: (not moments(Path(path).stem), len(path))):
+    for path in sorted(paths, key=natural):
         if (size := sizes[path]) and alike[size] > 1 and (folder / path).is_file():
             with opened_at_once(folder / path) as content:
                 digest = hashlib.file_digest(content, "sha256").digest()
@@ -133,10 +127,8 @@ class FoundFile(NamedTuple):
         stem: Name without ending.
         motions: The one that its folders, or else its name, say it holds; both if none does.
         folder: Its other folders.
-        written: When the file was written, s.
         seen: What is seen in it.
-        breaker: Of which it is.
-        day: Date of the test as ISO 8601; empty where there is none, FILL IN where it is unsure.
+        breaker: Breaker of the file; FILL IN where other files state theirs.
         sure: Whether it is sure which of its motions close.
     """
 
@@ -144,24 +136,16 @@ class FoundFile(NamedTuple):
     stem: str
     motions: tuple[str, ...]
     folder: str
-    written: float
     seen: Description = Description()
     breaker: str = ""
-    day: str = ""
     sure: bool = True
 
     @property
-    def named(self) -> Moment | None:
-        """The first date in its name."""
-        return next((each for each in moments(self.stem) if each.when), None)
-
-    @property
-    def key(self) -> str:
-        """What its name has beside dates and phases, as the number of a breaker."""
-        text = self.stem
-        for each in reversed(moments(text)):
-            text = text[: each.start] + text[each.stop :]
-        return " ".join(re.findall(r"[^\W_]+", PHASES_IN_FILE.sub(" ", text)))
+    def day(self) -> str:
+        """Date of the test as ISO 8601, as the file states it; FILL IN where day and month may be
+        either.
+        """
+        return FILL_IN if len(self.seen.preamble.dates) > 1 else self.seen.preamble.date
 
 
 class Row(NamedTuple):
@@ -187,56 +171,27 @@ class Row(NamedTuple):
 
 
 def with_phases(files: Sequence[FoundFile]) -> list[FoundFile]:
-    """Return files with phases that their names tell, and FILL IN where several channels of one
-    have none of their own, or files of one channel were made at once, as those of poles are.
+    """Return the files of a breaker with the phases that their names tell, and FILL IN where
+    several channels of one have none of their own.
     """
-    stems = {file.stem for file in files}
+    phases = [{part.channel: part.phase for part in file.seen.parts} for file in files]
+    lacking = [
+        Path(file.path)
+        for file, each in zip(files, phases, strict=True)
+        if [*each.values()] == [""]
+    ]
+    in_names = phases_in_names(lacking)
     found = []
-    for file in files:
-        phases = {part.channel: part.phase for part in file.seen.parts}
-        if len(phases) == 1 and not any(phases.values()):
-            phases = dict.fromkeys(phases, _phase_in(file.stem, stems))
-        elif len({*phases.values()}) < len(phases) or not all(phases.values()):
-            several = [*phases.values()]
-            phases = {c: p if several.count(p) == 1 and p else FILL_IN for c, p in phases.items()}
-        found.append(_phased(file, phases.get))
-    poles = [each for each in found if [p.phase for p in each.seen.parts[:1]] == [""]]
-    poles.sort(key=lambda each: (each.breaker, each.key, each.day, each.path))
-    at_once = {
-        path
-        for one, other in pairwise(poles)
-        if (one.breaker, one.key) == (other.breaker, other.key) and _at_once(one, other)
-        for path in (one.path, other.path)
-    }
-    return [_phased(f, lambda _: FILL_IN) if f.path in at_once else f for f in found]
-
-
-def _phased(file: FoundFile, phase_of: Callable[[str], str]) -> FoundFile:
-    parts = tuple(part._replace(phase=phase_of(part.channel)) for part in file.seen.parts)
-    return file._replace(seen=file.seen._replace(parts=parts))
-
-
-def _phase_in(stem: str, others: set[str]) -> str:
-    """The one phase in a name; letters that may be others only beside names of other phases."""
-    bare = stem
-    for each in reversed(moments(stem)):
-        bare = bare[: each.start] + " " * (each.stop - each.start) + bare[each.stop :]
-    found = [*PHASES_IN_FILE.finditer(bare)]
-    if len(found) != 1 or not re.fullmatch(PHASE, found[0][0]):
-        return ""
-    (match,) = found
-    names = (
-        stem[: match.start()] + p + stem[match.end() :] for p in UNLIKE_PHASES.get(match[0], "")
-    )
-    return match[0] if match[0] not in UNLIKE_PHASES or others & {*names} else ""
-
-
-def _at_once(one: FoundFile, other: FoundFile) -> bool:
-    """Whether two files were made within seconds, by their names or as they state."""
-    names = one.named, other.named
-    if all(name and name.timed for name in names):
-        return abs((names[1].when - names[0].when).total_seconds()) <= _POLES
-    return "T" in one.day and one.day == other.day
+    for file, each in zip(files, phases, strict=True):
+        several = [*each.values()]
+        if len(each) == 1:
+            named = in_names.get(Path(file.path), "")
+            each = {channel: phase or named for channel, phase in each.items()}
+        elif len({*several}) < len(several) or not all(several):
+            each = {c: p if p and several.count(p) == 1 else FILL_IN for c, p in each.items()}
+        parts = tuple(part._replace(phase=each[part.channel]) for part in file.seen.parts)
+        found.append(file._replace(seen=file.seen._replace(parts=parts)))
+    return found
 
 
 def settings_cells(

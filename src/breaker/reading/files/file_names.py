@@ -1,4 +1,4 @@
-"""The number of an operation in the name of its file. Light to import.
+"""The number of an operation, and its phase, in the name of its file. Light to import.
 
 A number is one where the names leave no doubt. Names of one kind differ in their digits only. The
 counter of a kind is its only number, or the only one that varies. So a name that is added can make
@@ -10,10 +10,11 @@ import re
 from collections.abc import Sequence
 from contextlib import suppress
 from datetime import datetime
+from pathlib import Path
 
 from breaker.reading.files.date_text import moments
-from breaker.reading.files.lexicon import BEHIND_NUMBER, LABELS
-from breaker.reading.files.word_meanings import any_of
+from breaker.reading.files.lexicon import BEHIND_NUMBER, LABELS, SYSTEMS
+from breaker.reading.files.word_meanings import IN_FILE, any_of
 
 LARGEST_COUNTER = 9_999_999
 """More than any drive operates; what is larger is a date, a stamp or a serial number."""
@@ -49,6 +50,29 @@ def numbers_in(stems: Sequence[str]) -> list[int | str]:
         for i, number in zip(places, numbers, strict=True):
             found[i] = number
     return found
+
+
+def phases_in_names(files: Sequence[Path]) -> dict[Path, str]:
+    """Return the phase that the name of each file has: where names are alike but for it, and for
+    digits, and all phases are of one system; of no file where one of them lacks it.
+
+    >>> names = ["108-R 24-12-2020.csv", "108-Y 24-12-2020.csv"]
+    >>> [*phases_in_names([Path(name) for name in names]).values()]
+    ['R', 'Y']
+    >>> phases_in_names([Path("A.csv"), Path("C.csv"), Path("O.csv")])
+    {}
+    """
+    groups: dict[str, dict[Path, str]] = {}
+    for file in files:
+        if len(each := IN_FILE.findall(file.stem)) == 1:
+            alike = re.sub("[0-9]", "0", IN_FILE.sub("", file.stem))
+            groups.setdefault(alike, {})[file] = each[0]
+    named = {}
+    for some in groups.values():
+        there = {*some.values()}
+        if len(there) > 1 and any(there <= {*system.split()} for system in SYSTEMS):
+            named |= some
+    return named if len(named) == len(files) else {}
 
 
 def _numbers_of_kind(stems: Sequence[str]) -> Sequence[int | str]:

@@ -112,10 +112,6 @@ NUMBERED_PHASES = "L[123]"
 COLOURS = ("red", "yellow", "blue")
 """Phases in words, in names of columns."""
 
-UNLIKE_PHASES = {"C": "AB", "S": "R", "T": "RS", "U": "VW", "V": "UW", "W": "UV"}
-"""Letters that may be something else in the name of a file, such as a closing or a trip, and
-phases one of which is in the name of a file beside it if they are none."""
-
 LABELS = {
     "phase": {"en": "phase|pole|ph", "de": "pol|leiter"},
     "phase behind its letter": {"en": "phase|pole|ph", "zh": "相"},

@@ -7,7 +7,7 @@ of the analyser stand in pairs, or in a table of quantities by channels.
 import math
 import re
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 from breaker.common.numerals import in_digits
@@ -104,9 +104,8 @@ class Preamble:
         length: Of the record or its plot, ms.
         ratio: Of the linkage, as stated: whether the samples are multiplied by it, no file says.
         travel_unit: As it stands in the file.
-        dates: Of the test, with its time if that is stated, as ISO 8601: with the day before the
-            month, and after it. They are alike where nothing is open.
-        day_first: Whether dates of the text have the day before the month; None if that is open.
+        dates: Date of the test, with its time if that is stated, as ISO 8601; two dates, first that
+            with the day before the month, where day and month may be either.
         station, bay, type, serial: Of the breaker.
         operation: Its motions, such as ``"C-O"``.
         phases: Names of phases by number of the channel, from 1; by 0 that of all.
@@ -122,7 +121,6 @@ class Preamble:
     ratio: float = _NAN
     travel_unit: str = ""
     dates: tuple[str, ...] = ()
-    day_first: bool | None = None
     station: str = ""
     bay: str = ""
     type: str = ""
@@ -136,11 +134,7 @@ class Preamble:
     @property
     def date(self) -> str:
         """Date of the test as ISO 8601; empty if none is stated, or day and month may be either."""
-        return self.dates[0] if len({*self.dates}) == 1 else ""
-
-    def with_days(self, *, first: bool) -> "Preamble":
-        """Return the same with the day before the month, or after it, as other files have it."""
-        return replace(self, dates=self.dates[:1] if first else self.dates[-1:])
+        return self.dates[0] if len(self.dates) == 1 else ""
 
 
 class _StatedRate(NamedTuple):
@@ -181,8 +175,8 @@ def preamble_of(rows: Sequence[Sequence[str]], decimal: str = ".", samples: int 
     stated, length = _rate_of(pairs, decimal), _length(pairs, decimal, samples)
     rate, doubt = _checked(stated, length, samples)
     ratio, unsure = _ratio(pairs, decimal)
-    dates, day_first = _dates(pairs)
-    if len({*dates}) > 1:
+    dates = _dates(pairs)
+    if len(dates) > 1:
         unsure = (*unsure, f"the date of the test is {dates[0]} or {dates[1]}")
     return Preamble(
         pairs=tuple(pairs),
@@ -192,7 +186,6 @@ def preamble_of(rows: Sequence[Sequence[str]], decimal: str = ".", samples: int 
         ratio=ratio,
         travel_unit=next((pair.text for pair in _of(pairs, "unit")), ""),
         dates=dates,
-        day_first=day_first,
         operation=next(operations, ""),
         phases=_phases(pairs),
         speed_points=tuple(_of(pairs, "point of speed")),
@@ -251,15 +244,13 @@ def _ratio(pairs: Sequence[Pair], decimal: str) -> tuple[float, tuple[str, ...]]
     return _NAN, ()
 
 
-def _dates(pairs: Sequence[Pair]) -> tuple[tuple[str, ...], bool | None]:
-    """The date of the test in both orders of day and month, or in that of all dates if any tells,
-    and which that is.
-    """
+def _dates(pairs: Sequence[Pair]) -> tuple[str, ...]:
+    """The date of the test in either order of day and month, or in the order of all dates."""
     every = [(pair, dates_of(pair.text)) for pair in _of(pairs, "date")]
     own = [each for each in every if each[1] and "of another day" not in _meant(each[0].name)]
     own.sort(key=lambda each: "of the test" not in _meant(each[0].name))
     if not own:
-        return (), None
+        return ()
     pair, found = own[0]
     # A 14th month decides for the other dates, too.
     orders = {first for _, each in every if len(each) == 1 for first in each}
@@ -267,8 +258,7 @@ def _dates(pairs: Sequence[Pair]) -> tuple[tuple[str, ...], bool | None]:
         found = {first: found[first] for first in orders}
     clocks = (clock_of(each.text) for each in _of(pairs, "time"))
     clock = clock_of(" ".join(pair.values)) or next(filter(None, clocks), "")
-    dates = tuple(dict.fromkeys(found[first] + clock for first in sorted(found, reverse=True)))
-    return dates, orders.pop() if len(orders) == 1 else None
+    return tuple(dict.fromkeys(found[first] + clock for first in sorted(found, reverse=True)))
 
 
 def _phases(pairs: Sequence[Pair]) -> dict[int, str]:

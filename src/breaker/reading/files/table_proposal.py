@@ -1,6 +1,7 @@
-"""A first ``operations.csv`` of a folder, to be checked and completed: the only place that guesses.
+"""A first ``operations.csv`` of a folder, to be checked and completed.
 
-Light to import.
+What files state goes before their names. What neither tells is FILL IN, so that the table is
+refused until it is completed. Light to import.
 """
 
 import os
@@ -8,6 +9,7 @@ from collections import Counter, defaultdict
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
+from breaker.common.numerals import natural
 from breaker.quantities.operation_metadata import ABOUT
 from breaker.quantities.parameters import MOTIONS
 from breaker.reading.files.file_facts import (
@@ -20,7 +22,7 @@ from breaker.reading.files.file_facts import (
     settings_cells,
     with_phases,
 )
-from breaker.reading.files.file_identity import days_of, with_breakers, with_counters
+from breaker.reading.files.file_names import numbers_in
 from breaker.reading.files.folder_listing import odd_signs, record_files
 from breaker.reading.files.format_settings import FORMAT
 from breaker.reading.files.guards import is_store, no_file, printable
@@ -29,6 +31,7 @@ from breaker.reading.files.safe_text import table_text
 from breaker.reading.files.word_meanings import motions_in
 
 _MOST_FOLDERS = 20_000  # of a walk: a large fleet has some thousands
+_LONGEST = 200  # signs of a cell
 _COLUMNS = ("file", "motion", "operation", "channel", *ABOUT, "from", "to")
 
 
@@ -42,12 +45,11 @@ def propose_manifest(
 ) -> tuple[str, list[str]]:
     """Propose the table of a folder and those below it.
 
-    Breaker, phases, date and settings are those that the files state, or their names; what neither
-    tells is FILL IN. A file that has the content of another, or is no record, is left out. Where
-    nothing is seen the motion comes from folders named after it, or else from the name; other
-    folders are breakers. The counter comes from the names where they leave no doubt; else
-    operations are numbered from 1, by their dates, or else by the times at which the files were
-    written.
+    Breaker, date and settings are those that the files state, phases those of the files or else of
+    their names. A file that has the content of another, or is no record, is left out. Where nothing
+    is seen the motion comes from folders named after it, or else from the name; other folders are
+    breakers. The counter comes from the names where they leave no doubt; else operations are
+    numbered from 1, by the dates that the files state, or else by name.
 
     Args:
         folder: Folder of the curve files.
@@ -81,10 +83,11 @@ def propose_manifest(
             "; ".join([f"{printable(folder)} has no file of a record", *remarks])
         )
     remarks += _of_motions(files, motions)
-    days, said = days_of({file.path: file.seen.preamble for file in files})
-    files, more = with_breakers([file._replace(day=days[file.path]) for file in files])
-    rows, last = _rows(with_phases(files), motions)
-    return _text(rows, channels), [*remarks, *said, *more, *last]
+    files = _with_breakers(files)
+    for what in ("breaker", "date"):
+        remarks += _to_fill_in(files, what)
+    rows, said = _rows(files, motions)
+    return _text(rows, channels), [*remarks, *said]
 
 
 def _looked_at(
@@ -132,23 +135,101 @@ def _seen(file: FoundFile, seen: Description, configured: bool) -> FoundFile:
     return file._replace(seen=seen, motions=found or file.motions, sure=seen.sure or said)
 
 
+def _with_breakers(files: Sequence[FoundFile]) -> list[FoundFile]:
+    """Files with their breakers: the serial number that a file states, or else the bay, or else its
+    folder; to be filled in where other files, or others of the folder, state theirs.
+    """
+    preambles = [file.seen.preamble for file in files]
+    stated = [each.serial or " ".join(each.bay.split()) for each in preambles]
+    states = {file.folder for file, name in zip(files, stated, strict=True) if name}
+    unknown = FILL_IN if states else ""
+    found = []
+    for file, name in zip(files, stated, strict=True):
+        folder = "" if file.folder in states else file.folder
+        found.append(file._replace(breaker=(name or folder or unknown)[:_LONGEST]))
+    return found
+
+
+def _to_fill_in(files: Sequence[FoundFile], what: str) -> list[str]:
+    """What to check of breakers or dates that are to be filled in."""
+    why = {
+        "breaker": "they do not state it, and others do",
+        "date": "day and month may be either",
+    }
+    cells = {file.path: file.breaker if what == "breaker" else file.day for file in files}
+    lacking = [path for path, cell in cells.items() if cell == FILL_IN]
+    said = f"the {what} of {len(lacking)} files is to be filled in, first "
+    return [f"{said}{lacking[0]}: {why[what]}"] if lacking else []
+
+
 def _rows(
     files: Sequence[FoundFile], motions: Sequence[str]
 ) -> tuple[list[tuple[int, Row]], list[str]]:
     """Operations with their counters, and what to check of these."""
-    whole: dict[tuple[str, str], list[Row]] = defaultdict(list)
+    breakers: dict[tuple[str, str], list[FoundFile]] = defaultdict(list)
     for file in files:
-        unknown = f"{file.folder} {file.key}" if file.breaker == FILL_IN else ""
-        for motion in [motion for motion in motions if motion in file.motions]:
-            per_channel = Counter(p.channel for p in file.seen.parts if p.motion == motion)
-            for place in range(max(per_channel.values(), default=1)):
-                whole[file.breaker, unknown].append(Row(file, motion, place))
+        unknown = file.folder if file.breaker == FILL_IN else ""
+        breakers[file.breaker, unknown].append(file)
     rows, remarks = [], []
-    for _, group in sorted(whole.items()):
-        found, said = with_counters(group)
-        rows += found
-        remarks += said
+    for (breaker, _), own in sorted(breakers.items()):
+        found = [row for file in with_phases(own) for row in _rows_of(file, motions)]
+        numbered = _by_names(found)
+        if numbered is None:
+            numbered, order = _in_order(found)
+            name = "" if breaker in ("", FILL_IN) else f"{breaker}: "
+            remarks.append(
+                f"{name}{len(found)} operations are numbered from 1 in the order of {order}, as "
+                "the names do not say the counter"
+            )
+        rows += numbered
     return rows, remarks
+
+
+def _rows_of(file: FoundFile, motions: Sequence[str]) -> Iterator[Row]:
+    """The operations in a file, in each motion as many as its channels have at most."""
+    for motion in motions:
+        if motion in file.motions:
+            counts = Counter(p.channel for p in file.seen.parts if p.motion == motion)
+            for place in range(max(counts.values(), default=1)):
+                yield Row(file, motion, place)
+
+
+def _by_names(rows: Sequence[Row]) -> list[tuple[int, Row]] | None:
+    """Operations with the counters that names say; None where they leave a doubt."""
+    groups: dict[tuple[str, str], list[Row]] = defaultdict(list)
+    for row in rows:
+        groups[row.motion, row.phase].append(row)
+    found = []
+    for group in groups.values():
+        numbers = numbers_in([row.file.stem for row in group])
+        if len({*numbers}) < len(numbers) or not all(isinstance(each, int) for each in numbers):
+            return None
+        found += zip(numbers, group, strict=True)
+    return found
+
+
+def _in_order(rows: Sequence[Row]) -> tuple[list[tuple[int, Row]], str]:
+    """Operations with counters from 1, and by what they are in order.
+
+    Files of one pole each are poles of the same operations. The first operations of a day, in any
+    motion and pole, are those after the last of the day before.
+    """
+    dated = all(row.file.day not in ("", FILL_IN) for row in rows)
+    days = [row.file.day if dated else "" for row in rows]
+    pairs = zip(days, rows, strict=True)
+    found, counts, before, last = [], {}, 0, ""
+    for day, row in sorted(
+        pairs, key=lambda pair: (pair[0], natural(pair[1].file.path), pair[1].place)
+    ):
+        if day[:10] != last:
+            before, last = before + max(counts.values(), default=0), day[:10]
+            counts = {}
+        # Poles without a name have one operation each.
+        poles = {p.phase if p.phase != FILL_IN else row.file.path for p in row.parts} or {""}
+        number = 1 + max(counts.get((row.motion, pole), 0) for pole in poles)
+        counts |= {(row.motion, pole): number for pole in poles}
+        found.append((before + number, row))
+    return found, "the dates that they state" if dated else "their names"
 
 
 def _files(folder: Path) -> tuple[list[FoundFile], list[str]]:
@@ -200,7 +281,6 @@ def _described(file: Path, path: str, top: str) -> FoundFile:
         stem=file.stem,
         motions=motions if len(motions) == 1 else MOTIONS,
         folder="/".join(part for part, each in zip(parts, spoken, strict=True) if not each),
-        written=os.stat(file).st_mtime,
     )
 
 

@@ -284,9 +284,6 @@ _BETWEEN = "[,_+&]"
 IN_FILE = re.compile(rf"(?<![^\W_])({PHASE})(?![^\W_])")
 """A phase in the name of a file."""
 
-PHASES_IN_FILE = re.compile(rf"(?<![^\W_])(?:{PHASE})(?:{_BETWEEN}(?:{PHASE}))*(?![^\W_])")
-"""A phase, or several that are listed, in the name of a file."""
-
 LISTED = re.compile(
     rf"(?<![^\W_])(?:{NUMBERED_PHASES}(?:{_BETWEEN}{NUMBERED_PHASES})+|{_LETTER}(?:{_BETWEEN}{_LETTER})+)"
     r"(?![^\W_])"

@@ -21,10 +21,6 @@ from breaker.reading.records.curve_reader import ReadRecord, read_records
 from breaker.reading.records.model_grid import Grid
 
 _PART = 50  # files that one process reads at a time
-_COMPARED = {"stroke": "mm", "travel_time": "ms"}  # by which records stand out, and their units
-_FAR = 8.0  # robust sd from the median of the others, from which a record stands out
-_MATTERS = 0.03  # share of the median by which it has to
-_FEWEST = 8  # records, of which some can stand out
 
 
 class CheckedRecord(NamedTuple):
@@ -34,9 +30,8 @@ class CheckedRecord(NamedTuple):
         file: Its name.
         reason: Why it was rejected; empty of one that is accepted.
         remarks: What is doubtful about one that is, in words.
-        noise: Standard deviation at rest, mm; NaN of one that is rejected, as are the next.
-        stroke: mm.
-        travel_time: ms.
+        noise: Standard deviation at rest, mm; NaN of one that is rejected.
+        stroke: mm; the same.
     """
 
     file: str
@@ -44,7 +39,6 @@ class CheckedRecord(NamedTuple):
     remarks: str = ""
     noise: float = np.nan
     stroke: float = np.nan
-    travel_time: float = np.nan
 
 
 @dataclass(frozen=True)
@@ -107,11 +101,9 @@ def _read(
     for operation, record in zip(operations, records, strict=True):
         file = printable(operation.file)
         if isinstance(record, ReadRecord):
-            measured = record.measured(SPEEDS)
-            numbers = (measured[name].value for name in _COMPARED)
-            found.append(
-                CheckedRecord(file, "", "; ".join(record.remarks), record.noise.sd, *numbers)
-            )
+            stroke = record.measured(SPEEDS)["stroke"].value
+            remarks = "; ".join(record.remarks)
+            found.append(CheckedRecord(file, "", remarks, record.noise.sd, stroke))
         else:
             found.append(CheckedRecord(file, str(record)))
     return found
@@ -145,14 +137,10 @@ def words_of_checked(checked: Sequence[Checked]) -> Document:
     """Return a table of what was accepted, and the reasons and remarks, each once."""
     parts: list = [_table(checked)]
     parts += [Section(f"{_name(each)}: {each.trouble}") for each in checked if each.trouble]
-    sections = {
-        "Rejected:": partial(_texts, kind="reason"),
-        "Remarks on what was accepted:": partial(_texts, kind="remarks"),
-        "Unlike the others of their folder:": _outliers,
-    }
+    sections = {"Rejected:": "reason", "Remarks on what was accepted:": "remarks"}
     read = [(_name(each), each.records) for each in checked if each.records is not None]
-    for title, find in sections.items():
-        if found := [(name, *pair) for name, records in read for pair in find(records)]:
+    for title, kind in sections.items():
+        if found := [(name, *pair) for name, records in read for pair in _texts(records, kind)]:
             parts.append(Section(title, _grouped(found)))
     return Document(parts=parts)
 
@@ -185,23 +173,6 @@ def _range(values: np.ndarray) -> str:
     values = values[np.isfinite(values)]
     ends = (values.min(), values.max()) if values.size else ()
     return " to ".join(in_digits(end, 3) for end in ends)
-
-
-def _outliers(records: Sequence[CheckedRecord]) -> list[tuple[str, str]]:
-    """Accepted records whose stroke or travel time is far from those of the others."""
-    found = []
-    for name, unit in _COMPARED.items():
-        values = np.array([getattr(each, name) for each in records])
-        there = np.isfinite(values)
-        if there.sum() < _FEWEST:
-            continue
-        middle = float(np.median(values[there]))
-        spread = 1.4826 * float(np.median(np.abs(values[there] - middle)))
-        apart = np.abs(values - middle) > max(_FAR * spread, _MATTERS * middle)
-        for i in np.flatnonzero(there & apart):
-            far = f"{in_digits(values[i], 4)} {unit}, that of most {in_digits(middle, 4)} {unit}"
-            found.append((records[i].file, f"its {name.replace('_', ' ')} is {far}"))
-    return found
 
 
 def _grouped(found: Sequence[tuple[str, str, str]]) -> list[Remark]:
