@@ -105,7 +105,7 @@ def test_rejected_records_have_their_reason(folder, read):
 
 
 def test_nothing_to_read(tmp_path, folder, read):
-    with pytest.raises(FileNotFoundError, match=r"has no file of a record.*breaker manifest"):
+    with pytest.raises(FileNotFoundError, match=r"has no file of a record.*breaker inspect"):
         read(tmp_path)
     with pytest.raises(FileNotFoundError, match=r"there is no folder .*nowhere"):
         read(tmp_path / "nowhere")

@@ -374,7 +374,7 @@ def test_a_table_is_that_of_the_command(page, folder, tmp_path):
     page.post(f"/save?{TODAY}", urlencode({"kind": "settings", "name": tmp_path / "my.yaml"}))
     config = ["--config", str(folder / "few.yaml"), str(tmp_path / "my.yaml")]
     output = ["--output", str(tmp_path / "b.csv")]
-    assert main(["manifest", str(folder / "curves"), *output, *config]) == 0
+    assert main(["inspect", str(folder / "curves"), *output, *config]) == 0
     assert (tmp_path / "operations.csv").read_bytes() == (tmp_path / "b.csv").read_bytes()
 
 

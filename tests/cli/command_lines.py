@@ -113,18 +113,16 @@ def words_of(number: int, seed: int) -> tuple[str, ...]:
     def one(of):
         return str(rng.choice(of))
 
-    command = one(["infer", "infer", "inspect", "manifest", "compare", "report", "fit-prior"])
+    command = one(["infer", "infer", "inspect", "inspect", "compare", "report", "fit-prior"])
     inputs = {
         "infer": lambda: [one([*RECORDS, *FOLDERS]) for _ in range(rng.integers(1, 3))],
-        "inspect": lambda: [one([*RECORDS, "record.zarr"])],
-        "manifest": lambda: [one(FOLDERS)],
+        "inspect": lambda: [one([*RECORDS, *FOLDERS, "record.zarr"])],
         "compare": lambda: [one(RECORDS), "--today", one([*RECORDS, "b 2.csv"])],
         "report": lambda: [one(RECORDS)],
         "fit-prior": lambda: [one(FOLDERS)],
     }[command]()
     outputs = {
         "infer": ("--output", "--plot", "--draws"),
-        "manifest": ("--output",),
         "report": ("--output",),
         "compare": ("--plot",),
     }.get(command, ("--output", "--plot"))

@@ -24,7 +24,7 @@ def test_without_the_check_random_command_lines_would_change_inputs(monkeypatch)
     def refuse_nothing(*_):
         return None
 
-    for name in ("infer", "inspect", "manifest", "compare", "report", "fit_prior"):
+    for name in ("infer", "inspect", "compare", "report", "fit_prior"):
         monkeypatch.setattr(f"breaker.cli.{name}.check_outputs", refuse_nothing)
     here = os.getcwd()
     lines = try_batch((range(16), SEED))
@@ -58,7 +58,7 @@ def test_without_the_check_random_command_lines_would_change_inputs(monkeypatch)
         ("inspect a.csv --output config/config.yaml", "it is what is read"),
         ("inspect a.csv --output few.yaml", "it is what is read"),
         ("fit-prior drive --output drive/closing/op_1.csv", "it is what is read"),
-        ("manifest drive --output drive/closing/op_9.csv", "would be read as a record"),
+        ("inspect drive --output drive/closing/op_9.csv", "would be read as a record"),
         ("compare a.csv --today open.csv --plot picture.png", "it is what is read"),  # a link
     ],
 )
@@ -112,7 +112,7 @@ def test_a_result_that_is_read_is_not_replaced_under_another_name(folder, capsys
 
 
 def test_names_of_nothing_are_refused(folder, capsys):
-    for words in (["infer", ""], ["check", ""], ["manifest", ""], ["infer", "a.csv", "--plot", ""]):
+    for words in (["infer", ""], ["inspect", ""], ["infer", "a.csv", "--plot", ""]):
         with pytest.raises(SystemExit) as caught:
             main(words)
         assert caught.value.code == 2

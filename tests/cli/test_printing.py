@@ -83,12 +83,12 @@ def test_names_that_a_spreadsheet_would_run_are_the_same_after_a_round_trip(fold
     name = _exported(folder, "=close.csv", "@Weg", Station="N", Bay="@Q0", Stroke="150 mm")
     assert main(["inspect", name, "--output", "own.yaml"]) == 0
     capsys.readouterr()
-    assert main(["manifest", "records", "--output", "records/operations.csv"]) == 0
+    assert main(["inspect", "records", "--output", "records/operations.csv"]) == 0
     assert capsys.readouterr().out == "written to records/operations.csv\n"
     with open("records/operations.csv", encoding="utf-8", newline="") as table:
         (row,) = csv.DictReader(table)
     assert [row[key] for key in ("file", "channel", "breaker")] == ["'=close.csv", "'@Weg", "'@Q0"]
-    assert main(["check", "records", "--config", "own.yaml"]) == 1  # of openings there are none
+    assert main(["inspect", "records", "--config", "own.yaml"]) == 1  # of openings there are none
     assert re.search(r"\n@Q0 closing +1 +1 ", capsys.readouterr().out)
     words = ["infer", "records", "--config", "own.yaml", "few.yaml"]
     assert main([*words, "--output", "t.csv", "--json"]) == 0

@@ -58,7 +58,7 @@ def test_files_of_all_readable_kinds_count_and_nothing_beside_them(tmp_path):
 )
 def test_names_that_leave_a_doubt_are_refused_with_the_table_as_remedy(tmp_path, names):
     fill(tmp_path / "closing", *names)
-    with pytest.raises(ValueError, match=r"closing/.* has .*`breaker manifest .*` proposes one"):
+    with pytest.raises(ValueError, match=r"closing/.* has .*`breaker inspect .*` proposes one"):
         list_operations(tmp_path, "closing")
 
 

@@ -17,10 +17,7 @@ from breaker.common.visible_text import UNPRINTED, say
 from breaker.configuration.yaml_sources import ConfigurationError
 from breaker.workflow.jobs import missing_packages, set_threads
 
-_COMMANDS = (  # of --help
-    *("inspect", "manifest", "check", "infer", "compare", "report", "fit-prior", "view"),
-    "example",
-)
+_COMMANDS = ("inspect", "infer", "compare", "report", "fit-prior", "view", "example")
 _REMOVED = {  # commands, and options behind their command, with what to use in their place
     "plan": (
         "the command plan was removed without a replacement; compare what records determine with "

@@ -1,24 +1,33 @@
-"""`breaker inspect`: propose how to read a file."""
+"""`breaker inspect`: propose how to read a file or a folder, or check a folder."""
 
 import argparse
+import os
+from collections.abc import Mapping, Sequence
+from pathlib import Path
 
-from breaker.cli.command_inputs import PROJECT, add_path, settings_of
+from breaker.cli.command_inputs import PROJECT, SEVERAL, add_path, is_folder, settings_of
 from breaker.cli.outputs import check_outputs, draw, say_written, write_lines
-from breaker.common.visible_text import say
+from breaker.common.visible_text import say, visible_text
 
 
 def add(inspect: argparse.ArgumentParser) -> None:
-    """Look at one file of unknown origin: how its text is written, which columns are time and
-    travel, and which motions they hold. Prints the lines of configuration that read it, after
-    reading it with them.
+    """Look at a file: how its text is written, which columns are time and travel, and which motions
+    they hold. Prints the lines of configuration that read it, after reading it with them. Of a
+    folder, propose the table operations.csv, which says which file is which operation. Where the
+    folder has the table, or its files are numbered, read all records as the workflow will, and
+    print what is accepted, what is doubtful, and why the rest is rejected; the status is 1 if
+    nothing of a motion is accepted.
     """
     inspect.set_defaults(smaller="export the record with fewer channels")
-    add_path(inspect, "file", "FILE", "a record as it was exported")
+    add_path(inspect, "file", "FILE|FOLDER", "a record as it was exported, or a folder of records")
     inspect.add_argument(
         "--channel", default="", metavar="NAME", help="the column of travel, if there are several"
     )
-    add_path(inspect, "--output", "YAML", "write the proposed lines there")
+    what = "write the proposed lines, or the proposed table of a folder, there, if nothing is"
+    add_path(inspect, "--output", "YAML|CSV", what)
     add_path(inspect, "--plot", "PNG", "draw the record there")
+    what = "columns of travel in each file of a folder whose table is proposed"
+    inspect.add_argument("--channels", metavar="NAME", help=what, **SEVERAL)
     what = "write there what a report of a misread file needs, without names, dates and travel"
     add_path(inspect, "--report-problem", "TXT", what)
     inspect.add_argument(
@@ -29,6 +38,15 @@ def add(inspect: argparse.ArgumentParser) -> None:
 
 
 def _run(options: argparse.Namespace) -> int:
+    return _run_folder(options) if is_folder(options.file) else _run_file(options)
+
+
+# ---- a file --------------------------------------------------------------------------------------
+
+
+def _run_file(options: argparse.Namespace) -> int:
+    if options.channels:
+        raise ValueError("--channels is for a folder; choose the column of a file by --channel")
     outputs = [(options.output, "lines"), (options.plot, "picture")]
     outputs += [(options.report_problem, "lines")]
     if not options.report_problem and (options.with_travel or options.keep):
@@ -71,3 +89,95 @@ def _report_problem(options: argparse.Namespace, config: dict) -> None:
     if words:
         said = f"  Replaced: {', '.join(words)}. Let words of columns through by --keep WORD."
         say(said, beside=True)
+
+
+# ---- a folder ------------------------------------------------------------------------------------
+
+
+def _run_folder(options: argparse.Namespace) -> int:
+    from breaker.reading.files.operations_table import MANIFEST
+
+    _refuse(options, ("channel", "plot", "report_problem", "with_travel", "keep"), "is for a file")
+    check_outputs([(options.output, "lines")], [options.file, *options.config])
+    config = settings_of(options.config)
+    if os.path.lexists(table := Path(options.file, MANIFEST)):
+        why = f"is for a folder without a table, and {table} is there"
+        _refuse(options, ("output", "channels"), why)
+        return _check(options.file, config, f"the table {MANIFEST} lists")
+    if not (options.output or options.channels) and _is_numbered(options.file, config):
+        return _check(options.file, config, "the names number")
+    return _propose(options, config)
+
+
+def _refuse(options: argparse.Namespace, names: Sequence[str], why: str) -> None:
+    """Refuse options that do not fit what the command is asked about."""
+    for name in names:
+        if getattr(options, name):
+            option = name.replace("_", "-")
+            raise ValueError(f"--{option} {why}; leave it out, or name a file or folder that fits")
+
+
+def _is_numbered(folder: str, config: Mapping) -> bool:
+    """Whether files in the folders of motions are numbered as the workflow reads them."""
+    from breaker.reading.files.folder_listing import list_operations
+
+    found = False
+    for motion in config["motions"]:
+        try:
+            found = bool(list_operations(folder, motion)) or found
+        except FileNotFoundError:
+            continue
+        except ValueError:
+            return False
+    return found
+
+
+def _check(folder: str, config: Mapping, listed: str) -> int:
+    """Read the records of a folder as the workflow will, and print what becomes of them."""
+    from breaker.documents.terminal import text_of
+    from breaker.reading.inspection.acceptance import check_folder, words_of_checked
+
+    motions = config["motions"]
+    checked = check_folder(folder, config["endurance"], config["sensor"], motions)
+    accepted = {each.motion for each in checked if each.accepted}
+    lacking = " and ".join(motion for motion in motions if motion not in accepted)
+    say(text_of(words_of_checked(checked)))
+    remedy = f"set endurance.curves: {folder} in the configuration to use what is accepted"
+    if lacking:
+        remedy = f"no {lacking} is accepted: correct this, and run the command again"
+    say(f"\nRead the records of {folder} that {listed}; {remedy}.")
+    return 1 if lacking else 0
+
+
+def _propose(options: argparse.Namespace, config: Mapping) -> int:
+    """Propose the table of a folder. What to check in it is printed beside it."""
+    from breaker.reading.files.operations_table import MANIFEST
+
+    text, remarks = table_of(options.file, config, options.channels)
+    written = [write_lines(options.output, text)] if options.output else []
+    if not written:
+        say(text, end="")
+        if visible_text(text) != text:
+            remarks.append(
+                "signs that a terminal obeys or does not show stand there as escapes: write the "
+                "table with --output, and it has the signs themselves"
+            )
+    for remark in remarks:
+        say(f"check: {remark}", beside=True)
+    say_written(written)
+    table = options.output or Path(options.file, MANIFEST)
+    step = "complete" if written else f"write it with --output {table}, complete"
+    place = "" if Path(table).name == MANIFEST else f" as {MANIFEST} in the folder"
+    said = f"Proposed a table of the operations in {options.file}: {step} it{place}, and run"
+    say(f"{said} breaker inspect {options.file} again.", beside=True)
+    return 0
+
+
+def table_of(folder: str, config: Mapping, channels: Sequence[str] = ()) -> tuple[str, list[str]]:
+    """Return the proposed table of a folder, and what to check in it; nothing is written."""
+    from breaker.reading.files.format_settings import FORMAT
+    from breaker.reading.files.table_proposal import propose_manifest
+    from breaker.reading.inspection.file_description import describe_file
+
+    own = {"configured": config["endurance"]["format"] != FORMAT}
+    return propose_manifest(folder, channels, config["motions"], describe_file, **own)

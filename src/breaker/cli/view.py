@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 from breaker import DISTRIBUTION
 from breaker.cli.command_inputs import add_path, settings_of
-from breaker.cli.manifest import table_of
+from breaker.cli.inspect import table_of
 from breaker.cli.outputs import check_outputs, write_lines
 from breaker.cli.report import ReadVisit, content_of, read_of, visit_of
 from breaker.common.visible_text import say
@@ -84,7 +84,7 @@ def commands():
     """Return what the page asks of the other commands."""
     from breaker.app.view_session import Commands
 
-    return Commands(settings_of, _read, visit_of, content_of, table_of, _write)
+    return Commands(settings_of, _read, visit_of, content_of, _table_of, _write)
 
 
 def _read(asked: "Asked", overlays: Sequence[str], opened: "Files") -> ReadVisit:
@@ -92,6 +92,11 @@ def _read(asked: "Asked", overlays: Sequence[str], opened: "Files") -> ReadVisit
     given = {"files": [*asked.files], "before": [*asked.before], "config": [*overlays]}
     given |= {"channel": [asked.channel] if asked.channel else []}
     return read_of(argparse.Namespace(**given, reference=None, tolerance=None), opened)
+
+
+def _table_of(folder: str, overlays: Sequence[str]) -> tuple[str, list[str]]:
+    """What ``breaker inspect`` proposes for a folder."""
+    return table_of(folder, settings_of(overlays))
 
 
 def _write(name: str, text: str, read: Sequence[str]) -> str:

@@ -254,7 +254,7 @@ def _none(folders: Sequence[str | Path], troubles: Sequence[str]) -> str:
     if absent:
         return f"there is no folder {', '.join(absent)}"
     return (
-        f"{troubles[0]}. `breaker manifest {printable(folders[0])}` proposes a table of the "
+        f"{troubles[0]}. `breaker inspect {printable(folders[0])}` proposes a table of the "
         "operations, breakers and phases in a folder"
     )
 

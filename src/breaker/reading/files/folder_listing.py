@@ -245,7 +245,7 @@ def _from_names(folder: Path) -> list[Operation]:
         )
     remedy = (
         f"say which file is which operation in a table {MANIFEST}: "
-        f"`breaker manifest {printable(folder.parent)}` proposes one"
+        f"`breaker inspect {printable(folder.parent)}` proposes one"
     )
     named = list(zip(files, numbers_in([file.stem for file in files]), strict=True))
     if unclear := [f"{file} {why}" for file, why in named if isinstance(why, str)]:

@@ -137,7 +137,7 @@ def _stated(proposal: Proposal, *, named: bool) -> list[Table]:
     whose = {
         "breaker": ", ".join(filter(None, [stated.station, stated.bay, stated.type])),
         "serial number": stated.serial,
-        "test": stated.date or " or ".join(stated.dates),
+        "test": " or ".join(stated.dates),
     }
     given = (whose if named else {}) | {
         "operation": stated.operation,
@@ -165,7 +165,7 @@ def _wired(proposal: Proposal) -> list[Table]:
         left = f", not {', '.join(map(str, others))}" if contact and others else ""
         if contact or coil:
             rows.append((str(each.column), each.motion, contact + left, coil))
-    title = "  contacts and coils, which breaker report and breaker manifest take for each"
+    title = "  contacts and coils, which breaker report and breaker inspect FOLDER take for each"
     return [Table(rows=rows, title=title, form="  {:<12}  {:<8}  {}  {:<1}")] if rows else []
 
 
