@@ -198,7 +198,7 @@ def test_tables_of_an_inspection_are_read():
   Travel T1 R   closing           62.4      105.6      148.6     0.049  accepted
   Travel T2     closing           62.4      105.6                       REJECTED
 
-  contacts and coils, which breaker report and breaker manifest take for each
+  contacts and coils, which breaker report and breaker inspect FOLDER take for each
   Travel T1     closing   DCRM Res CH1  Coil Current C1 (A)
   Travel T2     closing                 Coil Current C2 (A)
 

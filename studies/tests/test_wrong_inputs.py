@@ -60,7 +60,7 @@ def test_a_twin_differs(desks, kind):
 
 
 def test_a_seed_repeats_its_files(tmp_path):
-    for kind in ("cut closing", "mixture"):
+    for kind in ("cut closing", "two serials"):
         for name in "ab":
             KINDS[kind].make(Desk.draw([4], tmp_path / kind / name), wrong=True)
         assert contents(tmp_path / kind / "a") == contents(tmp_path / kind / "b")

@@ -1,7 +1,7 @@
 """Plausible but wrong inputs before the commands, and their right twins.
 
     python -m studies.wrong_inputs --cases 20 --seed 1 --table wrong_inputs.csv --rows rows.csv
-    python -m studies.wrong_inputs --cases 3 --kinds "own copy" mixture --keep folder
+    python -m studies.wrong_inputs --cases 3 --kinds "own copy" "two serials" --keep folder
 
 Asks whether anything false is told of a wrong input without a word that names its trouble, and
 whether the right twin, made from the same draws, is warned about falsely. A case takes a second or

@@ -67,7 +67,6 @@ class Question(NamedTuple):
     own: str = ""
     look: bool = False
     strip: bool = False
-    channel: str | None = None
 
 
 def accepted(record: dict) -> bool:
@@ -127,8 +126,7 @@ def one_call(command: Command, options: Sequence[object] = ()) -> Said:
 def layout_of(file: Path, to: Path, question: Question) -> tuple[list[Path], Said]:
     """Return the proposed layout of a file, as a list that is empty where there is none."""
     to.unlink(missing_ok=True)
-    more = ["--channel", question.channel] if question.channel else []
-    said = one_call(["inspect", file, "--output", to, *more])
+    said = one_call(["inspect", file, "--output", to])
     if to.exists() and question.strip:
         lines = to.read_text(encoding="utf-8").splitlines(keepends=True)
         to.write_text("".join(n for n in lines if "    stroke:" not in n), encoding="utf-8")
@@ -153,8 +151,7 @@ def answers(question: Question, folder: Path) -> list[Said]:
         found, _ = layout_of(question.today, folder / "today.yaml", question)
         options += ["--config-today", *found] if found else []
     for command in question.commands:
-        plain = command[0] == "inspect" and "--output" in command  # it proposes
-        said.append(one_call(command, [] if plain else options))
+        said.append(one_call(command, options))
     return said
 
 

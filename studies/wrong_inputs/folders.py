@@ -1,13 +1,12 @@
-"""Kinds about several files: copies, mixtures, orders, and motions in the wrong folder."""
+"""Kinds about several files: copies, orders, and motions in the wrong folder."""
 
 import shutil
 
 import numpy as np
 
-from studies.wrong_inputs.ask import Kind, Question, answered, compared
+from studies.wrong_inputs.ask import Kind, Question, answered
 from studies.wrong_inputs.desk import Desk
-from studies.wrong_inputs.drives import Drive
-from studies.wrong_inputs.visits import SAME, SAMES, same
+from studies.wrong_inputs.visits import SAME
 
 
 def _none(_) -> str:
@@ -42,56 +41,18 @@ def one_file_for_all(desk: Desk, wrong: bool) -> Question:
     return Question(commands, _pooled if wrong else _none, layout=files[0], own=own)
 
 
-def exported_again(desk: Desk, wrong: bool) -> Question:
-    """One record exported several times, given as several records of a drive."""
-    record, ways = desk.record("closing"), desk.rng.permutation(SAMES)[:2]
-    others = [desk.record("closing") for _ in ways]
-    again = [same(desk, record, str(which)) for which in ways] if wrong else others
-    files = [desk.write(f"r{i}.csv", each) for i, each in enumerate([record, *again])]
-    command = ["infer", *files, "--json"]
-    return Question([command], _pooled if wrong else _none, layout=files[0])
-
-
 def same_phases(desk: Desk, wrong: bool) -> Question:
-    """Three phases of the same samples, perhaps with other zeros."""
-    names, zero = desk.pick([("R", "Y", "B"), ("A", "B", "C"), ("L1", "L2", "L3")]), None
+    """Three phases of the same samples."""
+    names = desk.pick([("R", "Y", "B"), ("A", "B", "C"), ("L1", "L2", "L3")])
     records = [desk.record("closing") for _ in names]
     size = min(each.time.size for each in records)
-    zero = desk.pick([0.0, 0.5])
     table = {f"{desk.style.words['time']} [ms]": records[0].time[:size]}
     for i, name in enumerate(names):
-        travel = records[0].travel + zero * i if wrong else records[i].travel
+        travel = records[0 if wrong else i].travel
         table[f"{desk.style.words['travel']} {name} [mm]"] = travel[:size]
     file = desk.write_columns("a.csv", table)
     report = ["report", file, "--output", desk.folder / "r.html"]
     return Question([report], answered if wrong else _none, layout=file, look=True)
-
-
-def _two_breakers(desk: Desk, wrong: bool):
-    """Write six records of two breakers, or of one; their strokes are alike or differ by 16 %."""
-    size = desk.pick([1.0, 1.06, 1.16, 1.16])
-    own = [desk.record("closing") for _ in range(3)]
-    other = Drive.draw(desk.rng, own[0].truth["stroke"] * size, desk.drive.times)
-    more = [desk.record("closing", other if wrong else None) for _ in range(3)]
-    order = desk.rng.permutation(6)
-    return [desk.write(f"f/operation_{n}.csv", (own + more)[i]) for n, i in enumerate(order, 1)]
-
-
-def mixture(desk: Desk, wrong: bool) -> Question:
-    """Records of two breakers in one folder, such as of 13.5 and 15.7 mm, told as one drive."""
-    files = _two_breakers(desk, wrong)
-    commands = [["infer", desk.folder / "f", "--json", "--motion", "closing"]]
-    false = _pooled if wrong else _none
-    return Question(commands, false, layout=files[0], own="motions: [closing]\n", strip=True)
-
-
-def mixed_visit(desk: Desk, wrong: bool) -> Question:
-    """The same six records as one visit that is compared."""
-    files = _two_breakers(desk, wrong)
-    again = [desk.write(f"g/operation_{n}.csv", desk.record("closing")) for n in (1, 2, 3)]
-    command = ["compare", *files, "--today", *again, "--json"]
-    false = compared if wrong else _none
-    return Question([command], false, layout=files[0], strip=True)
 
 
 def two_serials(desk: Desk, wrong: bool) -> Question:
@@ -132,10 +93,10 @@ def dates_of_table(desk: Desk, wrong: bool) -> Question:
 
 
 def dates_of_files(desk: Desk, wrong: bool) -> Question:
-    """Files whose numbers rise while the dates that they state fall."""
+    """Files whose numbers rise while the dates that they state fall, and their proposed table."""
     files, _ = _dated(desk, wrong)
-    own = "motions: [closing]\n"
-    propose = ["inspect", desk.folder / "op", "--output", desk.folder / "t.csv"]
+    own, table = "motions: [closing]\n", desk.folder / "op/operations.csv"
+    propose = ["inspect", desk.folder / "op", "--output", table]
     commands = [propose, ["inspect", desk.folder / "op"]]
     return Question(commands, answered if wrong else _none, layout=files[0], own=own)
 
@@ -159,13 +120,9 @@ def motions_swapped(desk: Desk, wrong: bool) -> Question:
     return Question(commands, false, layout=plain)
 
 
-MIXED = r"strokes?\b|two (drives|breakers)|several|unlike|apart|other (drive|breaker)|differ"
 FOLDERS = {
     "one file for all": Kind(one_file_for_all, SAME),
-    "exported again": Kind(exported_again, SAME),
     "same phases": Kind(same_phases, SAME),
-    "mixture": Kind(mixture, MIXED),
-    "mixed visit": Kind(mixed_visit, MIXED),
     "two serials": Kind(two_serials, r"serial|several breakers|number|different breakers"),
     "dates of a table": Kind(
         dates_of_table,

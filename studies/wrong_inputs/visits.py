@@ -7,7 +7,6 @@ from studies.wrong_inputs.desk import Desk
 
 TIMES = [10.0, 5.0, 2.0, 1.5, 1.2, 0.5, 0.1]
 LENGTHS = [1.05, 1.08, 1.1, 1.2, 1.33, 1.5, 2.0, 2.54, 10.0, 25.4]
-SAMES = ["copy", "decimals", "cut", "zero", "second sample", "noise below a step"]
 
 
 def _compare(before, after, false, **options) -> Question:
@@ -104,60 +103,12 @@ def other_channel(desk: Desk, wrong: bool) -> Question:
     return _compare(before, today, told if wrong else _none, today=today[0])
 
 
-def phases_swapped(desk: Desk, wrong: bool) -> Question:
-    """Three phases of unlike drives in each file; two of them swapped today."""
-    names = desk.pick([("R", "Y", "B"), ("A", "B", "C"), ("L1", "L2", "L3")])
-    stretch = [1.0, desk.rng.uniform(1.015, 1.06), desk.rng.uniform(0.95, 0.985)]
-    drag = [1.0, desk.rng.uniform(1.1, 1.3), desk.rng.uniform(0.75, 0.9)]
-    files = []
-    for visit in ("before", "today"):
-        order = [1, 0, 2] if wrong and visit == "today" else [0, 1, 2]
-        for motion in ("closing", "opening"):
-            columns = {}
-            for phase in range(3):
-                drive = desk.drive.worn(gamma_a=drag[phase])
-                record = desk.record(motion, drive)
-                size = min([record.time.size, *(c.size for c in columns.values())])
-                columns[phase] = record.travel[:size] * stretch[phase]
-            size = min(c.size for c in columns.values())
-            table = {f"{desk.style.words['time']} [ms]": record.time[:size]}
-            for name, phase in zip(names, order, strict=True):
-                table[f"{desk.style.words['travel']} {name} [mm]"] = columns[phase][:size]
-            files.append(desk.write_columns(f"{visit}/{motion}.csv", table))
-    channel = f"{desk.style.words['travel']} {names[0]}"
-    command = ["compare", *files[:2], "--today", *files[2:], "--json", "--channel", channel]
-    report = ["report", *files[2:], "--before", *files[:2], "--output", desk.folder / "r.html"]
-
-    def false(said):
-        return told(said[:1]) if wrong else ""
-
-    return Question([command, report], false, layout=files[0], channel=channel)
-
-
 def own_copy(desk: Desk, wrong: bool) -> Question:
-    """Today is the record before, copied or exported anew; the twin is a new record."""
-    record, which = desk.record("closing"), desk.pick(SAMES)
+    """Today is a copy of the record before; the twin is a new record."""
+    record = desk.record("closing")
     before = desk.write("before.csv", record)
-    again = same(desk, record, which) if wrong else desk.record("closing")
-    today = desk.write("today.csv", again)
+    today = desk.write("today.csv", record if wrong else desk.record("closing"))
     return _compare([before], [today], compared if wrong else _none)
-
-
-def same(desk: Desk, record, which: str):
-    """Return a record exported anew: with other decimals, cut, shifted, or every second sample."""
-    begin, shift = desk.rng.uniform(1.0, 8.0), desk.rng.uniform(-1.0, 1.0)
-    if which == "decimals":
-        return record.changed(travel=np.round(record.travel, 2))
-    if which == "cut":
-        return record.cut(begin, record.time[-1] - begin)
-    if which == "zero":
-        return record.changed(travel=record.travel + shift)
-    if which == "second sample":
-        return record.changed(time=record.time[::2], travel=record.travel[::2])
-    if which == "noise below a step":
-        noise = 0.001 * desk.rng.standard_normal(record.time.size)
-        return record.changed(travel=record.travel + noise)
-    return record
 
 
 SAME = r"\bsame\b|cop(y|ies)|identical|duplicate|twice"
@@ -174,6 +125,5 @@ VISITS = {
     "other channel": Kind(
         other_channel, r"(phase|channel|column) (was|is|of)\b|other (phase|channel)\b"
     ),
-    "phases swapped": Kind(phases_swapped, r"swap|exchang|interchang|other phase|another phase"),
     "own copy": Kind(own_copy, SAME),
 }
