@@ -198,7 +198,7 @@ EDITS = {
     "wear_model": (setting(wear_model={"horizon": 5000}), LIFE),
     # The reader, and nothing that only simulates.
     "a word of the lexicon": (
-        edit_in("src/breaker/reading/files/lexicon.py", 'r"travel|', 'r"travel|excursion|'),
+        edit_in("src/breaker/reading/files/lexicon.yaml", "'travel|", "'travel|excursion|"),
         [*READING, "validate_reader", "figure_sbc_reader", "quality"],
     ),
     "a shipped network": (

@@ -36,7 +36,7 @@ def modules_of(script: str | Path, *, itself: bool = False) -> list[str]:
 @cache
 def _imported(file: Path) -> tuple[Path, ...]:
     """Files of the package that a file itself imports, ``__init__`` of the rooms on the way too."""
-    if file.suffix == ".html":
+    if file.suffix != ".py":
         return ()
     return tuple(
         path
@@ -75,6 +75,7 @@ def _files(module: str, names: tuple[str, ...]) -> Iterator[Path]:
     if not place.is_dir():
         yield place.with_suffix(".py")
         yield from place.parent.glob(f"{place.name}.html")  # its template
+        yield from place.parent.glob(f"{place.name}.yaml")  # its data
         return
     yield place / "__init__.py"
     for name in names:  # a module, or a room; what a face itself defines is in its file
