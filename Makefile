@@ -7,7 +7,11 @@ PYTHON ?= python3
 CORES ?= 2
 
 VENV := .venv
-BIN := $(VENV)/bin
+# $(VENV) by its whole path, or what it is a link to where that path has a blank or the like.
+PLACED := $(shell sh envs/place.sh '$(VENV)')
+PLACE := $(firstword $(PLACED))
+MOVED := $(filter moved,$(PLACED))
+BIN := $(PLACE)/bin
 LOCK := envs/requirements.lock
 # One stamp for what is pinned, one for the package: a changed lock builds the environment anew,
 # so that nothing is in it but the lock; a changed pyproject.toml only installs the package again.
@@ -22,10 +26,10 @@ TORCH := $(shell grep -o '^torch==[^ ]*' $(LOCK))
 REAL := import os, sys; print(os.path.realpath(sys.executable))
 
 # Rules and tests that start `python` or `snakemake` find those of the environment.
-export PATH := $(CURDIR)/$(BIN):$(PATH)
+export PATH := $(BIN):$(value PATH)
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
-.PHONY: help all test test-browser test-faults test-slurm test-pythons lint format environment numbers defaults ship dist site lock clean distclean
+.PHONY: help all test test-browser test-faults test-slurm test-pythons lint format environment numbers defaults ship dist site lock clean distclean moved
 .DELETE_ON_ERROR:
 
 help:
@@ -71,7 +75,7 @@ test-browser: $(INSTALLED)
 test-slurm: $(INSTALLED)
 	@echo "== the small workflow through a Slurm of this machine"
 	$(LOCKED) --target build/slurm --upgrade --requirement envs/slurm.lock
-	PYTHONPATH=$(CURDIR)/build/slurm tests/slurm/run.sh
+	PYTHONPATH="$$PWD/build/slurm" tests/slurm/run.sh
 
 test-pythons: $(INSTALLED)
 	@echo "== the instrument, without torch and Snakemake, under other versions of Python"
@@ -91,14 +95,21 @@ format: $(INSTALLED)
 	$(BIN)/snakefmt Snakefile workflow studies/Snakefile studies/rules
 
 environment: $(INSTALLED)
-	@echo "== the environment is ready: source $(BIN)/activate"
+	@echo "== the environment is ready: source $(VENV)/bin/activate"
 
 $(INSTALLED): pyproject.toml $(PINNED)
 	@echo "== installing the package breaker into $(VENV)"
 	$(BIN)/python -m pip install --quiet --no-deps --no-build-isolation --editable .
 	@touch $@
 
-$(PINNED): $(LOCK)
+$(PINNED): $(LOCK) $(MOVED)
+	@test $(PLACE) != refused || { \
+	  echo "Snakemake does not work in an environment whose path has a blank or a sign of the" >&2; \
+	  echo "shell, as those of this folder and of your cache. Name a folder without them, by its" >&2; \
+	  echo "whole path, for example: export BREAKER_ENV=/var/tmp/breaker" >&2; exit 1; }
+	@test -f $(PLACE)/pyvenv.cfg || ! ls -A $(PLACE) 2>/dev/null | grep -q . || { \
+	  echo "$(PLACE) holds other files than those of an environment. Name another folder" >&2; \
+	  echo "in BREAKER_ENV, or empty it." >&2; exit 1; }
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { \
 	  echo "breaker needs Python 3.11 or newer; '$(PYTHON)' is not one." >&2; \
 	  echo "Install one and name it, for example: make PYTHON=python3.12 all" >&2; exit 1; }
@@ -106,7 +117,8 @@ $(PINNED): $(LOCK)
 	  echo "'$(PYTHON)' cannot make virtual environments: its module venv is missing." >&2; \
 	  echo "On Debian and Ubuntu: apt install python3-venv" >&2; exit 1; }
 	@echo "== making $(VENV) from $(LOCK) (a few minutes, only when the lock has changed)"
-	base=$$($(PYTHON) -c '$(REAL)') && "$$base" -m venv --clear $(VENV)
+	base=$$($(PYTHON) -c '$(REAL)') && "$$base" -m venv --clear $(PLACE)
+	@test $(PLACE) -ef $(VENV) || { rm -rf $(VENV) && ln -s $(PLACE) $(VENV); }
 	@# What builds the few packages that come as source alone, so that pip fetches no other for it.
 	awk '/^setuptools==/,!/\\$$/' $(LOCK) | $(LOCKED) --requirement /dev/stdin
 	@# A wheel of torch in a folder that this machine tells pip to find links in is taken as it is:
@@ -156,5 +168,6 @@ clean:
 	rm -rf results figures logs checkpoints report.html report.zip
 
 distclean: clean
+	test ! -f $(PLACE)/pyvenv.cfg || rm -rf $(PLACE)
 	rm -rf $(VENV) .snakemake .pytest_cache .ruff_cache build dist src/*.egg-info
 	find src studies tests workflow envs -name __pycache__ -type d -prune -exec rm -rf {} +
