@@ -42,8 +42,8 @@ help:
 	@echo "make lint         the lint of make test alone"
 	@echo "make format       format Python and Snakemake files in place"
 	@echo "make environment  $(VENV) from $(LOCK), with $(PYTHON) (PYTHON=...)"
-	@echo "make numbers      write the numbers of the last run into README.md and docs/"
-	@echo "make pictures     draw the pictures of docs/ from the last run, which is that of the defaults"
+	@echo "make numbers      write the numbers of the last run into README.md and docs/, with its pictures"
+	@echo "make pictures     draw the pictures of docs/ from the data in docs/pictures.json"
 	@echo "make defaults     put the defaults of config/ into the package, and the schema beside the rules"
 	@echo "make ship         put the models of the last run, which is that of the defaults, into the package"
 	@echo "make dist         wheel and source distribution in dist/, checked and used in a bare environment"
@@ -134,10 +134,10 @@ numbers: $(INSTALLED)
 	cp results/numbers.csv docs/numbers.csv
 	$(BIN)/python docs/times.py results
 	$(BIN)/python docs/restate.py
+	$(BIN)/python docs/pictures.py results
 
 pictures: $(INSTALLED)
-	$(BIN)/python docs/pictures.py results
-	$(BIN)/python docs/tutorial/renew.py
+	$(BIN)/python docs/pictures.py
 
 defaults: $(INSTALLED)
 	$(BIN)/python envs/defaults.py

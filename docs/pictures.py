@@ -1,13 +1,16 @@
-"""Draw the pictures of the pages beside this file; those of the tutorial: ``tutorial/renew.py``.
+"""Draw the pictures of the pages, with those that ``tutorial/renew.py`` draws for the tutorial.
 
     python docs/pictures.py results    # take the data from the last run of the defaults, then draw
     python docs/pictures.py            # draw what was taken
 
-The data lie in ``pictures.json``: the end of the stand-in's life, and a comparison of two visits to
-a simulated drive. A test draws them again and compares what is drawn with the pictures.
+The data are in ``pictures.json``: the end of the simulated endurance test, and a comparison of two
+inspections of a simulated drive. ``pictures.sha256`` has a checksum of the data of each picture and
+of the module that draws it. A test compares these checksums, so that no picture is out of date.
 """
 
+import hashlib
 import json
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -32,6 +35,16 @@ from breaker.shipped import DEFAULTS
 
 DOCS = Path(__file__).resolve().parent
 DATA = DOCS / "pictures.json"
+CHECKSUMS = DOCS / "pictures.sha256"
+TUTORIAL = DOCS / "tutorial"
+MODULES = {
+    "verdict.png": "verdict.py",
+    "visits.png": "visits.py",
+    "tutorial/record.png": "record.py",
+    "tutorial/answer.png": "answer.py",
+    "tutorial/prior.png": "fitted_prior.py",
+}
+"""The module of ``breaker.figures`` that draws a picture."""
 
 _LIFE = ["value", "new"]
 _STANDING = ["state", "beyond", "service_by", "since", "left", "certain", "crossed", "drive_state"]
@@ -89,6 +102,20 @@ def drawn(data: dict) -> dict[str, Figure]:
     }
 
 
+def checksums() -> str:
+    """Return a line for each picture: the checksum of its data and its module, and its name.
+
+    The data of a picture of the tutorial are the commands of that page.
+    """
+    commands = re.findall(r"```sh\n.*?```", (TUTORIAL / "README.md").read_text("utf-8"), re.S)
+    lines = []
+    for name, module in MODULES.items():
+        data = "".join(commands).encode() if "/" in name else DATA.read_bytes()
+        code = (DOCS.parent / "src" / "breaker" / "figures" / module).read_bytes()
+        lines.append(f"{hashlib.sha256(data + code).hexdigest()}  {name}\n")
+    return "".join(lines)
+
+
 def main() -> int:
     """Take the data, if a run is named, and draw."""
     if sys.argv[1:]:
@@ -97,6 +124,8 @@ def main() -> int:
     for name, figure in drawn(json.loads(DATA.read_text(encoding="utf-8"))).items():
         save(figure, DOCS / name)
         print(f"{name}: {(DOCS / name).stat().st_size / 1000:.0f} kB")
+    subprocess.run([sys.executable, TUTORIAL / "renew.py"], check=True)
+    CHECKSUMS.write_text(checksums(), encoding="utf-8")
     return 0
 
 

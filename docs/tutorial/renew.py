@@ -7,7 +7,6 @@ stands for any lines. A shown line is that line of the output which differs from
 alone; where there is none, the text is to be mended by hand. Tests run the same commands.
 """
 
-import math
 import os
 import re
 import subprocess
@@ -96,12 +95,6 @@ def as_printed(shown: str, output: str) -> list[tuple[str, str]]:
 def words(line: str) -> str:
     """A line without its numbers and with single blanks."""
     return " ".join(_NUMBER.sub("0", line).split())
-
-
-def close(shown: str, printed: str, within: float) -> bool:
-    """Whether the numbers of two lines agree, each within a share of itself."""
-    pairs = zip(_NUMBER.findall(shown), _NUMBER.findall(printed), strict=True)
-    return all(math.isclose(float(a), float(b), rel_tol=within) for a, b in pairs)
 
 
 def small(picture: Path, target: Path) -> None:
