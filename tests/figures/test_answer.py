@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from breaker.drive.answers.picture_data import PictureCurve, Shown
+from breaker.figures import style
 from breaker.figures.answer import answer
-from tests.figures.drawn import assert_drawn
+from tests.figures.drawn import assert_drawn, line_of
 
 MOTIONS = ["closing", "opening"]
 
@@ -42,6 +43,10 @@ CASES = {
 
 
 @pytest.mark.parametrize("case", CASES)
-def test_an_answer_is_drawn_as_it_was(case):
-    """Each motion has its record, each parameter its panel; long names stay above theirs."""
-    assert_drawn(answer(data(**CASES[case])), f"answer, {case}")
+def test_each_motion_has_its_record_and_each_parameter_its_panel(case):
+    found = data(**CASES[case])
+    figure = answer(found)
+    assert_drawn(figure)
+    assert len(figure.axes) == 2 * len(found.curves) + 8
+    for axis, curve in zip(figure.axes, found.curves.values(), strict=False):
+        np.testing.assert_array_equal(line_of(axis, style.MEASURED).get_ydata(), curve.travel)

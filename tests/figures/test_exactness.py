@@ -63,9 +63,9 @@ CASES = {
 
 
 @pytest.mark.parametrize("case", CASES)
-def test_exactness_is_drawn_as_it_was(case):
+def test_exactness_is_drawn(case):
     judged, amortised, corrected = CASES[case]()
     examples = comparison.examples(judged, amortised, corrected)
     row = summary(judged, corrected).iloc[0]
     figure = exactness(judged, corrected, examples, row, motion="opening")
-    assert_drawn(figure, f"exactness, {case}")
+    assert_drawn(figure)

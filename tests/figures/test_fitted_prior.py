@@ -5,15 +5,16 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from breaker.figures import style
 from breaker.figures.fitted_prior import fitted_prior
 from breaker.mechanism.prior import Prior
-from tests.figures.drawn import assert_drawn
+from tests.figures.drawn import assert_drawn, line_of
 
 MEDIANS = np.array([2.0, 0.045, 0.040, 0.30, 0.12, 0.75, 10.0])
 
 
-@pytest.mark.parametrize("breakers", [1, 3, 40])
-def test_a_fitted_prior_is_drawn_as_it_was(breakers):
+@pytest.mark.parametrize("breakers", [1, 40])
+def test_a_panel_has_the_medians_of_its_breakers(breakers):
     middle = MEDIANS * np.exp(0.05 * np.arange(breakers))[:, None]
     fitted = SimpleNamespace(
         prior=Prior(1.1 * MEDIANS, np.full(7, 0.1)),
@@ -21,4 +22,7 @@ def test_a_fitted_prior_is_drawn_as_it_was(breakers):
         names=[f"Q{i}" for i in range(breakers)],
         intervals=np.array([0.9 * middle, middle, 1.1 * middle]),
     )
-    assert_drawn(fitted_prior(fitted), f"fitted prior of {breakers}")
+    figure = fitted_prior(fitted)
+    assert_drawn(figure)
+    for k, axis in enumerate(figure.axes):
+        np.testing.assert_array_equal(line_of(axis, style.MODEL).get_xdata(), middle[:, k])

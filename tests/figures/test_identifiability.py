@@ -9,11 +9,11 @@ from tests.validation.made import NAMES, contractions
 
 
 @pytest.mark.parametrize(("outputs", "shift"), [(8, 0.0), (7, 0.5)], ids=["usual", "below zero"])
-def test_identifiability_is_drawn_as_it_was(outputs, shift):
+def test_a_posterior_wider_than_its_prior_is_in_sight(outputs, shift):
     """Also without an onset, and of a posterior wider than its prior, which stays in sight."""
     values = contractions(NAMES[:outputs], shift=shift)
     values.pop("drive")
     found = comparison.reached(values, NAMES[:outputs])
     figure = identifiability(found, motion="closing")
     assert figure.axes[0].get_xlim()[0] <= min(0.0, found.lower.values.min())
-    assert_drawn(figure, f"identifiability of {outputs}")
+    assert_drawn(figure)

@@ -8,6 +8,7 @@ from breaker.common.randomness import generator
 from breaker.configuration.loading import read
 from breaker.drive.life.limit_states import standing as stands
 from breaker.drive.simulation.failure_times import held
+from breaker.figures import style
 from breaker.figures.changepoint import changepoint
 from breaker.figures.changes import changes
 from breaker.figures.evolution import evolution
@@ -18,7 +19,7 @@ from breaker.paper.validation.operation_blocks import blocks_of
 from breaker.paper.validation.operation_blocks import held as in_band
 from breaker.quantities.parameters import NAMES
 from breaker.shipped import DEFAULTS
-from tests.figures.drawn import assert_drawn, words, written
+from tests.figures.drawn import assert_drawn, line_of, words, written
 from tests.lives import LIMITS, OPERATIONS, a_life, life_data, standing_data
 
 
@@ -33,10 +34,14 @@ def standing(life):
 
 
 def test_health_shows_probability_state_and_since_when(life, standing):
-    assert_drawn(health(life, standing), "health")
+    figure = health(life, standing)
+    assert_drawn(figure)
+    for k, axis in enumerate(figure.axes):
+        shown = line_of(axis, style.MODEL).get_ydata()
+        assert np.isin(shown, standing.beyond.isel(limit=k)).all()
     standing["state"][:], standing["beyond"][:] = 1, np.nan
     standing["certain"][:], standing["crossed"][:] = np.nan, np.nan
-    assert_drawn(health(life, standing), "health, nothing happens")
+    assert_drawn(health(life, standing))
 
 
 def test_operations_left_services_and_truths_are_drawn(life, standing):
@@ -44,13 +49,13 @@ def test_operations_left_services_and_truths_are_drawn(life, standing):
     true |= {"held": ("limit", [0.9, 0.72, np.nan, np.nan])}
     true |= {"failure_without": ("limit", [220.0, np.nan, np.nan, np.nan])}
     truth = xr.Dataset(true, {"limit": list(LIMITS)})
-    assert_drawn(remaining_life(life, standing, truth), "remaining life")
+    assert_drawn(remaining_life(life, standing, truth))
     assert "hold the truth at 72 % to 90 % of the operations" in words(
         remaining_life(life, standing, truth)
     )
     assert "truth" not in words(remaining_life(life, standing))
     standing["state"][:] = 0
-    assert_drawn(remaining_life(life, standing), "remaining life, unknown")
+    assert_drawn(remaining_life(life, standing))
 
 
 def test_operations_hold_the_truth_between_what_is_told_and_the_failure(life):
@@ -73,7 +78,7 @@ def test_the_cost_of_a_service_its_least_and_what_is_told_are_drawn():
         life.remaining[-1, :, 0] *= surely
         return service_cost(stands(life, planning, days))
 
-    assert_drawn(drawn(700.0, np.inf), "service cost")
+    assert_drawn(drawn(700.0, np.inf))
     assert (
         "Exceeded, so service now: slow." in drawn(450.0, 900.0).legends[0].get_title().get_text()
     )
@@ -87,14 +92,14 @@ def test_changes_evidence_and_weights_are_drawn_and_told():
     life = life_data(changes=("rate", "step", "event", "rate"))
     life["certainty"][3], life["evidence"][150] = -1.0, 5000.0
     life["change_names"][1] = ""
-    assert_drawn(changepoint(life), "changes")
-    assert_drawn(changepoint(life_data(400, ("step",) * 12)), "changes, many")
-    assert_drawn(changepoint(life_data(60, ())), "changes, none")
+    assert_drawn(changepoint(life))
+    assert_drawn(changepoint(life_data(400, ("step",) * 12)))
+    assert_drawn(changepoint(life_data(60, ())))
 
 
 def test_changes_since_new_are_drawn(life):
     truth = life.changed.sel(quantile=0.5).rename(asked="operation") * 1.5
-    assert_drawn(changes(life, truth), "changes since new")
+    assert_drawn(changes(life, truth))
     assert "stand-in" not in words(changes(life))
 
 
@@ -119,7 +124,7 @@ def test_evolution_shows_values_of_both_and_cuts_nothing_off():
     truth = xr.DataArray(theta, coords, ("operation", "parameter"))
     shares = {by: in_band(one, truth) for by, one in blocks.items()}
     figure = evolution(blocks, truth, shares, motion="closing")
-    assert_drawn(figure, "evolution")
+    assert_drawn(figure)
     for k, axis in enumerate(figure.axes):
         low, high = axis.get_ylim()
         drawn = [one["value"][:, k] for one in blocks.values()] + [truth[:, k]]

@@ -28,7 +28,7 @@ def test_prior_predictive_states_what_is_outside():
     measured["travel"][2] += 5.0
     check = prior_check(prior.travel.values, measured.travel.values)
     figure = predictive.prior_predictive(prior, check, measured, motion="opening")
-    assert_drawn(figure, "prior predictive")
+    assert_drawn(figure)
 
 
 def stages(count):
@@ -46,11 +46,11 @@ def stages(count):
 def test_residuals_are_in_units_of_the_noise(count):
     data = stages(count)
     figure = predictive.endurance_predictive(data, motion="closing")
-    assert_drawn(figure, f"endurance predictive of {count}")
+    assert_drawn(figure)
     only_stages = ["operation", "main_motion_end", "p_value", "misfit"]
     data = data.rename(stage="curve", travel="measured").drop_vars(only_stages)
     figure = predictive.posterior_predictive(data, motion="closing")
-    assert_drawn(figure, f"posterior predictive of {count}")
+    assert_drawn(figure)
 
 
 @pytest.mark.parametrize("solves", [True, False])
@@ -74,4 +74,6 @@ def test_loss_has_a_panel_for_each_scale(solves):
     )
     solver = solver if solves else xr.Dataset(attrs={"solves": 0})
     figure = loss.loss(history, solver, motion="closing")
-    assert_drawn(figure, f"loss with{'' if solves else 'out'} a solver")
+    assert_drawn(figure)
+    (shown,) = (e for axis in figure.axes for e in axis.lines if e.get_label().startswith("valid"))
+    np.testing.assert_array_equal(shown.get_data(), [at, history.validation_loss])

@@ -8,7 +8,7 @@ from breaker.figures import style
 from breaker.figures.record import record
 from breaker.reading.inspection.setting_proposal import inspect_file
 from breaker.reading.instruments.export import write_curve
-from tests.figures.drawn import assert_nothing_overlaps, line_of, words
+from tests.figures.drawn import line_of, words
 
 SENSOR = {"start": -2.0, "stop": 58.0, "samples": 151, "noise_sd": 0.1}
 
@@ -60,15 +60,6 @@ def test_first_motions_are_marked_where_they_are(figure, proposal):
     assert upright == moves
     for axis, each in zip(figure.axes[2:4], proposal.motions, strict=True):
         assert f"{each.motion} begins at {each.record.moves:.1f} ms" in axis.get_title("left")
-
-
-def test_words_and_units_and_nothing_overlaps(figure):
-    text = words(figure)
-    for word in ("record_1.csv", "first motion", "rest position", "doubtful sample"):
-        assert word in text
-    for axis in figure.axes:
-        assert "(m" in axis.get_ylabel()
-    assert_nothing_overlaps(figure)
 
 
 def test_what_could_not_be_read_is_drawn_as_it_is(both, tmp_path):

@@ -5,7 +5,7 @@ import pytest
 import xarray as xr
 
 from breaker.common.randomness import generator
-from breaker.figures import pairs, validation
+from breaker.figures import pairs, style, validation
 from breaker.paper.validation.calibration import judge_draws
 from breaker.paper.validation.diagnostics import REGIONS, correlation, recovery, regions, scores
 from breaker.quantities.parameters import outputs
@@ -29,29 +29,42 @@ def inferred(names, curves=200, draws=40, *, narrow=()):
 
 @pytest.mark.parametrize("names", [NAMES, THREE], ids=len)
 def test_sbc_draws_ranks_in_their_band(names):
-    figure = validation.sbc(judge_draws(*inferred(names)), names, motion="closing")
-    assert_drawn(figure, f"calibration of {len(names)}")
+    judged = judge_draws(*inferred(names))
+    figure = validation.sbc(judged, names, motion="closing")
+    assert_drawn(figure)
+    for k, axis in enumerate(figure.axes):
+        np.testing.assert_array_equal(axis.lines[1].get_ydata(), judged.difference[:, k])
 
 
 def test_failed_calibration_is_seen():
     """In the title and its colour, and in the panel that failed."""
     judged = judge_draws(*inferred(THREE, narrow=["f"]))
     about = {"motion": "closing", "subject": "calibration of files", "of": "family"}
-    assert_drawn(validation.sbc(judged, THREE, **about), "calibration that failed")
+    figure = validation.sbc(judged, THREE, **about)
+    assert_drawn(figure)
+    assert [axis.title.get_color() == style.WARNING for axis in figure.axes] == [False, True, False]
 
 
 def test_contraction_is_across_and_z_score_up():
     draws, truth = inferred(NAMES)
     found = scores(draws, truth, prior_sd=np.full(8, 0.2), log=np.full(8, True))
     figure = validation.contraction(found, NAMES, motion="closing", limit=np.linspace(0.3, 1, 8))
-    assert_drawn(figure, "contraction")
+    assert_drawn(figure)
+    for k, axis in enumerate(figure.axes):
+        shown = [found.contraction[:, k], found.z[:, k]]
+        np.testing.assert_array_equal(axis.lines[0].get_data(), shown)
     few = scores(draws[..., :2], truth[..., :2], prior_sd=[0.2, 0.2], log=[True, True])
-    assert_drawn(validation.contraction(few, NAMES[:2], motion="opening"), "contraction of 2")
+    assert_drawn(validation.contraction(few, NAMES[:2], motion="opening"))
 
 
 def test_recovery_has_the_truth_across():
-    figure = validation.recovery(recovery(*inferred(NAMES)), NAMES, motion="closing")
-    assert_drawn(figure, "recovery")
+    found = recovery(*inferred(NAMES))
+    figure = validation.recovery(found, NAMES, motion="closing")
+    assert_drawn(figure)
+    for k, axis in enumerate(figure.axes):
+        np.testing.assert_array_equal(
+            axis.lines[0].get_data(), [found.truth[:, k], found.median[:, k]]
+        )
 
 
 def test_regions_hold_their_share_of_the_draws():
@@ -74,4 +87,11 @@ def test_pairs_have_column_across_and_row_up():
         {"output": list(FOUR)},
     )
     about = {"motion": "closing", "correlation": strength, "regions": regions(draws[0])}
-    assert_drawn(pairs.pairs(case, truth, **about), "pairs")
+    figure = pairs.pairs(case, truth, **about)
+    assert_drawn(figure)
+    for k, axis in enumerate(figure.axes):
+        row, column = divmod(k, len(FOUR))
+        if row > column:
+            across, up = [line for line in axis.lines if len(line.get_xdata()) == 2][:2]
+            assert set(across.get_xdata()) == {truth[0, column]}
+            assert set(up.get_ydata()) == {truth[0, row]}

@@ -18,7 +18,7 @@ def verdict(life, standing):
 
 def test_each_row_has_its_way_its_state_and_the_operations_left():
     life = life_data()
-    assert_drawn(verdict(life, standing_data(life)), "verdict")
+    assert_drawn(verdict(life, standing_data(life)))
 
 
 @pytest.mark.parametrize(
@@ -45,7 +45,7 @@ def test_of_several_parts_the_one_farthest_from_its_bound_counts():
     second = life.isel(part=[0]).assign(value=life.value.isel(part=[0]) * 0.5)
     standing = standing_data(life)
     life = xr.concat([life, second], "part", data_vars="minimal", coords="minimal")
-    assert_drawn(verdict(life, standing), "verdict of two parts")
+    assert_drawn(verdict(life, standing))
 
 
 def test_what_to_do_stands_above_in_the_colour_of_the_state_and_in_words():

@@ -48,9 +48,9 @@ def drawn(parameters="told"):
 
 
 @pytest.mark.parametrize("parameters", ["told", "withheld"])
-def test_two_visits_are_drawn_as_they_were(parameters):
+def test_two_visits_are_drawn(parameters):
     """Measured rows first; a change beyond the axis is pointed to."""
     figure = drawn(parameters)
-    assert_drawn(figure, f"visits, parameters {parameters}")
+    assert_drawn(figure)
     said = written(figure.subfigs[0])
     assert "WARNING: a \\$f\\$ in a name\nMeasured: no change" in said[0]
