@@ -63,7 +63,6 @@ test: lint
 
 test-faults: $(INSTALLED)
 	@echo "== damaged files before the reader: results/faults.csv, half an hour of two cores"
-	$(BIN)/python -m tests.cli.command_lines --cores $(CORES)
 	$(BIN)/python -m studies.faults --cores $(CORES)
 
 test-browser: $(INSTALLED)

@@ -9,7 +9,6 @@ from breaker.quantities.size import Size
 from breaker.reading.instruments.export import write_curve
 
 SHARE = 0.5  # spread between breakers, in log-sds of the default prior
-NAMELESS = "file,motion,operation\n"
 NAMED = "file,motion,operation,breaker\n"
 
 

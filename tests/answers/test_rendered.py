@@ -97,21 +97,6 @@ def test_a_document_has_every_record_and_no_number_that_json_lacks(found, answer
     assert together["closing"]["limits"]["wide"]["fail"] == 2
 
 
-def test_words_of_an_answer_that_is_not_one_name_the_remedies(answers):
-    few = replace(answers[1], draws=None, unresolved="effective size 9", prior_p_value=1e-9)
-    few = replace(few, prior_sds=np.linspace(3.0, -6.0, 7))
-    text = text_of(words_of(document([few], [[]], {"words": []}, {})))
-    for words in ("NOT resolved (effective size 9)", "--model FILE", "L is -6.0 of its sds"):
-        assert words in " ".join(text.split())
-    parts = {"start": 0.5, "main motion": 3.0, "end": None}
-    match = answers[1].match._replace(p_value=0.0, parts=parts)
-    out = replace(answers[1], misfit=True, draws=None, match=match)
-    text = text_of(words_of(document([out], [[]], {"words": []}, {})))
-    assert "more than 99 % of its drives do in: main motion, 3 times." in " ".join(text.split())
-    assert "config/any.yaml" in text
-    assert max(map(len, text.splitlines())) <= 100
-
-
 def test_a_table_has_a_row_for_each_parameter_and_quantity(found):
     rows = list(csv.DictReader(table_of(found).splitlines()))
     counts = Counter((row["motion"], row["operation"]) for row in rows)

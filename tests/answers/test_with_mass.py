@@ -12,7 +12,6 @@ from breaker.common.randomness import generator
 from breaker.drive.answers.answer_document import document, table_of
 from breaker.drive.answers.assessment import Assessment, given_by
 from breaker.quantities.moving_mass import mass_draws, with_mass
-from tests.cli.conftest import written
 
 BY_HAND = {  # of 8 kg, f 0.75 mm/ms^2, k_a 0.045 and k_b 0.04 1/ms^2, gamma 0.3 and 0.12 1/ms
     "closing_force": 6_000.0,  # 750 m/s^2
@@ -51,25 +50,6 @@ def test_its_doubt_is_in_every_interval_and_it_narrows_nothing(answers):
     ]
     assert [row["output"] for row in rows[:7]] == [*BY_HAND]
     assert "with_mass" not in json.loads(to_json(plain))["records"][0]
-
-
-def test_every_rendering_has_it(tmp_path, monkeypatch, capsys, prior):
-    monkeypatch.chdir(tmp_path)
-    written(tmp_path / "a.csv", prior, "closing")
-    (tmp_path / "my.yaml").write_text("endurance: {draws: 60}\nknown: {mass: [12, 0.5]}\n")
-    few = ["--config", "my.yaml"]
-    assert main(["infer", "a.csv", *few]) == 0
-    text = capsys.readouterr().out
-    assert "moving mass given: 12 kg with an sd of 0.5" in text
-    assert "with the moving mass\n  closing_force" in text
-    assert main(["infer", "a.csv", "--json", "--known", "mass=24", *few]) == 0
-    found = json.loads(capsys.readouterr().out)
-    force = found["records"][0]["with_mass"]["closing_force"]
-    f = found["records"][0]["parameters"]["f"]["median"]
-    assert (force["unit"], force["median"]) == ("N", pytest.approx(24_000.0 * f, rel=1e-3))
-    assert found["settings"]["known"] == {"mass": [24.0, 0.0]}
-    assert main(["report", "a.csv", "--output", "a.html", *few]) == 0
-    assert "With the moving mass" in (tmp_path / "a.html").read_text(encoding="utf-8")
 
 
 def test_draws_of_the_mass_are_of_the_seed(defaults):

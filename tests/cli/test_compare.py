@@ -1,7 +1,6 @@
 """`breaker compare`: what it prints and draws, and where it fails."""
 
 import json
-import re
 
 import numpy as np
 import pytest
@@ -18,25 +17,6 @@ def visits(folder, prior):
         (folder / name).mkdir()
         written(folder / name / f"{name}.csv", drive, "closing", "opening")
     return folder
-
-
-def test_where_to_look_first_is_said_of_what_is_worse_and_in_words_of_the_user(visits, capsys):
-    (visits / "own.yaml").write_text("advice: {f: Book 7, closing_speed: '', gamma_a: grease}\n")
-    assert call("then", "--today", "now", "--config", "own.yaml") == 0
-    text = capsys.readouterr().out
-    assert "\n\nWhere to look first (no diagnosis)\n" in text
-    look = text.partition("Where to look first")[2]
-    assert re.search(r"\n  f: Book 7\b", look)
-    assert "touch_after_release: closing force" in look  # a default
-    assert "closing_speed" not in look
-    assert "gamma_a" not in look  # which has not changed
-    assert call("then", "--today", "now", "--json", "--config", "own.yaml") == 0
-    found = json.loads(capsys.readouterr().out)
-    assert "f: Book 7" in found["advice"]
-    report = ["report", "now", "--before", "then", "--output", "a.html", "--config", "own.yaml"]
-    assert main(report) == 0
-    page = (visits / "a.html").read_text(encoding="utf-8")
-    assert "Where to look first (no diagnosis): f: Book 7" in page
 
 
 def call(*arguments):

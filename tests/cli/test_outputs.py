@@ -8,28 +8,6 @@ import sys
 import pytest
 
 from breaker.cli import main
-from tests.cli.command_lines import run, tabulate, try_batch
-
-LINES, SEED = 24, 43  # 1,000 of the same in `make test-faults`
-
-
-def test_random_command_lines_change_no_input():
-    table = tabulate(run(LINES, SEED))
-    assert table.loc["all", "lines"] == LINES
-    assert table.loc["all", "done"] > LINES / 6
-    assert table.loc["all", ["exception", "changed"]].tolist() == [0, 0]
-
-
-def test_without_the_check_random_command_lines_would_change_inputs(monkeypatch):
-    def refuse_nothing(*_):
-        return None
-
-    for name in ("infer", "inspect", "compare", "report", "fit_prior"):
-        monkeypatch.setattr(f"breaker.cli.{name}.check_outputs", refuse_nothing)
-    here = os.getcwd()
-    lines = try_batch((range(16), SEED))
-    assert os.getcwd() == here
-    assert sum(bool(line.changed) for line in lines) > 1
 
 
 @pytest.mark.parametrize(
@@ -207,16 +185,3 @@ def test_files_are_there_whatever_becomes_of_the_text(folder, stdout):
     assert b"Traceback" not in done.stderr
     assert b"Exception" not in done.stderr
     assert (folder / "t.csv").stat().st_size > 1000
-
-
-def test_an_interrupt_of_the_first_imports_is_no_traceback():
-    before = (
-        "import sys\n"
-        "class Interrupt:\n"
-        "    def find_spec(self, name, *_):\n"
-        "        if name == 'yaml': raise KeyboardInterrupt\n"
-        "sys.meta_path.insert(0, Interrupt()); "
-    )
-    done = command("infer", "a.csv", before=before)
-    assert done.returncode == 130
-    assert done.stderr == b"breaker: interrupted\n"

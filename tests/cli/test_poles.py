@@ -43,14 +43,6 @@ def test_poles_in_files_of_their_own_stand_side_by_side():
     assert "2021-03-14T10:42:10, 2021-03-14T10:42:11" in found
 
 
-def test_phases_are_called_as_the_names_of_files_have_them():
-    for k, phase in enumerate(("L1", "L2")):
-        pole(f"Q7 {phase} 05.11.2019.csv", "", k, date="NIL")
-    found = page(*sorted(str(each) for each in Path().glob("Q7*.csv")))
-    assert "<th>L1</th><th>L2</th>" in found
-    assert "2019-11-05" not in found  # a date in a name is none of the test
-
-
 def test_simultaneity_of_a_contact_that_is_not_recorded_is_not_told():
     for k, phase in enumerate("RY"):
         pole(f"{k}.csv", phase, k)
@@ -101,17 +93,6 @@ def test_simultaneity_counts_in_the_verdict_of_the_sheet():
         report = {"simultaneity": {"closing": most}}
         found = page("0.csv", "1.csv", "2.csv", form=FORM | CONTACT | TRIGGER, report=report)
         assert said in found
-
-
-def test_dates_of_both_visits_are_shown(capsys):
-    pole("old.csv", "R", 1, date="03/02/2012")
-    pole("new.csv", "R", 2, date="23/02/2021")
-    found = page("new.csv", more=["--before", "old.csv"])
-    assert "<td>2021-02-23T10:42:17</td>" in found
-    assert re.search("Visit before</td><td>2012-0", found)
-    capsys.readouterr()
-    assert main(["compare", "old.csv", "--today", "new.csv", "--config", "my.yaml"]) == 0
-    assert re.search(r"dates: before 2012-\S+( or \S+)?, today 2021-02-23", capsys.readouterr().out)
 
 
 @pytest.mark.parametrize(

@@ -4,11 +4,9 @@ import csv
 import json
 import re
 from contextlib import suppress
-from pathlib import Path
 
 import pytest
 
-from breaker import cli
 from breaker.cli import main
 
 ACTS = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f\u200b-\u200f\u202a-\u202e\u2060-\u2069\ufeff]")
@@ -70,13 +68,6 @@ def test_what_is_proposed_on_the_terminal_can_be_used_as_it_is(folder, capsys):
     shown = capsys.readouterr().out.partition(":\n\n")[2]
     (folder / "own.yaml").write_text(shown, encoding="utf-8")
     assert main(["infer", name, "--config", "own.yaml", "few.yaml"]) == 0
-
-
-def test_commands_print_in_one_place():
-    for module in Path(cli.__file__).parent.glob("*.py"):
-        text = module.read_text(encoding="utf-8")
-        alone = '"breaker: interrupted"' in text
-        assert alone or not re.search(r"\bprint\(|std(out|err)\.write", text), module.name
 
 
 def test_names_that_a_spreadsheet_would_run_are_the_same_after_a_round_trip(folder, capsys):

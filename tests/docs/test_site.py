@@ -35,18 +35,6 @@ def test_the_navigation_names_pages_that_exist_and_none_is_left_out(site):
     assert {page.name for page in ROOT.glob("*.md")} <= set(pages)
 
 
-def test_what_pages_show_is_copied_with_them(site):
-    found = {str(path) for path in site.linked(["docs/gallery.md"])}
-    assert {"docs/verdict.png", "docs/tutorial/answer.png", "docs/usage.md"} <= found
-
-
-def test_every_module_of_a_room_is_in_the_reference(site):
-    rooms = dict(site.public_modules())
-    assert "breaker.reading.files.formats" in rooms["breaker.reading.files"]
-    assert "breaker.drive.answers.inference" in rooms["breaker.drive.answers"]
-    assert not any(room.startswith("breaker.cli") for room in rooms)
-
-
 def test_examples_of_docstrings_become_blocks_and_code_stays_code(site):
     text = '''def f():
     """Do.

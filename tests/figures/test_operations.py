@@ -19,7 +19,7 @@ from breaker.paper.validation.operation_blocks import blocks_of
 from breaker.paper.validation.operation_blocks import held as in_band
 from breaker.quantities.parameters import NAMES
 from breaker.shipped import DEFAULTS
-from tests.figures.drawn import assert_drawn, line_of, words, written
+from tests.figures.drawn import assert_drawn, line_of, words
 from tests.lives import LIMITS, OPERATIONS, a_life, life_data, standing_data
 
 
@@ -131,26 +131,3 @@ def test_evolution_shows_values_of_both_and_cuts_nothing_off():
         assert low < min(np.nanmin(each) for each in drawn)
         assert high > max(np.nanmax(each) for each in drawn)
     assert "stand-in" not in words(evolution(blocks, motion="opening"))
-
-
-def test_the_share_without_an_answer_is_of_operations():
-    """One of 50 lacks it, in one of the ten blocks of two; of blocks 1.25 percent would."""
-    blocks = dict.fromkeys(("paper", "family"), blocks_of(inferred(50, 0.0, 0.1)))
-    assert "network 2 %, family 2 %" in words(evolution(blocks, motion="closing"))
-
-
-@pytest.mark.parametrize(
-    ("family", "agreement", "why"),
-    [
-        ("", 1.0, "The drive is of no family that ships"),
-        ("", 0.001, "Closing and opening contradict each other"),
-        ("medium", 0.5, "The change is larger than any wear"),
-    ],
-)
-def test_parameters_that_are_not_told_are_a_sentence(life, family, agreement, why):
-    life["changed"][:] = np.nan
-    life.attrs |= {"family": family, "agreement": agreement}
-    figure = changes(life)
-    assert figure.axes == []
-    assert figure.texts[-1].get_text().startswith(why)
-    assert written(changepoint(life).axes[0])[0].startswith(why)

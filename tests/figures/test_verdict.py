@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from breaker.figures import marks
 from breaker.figures.verdict import verdict as drawn
 from tests.figures.drawn import assert_drawn, written
 from tests.lives import life_data, standing_data
@@ -46,33 +45,6 @@ def test_of_several_parts_the_one_farthest_from_its_bound_counts():
     standing = standing_data(life)
     life = xr.concat([life, second], "part", data_vars="minimal", coords="minimal")
     assert_drawn(verdict(life, standing))
-
-
-def test_what_to_do_stands_above_in_the_colour_of_the_state_and_in_words():
-    life = life_data()
-    first, others = verdict(life, standing_data(life)).subfigs[0].texts
-    assert first.get_text() == "Service now: slow one is due."
-    assert first.get_color() == marks.COLOURS["now"]
-    assert others.get_text().splitlines() == [each.replace(" %", "\u00a0%") for each in SAID[1:]]
-
-
-def test_values_are_in_their_units_and_no_name_of_code_is_left():
-    life = life_data()
-    left, right = verdict(life, standing_data(life)).axes
-    assert "now +6 % (+4 to +9)" in written(left)
-    assert "limit 1 ms" in written(left)
-    labels = [each.get_text() for each in left.get_yticklabels()]
-    assert "measured travel time above 9.5 ms" in labels[0]
-    assert not any("_" in each.replace(r"\gamma_a", "") for each in [*labels, *written(right)])
-
-
-def test_what_became_of_a_plan_is_told_once_its_limit_is_exceeded():
-    life = life_data()
-    standing = standing_data(life)
-    assert "no service was told before" in "".join(written(verdict(life, standing).axes[1]))
-    standing["since"][-1, 0], standing["service_by"][-1, 0] = 120, 140
-    told = "".join(written(verdict(life, standing).axes[1]))
-    assert "service was told since 120, at last by 140" in told
 
 
 def test_names_of_limits_are_no_mathematics():

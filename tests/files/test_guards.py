@@ -1,6 +1,5 @@
 """A file is opened only if it is one, and nothing waits; what is said of it can be printed."""
 
-import ast
 import os
 import socket
 import threading
@@ -11,7 +10,6 @@ import pandas as pd
 import pytest
 import xarray as xr
 
-import breaker
 from breaker.common.zarr_store import open_store, save
 from breaker.reading.files.guards import (
     LARGEST,
@@ -112,46 +110,6 @@ def test_a_regular_file_that_waits_for_more_is_empty(tmp_path, monkeypatch):
     thread.start()
     thread.join(timeout=2.0)
     assert said == [b""]
-
-
-READS = {"open", "opened_at_once", "read_text", "read_bytes", "loadtxt", "genfromtxt"}
-READS |= {"fromfile", "memmap", "load_workbook", "open_dataset"}
-READS |= {"open_zarr", "safe_open", "ZipFile", "File", "load_dataset"}
-OWN = {
-    "app/local_server.py",  # of the package, and of Bokeh
-    "shipped/__init__.py",
-    "workflow/dependencies.py",
-    "reading/instruments/dialects.py",
-    "cli/command.py",  # /dev/null, written
-    "cli/view.py",  # a browser
-    "common/atomic_writes.py",  # what was just written
-    # What a run wrote: stores, models and checkpoints with checksums, tables; `--model`.
-    "cli/outputs.py",
-    "common/zarr_store.py",
-    "common/tensor_file.py",
-    "drive/life/checkpoint.py",
-    "paper/posterior/training.py",
-    # Bytes that the opener has given, and a store whose parts it has looked at.
-    "app/run_results.py",
-    "reading/files/netcdf.py",
-    "reading/files/excel.py",
-    # The opener itself.
-    "reading/files/guards.py",
-}
-"""Modules in which something is read by other means than the opener that waits for nothing."""
-
-
-def test_files_of_others_are_read_by_one_opener():
-    package, found = Path(breaker.__file__).parent, set()
-    for module in package.rglob("*.py"):
-        for node in ast.walk(ast.parse(module.read_text(encoding="utf-8"))):
-            called = ast.unparse(node.func) if isinstance(node, ast.Call) else ""
-            guarded = called in ("read_bytes", "opened_at_once")
-            name = called.rpartition(".")[2]
-            reads = name in READS or called in ("np.load", "torch.load", "pd.read_csv")
-            if reads and not guarded:
-                found.add(module.relative_to(package).as_posix())
-    assert found == OWN
 
 
 @pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() == 0, reason="root reads all")

@@ -8,8 +8,6 @@ from breaker.reading.files.date_text import clock_of, dates_of
 from breaker.reading.files.preamble import preamble_of
 from tests.exports import preamble
 
-SETTINGS = {"time_column": None, "rate": 1.0, "travel_column": "Travel 1"}
-
 
 def split(text, sign=","):
     return [line.split(sign) for line in text.splitlines()]

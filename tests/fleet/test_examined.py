@@ -5,11 +5,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from breaker.common.plain_values import to_json
 from breaker.drive.answers.assessment import Assessment
 from breaker.drive.answers.drive_records import read_operations
 from breaker.drive.fleet.drive_dataset import stored
-from breaker.drive.fleet.drive_document import DriveDocument, Due, FleetRow
+from breaker.drive.fleet.drive_document import Due, FleetRow
 from breaker.drive.fleet.examination import examine
 from breaker.drive.fleet.fleet_columns import FLEET
 from breaker.drive.fleet.fleet_page import fleet_page
@@ -134,21 +133,6 @@ def test_poles_are_compared_by_instants_where_these_are_shown():
         each.document.measured = each.document.measured[1:]
     compare_poles(rows)
     assert (rows[1].pole_spread, rows[1].pole_spread_of) == (3.0, "travel_time")
-
-
-def test_the_page_shows_every_drive(table, examined):
-    found, types = table
-    names = [*examined]
-    for each in examined.values():
-        assert to_json(DriveDocument.from_json(to_json(each.document))) == to_json(each.document)
-    assert len(picture(found, names, types).axes) == 1
-    learned = type_table(types)
-    assert {"type", "parameter", "median", "log_sd"} < {*learned.columns}
-    page = fleet_page(found, learned, b"")
-    assert all(f"<td>{name}</td>" in page for name, _ in names)
-    assert "gamma_a is" in page
-    assert "measured travel_time" in page
-    assert "<h1>Fleet</h1>" in page
 
 
 def test_another_ratio_of_the_transducer_is_no_wear(table, examined):

@@ -38,13 +38,6 @@ def said_of(folder, **endurance):
     return text_of(words_of_checked(check(folder, **endurance)))
 
 
-def rewrite(file, change):
-    """Change the lines of a file."""
-    lines = file.read_text(encoding="utf-8").splitlines()
-    change(lines)
-    file.write_text("\n".join([*lines, ""]), encoding="utf-8")
-
-
 def test_a_folder_without_faults_is_a_table(folder):
     checked = check(folder)
     assert [(each.motion, each.accepted) for each in checked] == [("closing", 12), ("opening", 1)]
@@ -53,36 +46,6 @@ def test_a_folder_without_faults_is_a_table(folder):
     assert lines[1].split()[:5] == ["closing", "12", "12", "0", "0"]
     low, _, high = lines[1].split()[5:8]
     assert 14 < float(low) <= float(high) < 15
-
-
-def test_like_reasons_are_said_once_with_their_number_and_the_first_file(folder):
-    def other_unit(lines):
-        lines[5] = "s,deg"
-
-    for number in (2, 5, 7):
-        rewrite(folder / "closing" / f"closing_{number:03d}.csv", other_unit)
-    rewrite(folder / "opening" / "opening_001.csv", other_unit)
-    (folder / "closing" / "closing_009.csv").write_text("", encoding="utf-8")
-    text = said_of(folder)
-    said = " ".join(text.split())
-    assert "Rejected: - 3 of closing, first " in said
-    assert "closing_002.csv, line 6: the unit of 'travel' is 'deg', but endurance.format" in said
-    assert "closing_005.csv" not in text
-    assert "- opening, " in said
-    assert "closing_009.csv: is empty" in said
-    assert check(folder)[0].accepted == 8
-
-
-def test_remarks_are_said_of_what_is_accepted(folder):
-    def spike(lines):
-        lines[60] = lines[60].split(",")[0] + ",55"
-
-    rewrite(folder / "closing" / "closing_004.csv", spike)
-    text = " ".join(said_of(folder).split())
-    assert "Remarks on what was accepted: - closing, " in text
-    assert "closing_004.csv: 1 sample that no sensor of this stroke gives" in text
-    assert "closing 12 12 1 0 1" in text  # records, accepted, with remarks, rejected, stroke
-    assert check(folder)[0].accepted == 12
 
 
 def test_what_cannot_be_listed_is_said_and_the_rest_goes_on(folder):

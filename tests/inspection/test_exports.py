@@ -1,11 +1,8 @@
 """Exports of an analyser: what they state is shown, proposed, and set beside what is measured."""
 
-import math
-
 import pytest
 import yaml
 
-from breaker.cli import main
 from breaker.documents.terminal import text_of
 from breaker.reading.files.preamble import Printed
 from breaker.reading.inspection.file_contents import stated_in
@@ -43,14 +40,6 @@ def test_a_length_that_contradicts_the_rate_leaves_it_to_fill_in(tmp_path, plot)
     assert any(said in each for each in proposal.remarks)
     assert "rate: null  # FILL IN" in overlay_of(proposal)
     assert proposal.compared == []
-
-
-def test_a_time_column_that_contradicts_the_rate_is_said(tmp_path):
-    rows = [f"{i / 10:.1f},{178 / (1 + math.exp(20 - i / 20)):.2f}" for i in range(3000)]
-    file = tmp_path / "a.csv"
-    file.write_text("\n".join(["Sampling Rate (kHz),20", "Time (ms),Travel (mm)", *rows]))
-    proposal = inspect_file(file, SENSOR)
-    assert "the text states 20 kHz, but the times are those of 10 kHz" in proposal.remarks
 
 
 @pytest.mark.parametrize("unused", ["zeros", "cross"])
@@ -97,22 +86,6 @@ def test_a_ratio_is_shown_but_not_applied(tmp_path, printed, said):
     proposal = inspected(tmp_path, ratio=1.64, results=printed)
     assert "ratio" not in proposal.settings
     assert said in " ".join(text_of(words_of(proposal)).split())
-
-
-def test_remarks_that_differ_in_numbers_only_are_said_once(tmp_path, capsys):
-    file = tmp_path / "a.csv"
-    write(file, motions=("closing", "opening"), unused="cross")
-    *above, row = file.read_text().split("\n")[:-300]
-    cells = row.split(",")
-    first = (
-        next(line for line in above if "Travel 1 (mm)" in line).split(",").index("Travel 1 (mm)")
-    )
-    cells[first : first + 3] = ["40.5", "41.5", "42.5"]  # spikes
-    file.write_text("\n".join([*above, ",".join(cells), *file.read_text().split("\n")[-300:]]))
-    assert main(["inspect", str(file)]) == 0
-    said = [line for line in capsys.readouterr().out.splitlines() if line.startswith("  - ")]
-    assert len(said) <= 3
-    assert any(line.startswith("  - closing, Travel 1 and 5 more: 1 sample") for line in said)
 
 
 def test_of_a_workbook(tmp_path):

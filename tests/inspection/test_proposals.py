@@ -301,23 +301,6 @@ def test_every_motion_of_every_channel_is_read_in_its_part(switched):
     assert any("move in different directions" in each for each in proposal.remarks)
 
 
-def test_the_report_has_a_line_for_each_motion(switched):
-    text = text_of(words_of(inspect_file(switched, SENSOR)))
-    first = next(line.split() for line in text.splitlines() if line.startswith("  A "))
-    assert first[:2] == ["A", "closing"]
-    numbers = [float(each) for each in first[2:7]]
-    assert numbers == pytest.approx([295.0, 303.0, 16.0, 0.1, 0.0], abs=2.0)
-    assert numbers[3] == pytest.approx(0.1, abs=0.03)
-    assert abs(numbers[4]) < 0.3
-    assert first[7:] == ["fine", "1", "accepted"]
-    said = " ".join(text.split())
-    assert (
-        "closing, A and 3 more: 1 sample that no sensor of this stroke gives: spike at 260 ms"
-        in said
-    )
-    assert "opening, A and 5 more: " in said
-
-
 def test_channels_in_different_units_are_said(put, closing):
     time, travel = closing
     lines = rows(cells(time / 1e3, 5), cells(travel), cells(travel / 10, 4))

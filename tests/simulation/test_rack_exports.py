@@ -1,7 +1,5 @@
 """An export as analysers of high-voltage breakers write it, from inspection to accepted records."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 import yaml
@@ -145,11 +143,6 @@ def test_the_overlay_is_yaml_of_the_keys_of_the_configuration(overlay):
     assert content["endurance"]["format"]["travel_column"] == CHANNELS[0]
     assert content["endurance"]["format"]["rate"] == 10.0
     assert content.keys() == {"endurance"}  # what else its size needs, fit-prior proposes
-
-
-def test_the_tutorial_shows_what_is_proposed(overlay):
-    page = Path("docs/tutorial/README.md").read_text(encoding="utf-8")
-    assert overlay.read_text(encoding="utf-8") in page
 
 
 def test_the_example_of_the_page_is_written_by_the_command(tmp_path, capsys):

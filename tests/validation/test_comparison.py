@@ -68,23 +68,6 @@ def test_few_examples(count, places):
         assert found.place.values.tolist() == places
 
 
-def test_words_of_exactness():
-    row = {"resolved": 0.998, "corrected_curves": 1000, "efficiency_median": 0.861}
-    row |= {"gap_nats": 0.0912, "gap_se": 0.0187}
-    expected = "median efficiency 86 %, gap 0.09 ± 0.02 nats, 998 of 1000 curves resolved"
-    assert comparison.exactness_words(row) == expected
-    faulty = comparison.exactness_words(row | {"efficiency_median": np.nan, "gap_nats": np.nan})
-    assert faulty == "median efficiency not known, gap not known, 998 of 1000 curves resolved"
-    assert comparison.plus_minus(-0.2, np.nan) == "-0.20 nats (one curve)"
-    assert comparison.plus_minus(np.inf, np.nan) == "infinite"
-    assert [comparison.percent(x) for x in (0.0, 0.0034, 0.1, 1.0)] == [
-        "0 %",
-        "0.34 %",
-        "10 %",
-        "100 %",
-    ]
-
-
 def test_reached_is_sorted_by_the_limit():
     values = contractions()
     found = comparison.reached(values, NAMES)
@@ -102,18 +85,3 @@ def test_reached_is_sorted_by_the_limit():
     assert comparison.identifiability_words(found) == (
         r"over the prior: the prior decides $\mu$ and $L$; $k_b$ partly known"
     )
-
-
-@pytest.mark.parametrize(
-    ("means", "expected"),
-    [
-        ([0.9, 0.8, 0.85], "the prior decides nothing"),
-        ([0.9, 0.5, 0.79], r"the prior decides nothing; $k_b$ and $k_a$ partly known"),
-        ([0.1, 0.49, 0.3], r"the prior decides $k_a$, $k_b$ and $\mu$"),
-    ],
-)
-def test_words_of_identifiability_at_the_edges(means, expected):
-    """0.8 is known and 0.5 partly; named from the best known down."""
-    limit = np.array([means])
-    found = comparison.reached({"limit": limit}, ["mu", "k_a", "k_b"])
-    assert comparison.identifiability_words(found) == f"over the prior: {expected}"

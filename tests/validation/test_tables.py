@@ -5,7 +5,6 @@ import pandas as pd
 import pytest
 import xarray as xr
 
-from breaker.common.numerals import in_p
 from breaker.common.randomness import generator
 from breaker.paper.validation.calibration import judge_draws
 from breaker.paper.validation.quality_tables import (
@@ -81,19 +80,6 @@ def test_without_a_reader_its_column_is_unknown(exact):
     others = exact.columns.drop(["calibration_p_reader", "calibrated_reader"])
     pd.testing.assert_frame_equal(table[others], exact[others])
     assert "files" not in quality_words(table)
-
-
-def test_words_name_the_worst_output_and_what_fails(exact):
-    text = quality_words(exact)
-    worst = exact.loc[exact.shortfall.idxmax()]
-    assert f"{worst.shortfall:.3f} ({worst.output})" in text
-    assert f"{exact.z_sd.min():.3f} to {exact.z_sd.max():.3f}" in text
-    assert text.startswith(f"calibrated (smallest {in_p(exact.calibration_p.min())} of 3); through")
-    wide, read = judged(validation(width=1.25)), judged(reader=validation(seed=2, bias=0.5))
-    assert "(L)" in quality_words(wide)
-    assert quality_words(wide).startswith("NOT calibrated: L (")
-    assert "calibrated (" in quality_words(read)
-    assert "through files NOT calibrated: L (" in quality_words(read)
 
 
 def test_tables_figures_and_words_judge_alike():
