@@ -8,8 +8,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from breaker.app.result_folders import results_in
-from breaker.app.run_results import read_fleet, read_life
+from breaker.app.run_results import read_fleet
 from breaker.app.view_session import SHOWN
 from breaker.common.zarr_store import open_store
 from breaker.drive.fleet.fleet_page import fleet_document
@@ -43,21 +42,6 @@ def test_a_folder_of_records_has_no_life(page):
     assert "no run has left a life" in page.get("/life").text
 
 
-def test_a_life_is_told_in_words_first_then_its_limits_and_plan(opened, results, tmp_path):
-    page = opened(results, tmp_path)
-    text = unescape(page.get("/life").text)
-    words = json.loads((results / "verdict.json").read_text())
-    places = [text.index(each) for each in words["sentences"]]
-    assert places == sorted(places)
-    assert places[-1] < text.index("Curves") < text.index("Limits and plan")
-    limits = pd.read_csv(results / "limits.csv", dtype=str)
-    for each in limits.itertuples():
-        assert f"<td>{each.limit}</td>" in text
-    assert f"<td>{limits.service_by[0]}</td>" in text
-    assert "gamma_a or f" in text  # the change that was noticed
-    assert '<p class="verdict bad" id="verdict">' in text
-
-
 def test_curves_of_a_life_are_the_numbers_of_the_run(opened, results, tmp_path):
     page = opened(results, tmp_path)
     life = open_store(results / "life.zarr").load()
@@ -80,19 +64,6 @@ def test_curves_of_a_life_are_the_numbers_of_the_run(opened, results, tmp_path):
     first = json.loads(page.get("/life/curves").text)["panels"][0]
     assert "slow" in first["title"]  # what is due
     assert page.get("/life/curves?limit=none").status == 404
-
-
-def test_a_life_without_limits_or_changes_is_shown(tmp_path):
-    life = a_life()
-    bare = life.isel(limit=[], part=[], change=[])
-    write_life(tmp_path, bare)
-    found = read_life(tmp_path)
-    assert [each.title for each in found.panels("")] == [
-        "Changes of parameters since new, median and 90 %"
-    ]
-    withheld = life.assign(changed=life.changed * np.nan, unchanged=life.unchanged * np.nan)
-    write_life(tmp_path, withheld.assign_attrs(family=""))
-    assert "parameters are withheld" in " ".join(read_life(tmp_path).document.summary)
 
 
 def test_a_fleet_is_that_of_the_run_in_its_ranks_and_parts(opened, results, tmp_path):
@@ -146,11 +117,3 @@ def test_a_run_that_goes_on_is_shown_anew(opened, results, tmp_path):
     before = page.get("/life").text
     write_life(copy, a_life(fails=(np.inf, np.inf)))
     assert page.get("/life").text != before
-
-
-def test_results_are_where_their_first_file_is(tmp_path):
-    assert results_in(tmp_path) == (None, None, False)
-    (tmp_path / "results").mkdir()
-    (tmp_path / "results" / "fleet.csv").touch()
-    assert results_in(tmp_path) == (None, tmp_path / "results", False)
-    assert results_in(tmp_path / "results").alone

@@ -5,7 +5,6 @@ import hashlib
 import json
 import re
 import socket
-import threading
 from html import unescape
 from pathlib import Path
 from urllib.parse import urlencode
@@ -159,20 +158,6 @@ def test_poles_in_files_of_their_own_lie_on_one_time_axis(opened, tmp_path, fold
         near = np.interp(mark["x"][0], curve["x"], curve["y"])
         assert near == pytest.approx(mark["y"][0], abs=1.5)
     assert re.search(r"simultaneity of the touch: 0\.\d+ ms", page.get(f"/answer?{query}").text)
-
-
-def test_poles_without_a_coil_are_aligned_by_what_all_have_and_that_is_said(
-    opened, tmp_path, folder
-):
-    query = poles(tmp_path / "poles", columns=("Contact 1", "Aux 1"))
-    page = opened(tmp_path / "poles", tmp_path, [str(folder / "few.yaml")])
-    said = unescape(page.get(f"/visit?{query}").text)
-    assert "by the touch of closing. Not all have a coil" in said
-    alone = unescape(page.get(f"/visit?{query.partition('&')[0]}").text)
-    assert "lie at the times" not in alone
-    travels = json.loads(page.get(f"/curves?{query}").text)["traces"][:3]
-    half = [each["x"][np.argmax(np.array(each["y"]) > 90.0)] for each in travels]
-    assert np.ptp(half) < 1.0
 
 
 def test_a_pdf_is_offered_where_it_can_be_made(page, weasyprint):
@@ -448,24 +433,6 @@ def test_a_folder_that_cannot_be_read_is_said_with_a_remedy(folder, monkeypatch,
     assert "ask for the right to read it" in capsys.readouterr().err
 
 
-def test_files_that_cannot_be_read_are_said_in_the_list(opened, tmp_path):
-    (tmp_path / "curves").mkdir()
-    (tmp_path / "curves" / "gone.csv").symlink_to(tmp_path / "nowhere")
-    (tmp_path / "curves" / "folder.csv").mkdir()
-    text = opened(tmp_path / "curves", tmp_path).get("/?look=9").text
-    assert "does a link lead nowhere?" in text
-    assert "is a folder, not a file" in text
-
-
-def test_without_a_browser_the_address_is_said_and_the_page_stands(folder, monkeypatch):
-    monkeypatch.setenv("BROWSER", "false")
-    with started(folder / "curves", more=()) as process:
-        said = [process.stdout.readline() for _ in range(2)]
-        assert "Ctrl-C ends it" in said[0]
-        assert "open the address in one of this machine" in said[1]
-        assert Outside(process.line).get("/").status == 200
-
-
 def test_a_port_in_use_and_a_folder_that_is_not_there(page, folder, tmp_path, capsys):
     session = Session(str(folder / "curves"), [], commands(), tmp_path)
     with pytest.raises(OSError, match="leave --port out"):
@@ -525,30 +492,3 @@ def test_workers_end_whatever_ends_the_page(folder, tmp_path):
     for each in (server.quick, server.slow):
         with pytest.raises(RuntimeError):
             each.submit(int)
-
-
-def test_what_is_done_ahead_waits_for_what_a_page_asks(page, folder, tmp_path):
-    server = PageServer(Session(str(folder / "curves"), [], commands(), tmp_path))
-    steps, looked = [], threading.Event()
-
-    def files():
-        for k in range(2):
-            steps.append(k)
-            yield
-        looked.set()
-
-    async def ask():
-        asked = asyncio.get_running_loop().create_future()
-        waits = asyncio.ensure_future(server.at_once(asked))
-        await asyncio.sleep(0)
-        server._look_ahead(files())
-        await asyncio.sleep(0.2)
-        assert not steps
-        asked.set_result("found")
-        assert await waits == "found"
-
-    asyncio.run(ask())
-    assert looked.wait(20)
-    assert steps == [0, 1]
-    for end in (server.quick.shutdown, server.slow.shutdown, server._socket.close):
-        end()

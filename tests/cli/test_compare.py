@@ -92,13 +92,6 @@ def test_tables_of_different_drives_are_refused(visits, capsys, column):
     assert said in capsys.readouterr().err
 
 
-@pytest.mark.parametrize("share", ["0", "100", "some"])
-def test_a_share_that_is_none_is_refused(capsys, share):
-    with pytest.raises(SystemExit):
-        call("a.csv", "--today", "b.csv", "--beyond", share)
-    assert "is not a percentage" in capsys.readouterr().err
-
-
 OTHER = "delimiter: ';', time_column: null, travel_column: way"
 
 

@@ -13,7 +13,6 @@ import pytest
 import yaml
 
 from breaker.cli import main
-from breaker.common.randomness import generator
 from breaker.shipped import DEFAULTS, model_file
 from tests.cli.conftest import FEW, written
 
@@ -185,16 +184,6 @@ def test_files_that_are_none_do_not_stop_the_others(folder, capsys):
     assert "\n  mu " in out
     assert "rejected records: 5" in err
     assert "breaker inspect c.csv --output my.yaml" in err
-
-
-def test_noise_and_another_layout_are_told_with_the_remedy(folder, capsys):
-    rows = "\n".join(f"{0.1 * i};{generator(1, 'still').normal():.3f}" for i in range(700))
-    (folder / "still 1.csv").write_text(f"time;travel\n{rows}\n")
-    assert call("still 1.csv") == 1
-    out, err = capsys.readouterr()
-    assert out.count("rejected: ") == 1  # once, though it is neither a closing nor an opening
-    assert "nothing was inferred" in err
-    assert "breaker inspect 'still 1.csv' --output my.yaml" in err
 
 
 # ---- what is written ----------------------------------------------------------------------------

@@ -15,13 +15,6 @@ def usual(names=NAMES, curves=CURVES, judged=JUDGED):
     return judgement(corrected, judged), amortised, corrected
 
 
-def one_far_away(judged):
-    """One of 30 is more than 3 % and stays in; of 40 it goes out."""
-    found = usual(judged=judged)
-    found[0].divergence[4] = 50.0
-    return found
-
-
 def resolved(tenths):
     judged, amortised, corrected = usual(NAMES[:2])
     corrected["resolved"] = ("curve", np.arange(CURVES) % 10 < tenths)
@@ -53,8 +46,6 @@ def no_example():
 
 CASES = {
     "usual": usual,
-    "one of 30 far away": lambda: one_far_away(30),
-    "one of 40 far away": lambda: one_far_away(40),
     "some resolved": lambda: resolved(3),
     "none resolved": lambda: resolved(0),
     "faulty": faulty,

@@ -5,11 +5,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import xarray as xr
 
 from breaker.reading.files.format_settings import complete
 from breaker.reading.files.formats import ENDINGS, FORMATS, _named, format_of, kind_in, read_columns
-from breaker.reading.files.guards import Files, Opened, RejectedCurveError
+from breaker.reading.files.guards import Opened
 from breaker.reading.inspection.file_contents import look_into
 from breaker.reading.inspection.format_contract import TIME, TRAVEL, Example, FormatContract
 from breaker.reading.instruments.dialects import DIALECTS
@@ -93,38 +92,3 @@ def test_content_proves_a_format_whatever_the_ending(ending, format_, tmp_path):
     elif ending in (".xlsx", ".nc"):
         reason = told(other, lambda: read_columns(other, settings))
         assert "but does not begin as one; is it whole?" in reason
-
-
-def test_columns_of_zarr_stores_are_not_kept_without_end(tmp_path, monkeypatch):
-    monkeypatch.setattr("breaker.reading.files.guards._KEPT", 3000)
-    example, files = of_dialect("netcdf"), Files()
-    example.write(tmp_path / example.name)
-    with xr.open_dataset(tmp_path / example.name, decode_times=False) as dataset:
-        for k in range(5):
-            dataset.to_zarr(tmp_path / f"{k}.zarr", consolidated=False)
-            read_columns(files[tmp_path / f"{k}.zarr"], complete(example.settings))
-    assert [*files._opened] == [str(tmp_path / f"{k}.zarr") for k in (2, 3, 4)]
-
-
-def test_a_refusal_is_found_once(tmp_path):
-    opened, asked = Opened(tmp_path / "a.csv"), []
-
-    def find():
-        asked.append(1)
-        raise RejectedCurveError(opened.file, "is empty")
-
-    for _ in range(2):
-        with pytest.raises(RejectedCurveError, match="is empty"):
-            opened.once("anything", find)
-    assert asked == [1]
-
-
-def test_of_very_many_files_the_last_are_kept(tmp_path, monkeypatch):
-    monkeypatch.setattr("breaker.reading.files.guards._KEPT", 25)
-    files, names = Files(), [tmp_path / f"{k}.csv" for k in range(5)]
-    for name in names:
-        name.write_bytes(b"ten signs.")
-        assert files[name].content == b"ten signs."
-        assert files[name] is files[str(name)]
-    kept = [each for each in map(str, names) if each in files._opened]
-    assert kept == [str(name) for name in names[2:]]

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from breaker.documents.terminal import text_of
-from breaker.reading.files.preamble import preamble_of
 from breaker.reading.files.text_cells import Lines, cells_of
 from breaker.reading.inspection import setting_proposal as proposals
 from breaker.reading.inspection.file_contents import look_into
@@ -121,9 +120,3 @@ def test_lines_that_are_short_long_or_quoted_oddly_hide_no_others(tmp_path, bad)
     time, _, third = look_into(file).columns[:3]
     assert np.isfinite(time).sum() >= 39_999
     assert np.isfinite(third[-20_000:]).sum() >= 19_999
-
-
-def test_long_texts_above_the_samples_take_no_time():
-    """Each digit may begin a number: what is looked for takes the square of a line's length."""
-    lines = [["rate: " + "1," * 50_000 + "x"], ["Rate: 10 kHz"]] * 3000
-    assert preamble_of(lines).rate == 10.0

@@ -176,25 +176,6 @@ def test_a_life_is_gone_on_with_to_the_same_bytes(tmp_path):
     assert [each.name for each in (tmp_path / "new").iterdir()] == ["life.npz"]
 
 
-def test_only_appended_operations_are_gone_through(tmp_path):
-    file = str(tmp_path / "life.npz")
-    some_of(200, file)
-    with np.load(file) as kept:
-        state = dict(kept)
-    state["known"][100] = 7.0  # the planted fault: what was known is taken as it stands
-    np.savez(file, **state)
-    path = some_of(N, file)
-    assert (path.change[100] == 7.0).all()
-    # Where a record was replaced, or another setting counts, all are.
-    some_of(200, file)
-    other = [block._replace(values=block.values.copy()) for block in STEPS]
-    other[0].values[150, 0] += 1.0
-    assert_same(some_of(N, file, other), follow(other, **ABOUT), N)
-    assert_same(some_of(80, file), follow(STEPS, **ABOUT), 80)
-    firmer = Tracker(bend=0.1, kept=file).follow(TIME, STEPS, **ABOUT)
-    assert_same(firmer, Tracker(bend=0.1).follow(TIME, STEPS, **ABOUT), N)
-
-
 def test_a_file_that_cannot_be_read_is_named(tmp_path):
     file = tmp_path / "life.npz"
     file.write_bytes(b"no archive")
