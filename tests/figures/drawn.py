@@ -2,9 +2,6 @@
 
 from itertools import combinations
 
-import numpy as np
-from matplotlib.colors import to_hex
-
 
 def assert_drawn(figure):
     """Every text can be laid out, with its mathematics, and no panel is empty."""
@@ -32,22 +29,6 @@ def line_of(axis, colour, marker=None):
     """The first line of a colour, and of a marker where one is given."""
     lines = [line for line in axis.lines if line.get_color() == colour]
     return next(line for line in lines if marker is None or line.get_marker() == marker)
-
-
-def segments(axis, colour):
-    """Ends of the horizontal or vertical lines of a colour, one array ``(n, 2, 2)`` per call."""
-    parts = [part for part in axis.collections if hasattr(part, "get_segments")]
-    return [
-        np.array(part.get_segments())
-        for part in parts
-        if to_hex(part.get_color()[0]).upper() == colour
-    ]
-
-
-def bands(axis):
-    """Lowest and highest value of each filled band, in the order of drawing."""
-    filled = [part for part in axis.collections if not hasattr(part, "get_segments")]
-    return [part.get_datalim(axis.transData).intervaly for part in filled]
 
 
 def assert_nothing_overlaps(figure):

@@ -95,10 +95,3 @@ def test_steps_noise_and_time_make_no_difference():
     assert torch.equal(*draws)
     assert torch.equal(*losses)
     assert torch.equal(losses[0], -one)
-
-
-def test_sizes_that_make_no_coupling_raise():
-    with pytest.raises(ValueError, match="at least two dimensions, not 1"):
-        CouplingFlow(1, FEATURES, **SIZES)
-    with pytest.raises(ValueError, match="at least one hidden layer"):
-        CouplingFlow(2, FEATURES, **SIZES | {"hidden": []})

@@ -159,9 +159,3 @@ def test_gradients_are_finite_and_reach_every_weight(components, records):
     assert all(grad.isfinite().all() for grad in gradients.values())
     for name, value in network.named_buffers():
         torch.testing.assert_close(value, buffers[name], rtol=0, atol=0)
-
-
-@pytest.mark.parametrize("missing", [1.0, -0.1])
-def test_a_share_that_makes_no_sense_raises(missing):
-    with pytest.raises(ValueError, match=r"missing is .*, but must be in \[0, 1\)"):
-        DeepSet(SAMPLES, **SIZES | {"missing": missing})

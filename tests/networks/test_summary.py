@@ -138,18 +138,6 @@ def test_gradients_reach_every_weight_and_scales_stay_frozen():
         torch.testing.assert_close(value, buffers[name], rtol=0, atol=0)
 
 
-@pytest.mark.parametrize("name", ["channels", "kernels", "strides"])
-def test_convolutions_of_unequal_lengths_raise(name):
-    with pytest.raises(ValueError, match="one entry for each convolution"):
-        TimeSeriesNetwork(SAMPLES, **{**SIZES, name: (2,)})
-
-
-def test_too_few_steps_for_the_skip_raise():
-    assert built(TimeSeriesNetwork, SAMPLES, **{**SIZES, "skip": 8}).skip == 8
-    with pytest.raises(ValueError, match="leave 8 steps, fewer than skip = 9"):
-        TimeSeriesNetwork(SAMPLES, **{**SIZES, "skip": 9})
-
-
 @pytest.mark.parametrize("role", ["summary", "inference"])
 def test_an_unknown_kind_is_named(role):
     wrong = {**NETWORK, role: {**NETWORK[role], "kind": "oracle"}}
