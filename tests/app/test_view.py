@@ -175,17 +175,6 @@ def test_without_weasyprint_no_pdf_is_offered_and_one_that_is_asked_for_is_refus
     assert "breaker-drive[pdf]" in refused.text
 
 
-def test_a_change_is_read_at_once_and_told_as_chosen(page):
-    text = unescape(page.get(f"/visit?{TODAY}&set.sign=-1&set.rate=5.0").text)
-    assert text.count("you chose it here") == 1  # the rate is as it was
-    assert "sign: -1" in text
-    first = unescape(page.get(f"/answer?{TODAY}&set.travel_column=%22Travel+2%22").text)
-    assert "--channel 'Travel 2'" in unescape(
-        page.get(f"/visit?{TODAY}&set.travel_column=%22Travel+2%22").text
-    )
-    assert first != page.get(f"/answer?{TODAY}").text
-
-
 @pytest.mark.parametrize(
     ("query", "said"),
     [

@@ -4,7 +4,6 @@ import re
 from pathlib import Path
 from types import SimpleNamespace
 
-import numpy as np
 import pytest
 import yaml
 
@@ -41,31 +40,6 @@ def test_poles_in_files_of_their_own_stand_side_by_side():
     assert float(said[1]) < 0.5
     assert "each from the trigger of its file" in found
     assert "2021-03-14T10:42:10, 2021-03-14T10:42:11" in found
-
-
-def test_simultaneity_of_a_contact_that_is_not_recorded_is_not_told():
-    for k, phase in enumerate("RY"):
-        pole(f"{k}.csv", phase, k)
-    found = page("0.csv", "1.csv", form=FORM | {"contact_column": "Aux 1"})
-    assert "simultaneity of the touch is not told: recorded contacts alone tell it" in found
-
-
-def test_times_of_several_files_need_a_trigger():
-    def of(file, touch, **fit):
-        switches = 10.0 + touch.get("contact_time", np.nan)
-        known = {"contact_time": None, "trigger": None, "switches": switches} | touch | fit
-        return SimpleNamespace(motion="closing", file=file, fit=SimpleNamespace(**known))
-
-    known = {"contact_time": 5.0}
-    said = simultaneity_of({"R": of("1", known), "Y": of("2", {"contact_time": 7.0})}).said
-    assert "of R, Y no trigger is known" in said
-    said = simultaneity_of({"R": of("1", known), "Y": of("1", {"contact_time": 7.0})}).said
-    assert said == "simultaneity of the touch: 2 ms, R first, Y last, of one record"
-    apart = {"R": of("1", known, trigger=0.0), "Y": of("2", {"contact_time": 7.0}, trigger=1.0)}
-    assert simultaneity_of(apart | {"B": of("3", {})}).said == (
-        "simultaneity of the touch: 1 ms, R first, Y last, each from the trigger of its file; not "
-        "recorded of B"
-    )
 
 
 @pytest.mark.parametrize(

@@ -45,11 +45,3 @@ def test_of_several_parts_the_one_farthest_from_its_bound_counts():
     standing = standing_data(life)
     life = xr.concat([life, second], "part", data_vars="minimal", coords="minimal")
     assert_drawn(verdict(life, standing))
-
-
-def test_names_of_limits_are_no_mathematics():
-    life = life_data().assign_coords(limit=["5 $ or {6 $", "b", "c", "d"])
-    life["part_limit"] = ("part", life.limit.values)
-    figure = verdict(life, standing_data(life))
-    figure.canvas.draw()  # mathematics would raise
-    assert figure.axes[0].get_yticklabels()[0].get_text().startswith(r"5 \$ or {6 \$")
