@@ -232,7 +232,7 @@ FOOT = "endurance:\n  format:\n    travel_unit: foot\n"
     [
         ("--model gone.safetensors", "", "gone.safetensors"),
         ("--model open.csv", "", "is not a model file"),
-        (f"--model {model_file('medium_voltage', 'changes')}", "", "is a network of changes"),
+        ("--model changes.safetensors", "", "is a network of changes"),
         ("own.safetensors", "", "name it by --model"),
         ("--phase L1", "", "one folder with a table"),
         ("--known L=10:1 mu=2:0.1 --known L=11:1", "", "--known has L twice"),
@@ -249,6 +249,7 @@ def test_what_makes_no_sense_is_told_before_anything_is_read(
     folder, capsys, words, overlay, reason
 ):
     (folder / "own.yaml").write_text(overlay or FEW)
+    (folder / "changes.safetensors").symlink_to(model_file("medium_voltage", "changes"))
     assert re.search(reason, failed(capsys, "a.csv", *words.split(), "--config", "own.yaml"))
 
 
