@@ -105,12 +105,15 @@ def drawn(data: dict) -> dict[str, Figure]:
 def checksums() -> str:
     """Return a line for each picture: the checksum of its data and its module, and its name.
 
-    The data of a picture of the tutorial are the commands of that page.
+    For a picture of the tutorial, the command that draws it stands for its data.
     """
-    commands = re.findall(r"```sh\n.*?```", (TUTORIAL / "README.md").read_text("utf-8"), re.S)
+    page = (TUTORIAL / "README.md").read_text(encoding="utf-8")
     lines = []
     for name, module in MODULES.items():
-        data = "".join(commands).encode() if "/" in name else DATA.read_bytes()
+        data = DATA.read_bytes()
+        if "/" in name:
+            (command,) = re.findall(rf"^breaker .* --plot {Path(name).name}$", page, re.M)
+            data = command.encode()
         code = (DOCS.parent / "src" / "breaker" / "figures" / module).read_bytes()
         lines.append(f"{hashlib.sha256(data + code).hexdigest()}  {name}\n")
     return "".join(lines)

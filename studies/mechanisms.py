@@ -24,11 +24,11 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import NamedTuple
 
-import numba
 import numpy as np
 import pandas as pd
 from scipy.optimize import brentq
 
+from breaker.common.compiling import compiled
 from breaker.common.randomness import generator
 from breaker.configuration.loading import load
 from breaker.drive.answers.assessment import Assessment
@@ -115,7 +115,7 @@ DRIVE = np.dtype([*((name, "f8") for name in _VALUES), *((name, "i8") for name i
 STEP = 0.01  # ms
 _DAMPS = (0.5, 0.5, 1.0), (0.25, 0.6, 1.5)  # closing and opening damper by law, 1/ms or 1/mm
 _RIGID, _RUNS = 400.0, 0.002  # 1/ms^2 of a rigid stop; mm/ms from which dry friction is full
-_fast = numba.njit(cache=True, error_model="numpy")
+_fast = compiled()  # also where nothing can be written
 
 
 @_fast

