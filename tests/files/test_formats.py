@@ -10,8 +10,8 @@ from breaker.reading.files.format_settings import complete
 from breaker.reading.files.formats import ENDINGS, FORMATS, _named, format_of, kind_in, read_columns
 from breaker.reading.files.guards import Opened
 from breaker.reading.inspection.file_contents import look_into
-from breaker.reading.inspection.format_contract import TIME, TRAVEL, Example, FormatContract
 from breaker.reading.instruments.dialects import DIALECTS
+from tests.files.format_contract import TIME, TRAVEL, Example, FormatContract
 from tests.files.refused import told
 
 

@@ -4,6 +4,7 @@ import re
 import tomllib
 from pathlib import Path
 
+CONTRACT = Path(__file__).parents[1] / "files" / "format_contract.py"
 PAGE = Path(__file__).parents[2] / "docs" / "library.md"
 _BLOCK = re.compile(r"```\w+\n# (\S+)\n(.*?)```", re.DOTALL)
 
@@ -28,7 +29,7 @@ def install(folder: Path, name: str, formats: dict[str, str], files: dict[str, s
 
 
 def install_example(folder: Path) -> Path:
-    """Put the distribution of the page into a folder."""
-    files = blocks()
+    """Put the distribution of the page into a folder, and the contract beside its test."""
+    files = blocks() | {"format_contract.py": CONTRACT.read_text(encoding="utf-8")}
     project = tomllib.loads(files["pyproject.toml"])["project"]
     return install(folder, project["name"], project["entry-points"]["breaker.formats"], files)

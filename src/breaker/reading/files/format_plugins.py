@@ -1,8 +1,8 @@
-"""Formats of other distributions, by entry points, behind the formats here.
+"""Formats of other distributions, by the entry points ``breaker.formats``.
 
 What such an entry point names has ``ENDINGS``, ``read`` and ``look``, as ``formats`` describes. It
-reads files of endings that no format here has. Whatever it raises or returns that is no record is
-said of the file, with the name of the distribution.
+reads files of endings that no format here has. Messages name the distribution of a format that
+fails, and other files are read as before.
 """
 
 from __future__ import annotations
@@ -10,15 +10,17 @@ from __future__ import annotations
 import logging
 from collections.abc import Collection, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 from breaker.common.lazy_numpy import np
-from breaker.common.plugins import FAULTS, Plugin, PluginError, plugins
 from breaker.reading.files.guards import Opened, RejectedCurveError
 from breaker.reading.files.sample_table import Columns, Labelled, Tables
 
+_FAULTS = (Exception, SystemExit)  # what a plugin may raise; an interrupt is the user's
+_LONGEST = 200  # letters of what a plugin raised, in a message: such texts may be pages long
 _log = logging.getLogger(__name__)
 
 
@@ -27,22 +29,23 @@ class PluginFormat:
     """A format of another distribution.
 
     Attributes:
-        plugin: Its entry point.
+        words: Name and distribution, as in "the format tdms of acme-breaker 1.2".
+        module: What the entry point names.
         ENDINGS: What messages call a file of it, by ending in lower case.
-        EXTRA: Empty: what it needs is its distribution's.
-        SIGNATURES: Empty: its own code says whether a file is of it, by its ending alone, as the
-            first bytes of others may be alike.
+        EXTRA: Empty: its distribution installs what it needs.
+        SIGNATURES: Empty: its ending alone decides whether a file is of it.
     """
 
-    plugin: Plugin
+    words: str
+    module: Any
     ENDINGS: Mapping[str, str]
-    EXTRA: str = field(default="", init=False)
-    SIGNATURES: tuple[bytes, ...] = field(default=(), init=False)
+    EXTRA: ClassVar[str] = ""
+    SIGNATURES: ClassVar[tuple[bytes, ...]] = ()
 
     @property
     def __name__(self) -> str:
-        """What it is called where a module of this package has its name."""
-        return self.plugin.words
+        """Its name where a module of this package has one."""
+        return self.words
 
     def read(self, opened: Opened, settings: Mapping, channel: str = "") -> Columns:
         """Read the columns: see ``formats``.
@@ -51,15 +54,14 @@ class PluginFormat:
             RejectedCurveError: If it raises anything, or returns no record.
         """
         with self._named(opened.file):
-            found = self.plugin.load().read(opened, settings, channel)
-            if why := _no_record(found):
-                raise ValueError(why)
+            found = self.module.read(opened, settings, channel)
+            _check_columns(found)
         return found
 
     def look(self, opened: Opened) -> Labelled | Tables | None:
         """Return what a file shows: see ``formats``; raise as ``read``."""
         with self._named(opened.file):
-            shown = self.plugin.load().look(opened)
+            shown = self.module.look(opened)
             if isinstance(shown, Tables):  # lines may be made as they are asked for: now
                 shown = shown._replace(lines=[list(each) for each in shown.lines])
             elif isinstance(shown, Labelled):
@@ -72,15 +74,15 @@ class PluginFormat:
 
     @contextmanager
     def _named(self, file: str | Path) -> Iterator[None]:
-        """Put the plugin's name into what is said of a file."""
+        """Add the distribution to what is raised about a file."""
         try:
             yield
         except RejectedCurveError as error:
-            reason = f"{error.reason} ({self.plugin.words})"
+            reason = f"{error.reason} ({self.words})"
             raise RejectedCurveError(file, reason, line=error.line) from error
-        except FAULTS as error:
+        except _FAULTS as error:
             kind = self.ENDINGS[Path(file).suffix.lower()]
-            what = f"is {kind} that cannot be read: {self.plugin.failed('fails', error)}"
+            what = f"is {kind} that cannot be read: {self.words} fails {_raised(error)}"
             raise RejectedCurveError(file, what) from error
 
 
@@ -92,47 +94,46 @@ def plugin_formats(taken: Collection[str]) -> tuple[PluginFormat, ...]:
     """
     found: list[PluginFormat] = []
     taken = set(taken)
-    for plugin in plugins().values():
+    for entry in entry_points(group="breaker.formats"):
+        of = entry.dist
+        words = f"the format {entry.name} of {f'{of.name} {of.version}' if of else 'nobody'}"
         try:
-            format_ = _format_of(plugin, taken)
-        except PluginError as error:
-            _log.error("%s; its files are not read", error)
+            format_ = _format_of(entry, words, taken)
+        except _FAULTS as error:
+            _log.error("%s cannot be used %s; its files are not read", words, _raised(error))
             continue
         taken |= format_.ENDINGS.keys()
         found.append(format_)
     return tuple(found)
 
 
-def _format_of(plugin: Plugin, taken: Collection[str]) -> PluginFormat:
-    """The format of a plugin.
-
-    Raises:
-        PluginError: If it is none, or wants an ending that another format has.
-    """
-    loaded: Any = plugin.load()
-    lacks = [n for n in ("ENDINGS", "read", "look") if not hasattr(loaded, n)]
+def _format_of(entry: EntryPoint, words: str, taken: set[str]) -> PluginFormat:
+    """Load a format; raise what its module raises, or ValueError."""
+    module: Any = entry.load()
+    lacks = [name for name in ("ENDINGS", "read", "look") if not hasattr(module, name)]
     if lacks:
-        raise plugin.failed(f"has no {' and no '.join(lacks)}")
-    endings = loaded.ENDINGS
-    if not isinstance(endings, Mapping) or not all(
-        isinstance(e, str) and isinstance(k, str) and e[:1] == "." and e == e.lower()
-        for e, k in endings.items()
-    ):
-        raise plugin.failed("has ENDINGS that are no names by endings such as '.abc'")
-    if common := sorted(endings.keys() & set(taken)):
-        raise plugin.failed(f"wants files of {', '.join(common)}, which another format reads")
-    return PluginFormat(plugin, dict(endings))
+        raise ValueError(f"it has no {' and no '.join(lacks)}")
+    endings = dict(module.ENDINGS)
+    if not all(each.startswith(".") and each == each.lower() for each in endings):
+        raise ValueError("its ENDINGS must be lower case and begin with a dot, such as '.abc'")
+    if common := sorted(endings.keys() & taken):
+        raise ValueError(f"another format reads files of {', '.join(common)}")
+    return PluginFormat(words, module, endings)
 
 
-def _no_record(found: Any) -> str:
-    """Why something is no record's columns; nothing where it is."""
+def _raised(error: BaseException) -> str:
+    return f"({type(error).__name__}: {error})"[:_LONGEST]
+
+
+def _check_columns(found: Any) -> None:
+    """Raise ValueError if something is not a record's columns."""
     if not isinstance(found, Columns):
-        return f"read returns {type(found).__name__}, not Columns"
-    numbers = {"travel": found.travel, **found.beside}
-    numbers |= {} if found.time is None else {"time": found.time}
+        raise ValueError(f"read returns {type(found).__name__}, not Columns")
+    numbers = {"travel": found.travel, "time": found.time, **found.beside}
     for name, each in {**numbers, "lines": found.lines}.items():
-        if not isinstance(each, np.ndarray) or each.ndim != 1 or each.size != found.travel.size:
-            return f"{name} is not one array of as many samples as travel"
+        if name == "time" and each is None:
+            continue
+        if not isinstance(each, np.ndarray) or each.shape != (found.travel.size,):
+            raise ValueError(f"{name} is not one array of as many samples as travel")
         if not np.issubdtype(each.dtype, np.integer if name == "lines" else np.floating):
-            return f"{name} has no numbers of that kind"
-    return ""
+            raise ValueError(f"{name} has no numbers of that kind")

@@ -10,8 +10,8 @@ A format is a module with
 - ``look(opened)``: what it shows before anything is known of it, ``Labelled`` or ``Tables``; None
   where all of it is to be guessed.
 
-``reading.inspection.format_contract`` tests what each has to fulfil. Other distributions add
-formats by the entry point ``breaker.formats`` (``format_plugins``).
+Each passes the tests in ``tests/files/format_contract.py``. Other distributions add formats by the
+entry point ``breaker.formats`` (``format_plugins``).
 """
 
 import warnings
@@ -110,7 +110,7 @@ def _named(file: str | Path) -> ModuleType | PluginFormat:
 def plugin_reading(file: str | Path) -> str:
     """Return whose format reads files of this ending, and its version; empty if none of others."""
     format_ = _named(file)
-    return format_.plugin.words if isinstance(format_, PluginFormat) else ""
+    return format_.words if isinstance(format_, PluginFormat) else ""
 
 
 def kind_in(opened: Opened) -> str:

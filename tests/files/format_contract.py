@@ -1,11 +1,8 @@
-"""What every format of curve files fulfils, as tests of pytest: for formats of others, too.
+"""Tests that every format of curve files passes. Another distribution copies this file.
 
-A test module of a format, here or of another distribution, is
+A test module of a format is
 
-    import pytest
-
-    pytest.register_assert_rewrite("breaker.reading.inspection.format_contract")  # asserts explain
-    from breaker.reading.inspection.format_contract import Example, FormatContract
+    from format_contract import Example, FormatContract
 
     class TestAcme(FormatContract):
         example = Example("a.acme", {"travel_column": "way"}, "way", write)
