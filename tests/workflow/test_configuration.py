@@ -243,7 +243,6 @@ seed: first
     seed is "first", but must be a whole number, at least 0
 bank: {shards: 2.0}
     bank.shards is 2.0, but must be a whole number
-    Write 2.
 bank:
     bank is empty, but must be a section with the keys shards, curves_per_shard, resident, online
 sensor: {stop: .inf}
@@ -262,23 +261,19 @@ motions: [closing, closing]
 training: {closing: {learning_rate: 1e-3}}
     learning_rate is "1e-3"
     YAML reads 1e-3 as a text; write 0.001.
-sensor: {noise_sd: '0,1'}
-    YAML reads 0,1 as a text; write 0.1.
 bank: {shards: '5'}
-    It is given as a text; write 5.
+    YAML reads 5 as a text; write 5
 training: {closing: {device: on}}
     device is true
-    YAML reads yes, no, on and off as true and false; quote a text.
 # values and keys of other types
 endurance: {curves: 2024-11-20, breaker: 12, phase: !!binary aGVsbG8=}
     endurance.curves is "2024-11-20", but must be a text or null (none)
-    YAML reads 2024-11-20 as a date; quote it: "2024-11-20".
-    YAML reads 12 as a number; quote it: "12".
+    Quote it: "2024-11-20".
+    Quote it: "12".
     endurance.phase is "b'hello'", but must be a text
-    Write it without a tag (!!).
 motions: [2024-11-20 10:00:00, !!set {closing}]
     motions[0] is "2024-11-20 10:00:00", but must be one of closing, opening
-    motions[1] is "{'closing'}", but must be one of closing, opening. Write it without a tag (!!).
+    motions[1] is "{'closing'}", but must be one of closing, opening.
 endurance: {events: {2024-11-20: [f], 12: [f], oil: 2024-11-20}}
     endurance.events.2024-11-20 is not a known key: YAML reads a number or a date, not
     endurance.events[12] is not a known key
@@ -328,10 +323,6 @@ training: {opening: {steps: 10, evaluate_every: 11}}
     training.opening.evaluate_every is 11, but must not exceed training.opening.steps (10)
 network: {opening: {summary: {components: 152}}}
     network.opening.summary.components is 152, but must not exceed sensor.samples (151)
-network: {opening: {summary: {time_series: {kernels: [5, 5], strides: [2, 2]}}}}
-    network.opening.summary.time_series has 1 channels, 2 kernels, 2 strides. All three need
-network: {opening: {summary: {time_series: {kernels: [16], strides: [16], skip: 10}}}}
-    network.opening.summary.time_series skips 10 steps, but the convolutions leave 9
 solver: {reference: 8, candidates: [4, 8]}
     solver.reference is 8, but must be more than any of solver.candidates (8)
 validation: {curves: 100, judged_curves: 101}
@@ -367,7 +358,7 @@ rigs: {wear: {parameters: [3, 2], elements: [0, 1]}}
 rigs: {wear: {parameters: [1, 2], elements: [0, 7]}}
     rigs.wear has elements: [0, 7], but the first must not exceed the second, nor the second the
     number of elements that can change (6)
-# what would end without memory, in a traceback, or not at all
+# units, and what cannot be read
 prior: {f: {median: 750.0}, L: {median: 0.010}}
     prior.f.median is 750, 1,000 times that of the reference drive at this size (0.75). Its unit
     prior.L.median is 0.01, 0.001 times that of the reference drive at this size (10). Its unit is
@@ -379,28 +370,6 @@ size: {lengths: 10.0, times: 4.0}
     prior.gamma_b.median is 30, 1,000 times
 prior: {f: {median: 0.03}}
     prior leaves the contact pressed (f > k_a L) in
-prior: {gamma_b: {median: 900.0, log_sd: 0.5}}
-    prior has drives with a rate of
-rig: {parameters: {gamma_b: 386.0}}
-    rig has a rate of 1.24e+03 / ms in new condition, too fast to follow. Lower mu, k_b, gamma_a
-bank: {shards: 1000, curves_per_shard: 10000000}
-    bank.curves_per_shard is 1e+07, which makes 1.51e+12 times bank.shards (1000) times
-    sensor.samples (151): more than 1e+10
-rig: {operations: 90000}
-endurance: {operations_per_job: 1}
-    rig.operations makes more than 2000 jobs. Lower it, or raise endurance.operations_per_job to 45
-rig: {operations: 100000, sensor: {length: 1000.0}}
-    rig.operations is 100000, which makes 1e+09 times rig.sensor.rate (10) times rig.sensor.length
-rig: {parameters: {f: 0.4}}
-    rig does not press its contact in new condition: f is 0.4, and k_a L 0.418 mm/ms^2. Raise f
-rig: {wear: {change: {k_a: 1.5}}}
-    rig does not press its contact at the end of its life
-rig: {elements: {linkage: 0.01}}
-    rig.elements.linkage is 0.01, but must be 0 (off) or at least 0.1
-rigs: {elements: {linkage: [0.0, 2.0]}}
-    rigs.elements has linkage: [0, 2], times the strength 1, but a period must be 0 throughout
-sensor: {onset_sd: 1.0e-30}
-    sensor.onset_sd is 1e-30, but must be 0 (off) or at least 0.001
 endurance: {format: {time_column: null}}
     endurance.format cannot be used: endurance.format.time_column is null, so endurance.format.rate
 endurance: {format: {encoding: base64}}
@@ -452,14 +421,6 @@ def test_layers_and_sizes_that_just_fit_are_accepted(tmp_path):
         "correction: {draws: 500, smallest_size: 500, round_draws: 300, fit_size: 300}\n"
     )
     assert load([DEFAULTS, overlay])["bank"]["shards"] == 2
-
-
-def test_what_a_kind_does_not_use_is_not_judged(tmp_path):
-    """Layers that fit no record, of a network that is not chosen."""
-    overlay = tmp_path / "overlay.yaml"
-    overlay.write_text("network: {opening: {summary: {kind: deep_set, time_series: {skip: 99}}}}")
-    config = load([DEFAULTS, overlay])
-    assert config["network"]["opening"]["summary"]["kind"] == "deep_set"
 
 
 def test_every_rule_is_about_keys_that_exist():
@@ -527,32 +488,16 @@ def test_each_row_of_a_folder_states_the_rate_that_the_configuration_lacks(compl
     assert load([DEFAULTS, tmp_path / "my.yaml"])
 
 
-def test_limits_on_records_without_a_trigger_or_contact_are_refused(complaint, tmp_path):
-    (tmp_path / "1.csv").touch()
-    table = tmp_path / "operations.csv"
-    table.write_text("file,motion,operation\n1.csv,closing,1\n")
-    limits = "[{name: late, motion: closing, of: record, upper: {latch_time: 30, touch_time: 9}}]"
-    overlay = f"motions: [closing]\nlimits: {limits}\nendurance: {{curves: {tmp_path}}}\n"
-    message = complaint(overlay)
-    assert "late: no record shows latch_time without the trigger. Set" in message
-    assert "endurance.format.contact_column, or state touch_time in operations.csv" in message
-    table.write_text("file,motion,operation,trigger,touch_time\n1.csv,closing,1,12,44.1\n")
-    (tmp_path / "both.yaml").write_text(overlay)
-    assert load([DEFAULTS, tmp_path / "both.yaml"])
-    table.write_text("file,motion,operation,trigger_column,contact_column\n1.csv,closing,1,0,2\n")
-    assert load([DEFAULTS, tmp_path / "both.yaml"])
-
-
 @pytest.mark.parametrize(
     ("kind", "written"),
-    [("number", text) for text in ("1e-3", "1E5", "-2e+3", "0,25", "1.5e-07", ".5e3", "1e300")]
-    + [("integer", text) for text in ("1e5", "2.5e+3", "1,0")],
+    [("number", text) for text in ("1e-3", "1E5", "-2e+3", "1.5e-07", ".5e3", "1e300")]
+    + [("integer", text) for text in ("1e5", "2.5e+3")],
 )
 def test_the_remedy_for_a_number_is_a_number_to_yaml(kind, written):
     part = {"properties": {"key": {"type": kind}}}
     ((_, text),) = schema.problems({"key": written}, part)
     remedy = yaml.safe_load(re.search(r"; write (\S+)\.$", text)[1])
-    assert remedy == float(written.replace(",", "."))
+    assert remedy == float(written)
     assert list(schema.problems({"key": remedy}, part)) == []
 
 
@@ -561,9 +506,8 @@ def test_files_that_cannot_be_read_are_named(tmp_path):
         ("none.yaml", None, "is not there"),
         ("broken.yaml", "seed: [1", "is not valid YAML"),
         ("list.yaml", "- 1", "must hold keys and values"),
-        ("latin.yaml", "\n# é".encode("latin-1"), "is not UTF-8 text in line 2; save it as UTF-8"),
-        ("wide.yaml", "seed: 2".encode("utf-16"), "is UTF-16 text; save it as UTF-8"),
-        ("large.yaml", f"seed: 2 #{' ' * 2**21}", "has 2.0 MiB, but a configuration needs no more"),
+        ("latin.yaml", "\n# é".encode("latin-1"), "is not UTF-8 text; save it as UTF-8"),
+        ("wide.yaml", "seed: 2".encode("utf-16"), "is not UTF-8 text; save it as UTF-8"),
         ("month.yaml", "seed: 2001-13-01", "has a value that YAML cannot read: month must be"),
         ("tag.yaml", "seed: !!int x", "has a value that YAML cannot read"),
         ("bool.yaml", "seed: !!bool x", "has a value that YAML cannot read"),

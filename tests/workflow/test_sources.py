@@ -7,16 +7,7 @@ import pytest
 
 from breaker.configuration.yaml_sources import ConfigurationError, parse
 
-BOMB = "a0: &a0 {x: 1}\n" + "".join(
-    f"a{i}: &a{i} [{', '.join([f'*a{i - 1}'] * 10)}]\n" for i in range(1, 30)
-)
 REFUSED = {
-    "a list in itself": ("a: &a [*a]", "line 1: contains an alias of itself"),
-    "a section in itself": ("seed: 1\nb: &b\n  c: {d: *b}", "line 2: contains an alias of itself"),
-    "a bomb": (BOMB, "has more than 20000 entries, aliases"),
-    "many entries": (f"a: [{'1, ' * 30_000}]", "has more than 20000 entries"),
-    "deep lists": ("a: " + "[" * 100_000, "line 1: has more than 20 sections or lists"),
-    "deep sections": ("{a: " * 100_000, "line 1: has more than 20 sections or lists"),
     "a pipe": (os.mkfifo, "is a pipe, not a file"),
     "a folder": (os.mkdir, "is a folder, not a file"),
     "two files in one": ("seed: 1\n---\nseed: 2", "is not valid YAML"),
@@ -29,7 +20,7 @@ def write(path: Path, content) -> Path:
 
 
 @pytest.mark.parametrize("name", REFUSED)
-def test_what_is_endless_or_no_file_is_refused(tmp_path, name):
+def test_what_is_no_file_is_refused(tmp_path, name):
     content, reason = REFUSED[name]
     file = write(tmp_path / "mine.yaml", content)
     with pytest.raises(ConfigurationError, match=reason) as caught:

@@ -6,17 +6,16 @@ hold and yields what is wrong and the remedy.
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
-from math import isnan
 from typing import Any
 
 from breaker.configuration.inspection_interval import interval_of
-from breaker.configuration.magnitudes import FOLDER, MAGNITUDES, is_fleet, listed, refused
+from breaker.configuration.magnitudes import FOLDER, MAGNITUDES, listed, refused
 from breaker.mechanism.limits import entries_of_type, from_list
-from breaker.quantities.catalogue import CURRENTS, check_fact, check_quantity
+from breaker.quantities.catalogue import check_fact, check_quantity
 from breaker.quantities.moving_mass import check_mass
 from breaker.quantities.parameters import MOTIONS, NAMES
 from breaker.quantities.speeds import every_speed, speeds_of
-from breaker.reading.files.operations_table import SWITCHING, Operation, event_words
+from breaker.reading.files.operations_table import event_words
 from breaker.reading.files.word_meanings import bare
 
 
@@ -36,32 +35,14 @@ def _bank(bank: Mapping[str, int], training: Mapping[str, Any]) -> Iterator[str]
         )
 
 
-def _layers(series: Mapping[str, Any], kind: str, samples: int) -> Iterator[str]:
-    if kind != "time_series":
-        return
-    counts = {name: len(series[name]) for name in ("channels", "kernels", "strides")}
-    if len(set(counts.values())) > 1:
-        words = ", ".join(f"{count} {name}" for name, count in counts.items())
-        yield f"has {words}. All three need one entry for each convolution."
-        return
-    steps = samples
-    for kernel, stride in zip(series["kernels"], series["strides"], strict=True):
-        steps = max(0, (steps - kernel) // stride + 1)
-    if series["skip"] > steps:
-        yield (
-            f"skips {series['skip']} steps, but the convolutions leave {steps}. "
-            "Lower skip, a kernel or a stride."
-        )
-
-
 def _solver(reference: int, candidates: Sequence[int]) -> Iterator[str]:
     if reference <= max(candidates):
         yield f"is {reference}, but must be more than any of solver.candidates ({max(candidates)})."
 
 
-def _other_seed(name: str, seed: int, other: int) -> Iterator[str]:
-    if seed == other:
-        yield f"is {seed}, which {name} is too. A second look needs another number."
+def _other_seed(second: int, seed: int) -> Iterator[str]:
+    if second == seed:
+        yield f"is {second}, which validation.seed is too. A second look needs another number."
 
 
 def _range(ends: Sequence[float]) -> Iterator[str]:
@@ -213,67 +194,6 @@ def _curves(curves: str | None, *others: Any) -> Iterator[str]:
         yield f"cannot be used: {'. '.join(wrong)}."
 
 
-def _record_limits(
-    entries: Sequence[Mapping[str, Any]],
-    speeds: Mapping[str, Sequence[str] | None],
-    contact: str | int | None,
-    trigger: str | int | None,
-    motor: str | int | None,
-    *folder: Any,
-) -> Iterator[str]:
-    """What is wrong with limits on what records show by a contact, trigger or motor alone.
-
-    None is shown where neither a column nor a table states when the contact switched, or the
-    trigger came.
-    """
-    curves, breaker, *_, motions = folder
-    if curves is None or is_fleet(curves, breaker) or any(_limits(entries, motions, speeds)):
-        return
-    defined = every_speed(speeds)
-    timed = [each.name for each in defined if each.of_event]
-    needs = dict.fromkeys((*timed, *SWITCHING.values(), "bounce_time"), ("contact",))
-    needs |= dict.fromkeys(("closing_time", "opening_time"), ("contact", "trigger"))
-    needs["latch_time"] = ("trigger",)
-    needs |= {name: (kind,) for name, kind in CURRENTS.items()}
-    wrong = []
-    for limit in from_list(entries, motions, defined, of=["record"]):
-        try:
-            rows = listed(*folder[:-1], [limit.motion])
-        except (OSError, ValueError):
-            return  # which another rule says
-        lacking = _never_stated(rows, limit.motion, contact, trigger, motor)
-        wrong += [
-            f"{limit.pair or limit.name}: no record shows {name} without the {need}. Set "
-            f"endurance.format.{need}_column, or state {lacking[need]} in operations.csv."
-            for name in limit.quantities
-            for need in needs.get(name, ())
-            if need in lacking
-        ]
-    if wrong:
-        yield f"cannot be used. {' '.join(dict.fromkeys(wrong))}"
-
-
-def _never_stated(
-    rows: Sequence[Operation],
-    motion: str,
-    contact: str | int | None,
-    trigger: str | int | None,
-    motor: str | int | None,
-) -> dict[str, str]:
-    """What no record shows, and the column of the table that could state it."""
-    contacts = (row.settings.get("contact_column", contact) for row in rows)
-    triggers = (row.settings.get("trigger_column", trigger) for row in rows)
-    motors = (row.settings.get("motor_column", motor) for row in rows)
-    lacking = {}
-    if set(motors) == {None}:
-        lacking["motor"] = "motor_column"
-    if set(contacts) == {None} and all(isnan(row.switching) for row in rows):
-        lacking["contact"] = SWITCHING[motion]
-    if set(triggers) == {None} and all(isnan(row.trigger) for row in rows):
-        lacking["trigger"] = "trigger"
-    return lacking
-
-
 _AT_MOST = {  # a key, and the one that it must not exceed
     **{f"training.{motion}.evaluate_every": f"training.{motion}.steps" for motion in MOTIONS},
     **{f"network.{motion}.summary.components": "sensor.samples" for motion in MOTIONS},
@@ -285,12 +205,8 @@ _AT_MOST = {  # a key, and the one that it must not exceed
 RULES: tuple[tuple[tuple[str, ...], Callable[..., Iterator[str]]], ...] = (
     *((keys, partial(_at_most, keys[1])) for keys in _AT_MOST.items()),
     *((("bank", f"training.{motion}"), _bank) for motion in MOTIONS),
-    *(
-        ((f"{summary}.time_series", f"{summary}.kind", "sensor.samples"), _layers)
-        for summary in (f"network.{motion}.summary" for motion in MOTIONS)
-    ),
     (("solver.reference", "solver.candidates"), _solver),
-    (("validation.second_seed", "validation.seed"), partial(_other_seed, "validation.seed")),
+    (("validation.second_seed", "validation.seed"), _other_seed),
     *(((f"family.{name}",), _range) for name in ("strength", "held_preload", "touch")),
     *(
         ((name,), _from_to)
@@ -303,13 +219,6 @@ RULES: tuple[tuple[tuple[str, ...], Callable[..., Iterator[str]]], ...] = (
     (("speeds",), _speeds),
     (("limits", "motions", "speeds"), _limits),
     (("limits_by_type", "speeds"), _by_type),
-    (
-        (
-            *("limits", "speeds", "endurance.format.contact_column"),
-            *("endurance.format.trigger_column", "endurance.format.motor_column", *FOLDER),
-        ),
-        _record_limits,
-    ),
     (("known", "speeds"), _known),
     (("contact_lag",), _contact_lag),
     *(((f"endurance.{name}", "endurance.curves"), _choice) for name in ("breaker", "phase")),

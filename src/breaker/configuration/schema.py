@@ -81,7 +81,7 @@ def problems(config: Mapping[str, Any], schema: _Schema) -> Iterator[tuple[Key, 
 
     Example:
         >>> list(problems({"seed": "1"}, {"properties": {"seed": {"type": "integer"}}}))
-        [(('seed',), 'is "1", but must be a whole number. It is given as a text; write 1.')]
+        [(('seed',), 'is "1", but must be a whole number. YAML reads 1 as a text; write 1.')]
     """
     unnamed: list[Key] = []
     errors = _VALIDATOR(schema).iter_errors(_named(config, (), unnamed))
@@ -178,7 +178,8 @@ def _allowed(schema: _Schema) -> str:
     text += f", of {schema['maxLength']} signs at most" if "maxLength" in schema else ""
     if "items" in schema:
         least, most = schema.get("minItems", 0), schema.get("maxItems")
-        text += f" of {least} or more entries" if most is None else f" of {_between(least, most)}"
+        count = f"{most}" if least == most else f"{least} to {most}"
+        text += f" of {least} or more entries" if most is None else f" of {count} entries"
         text += ", none twice" if schema.get("uniqueItems") else ""
         text += f", each {_allowed(schema['items'])}"
     if "properties" in schema:
@@ -186,38 +187,22 @@ def _allowed(schema: _Schema) -> str:
     return text
 
 
-def _between(least: int, most: int) -> str:
-    return f"{most} entries" if least == most else f"{least} to {most} entries"
-
-
 def _hint(value: Any, schema: _Schema) -> str:
-    """Return the remedy where YAML reads a value as something else than was meant."""
+    """Return the remedy where YAML reads a text as a number or a date, or a number as a text."""
     types = _types(schema)
-    if isinstance(value, bool) and ("enum" in schema or "string" in types):
-        return " YAML reads yes, no, on and off as true and false; quote a text."
-    if isinstance(value, float) and value.is_integer() and "integer" in types:
-        return f" Write {int(value)}."
-    if isinstance(value, int | float | date) and "string" in types:
-        kind = "date" if isinstance(value, date) else "number"
-        return f' YAML reads {value} as a {kind}; quote it: "{value}".'
-    if isinstance(value, bytes | set | tuple):
-        return " Write it without a tag (!!)."
+    if type(value) in (int, float, date) and "string" in types:
+        return f' Quote it: "{value}".'
+    if not isinstance(value, str) or not {"integer", "number"} & set(types):
+        return ""
     try:
-        number = float(value.replace(",", "."))
-    except (AttributeError, TypeError, ValueError):  # no text, or none of a number
+        number = float(value)
+    except ValueError:
         return ""
-    whole = number.is_integer() and "integer" in types
-    if not (math.isfinite(number) and (whole or "number" in types)):
+    if not math.isfinite(number):
         return ""
-    quoted = isinstance(yaml.safe_load(value), int | float)
-    cause = "It is given as a text" if quoted else f"YAML reads {value} as a text"
-    return f" {cause}; write {int(number) if whole else _number(number)}."
-
-
-def _number(value: float) -> str:
-    """Write a number so that YAML 1.1 reads it as one: it asks for a point and a signed power."""
-    mantissa, power, exponent = repr(value).partition("e")
-    return f"{mantissa if '.' in mantissa else mantissa + '.0'}{power}{exponent}"
+    if number.is_integer() and "integer" in types:
+        number = int(number)
+    return f" YAML reads {value} as a text; write {yaml.safe_dump(number).split()[0]}."
 
 
 @cache

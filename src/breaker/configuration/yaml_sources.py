@@ -1,8 +1,4 @@
-"""The YAML files of a configuration: read with care, and searched for where a value stands.
-
-A file is refused with a reason before anything is made of it: if it is no file of text, or if its
-aliases or its depth would make it endless.
-"""
+"""The YAML files of a configuration: read, and searched for where a value stands."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from copy import deepcopy
@@ -16,11 +12,6 @@ import yaml
 from breaker.reading.files.guards import RejectedCurveError, read_bytes
 
 _Loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)  # the same in C, where PyYAML has it
-_LARGEST = 2**20  # bytes: fifty times as many as config/config.yaml has
-_DEEPEST = 20  # sections in sections; the defaults need six
-_MOST = 20_000  # entries, those of an alias wherever it stands: ten times those of the defaults
-_STARTS = (yaml.MappingStartEvent, yaml.SequenceStartEvent)
-_ENDS = (yaml.MappingEndEvent, yaml.SequenceEndEvent)
 
 Sources = Mapping[Path, tuple[Any, yaml.Node | None]]
 """What each file holds, and its nodes, which know their lines; the last overlay first."""
@@ -44,15 +35,9 @@ def parse(path: str | Path) -> tuple[Any, yaml.Node | None]:
 @lru_cache(maxsize=16)  # a file is read to be merged, to be checked, and to be searched
 def _parsed(path: Path, text: str) -> tuple[Any, yaml.Node | None]:
     try:
-        _check_depth(path, text)
         loader = _Loader(text)
         node = loader.get_single_node()
-        if node is None:
-            return None, None
-        _check_size(path, node)
-        content = loader.construct_document(node)
-    except ConfigurationError:
-        raise
+        content = loader.construct_document(node) if node else None
     except yaml.YAMLError as error:
         reason = " ".join(str(error).split())
         raise ConfigurationError(f"{path}: is not valid YAML: {reason}") from error
@@ -89,56 +74,11 @@ def place(config: Mapping[str, Any], keys: Sequence[Sequence], sources: Sources)
 
 def _text(path: Path) -> str:
     try:
-        size = path.stat().st_size if path.is_file() else 0
-        if size > _LARGEST:
-            raise ConfigurationError(
-                f"{path}: has {size / 2**20:.1f} MiB, but a configuration needs no more than "
-                f"{_LARGEST // 2**20} MiB; is it the right file?"
-            )
-        content = read_bytes(path)
+        return read_bytes(path).decode("utf-8")
     except RejectedCurveError as error:
         raise ConfigurationError(str(error)) from error
-    try:
-        return content.decode("utf-8")
     except UnicodeDecodeError as error:
-        wide = content.startswith((b"\xff\xfe", b"\xfe\xff"))
-        line = content.count(b"\n", 0, error.start) + 1
-        what = "is UTF-16 text" if wide else f"is not UTF-8 text in line {line}"
-        raise ConfigurationError(f"{path}: {what}; save it as UTF-8") from error
-
-
-def _check_depth(path: Path, text: str) -> None:
-    """Look at the events, which need no recursion: composing nodes does."""
-    depth = 0
-    for event in yaml.parse(text, _Loader):
-        depth += isinstance(event, _STARTS) - isinstance(event, _ENDS)
-        if depth > _DEEPEST:
-            line = event.start_mark.line + 1
-            raise ConfigurationError(
-                f"{path}, line {line}: has more than {_DEEPEST} sections or lists in each other"
-            )
-
-
-def _check_size(path: Path, node: yaml.Node) -> None:
-    """Refuse aliases that contain themselves, or that make more of a file than anyone writes."""
-    sizes: dict[int, int] = {}
-
-    def size(node: yaml.Node, above: frozenset[int]) -> int:
-        where = f"{path}, line {node.start_mark.line + 1}"
-        if id(node) in above:
-            raise ConfigurationError(f"{where}: contains an alias of itself (*)")
-        if id(node) not in sizes:
-            parts = node.value if isinstance(node, yaml.CollectionNode) else []
-            if isinstance(node, yaml.MappingNode):
-                parts = [part for pair in parts for part in pair]
-            sizes[id(node)] = 1 + sum(size(part, above | {id(node)}) for part in parts)
-        if sizes[id(node)] > _MOST:
-            raise ConfigurationError(
-                f"{where}: has more than {_MOST} entries, aliases (*) included"
-            )
-        return sizes[id(node)]
-
-    size(node, frozenset())
+        raise ConfigurationError(f"{path}: is not UTF-8 text; save it as UTF-8") from error
 
 
 # ---- places ----------------------------------------------------------------------------------

@@ -8,7 +8,7 @@ its curve cannot be followed.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Sequence
 
 from breaker.common.lazy_numpy import np
 from breaker.quantities.parameters import NAMES, split
@@ -22,9 +22,6 @@ PRESSING = "f"
 RELEASING = "k_a or L"
 """Of what less presses it."""
 
-HURRYING = "mu, k_b, gamma_a or gamma_b"
-"""Of what less slows a drive down."""
-
 _SIGNS = {"f": 1.0, "k_a": -1.0, "L": -1.0}  # log f - log k_a - log L > 0
 
 
@@ -32,12 +29,6 @@ def pressed(theta: np.ndarray) -> np.ndarray:
     """Say which parameter sets keep the contact pressed, ``(..., p) -> (...)`` of bool."""
     _, k_a, _, _, _, f, gap = split(np.asarray(theta))
     return f > k_a * gap
-
-
-def why_not_pressed(values: Mapping[str, float]) -> str:
-    """Return why parameters by name do not keep the contact pressed; empty if they do."""
-    spring = values["k_a"] * values["L"]
-    return "" if values["f"] > spring else f"f is {values['f']:.3g}, and k_a L {spring:.3g} mm/ms^2"
 
 
 def pressed_half_space(
@@ -92,15 +83,7 @@ def fastest_rate(theta: np.ndarray, *, free: bool = True) -> np.ndarray:
         >>> float(fastest_rate(np.array([2.0, 0.045, 0.040, 0.30, 0.12, 0.75, 10.0])).round(3))
         1.066
     """
-    with np.errstate(over="ignore"):  # an infinite rate is too fast as well
-        return _rate(np.sqrt, free, *split(theta))
-
-
-def rate_of_named(values: Mapping[str, float]) -> float:
-    """Return ``fastest_rate`` of one drive of parameters by name, 1/ms."""
-    return _rate(math.sqrt, True, *(values[name] for name in NAMES))
-
-
-def _rate(root: Callable, free: bool, mu, k_a, k_b, gamma_a, gamma_b, *_):
+    mu, k_a, k_b, gamma_a, gamma_b, *_ = split(theta)
     moved = 1.0 + mu * free
-    return root(k_a + k_b * moved) + gamma_a + gamma_b * moved
+    with np.errstate(over="ignore"):  # an infinite rate is too fast as well
+        return np.sqrt(k_a + k_b * moved) + gamma_a + gamma_b * moved
