@@ -14,9 +14,8 @@ import math
 import secrets
 import socket
 import sys
-import threading
 import traceback
-from collections.abc import Awaitable, Callable, Iterator
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from importlib.resources import files as resources
@@ -67,7 +66,6 @@ _DOOR = (
 _TYPES = {".js": "text/javascript", ".css": "text/css", ".svg": "image/svg+xml"}
 _OWN = ("page.js", "page.css", "icon.svg")
 _BOKEH = ("bokeh.min.js", "bokeh-api.min.js")
-_PATIENCE = 5.0  # s, after which what is done ahead goes on beside other work
 
 
 class PageServer:
@@ -90,11 +88,8 @@ class PageServer:
             raise OSError(f"port {port} is in use or may not be taken; {remedy}") from error
         self._socket.setblocking(False)
         self.port = self._socket.getsockname()[1]
-        # What is shown at once waits for no answer of the model, and each of the two kinds for its
-        # own alone: records are small, and more threads would only wait for each other.
+        # What is shown at once waits for no answer of the model: one thread for each of both.
         self.quick, self.slow = (ThreadPoolExecutor(max_workers=1) for _ in range(2))
-        self.asked, self.idle = 0, threading.Event()  # of the quick one
-        self.idle.set()
 
     @property
     def address(self) -> str:
@@ -111,37 +106,12 @@ class PageServer:
         server.add_socket(self._socket)
         try:  # whatever ends it: a thread of a worker that is not told would wait for ever
             ready()
-            self._look_ahead(self.session.ahead())
             await ended.wait()
         finally:
             server.stop()
             await server.close_all_connections()
             for each in (self.slow, self.quick):
                 each.shutdown(wait=True)
-
-    async def at_once(self, found: Awaitable[Any]) -> Any:
-        """Return what the quick worker finds, and let what is done ahead wait for it."""
-        self.asked += 1
-        self.idle.clear()
-        try:
-            return await found
-        finally:
-            self.asked -= 1
-            if not self.asked:
-                self.idle.set()
-
-    def _look_ahead(self, files: Iterator[None]) -> None:
-        """Look into the files of the list before they are asked for, one between other work: two
-        threads at once would each take twice as long.
-        """
-
-        def look() -> None:
-            self.idle.wait(_PATIENCE)
-            if next(files, 0) is None:
-                self._look_ahead(files)
-
-        with suppress(RuntimeError):  # it has ended
-            self.slow.submit(look)
 
 
 class _Handler(tornado.web.RequestHandler):
@@ -159,18 +129,17 @@ class _Handler(tornado.web.RequestHandler):
         hosts = {f"{HOST}:{self.page.port}", f"localhost:{self.page.port}"}
         origin, site = (self.request.headers.get(n) for n in ("Origin", "Sec-Fetch-Site"))
         if self.request.host not in hosts:
-            raise _Refused(403, "This page answers under its own address alone.")
+            raise _Refused("This page answers under its own address alone.")
         foreign = origin is not None and origin not in {f"http://{each}" for each in hosts}
         changes = self.request.method not in ("GET", "HEAD")
         if foreign or (changes and origin is None) or (changes and site == "cross-site"):
-            raise _Refused(403, "Another page asked for this, and was refused.")
+            raise _Refused("Another page asked for this, and was refused.")
         self._admit()
 
     def _admit(self) -> None:
         """Let who has the cookie pass."""
         if not self._same(self.get_cookie(self._cookie, "")):
             raise _Refused(
-                403,
                 "This page opens with the whole address, token included, that `breaker view` has "
                 "printed on the terminal. After another start, take its address.",
             )
@@ -194,8 +163,7 @@ class _Handler(tornado.web.RequestHandler):
                 raise MissingError("nobody waits for this any more")
             return find()
 
-        found = asyncio.get_running_loop().run_in_executor(worker, unless_gone)
-        return await found if slow else await self.page.at_once(found)
+        return await asyncio.get_running_loop().run_in_executor(worker, unless_gone)
 
     @property
     def query(self) -> dict[str, list[str]]:
@@ -241,8 +209,8 @@ class _Handler(tornado.web.RequestHandler):
 
 
 class _Refused(tornado.web.HTTPError):
-    def __init__(self, status: int, text: str) -> None:
-        super().__init__(status)
+    def __init__(self, text: str) -> None:
+        super().__init__(403)
         self.text = text
 
 
@@ -259,7 +227,7 @@ class _List(_Handler):
         if token is None:
             super()._admit()
         elif not self._same(token[-1]):
-            raise _Refused(403, "The token of this address is wrong: take the one on the terminal.")
+            raise _Refused("The token of this address is wrong: take the one on the terminal.")
 
     async def get(self) -> None:
         if "token" in self.query:

@@ -8,7 +8,7 @@ import tempfile
 import threading
 from collections import OrderedDict
 from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -46,6 +46,7 @@ MOST_DROPPED = 4 * LARGEST
 """Bytes of all files that are dropped on a page."""
 
 _KEPT = 6  # visits, of which the page needs nothing anew
+_LISTED = 10_000  # files of lists, whose descriptions are kept
 _OPEN = 2  # of which files are kept open
 _TRAVEL = "travel_column"  # which chooses a channel of several, also where it is the base's
 
@@ -226,23 +227,14 @@ class Session:
         for each in identities:
             key = "described", _state(files[each])
             new = key not in self._kept
-            seen = None if new and most <= 0 else self._described(key, files[each])
+            seen = (
+                None
+                if new and most <= 0
+                else self._once(key, partial(describe_file, files[each]), _LISTED)
+            )
             most -= new
             lines.append(_listed(each, seen))
         return lines
-
-    def ahead(self) -> Iterator[None]:
-        """Look into the files of the first list, one at a step."""
-        finds = [self.life] if self.results.life else []
-        for path in list(self.files().values())[:SHOWN]:
-            finds.append(partial(self._described, ("described", _state(path)), path))
-        for find in finds:
-            with suppress(OSError, ValueError):
-                find()
-            yield
-
-    def _described(self, key: Hashable, path: str) -> Description:
-        return self._once(key, lambda: describe_file(path), 10_000)
 
     # ---- what a run left ----
 
@@ -417,8 +409,15 @@ class Session:
         except (ValueError, OSError) as error:
             return layout, None, str(error)
 
-    def _overlay(self, text: str) -> "_Written":
-        return _Written(self.own / "settings", text, self.overlays)
+    @contextmanager
+    def _overlay(self, text: str) -> Iterator[list[str]]:
+        """Yield the overlays, with lines of YAML in a file behind them."""
+        place = self.own / "settings"
+        place.mkdir(exist_ok=True)
+        with tempfile.TemporaryDirectory(dir=place) as folder:
+            file = Path(folder, "my.yaml")
+            file.write_text(text, encoding="utf-8")
+            yield [*self.overlays, str(file)]
 
     def _command(self, asked: Asked) -> str:
         """The command line that writes the sheet of a page."""
@@ -478,23 +477,6 @@ class Session:
                 for each in same[: max(0, len(same) - most)]:
                     del self._kept[each]
             return found
-
-
-class _Written:
-    """Lines of YAML in a file for as long as a command reads them, after other overlays."""
-
-    def __init__(self, place: Path, text: str, overlays: Sequence[str]) -> None:
-        self.place, self.text, self.overlays = place, text, overlays
-
-    def __enter__(self) -> list[str]:
-        self.place.mkdir(exist_ok=True)
-        self.folder = tempfile.TemporaryDirectory(dir=self.place)
-        file = Path(self.folder.name, "my.yaml")
-        file.write_text(self.text, encoding="utf-8")
-        return [*self.overlays, str(file)]
-
-    def __exit__(self, *_: object) -> None:
-        self.folder.cleanup()
 
 
 def _traces(read: Any, first: Layout | None, files: Files) -> list[Trace]:
