@@ -3,7 +3,6 @@
 from collections.abc import Sequence
 
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from breaker.common.numerals import in_digits, in_p
@@ -13,7 +12,6 @@ from breaker.paper.validation.calibration import Calibration
 from breaker.paper.validation.diagnostics import Recovery, Scores, contraction_words, recovery_words
 
 _Z_LIMIT = 3.0
-_RANK, _DIFFERENCE = "rank of the truth / (draws + 1)", "ECDF difference"
 
 
 @style.styled
@@ -33,38 +31,26 @@ def sbc(
         of: Which drives the records are of.
     """
     figure, axes = style.panels(len(names), sharex=True, sharey=True)
+    band = calibration.band
     for i, (axis, name) in enumerate(zip(axes, names, strict=True)):
-        draw_ranks(axis, calibration, {i: name})
+        axis.fill_between(band.grid, band.lower, band.upper, color=style.PRIOR, alpha=0.35, lw=0)
+        axis.axhline(0.0, color=style.REFERENCE, lw=0.6)
+        look = {"color": style.OUTPUTS[name].colour, "drawstyle": "steps-post"}
+        axis.plot(band.grid, calibration.difference[:, i], **look)
+        axis.set(xlim=(0, 1))
         outside = bool(calibration.outside[i])
         words = f"outside by {calibration.excess[i]:.3f}" if outside else "inside"
         title = f"{style.OUTPUTS[name].symbol}   {words}, {in_p(calibration.p_values[i])}"
         axis.set_title(title, color=style.WARNING if outside else "black")
-    style.label_outer(axes, _RANK, _DIFFERENCE)
+    style.label_outer(axes, "rank of the truth / (draws + 1)", "ECDF difference")
     title = style.heading(figure, motion, subject, calibration.words(style.symbols(names)), of=of)
     if calibration.outside.any():
         title.set_color(style.WARNING)
-    style.legend_below(figure, rank_keys(calibration))
-    return figure
-
-
-def draw_ranks(axis: Axes, calibration: Calibration, names: dict[int, str]) -> None:
-    """Draw the band and the ECDF difference of some outputs; ``names`` by column."""
-    band = calibration.band
-    axis.fill_between(band.grid, band.lower, band.upper, color=style.PRIOR, alpha=0.35, lw=0)
-    axis.axhline(0.0, color=style.REFERENCE, lw=0.6)
-    for i, name in names.items():
-        label = f"{style.OUTPUTS[name].symbol}, {in_p(calibration.p_values[i])}"
-        look = {"color": style.OUTPUTS[name].colour, "drawstyle": "steps-post", "label": label}
-        axis.plot(band.grid, calibration.difference[:, i], **look)
-    axis.set(xlim=(0, 1))
-
-
-def rank_keys(calibration: Calibration) -> list:
-    """Return the legend of :func:`draw_ranks`."""
     share = f"{in_digits(100 * (1 - calibration.alpha), 4)} %"
-    label = f"simultaneous {share} band, all {calibration.outside.size} outputs together"
+    label = f"simultaneous {share} band, all {len(names)} outputs together"
     line = style.line_key("observed ranks (colour of the parameter)")
-    return [line, style.band_key(label, style.PRIOR, 0.35)]
+    style.legend_below(figure, [line, style.band_key(label, style.PRIOR, 0.35)])
+    return figure
 
 
 @style.styled

@@ -14,14 +14,14 @@ import torch
 from torch import Tensor, nn
 
 from breaker.common.randomness import seed_integer
-from breaker.common.tensor_file import write_model
+from breaker.common.tensor_file import ModelFileError, SavedModel, open_model, write_model
 from breaker.mechanism.sensor import Sensor
 from breaker.networks.build import build
 from breaker.paper.model.joint_model import Model
 from breaker.paper.model.plausibility import distance, excess
-from breaker.paper.posterior.posterior_files import read
 from breaker.quantities.parameters import Parameter
 
+_MOST_STEPS = 1000  # of a solver, in a model file
 _SOLVER_STEPS = 8  # of the validation's density; what sampling needs is chosen at the end
 
 
@@ -39,27 +39,6 @@ class Posterior(nn.Module):
         outputs: What it infers, in order.
         steps, density_steps: Solver steps for sampling and for the density, chosen at the end of
             the training so that either is converged.
-
-    Example:
-        A small one, untrained: its posterior is the prior, without the condition on its support.
-
-        >>> medians = {"mu": 2.0, "k_a": 0.045, "k_b": 0.04, "gamma_a": 0.3, "gamma_b": 0.12,
-        ...            "f": 0.75, "L": 10.0}
-        >>> posterior = Posterior({
-        ...     "motion": "closing",
-        ...     "prior": {name: {"median": m, "log_sd": 0.1} for name, m in medians.items()},
-        ...     "sensor": {"start": -2.0, "stop": 58.0, "samples": 31, "noise_sd": 0.1,
-        ...                "onset_sd": 0.3, "zero_sd": 0.1},
-        ...     "network": {
-        ...         "summary": {"kind": "deep_set", "features": 4, "components": 3, "missing": 0.5,
-        ...                     "pair_width": 4, "pair_blocks": 0, "width": 8, "blocks": 1},
-        ...         "inference": {"kind": "flow_matching", "width": 8, "blocks": 1},
-        ...     },
-        ... })
-        >>> noise = np.random.default_rng(1).standard_normal((1, 500, 8))
-        >>> draws = posterior.sample(np.zeros((1, 31)), noise)
-        >>> dict(zip(posterior.names, np.median(draws[0], axis=0).round(1).tolist()))["L"]
-        9.9
     """
 
     def __init__(self, settings: Mapping, *, seed: int = 0) -> None:
@@ -236,4 +215,31 @@ class Posterior(nn.Module):
             ModelFileError: If it is not a model file, is of another format, or holds tensors that
                 do not fit its settings.
         """
-        return read(cls, path).eval()
+        with open_model(path) as saved:
+            try:
+                with torch.device("meta"):  # shapes alone, without memory
+                    posterior = cls(saved.settings)
+            except (ArithmeticError, KeyError, TypeError, ValueError, RuntimeError) as error:
+                raise ModelFileError.of_settings(error) from error
+            weights = _weights(saved, posterior.state_dict())
+        posterior.load_state_dict(weights, assign=True)
+        return posterior.eval()
+
+
+def _weights(saved: SavedModel, wanted: Mapping[str, Tensor]) -> dict[str, Tensor]:
+    """Return the tensors of a file, if they have the shapes and types wanted and are finite."""
+    shapes = {name: tuple(each.shape) for name, each in wanted.items()}
+    for name in sorted(saved.shapes.keys() | shapes.keys()):
+        found, asked = (each.get(name, "none") for each in (saved.shapes, shapes))
+        if found != asked:
+            raise ModelFileError(
+                f"tensor {name} has the shape {found}, its settings ask for {asked}"
+            )
+    weights = {}
+    for name, each in wanted.items():
+        array = saved.weight(name, str(each.dtype).removeprefix("torch."))
+        if name.endswith("solver_steps") and not 1 <= array.item() <= _MOST_STEPS:
+            raise ModelFileError(f"{name} is {array.item()}, but must be from 1 to {_MOST_STEPS}")
+        # In memory of torch's own, aligned like that of a network in training.
+        weights[name] = torch.from_numpy(array).clone(memory_format=torch.contiguous_format)
+    return weights
