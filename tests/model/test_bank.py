@@ -133,17 +133,3 @@ def test_curves_that_are_not_finite_are_counted(sensor):
         pytest.raises(FloatingPointError, match="8 of 8 simulated closing curves are not finite"),
     ):
         simulate(Model(prior, replace(sensor, onset_sd=0.0), "closing"), 8, rng)
-
-
-@pytest.mark.parametrize("name", ["travel", "parameters", "onset"])
-def test_a_shard_with_numbers_that_are_not_finite_is_named(shard, tmp_path, name):
-    """A training on it would end with a loss that is not, and no word of the bank."""
-    for number in range(2):
-        save(shard(number), tmp_path / str(number))
-    wrong = shard(2).copy(deep=True)
-    wrong[name].values[[5, 9]] = np.nan
-    save(wrong, tmp_path / "2")
-    paths = [tmp_path / number for number in "021"]
-    message = r"2: 2 of 64 .* not finite, the first is number 5; delete it and simulate it anew"
-    with pytest.raises(ValueError, match=message):
-        open_bank(paths)[:]

@@ -26,17 +26,6 @@ def test_posteriors_are_compared_in_units_of_the_corrected_one():
     np.testing.assert_allclose(found.truth, [-1.0 / sd, 0.0], atol=1e-12)
 
 
-def test_what_cannot_be_compared_is_refused():
-    good, truth = np.exp(np.linspace([-1.0], [1.0], 11)), np.ones(1)
-    bad = good.copy()
-    bad[3] = -1.0
-    with pytest.raises(ValueError, match="positive"):
-        comparison.compare(bad, good, truth, ["mu"])
-    comparison.compare(bad, good, truth, ["onset"])  # which may be negative
-    with pytest.raises(ValueError, match="finite"):
-        comparison.compare(np.full_like(good, np.nan), good, truth, ["mu"])
-
-
 def test_examples_are_the_lowest_median_and_highest():
     amortised, corrected = posteriors()
     judged = judgement(corrected, 9)

@@ -32,19 +32,6 @@ def build(
 
     Raises:
         ValueError: If a kind is unknown or its sizes do not fit together.
-
-    Example:
-        >>> import torch
-        >>> sizes = {"width": 16, "blocks": 1}
-        >>> settings = {
-        ...     "summary": {"kind": "deep_set", "features": 4, "components": 3, "pair_width": 4,
-        ...                 "pair_blocks": 0, "missing": 0.5, **sizes},
-        ...     "inference": {"kind": "flow_matching", **sizes},
-        ... }
-        >>> summary, inference = build(settings, samples=20, dims=2)
-        >>> features = summary(torch.zeros(5, 20))
-        >>> inference.sample(torch.zeros(5, 100, 2), features, steps=4).shape
-        torch.Size([5, 100, 2])
     """
     networks = []
     for role, table in (("summary", SUMMARY_NETWORKS), ("inference", INFERENCE_NETWORKS)):

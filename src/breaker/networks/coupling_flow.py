@@ -61,14 +61,11 @@ class CouplingFlow(nn.Module):
     """Conditional density ``q(theta | s)`` with the methods ``loss``, ``sample``, ``log_prob``.
 
     Args:
-        dims: Number q of dimensions of theta.
+        dims: Number q of dimensions of theta, two at least.
         features: Number s of features of the condition.
         transforms: Number of couplings.
         bins: Bins of a spline.
-        hidden: Widths of the hidden layers of each coupling's network.
-
-    Raises:
-        ValueError: If there is no second dimension to couple, or no hidden layer.
+        hidden: Widths of the hidden layers of each coupling's network, one at least.
     """
 
     solves = False  # one pass, whatever the steps
@@ -77,10 +74,6 @@ class CouplingFlow(nn.Module):
         self, dims: int, features: int, *, transforms: int, bins: int, hidden: Sequence[int]
     ) -> None:
         super().__init__()
-        if dims < 2:
-            raise ValueError(f"a coupling needs at least two dimensions, not {dims}")
-        if not hidden:
-            raise ValueError("the networks of the couplings need at least one hidden layer")
         self.dims = dims
         self.head = GaussianHead(features, dims)
         self.project = Edge(features, transforms * hidden[0])

@@ -105,9 +105,6 @@ class DeepSet(nn.Module):
         pair_width, pair_blocks: Size of the residual network of a pair.
         width, blocks: Size of the residual network that joins the parts.
         missing: Largest share of missing samples in training, and of the records it answers for.
-
-    Raises:
-        ValueError: If that share is not below one.
     """
 
     def __init__(
@@ -123,8 +120,6 @@ class DeepSet(nn.Module):
         missing: float,
     ) -> None:
         super().__init__()
-        if not 0.0 <= missing < 1.0:
-            raise ValueError(f"missing is {missing}, but must be in [0, 1)")
         self.samples, self.missing = samples, missing
         self.highway = SetHighway(samples, components)
         self.pair = ResidualMLP(2 + 2 * _FREQUENCIES, pair_width, pair_width, blocks=pair_blocks)

@@ -45,18 +45,7 @@ def contraction_limit(model: Model, values: np.ndarray) -> np.ndarray:
 
 
 def limit_over_prior(model: Model, n: int, rng: np.random.Generator) -> xr.Dataset:
-    """Return the limit at ``n`` draws from the prior: ``contraction (curve, output)``.
-
-    Example:
-        >>> from breaker.mechanism.prior import Prior
-        >>> from breaker.mechanism.sensor import Sensor
-        >>> from breaker.paper.model.joint_model import Model
-        >>> prior = Prior([2.0, 0.045, 0.040, 0.30, 0.12, 0.75, 10.0], [0.1] * 7)
-        >>> sensor = Sensor(-2.0, 58.0, 151, noise_sd=0.1, onset_sd=0.3, zero_sd=0.1)
-        >>> limit = limit_over_prior(Model(prior, sensor, "closing"), 50, np.random.default_rng(1))
-        >>> limit.contraction.median("curve").round(1).values
-        array([0.1, 0.7, 0.4, 0.9, 0.4, 0.9, 0.8, 1. ])
-    """
+    """Return the limit at ``n`` draws from the prior: ``contraction (curve, output)``."""
     theta = model.prior.sample(n, rng)
     onset = model.sensor.onset_sd * rng.standard_normal(n)
     values = np.column_stack([theta, onset])[:, : len(model.names)]

@@ -69,31 +69,24 @@ class Bank:
     """Shards of a bank in their order, whose rows are read when they are asked for.
 
     Args:
-        paths: Stores of the shards.
         shards: What is in them, ``(curve, time)``, not in memory.
     """
 
-    paths: Sequence[str | Path]
     shards: Sequence[xr.Dataset]
 
     def __len__(self) -> int:
         return sum(shard.sizes["curve"] for shard in self.shards)
 
     def __getitem__(self, rows: slice) -> xr.Dataset:
-        """Read neighbouring rows, as one dataset in memory.
-
-        Raises:
-            ValueError: If numbers among them are not finite.
-        """
+        """Read neighbouring rows, as one dataset in memory."""
         first, last, _ = rows.indices(len(self))
         parts = []
-        for path, shard in zip(self.paths, self.shards, strict=True):
+        for shard in self.shards:
             n = shard.sizes["curve"]
             part = slice(max(0, first), max(0, min(n, last)))
             first, last = first - n, last - n
             if part.start < part.stop:
                 parts.append(shard.isel(curve=part).load())
-                _check_finite(path, parts[-1], part.start)
         return xr.concat(parts, dim="curve", join="exact", combine_attrs="override")
 
 
@@ -117,17 +110,4 @@ def open_bank(shards: Sequence[str | Path]) -> Bank:
             raise ValueError(
                 f"{shard} does not fit {shards[0]}: its time is another; simulate the bank anew"
             )
-    return Bank(shards, parts)
-
-
-def _check_finite(path: str | Path, rows: xr.Dataset, before: int) -> None:
-    """Refuse rows of a shard, behind so many others, that are not finite."""
-    finite = np.ones(rows.sizes["curve"], dtype=bool)
-    for name in ("travel", "parameters", "onset"):
-        finite &= np.isfinite(rows[name].values).reshape(finite.size, -1).all(axis=1)
-    if not finite.all():
-        raise ValueError(
-            f"{path}: {np.count_nonzero(~finite)} of {finite.size} simulated operations are not "
-            f"finite, the first is number {before + finite.argmin()}; delete it and simulate it "
-            "anew"
-        )
+    return Bank(parts)

@@ -219,7 +219,7 @@ class Posterior(nn.Module):
             try:
                 with torch.device("meta"):  # shapes alone, without memory
                     posterior = cls(saved.settings)
-            except (ArithmeticError, KeyError, TypeError, ValueError, RuntimeError) as error:
+            except (ArithmeticError, LookupError, TypeError, ValueError, RuntimeError) as error:
                 raise ModelFileError.of_settings(error) from error
             weights = _weights(saved, posterior.state_dict())
         posterior.load_state_dict(weights, assign=True)

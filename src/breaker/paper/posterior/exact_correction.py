@@ -9,21 +9,6 @@ poor, the adaptation goes on from them. A record whose weights stay poor is mark
 
 While the weights are few, they are tempered: raised to the largest power below one that leaves an
 effective size to fit to.
-
-Example:
-    A model of two unknowns whose posterior is a standard normal, and draws that are too wide:
-
-    >>> class Known:
-    ...     def standardise(self, values): return values
-    ...     def destandardise(self, z): return z
-    ...     def log_joint(self, z, record): return -0.5 * np.square(z).sum(1)
-    >>> rng = np.random.default_rng(1)
-    >>> settings = {"rounds": 5, "round_draws": 200, "draws": 1000, "efficiency": 0.6,
-    ...             "fit_size": 50, "smallest_size": 400, "largest_k": 0.7}
-    >>> wide = 3.0 * rng.standard_normal((800, 2))
-    >>> found = correct(Known(), np.zeros(1), wide, settings, rng)
-    >>> found.resolved, found.draws.shape, bool(np.all(np.abs(found.draws.std(0) - 1) < 0.1))
-    (True, (800, 2), True)
 """
 
 from collections.abc import Mapping, Sequence

@@ -38,15 +38,10 @@ def compare(
     Returns:
         ``median (posterior, output)``, ``interval_50`` and ``interval_95``
         ``(posterior, output, bound)``, central, and ``truth (output)``.
-
-    Raises:
-        ValueError: If a value is not finite or a parameter not positive.
     """
     log = is_logarithmic(names)
     values = [np.array(each, dtype=np.float64) for each in (amortised, corrected, [truth])]
     for each in values:
-        if not np.all(np.isfinite(each)) or not np.all(each[:, log] > 0):
-            raise ValueError("draws and truth must be finite, and parameters positive")
         each[:, log] = np.log(each[:, log])
     centre, sd = np.median(values[1], axis=0), values[1].std(axis=0, ddof=1)
     scaled = [(each - centre) / sd for each in values]
@@ -143,15 +138,7 @@ def reached(contractions: Mapping[str, np.ndarray], names: Sequence[str]) -> xr.
         ``mean``, ``lower`` and ``upper`` ``(source, output)``: mean, 5 % and 95 % over curves;
         ``curves (source)``; ``known (output)``, in words, by the limit's mean. The outputs are
         sorted by that mean, the highest first.
-
-    Raises:
-        ValueError: If shapes do not fit or a value is not finite.
     """
-    for source, values in contractions.items():
-        if np.ndim(values) != 2 or np.shape(values)[1] != len(names) or not len(values):
-            raise ValueError(f"{source} must be (n, {len(names)}), got {np.shape(values)}")
-        if not np.all(np.isfinite(values)):
-            raise ValueError(f"{source} must be finite")
     each = list(contractions.values())
     mean = np.stack([np.mean(values, axis=0) for values in each])
     ends = np.stack([np.quantile(values, (0.05, 0.95), axis=0) for values in each])

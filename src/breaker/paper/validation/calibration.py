@@ -97,7 +97,7 @@ def judge_ranks(ranks: ArrayLike, draws: int, *, alpha: float = LEVEL) -> Calibr
         alpha: Probability that calibrated outputs leave the band in any panel.
 
     Raises:
-        ValueError: As :func:`ecdf_difference` and :func:`simultaneous_band`.
+        ValueError: If there is no rank, or one is outside ``0 ... d``.
 
     Example:
         Two outputs of 100 curves; the truths of the second one are all above the median:
@@ -139,10 +139,8 @@ def coverage(ranks: ArrayLike, draws: int, *, levels: Sequence[float]) -> np.nda
             be expected is within 1/(d + 1) of it.
 
     Raises:
-        ValueError: If there is no rank, one is outside ``0 ... d``, or a level not in (0, 1).
+        ValueError: If there is no rank, or one is outside ``0 ... d``.
     """
-    if not all(0.0 < level < 1.0 for level in levels):
-        raise ValueError(f"levels must be between 0 and 1, got {levels}")
     off_centre = np.abs((checked_ranks(ranks, draws) + 0.5) / (draws + 1) - 0.5)
     return np.array([np.mean(off_centre <= level / 2, axis=0) for level in levels])
 

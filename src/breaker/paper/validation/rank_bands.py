@@ -52,7 +52,7 @@ class Band:
     false_alarm: float
 
 
-def simultaneous_band(n: int, draws: int, *, alpha: float = 0.05, panels: int = 1) -> Band:
+def simultaneous_band(n: int, draws: int, *, alpha: float, panels: int) -> Band:
     """Return the band that all grid points of all panels stay in with ``1 - alpha`` or more.
 
     A point's bounds are binomial quantiles; one level, common to all points, is the largest that
@@ -63,12 +63,7 @@ def simultaneous_band(n: int, draws: int, *, alpha: float = 0.05, panels: int = 
         draws: Number of draws behind each rank.
         alpha: Probability that calibrated ranks leave the band in any of the panels.
         panels: Number of panels that are read together.
-
-    Raises:
-        ValueError: If ``n``, ``draws`` or ``panels`` is below one, or alpha not in (0, 1).
     """
-    if min(n, draws, panels) < 1 or not 0.0 < alpha < 1.0:
-        raise ValueError(f"no band for {n=}, {draws=}, {alpha=}, {panels=}")
     low, false_alarm = _lower_counts(int(n), int(draws), alpha / panels)
     grid = _grid(draws)
     return Band(grid, low / n - grid, (n - low[::-1]) / n - grid, false_alarm)
