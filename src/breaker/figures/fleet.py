@@ -1,6 +1,7 @@
 """A fleet at a glance: how far each drive is off its type, parameter by parameter."""
 
 from collections.abc import Mapping, Sequence
+from itertools import cycle, islice
 
 import numpy as np
 import pandas as pd
@@ -38,14 +39,16 @@ def fleet(
     odd = {(e.breaker, e.phase): e.odd for e in table.itertuples() if e.odd}
     unlike = {(e.breaker, e.phase) for e in table.itertuples() if e.state == DIFFERENT}
     count = max(len(types), 1)
+    looks = list(islice(zip(cycle(_SHADES), cycle(_SHAPES)), len(types)))
     for t, (where, learned) in enumerate(types.values()):
+        shade, shape = looks[t]
         for k, parameter in enumerate(NAMES):
             spread = np.linspace(-0.4, 0.4, len(where)) / count
             x = k + _WIDTH * (spread + (t + 0.5) / count - 0.5)
             y = np.clip(100.0 * learned.off[:, k], -_FARTHEST, _FARTHEST)
-            look = {"color": _shade(t), "alpha": 0.7, "ls": ""}
+            look = {"color": shade, "alpha": 0.7, "ls": ""}
             crossed = np.array([drives[i] in unlike for i in where], bool)
-            axis.plot(x[~crossed], y[~crossed], marker=_shape(t), ms=4.0, mew=0, **look)
+            axis.plot(x[~crossed], y[~crossed], marker=shape, ms=4.0, mew=0, **look)
             axis.plot(x[crossed], y[crossed], marker="x", ms=5.0, mew=1.2, **look)
             for i, drive in enumerate(where):
                 of = drives[drive]
@@ -59,20 +62,10 @@ def fleet(
     axis.set_xticklabels(style.symbols(NAMES))
     style.title(figure, f"{len(table)} drives beside their type: {len(odd)} odd")
     keys = [
-        style.dot_key(style.literal(name or "all drives"), _shade(t), _shape(t))
-        for t, name in enumerate(types)
+        style.dot_key(style.literal(name or "all drives"), *look)
+        for name, look in zip(types, looks, strict=True)
     ]
     ring = Line2D([], [], ls="", marker="o", mfc="none", mec=style.WARNING, mew=1.6, label="odd")
     cross = Line2D([], [], ls="", marker="x", color=style.REFERENCE, label=DIFFERENT)
     style.legend_below(figure, [*keys, *[ring] * bool(odd), *[cross] * bool(unlike)])
     return figure
-
-
-def _shade(number: int) -> str:
-    """Colour of a type by its number."""
-    return _SHADES[number % len(_SHADES)]
-
-
-def _shape(number: int) -> str:
-    """Marker of a type by its number."""
-    return _SHAPES[number % len(_SHAPES)]
