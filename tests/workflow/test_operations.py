@@ -2,7 +2,7 @@
 
 import pytest
 
-from breaker.workflow.chunks import chunks_of
+from breaker.workflow.jobs import chunks_of
 
 
 @pytest.mark.parametrize("size", [1, 7, 20])

@@ -14,7 +14,7 @@ from breaker.reading.files.folder_listing import (
     list_known,
     list_once,
 )
-from breaker.workflow.chunks import chunks_of
+from breaker.workflow.jobs import chunks_of
 
 # Which of the operations in a table of one's own.
 CHOSEN = {key: config["endurance"][key] for key in ("breaker", "phase") if OWN_CURVES}

@@ -1,8 +1,9 @@
-"""What jobs of the workflow share: logging, threads and checkpoints. So does the command line."""
+"""What jobs of the workflow share: chunks, logging, threads and checkpoints."""
 
 import logging
 import os
 import sys
+from collections.abc import Iterable
 from pathlib import Path
 from types import TracebackType
 
@@ -48,6 +49,28 @@ def checkpoint_of(output: str | Path, ending: str) -> Path:
     """
     path = Path(output).with_suffix(ending)
     return Path(*("checkpoints" if part == "results" else part for part in path.parts))
+
+
+def chunks_of(numbers: Iterable[int], size: int) -> dict[str, list[int]]:
+    """Sort operations into chunks, each a job of its own: number 1 to ``size``, and so on.
+
+    An operation that is appended leaves all earlier chunks as they are, and the operations of one
+    number are in the same chunk in both motions. Chunks without any operation are left out.
+
+    Args:
+        numbers: Numbers of operations, from 0 or 1 on; some may be missing or stand twice.
+        size: How many numbers there are to a chunk.
+
+    Returns:
+        Names of the chunks, ``000`` and on, with the numbers in each; both rising.
+
+    >>> chunks_of([1, 2, 3, 4, 11], size=3)
+    {'000': [1, 2, 3], '001': [4], '003': [11]}
+    """
+    found: dict[str, list[int]] = {}
+    for number in sorted(set(numbers)):
+        found.setdefault(f"{max(number - 1, 0) // size:03d}", []).append(number)
+    return found
 
 
 def start(job: object) -> logging.Logger:
