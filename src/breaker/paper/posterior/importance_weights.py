@@ -71,16 +71,6 @@ def importance(log_joint: np.ndarray, log_density: np.ndarray) -> Importance:
     Args:
         log_joint: ``log p(z_i, x)``; ``-inf`` where the prior is zero.
         log_density: ``log q(z_i)``, per unit of the same ``z``.
-
-    Example:
-        A standard normal in one dimension, by draws of twice its width; its evidence is 1:
-
-        >>> z = 2.0 * np.random.default_rng(1).standard_normal(10_000)
-        >>> found = importance(-0.5 * z**2, -0.5 * (z / 2) ** 2 - np.log(2))
-        >>> f"efficiency {found.efficiency:.2f}, standard error {found.log_evidence_se:.3f}"
-        'efficiency 0.66, standard error 0.007'
-        >>> abs(found.log_evidence) < 0.02 and found.pareto_k < 0.7
-        True
     """
     with np.errstate(invalid="ignore"):
         log_ratio = log_joint - log_density

@@ -98,15 +98,6 @@ def judge_ranks(ranks: ArrayLike, draws: int, *, alpha: float = LEVEL) -> Calibr
 
     Raises:
         ValueError: If there is no rank, or one is outside ``0 ... d``.
-
-    Example:
-        Two outputs of 100 curves; the truths of the second one are all above the median:
-
-        >>> import numpy as np
-        >>> rank = np.arange(100) % 10
-        >>> judged = judge_ranks(np.stack([rank, 5 + rank // 2], axis=1), 9)
-        >>> judged.outside
-        array([False,  True])
     """
     difference = ecdf_difference(ranks, draws)
     panels = difference.shape[1]

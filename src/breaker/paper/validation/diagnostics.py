@@ -63,14 +63,6 @@ def scores(
     Raises:
         ValueError: If shapes do not fit, a value is not finite, a value to take the logarithm
             of is not positive, or a posterior has no width.
-
-    Example:
-        Two curves, two draws each; those of the second one lie one posterior sd too high:
-
-        >>> draws = [[[-1.0], [1.0]], [[0.0], [2.0]]]
-        >>> judged = scores(draws, [[0.0], [1 - 2**0.5]], prior_sd=[2.0], log=[False])
-        >>> judged.z.round(3).tolist(), judged.contraction.round(3).tolist()
-        ([[0.0], [1.0]], [[0.5], [0.5]])
     """
     draws, truth = checked_draws(draws, truth)
     spread = _scaled(truth, log).std(axis=0, ddof=1) if prior_sd is None else prior_sd
@@ -118,13 +110,6 @@ def recovery(draws: ArrayLike, truth: ArrayLike) -> Recovery:
 
     Raises:
         ValueError: If shapes do not fit or a value is not finite.
-
-    Example:
-        Two curves, five draws of one output:
-
-        >>> found = recovery([[[1], [2], [3], [4], [5]], [[2], [4], [6], [8], [10]]], [[3], [7]])
-        >>> found.median.tolist(), found.interval_50.tolist()
-        ([[3.0], [6.0]], [[[2.0, 4.0]], [[4.0, 8.0]]])
     """
     draws, truth = checked_draws(draws, truth)
     found = quantiles(draws, axis=1)
