@@ -1,11 +1,9 @@
 """The path of coordinates: what it knows, which changes it notices, and what it does not."""
 
-from dataclasses import fields
-
 import numpy as np
 import pytest
 
-from breaker.drive.life.path import Block, Path
+from breaker.drive.life.path import Block
 from breaker.drive.life.tracker import Tracker
 
 N, NEW = 300, 50
@@ -145,39 +143,3 @@ def test_a_change_that_later_records_deny_is_taken_back():
     path = follow(blocks(add=5.0 * there))
     assert all(change.evidence < 0.0 or change.kind == "step" for change in path.changes)
     assert abs(path.change[-1, 0]) < 1.0
-
-
-STEPS = [Block(each.values[:, :4], each.variance[:4]) for each in blocks(add=4.0 * (TIME >= 120))]
-ABOUT = {"events": {90: True, 220: False}, "conditions": {"temperature": np.sin(TIME / 20.0)}}
-
-
-def some_of(count, kept, values=STEPS):
-    """Follow the first operations."""
-    first = [block._replace(values=block.values[:count]) for block in values]
-    done = {i: each for i, each in ABOUT["events"].items() if i < count}
-    known = {name: each[:count] for name, each in ABOUT["conditions"].items()}
-    return Tracker(kept=kept).follow(TIME[:count], first, events=done, conditions=known)
-
-
-def assert_same(path, whole, count):
-    """Hold two paths to the same bytes."""
-    assert path.changes == tuple(each for each in whole.changes if each.noticed < count)
-    for name in (each.name for each in fields(Path) if each.name != "changes"):
-        found, wanted = getattr(path, name), getattr(whole, name)[:count]
-        np.testing.assert_array_equal(found, wanted, err_msg=f"{name} of {count}")
-
-
-def test_a_life_is_gone_on_with_to_the_same_bytes(tmp_path):
-    file = str(tmp_path / "new" / "life.npz")
-    whole = follow(STEPS, **ABOUT)
-    # Before and after an event, and where a change has been noticed and is placed anew.
-    for count in (60, 90, 91, 119, 126, 190, 220, 221, N, N):
-        assert_same(some_of(count, file), whole, count)
-    assert [each.name for each in (tmp_path / "new").iterdir()] == ["life.npz"]
-
-
-def test_a_file_that_cannot_be_read_is_named(tmp_path):
-    file = tmp_path / "life.npz"
-    file.write_bytes(b"no archive")
-    with pytest.raises(ValueError, match=r"life\.npz cannot be read .* delete it"):
-        some_of(60, str(file))

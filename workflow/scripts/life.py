@@ -8,7 +8,7 @@ from breaker.drive.life.work_events import Event
 from breaker.mechanism.limits import from_list
 from breaker.quantities.speeds import speeds_of
 from breaker.reading.records.curve_reader import open_curves
-from breaker.workflow.jobs import checkpoint_of, start
+from breaker.workflow.jobs import start
 
 UNUSED = ("travel", "measured_reason", "remarks")  # which a long life has much of
 
@@ -17,7 +17,7 @@ params = snakemake.params
 life = follow_curves(
     {m: open_curves(snakemake.input[m], without=UNUSED) for m in params.motions},
     from_list(params.limits, params.motions, speeds_of(params.speeds)),
-    dict(params.items()) | {"checkpoint": checkpoint_of(snakemake.output[0], ".npz")},
+    dict(params.items()),
     events=Event.by_operation(params.events, params.more_events),
     conditions=params.conditions,
 )

@@ -1,13 +1,10 @@
 """A life on the way: records come, the path is fitted, changes are noticed and placed."""
 
-import json
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from breaker.drive.life.checkpoint import fingerprint, keep, read_kept
 from breaker.drive.life.path import Change, Path
 from breaker.drive.life.path_fit import PathFit
 
@@ -25,9 +22,6 @@ _FIRST = 100.0  # records that the scatter of the reference counts for in this
 _SOUGHT = ("rate", "rate", "step", "rate", "step")
 _LARGE = 30.0  # size of a large change, over that of another
 _BASE = 3  # columns that any design has; the next is those of conditions
-# Of the state of a life: of it and of its fit, an entry for each operation, and what is now.
-_OF_EACH, _OF_EACH_FIT = ("known", "evidence", "weight"), ("weight",)
-_OF_NOW, _OF_NOW_FIT = ("counted", "alike"), ("noise", "memory", "change", "last", "mean", "cov")
 _POWERS = {"rate": (1, 2), "step": (0,), "event": (0, 1, 2)}  # of time, by kind of change
 
 
@@ -80,9 +74,8 @@ class Life:
 
     def followed(self, events: Mapping[int, bool]) -> Path:
         """Go through all operations, with events as of ``Tracker.follow``."""
-        full, file = int(self.new[-1]), self.tracker.kept
-        first = self._go_on(read_kept(file), events) if file else 0
-        for i in range(first, len(self.time)):
+        full = int(self.new[-1])
+        for i in range(len(self.time)):
             if i in events and i > full:
                 self._begin(Change(i, i, i, i, "event", np.inf, events[i]), i - 1)
             self.weight[i] = self._weigh(i, learnt=i > full)
@@ -93,41 +86,7 @@ class Life:
             if i > full:
                 self.evidence[i] = self._watch(i, full)
             self.known[i] = self._known(i)
-        if file:
-            keep(file, self._state(events))
         return Path(*self.known.swapaxes(0, 1), self.evidence, self.weight, tuple(self.changes))
-
-    def _state(self, events: Mapping[int, bool]) -> dict[str, object]:
-        """Return all that is needed to go on after the last operation."""
-        about = {name: getattr(self, name) for name in _OF_EACH + _OF_NOW}
-        about |= {f"fit_{name}": getattr(self.fit, name) for name in _OF_EACH_FIT + _OF_NOW_FIT}
-        made_from = self._made_from(len(self.time), events)
-        return about | {"changes": json.dumps(self.changes), "made_from": made_from}
-
-    def _made_from(self, count: int, events: Mapping[int, bool]) -> str:
-        """Return the fingerprint of all that the path of the first operations depends on."""
-        fit, known = self.fit, self.conditions[:count]
-        done = sorted((int(i), bool(each)) for i, each in events.items() if i < count)
-        settings = [asdict(self.tracker) | {"kept": ""}, done, self.span, self.effects.tolist()]
-        values = self.time[:count], known, fit.values[:count], fit.there[:count]
-        return fingerprint(settings, (*values, self.new, fit.variance, fit.sought))
-
-    def _go_on(self, state: Mapping[str, np.ndarray], events: Mapping[int, bool]) -> int:
-        """Take up a state, if it is of this life; return how many operations are behind it."""
-        count = len(state["weight"]) if state else 0
-        if count > len(self.time) or not count:
-            return 0
-        if state["made_from"] != self._made_from(count, events):
-            return 0
-        life, fit = (self, "", _OF_EACH, _OF_NOW), (self.fit, "fit_", _OF_EACH_FIT, _OF_NOW_FIT)
-        for whose, prefix, of_each, of_now in (life, fit):
-            for name in of_each:
-                getattr(whose, name)[:count] = state[prefix + name][:count]
-            for name in of_now:
-                setattr(whose, name, state[prefix + name])
-        self.changes = [Change(*each) for each in json.loads(str(state["changes"]))]
-        self._renew(0, count)
-        return count
 
     @property
     def _of_conditions(self) -> slice:

@@ -34,8 +34,8 @@ def follow_curves(
 
     Args:
         data: What ``curve_reader.read_curves`` returns of each motion.
-        settings: ``wear_model``, that section of the configuration, ``misfit_p_value``, ``seed``,
-            and ``checkpoint``, a tracker's ``kept``, where it is there.
+        settings: ``wear_model``, that section of the configuration, ``misfit_p_value`` and
+            ``seed``.
         events, conditions: As of ``series_of``.
 
     Raises:
@@ -62,7 +62,7 @@ def follow_curves(
         seed=settings["seed"],
         misfit_p_value=settings["misfit_p_value"],
     )
-    tracker = Tracker.from_settings(wear_model, settings.get("checkpoint"))
+    tracker = Tracker.from_settings(wear_model)
     future = Future.from_settings(wear_model)
     return follow_life(readout, tracker, limits, future)
 

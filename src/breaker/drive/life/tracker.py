@@ -44,8 +44,6 @@ class Tracker:
         tails: Degrees of freedom of the scatter.
         warmth, voltage: Prior sds of the effect of 10 K, and of 10 % of the control voltage, in
             changes of the family.
-        kept: File that keeps how far a life was followed, so that the same with more operations
-            is gone on with, to the same bytes; none if None.
 
     Example:
         >>> rng, over = np.random.default_rng(1), np.arange(400) > 300
@@ -65,13 +63,11 @@ class Tracker:
     tails: float = 100.0
     warmth: float = 0.1
     voltage: float = 0.1
-    kept: str | None = None
 
     @classmethod
-    def from_settings(cls, settings: Mapping, kept: str | None = None) -> Self:
+    def from_settings(cls, settings: Mapping) -> Self:
         """Build from the section ``wear_model`` of the configuration."""
-        names = [each.name for each in fields(cls) if each.name != "kept"]
-        return cls(**{name: settings[name] for name in names}, kept=kept)
+        return cls(**{each.name: settings[each.name] for each in fields(cls)})
 
     def follow(
         self,
