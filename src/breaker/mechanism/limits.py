@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from breaker.common.lazy_numpy import np
-from breaker.mechanism.limit_sources import RECORD, SOURCES, Reader, Source, usual_source
+from breaker.mechanism.limit_sources import RECORD, SOURCES, Reader, Source
 from breaker.quantities.catalogue import quantities
 from breaker.quantities.parameters import MOTIONS
 from breaker.quantities.speeds import SPEEDS, Speed
@@ -108,7 +108,7 @@ class Limit:
 
     def read(self, reader: Reader, *about: Any) -> Any:
         """Return what a reader of quantities tells of the limit, by the source of these."""
-        return self.source.read(reader, self, *about)
+        return getattr(reader, f"of_{self.of}")(self, *about)
 
     @property
     def quantities(self) -> tuple[str, ...]:
@@ -126,7 +126,11 @@ class Limit:
         Raises:
             ValueError: If the limit is about measured quantities, which parameters do not give.
         """
-        return self.source.evaluate(self, theta)
+        if self.of != "model":
+            raise ValueError(f"{self.name} is about what records show, not about parameters")
+        from breaker.mechanism.evaluation import evaluate  # compiled code
+
+        return evaluate(self.quantities, theta, self.motion, self.speeds)
 
     @property
     def words(self) -> str:
@@ -266,7 +270,8 @@ def _sides(entry: Mapping[str, Any], speeds: Sequence[Speed]) -> list[Mapping[st
         )
     quantity = entry["quantity"]
     known = quantities(speeds).get(quantity)
-    of = entry.get("of", usual_source(known))
+    usual = RECORD.name if known and RECORD.name in known.of else "model"
+    of = entry.get("of", usual)
     source = _source(name, of)
     middle = source.amount(name, entry["reference"])
     text = str(entry["tolerance"]).lstrip("±+/- ")
