@@ -8,7 +8,7 @@ import xarray as xr
 
 from breaker.common.zarr_store import describe, save
 from breaker.configuration.loading import read
-from breaker.drive.fleet.fleet_columns import FLEET
+from breaker.drive.fleet.drive_document import FLEET
 from breaker.drive.life.first_page import headline, limit_words, since_new, trust
 from breaker.drive.life.life_tables import change_table, decide, limit_table, operation_metadata
 from breaker.drive.life.limit_states import standing

@@ -7,12 +7,9 @@ import pytest
 
 from breaker.drive.answers.assessment import Assessment
 from breaker.drive.answers.drive_records import read_operations
-from breaker.drive.fleet.drive_dataset import stored
-from breaker.drive.fleet.drive_document import Due, FleetRow
-from breaker.drive.fleet.examination import examine
-from breaker.drive.fleet.fleet_columns import FLEET
+from breaker.drive.fleet.drive_document import DIFFERENT, FLEET, Due, FleetRow
+from breaker.drive.fleet.examination import examine, stored
 from breaker.drive.fleet.fleet_page import fleet_page
-from breaker.drive.fleet.fleet_states import DIFFERENT
 from breaker.drive.fleet.members import Member, members_of
 from breaker.drive.fleet.ranking import compare_poles, fleet_table, learn_types, type_table
 from breaker.figures.fleet import fleet as picture

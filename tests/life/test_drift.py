@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from breaker.drive.life.drift import Drift
-from breaker.drive.life.path import Block
+from breaker.drive.life.path_fit import Block
 from breaker.drive.life.tracker import Tracker
 
 ONE = np.ones(1)

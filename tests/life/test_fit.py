@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from breaker.drive.life.path import Block
-from breaker.drive.life.path_fit import PathFit
+from breaker.drive.life.path_fit import Block, PathFit
 
 
 def a_fit(n=40, k=3, last=39, precision=0.01):

@@ -13,7 +13,7 @@ from breaker.drive.life.forecast import Future
 from breaker.drive.life.life_records import MotionRecords, Series
 from breaker.drive.life.life_results import _age, _work, follow_life
 from breaker.drive.life.limit_states import STATES, standing
-from breaker.drive.life.path import Change
+from breaker.drive.life.path_fit import Change
 from breaker.drive.life.readout import Readout, name_set
 from breaker.drive.life.tracker import Tracker
 from breaker.drive.simulation.rich_drive import Drive, Elements

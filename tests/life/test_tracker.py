@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from breaker.drive.life.path import Block
+from breaker.drive.life.path_fit import Block
 from breaker.drive.life.tracker import Tracker
 
 N, NEW = 300, 50

@@ -6,7 +6,6 @@ no other. A life goes through all of them at once.
 
 from functools import cache
 
-from breaker.drive.fleet.breaker_chunks import breaker_chunks
 from breaker.reading.files.folder_listing import (
     fingerprint,
     list_breakers,
@@ -14,7 +13,7 @@ from breaker.reading.files.folder_listing import (
     list_known,
     list_once,
 )
-from breaker.workflow.jobs import chunks_of
+from breaker.workflow.jobs import breaker_chunks, chunks_of
 
 # Which of the operations in a table of one's own.
 CHOSEN = {key: config["endurance"][key] for key in ("breaker", "phase") if OWN_CURVES}

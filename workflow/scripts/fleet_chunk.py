@@ -1,8 +1,7 @@
 """Answer some breakers of a fleet, one after the other."""
 
 from breaker.common.zarr_store import describe, save
-from breaker.drive.fleet.drive_dataset import stored
-from breaker.drive.fleet.examination import examine
+from breaker.drive.fleet.examination import examine, stored
 from breaker.drive.fleet.members import members_of
 from breaker.reading.files.folder_listing import list_fleet
 from breaker.workflow.jobs import start

@@ -20,8 +20,8 @@ from breaker.app.result_folders import FLEET, LIFE
 from breaker.common.numerals import in_digits
 from breaker.common.zarr_store import open_store
 from breaker.documents.parts import Cell, Document, Section, Table
+from breaker.drive.fleet.drive_document import FLEET_STATES
 from breaker.drive.fleet.fleet_page import TONES, fleet_document
-from breaker.drive.fleet.fleet_states import FLEET_STATES
 from breaker.drive.life.first_page import in_percent
 from breaker.quantities.parameters import PARAMETERS
 from breaker.reading.files.guards import RejectedCurveError, read_bytes

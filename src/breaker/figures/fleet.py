@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from breaker.drive.answers.type_model import TypeOfBreaker
-from breaker.drive.fleet.fleet_states import DIFFERENT
+from breaker.drive.fleet.drive_document import DIFFERENT
 from breaker.figures import style
 from breaker.quantities.parameters import NAMES
 

@@ -3,7 +3,7 @@
 import logging
 import os
 import sys
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from types import TracebackType
 
@@ -71,6 +71,16 @@ def chunks_of(numbers: Iterable[int], size: int) -> dict[str, list[int]]:
     for number in sorted(set(numbers)):
         found.setdefault(f"{max(number - 1, 0) // size:03d}", []).append(number)
     return found
+
+
+def breaker_chunks(breakers: Sequence[str], size: int) -> dict[str, list[str]]:
+    """Sort breakers into chunks, each a job of its own, in their order.
+
+    >>> breaker_chunks(["Q7", "Q1", "Q3"], size=2)
+    {'000': ['Q7', 'Q1'], '001': ['Q3']}
+    """
+    begins = range(0, len(breakers), size)
+    return {f"{k:03d}": list(breakers[begin : begin + size]) for k, begin in enumerate(begins)}
 
 
 def start(job: object) -> logging.Logger:

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from breaker.drive.family.scatter import beside_usual
+from breaker.drive.family.record_means import beside_usual
 from breaker.quantities.catalogue import CURRENTS
 
 # Usual scatter of operations, and how well it is known, as from so many records more than one.

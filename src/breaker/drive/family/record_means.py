@@ -7,13 +7,12 @@ of few records, beside what is usual of drives.
 """
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 
 from breaker.drive.family.network_inputs import Basis, NormalisedRecords, without_onset
 from breaker.drive.family.record_inputs import normalise_record
-from breaker.drive.family.scatter import beside_usual
 from breaker.reading.records.normalised_shape import Shape, median_units
 from breaker.reading.records.raw_record import Raw
 
@@ -23,6 +22,25 @@ SCATTER_DIRECTIONS = 8
 # Of operations whose parameters scatter by 0.4 %, as noise over the stroke, and how well that is
 # known, as from so many records more than one.
 _USUAL, _KNOWN = 0.005, 4
+
+
+V = TypeVar("V", float, np.ndarray)
+
+
+def beside_usual(squares: V, seen: float, usual: V, known: float) -> V:
+    """Return a variance, or a covariance, of what is seen beside what is usual.
+
+    Args:
+        squares: Sum of the squares, or products, of what is seen.
+        seen: Of how many degrees of freedom.
+        usual: The usual variance.
+        known: How well that is known, as from so many degrees of freedom.
+
+    Example:
+        >>> beside_usual(squares=16.0, seen=4, usual=1.0, known=4)
+        2.5
+    """
+    return (squares + known * usual) / (seen + known)
 
 
 class Mean(NamedTuple):

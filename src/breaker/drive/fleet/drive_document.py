@@ -11,6 +11,14 @@ from typing import NamedTuple
 import numpy as np
 
 from breaker.common.plain_values import Plain, of_plain
+from breaker.drive.life.limit_states import STATES
+
+# Where visits were measured differently, or the stroke has changed, which stops of a drive hold to
+# far less, the transducer was mounted elsewhere or a ratio changed: then no trend is told.
+DIFFERENT = "measured differently"
+UNJUDGED = "not judged"  # records can be used, but no limit tells how the drive stands
+FLEET_STATES = (STATES[0], STATES[1], UNJUDGED, DIFFERENT, *STATES[2:])
+"""States of a drive of a fleet, the most urgent last."""
 
 _SAME = ("breaker", "phase", "type", "state", "last", "operation", "records", "visits", "how")
 
@@ -112,6 +120,36 @@ class DriveDocument(Plain):
         return of_plain(cls, json.loads(text))
 
 
+FLEET = {
+    "breaker": "name of the breaker",
+    "phase": "name of the phase",
+    "type": "of the breaker: column type of the table, or the nameplate of its last file",
+    "state": "unknown, healthy, plan (a service) or now, as of a single drive; not judged, where "
+    "no limit tells; measured differently, where visits were, or a stroke has changed",
+    "odd": "parameters in which it is unlike its type; empty without any",
+    "evidence": "of the most odd one, nats",
+    "due": "limit that is due, or the next one",
+    "due_date": "date by which to service, or on which the limit is reached",
+    "due_operation": "operation by which to service",
+    "operations_left": "operations left, median",
+    "failed": "limits that are exceeded",
+    "last": "date of the last visit",
+    "operation": "number of the last operation",
+    "records": "records in the table",
+    "visits": "visits, from one to the next at least 30 days",
+    "change": "largest measured change since the first visit, percent",
+    "change_of": "of which quantity",
+    "off_type": "how far it is measured off the median of its type, percent",
+    "off_type_of": "in which quantity: that which is farthest off beside the spread of the type",
+    "how": "life: followed; visits: first and last compared; visit: judged alone; none: not at all",
+    "pole_spread": "largest less least time over the phases of the breaker, ms",
+    "pole_spread_of": "closing_time or opening_time, from the trigger; travel_time without these",
+    "reason": "why it is where it is, what is measured first",
+}
+"""First columns of ``fleet.csv``, one row for each phase of a breaker; behind them, of each
+parameter, the median and 90 % interval under the prior of the type."""
+
+
 class Farthest(NamedTuple):
     """The quantity of the last visit farthest off the type: its value, and the type's median."""
 
@@ -151,7 +189,7 @@ class FleetRow:
         return ", ".join(n for n, e in self.document.limits.items() if e in ("fail", "now"))
 
     def columns(self) -> dict[str, object]:
-        """Return the row by column: see ``fleet_columns.FLEET``."""
+        """Return the row by column: see ``FLEET``."""
         document, due, shown = self.document, self.document.due, self.shown
         most = max(document.since, key=lambda each: abs(each.change[1]), default=None)
         known = shown is not None and shown.usual

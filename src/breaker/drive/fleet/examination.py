@@ -11,16 +11,24 @@ from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
+import xarray as xr
 
 from breaker.common.numerals import in_digits
+from breaker.common.plain_values import to_json
 from breaker.configuration.loading import read
 from breaker.drive.answers.assessment import Assessment
 from breaker.drive.answers.evidence import Answer
 from breaker.drive.answers.limit_verdicts import VERDICTS, Verdict
-from breaker.drive.answers.type_model import draws_of
+from breaker.drive.answers.type_model import TypeDraws, draws_of
 from breaker.drive.answers.visit_changes import QuantityChange
-from breaker.drive.fleet.drive_document import DriveChange, DriveDocument, Due, Shown
-from breaker.drive.fleet.fleet_states import DIFFERENT, UNJUDGED
+from breaker.drive.fleet.drive_document import (
+    DIFFERENT,
+    UNJUDGED,
+    DriveChange,
+    DriveDocument,
+    Due,
+    Shown,
+)
 from breaker.drive.fleet.members import Member
 from breaker.drive.life.life_results import follow_curves
 from breaker.drive.life.life_tables import change_table, decided
@@ -94,6 +102,31 @@ def examine(member: Member, config: Mapping) -> Examined:
     drawn = draws_of(used)
     shape = (0, config["endurance"]["draws"], len(NAMES))
     return Examined(document, np.array(drawn) if drawn else np.empty(shape))
+
+
+def stored(examined: Sequence[Examined]) -> xr.Dataset:
+    """Return what is known of drives as a dataset: documents, and draws in few numbers.
+
+    Returns:
+        Dataset over ``drive``: ``document`` (JSON), ``count``, operations that were inferred,
+        ``mean (drive, parameter)`` of the logarithms of their draws, ``squares (drive, parameter,
+        parameter)``, the sum of products of the deviations of operations from it, and some draws,
+        ``theta (drive, draw, parameter)``; nan of a drive of which nothing was inferred.
+    """
+    nothing = np.full((1, 1, len(NAMES)), np.nan)
+    found = TypeDraws.of(each.theta if len(each.theta) else nothing for each in examined)
+    over = ("drive", "parameter")
+    documents = np.array([to_json(each.document) for each in examined], dtype=str)
+    return xr.Dataset(
+        {
+            "document": ("drive", documents),
+            "count": ("drive", np.array([len(draws) for _, draws in examined])),
+            "mean": (over, found.mean),
+            "squares": ((*over, "other"), np.nan_to_num(found.squares)),
+            "theta": (("drive", "draw", "parameter"), found.theta.astype(np.float32)),
+        },
+        {"parameter": list(NAMES)},
+    )
 
 
 def _limits_of(member: Member, config: Mapping) -> list:

@@ -5,7 +5,7 @@ import pandas as pd
 from breaker.common.numerals import in_digits
 from breaker.documents.html_page import html_page
 from breaker.documents.parts import Cell, Document, Table
-from breaker.drive.fleet.fleet_states import FLEET_STATES
+from breaker.drive.fleet.drive_document import FLEET_STATES
 
 TONES = dict(zip(FLEET_STATES, ("doubt", "good", *3 * ("doubt",), "bad"), strict=True))
 """What a state means, as of ``documents.parts.Cell``."""

@@ -17,10 +17,9 @@ from typing import NamedTuple, Self
 import numpy as np
 
 from breaker.drive.family.network_inputs import Basis, without_onset
-from breaker.drive.family.record_means import SCATTER_DIRECTIONS
-from breaker.drive.family.scatter import beside_usual
+from breaker.drive.family.record_means import SCATTER_DIRECTIONS, beside_usual
 from breaker.drive.life.life_records import Series
-from breaker.drive.life.path import Block
+from breaker.drive.life.path_fit import Block
 from breaker.quantities.catalogue import CURRENTS
 
 _COMPONENTS = 24

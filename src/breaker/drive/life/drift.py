@@ -15,7 +15,7 @@ import numpy as np
 from scipy.special import stdtrit
 
 from breaker.common.randomness import generator
-from breaker.drive.life.path import Path
+from breaker.drive.life.path_fit import Path
 
 _TAILS = 3.0  # degrees of freedom
 _STEADY = 1e-6  # a power this close to 0 is none

@@ -18,7 +18,7 @@ import numpy as np
 from scipy.special import ndtri
 
 from breaker.drive.life.drift import Drift
-from breaker.drive.life.path import Path
+from breaker.drive.life.path_fit import Path
 from breaker.drive.life.readout import Condition, Readout
 from breaker.mechanism.limits import Limit
 

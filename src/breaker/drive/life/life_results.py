@@ -10,7 +10,7 @@ from breaker.drive.family.network_files import shipped_networks
 from breaker.drive.life.drift import Drift
 from breaker.drive.life.forecast import Forecast, Future, Onward
 from breaker.drive.life.life_records import series_of
-from breaker.drive.life.path import Change, Path
+from breaker.drive.life.path_fit import Change, Path
 from breaker.drive.life.readout import Readout, name_set
 from breaker.drive.life.tracker import Tracker
 from breaker.drive.life.work_events import Event

@@ -9,10 +9,10 @@ import xarray as xr
 from breaker.drive.family.level_network import EVENTS, Levels, level_outputs, outputs_there
 from breaker.drive.family.mechanisms import MECHANISMS, mechanism_outputs
 from breaker.drive.family.network_inputs import Basis, level_inputs, units_of
+from breaker.drive.simulation.rich_drive import CONTACTS, ELEMENTS
 from breaker.drive.training.family_bank import shapes
 from breaker.drive.training.family_records import record_shapes
-from breaker.drive.training.mechanism_sizes import mechanism_sizes
-from breaker.quantities.parameters import MOTIONS, NAMES
+from breaker.quantities.parameters import FORCE, GAP, MOTIONS, NAMES
 from breaker.reading.records.normalised_shape import SHAPE_TIMES
 
 MOST = 8000
@@ -23,6 +23,8 @@ CLEAN = (1e-6, 1.1e-6)
 
 _COMPONENTS = 64
 _TOLD = 0.6  # share of the drives whose size is given
+_STROKE = 10.0  # mm, to which the fall of the force refers
+_WAY = 0.4  # of the stroke, made in a duration
 _LEAST = 1e-6  # scale of a mechanism that no drive has
 
 
@@ -96,7 +98,7 @@ class BankRows:
         self, drives: np.ndarray, condition: np.ndarray, elements: np.ndarray
     ) -> dict[str, np.ndarray]:
         """Sizes of mechanisms of drives in a condition, with the elements of that or another."""
-        return mechanism_sizes(
+        return _mechanism_sizes(
             self.theta[drives, condition],
             self.elements[drives, elements],
             self.bank.contact.values[drives],
@@ -174,3 +176,40 @@ class LevelRows(BankRows):
             events.append((found - origin[:, None]) / duration[:, None])
         events = np.hstack(events)
         return records, np.where(np.isfinite(events), events, SHAPE_TIMES[-1])
+
+
+def _mechanism_sizes(
+    theta: np.ndarray,
+    elements: np.ndarray,
+    contact: np.ndarray,
+    stroke: np.ndarray,
+    duration: np.ndarray,
+) -> dict[str, np.ndarray]:
+    """Return the size of each of ``MECHANISMS``, ``(n,)``.
+
+    Args:
+        theta: Parameters, ``(n, p)``.
+        elements: In the order of ``rich_drive.ELEMENTS``, ``(n, e)``.
+        contact: Number of the kind of contact in ``rich_drive.CONTACTS``, ``(n,)``.
+        stroke, duration: Of closings, ``(n,)``, mm and ms.
+    """
+    has = dict(zip(ELEMENTS, elements.T, strict=True)) | dict(zip(NAMES, theta.T, strict=True))
+    slides, force = contact == CONTACTS.index("sliding"), has[FORCE.name]
+    speed = _WAY * stroke / duration
+
+    def damper(stop: str) -> np.ndarray:
+        return has[f"{stop}.damping"] * speed ** has[f"{stop}.power"] / force
+
+    sizes = {
+        "contact_preload": np.where(slides, 0.0, has["contact_preload"] / force),
+        "sliding_contact": np.where(slides, has[GAP.name] / stroke, 0.0),
+        "build_up": has["build_up"],
+        "dry_friction": has["dry_friction"] / force,
+        "opening_preload": has["opening_preload"] / force,
+        "force_fall": has["force_fall"] * stroke / _STROKE,
+        "drag": has["drag"] * speed ** has["drag_power"] / force,
+        "train_mass": has["train_mass"],
+        "closing_damper": damper("closing_stop"),
+        "opening_damper": damper("opening_stop"),
+    }
+    return {name: sizes[name] for name in MECHANISMS}
