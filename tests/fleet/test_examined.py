@@ -5,11 +5,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from breaker.documents.html_page import html_page
 from breaker.drive.answers.assessment import Assessment
 from breaker.drive.answers.drive_records import read_operations
 from breaker.drive.fleet.drive_document import DIFFERENT, FLEET, Due, FleetRow
 from breaker.drive.fleet.examination import examine, stored
-from breaker.drive.fleet.fleet_page import fleet_page
+from breaker.drive.fleet.fleet_page import fleet_document
 from breaker.drive.fleet.members import Member, members_of
 from breaker.drive.fleet.ranking import compare_poles, fleet_table, learn_types, type_table
 from breaker.figures.fleet import fleet as picture
@@ -141,7 +142,7 @@ def test_another_ratio_of_the_transducer_is_no_wear(table, examined):
     row = found[found.breaker == REMOUNTED].iloc[0]
     assert (row.state, row.due, found.breaker[1]) == (DIFFERENT, "", REMOUNTED)
     assert "no trend is told" in row.reason
-    page = fleet_page(found, type_table(types), b"")
+    page = html_page(fleet_document(found, type_table(types)), [b""])
     assert f'<td class="doubt">{DIFFERENT}</td>' in page
     figure = picture(found, [*examined], types)
     crosses = [e for e in figure.axes[0].lines if e.get_marker() == "x" and e.get_xdata().size]

@@ -40,6 +40,7 @@ def series(reference=10, **about):
         "closing": curves(np.arange(1, 41), lost=[3]),
         "opening": curves(np.arange(2, 43), "opening"),
     }
+    about = {"events": {}, "conditions": {}} | about
     return series_of(data, reference, followed={"closing": ["travel_time"]}, **about)
 
 

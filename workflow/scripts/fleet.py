@@ -5,8 +5,9 @@ from pathlib import Path
 import xarray as xr
 
 from breaker.common.zarr_store import open_store
+from breaker.documents.html_page import html_page
 from breaker.drive.fleet.drive_document import DriveDocument
-from breaker.drive.fleet.fleet_page import fleet_page
+from breaker.drive.fleet.fleet_page import fleet_document
 from breaker.drive.fleet.ranking import fleet_table, learn_types, type_table
 from breaker.figures import fleet as drawn
 from breaker.figures import style
@@ -27,5 +28,6 @@ save_frame(learned, output.types, digits=6)
 documents = map(DriveDocument.from_json, drives.document.values)
 named = [(each.breaker, each.phase) for each in documents]
 style.save(drawn.fleet(table, named, types), output.figure)
-page = fleet_page(table, learned, Path(output.figure).read_bytes())
+document, figure = fleet_document(table, learned), Path(output.figure).read_bytes()
+page = html_page(document, [figure], alt="the fleet")
 Path(output.page).write_text(page, encoding="utf-8")

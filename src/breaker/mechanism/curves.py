@@ -207,26 +207,19 @@ def check(
         raise ValueError("times must be one finite, increasing row")
     n = len(theta)
     known = np.broadcast_to(onset if onset.shape in {(), (n,)} else np.nan, n)
-    if not all(np.isfinite(known[rows]).all() for rows in blocks(n)):
+    if not np.isfinite(known).all():
         raise ValueError(f"onset must be one finite time or one per row, ({n},)")
     _check_rates(theta, times, known)
     return theta, times, known
 
 
 def _check_parameters(theta: np.ndarray) -> None:
-    count, first = 0, None
-    for rows in blocks(len(theta)):
-        (block,) = _contiguous(theta[rows])
-        bad = ~(np.isfinite(block) & (block > 0))
-        if bad.any():
-            count += bad.any(axis=1).sum()
-            row, column = np.argwhere(bad)[0]
-            first = first or (NAMES[column], block[row, column], rows.start + row)
-    if first:
-        name, value, row = first
+    bad = ~(np.isfinite(theta) & (theta > 0))
+    if bad.any():
+        row, column = np.argwhere(bad)[0]
         raise ValueError(
-            f"{count} of {len(theta)} rows have a parameter that is not finite and positive; the "
-            f"first is {name} = {value} in row {row}"
+            f"{bad.any(axis=1).sum()} of {len(theta)} rows have a parameter that is not finite and "
+            f"positive; the first is {NAMES[column]} = {theta[row, column]} in row {row}"
         )
 
 
@@ -245,13 +238,14 @@ def _intervals(theta: np.ndarray, times: np.ndarray, onset: float | np.ndarray) 
 
 
 def _check_rates(theta: np.ndarray, times: np.ndarray, onset: np.ndarray) -> None:
-    for rows in blocks(len(theta)):
-        block, start = _contiguous(theta[rows], onset[rows])
-        row = int(np.argmax(_intervals(block, times, start)))
-        if too_fast(block[row], times, start[row]):
-            raise ValueError(
-                f"the drive of row {rows.start + row} is too fast to follow over "
-                f"{times[-1] - min(times[0], start[row]):g} ms: its rate is "
-                f"{fastest_rate(block[row]):.3g} / ms, from "
-                f"{dict(zip(NAMES, block[row].tolist(), strict=True))}"
-            )
+    if not len(theta):
+        return
+    theta = np.asarray(theta, np.float64)
+    row = int(np.argmax(_intervals(theta, times, onset)))
+    if too_fast(theta[row], times, onset[row]):
+        raise ValueError(
+            f"the drive of row {row} is too fast to follow over "
+            f"{times[-1] - min(times[0], onset[row]):g} ms: its rate is "
+            f"{fastest_rate(theta[row]):.3g} / ms, from "
+            f"{dict(zip(NAMES, theta[row].tolist(), strict=True))}"
+        )

@@ -9,7 +9,6 @@ from tqdm import tqdm
 from breaker.common.randomness import generator
 from breaker.drive.family.level_network import Levels
 from breaker.drive.family.membership import choose_family
-from breaker.drive.family.network_inputs import NormalisedRecords
 from breaker.drive.family.record_inputs import network_record, stored_shape
 from breaker.quantities.parameters import PARAMETERS
 
@@ -50,7 +49,10 @@ def infer_operations(
             reasons[i] = f"{curves.file.values[i]}: {_NO_MOTION}"
             continue
         seen = network_record(shape, float(noise[i]), float(colour[i]), steps[i])
-        levels, p_value[i], fits = _family(families, motion, seen, misfit_p_value)
+        levels, ((_, match),), fits = choose_family(
+            families, lambda each, seen=seen: [(motion, each.match(motion, seen))], misfit_p_value
+        )
+        p_value[i] = match.p_value
         names[i] = levels.settings["family"]
         if fits:
             rng = generator(seed, "levels of operations", motion, int(operations[i]))
@@ -69,13 +71,3 @@ def infer_operations(
     }
     rest = curves.drop_dims(["time", "sample", "quantity"], errors="ignore")
     return rest.assign(found).assign_coords(outputs)
-
-
-def _family(
-    families: Sequence[Levels], motion: str, seen: NormalisedRecords, least: float
-) -> tuple[Levels, float, bool]:
-    """The family of a record, the p-value of its membership, and whether it fits."""
-    levels, ((_, match),), fits = choose_family(
-        families, lambda each: [(motion, each.match(motion, seen))], least
-    )
-    return levels, match.p_value, fits

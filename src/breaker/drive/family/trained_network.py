@@ -18,15 +18,15 @@ class Network:
 
     Args:
         arrays: Weights by their names in ``family_density.FamilyNetwork``.
-        atoms: Which outputs may be exactly 0, ``(q,)`` of bool; none if it is empty.
+        atoms: Which outputs may be exactly 0, ``(q,)`` of bool.
     """
 
-    def __init__(self, arrays: Mapping[str, np.ndarray], atoms: Sequence[bool] = ()) -> None:
+    def __init__(self, arrays: Mapping[str, np.ndarray], atoms: Sequence[bool]) -> None:
         self.arrays = arrays
         self.blocks = sum(name.startswith("summary.inner.") for name in arrays) // 2
         self.dims, self.width, outputs = arrays["inference.leave"].shape
         self.components = (outputs - 1) // 3
-        self.atoms = tuple(atoms) or (False,) * self.dims
+        self.atoms = tuple(atoms)
 
     def features(self, x: np.ndarray) -> np.ndarray:
         """Map inputs ``(n, i)`` to features ``(n, s)``."""

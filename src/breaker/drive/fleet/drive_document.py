@@ -40,11 +40,6 @@ class Shown(NamedTuple):
     motion: str
     value: float
 
-    @property
-    def label(self) -> str:
-        """Name of the quantity, with its motion where the name does not tell it."""
-        return label(self.name, self.motion)
-
 
 @dataclass(frozen=True)
 class DriveChange(Plain):
@@ -53,11 +48,6 @@ class DriveChange(Plain):
     name: str
     motion: str
     change: Sequence[float]
-
-    @property
-    def label(self) -> str:
-        """Name of the quantity, with its motion where the name does not tell it."""
-        return label(self.name, self.motion)
 
 
 def label(name: str, motion: str) -> str:
@@ -202,7 +192,7 @@ class FleetRow:
             "operations_left": np.nan if due.left is None else due.left,
             "failed": self.failed,
             "change": most.change[1] if most else np.nan,
-            "change_of": most.label if most else "",
+            "change_of": label(most.name, most.motion) if most else "",
             "off_type": 100.0 * (shown.value / shown.usual - 1.0) if known else np.nan,
             "off_type_of": label(shown.name, shown.motion) if known else "",
             **self.parameters,

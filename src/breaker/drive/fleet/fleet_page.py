@@ -3,7 +3,6 @@
 import pandas as pd
 
 from breaker.common.numerals import in_digits
-from breaker.documents.html_page import html_page
 from breaker.documents.parts import Cell, Document, Table
 from breaker.drive.fleet.drive_document import FLEET_STATES
 
@@ -13,18 +12,12 @@ TONES = dict(zip(FLEET_STATES, ("doubt", "good", *3 * ("doubt",), "bad"), strict
 _SHOWN = ("breaker", "phase", "type", "last", "state", "due_date", "odd", "pole_spread")
 
 
-def fleet_page(table: pd.DataFrame, types: pd.DataFrame, picture: bytes) -> str:
-    """Return a fleet as one page of HTML that needs nothing beside it.
+def fleet_document(table: pd.DataFrame, types: pd.DataFrame) -> Document:
+    """Return a fleet in words and tables: drives in the order of their rows, and types.
 
     Args:
         table, types: What ``fleet_table`` and ``type_table`` return.
-        picture: The figure of the fleet, PNG.
     """
-    return html_page(fleet_document(table, types), [picture], alt="the fleet")
-
-
-def fleet_document(table: pd.DataFrame, types: pd.DataFrame) -> Document:
-    """Return a fleet in words and tables: drives in the order of their rows, and types."""
     counts = table.state.value_counts()
     states = [f"{counts[each]} {each}" for each in reversed(FLEET_STATES) if each in counts]
     odd = int((table.odd != "").sum())

@@ -20,6 +20,7 @@ from breaker.drive.fleet.drive_document import (
     DriveDocument,
     Farthest,
     FleetRow,
+    label,
 )
 from breaker.mechanism.prior import Prior
 from breaker.quantities.catalogue import QUANTITIES
@@ -200,7 +201,8 @@ def _known(row: FleetRow) -> list[str]:
     if document.spread:
         most = max(document.spread, key=lambda each: each.value)
         percent = in_digits(most.value, 2)
-        said.append(f"records of the last visit differ most in {most.label}, sd {percent} %")
+        where = label(most.name, most.motion)
+        said.append(f"records of the last visit differ most in {where}, sd {percent} %")
     return said if row.odd else said + _off_type(row)
 
 
@@ -221,5 +223,8 @@ def _off_type(row: FleetRow) -> list[str]:
 def _changes(rows: Sequence[DriveChange]) -> str:
     """The largest changes, and how many more there are."""
     most = sorted(rows, key=lambda each: -abs(each.change[1]))
-    words = [f"{each.label} {in_digits(each.change[1], 2, sign=True)} %" for each in most]
+    words = [
+        f"{label(each.name, each.motion)} {in_digits(each.change[1], 2, sign=True)} %"
+        for each in most
+    ]
     return first_of(words, _TOLD)

@@ -13,9 +13,8 @@ _FARTHEST = 36525.0  # days ahead that are told
 def days_per_operation(operations: np.ndarray, dates: Sequence[str]) -> np.ndarray:
     """Return the recent mean number of days between operations, ``(o,)``, nan if not known.
 
-    Counted from the last dated operation that is a year back or more; where the records are
-    younger, from the first one, and not at all within a month. So a burst of operations at a visit
-    counts among those of a year at least, and visits years apart count from one to the next.
+    Counted from the last dated operation that is a year back or more, else from the first one, and
+    not at all within a month.
 
     Args:
         operations: Numbers of the operations, rising, ``(o,)``.
@@ -51,16 +50,11 @@ def on_date(
 ) -> list[str]:
     """Return the date at which an operation is expected, as known at each operation, ``(o,)``.
 
-    From the last dated operation, at the recent rate; empty where that, or the number, is not
-    known, or more than a century away.
+    Empty where rate or number are not known, or more than a century away. The other arguments are
+    those of ``days_per_operation``, and what it returns.
 
     Args:
         wanted: Number of an operation, ``(o,)``.
-        operations, dates: As of ``days_per_operation``.
-        per_operation: What it returns.
-
-    >>> on_date(np.array([20.0]), np.array([10]), ["2024-01-01"], np.array([1.5]))
-    ['2024-01-16']
     """
     numbers, days = _dated(operations, dates)
     found = []

@@ -1,14 +1,10 @@
 """Records of a life as coordinates: independent, in units of the drive's own scatter.
 
-A record's change from the mean of the new ones is taken apart into the components in which drives
-of the family change. Two covariances meet there: that of the family's changes, and that of the
-drive's operations, from differences of neighbours while it was new, beside what is usual of drives.
-The directions in which both are diagonal, the largest ratio first, are the coordinates: what wear
-does most, seen against the drive's own scatter.
-
-What an instrument would print of the record comes besides: a measured quantity less what the
-curve's coordinates say of it, in units of its own scatter. So nothing counts twice, whatever is
-followed is linear in the coordinates, and a motion or a quantity may be missing.
+The change of a record from the mean of the new ones has a component in each direction in which
+drives of the family change. The coordinates are the directions in which both the covariance of the
+family's changes and that of the drive's own operations are diagonal, the largest ratio first.
+A measured quantity adds one coordinate: what the curve's coordinates do not explain of it, in units
+of its scatter. So nothing counts twice, and a motion or a quantity may be missing.
 """
 
 from collections.abc import Mapping, Sequence
@@ -108,10 +104,8 @@ class CoordinateReading(NamedTuple):
         mean: While the drive was new, in its unit.
         slopes: What a coordinate says of it, ``(k,)``.
         scatter: Of what is left, in its unit.
-        common: Standard deviation of what all readings of late are off alike, in its unit: the
-            geometric mean of what is stated with them, ``(o,)``, as a creep that noise may hide is
-            stated with some and not with others. That they scatter as much tells nothing of it:
-            operations differ, too.
+        common: Standard deviation of the error that all recent readings share, in its unit,
+            ``(o,)``: the geometric mean of the stated ones.
     """
 
     motion: str
@@ -181,7 +175,7 @@ class Coordinates(NamedTuple):
         """Return the coordinates of a drive, by the new records of its series."""
         curves, readings = {}, []
         for motion, each in series.motions.items():
-            new = series.new_of(motion)
+            new = series.new[each.there[series.new]]
             noise = float(np.median(each.noise[new]))
             curve = LifeCurve.of(each.way, each.present, noise, bases[motion], new)
             curves[motion], seen = curve, curve.project(each.way, each.present)
@@ -213,9 +207,8 @@ class Coordinates(NamedTuple):
         return slice(begin, begin + sizes[motion])
 
     def row(self, motion: str, name: str) -> tuple[CoordinateReading, np.ndarray] | None:
-        """Return the reading of a quantity, and its change as a row of coordinates, ``(k,)``.
-
-        In its unit. None where it is not followed.
+        """Return the reading of a quantity and its change as a row of coordinates, ``(k,)``, in its
+        unit; None where it is not followed.
         """
         begin = sum(curve.variance.size for curve in self.curves.values())
         for k, each in enumerate(self.readings):
@@ -251,9 +244,8 @@ def _of_late(values: np.ndarray) -> np.ndarray:
 
 
 def _covariance(changes: np.ndarray, usual: np.ndarray) -> np.ndarray:
-    """Covariance of the scatter of records ``(n, k)``, without outliers, beside what is usual.
-
-    Inflated by what directions are off that are themselves estimated.
+    """Covariance of the scatter of records ``(n, k)``, without outliers, beside what is usual,
+    inflated for directions that are themselves estimated.
     """
     apart = np.diff(changes, axis=0) / np.sqrt(2.0)
     found = usual

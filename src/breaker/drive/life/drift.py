@@ -1,10 +1,9 @@
 """How the rate of wear drifts: what has run in wears ever slower, other wear ever faster.
 
-The rate is ``(1 + h / a)^k`` times that of now, h operations ahead of an age a. So a drift k of 0
-is a steady rate, 1 one that grows in proportion to the age, and nothing depends on the unit of
-operations. How far the path bends now tells k: its rate changes by ``k / a`` of itself an
-operation. That it goes on so is not certain, and what the path does not tell comes from a prior
-about a steady rate. The draws are Student's, as some wear drifts much more.
+The rate is ``(1 + h / a)^k`` times that of now, h operations ahead of an age a: a drift k of 0 is a
+steady rate, 1 one that grows in proportion to the age. The bend of the path now tells k, as its
+rate changes by ``k / a`` of itself an operation; the rest comes from a prior about a steady rate.
+Draws are Student's, as some wear drifts much more.
 
 Shapes: ``n`` operations at which it is asked, ``d`` draws, ``k`` coordinates.
 """
@@ -49,7 +48,6 @@ class Drift(NamedTuple):
 
         Args:
             where: Their indices, ``(n,)``.
-            age, seed: As the attributes.
             prior: Standard deviation of the drift of drives,
             goes_on: and of that to come, about that so far.
         """
@@ -69,16 +67,12 @@ class Drift(NamedTuple):
         return self.mean[:, None] + self.sd[:, None] * students
 
     def operations(self, steady: np.ndarray) -> np.ndarray:
-        """Return in how many operations as much wears as in some at the rate of now, ``(n, d)``.
-
-        Args:
-            steady: Operations at that rate, ``(n, d)``, one column a draw.
+        """Return in how many operations as much wears as in ``steady`` ones at the rate of now,
+        ``(n, d)``.
 
         >>> age, steady = np.full(1, 100.0), np.full((1, 1), 150.0)
         >>> Drift(np.ones(1), np.zeros(1), age, 1).operations(steady).round(6)
         array([[100.]])
-        >>> Drift(-np.full(1, 2.0), np.zeros(1), age, 1).operations(steady)  # it comes to rest
-        array([[inf]])
         """
         power = 1.0 + self.draws(steady.shape[1])
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):

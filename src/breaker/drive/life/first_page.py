@@ -52,7 +52,6 @@ def since_new(changes: pd.DataFrame, life: xr.Dataset) -> str:
 
 
 def _span(row: pd.Series, name: str) -> str:
-    """A 90 % interval, percent."""
     return f"{_signed(row[f'{name}_5'])} to {_signed(row[f'{name}_95'])}"
 
 
@@ -61,11 +60,7 @@ def _signed(value: float) -> str:
 
 
 def headline(decisions: pd.DataFrame, limits: pd.DataFrame) -> str:
-    """Say what to do after the last operation, and why.
-
-    Args:
-        decisions, limits: What ``decide`` and ``limit_table`` return.
-    """
+    """Say what to do after the last operation, and why, by the tables of decisions and limits."""
     row = decisions.iloc[-1]
     by_limit = limits.drop_duplicates("limit")
     unknown = by_limit[by_limit.state == "unknown"]
@@ -104,12 +99,7 @@ def headline(decisions: pd.DataFrame, limits: pd.DataFrame) -> str:
 def look_first(
     decisions: pd.DataFrame, limits: pd.DataFrame, advice: Mapping[str, str]
 ) -> list[str]:
-    """Say where to look first for the limits that are due or planned, the one due first first.
-
-    Args:
-        decisions, limits: What ``decide`` and ``limit_table`` return.
-        advice: The section ``advice`` of the configuration.
-    """
+    """Say where to look first for the limits that are due or planned, the one due first first."""
     due = limits[limits.state.isin(["plan", "now"])]
     first = due.limit == decisions.iloc[-1].limit
     names = dict.fromkeys([*due.quantity[first], *due.quantity[~first]])
@@ -131,11 +121,7 @@ def trust(life: xr.Dataset) -> str:
 
 
 def limit_words(limits: pd.DataFrame) -> pd.DataFrame:
-    """Return the table of limits of the first page, in words.
-
-    Args:
-        limits: What ``limit_table`` returns.
-    """
+    """Return the table of limits of the first page, in words."""
     rows = []
     for one in limits.itertuples():
         if one.certain is not pd.NA and one.certain == one.certain:
@@ -163,15 +149,12 @@ def limit_words(limits: pd.DataFrame) -> pd.DataFrame:
 
 
 def opening(sentences: Sequence[str], limits: pd.DataFrame, picture: bytes) -> str:
-    """Return sentences, the table of limits and a picture.
+    """Return sentences, a table and a picture as one element of HTML, which loads nothing.
 
     Args:
         sentences: The first is the headline.
         limits: What ``limit_words`` returns.
         picture: The figure of the verdict, PNG.
-
-    Returns:
-        One element of HTML, which loads nothing.
     """
     # Imported here, as figures take words from this module, and need no jinja2.
     from breaker.documents.html_page import html_page
@@ -183,11 +166,7 @@ def opening(sentences: Sequence[str], limits: pd.DataFrame, picture: bytes) -> s
 
 
 def exceeded(certain: float, crossed: float) -> str:
-    """Say since when a limit is exceeded.
-
-    >>> exceeded(1906.0, 1870.0)
-    'exceeded: certain at 1,906, crossed about 1,870'
-    """
+    """Say since when a limit is exceeded."""
     return f"exceeded: certain at {certain:,.0f}, crossed about {crossed:,.0f}"
 
 
@@ -204,11 +183,7 @@ def about(value: float) -> str:
 
 
 def span(low: float, high: float) -> str:
-    """Write an interval of such numbers.
-
-    >>> span(12.2, 1878.3)
-    '12 to 1,880'
-    """
+    """Write an interval of such numbers."""
     return f"{about(low)} to {about(high)}"
 
 

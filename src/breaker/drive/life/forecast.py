@@ -1,14 +1,10 @@
 """How long a drive may go on: when its path is beyond a limit, if the wear goes on as it does.
 
-The rate may drift (``breaker.drive.life.drift``), which belongs to each draw of the path. Or it
-changes at once: the rate may become another one. How likely that is, and by how much, was learned
-from lives (``wear_model.future``): as likely each time that the drive has become a tenth older,
-whether these are ten operations or a thousand, and however far off the limit seems. The probability
-to be beyond after so many operations is that of the path so much further on, over all the changes
-that there may be.
-
-A change that is noticed ends in a service. The probability to be beyond a limit before any change
-of this path is noticed is that of the same draws and changes, each followed until then.
+The rate drifts with each draw of the path (``drift``), and may become another one at once. How
+likely that is, and by how much, was learned from lives (``wear_model.future``): as likely each time
+that the drive has become a tenth older. The probability to be beyond a limit after so many
+operations is that of the path so much further on, over all the changes that there may be. A change
+that is noticed ends in a service; draws are then followed until then.
 """
 
 from collections.abc import Mapping
@@ -61,14 +57,13 @@ class Future(NamedTuple):
         return np.append(0.0, np.geomspace(1.0, self.horizon, _AHEAD - 1))
 
     def ways(self, lag: np.ndarray | float = np.inf) -> np.ndarray:
-        """Return how far the path has come, in operations at its rate so far.
+        """Return how far the path has come, in operations at its rate so far, ``(..., h, w)``.
+
+        One for each of ``ahead`` and each change that may come, the first none.
 
         Args:
-            lag: Operations from a change to when it is noticed, from where on the path is not
+            lag: Operations from a change until it is noticed, from where on the path is not
                 followed, ``(...)``.
-
-        Returns:
-            For each of ``ahead`` and each change that may come, the first none, ``(..., h, w)``.
         """
         ahead, lag = (
             self.ahead()[:, None, None],
@@ -95,7 +90,6 @@ class Future(NamedTuple):
         return np.concatenate([stays[..., -1:], np.repeat(each, _HOW, axis=-1)], axis=-1)
 
     def _when(self) -> np.ndarray:
-        """Operations ahead at which the next change may come."""
         return np.geomspace(1.0, self.horizon, _WHEN)
 
     def fails(
@@ -107,8 +101,7 @@ class Future(NamedTuple):
             lives: Operations that are left to each draw at the rate so far, ``(n, d)``, sorted; inf
                 where it never is beyond, nan where nothing is known.
             past: Operations so far, ``(n,)``.
-            lag: Operations from a change to when it is noticed, and the drive serviced, ``(n,)``;
-                inf where nobody looks.
+            lag: As of ``ways``, ``(n,)``; inf where nobody looks.
         """
         fine = np.append(0.0, np.geomspace(0.5, _FARTHEST * self.horizon, _FINE))
         lag, found = np.broadcast_to(lag, past.shape), np.full((len(past), _AHEAD), np.nan)
@@ -140,8 +133,8 @@ class Future(NamedTuple):
 class Onward:
     """A path, as it goes on from some operations: draws of the drive at nodes ahead of each.
 
-    What is not known of the drive now is noise of its records, to a network; what is not known of
-    the rate leads elsewhere, the farther the more, in the directions in which it is not known.
+    Uncertainty of the drive's present state enters the network as noise of its records. That of the
+    rate leads elsewhere, the farther the more, in the directions in which it is not known.
 
     Args:
         path, readout: Of the drive.
@@ -183,7 +176,7 @@ class Onward:
     def values(self, limit: Limit) -> np.ndarray:
         """Return draws of the quantities along the path, ``(m, n, d, parts)``.
 
-        How far apart the ways are tells how far draws are, which few ways have no tails of.
+        The few ways have no tails; their spread says how far draws are apart.
         """
         if not limit.source.inferred:
             found = limit.read(self._measured)
@@ -220,11 +213,7 @@ class Forecast(NamedTuple):
     def of(
         cls, limit: Limit, onward: Onward, drift: Drift, past: np.ndarray, future: Future
     ) -> Self:
-        """Return the forecast of a limit.
-
-        Args:
-            past: Operations so far, ``(n,)``.
-        """
+        """Return the forecast of a limit after ``past`` operations, ``(n,)``."""
         now, along = onward.now(limit), _continued(onward.values(limit), onward.nodes)
         excess, lives = limit.excess(along), np.full(now.shape[:2], np.nan)
         known = np.isfinite(now).any(axis=(1, 2))
@@ -251,8 +240,7 @@ def _continued(draws: np.ndarray, nodes: np.ndarray) -> np.ndarray:
 def _crossings(excess: np.ndarray, nodes: np.ndarray) -> np.ndarray:
     """How far along its path each draw is beyond all parts of a limit, ``(d,)``; inf if it is not.
 
-    Args:
-        excess: How far each part is beyond, at the nodes, ``(nodes, d, parts)``; straight between.
+    ``excess`` is how far each part is beyond at the nodes, ``(nodes, d, parts)``.
     """
     holds = (excess > 0.0).all(axis=-1)
     first = holds.argmax(axis=0)

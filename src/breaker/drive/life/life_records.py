@@ -66,14 +66,10 @@ class Series:
     events: Mapping[int, Event]
     conditions: Mapping[str, np.ndarray] = field(default_factory=dict)
 
-    def new_of(self, motion: str) -> np.ndarray:
-        """Indices of the new operations that have a record of a motion."""
-        return self.new[self.motions[motion].there[self.new]]
-
     @property
     def apart(self) -> dict[str, np.ndarray]:
-        """Conditions beside those of the new operations, ``(o,)`` each, in 10 K and in 10 % of the
-        voltage; 0 where one is not known.
+        """Conditions relative to those of the new operations, ``(o,)`` each, in 10 K and in 10 % of
+        the voltage; 0 where one is not known.
         """
         found = {}
         for name, values in self.conditions.items():
@@ -88,8 +84,8 @@ def series_of(
     reference: int | Sequence[int],
     *,
     followed: Mapping[str, Sequence[str]],
-    events: Mapping[int, Event] | None = None,
-    conditions: Mapping[str, Mapping[int, float]] | None = None,
+    events: Mapping[int, Event],
+    conditions: Mapping[str, Mapping[int, float]],
 ) -> Series:
     """Return the series of measured operations.
 
@@ -98,8 +94,7 @@ def series_of(
         reference: How many of the first operations with a record are new; or the first and the last
             number of those that are.
         followed: Names of measured quantities that are followed, by motion.
-        events: By the number of an operation.
-        conditions: By name of ``CONDITIONS``, by the number of an operation.
+        events, conditions: By the number of an operation; conditions by name of ``CONDITIONS``.
 
     Raises:
         ValueError: If no operation that is new has a record.
@@ -111,11 +106,11 @@ def series_of(
     usable = {m: each.accepted.values == True for m, each in whole.items()}  # noqa: E712, nan is not
     known = {
         name: np.array([values.get(int(o), np.nan) for o in operations])
-        for name, values in (conditions or {}).items()
+        for name, values in conditions.items()
     }
     known = {name: values for name, values in known.items() if np.isfinite(values).any()}
     place = {int(o): i for i, o in enumerate(operations)}
-    done = {place[o]: each for o, each in (events or {}).items() if o in place}
+    done = {place[o]: each for o, each in events.items() if o in place}
     new = _new(operations, usable, reference, done, known)
     motions = {m: _motion(m, whole[m], usable[m], new, followed.get(m, ())) for m in whole}
     motions = {motion: each for motion, each in motions.items() if each is not None}

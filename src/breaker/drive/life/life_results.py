@@ -27,19 +27,15 @@ def follow_curves(
     limits: Sequence[Limit],
     settings: Mapping,
     *,
-    events: Mapping[int, Event] | None = None,
-    conditions: Mapping[str, Mapping[int, float]] | None = None,
+    events: Mapping[int, Event],
+    conditions: Mapping[str, Mapping[int, float]],
 ) -> xr.Dataset:
     """Follow a drive by the networks that ship, and judge its limits: see ``follow_life``.
 
     Args:
-        data: What ``curve_reader.read_curves`` returns of each motion.
+        data, events, conditions: As of ``series_of``, which may raise.
         settings: ``wear_model``, that section of the configuration, ``misfit_p_value`` and
             ``seed``.
-        events, conditions: As of ``series_of``.
-
-    Raises:
-        ValueError: If no operation that is new has a record.
     """
     wear_model = settings["wear_model"]
     names: dict[str, list[str]] = {motion: [] for motion in data}
@@ -123,9 +119,8 @@ def follow_life(
 
 
 def agreement(readout: Readout, path: Path) -> float:
-    """Return how probably closing and opening are as far apart on the change at the end, or more.
-
-    1 of a single motion, or of no family.
+    """Return how probably closing and opening are as far apart on the change at the end, or more; 1
+    of a single motion, or of no family.
     """
     motions = list(readout.coordinates.curves)
     if len(motions) < 2 or readout.changes is None:

@@ -80,13 +80,12 @@ _LEFT = ("operations_left_5", "operations_left", "operations_left_95")
 def operation_metadata(curves: Mapping[str, xr.Dataset], operations: np.ndarray) -> pd.DataFrame:
     """Return what is known of each operation beside its records, and motions without one.
 
+    Columns are ``ABOUT`` and ``not_used``: events of all motions, the mean conditions, and else
+    what the first motion knows.
+
     Args:
         curves: Records of each motion, with ``accepted`` and what ``ABOUT`` names.
         operations: Numbers, ``(o,)``.
-
-    Returns:
-        Columns ``ABOUT``, events of all motions and the mean conditions, else what the first
-        motion knows; and ``not_used``.
     """
     frames = [
         data[[*metadata_names(data), "accepted"]].to_dataframe().reindex(operations)
@@ -112,13 +111,7 @@ def _joined(name: str, values: Sequence) -> object:
 def decided(
     life: xr.Dataset, curves: Mapping[str, xr.Dataset], planning: Mapping[str, object]
 ) -> tuple[xr.Dataset, pd.DataFrame]:
-    """Return how a drive stands to its limits, and the decisions: see ``standing``, ``decide``.
-
-    Args:
-        life: What ``life_results.follow_life`` returns.
-        curves: As for ``operation_metadata``.
-        planning: The section of the configuration.
-    """
+    """Return how a drive stands to its limits, and the decisions: see ``standing``, ``decide``."""
     known = operation_metadata(curves, life.operation.values)
     pace = days_per_operation(life.operation.values, list(known.date))
     stands = standing(life, planning, pace)
@@ -178,11 +171,7 @@ def _whole(numbers: np.ndarray) -> pd.array:
 
 
 def limit_table(life: xr.Dataset, stands: xr.Dataset) -> pd.DataFrame:
-    """Return one row per part of a limit, after the last operation, with the columns ``LIMITS``.
-
-    Args:
-        life, stands: As of ``decide``.
-    """
+    """Return one row per part of a limit, after the last operation, with the columns ``LIMITS``."""
     of = pd.Index(life.limit.values).get_indexer(life.part_limit.values)
     last, now = stands.isel(operation=-1), life.value.values[-1]
     state, left = last.state.values[of], last.left.values[of].round()
@@ -209,12 +198,8 @@ def limit_table(life: xr.Dataset, stands: xr.Dataset) -> pd.DataFrame:
 def change_table(life: xr.Dataset) -> pd.DataFrame:
     """Return one row per change that was noticed, and one of the last operation.
 
-    Args:
-        life: As of ``decide``.
-
-    Returns:
-        The columns ``CHANGES``, and of each parameter ``NAME_5``, ``NAME``, ``NAME_95`` and
-        ``NAME_unchanged``.
+    Columns are ``CHANGES``, and of each parameter ``NAME_5``, ``NAME``, ``NAME_95`` and
+    ``NAME_unchanged``.
     """
     last, ends = int(life.operation[-1]), ("noticed", "start", "earliest", "latest")
     names = life.names.values[-1] if life.sizes["asked"] else ""

@@ -2,15 +2,11 @@
 
 A limit is *now* where it is exceeded, or the operation has come by which to service, and stays so
 until work on the drive; *plan* where the cheapest time of a service is within the planning horizon;
-*healthy* before; and *unknown* where too little is known: before the drive was followed long
-enough, without records, or where a service would have to be planned for a quantity of which the
-records do not tell whether it is as new or at the limit. Such a limit is told apart, with its
-probability, and hides no other; what is left to it is not told.
+*healthy* before; and *unknown* where too little is known, or where a service would have to be
+planned for a quantity that may be as new or at the limit. Such a limit hides no other.
 
-The operation by which to service is what ``breaker.drive.life.service_plan`` finds cheapest, and
-never behind the 5 % quantile of the operations left, which is of the same draws. It is told from
-when it is within the horizon, and moved by evidence alone: where the estimate leaves it by a share
-of what is left, or that quantile comes before it.
+A plan is told from when it is within the horizon, and moved by evidence alone: where the estimate
+leaves it by a share of what is left, or the 5 % quantile of the operations left comes before it.
 
 Shapes: ``o`` operations, ``a`` of them asked, ``l`` limits.
 """
@@ -42,17 +38,14 @@ def standing(life: xr.Dataset, settings: Mapping, per_operation: np.ndarray) -> 
         life: What ``life_results.follow_life`` returns.
         settings: The section ``planning`` of the configuration.
         per_operation: Days from one operation to the next, of late, ``(o,)``; nan if not known.
-
-    Returns:
-        Dataset over ``operation`` and ``limit``: ``state``, number in ``STATES``; ``beyond``, the
-        probability that it is exceeded; ``service_by``, a number, inf without one; ``since``, the
-        operation since when a service has been told, nan if none is; ``left``, by ``quantile``,
-        operations, 0 where it is exceeded; ``risk``, the probability to fail before the next
-        inspection; and over ``operation`` the drive's own ``drive_state``, ``drive_since``,
-        ``subject``, the limit that it is about (-1 without one), and ``drive_service_by``. Over
-        ``limit``: ``certain`` and ``crossed``, the first operation at which it is exceeded for
-        sure, and from which on it is likelier than not; nan if it is not exceeded at the end;
-        ``rate`` and, over ``ahead``, ``extra``, as of ``service_plan.Plan``, at the end.
+     Returns: Dataset over ``operation`` and ``limit``: ``state``, number in ``STATES``; ``beyond``,
+    the probability that it is exceeded; ``service_by``, inf without one; ``since``, the operation
+    since when a service has been told, nan if none is; ``left``, by ``quantile``, operations;
+    ``risk``, the probability to fail before the next inspection. Over ``operation`` the drive's own
+    ``drive_state``, ``drive_since`` and ``drive_service_by``, and ``subject``, the limit that they
+    are about (-1 without one). Over ``limit``: ``certain`` and ``crossed``, the first operation at
+    which it is exceeded for sure, and from which on it is likelier than not (nan if not); ``rate``
+    and, over ``ahead``, ``extra``, as of ``service_plan.Plan``, at the end.
     """
     asked, operations = life.asked.values, life.operation.values
     work = life.start.values[life.work.values]
@@ -165,12 +158,7 @@ def _drive(state: np.ndarray, by: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _latched(on: np.ndarray, spell: np.ndarray) -> np.ndarray:
-    """Return what holds from ``on`` until the spell is over, ``(a, l)`` of bool.
-
-    >>> on = np.array([[0, 1, 0, 0, 1]])[0, :, None] > 0
-    >>> _latched(on, np.array([0, 0, 0, 1, 1]))[:, 0]
-    array([False,  True,  True, False,  True])
-    """
+    """Return what holds from ``on`` until the spell is over, ``(a, l)`` of bool."""
     at = np.arange(len(on))[:, None]
     last = np.maximum.accumulate(np.where(on, at, -1), axis=0)
     return (last >= 0) & (spell[np.maximum(last, 0)] == spell[:, None])
@@ -188,9 +176,9 @@ def _told(state: np.ndarray, operations: np.ndarray) -> np.ndarray:
 
 
 def _vague(life: xr.Dataset) -> np.ndarray:
-    """Say of which limits a quantity may be as new, and at the limit, ``(a, l)``.
+    """Say of which limits a quantity may be both as new and at the limit, ``(a, l)``.
 
-    What all readings are off alike they were off as new: it is none of the change since.
+    An error that all readings share does not count, as it is none of the change since new.
     """
     new, bound, value = life.new.values, life.part_bound.values, life.value.values
     common, middle = ndtri(0.95) * life.common.values[..., None], value[..., 1:2]
@@ -214,10 +202,9 @@ def planned(
     age: np.ndarray,
 ) -> np.ndarray:
     """Return by when to service, ``(a, l)``; inf while that is not within the planning horizon.
-
-    A date is told once an estimate is within the horizon, and moved by evidence alone. Costs are
-    flat, so a small change of the path moves their least from soon to never: a plan is revoked by
-    estimates beyond the horizon that last. What is due stays so until the next spell.
+     Costs are flat, so a small change of the path moves their least from soon to never: a plan is
+    revoked only by estimates beyond the horizon that last. What is due stays so until the next
+    spell.
 
     >>> estimate, asked = np.array([900.0, 640, 660, 450, 460])[:, None], [100, 200, 300, 350, 355]
     >>> about = np.full(5, 500.0), np.zeros(5), np.zeros(5)

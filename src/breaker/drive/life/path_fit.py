@@ -57,7 +57,6 @@ class Path:
         bend, bend_variance: Of the rate, per operation.
         evidence: For a change that is not noticed yet, nats, ``(o,)``; nan where none is sought.
         weight: Of the record beside one that follows the path, ``(o,)``; nan without one.
-        changes: Changes that were noticed.
     """
 
     change: np.ndarray

@@ -1,8 +1,7 @@
 """What a change in a drive's coordinates means: parameters by a network, measured quantities.
 
 A network of changes sees the drive's curves as new, their change along the path, and how well both
-are known; its draws are changes of the parameters since then. Measured quantities are linear in the
-coordinates. Either way a limit is beyond with a probability.
+are known. Measured quantities are linear in the coordinates.
 """
 
 from collections.abc import Mapping, Sequence
@@ -60,11 +59,8 @@ class Readout:
         seed: int,
         misfit_p_value: float,
     ) -> Self:
-        """Return the readout of a drive, by the family that its new curves fit.
-
-        Args:
-            families: Networks of each.
-            misfit_p_value: p-value below which curves do not fit a family.
+        """Return the readout of a drive by the family that its new curves fit, with at least a
+        p-value.
         """
         drives = (
             cls(
@@ -112,11 +108,11 @@ class Readout:
     def curves(
         self, change: np.ndarray, variance: np.ndarray, motions: Sequence[str] | None = None
     ) -> tuple[dict[str, NormalisedRecords], dict[str, NormalisedRecords]]:
-        """Return new curves and their changes, as networks see them, by motion.
+        """Return new curves and their changes, as networks see them, by motion: all, or
+        ``motions``.
 
         Args:
             change, variance: Of the coordinates, ``(n, k)``.
-            motions: Motions to return; all if None.
         """
         new, changed = {}, {}
         for motion in motions or self.coordinates.curves:
@@ -131,13 +127,11 @@ class Readout:
     def parameters(
         self, change: np.ndarray, variance: np.ndarray, motions: Sequence[str] | None = None
     ) -> np.ndarray:
-        """Return draws of the change of the parameters, ``(n, d, p)``, percent.
+        """Return draws of the change of the parameters, ``(n, d, p)``, percent; arguments as
+        ``curves``.
 
         The same random numbers for each change, so that probabilities along a path are smooth; nan
         where a change is larger than any wear of the family, or there is no family.
-
-        Args:
-            change, variance, motions: As of ``curves``.
         """
         found = np.full((len(change), self.draws, len(NAMES)), np.nan)
         if self.changes is None:
@@ -154,19 +148,12 @@ class Readout:
         return found
 
     def condition(self, change: np.ndarray, variance: np.ndarray, where: np.ndarray) -> "Condition":
-        """Return conditions of the drive, which limits read.
-
-        Args:
-            change, variance: Of the coordinates, ``(n, k)``.
-            where: Index of the operation as of which each is known, ``(n,)``.
-        """
+        """Return conditions of the drive, which limits read; arguments as of ``Condition``."""
         return Condition(self, change, variance, where)
 
     def ways(self) -> list[tuple[Self, np.ndarray]]:
-        """Return readouts that share the draws, and where on its way each is, in sds, ``(k,)``.
-
-        Of each coordinate the quantiles of a normal, shuffled, so that few ways are as far apart
-        as many.
+        """Return readouts that share the draws, and where on its way each is, in sds, ``(k,)``: for
+        each coordinate shuffled quantiles of a normal.
         """
         normal = ndtri((np.arange(_WAYS) + 0.5) / _WAYS)
         normal, rng = normal / normal.std(), np.random.default_rng(self.seed)
@@ -189,9 +176,8 @@ class Readout:
 
 @dataclass(frozen=True, eq=False)
 class Condition:
-    """A drive in some conditions, as limits read it: draws of quantities, ``(n, d, parts)``.
-
-    nan where a quantity is not known. ``Limit.read`` takes the method of the limit's source.
+    """A drive in some conditions, as limits read it: draws of quantities, ``(n, d, parts)``; nan
+    where a quantity is not known. ``Limit.read`` calls the method of the limit's source.
 
     Attributes:
         readout: Of the drive.
@@ -227,10 +213,8 @@ class Condition:
         return np.where(np.isinf(found), signs * np.inf, found).reshape(*draws.shape[:2], -1)
 
     def of_record(self, limit: Limit) -> np.ndarray:
-        """Return draws of what records show: quantiles of a normal, shuffled.
-
-        Alike for each change: a draw is a drive, followed along its path, whose readings are all
-        off alike.
+        """Return draws of what records show: shuffled quantiles of a normal, alike for each change,
+        as a draw is a drive, followed along its path, whose readings share an error.
         """
         draws = self.readout.draws
         found = np.full((len(self.change), draws, len(limit.quantities)), np.nan)
@@ -247,7 +231,8 @@ class Condition:
 
 
 def name_set(draws: np.ndarray, usual: np.ndarray) -> list[str]:
-    """Return the fewest names of which one has changed most, with 90 % of the draws.
+    """Return the fewest names of which one has changed most, with 90 % of the draws, the likeliest
+    first; none where most draws have no change.
 
     >>> draws = np.zeros((10, 7))
     >>> draws[:, 5], draws[:2, 3] = -2.0, 9.0
@@ -257,9 +242,6 @@ def name_set(draws: np.ndarray, usual: np.ndarray) -> list[str]:
     Args:
         draws: Changes of the parameters, ``(d, p)``, percent.
         usual: Scale of each, ``(p,)``.
-
-    Returns:
-        Names, the likeliest first; none where most draws have no change.
     """
     size = np.abs(draws) / usual
     some = size.max(axis=1) > 0.0

@@ -1,21 +1,14 @@
 """When to service a drive, by what it costs.
 
-A service costs ``c``, a failure ``d`` more. A drive that goes on for ``t`` more operations instead
-of being serviced now fails with probability P(t), and is used for E(t) more. What an operation is
-worth is what it costs with drives like this one: the least, over t, of ``(c + d W) / A``, where A
-is the mean number of operations from new and W the probability to wear out in them, if all changes
-of the wear were noticed at once. The operation by which to service minimises the expected cost
-
-    d P(t) - (c + d W) / A * E(t).
+A service costs ``c``, a failure ``d`` more. A drive that goes on for ``t`` more operations fails
+with probability P(t), and is used for E(t) more. What an operation is worth is the least, over t,
+of ``(c + d W) / A``, where A is the mean number of operations from new and W the probability to
+wear out in them. The operation by which to service minimises ``d P(t) - (c + d W) / A * E(t)``.
 
 P is the probability that a limit is exceeded, the rate of the wear may change, and nobody notices
 until an interval of inspection is over and the records show it: some fifty of them, or those of a
-quarter of the operations so far, if these are fewer. So a longer interval and a dearer failure
-never plan later. Sudden failures, of a constant rate, are as probable with a service as without it:
-they cost both alike, and only shorten E and A.
-
-P and the operations left are of the same draws and changes (``breaker.drive.life.forecast``), and
-the operation by which to service is never behind the 5 % quantile of the operations left.
+quarter of the operations so far. So a longer interval and a dearer failure never plan later. Sudden
+failures are as probable with a service as without it, and only shorten E and A.
 Renewal reward and age replacement: Barlow & Proschan, Mathematical Theory of Reliability, 1965.
 
 Shapes: ``n`` rows, ``h`` operations ahead.

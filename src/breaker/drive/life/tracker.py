@@ -1,21 +1,14 @@
-r"""Lines of a life: where any number of coordinates are, whither they go, and where that changed.
+"""Lines of a life: where any number of coordinates are, whither they go, and where that changed.
 
-A drive that wears moves along a path. Of each coordinate it is ``a + b u + c u^2``, and from each
-change on ``d (u - u0)`` more, where wear changed its rate, or ``d``, where the drive itself did.
-The records scatter around it, heavily: each counts by Student's t about what the records before it
-lead to expect. Coordinates are in units of the scatter and independent (``coordinates``), so all is
-linear and Gaussian, coordinate by coordinate, and what a change would explain has a closed form:
-the Schur complement of its column.
+Each coordinate moves along ``a + b u + c u^2``, and from each change on ``d (u - u0)`` more, where
+wear changed its rate, or ``d``, where the drive itself did. Records scatter around the path: each
+counts by Student's t. Coordinates are independent and in units of the scatter, so all is linear and
+Gaussian, and what a change would explain is the Schur complement of its column. The curvature has a
+prior: a share of the change so far. Without it false changes are found; free, true ones are not.
 
-Even wear that is straight in the drive's parameters bends the path a little. So the curvature has a
-prior: a share of the change so far, along it, and a smaller share aside. Without it, false changes
-are found; with a free one, true ones are not.
-
-A change is looked for at every operation: one that made the wear faster or slower along its own
-direction, one that gave it a new direction, and a step. What each explains is weighed over all
-times at which it may have begun; the prior of its size is what drives of the family do. From the
-threshold on it is noticed, becomes part of the path, and is placed anew until enough records have
-followed it. Scale-free: neither the length of a life nor the distance of records is a setting.
+At every operation three kinds of change are weighed over all times at which they may have begun:
+wear faster or slower in its own direction, wear in a new one, and a step. From the threshold on a
+change becomes part of the path, and is placed anew until enough records have followed it.
 """
 
 from collections.abc import Mapping, Sequence
@@ -41,16 +34,7 @@ _POWERS = {"rate": (1, 2), "step": (0,), "event": (0, 1, 2)}  # of time, by kind
 
 
 class _Column(NamedTuple):
-    """A column of the design: a power of the time since a change, or since the drive was new.
-
-    Attributes:
-        power: 0 a step, 1 a rate, 2 a curvature.
-        origin: Time from which it is counted.
-        before: Index of the last record without it, in which a prior of a rate counts from,
-        first: and of the first record with it.
-        size: Prior sd, in changes of the family; that of a curvature follows the change.
-        kept: Whether what it moves is a change of the drive.
-    """
+    """A column of the design: a power of the time since a change, or since the drive was new."""
 
     power: int
     origin: float

@@ -1,8 +1,7 @@
 """Known events: work on a drive or its transducer, after which its path starts anew.
 
-What was worked on is as it may be on any drive: a step and a new rate, of which nobody needs to be
-warned. What a transducer shows after it was mounted again is no change of the drive, so the step is
-taken from the change since new.
+Work is a step and a new rate, of which nobody needs to be warned. What a transducer shows after it
+was mounted again is no change of the drive.
 """
 
 from collections.abc import Mapping, Sequence
@@ -36,8 +35,7 @@ class Event:
         """Build from a cell of the table.
 
         Args:
-            more: The section ``endurance.events`` of the configuration: by event, beside those of
-                ``EVENTS``, what starts anew.
+            more: Section ``endurance.events`` of the configuration: what starts anew, by event.
 
         Raises:
             ValueError: If an event has no meaning.

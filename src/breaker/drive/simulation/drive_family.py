@@ -19,7 +19,6 @@ from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
-from breaker.drive.simulation.integrator import closed_rest, follow
 from breaker.drive.simulation.rich_drive import (
     CONTACTS,
     LAWS,
@@ -29,7 +28,7 @@ from breaker.drive.simulation.rich_drive import (
     Stop,
 )
 from breaker.mechanism.prior import Prior
-from breaker.quantities.parameters import FORCE, GAP, MOTIONS, NAMES
+from breaker.quantities.parameters import FORCE, GAP, NAMES
 
 WEAR = ("none", "sparse", "dense")
 
@@ -138,19 +137,6 @@ class Family:
             f"in none of {_TRIES} worn conditions does a drive hold a closed position; narrow the "
             f"ranges in rigs.wear.change: {drive}"
         )
-
-    def followed(self, drive: Drive, end: float, beyond: float) -> list[tuple[np.ndarray, float]]:
-        """Return each of ``MOTIONS`` of a drive of size 1 from its release on.
-
-        Args:
-            end, beyond: How long it is followed, as of ``integrator.follow``.
-
-        Returns:
-            Of each motion the steps ``(s, 8)`` and the time of the switching, as of
-            ``integrator.follow``: no steps where it is not finite.
-        """
-        rest = closed_rest(drive.numbers)
-        return [follow(drive.numbers, rest, motion == "closing", end, beyond) for motion in MOTIONS]
 
     def wear(self, rng: np.random.Generator, kind: str = "") -> dict[str, float]:
         """Draw what wears, by name, and by which share of its value in new condition."""

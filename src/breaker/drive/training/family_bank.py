@@ -6,12 +6,12 @@ A curve is taken apart: its *shape* is the share of the way between its rests ov
 """
 
 import logging
-from collections.abc import Sequence
 
 import numpy as np
 import xarray as xr
 
 from breaker.drive.simulation.drive_family import WEAR, Family
+from breaker.drive.simulation.integrator import closed_rest, follow
 from breaker.drive.simulation.paths import curve, passing, sampled
 from breaker.drive.simulation.rich_drive import CONTACTS, ELEMENTS, Drive
 from breaker.quantities.parameters import MOTIONS, NAMES
@@ -97,25 +97,21 @@ def _row(family: Family, rng: np.random.Generator) -> dict[str, np.ndarray]:
     """
     new = family.new(rng)
     kind = family.kind_of_wear(rng)
-    both = [
-        _taken_apart(drive, family.followed(drive, _SLOWEST, _FOLLOWED))
-        for drive in (new, family.worn(new, rng, kind))
-    ]
+    both = [_taken_apart(drive) for drive in (new, family.worn(new, rng, kind))]
     return {name: np.stack([each[name] for each in both]) for name in both[0]} | {
         "wear": np.int8(WEAR.index(kind)),
         "contact": np.int8(CONTACTS.index(new.elements.contact)),
     }
 
 
-def _taken_apart(drive: Drive, ways: Sequence[tuple[np.ndarray, float]]) -> dict[str, np.ndarray]:
+def _taken_apart(drive: Drive) -> dict[str, np.ndarray]:
     """What a bank has of a drive of size 1 in one condition; shapes ``(m, u)`` as stored.
-
-    Args:
-        ways: Its motions, of ``Family.followed``.
 
     Raises:
         FloatingPointError: If a curve has no shape.
     """
+    rest = closed_rest(drive.numbers)
+    ways = [follow(drive.numbers, rest, m == "closing", _SLOWEST, _FOLLOWED) for m in MOTIONS]
     if not all(len(steps) and switching < np.inf for steps, switching in ways):
         raise FloatingPointError(f"a motion is not finite, or does not switch: {drive}")
     stroke = abs(ways[0][0][0, 2] - ways[1][0][0, 2])  # between where both motions begin
