@@ -1,8 +1,7 @@
 """What has changed in a drive between two conditions, by a network of its family.
 
-The network sees the drive's curves as they were and their change, without what a shift in time or
-of the zero explains, and how noisy both are: one record or the mean of hundreds. That a parameter
-has not changed at all is an answer of its own.
+The network sees the drive's curves as they were and their change, and how noisy both are. That a
+parameter has not changed at all is an answer of its own.
 """
 
 from collections.abc import Mapping
@@ -67,7 +66,6 @@ class Changes:
             references: Of each motion at hand, physical units.
             changes: Of the same motions, what ``without_onset`` leaves, in the units of the
                 references; its noise is that of both.
-            draws: Number of draws d.
         """
         motions = [motion for motion in MOTIONS if motion in references]
         y = self.draws(references, changes, draws, rng, mechanisms=True)[0]
@@ -89,13 +87,10 @@ class Changes:
     ) -> np.ndarray:
         """Draw from the posteriors of several changes, the same random numbers for each.
 
-        Args:
-            references, changes, draws: As of ``draw``, n of each motion at hand.
-            mechanisms: Whether those of mechanisms are wanted, which are 0 otherwise.
-
         Returns:
             Logarithms of the parameters over what they were, by how much touch and parting come
-            later, in durations, and outputs of the mechanisms that wear, ``(n, d, q)``.
+            later, in durations, and outputs of the mechanisms that wear, ``(n, d, q)``; these are 0
+            unless ``mechanisms``.
         """
         n = len(next(iter(references.values())).way)
         known, changed = (
@@ -110,27 +105,23 @@ class Changes:
 
 
 def change_outputs(before: np.ndarray, after: np.ndarray, later: np.ndarray) -> np.ndarray:
-    """Return parameters and times as a network of changes infers them, before its scale.
+    """Return parameters and times as a network of changes infers them, before its scale, ``(n, p +
+    2)``.
 
     Args:
         before, after: Parameters, ``(n, p)``.
         later: By how much touch and parting come later, ``(n, 2)``, in durations.
-
-    Returns:
-        ``(n, p + 2)``.
     """
     ratios = np.where(after == before, 1.0, after / before)
     return np.hstack([np.log(ratios), later])
 
 
 def plausible_wear(draws: np.ndarray) -> np.ndarray:
-    """Whether wear may be what draws tell: no network knows of larger changes than its family has.
+    """Say whether wear may be what draws tell, ``(...)``: whether 95 % of each are below a factor
+    of 2, as no network knows of larger changes than its family has.
 
     Args:
         draws: Logarithms of the parameters over what they were, ``(..., d, p)``.
-
-    Returns:
-        ``(...)`` of bool: whether 95 % of the draws of each are below a factor of 2.
     """
     return ((np.abs(draws) < _MOST).mean(axis=-2) > _SURE).all(axis=-1)
 

@@ -1,10 +1,9 @@
 """The state of a drive from one record or both motions of an operation, by a network of the family.
 
-The network was trained on rich drives, whose seven parameters are the truth and whose elements are
-drawn afresh for every drive; so what the two masses lack is integrated out, without a likelihood.
-It sees shapes (``records.normalised_shape``), and infers in the units of what it sees: the stroke
-and the duration of the first motion that is there. So the answer follows a drive's size exactly.
-Where the size is given, stroke and duration themselves say more, and are told.
+The network was trained on rich drives, whose seven parameters are the truth, and whose elements are
+drawn afresh for every drive. It sees shapes (``records.normalised_shape``), and infers in the units
+of stroke and duration of the first motion. So the answer follows a drive's size exactly. Where the
+size is given, stroke and duration themselves are told.
 """
 
 from collections.abc import Mapping, Sequence
@@ -110,12 +109,9 @@ class Levels:
 
         Args:
             records: One record of each motion at hand, physical units.
-            draws: Number of draws d.
             size: Size of the drive beside the family's, if it is given.
-
-        Raises:
-            ModelFileError: If answers are no numbers, or beyond all drives. One may be, or one in
-                a thousand, and another one takes its place.
+         Raises: ModelFileError: If more than one answer in a thousand is no number, or beyond all
+        drives.
         """
         motions = [motion for motion in MOTIONS if motion in records]
         seen = {m: records.get(m, NormalisedRecords.nothing(1)) for m in MOTIONS}
@@ -175,15 +171,13 @@ def outputs_there(motions: Sequence[bool]) -> np.ndarray:
 def level_outputs(
     theta: np.ndarray, events: np.ndarray, stroke: np.ndarray, duration: np.ndarray
 ) -> np.ndarray:
-    """Return parameters and events as a network of levels infers them, before centre and scale.
+    """Return parameters and events as a network of levels infers them, before its scale, ``(n, p +
+    4)``.
 
     Args:
         theta: Parameters, ``(n, p)``.
         events: ``EVENTS``, after 10 % of the way of their motion, in its durations, ``(n, 4)``.
         stroke, duration: As records show them of the first motion that is there, ``(n,)``.
-
-    Returns:
-        ``(n, p + 4)``.
     """
     length, time = powers()
     units = np.log(stroke)[:, None] * length + np.log(duration)[:, None] * time

@@ -31,11 +31,9 @@ WEARING = tuple(name for name in MECHANISMS if name not in ("sliding_contact", "
 
 
 def mechanism_outputs(sizes: Mapping[str, np.ndarray], duration: np.ndarray) -> np.ndarray:
-    """Return what networks infer of mechanisms ``(n,)`` each, before their scale, ``(n, m)``.
-
-    Args:
-        sizes: By name, or their changes.
-        duration: As records show it of the first motion that is there, ms, ``(n,)``.
+    """Return what networks infer of sizes of mechanisms or their changes, ``(n,)`` each, before
+    their scale, ``(n, m)``; ``duration`` is that of the first motion that is there, ms,
+    ``(n,)``.
     """
     units = {"build_up": duration}
     return np.arcsinh(np.column_stack([each / units.get(n, 1.0) for n, each in sizes.items()]))

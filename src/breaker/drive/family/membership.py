@@ -1,10 +1,9 @@
 """Whether a record is of a drive of the family: its distance from the family's shapes.
 
 Shapes of the family are taken for normal in their principal components, and records for these with
-noise, whatever rests and times they were normalised by. The square of a record's distance from them
-(Mahalanobis) is compared with those of drives of the family that were held out, at the record's own
-noise. So its p-value is calibrated though shapes are not normal. What the nearest shape leaves of
-the record says where they differ.
+noise, whatever rests and times they were normalised by. The squared Mahalanobis distance is
+compared with those of held-out drives of the family, at the record's own noise. So its p-value is
+calibrated though shapes are not normal.
 """
 
 from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
@@ -120,10 +119,8 @@ def distances(seen: NormalisedRecords, basis: Basis) -> tuple[np.ndarray, ...]:
 
 
 def _free(mean: np.ndarray) -> np.ndarray:
-    """How a shape ``(g,)`` looks that was normalised by other rests and times, ``(4, g)``.
-
-    To first order: zero, stroke, origin and duration, as of a record that ends before the drive
-    rests.
+    """How a shape ``(g,)`` looks that was normalised by other rests and times, to first order,
+    ``(4, g)``: zero, stroke, origin and duration.
     """
     slope = np.gradient(mean, SHAPE_TIMES)
     rows = np.array([np.ones_like(mean), mean, slope, SHAPE_TIMES * slope])
@@ -133,19 +130,16 @@ def _free(mean: np.ndarray) -> np.ndarray:
 def choose_family(
     families: Iterable[T], match: Callable[[T], Sequence[tuple[Hashable, Match]]], least: float
 ) -> tuple[T, list[tuple[Hashable, Match]], bool]:
-    """Return the family that records give most evidence of, or that which they fit best.
-
-    A group of records fits as well as the median of them, and all have to. A foreign drive is
-    often just within the first family, at its edge, and answers for it are wrong; a wider one, in
-    which the drive is more usual, tells less of it, and that is true.
+    """Return the family that records give most evidence of, or that which they fit best; what
+    ``match`` returned of it; and whether the records fit.
+     A group of records fits as well as the median of them, and all have to. A foreign drive is
+    often just within the first family, with wrong answers; a wider family tells less of it, and
+    that is true.
 
     Args:
         families: What answers for each; the next is opened only where the records are not usual.
         match: Returns how each record fits, with the group that it is in.
         least: p-value below which a group does not fit.
-
-    Returns:
-        The family, what ``match`` returned of it, and whether the records fit.
     """
     tried = []
     for family in families:

@@ -59,8 +59,7 @@ def write_network(
 
 
 def open_network(path: str | Path) -> Levels | Changes:
-    """Read a network. Draws of levels are told wider by what drives of other code have shown to be
-    needed of its family (``shipped.widening``).
+    """Read a network; draws of levels are as wide as ``shipped.widening`` says for its family.
 
     Raises:
         FileNotFoundError: If there is no such file.
@@ -97,11 +96,7 @@ def open_network(path: str | Path) -> Levels | Changes:
 
 
 def _check_shapes(shapes: Mapping[str, tuple[int, ...]], kind: str) -> None:
-    """Refuse tensors that do not fit together: their names, dimensions, and sizes.
-
-    Raises:
-        ModelFileError: If one is missing, or too many, or of another shape.
-    """
+    """Refuse tensors that do not fit together: their names, dimensions, and sizes."""
     blocks = (sum(name.startswith("network.summary.inner.") for name in shapes) + 1) // 2
     within = {f"summary.{of}.{k}": "w w" for of in ("inner", "outer") for k in range(blocks)}
     wanted = dict(_ARRAYS)
@@ -128,9 +123,8 @@ def _check_shapes(shapes: Mapping[str, tuple[int, ...]], kind: str) -> None:
 
 
 def shipped_networks(*kinds: str) -> Iterator[tuple[Levels | Changes, ...]]:
-    """Yield the networks of each family that ships, of some kinds or all, as they are tried.
-
-    Each is opened when it is first asked for, and kept.
+    """Yield the networks of each family that ships, of some kinds or all; each is opened when asked
+    for.
     """
     for family in FAMILIES:
         yield tuple(_kept(family, kind) for kind in kinds or KINDS)

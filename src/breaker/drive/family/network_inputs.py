@@ -1,9 +1,8 @@
 """Inputs of a family's networks: the shape of each record in a few components, and its scales.
 
-Shapes of a motion are taken apart into the principal components of the family's. Each is divided by
-the root of its variance and of the noise's, so that it is of order 1 whatever the noise, and says
-little where it is noise alone. Beside them stand which parts of the record are there, its noise,
-its colour and rate, and where the size of the drive is given, stroke and duration.
+Each principal component is divided by the root of its variance and of the noise's, so that it is of
+order 1 whatever the noise. Beside them stand which parts of the record are there, its noise, colour
+and rate, and where the size of the drive is given, stroke and duration.
 """
 
 from collections.abc import Mapping, Sequence
@@ -153,14 +152,11 @@ def change_inputs(
 
 
 def without_onset(reference: np.ndarray, present: np.ndarray, there: np.ndarray) -> np.ndarray:
-    """Return a change without what a shift in time or of the zero would explain.
+    """Return a change without what a shift in time or of the zero would explain, ``(n, g)``.
 
     Args:
         reference, present: Shapes in the units of the reference, ``(n, g)``.
-        there: Where both have samples, ``(n, g)`` of bool.
-
-    Returns:
-        ``(n, g)``; 0 where there are no samples.
+        there: Where both have samples, ``(n, g)`` of bool; the result is 0 elsewhere.
     """
     slope = np.gradient(reference, SHAPE_STEP, axis=1)
     rows = np.stack([np.ones_like(slope), slope], axis=1) * there[:, None]

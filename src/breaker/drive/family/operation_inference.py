@@ -20,16 +20,13 @@ def infer_operations(
 ) -> xr.Dataset:
     """Infer measured operations, each in the family that its record gives most evidence of.
 
-    Draws of an operation do not depend on the others. Size and prior are those of the family, as
-    where a life is followed.
+    Draws of an operation do not depend on the others. Size and prior are those of the family.
 
     Args:
         curves: Measured curves in the layout of ``curve_reader.read_curves``; rejected ones stay
             in the result, as missing values with their reason.
         families: Networks of levels, in the order in which they are tried.
-        draws: Draws for each operation.
-        misfit_p_value: p-value of the membership below which a record is out of the family: then
-            nothing is inferred of it.
+        misfit_p_value: p-value of the membership below which nothing is inferred of a record.
 
     Returns:
         ``curves`` without what is in the records, with ``draws (operation, draw, output)`` of the

@@ -12,14 +12,10 @@ _FINEST = 0.025  # durations between samples, below which none was: finer ones c
 
 
 def normalise_record(raw: Raw, like: Shape | None = None) -> tuple[Shape, NormalisedRecords]:
-    """Normalise a measured record.
+    """Normalise a measured record: return its shape, and the same for networks, physical units.
 
     Args:
-        raw: The record.
         like: Another record of the drive, in whose units this one is given; its own if None.
-
-    Returns:
-        The shape; and the same for networks, one record, physical units.
 
     Raises:
         ValueError: If the record has no motion from one rest to another, or does not show them.
@@ -47,7 +43,7 @@ def stored_shape(record: np.ndarray, step: float, like: Shape | None = None) -> 
     Args:
         record: Travel towards the end of the motion, mm, ``(s,)``, padded with nan.
         step: Between samples, ms.
-        like: Another record of the drive, in whose units this one is given; its own if None.
+        like: As of ``normalise_record``.
     """
     there = np.flatnonzero(np.isfinite(record))
     try:
@@ -62,7 +58,6 @@ def network_record(
     """Return a normalised record as networks see it, one record, physical units.
 
     Args:
-        shape: The record.
         sd, colour: Noise of a sample, mm, and the correlation of neighbouring ones.
         step: Between samples, ms.
         like: As of ``normalise_record``.

@@ -1,9 +1,8 @@
 """Means of records as networks see them: some operations of a drive in one condition, or hundreds.
 
-Records are normalised in common units, each by its own time and zero, and averaged. Operations of
-a drive differ by more than the sensor's noise. That scatter is noise of their means: it is measured
-in the shapes in which drives of the family change, without what a shift in time or zero explains;
-of few records, beside what is usual of drives.
+Records are normalised in common units, each by its own time and zero, and averaged. Operations
+scatter by more than the sensor's noise. That scatter is noise of their means, measured in the
+shapes in which drives of the family change; of few records, beside what is usual of drives.
 """
 
 from collections.abc import Sequence
@@ -32,9 +31,7 @@ def beside_usual(squares: V, seen: float, usual: V, known: float) -> V:
 
     Args:
         squares: Sum of the squares, or products, of what is seen.
-        seen: Of how many degrees of freedom.
-        usual: The usual variance.
-        known: How well that is known, as from so many degrees of freedom.
+        seen, known: Degrees of freedom of what is seen, and of what is usual.
 
     Example:
         >>> beside_usual(squares=16.0, seen=4, usual=1.0, known=4)
@@ -73,7 +70,6 @@ def mean_record(raws: Sequence[Raw], like: Shape | None = None) -> Mean:
     A step of the grid is there where half of the records have samples, whose mean it is.
 
     Args:
-        raws: The records.
         like: A shape in whose units they are given; the medians of their own if None.
 
     Raises:
@@ -101,9 +97,6 @@ def mean_record(raws: Sequence[Raw], like: Shape | None = None) -> Mean:
 def mean_with_scatter(raws: Sequence[Raw], basis: Basis) -> Mean:
     """Return the mean of records of one motion, whose noise has the scatter of operations.
 
-    Args:
-        basis: Components of the shapes or the changes in the family.
-
     Raises:
         ValueError: If a record has no motion from one rest to another.
     """
@@ -115,13 +108,8 @@ def mean_with_scatter(raws: Sequence[Raw], basis: Basis) -> Mean:
 def pace_of(before: Mean, today: Mean, counts: tuple[int, int]) -> tuple[float, float]:
     """Return by what a motion lasts longer, and how far its shape has changed beside that.
 
-    Args:
-        before, today: Means of records of one motion, each in its own units.
-        counts: Of how many records.
-
-    Returns:
-        Ratio of the durations; and root mean square of what the shapes differ by, over the noise
-        and the usual scatter of both: about 1 where one is the other, played at another pace.
+    The first is the ratio of the durations. The second is the root mean square difference of the
+    shapes over the noise and the usual scatter of both: about 1 where only the pace differs.
     """
     there = before.seen.present & today.seen.present
     left = without_onset(before.seen.way, today.seen.way, there)[there]
@@ -147,13 +135,8 @@ def _noise_of(mean: Mean, count: int, apart: np.ndarray, seen: int) -> np.ndarra
 def mean_and_change(
     before: Sequence[Raw], today: Sequence[Raw], basis: Basis
 ) -> tuple[NormalisedRecords, NormalisedRecords]:
-    """Return the mean of a reference, and the change from it, as ``Changes.draw`` takes them.
-
-    Their noise has the scatter of operations, robustly of those of both visits.
-
-    Args:
-        before, today: Records of one motion.
-        basis: Components of the changes in the family.
+    """Return the mean of a reference, and the change from it, as ``Changes.draw`` takes them, whose
+    noise has the scatter of operations of both visits.
     """
     first = mean_record(before)
     second = mean_record(today, first.units)

@@ -1,7 +1,7 @@
 """Trained networks read as arrays: features of an input, and draws given these. Needs no torch.
 
-The same numbers as ``blocks.ResidualMLP`` and ``mixture.AutoregressiveMixture`` give, which a
-test holds: see there for what they compute.
+The same numbers as ``blocks.ResidualMLP`` and ``mixture.AutoregressiveMixture`` give, as a test
+shows.
 """
 
 from collections.abc import Mapping, Sequence

@@ -1,6 +1,4 @@
-"""What a network of a family was trained on, by the settings in its file. Light to import: the plan
-of the workflow asks.
-"""
+"""What a network of a family was trained on, by the settings in its file. Light to import."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -13,10 +11,8 @@ _FORMER = "simulator"  # a setting of earlier networks, always empty
 
 
 def trained_on(path: str | Path, prior: Mapping, family: Mapping) -> bool:
-    """Whether a network was trained on drives of this prior and this family.
-
-    Args:
-        prior, family: Sections of the configuration; sizes of the bank do not count.
+    """Say whether a network was trained on drives of this prior and family, whatever the bank's
+    size.
 
     Raises:
         FileNotFoundError: If there is no such file.

@@ -60,13 +60,11 @@ class DriveDocument(Plain):
     """What is known of one drive.
 
     Attributes:
-        breaker, phase, type: Names; empty where they are not known.
+        breaker, phase, type, first, last: Names and dates; empty where they are not known.
         records, visits: How many there are.
         operation: Number of the last one.
-        first, last: Dates; empty where they are not known.
         how: "life", "visits", "visit" or "none".
         state: One of ``FLEET_STATES``.
-        due: What is due; None without any.
         limits: Verdicts or states, by name.
         differences: How visits were measured differently.
         changed: What has changed for sure.
@@ -151,16 +149,14 @@ class Farthest(NamedTuple):
 
 @dataclass(eq=False)
 class FleetRow:
-    """A drive in the table of a fleet: what its document says, and what it is beside the others.
+    """A drive in the table of a fleet: its document, and how it compares with the others.
 
     Attributes:
-        document: What is known of it.
         parameters: Median and ends of the 90 % interval of each, by the column.
         odd, evidence, off: Parameter in which it is unlike its type; evidence for that, nats; by
             which share it is off the median of the type.
         shown: The measured quantity farthest off the type, where there are others of it.
         pole_spread, pole_spread_of: How far the phases of the breaker are apart, ms, and in what.
-        reason: Why it is where it is.
     """
 
     document: DriveDocument

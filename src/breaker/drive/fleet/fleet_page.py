@@ -13,11 +13,7 @@ _SHOWN = ("breaker", "phase", "type", "last", "state", "due_date", "odd", "pole_
 
 
 def fleet_document(table: pd.DataFrame, types: pd.DataFrame) -> Document:
-    """Return a fleet in words and tables: drives in the order of their rows, and types.
-
-    Args:
-        table, types: What ``fleet_table`` and ``type_table`` return.
-    """
+    """Return the tables of ``fleet_table`` and ``type_table`` in words, drives in their order."""
     counts = table.state.value_counts()
     states = [f"{counts[each]} {each}" for each in reversed(FLEET_STATES) if each in counts]
     odd = int((table.odd != "").sum())

@@ -36,14 +36,12 @@ _ALIKE = 0.005  # share by which measured quantities of drives differ that count
 
 
 def learn_types(drives: xr.Dataset, usual: Prior) -> dict[str, tuple[np.ndarray, TypeOfBreaker]]:
-    """Learn each type.
+    """Learn each type: by name, indices of its drives of which something was inferred, and the
+    type.
 
     Args:
         drives: Chunks of ``stored``, one after the other.
         usual: Prior of drives of any type.
-
-    Returns:
-        By name, indices of its drives of which something was inferred, and the type.
     """
     names = np.array([each.type for each in _documents(drives)])
     known, found = np.isfinite(drives["mean"].values).all(axis=1), {}

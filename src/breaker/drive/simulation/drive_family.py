@@ -1,17 +1,12 @@
 """A family of drives that the model does not fit: ranges of what it lacks, and of how it wears.
 
-A drive of the family is a draw of the prior, so that its masses, springs, frictions, force and gap
-are the true values of the model's seven parameters, and on top of it every element that the model
-lacks, drawn from its range. A range that contains 0 is drawn uniformly, any other one uniformly in
-the logarithm of the size. A draw whose drive holds no closed position is drawn again.
+A drive is a draw of the prior, which gives the true values of the seven parameters, and on top of
+it every element that the model lacks, drawn from its range: uniformly if that contains 0, else
+uniformly in the logarithm. A draw whose drive holds no closed position is drawn again. A worn drive
+has changes of a few parameters and elements, as a share of their values in new condition.
 
-A worn drive has changes of a few parameters and a few elements, as a share of their values in new
-condition, each drawn from its range.
-
-A family that networks are trained on is wider. Each of its mechanisms is there or not, with a
-strength of its own: how many a drive has is uniform, from none, which is the model, over one alone
-to all of them. Others have contacts and random forces that the model has not, and drives wear in
-several ways.
+In a family that networks are trained on each mechanism is there or not, with a strength of its own:
+how many a drive has is uniform, from none, which is the model, to all of them.
 """
 
 from collections.abc import Mapping, Sequence
@@ -63,9 +58,8 @@ class Family:
     def new(self, rng: np.random.Generator) -> Drive:
         """Draw a drive in new condition.
 
-        A drive that holds no closed position is drawn again with another of its kind of contact: so
-        kinds have the shares that they are given, and within a kind all else is conditioned on
-        holding.
+        A drive that holds no closed position is drawn again with another of its kind of contact, so
+        kinds have the shares that they are given.
 
         Raises:
             RuntimeError: If no drive of the family holds a closed position.
@@ -81,8 +75,8 @@ class Family:
         )
 
     def _proposed(self, contact: str, rng: np.random.Generator) -> Drive | None:
-        """Draw a drive of a kind of contact, "" where the family has one kind; None if the draw
-        holds no closed position, or a sliding contact touches where none may.
+        """Draw a drive of a kind of contact, "" where the family has one kind; None if it does not
+        work.
         """
         settings = self.settings
         theta = tuple(self.prior.sample(1, rng)[0].tolist())
@@ -171,10 +165,7 @@ def _draw(ends: Sequence[float], rng: np.random.Generator) -> float:
 
 
 def _small(ends: Sequence[float], smallest: float, rng: np.random.Generator) -> float:
-    """Draw from a range, uniform in the logarithm of the size from a share of an end on.
-
-    Of two ends of either sign the larger one is more likely, as it is in a uniform draw.
-    """
+    """Draw from a range, uniform in the logarithm of the size from a share of an end on."""
     sizes = np.abs(ends)
     if ends[0] * ends[1] >= 0.0:
         end = ends[int(sizes.argmax())]

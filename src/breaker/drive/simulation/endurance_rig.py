@@ -1,10 +1,8 @@
 """A synthetic endurance test: a drive that the model does not fit, wearing out.
 
-Stands in for the paper's endurance test, which is not public (paper, Sec. 7). It is one drive of
-the family that the model's error is learned from (``breaker.drive.simulation.drive_family``): it
-has the seven parameters of the model, which are the truth, and what the model lacks on top. It
-wears out over its life, has a sensor of its own and writes the CSV files of an instrument. Its
-rates of wear are assumptions.
+Stands in for the paper's endurance test, which is not public (paper, Sec. 7). It has the seven
+parameters of the model, which are the truth, and what the model lacks on top. It wears out, has a
+sensor of its own and writes CSV files. Its rates of wear are assumptions.
 """
 
 from collections.abc import Mapping
@@ -23,12 +21,8 @@ from breaker.reading.instruments.export import write_curve
 
 @dataclass(frozen=True)
 class Rig:
-    """The rig, its wear and its sensor.
-
-    Attributes:
-        new: The drive in new condition.
-        settings: The section ``rig`` of the configuration.
-        seed: Seed of the configuration.
+    """The rig, its wear and its sensor; ``settings`` is the section ``rig``, ``seed`` the
+    configuration's.
     """
 
     new: Drive

@@ -18,10 +18,6 @@ def failures(truth: xr.Dataset, limits: Sequence[Limit]) -> dict[str, float]:
     Quantities are those of the model at the true parameters, what records without noise show, or
     changes of the true parameters since the first operations, as each limit says.
 
-    Args:
-        truth: What ``truth_of`` returns; for limits on one of both, ``value`` or ``measured`` is
-            enough.
-
     Example:
         >>> import numpy as np
         >>> new = np.array([2.0, 0.045, 0.040, 0.30, 0.12, 0.80, 10.0])
@@ -65,9 +61,8 @@ class _Truth:
 def held(life: xr.Dataset, failure: np.ndarray) -> list[float]:
     """Return how often the told lives of limits hold the truth: shares of operations, ``(limit,)``.
 
-    Of the operations asked from when limits are told until the drive is beyond a limit, the share
-    at which the 90 % interval of those left holds the true number; nan of a limit that is not
-    reached, or of which nothing is told before.
+    The share of the operations asked, from when limits are told until the drive is beyond a limit,
+    at which the 90 % interval holds the true number left; nan where there are none.
 
     Args:
         life: What ``life_results.follow_life`` returns.
@@ -86,17 +81,10 @@ def held(life: xr.Dataset, failure: np.ndarray) -> list[float]:
 def true_lives(
     truth: xr.Dataset, limits: Sequence[Limit]
 ) -> dict[str, tuple[tuple[str, ...], list[float] | float]]:
-    """Return ``failure`` and ``failure_without`` of each limit, and when the wear ``changed``.
-
-    Ready to be assigned to a dataset.
-
-    Args:
-        truth: What ``truth_of`` returns.
-
-    Returns:
-        Operations at which the level is first beyond each limit, and at which it would be if the
-        wear had gone on as it began; the latter nan where it is the same. And the first operation
-        at which it does not, nan if it always does.
+    """Return ``failure``, ``failure_without`` and ``changed``, to be assigned to a dataset.
+     These are the operations at which the level is first beyond each limit; at which it would be if
+    the wear had gone on as it began (nan where it is the same); and the first one at which the wear
+    does not (nan if it always does). ``truth`` is what ``truth_of`` returns.
     """
     ends = failures(truth, limits)
     longer = {"value": truth.without_change, "measured": truth.measured_without_change}

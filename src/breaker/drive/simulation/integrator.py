@@ -1,10 +1,9 @@
 """The compiled integration of a richer drive: forces, Runge-Kutta steps, touch and parting.
 
 The state is arc and speed of the drive, position and speed of the contact. The numbers of a drive
-come as one row, in the order of ``rich_drive.Drive``, which has their meaning. Steps are of fifth
-order (Dormand & Prince, 1980, J. Comput. Appl. Math. 6, 19), each as long as its error allows, and
-``breaker.drive.simulation.paths`` makes a curve of them. One file has all that may change, as
-numba sees changes of one file only.
+come as one row, in the order of ``rich_drive.Drive``. Steps are of fifth order (Dormand & Prince,
+1980, J. Comput. Appl. Math. 6, 19), each as long as its error allows. One file has all that may
+change, as numba sees changes of one file only.
 """
 
 import numpy as np
@@ -153,10 +152,8 @@ def _forces(n, rest, time, closing, mode, state):
 
 @_fast
 def closed_rest(n):
-    """Arc at rest, held closed by the closing force, by bisection.
-
-    It is nan where the contact is not pressed, the lever is past its dead centre, or random forces
-    hold the drive up on its way.
+    """Arc at rest, held closed by the closing force, by bisection; nan where the contact is not
+    pressed, the lever is past its dead centre, or random forces hold the drive up on its way.
     """
     low, high = 0.0, 5.0 * n[GAP]
     for _ in range(_HALVINGS):
@@ -215,10 +212,7 @@ def _advance(n, rest, time, closing, mode, state, h, new, k):
 
 @_fast
 def _margin(n, rest, time, closing, mode, state):
-    """Positive as long as the mode lasts: way to the touch or to the parting, or contact force.
-
-    No contact pulls: it parts where its force is zero, or a held one where the drive picks it up.
-    """
+    """Positive as long as the mode lasts: way to the touch or to the parting, or contact force."""
     if n[CONTACT] != _SLIDING and mode == _CLOSED:
         force = _forces(n, rest, time, closing, mode, state)[1]
         return force if n[CONTACT] == _ELASTIC else min(force, _lever(n, state[0])[0] - n[GAP])

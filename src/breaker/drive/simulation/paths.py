@@ -1,10 +1,9 @@
 """Curves from the steps of an integration: at any times, and where a share of the way is passed.
 
 Within a step the travel is the polynomial of the fifth degree through travel, speed and
-acceleration at both ends. The linkage of a transducer follows it as an oscillator that is damped a
-little, ``d'' + 2 z w d' + w^2 d = -x''`` for the difference d of reading and travel x. For a
-polynomial x that has a polynomial solution, to which a free oscillation is added: no step is too
-long for it, and no linkage too stiff.
+acceleration at both ends. The linkage of a transducer follows it as a slightly damped oscillator,
+``d'' + 2 z w d' + w^2 d = -x''`` for the difference d of reading and travel x: a polynomial and a
+free oscillation, without an error of steps.
 """
 
 import numpy as np

@@ -1,8 +1,7 @@
 """Exports of a rig of another kind of breaker: long strokes, close and open in one record.
 
 The default rig at 150 mm of stroke and 3.5 m/s, recorded as analysers of high-voltage breakers do:
-six currents and six travels side by side, no times, a preamble of 4 to 45 lines, steps of 0.08 mm,
-blank cells where a channel ends and behind each line. `breaker example` writes a folder of them.
+six currents and six travels side by side, no times, a preamble, blank cells where a channel ends.
 """
 
 from collections.abc import Sequence
@@ -45,11 +44,8 @@ def write_exports(
 
     Args:
         drive: A drive of the default size, which is made larger.
-        seed: Of noise and scatter.
         folder: Where to write; it is made if it is not there.
-        operations: Numbers of the operations.
-        force_sd: Standard deviation of the closing force between channels and operations, a share
-            of it.
+        force_sd: Standard deviation of the closing force between channels and operations, a share.
         apart: From closing to opening, ms; long enough for the drive to come to rest.
 
     Returns:

@@ -1,15 +1,10 @@
-r"""A richer drive than the model: what the model has, and on top of it what the model lacks.
+"""A richer drive than the model: what the model has, and on top of it what the model lacks.
 
 The seven parameters are those of the model, with its units: forces per drive mass, mm/ms^2. With
-every element absent the drive *is* the model; the elements are those that real drives have and the
-two masses do not: a rotary lever, dry friction, preloads of both springs, a force that builds up at
-the latch, a closing train that moves along, contacts that bounce, and dampers with return springs
-at both ends of the stroke. More stand outside of the family that errors are learned from: a closing
-force that falls along the stroke, drag with the square of the speed, a transducer on an elastic
-linkage, other kinds of contact, and smooth random forces, which stand for what nobody foresaw.
-
-Steps are as long as their error allows, compiled. That agrees with ``solve_ivp`` to a micrometre
-(tests/simulation/test_drive.py) and is some thousand times as fast.
+every element absent the drive *is* the model. Elements are what real drives have and the two masses
+do not, such as a lever, friction, preloads, dampers and other contacts, and smooth random forces,
+which stand for what nobody foresaw. Results agree with ``solve_ivp`` to a micrometre
+(tests/simulation/test_drive.py), some thousand times as fast.
 """
 
 from collections.abc import Mapping
@@ -146,12 +141,10 @@ class Elements:
         return list(_flat(self).values())
 
     def scaled(self, strength: float | Mapping[str, float]) -> "Elements":
-        """Return the elements at another strength: 0 leaves the model, 1 changes nothing.
+        """Return the elements at another strength, of all or by name: 0 leaves the model, 1 changes
+        nothing.
 
         A stop keeps its place and its law, and so do all forces; their sizes change.
-
-        Args:
-            strength: Of all elements, or of each by name.
         """
         parts = {each.name: getattr(self, each.name) for each in fields(self)}
         for name in parts.keys() - set(LAWS):

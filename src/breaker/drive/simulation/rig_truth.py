@@ -23,17 +23,14 @@ def truth_of(
 ) -> xr.Dataset:
     """Return the true parameters and quantities over the life, and how far the model is from them.
 
-    Args:
-        times: Times at which they are compared, ``(t,)``, ms.
-
     Returns:
         Dataset over ``operation``, ``parameter``, ``motion`` and ``quantity``, all without the
         scatter from operation to operation: ``value (operation, parameter)``; ``measured
         (operation, motion, quantity)``, what a record of the drive shows without noise and with
         contact timing, nan where it shows nothing; ``without_change`` and
-        ``measured_without_change``, over ``longer``, the same if the wear had gone on as it began,
-        until it comes to the same end; and ``difference (operation, motion)``, the largest of the
-        drive's curve from the model's at its parameters, mm.
+        ``measured_without_change``, over ``longer``, the same if the wear had gone on as it began;
+        and ``difference (operation, motion)``, the largest of the drive's curve from the model's at
+        ``times``, mm.
     """
     operations = np.arange(1, rig.settings["operations"] + 1)
     drives = [rig.worn(int(operation), scatter=False) for operation in operations]

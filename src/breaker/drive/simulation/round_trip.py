@@ -53,10 +53,8 @@ def through_files(
     dialects: Sequence[Dialect] = tuple(DIALECTS.values()),
 ) -> Through:
     """Draw records from the prior, write them as files and read them back.
-
-    The noise is that of a sample, at any rate; the first motion falls at random. The dialects take
-    turns. Of a wide prior some curves are no motion of a breaker, and rejected. What is rejected by
-    its record alone leaves the ranks of the others uniform.
+     The noise is that of a sample; the first motion falls at random; the dialects take turns. What
+    is rejected by its record alone leaves the ranks of the others uniform.
 
     Raises:
         RuntimeError: If the reader rejects all of them.
@@ -67,8 +65,6 @@ def through_files(
         >>> through = through_files(prior, sensor, "closing", 3, np.random.default_rng(1))
         >>> through.measured.shape, through.truth.shape, through.dialect
         ((3, 151), (3, 8), array([0, 1, 2]))
-        >>> through.rejected
-        {}
     """
     theta = prior.sample(n, rng)
     moves = _MARGIN - sensor.start + _SPREAD * (rng.random(n) - 0.5)
@@ -94,8 +90,8 @@ def _through(
     rng: np.random.Generator,
     dialect: Dialect,
 ) -> tuple[np.ndarray, np.ndarray, list[str]]:
-    """Records through files of one dialect, ``(m, t)``, mm, their first motions, ``(m,)``, and why
-    any are rejected.
+    """Records through files of one dialect, ``(m, t)``, first motions, ``(m,)``, and why any are
+    rejected.
     """
     length = sensor.stop - sensor.start + 2 * _MARGIN
     time = np.arange(round(length * dialect.rate)) / dialect.rate

@@ -1,5 +1,5 @@
 """Exports of a simulated breaker, for a first look: two visits, twelve years apart, and a file that
-says hardly anything of itself. `breaker view --example` shows them, `breaker example` writes them.
+says hardly anything of itself.
 """
 
 from collections.abc import Mapping
@@ -21,11 +21,7 @@ _COIL = 3.0, 6.0, 45.0  # A, ms until most of it flows, ms for which it flows
 
 
 def write_visits(settings: Mapping, folder: Path) -> int:
-    """Write the exports into a folder, and return how many they are.
-
-    Args:
-        settings: The configuration, of which the rig and the seed count.
-        folder: It has to be there.
+    """Write the exports of the rig of a configuration into a folder, and return how many they are.
 
     Example:
         >>> from breaker.configuration.loading import read
@@ -33,9 +29,7 @@ def write_visits(settings: Mapping, folder: Path) -> int:
         >>> import tempfile
         >>> with tempfile.TemporaryDirectory() as name:
         ...     write_visits(read(DEFAULTS), Path(name))
-        ...     sorted(each.name for each in Path(name).iterdir())
         3
-        ['unknown.txt', 'visit_2014-05-12.csv', 'visit_2026-03-02.csv']
     """
     rig = Rig.from_settings(settings["rig"], settings["seed"])
     for date, share in _VISITS.items():
