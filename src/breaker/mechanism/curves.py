@@ -1,4 +1,4 @@
-r"""Exact travel curves of the two-mass, two-spring drive of a breaker, and their derivatives.
+"""Exact travel curves of the two-mass, two-spring drive of a breaker, and their derivatives.
 
 Paper, Sec. 3. With units mm and ms, and ``x_a`` the drive, ``x_b`` the moving contact:
 
@@ -16,22 +16,14 @@ starts from the closed state that ``f`` had held.
 ``L``, fully inelastically. *Opening* starts at rest in the closed state without ``f``; the contact
 parts when its force ``k_b (x_a - L) + gamma_b x_a'`` falls to zero. One transition a motion.
 
-Method. Each mode is linear with constant coefficients, so its solution is the Taylor series of
-the matrix exponential (``kernels``). The record is cut into intervals short against the fastest
-rate, the series is summed to round-off in each, and every sample and event inside is a value or a
-root of the same polynomial: there is no step error, and the result does not depend on the grid of
-the samples. In the stiff limit (large ``k_b``) nothing fails; the cost grows with the rate.
+Each mode is linear, so its solution is the Taylor series of the matrix exponential (``kernels``),
+summed to round-off in intervals short against the fastest rate. There is no step error, and the
+result does not depend on the grid of the samples. The cost grows with the rate.
 
-Answers at the edges:
-
-- An event exactly at a sample: both modes give the same position there.
 - Contact never reached by the last sample: the switching time is ``inf``.
 - Contact force not positive at the start of an opening (``f <= k_a L``, outside the prior's
   support): the contact parts at once, at 0.
 - Contact force falling to zero again after a touch: flagged as ``reopening``, not modelled.
-
-What is needed beside the output is made block by block, so that it does not grow with the number
-of operations.
 """
 
 from collections.abc import Iterator
@@ -115,11 +107,8 @@ def sensitivity(
     by: slice = slice(None),
 ) -> tuple[Motion, np.ndarray]:
     """Simulate operations with derivatives of their curves, central differences of step 1e-5.
-
-    Curves are right to 1e-13 mm and smooth in the parameters, and so derivatives over the prior to
-    1e-7 mm. Two exceptions: where an event passes a sample within the step,
-    the error is of first order, a step times a hundred mm; and a touch that comes or goes within
-    the step makes derivatives of that sudden change.
+     Derivatives over the prior are right to 1e-7 mm, except where an event passes a sample, or a
+    touch comes or goes, within the step.
 
     Args:
         theta, times, motion, onset: As of ``travel``, with its errors.
@@ -132,8 +121,6 @@ def sensitivity(
     Example:
         >>> theta = np.array([[2.0, 0.045, 0.040, 0.30, 0.12, 0.75, 10.0]])
         >>> curves, slopes = sensitivity(theta, np.array([10.0, 60.0]), "closing")
-        >>> slopes.shape
-        (1, 2, 8)
         >>> np.allclose(slopes[..., 5] + slopes[..., 6], curves.travel)  # f and L scale lengths
         True
     """
@@ -177,9 +164,8 @@ def _of_block(theta: np.ndarray, times: np.ndarray, onset: np.ndarray) -> tuple[
 
 
 def _contiguous(*arrays: np.ndarray) -> tuple[np.ndarray, ...]:
-    """Return arrays as compiled code takes them; copies only of those that are not so already.
-
-    All may be written to: for those that may not, numba would compile the same code again.
+    """Return arrays as compiled code takes them: writable, as numba would compile read-only ones
+    anew.
     """
     return tuple(np.require(array, np.float64, ["C", "W"]) for array in arrays)
 
@@ -192,10 +178,8 @@ def _check_motion(motion: str) -> None:
 def check(
     theta: np.ndarray, times: np.ndarray, motion: str, onset: float | np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the parameters ``(n, p)``, times ``(t,)`` and onsets ``(n,)`` of a simulation.
-
-    Raises:
-        ValueError: What ``travel`` raises.
+    """Return the parameters ``(n, p)``, times ``(t,)`` and onsets ``(n,)`` of a simulation; raise
+    what ``travel`` raises.
     """
     theta, times, onset = np.asarray(theta), np.asarray(times, dtype=np.float64), np.asarray(onset)
     if theta.ndim != 2 or theta.shape[1] != len(NAMES):
@@ -226,9 +210,7 @@ def _check_parameters(theta: np.ndarray) -> None:
 def too_fast(theta: np.ndarray, times: np.ndarray, onset: float | np.ndarray = 0.0) -> np.ndarray:
     """Say which drives are too fast to follow to the end of a record, ``(..., p) -> (...)``.
 
-    Args:
-        times: Times of the samples, ``(t,)``, ms, increasing.
-        onset: Start of the motion, ms, one for all or ``(...)``.
+    Times ``(t,)`` are those of the samples, ms; the onset is one for all or ``(...)``.
     """
     return _intervals(theta, times, onset) > _LONGEST
 

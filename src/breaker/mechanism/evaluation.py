@@ -1,21 +1,16 @@
 """Quantities of parameter sets, read from their exact curves.
 
-Of the model, times, speeds and ways are read from the exact curve of a parameter set, without
-noise, its motion starting at 0. A quantity that does not exist for a parameter set is nan:
+Times, speeds and ways are read from the curve of a parameter set without noise, its motion starting
+at 0. A quantity that does not exist for a parameter set is nan:
 
-- of a closing whose contact does not touch within 60 ms, all that needs the touch;
-- of an opening whose contact does not part within 60 ms, or that has no closed state to start from
-  (no wipe, ``f <= k_a L``), the same;
-- a speed between points that the drive does not pass, such as 6 mm before the touch of one that
-  does not travel as far;
-- what needs a closed rest position where there is none (no wipe): stroke, travel time, over-travel;
+- all that needs touch or parting, of a contact that does not touch or part within 60 ms, or that
+  has no closed state to start from (no wipe, ``f <= k_a L``);
+- a speed between points that the drive does not pass;
+- what needs a closed rest position where there is none: stroke, travel time, over-travel;
 - over-travel or rebound of a drive that is still on its way at 60 ms.
 
-A contact whose force falls to zero again after the touch counts as closed, as in ``mechanism``.
-
-Any size of drive: a parameter set is read as one of about the size of the reference drive, with
-lengths and times divided by powers of 2, which is exact; the 60 ms are of that size. The powers
-follow from the set alone, and are 0 within 5 prior standard deviations of the reference drive.
+A set of any size is read as one of about the size of the reference drive, with lengths and times
+divided by powers of 2, which is exact; the 60 ms are of that size.
 """
 
 from collections.abc import Iterator, Sequence
@@ -40,16 +35,11 @@ def evaluate(
     names: Sequence[str], theta: np.ndarray, motion: str, speeds: Sequence[Speed] = SPEEDS
 ) -> np.ndarray:
     """Return quantities of parameter sets, ``(n, len(names))``, in the units of ``QUANTITIES``.
-
-    Each set is simulated once, and not at all if no quantity needs its curve. The wipe is that of
-    the formula, ``(f - k_a L) / (k_a + k_b)``: not positive where a contact does not stay pressed.
+     The wipe is that of the formula, ``(f - k_a L) / (k_a + k_b)``: not positive where a contact
+    does not stay pressed. Other quantities are nan where they do not exist (see the module).
 
     Args:
         theta: Parameters, ``(n, p)``, of drives of any size.
-        motion: "closing" or "opening".
-
-    Returns:
-        float64; nan where a quantity does not exist (see the module).
 
     Raises:
         ValueError: If a quantity is unknown or of the other motion, or for parameters that

@@ -1,9 +1,7 @@
 """Limits on the state of the drive: in words, exceeded or not, and how probably.
 
 A limit has parts, each a quantity above or below a value; it is exceeded where all of them hold.
-Its quantities are those of the model at inferred parameters, or those read from the record itself.
-An entry of a reference and a tolerance is two limits, one on either side. Measured quantities have
-normal errors, which are taken for independent of each other.
+An entry of a reference and a tolerance is two limits, one on either side.
 """
 
 from __future__ import annotations
@@ -86,8 +84,7 @@ class Limit:
         """Build a limit from an entry of upper and lower of the list ``limits``.
 
         Raises:
-            ValueError: If it has no name or no quantity, one that its motion does not have, one
-                whose two bounds exclude each other, or a percentage of what is no change.
+            ValueError: If its name, quantities or bounds are missing or wrong.
         """
         if "name" not in entry:
             raise ValueError("a limit has no name. Give it one.")
@@ -166,10 +163,8 @@ class Limit:
         """Return how probably measured values are beyond the limit, ``(..., parts) -> (...)``.
 
         Args:
-            values: Measured quantities of the parts; nan where a record does not show one, and
-                then the result is nan, too.
-            sds: Standard deviations of their errors, which are normal, and independent of those of
-                other quantities.
+            values: Measured quantities of the parts; the result is nan where one is.
+            sds: Standard deviations of their errors, which are normal and independent.
 
         Example:
             >>> limit = Limit("slow", "closing", (("travel_time", 10.0, True),), of="record")
@@ -195,10 +190,8 @@ def from_list(
     speeds: tuple[Speed, ...] = SPEEDS,
     of: Collection[str] = SOURCES,
 ) -> list[Limit]:
-    """Return the limits of the section ``limits`` that are of these motions, in its order.
-
-    Args:
-        of: Names of the sources of these limits.
+    """Return the limits of the section ``limits`` that are of these motions and sources, in its
+    order.
 
     Raises:
         ValueError: If an entry cannot be a limit.

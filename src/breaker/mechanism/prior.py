@@ -1,10 +1,9 @@
 """Log-normal prior of the seven parameters, conditioned on positive contact pressure.
 
-Paper, Sec. 5: independent log-normals. Only a contact that stays pressed in the closed state can
-start an opening, so the prior is conditioned on ``f > k_a L`` (positive wipe, see Eq. (7)). With
+Paper, Sec. 5: independent log-normals. Only a contact that stays pressed can start an opening, so
+the prior is conditioned on ``f > k_a L`` (positive wipe, see Eq. (7)). With
 ``z = (log theta - log median) / log_sd`` standard normal, the condition is a half-space,
-``a . z + b > 0``, so its probability is one value of the normal distribution function and the
-density is normalised analytically. Outside the half-space the density is zero.
+``a . z + b > 0``, so its probability is one value of the normal distribution function.
 """
 
 from collections.abc import Mapping
@@ -86,10 +85,9 @@ class Prior:
         return np.exp(np.log(self.medians) + self.log_sds * z)
 
     def distances(self, theta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return how far parameters lie from the medians, ``(..., p) -> (..., p), (...)``.
-
-        In standard deviations of each parameter's logarithm; and all together, squared, which
-        follows a chi-square of p degrees of freedom over the prior.
+        """Return how far parameters lie from the medians, ``(..., p) -> (..., p), (...)``: in sds
+        of each logarithm; and all together, squared, a chi-square of p degrees of freedom over
+        the prior.
         """
         z = self.standardise(theta)
         return z, np.square(z).sum(axis=-1)
@@ -102,8 +100,7 @@ class Prior:
     def sample(self, n: int, rng: np.random.Generator) -> np.ndarray:
         """Draw parameters, ``(n, p)``, exactly from the conditioned prior.
 
-        Along the normal of the half-space the coordinate follows a truncated normal, drawn by
-        inverting its distribution function. The other directions are unconditioned normals.
+        Along the normal of the half-space the coordinate follows a truncated normal.
         """
         from scipy.special import ndtr, ndtri  # scipy.stats takes most of a second to load
 
@@ -119,9 +116,8 @@ class Prior:
         return self.destandardise(z)
 
     def log_prob(self, theta: np.ndarray) -> np.ndarray:
-        """Return the log density per unit of ``theta``, ``(..., p) -> (...)``.
-
-        It is ``-inf`` outside the support, non-positive parameters included.
+        """Return the log density per unit of ``theta``, ``(..., p) -> (...)``; ``-inf`` outside the
+        support.
         """
         theta = np.asarray(theta, dtype=np.float64)
         positive = np.all(theta > 0, axis=-1)

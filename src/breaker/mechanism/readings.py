@@ -158,10 +158,8 @@ def _crossing(
 
 
 def _most(beyond: np.ndarray) -> np.ndarray:
-    """Largest way beyond rest, ``(n, t) -> (n,)``: 0 if it is not passed, nan if still open.
-
-    Between samples by a parabola. It is open where the way neither has a peak beyond rest nor
-    ends near it.
+    """Largest way beyond rest, ``(n, t) -> (n,)``, between samples by a parabola: 0 if it is not
+    passed, nan where it neither has a peak beyond rest nor ends near it.
     """
     peak = np.clip(np.argmax(beyond, axis=1), 1, TIMES.size - 2)
     before, top, after = np.take_along_axis(beyond, peak[:, None] + np.arange(-1, 2), axis=1).T

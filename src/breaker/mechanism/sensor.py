@@ -1,9 +1,8 @@
 """What the travel sensor adds to the exact curve: onset, zero and noise.
 
-Paper, Sec. 3: normally distributed noise on the position of mass a. Real records have two more
-unknowns: the motion starts at an *onset* around the nominal time, not at it, and the reading has an
-additive offset, the *zero*. Both are normal with mean zero; a standard deviation of zero turns one
-off. The onset shifts the exact curve, so the mechanism simulates it; the zero is linear and is
+Paper, Sec. 3: normal noise on the position of mass a. Real records have two more unknowns: the
+motion starts at an *onset* around the nominal time, and the reading has an additive offset, the
+*zero*. Both are normal with mean zero; a standard deviation of zero turns one off. The zero is
 integrated in closed form: the covariance of a record is ``noise_sd^2 I + zero_sd^2 1 1^T``. A
 missing sample is NaN; results are then those of the samples that are present.
 """
@@ -97,10 +96,9 @@ class Sensor:
     def sample_shared(
         self, measured: np.ndarray, travel: np.ndarray, rng: np.random.Generator
     ) -> np.ndarray:
-        """Draw what a repetition shares with its record, ``(..., t) -> (..., 1)``, mm.
+        """Draw the zero that a repetition shares with its record, ``(..., t) -> (..., 1)``, mm.
 
-        All samples of a record share one zero, so its posterior is normal, with precision
-        ``t / noise_sd^2 + 1 / zero_sd^2``.
+        Its posterior is normal, with precision ``t / noise_sd^2 + 1 / zero_sd^2``.
         """
         residual, t = _there(measured - travel)
         variance = self.noise_sd**2 * self.zero_sd**2 / (self.noise_sd**2 + t * self.zero_sd**2)
@@ -108,11 +106,7 @@ class Sensor:
         return mean + np.sqrt(variance) * rng.standard_normal(mean.shape)
 
     def whiten(self, residual: np.ndarray) -> np.ndarray:
-        """Multiply ``(..., t)`` by the inverse square root of a record's covariance.
-
-        Of the mean, the only direction in which the covariance differs from ``noise_sd^2 I``,
-        the share ``noise_sd / sqrt(noise_sd^2 + t zero_sd^2)`` is left.
-        """
+        """Multiply ``(..., t)`` by the inverse square root of a record's covariance."""
         t = residual.shape[-1]
         kept = self.noise_sd / np.sqrt(self.noise_sd**2 + t * self.zero_sd**2)
         mean = residual.sum(axis=-1, keepdims=True) / t
@@ -128,9 +122,8 @@ class Sensor:
         return (square - explained * total**2) / self.noise_sd**2
 
     def log_likelihood(self, measured: np.ndarray, travel: np.ndarray) -> np.ndarray:
-        """Return the log density of records given exact curves, ``(..., t) -> (...)``.
-
-        The zero is integrated out; the onset is in ``travel``.
+        """Return the log density of records given exact curves, ``(..., t) -> (...)``, without the
+        zero.
         """
         t = _there(measured)[1][..., 0]
         log_determinant = (t - 1) * np.log(self.noise_sd**2) + np.log(

@@ -13,7 +13,6 @@ def advice_on(names: Iterable[str], advice: Mapping[str, str]) -> list[str]:
 
     Args:
         names: Of what has become worse. A speed that has no entry has that of its motion.
-        advice: The section ``advice`` of the configuration.
 
     Example:
         >>> advice_on(["f", "mu", "closing_speed_10_90"], {"f": "spring", "closing_speed": "latch"})

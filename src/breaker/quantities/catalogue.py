@@ -129,11 +129,8 @@ def quantities(speeds: Sequence[Speed] = SPEEDS) -> dict[str, Quantity]:
 def quantities_of(
     motion: str, speeds: Sequence[Speed] = SPEEDS, of: Collection[str] | None = _MODEL
 ) -> dict[str, Quantity]:
-    """Return the quantities of a motion that are no parameters, by name.
-
-    Args:
-        motion: "closing" or "opening".
-        of: Names of sources, any of which they can be read from; None for any at all.
+    """Return the quantities of a motion that are no parameters, by name; of any source if ``of`` is
+    None.
 
     Example:
         >>> list(quantities_of("opening"))
@@ -186,10 +183,6 @@ def check_quantity(
     name: str, motion: str, speeds: Sequence[Speed] = SPEEDS, of: str = "model"
 ) -> str | None:
     """Return why a motion does not have a quantity, with a remedy; None if it has it.
-
-    Args:
-        motion: "closing" or "opening".
-        of: What it is to be read from, "model" or "record".
 
     Example:
         >>> check_quantity("latch_time", "closing")

@@ -1,8 +1,7 @@
 """Formulas of the parameters of a drive, and conditions on them in words, light to import.
 
-The closing force has to exceed that of the opening spring where the contact touches, ``f > k_a L``
-(paper, Sec. 3), or a closed contact is not pressed. And the fastest rate of a drive is bounded, or
-its curve cannot be followed.
+A closed contact is pressed only if ``f > k_a L`` (paper, Sec. 3), and a curve can be followed only
+if the fastest rate of its drive is bounded.
 """
 
 from __future__ import annotations
@@ -34,10 +33,8 @@ def pressed(theta: np.ndarray) -> np.ndarray:
 def pressed_half_space(
     medians: Sequence[float], log_sds: Sequence[float]
 ) -> tuple[tuple[float, ...], float]:
-    """Return ``a`` and ``b`` of the same condition ``a . z + b > 0`` on logarithms.
-
-    Args:
-        medians, log_sds: By which ``z``, ``(p,)``, is standardised.
+    """Return ``a`` and ``b`` of the same condition ``a . z + b > 0`` on standardised logarithms
+    ``z``.
     """
     signs = [_SIGNS.get(name, 0.0) for name in NAMES]
     slope = tuple(sign * sd for sign, sd in zip(signs, log_sds, strict=True))
@@ -61,27 +58,17 @@ def closed_rest(theta: np.ndarray) -> np.ndarray:
 
 
 def own_time(theta: np.ndarray, motion: str) -> np.ndarray:
-    """Return the time in which the force, or the opening spring, moves a drive, ms.
-
-    Args:
-        theta: Parameters, ``(..., p)``.
-        motion: "closing" or "opening".
+    """Return the time in which the force, or the opening spring, moves a drive, ``(..., p) ->
+    (...)``, ms.
     """
     _, k_a, _, _, _, f, gap = split(theta)
     return np.sqrt(gap / f if motion == "closing" else 1.0 / k_a)
 
 
 def fastest_rate(theta: np.ndarray, *, free: bool = True) -> np.ndarray:
-    """Return a bound of the fastest rate of drives, ``(..., p) -> (...)``, 1/ms.
-
-    It bounds the norm of a mode's matrix in coordinates scaled by mass (see ``kernels``).
-
-    Args:
-        free: Whether the contact is free. The rate of a closed one is the smaller.
-
-    Example:
-        >>> float(fastest_rate(np.array([2.0, 0.045, 0.040, 0.30, 0.12, 0.75, 10.0])).round(3))
-        1.066
+    """Return a bound of the fastest rate of drives, ``(..., p) -> (...)``, 1/ms, with a free
+    contact or the smaller one with a closed contact: of the norm of a mode's matrix (see
+    ``kernels``).
     """
     mu, k_a, k_b, gamma_a, gamma_b, *_ = split(theta)
     moved = 1.0 + mu * free

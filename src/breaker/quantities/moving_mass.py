@@ -1,9 +1,7 @@
 """Forces, springs, friction and energies of a drive whose moving mass is known.
-
-Parameters are per mass of the drive, without that of the contact behind its spring. With this mass
-``m`` in kg the closing force is ``f m``, a spring ``k m``, friction ``gamma m``; to close, the
-force works ``f m s`` over the stroke ``s``, and the opening spring of the model, which is free in
-the open position, then holds ``k_a m s^2 / 2``.
+ Parameters are per mass of the drive, without that of the contact. With this mass ``m`` in kg the
+closing force is ``f m``, a spring ``k m``, friction ``gamma m``; to close, the force works ``f m
+s`` over the stroke ``s``, and the opening spring then holds ``k_a m s^2 / 2``.
 """
 
 from __future__ import annotations
@@ -88,11 +86,6 @@ def with_mass(theta: np.ndarray, stroke: float, mass: np.ndarray) -> dict[str, n
         theta: Draws of the parameters, ``(d, p)``.
         stroke: Of the drive, mm.
         mass: Of the drive, kg, ``(d,)``.
-
-    Example:
-        >>> found = with_mass(np.array([[2.0, 0.045, 0.04, 0.3, 0.12, 0.75, 10.0]]), 14.0, 12.0)
-        >>> {name: float(each[0].round(2)) for name, each in found.items()}  # doctest: +ELLIPSIS
-        {'closing_force': 9000.0, 'opening_spring': 540000.0, ..., 'opening_energy': 52.92}
     """
     return {
         each.name: each.factor * theta[:, NAMES.index(each.of)] * mass * stroke**each.ways

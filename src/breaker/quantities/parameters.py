@@ -108,10 +108,7 @@ def is_logarithmic(names: Sequence[str]) -> np.ndarray:
 def prior_sds(
     names: Sequence[str], prior: Mapping[str, Mapping[str, float]], onset_sd: float
 ) -> np.ndarray:
-    """Return the prior sd of each output in the scale in which it is judged, ``(q,)``.
-
-    Args:
-        prior: The section ``prior`` of the configuration.
-        onset_sd: Standard deviation of the onset, ms.
+    """Return the prior sd of each output in the scale in which it is judged, ``(q,)``; of the
+    onset, ms.
     """
     return np.array([onset_sd if name == ONSET.name else prior[name]["log_sd"] for name in names])

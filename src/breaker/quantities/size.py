@@ -2,8 +2,7 @@
 
 A drive whose lengths are ``s`` times and whose times are ``t`` times those of another moves on the
 same curve, stretched: Eqs. (3) and (4) of the paper hold for it with ``f s / t^2``, ``L s``,
-``k / t^2``, ``gamma / t`` and the same ``mu``. So whatever is known of drives of one size, learned
-errors and trained networks included, holds for those of any other.
+``k / t^2``, ``gamma / t`` and the same ``mu``.
 """
 
 from __future__ import annotations

@@ -177,12 +177,9 @@ def speeds_of(
     settings: Mapping[str, Sequence[str] | None] | None = None, size: Size = UNIT
 ) -> tuple[Speed, ...]:
     """Return the speeds that the section ``speeds`` of the configuration defines.
-
-    Args:
-        settings: Two points by name. ``closing_speed`` and ``opening_speed`` are always there:
-            where they are None or not given, they are over the last 6 mm before the touch, and
-            the first 6 mm after the parting, of a drive of size 1.
-        size: Size of the drive, for these; the way is rounded to two digits.
+     ``closing_speed`` and ``opening_speed`` are always there: unless given, over the last 6 mm
+    before the touch, and the first 6 mm after the parting, times the length of the size, to two
+    digits.
 
     Raises:
         ValueError: If a definition is wrong.

@@ -93,9 +93,8 @@ class ChangeRows(BankRows):
         return x, y, there, np.zeros_like(y)
 
     def _records(self, pairs, motions, rng, noise, *, odd=True):
-        """References in mm and ms, changes from them, and outputs, ``(n, q)``.
-
-        With ``odd``, a part of the change is of no drive of the family.
+        """References in mm and ms, changes from them, and outputs, ``(n, q)``; ``odd`` adds changes
+        of no drive of the family.
         """
         references, changes, moved = {}, {}, []
         drives, first, second = pairs

@@ -1,8 +1,7 @@
 """The bank of a family: curves of drives, new and worn, without size, onset, zero and noise.
-
-A curve is taken apart: its *shape* is the share of the way between its rests over the time
-``u = (t - t10) / T``, where ``t10`` is when 10 % of that way are made and ``T`` the time from 10 to
-50 %; and beside the shape stand stroke and ``T``, the *duration*. So a sensor is put on afterwards.
+ The *shape* of a curve is the share of the way between its rests over the time ``u = (t - t10) /
+T``, where ``t10`` is when 10 % of that way are made and ``T``, the *duration*, the time from 10 to
+50 %.
 """
 
 import logging
@@ -51,9 +50,7 @@ _log = logging.getLogger(__name__)
 def simulate_family(family: Family, drives: int, rng: np.random.Generator) -> xr.Dataset:
     """Simulate both motions of drives of a family, each new and worn.
 
-    A drive one of whose curves has no shape - it is not finite, does not make half of its way,
-    does not touch or part, or leaves what can be stored - is drawn again; the attribute
-    ``drawn_again`` counts these.
+    A drive one of whose curves has no shape is drawn again; ``drawn_again`` counts these.
 
     Returns:
         Over dims drive, condition ("new", "worn"), motion and u: ``shape``, in 16 bits, see
@@ -90,11 +87,7 @@ def shapes(stored: np.ndarray) -> np.ndarray:
 
 
 def _row(family: Family, rng: np.random.Generator) -> dict[str, np.ndarray]:
-    """One drive of a bank.
-
-    Raises:
-        FloatingPointError: If a curve has no shape.
-    """
+    """One drive of a bank."""
     new = family.new(rng)
     kind = family.kind_of_wear(rng)
     both = [_taken_apart(drive) for drive in (new, family.worn(new, rng, kind))]
@@ -105,11 +98,7 @@ def _row(family: Family, rng: np.random.Generator) -> dict[str, np.ndarray]:
 
 
 def _taken_apart(drive: Drive) -> dict[str, np.ndarray]:
-    """What a bank has of a drive of size 1 in one condition; shapes ``(m, u)`` as stored.
-
-    Raises:
-        FloatingPointError: If a curve has no shape.
-    """
+    """What a bank has of a drive of size 1 in one condition; shapes ``(m, u)`` as stored."""
     rest = closed_rest(drive.numbers)
     ways = [follow(drive.numbers, rest, m == "closing", _SLOWEST, _FOLLOWED) for m in MOTIONS]
     if not all(len(steps) and switching < np.inf for steps, switching in ways):

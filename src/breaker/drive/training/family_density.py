@@ -23,8 +23,6 @@ class FamilyNetwork(nn.Module):
         settings: Sizes: ``width``, ``blocks``, ``features``, ``components`` and ``head``.
         name: What it is of, for messages.
         sizes: Numbers of inputs and outputs.
-        atoms: Which outputs may be exactly 0.
-        seed: Seed of the first weights.
     """
 
     def __init__(
@@ -64,15 +62,13 @@ class FamilyRows(DrawnRows):
     """Rows of a family's bank, whose records are made anew for each batch.
 
     A batch follows from the seed of the training and the step alone. So other processes may make
-    batches ahead, and a training that was killed goes on where it was, with the same weights.
+    batches ahead, and a training that was killed ends with the same weights.
 
     Attributes:
         drives: Numbers of the drives, ``(n,)``.
         make: What takes drives ``(n,)`` and a generator, and returns inputs ``(n, i)``, outputs
             ``(n, q)`` and which of these are there.
-        device: Of the training.
-        workers: Processes that make batches ahead; 0 makes each one when it is asked for. They are
-            forked, and so share the bank.
+        workers: Processes, forked, that make batches ahead; 0 makes each when it is asked for.
     """
 
     drives: np.ndarray

@@ -70,7 +70,7 @@ def record_shapes(
     Returns:
         The records, stroke and duration in those of the curve; the times of 10 % of the way as
         records show it, and their own durations, ``(n,)``, in durations of the curve. A curve of
-        which none of many records shows a motion, as where the drive hardly arrives, is not there.
+        which no record shows a motion is not there.
     """
     n = len(curves)
     way, present = np.empty((n, SHAPE_TIMES.size)), np.empty((n, SHAPE_TIMES.size), dtype=np.bool_)

@@ -34,9 +34,8 @@ class BankRows:
 
     Attributes:
         bank: Drives: see ``family_bank.simulate_family``.
-        frozen: What inputs and outputs are scaled by, as ``level_network.Levels`` and
-            ``change_network.Changes``
-            have it: set by ``freeze``, or that of the training.
+        frozen: What inputs and outputs are scaled by, as ``Levels`` and ``Changes`` have it: set
+            by ``freeze``, or that of the training.
     """
 
     kind: ClassVar[str]

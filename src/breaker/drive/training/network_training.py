@@ -35,8 +35,7 @@ def train_network(
         rows: Of a bank, from ``rows_of``; its last ``validation_curves`` drives judge the training.
         held_out: Drives that show what records of members look like.
         settings: The section ``family_networks`` of the configuration.
-        seed: Seed of the configuration.
-        workers: Processes that make batches ahead, see ``FamilyRows``; no weight depends on them.
+        workers: As of ``FamilyRows``; no weight depends on them.
         checkpoint: As of ``training.Trainer``.
 
     Returns:

@@ -32,17 +32,14 @@ def sample_rows(
     """Draw from the posteriors of one record of each motion of each drive.
 
     Args:
-        network: The network.
         rows: Drives, in the scales of the network.
         source: Which motions there are: "closing", "opening" or "both".
-        draws: Number of draws of each.
         sensor: As of the ``unscaled`` of the rows.
 
     Returns:
         ``draws (curve, draw, output)`` and ``truth (curve, output)``: parameters, or their changes
         in percent, and events, in durations. What is exactly 0 has a random order, by a jitter of
-        a billionth of a scale. Changes beyond any wear are left out, as answers withhold them; the
-        attribute ``withheld`` counts them.
+        a billionth of a scale. Changes beyond any wear are left out; ``withheld`` counts them.
     """
     n = len(rows)
     motions = np.tile([source != "opening", source != "closing"], (n, 1))
