@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from breaker.drive.life.life_records import series_of
-from breaker.drive.life.work_events import Event
+from breaker.drive.life.life_records import Event, series_of
 
 STEP, LENGTH = 0.2, 400
 TIME = STEP * np.arange(LENGTH)

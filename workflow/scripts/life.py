@@ -3,8 +3,8 @@
 import numpy as np
 
 from breaker.common.zarr_store import describe, save
+from breaker.drive.life.life_records import Event
 from breaker.drive.life.life_results import follow_curves
-from breaker.drive.life.work_events import Event
 from breaker.mechanism.limits import from_list
 from breaker.quantities.speeds import speeds_of
 from breaker.reading.records.curve_reader import open_curves

@@ -107,7 +107,8 @@ def sensitivity(
     by: slice = slice(None),
 ) -> tuple[Motion, np.ndarray]:
     """Simulate operations with derivatives of their curves, central differences of step 1e-5.
-     Derivatives over the prior are right to 1e-7 mm, except where an event passes a sample, or a
+
+    Derivatives over the prior are right to 1e-7 mm, except where an event passes a sample, or a
     touch comes or goes, within the step.
 
     Args:

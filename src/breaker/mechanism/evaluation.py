@@ -35,7 +35,8 @@ def evaluate(
     names: Sequence[str], theta: np.ndarray, motion: str, speeds: Sequence[Speed] = SPEEDS
 ) -> np.ndarray:
     """Return quantities of parameter sets, ``(n, len(names))``, in the units of ``QUANTITIES``.
-     The wipe is that of the formula, ``(f - k_a L) / (k_a + k_b)``: not positive where a contact
+
+    The wipe is that of the formula, ``(f - k_a L) / (k_a + k_b)``: not positive where a contact
     does not stay pressed. Other quantities are nan where they do not exist (see the module).
 
     Args:

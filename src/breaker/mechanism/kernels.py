@@ -222,7 +222,8 @@ def first_zero(margin):
 @_compiled
 def _follow(mode, margin, state, start, record, sample, buffers):
     """Fill a curve in one mode, from the state at ``start`` until its margin ends it.
-     Return the next sample, the time of the margin's zero (inf if not by the last sample), and x_a
+
+    Return the next sample, the time of the margin's zero (inf if not by the last sample), and x_a
     and x_a' at the end of the mode. A margin without weights is not watched.
     """
     times, h = record.times, mode.h

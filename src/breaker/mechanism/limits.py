@@ -165,11 +165,6 @@ class Limit:
         Args:
             values: Measured quantities of the parts; the result is nan where one is.
             sds: Standard deviations of their errors, which are normal and independent.
-
-        Example:
-            >>> limit = Limit("slow", "closing", (("travel_time", 10.0, True),), of="record")
-            >>> limit.measured_exceedance([[9.9], [10.0]], [[0.1], [0.1]]).round(2)
-            array([0.16, 0.5 ])
         """
         from scipy.special import ndtr
 

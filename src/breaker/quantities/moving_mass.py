@@ -1,5 +1,6 @@
 """Forces, springs, friction and energies of a drive whose moving mass is known.
- Parameters are per mass of the drive, without that of the contact. With this mass ``m`` in kg the
+
+Parameters are per mass of the drive, without that of the contact. With this mass ``m`` in kg the
 closing force is ``f m``, a spring ``k m``, friction ``gamma m``; to close, the force works ``f m
 s`` over the stroke ``s``, and the opening spring then holds ``k_a m s^2 / 2``.
 """

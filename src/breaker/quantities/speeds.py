@@ -177,7 +177,8 @@ def speeds_of(
     settings: Mapping[str, Sequence[str] | None] | None = None, size: Size = UNIT
 ) -> tuple[Speed, ...]:
     """Return the speeds that the section ``speeds`` of the configuration defines.
-     ``closing_speed`` and ``opening_speed`` are always there: unless given, over the last 6 mm
+
+    ``closing_speed`` and ``opening_speed`` are always there: unless given, over the last 6 mm
     before the touch, and the first 6 mm after the parting, times the length of the size, to two
     digits.
 

@@ -110,8 +110,10 @@ class Levels:
         Args:
             records: One record of each motion at hand, physical units.
             size: Size of the drive beside the family's, if it is given.
-         Raises: ModelFileError: If more than one answer in a thousand is no number, or beyond all
-        drives.
+
+        Raises:
+            ModelFileError: If more than one answer in a thousand is no number, or beyond all
+                drives.
         """
         motions = [motion for motion in MOTIONS if motion in records]
         seen = {m: records.get(m, NormalisedRecords.nothing(1)) for m in MOTIONS}

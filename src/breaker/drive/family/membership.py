@@ -132,7 +132,8 @@ def choose_family(
 ) -> tuple[T, list[tuple[Hashable, Match]], bool]:
     """Return the family that records give most evidence of, or that which they fit best; what
     ``match`` returned of it; and whether the records fit.
-     A group of records fits as well as the median of them, and all have to. A foreign drive is
+
+    A group of records fits as well as the median of them, and all have to. A foreign drive is
     often just within the first family, with wrong answers; a wider family tells less of it, and
     that is true.
 

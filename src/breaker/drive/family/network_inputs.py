@@ -57,12 +57,6 @@ class Basis(NamedTuple):
         mean: ``(g,)``.
         directions: Orthonormal, ``(k, g)``.
         variances: Of the components, ``(k,)``.
-
-    Example:
-        >>> shapes = np.outer(np.arange(5.0), np.ones(4))
-        >>> basis = Basis.of(shapes, 1)
-        >>> abs(basis.scores(shapes, np.zeros(5))).round(2).ravel()
-        array([1.41, 0.71, 0.  , 0.71, 1.41])
     """
 
     mean: np.ndarray

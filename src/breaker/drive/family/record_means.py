@@ -32,10 +32,6 @@ def beside_usual(squares: V, seen: float, usual: V, known: float) -> V:
     Args:
         squares: Sum of the squares, or products, of what is seen.
         seen, known: Degrees of freedom of what is seen, and of what is usual.
-
-    Example:
-        >>> beside_usual(squares=16.0, seen=4, usual=1.0, known=4)
-        2.5
     """
     return (squares + known * usual) / (seen + known)
 
@@ -54,11 +50,7 @@ class Mean(NamedTuple):
     left: np.ndarray
 
     def scatter(self, basis: Basis) -> np.ndarray:
-        """Return how far each record is from the others, as noise, ``(n,)``; none of a single one.
-
-        Args:
-            basis: Components of the changes in the family.
-        """
+        """Return how far each record is from the others, as noise, ``(n,)``; none of one alone."""
         n = len(self.left)
         scores = self.left @ basis.directions[:SCATTER_DIRECTIONS].T
         return np.sqrt(np.square(scores).mean(axis=1) * n / (n - 1.0)) if n > 1 else np.empty(0)
@@ -120,12 +112,7 @@ def pace_of(before: Mean, today: Mean, counts: tuple[int, int]) -> tuple[float, 
 
 
 def _noise_of(mean: Mean, count: int, apart: np.ndarray, seen: int) -> np.ndarray:
-    """Noise of a mean of records, ``(1,)``: the sensor's, or the scatter of operations if larger.
-
-    Args:
-        apart: How far records are from the others, as noise, ``(n,)``.
-        seen: From how many records more than one that is known.
-    """
+    """Noise of a mean of records, ``(1,)``: the sensor's, or the operations' scatter if larger."""
     single = np.square(mean.seen.noise) * count
     found = np.square(np.median(apart)) if seen else 0.0
     scattered = beside_usual(seen * found, seen, single + _USUAL**2, _KNOWN)

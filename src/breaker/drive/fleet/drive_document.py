@@ -1,7 +1,4 @@
-"""One drive of a fleet: what is known of it, as one document.
-
-A job writes it, as JSON; table and page of the fleet are made from it.
-"""
+"""One drive of a fleet: what is known of it, as JSON, from which table and page are made."""
 
 import json
 from collections.abc import Mapping, Sequence

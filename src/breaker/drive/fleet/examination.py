@@ -28,10 +28,10 @@ from breaker.drive.fleet.drive_document import (
     Shown,
 )
 from breaker.drive.fleet.members import Member
+from breaker.drive.life.life_records import Event
 from breaker.drive.life.life_results import follow_curves
 from breaker.drive.life.life_tables import change_table, decided
 from breaker.drive.life.limit_states import STATES
-from breaker.drive.life.work_events import Event
 from breaker.mechanism.limit_sources import SOURCES
 from breaker.mechanism.limits import entries_of_type
 from breaker.mechanism.sensor import grid
@@ -54,9 +54,7 @@ _LITTLE, _SDS = 0.005, 3.3
 
 
 class Examined(NamedTuple):
-    """What is known of one drive, and draws of the parameters, those of each operation in turn,
-    ``(o, d, p)``.
-    """
+    """What is known of one drive, and draws of its parameters by operation, ``(o, d, p)``."""
 
     document: DriveDocument
     theta: np.ndarray
@@ -64,7 +62,8 @@ class Examined(NamedTuple):
 
 def examine(member: Member, config: Mapping) -> Examined:
     """Examine a drive as ``breaker infer`` and ``breaker compare`` do, or follow its life.
-     Limits on values, not on changes, count only where they are other than those that ship, which
+
+    Limits on values, not on changes, count only where they are other than those that ship, which
     are an example for one size. ``config`` is the whole configuration.
     """
     visits = member.visits()
@@ -74,8 +73,9 @@ def examine(member: Member, config: Mapping) -> Examined:
     answers = assessment.infer(records)
     used = [each for each in answers if not each.record.reason]
     document = _about(member, visits, answers)
+    nothing = np.empty((0, config["endurance"]["draws"], len(NAMES)))
     if not used:
-        return Examined(document, np.empty((0, config["endurance"]["draws"], len(NAMES))))
+        return Examined(document, nothing)
     try:
         both = {"today": records}
         if len(visits) > 1:
@@ -96,8 +96,7 @@ def examine(member: Member, config: Mapping) -> Examined:
     if document.state == STATES[0]:
         document = replace(document, state=UNJUDGED)
     drawn = draws_of(used)
-    shape = (0, config["endurance"]["draws"], len(NAMES))
-    return Examined(document, np.array(drawn) if drawn else np.empty(shape))
+    return Examined(document, np.array(drawn) if drawn else nothing)
 
 
 def stored(examined: Sequence[Examined]) -> xr.Dataset:

@@ -1,4 +1,4 @@
-"""Records of a life as its tracker takes them: shapes in common units, and what is measured."""
+"""Records of a life, shapes in common units and what is measured, and work on the drive."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -8,11 +8,55 @@ import xarray as xr
 
 from breaker.drive.family.network_inputs import NormalisedRecords
 from breaker.drive.family.record_inputs import network_record, stored_shape
-from breaker.drive.life.work_events import Event
+from breaker.reading.files.operations_table import EVENTS, event_words
 from breaker.reading.records.normalised_shape import SHAPE_TIMES, median_units
 
+_TRANSDUCER = "transducer"
 _STEP = {"temperature": 10.0, "voltage": 0.1}  # of a condition: K; share of that of the new ones
 _ALIKE = 0.5  # steps, within which new operations are compared
+
+
+@dataclass(frozen=True)
+class Event:
+    """Work that was done before an operation.
+
+    Attributes:
+        text: Its words, as the table of operations has them.
+        renews: Whether anything starts anew.
+        transducer: Whether it is the transducer alone.
+
+    Example:
+        >>> Event.from_text("Greased, inspected")
+        Event(text='Greased, inspected', renews=True, transducer=False)
+    """
+
+    text: str
+    renews: bool = False
+    transducer: bool = False
+
+    @classmethod
+    def from_text(cls, text: str, more: Mapping[str, Sequence[str]] | None = None) -> "Event":
+        """Build from a cell of the table.
+
+        Args:
+            more: Section ``endurance.events`` of the configuration: what starts anew, by event.
+
+        Raises:
+            ValueError: If an event has no meaning.
+        """
+        every = [*EVENTS.items(), *(more or {}).items()]
+        known = {word: meaning for key, meaning in every for word in event_words(key)}
+        if unknown := [word for word in event_words(text) if word not in known]:
+            raise ValueError(f"endurance.events has no {', '.join(unknown)}; add what starts anew")
+        affected = {name for word in event_words(text) for name in known[word]}
+        return cls(text, bool(affected), affected == {_TRANSDUCER})
+
+    @classmethod
+    def by_operation(
+        cls, texts: Mapping[int, str], more: Mapping[str, Sequence[str]]
+    ) -> dict[int, "Event"]:
+        """Build those of several operations, from cells by their numbers."""
+        return {number: cls.from_text(text, more) for number, text in texts.items()}
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,9 +170,7 @@ def _new(
     events: Mapping[int, Event],
     conditions: Mapping[str, np.ndarray],
 ) -> np.ndarray:
-    """Indices of the operations that are new: with all motions, no work between, under about the
-    same conditions.
-    """
+    """Indices of the new operations: all motions, no work between, similar conditions."""
     there = np.flatnonzero(np.logical_and.reduce(list(usable.values())))
     if not there.size:
         there = np.flatnonzero(np.logical_or.reduce(list(usable.values())))

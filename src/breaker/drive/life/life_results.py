@@ -9,11 +9,10 @@ from breaker.drive.family.change_network import LEAST_AGREEMENT, agreement_of
 from breaker.drive.family.network_files import shipped_networks
 from breaker.drive.life.drift import Drift
 from breaker.drive.life.forecast import Forecast, Future, Onward
-from breaker.drive.life.life_records import series_of
+from breaker.drive.life.life_records import Event, series_of
 from breaker.drive.life.path_fit import Change, Path
 from breaker.drive.life.readout import Readout, name_set
 from breaker.drive.life.tracker import Tracker
-from breaker.drive.life.work_events import Event
 from breaker.mechanism.limits import Limit
 from breaker.quantities.parameters import NAMES
 from breaker.shipped import KINDS

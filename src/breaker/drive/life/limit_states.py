@@ -38,14 +38,16 @@ def standing(life: xr.Dataset, settings: Mapping, per_operation: np.ndarray) -> 
         life: What ``life_results.follow_life`` returns.
         settings: The section ``planning`` of the configuration.
         per_operation: Days from one operation to the next, of late, ``(o,)``; nan if not known.
-     Returns: Dataset over ``operation`` and ``limit``: ``state``, number in ``STATES``; ``beyond``,
-    the probability that it is exceeded; ``service_by``, inf without one; ``since``, the operation
-    since when a service has been told, nan if none is; ``left``, by ``quantile``, operations;
-    ``risk``, the probability to fail before the next inspection. Over ``operation`` the drive's own
-    ``drive_state``, ``drive_since`` and ``drive_service_by``, and ``subject``, the limit that they
-    are about (-1 without one). Over ``limit``: ``certain`` and ``crossed``, the first operation at
-    which it is exceeded for sure, and from which on it is likelier than not (nan if not); ``rate``
-    and, over ``ahead``, ``extra``, as of ``service_plan.Plan``, at the end.
+
+    Returns:
+        Dataset over ``operation`` and ``limit``: ``state``, number in ``STATES``; ``beyond``, the
+        probability that it is exceeded; ``service_by``, inf without one; ``since``, the operation
+        since when a service has been told, nan if none is; ``left``, by ``quantile``, operations;
+        ``risk``, the probability to fail before the next inspection. Over ``operation`` the drive's
+        own ``drive_state``, ``drive_since`` and ``drive_service_by``, and ``subject``, the limit
+        that they are about (-1 without one). Over ``limit``: ``certain`` and ``crossed``, the first
+        operation at which it is exceeded for sure, and from which on it is likelier than not, nan
+        if not; ``rate`` and, over ``ahead``, ``extra``, as of ``service_plan.Plan``, at the end.
     """
     asked, operations = life.asked.values, life.operation.values
     work = life.start.values[life.work.values]
@@ -202,7 +204,8 @@ def planned(
     age: np.ndarray,
 ) -> np.ndarray:
     """Return by when to service, ``(a, l)``; inf while that is not within the planning horizon.
-     Costs are flat, so a small change of the path moves their least from soon to never: a plan is
+
+    Costs are flat, so a small change of the path moves their least from soon to never: a plan is
     revoked only by estimates beyond the horizon that last. What is due stays so until the next
     spell.
 

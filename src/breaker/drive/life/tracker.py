@@ -235,10 +235,7 @@ class _Life:
         return np.where(power == 2, 2.0 * since, power == 1)
 
     def _since(self, i: int, earlier: np.ndarray) -> np.ndarray:
-        """Row of the design that gives the change since an earlier row.
-
-        What a condition or a transducer moved is none.
-        """
+        """Row of the design for the change since an earlier row, of the drive alone."""
         return self.columns.kept * (self._rows([i])[0] - earlier)
 
     def _known(self, i: int) -> list[np.ndarray]:
@@ -267,13 +264,6 @@ class Tracker:
         tails: Degrees of freedom of the scatter.
         warmth, voltage: Prior sds of the effect of 10 K, and of 10 % of the control voltage, in
             changes of the family.
-
-    Example:
-        >>> rng, over = np.random.default_rng(1), np.arange(400) > 300
-        >>> values = rng.standard_normal((400, 3)) + np.outer(over, [4.0, 0.0, 0.0])
-        >>> path = Tracker().follow(np.arange(400), [Block(values, np.full(3, 1e4))])
-        >>> path.changes[0].kind, path.changes[0].start, path.changes[0].noticed
-        ('step', 301, 303)
     """
 
     reference: int = 50

@@ -38,18 +38,6 @@ class Family:
         prior: Prior of the parameters.
         settings: The section ``rigs`` or ``family`` of the configuration: elements of drives of
             size 1.
-
-    Example:
-        >>> prior = Prior([2.0, 0.045, 0.040, 0.30, 0.12, 0.75, 10.0], [0.1] * 7)
-        >>> ranges = {"drag": [0.01, 0.1], "opening_stop": {"reach": [0.0, 5.0]}}
-        >>> wear = {"parameters": [1, 1], "elements": [0, 0], "change": {"f": [-0.1, -0.01]}}
-        >>> family = Family(prior, {"strength": 1.0, "elements": ranges, "wear": wear})
-        >>> rng = np.random.default_rng(1)
-        >>> new = family.new(rng)
-        >>> bool(0.01 < new.elements.drag < 0.1)
-        True
-        >>> bool(0.9 < family.worn(new, rng).theta[5] / new.theta[5] < 0.99)
-        True
     """
 
     prior: Prior
@@ -94,11 +82,7 @@ class Family:
         return drive if works else None
 
     def _strength(self, rng: np.random.Generator) -> float | dict[str, float]:
-        """Draw the strength of each mechanism, 0 where it is not there; one number if all share it.
-
-        The share of those that are there is uniform, and so is their number. Of strengths the
-        density falls linearly to 0 at the largest.
-        """
+        """Draw the strength of each mechanism, 0 where it is not there; or one number for all."""
         strength = self.settings["strength"]
         if not isinstance(strength, Sequence):
             return strength

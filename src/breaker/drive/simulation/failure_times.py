@@ -17,16 +17,6 @@ def failures(truth: xr.Dataset, limits: Sequence[Limit]) -> dict[str, float]:
 
     Quantities are those of the model at the true parameters, what records without noise show, or
     changes of the true parameters since the first operations, as each limit says.
-
-    Example:
-        >>> import numpy as np
-        >>> new = np.array([2.0, 0.045, 0.040, 0.30, 0.12, 0.80, 10.0])
-        >>> worn = new * [1, 1, 1, 1, 1, 0.9, 1]  # f falls from 0.80 to 0.72
-        >>> operations = {"operation": np.arange(1, 802)}
-        >>> values = np.linspace(new, worn, 801)
-        >>> truth = xr.Dataset({"value": (("operation", "parameter"), values)}, operations)
-        >>> failures(truth, [Limit("weak", "closing", (("f", 0.77, False),))])
-        {'weak': 302.0}
     """
     operations = truth.operation.values.astype(float)
     known = _Truth(truth)
@@ -82,7 +72,8 @@ def true_lives(
     truth: xr.Dataset, limits: Sequence[Limit]
 ) -> dict[str, tuple[tuple[str, ...], list[float] | float]]:
     """Return ``failure``, ``failure_without`` and ``changed``, to be assigned to a dataset.
-     These are the operations at which the level is first beyond each limit; at which it would be if
+
+    These are the operations at which the level is first beyond each limit; at which it would be if
     the wear had gone on as it began (nan where it is the same); and the first one at which the wear
     does not (nan if it always does). ``truth`` is what ``truth_of`` returns.
     """

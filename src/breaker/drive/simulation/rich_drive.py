@@ -56,8 +56,7 @@ class Waves:
     """A smooth random function, of three harmonics: a mechanism that nobody named.
 
     Attributes:
-        share: Of a force its root mean square, share of the force that drives the motion: that of
-            the closing, or that of the opening spring where the breaker is closed.
+        share: Root mean square of a force, share of the force that drives the motion.
         harmonics: Coefficients of sine and cosine of each harmonic, of root mean square 1.
     """
 

@@ -53,18 +53,12 @@ def through_files(
     dialects: Sequence[Dialect] = tuple(DIALECTS.values()),
 ) -> Through:
     """Draw records from the prior, write them as files and read them back.
-     The noise is that of a sample; the first motion falls at random; the dialects take turns. What
+
+    The noise is that of a sample; the first motion falls at random; the dialects take turns. What
     is rejected by its record alone leaves the ranks of the others uniform.
 
     Raises:
         RuntimeError: If the reader rejects all of them.
-
-    Example:
-        >>> prior = Prior([2.0, 0.045, 0.040, 0.30, 0.12, 0.75, 10.0], [0.1] * 7)
-        >>> sensor = Sensor(-2.0, 58.0, 151, noise_sd=0.1, onset_sd=0.3, zero_sd=0.1)
-        >>> through = through_files(prior, sensor, "closing", 3, np.random.default_rng(1))
-        >>> through.measured.shape, through.truth.shape, through.dialect
-        ((3, 151), (3, 8), array([0, 1, 2]))
     """
     theta = prior.sample(n, rng)
     moves = _MARGIN - sensor.start + _SPREAD * (rng.random(n) - 0.5)

@@ -1,7 +1,7 @@
 """The bank of a family: curves of drives, new and worn, without size, onset, zero and noise.
- The *shape* of a curve is the share of the way between its rests over the time ``u = (t - t10) /
-T``, where ``t10`` is when 10 % of that way are made and ``T``, the *duration*, the time from 10 to
-50 %.
+
+The *shape* of a curve is the share of the way between its rests over ``u = (t - t10) / T``: at
+``t10`` 10 % of that way are made, and ``T``, the *duration*, is the time from 10 to 50 %.
 """
 
 import logging
