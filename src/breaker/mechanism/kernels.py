@@ -1,18 +1,15 @@
-r"""Exact curves in compiled code: the two modes of the contact, their series, zeros and events.
+"""Exact curves in compiled code: the two modes of the contact, their series, zeros and events.
 
 A mode is ``y' = A y`` for the deviation ``y = (x_a, x_a', x_b, x_b')`` from its equilibrium:
 
 ``x_a'' = -m0 x_a - m1 x_a' + m2 x_b + m3 x_b'`` and ``x_b'' = m4 (x_a - x_b) + m5 (x_a' - x_b')``.
 
-A closed contact is one of infinite mass, ``mu = 0``. A mode is followed in intervals of length 2h.
-About the middle of each, ``y = sum_k (A h)^k / k! y(middle) u^k`` with ``u = (time - middle) / h``
-from -1 to 1. So the coefficients of x_a and x_b are fixed rows times the state, and the state at
-the next middle is ``exp(2 A h) y``: rows and exponentials are computed once for all intervals.
-
-``drive_conditions.fastest_rate`` bounds the norm of A in coordinates scaled by mass; the rates of a
-drive, closed and free, come with its parameters. With ``rate * h <= 1.8``, the series leaves out
-less than round-off. A mode ends when its *margin* falls to zero: the distance of the
-contact to the gap, or its force. One file has them all, as numba sees changes of one file only.
+A closed contact is one of infinite mass, ``mu = 0``. A mode is followed in intervals of length 2h:
+about the middle of each, ``y = sum_k (A h)^k / k! y(middle) u^k`` with ``u = (time - middle) / h``
+from -1 to 1. The coefficients of x_a and x_b are fixed rows times the state, and the state at the
+next middle is ``exp(2 A h) y``. With ``rate * h <= 1.8``, the series leaves out less than round-
+off. A mode ends when its *margin* falls to zero: the distance of the contact to the gap, or its
+force.
 """
 
 from typing import NamedTuple

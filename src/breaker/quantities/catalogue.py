@@ -23,8 +23,8 @@ class Quantity(Parameter):
 
     Attributes:
         motions: Motions that have it.
-        of: Names of the sources that it can be read from (``limit_sources``); "answer" of what is
-            inferred of a record beside the parameters, which no limit is on.
+        of: Names of the sources that it can be read from; "answer" of what is inferred of a record
+            beside the parameters, which no limit is on.
         zone: Of a speed, between which points it is the mean; else empty.
     """
 

@@ -18,11 +18,9 @@ _WIDEST = 1.0 / 3.0  # of the mass, that its standard deviation may be
 
 @dataclass(frozen=True)
 class MassQuantity:
-    """A quantity that needs the moving mass.
+    """A quantity that needs the moving mass: a parameter, of name ``of``, times mass and factor.
 
     Attributes:
-        name, unit, meaning: As of a parameter.
-        of: Name of the parameter that is multiplied by the mass.
         factor: From the parameter's unit times kg and mm to the power ``ways`` to the unit.
         ways: Power of the stroke.
     """

@@ -27,13 +27,11 @@ class Match(NamedTuple):
     """How a record fits the family.
 
     Attributes:
-        p_value: Share of the family's drives that are farther out, at the record's noise; no less
-            than held-out drives can tell.
+        p_value: Share of the family's drives that are farther out, at the record's noise.
         parts: By part of the motion, the root mean square of what the nearest shape leaves over
             that of 99 % of the family's drives: above 1 it is there that they differ.
         nearest: The nearest shape, way over stroke, ``(g,)``.
-        evidence: Logarithm of the density of the record among drives of the family, less what all
-            families have in common.
+        evidence: Log density of the record among drives of the family, up to a common constant.
     """
 
     p_value: float

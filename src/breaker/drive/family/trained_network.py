@@ -5,7 +5,6 @@ shows.
 """
 
 from collections.abc import Mapping, Sequence
-from typing import NamedTuple
 
 import numpy as np
 
@@ -59,26 +58,29 @@ class Network:
         weights[:, *np.tril_indices(q, -1)] = below
         scale = np.exp(np.clip(scale, -_WIDEST, _WIDEST))
         shift = self._layer("project", features, "inference").reshape(n, q, -1, 1)
-        linear = _Linear(place[..., None], scale[..., None], weights[:, :, None], 0.5 * shift)
+        # What is linear in an output: place, scale, weights of the outputs before, half the shift.
+        linear = place[..., None], scale[..., None], weights[:, :, None], 0.5 * shift
         uniform, normal = rng.random((draws, q, 2)), rng.standard_normal((draws, q))
         theta = np.zeros((n, q, draws))
         inputs = max(1, _AT_ONCE // draws)
         for some in (slice(k, k + inputs) for k in range(0, n, inputs)):
             for few in (slice(k, k + _AT_ONCE) for k in range(0, draws, _AT_ONCE)):
                 chance = uniform[few].T, normal[few].T
-                self._fill(theta[some, :, few], linear.of(some), there, *chance)
+                own = [each[some] for each in linear]
+                self._fill(theta[some, :, few], own, there, *chance)
         return theta.transpose(0, 2, 1)
 
     def _fill(
         self,
         theta: np.ndarray,
-        linear: "_Linear",
+        linear: Sequence[np.ndarray],
         there: np.ndarray,
         uniform: np.ndarray,
         normal: np.ndarray,
     ) -> None:
         """Draw outputs ``(n, q, d)`` by random numbers ``(2, q, d)`` and ``(q, d)``, in place."""
-        (n, q, draws), dtype = theta.shape, linear.place.dtype
+        place, scale, weights, half_shift = linear
+        (n, q, draws), dtype = theta.shape, place.dtype
         enter, leave, bias = (self.arrays[f"inference.{k}"] for k in ("enter", "leave", "bias"))
         # What an output sees of each one before it, residual and atom, side by side; halved.
         halves = 0.5 * enter.reshape(q, 2, q, -1).transpose(0, 3, 2, 1).reshape(q, -1, 2 * q)
@@ -86,7 +88,7 @@ class Network:
         rows, columns = np.arange(n)[:, None], np.arange(draws)
         for i in np.flatnonzero(there):
             half = halves[i, :, : 2 * i] @ seen[:, : 2 * i]
-            half += linear.half_shift[:, i]
+            half += half_shift[:, i]
             hidden = _silu_of_half(half)
             numbers = leave[i].T @ hidden + bias[i, :, None]
             logits = numbers[:, : self.components]
@@ -95,23 +97,10 @@ class Network:
             mean, width = (numbers[rows, k * self.components + chosen, columns] for k in (1, 2))
             residual = mean + np.exp(width.clip(-_WIDEST, _WIDEST)) * normal[i]
             free = uniform[1, i] >= _logistic(numbers[:, -1]) if self.atoms[i] else True
-            value = linear.place[:, i] + (linear.weights[:, i, :, :i] @ theta[:, :i])[:, 0]
-            theta[:, i] = np.where(free, value + linear.scale[:, i] * residual, 0.0)
+            value = place[:, i] + (weights[:, i, :, :i] @ theta[:, :i])[:, 0]
+            theta[:, i] = np.where(free, value + scale[:, i] * residual, 0.0)
             seen[:, 2 * i] = np.where(free, residual.clip(-_CLIP, _CLIP), 0.0)
             seen[:, 2 * i + 1] = np.logical_not(free)
-
-
-class _Linear(NamedTuple):
-    """What is linear in an output, of each input and output."""
-
-    place: np.ndarray  # (n, q, 1)
-    scale: np.ndarray
-    weights: np.ndarray  # (n, q, 1, q) of the outputs before
-    half_shift: np.ndarray  # (n, q, w, 1) of the hidden layer, halved
-
-    def of(self, some: slice) -> "_Linear":
-        """Those of some inputs."""
-        return _Linear(*(each[some] for each in self))
 
 
 def _silu(x: np.ndarray) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""The page of a fleet."""
+"""Tables and words of the page of a fleet."""
 
 import pandas as pd
 

@@ -21,16 +21,14 @@ class Event:
     """Work that was done before an operation.
 
     Attributes:
-        text: Its words, as the table of operations has them.
         renews: Whether anything starts anew.
         transducer: Whether it is the transducer alone.
 
     Example:
         >>> Event.from_text("Greased, inspected")
-        Event(text='Greased, inspected', renews=True, transducer=False)
+        Event(renews=True, transducer=False)
     """
 
-    text: str
     renews: bool = False
     transducer: bool = False
 
@@ -49,7 +47,7 @@ class Event:
         if unknown := [word for word in event_words(text) if word not in known]:
             raise ValueError(f"endurance.events has no {', '.join(unknown)}; add what starts anew")
         affected = {name for word in event_words(text) for name in known[word]}
-        return cls(text, bool(affected), affected == {_TRANSDUCER})
+        return cls(bool(affected), affected == {_TRANSDUCER})
 
     @classmethod
     def by_operation(

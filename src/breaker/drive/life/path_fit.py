@@ -31,8 +31,7 @@ class Change(NamedTuple):
         start: Index of the first operation after it,
         earliest, latest: and within which indices it lies by 90 %.
         kind: ``"rate"`` of the wear, or its direction, ``"step"``, or ``"event"``, known work.
-        evidence: How much better it explains the records than none, nats; below 0 it was taken
-            back.
+        evidence: Log Bayes factor against none, nats; below 0 it was taken back.
         transducer: Whether what it moved is no change of the drive.
     """
 

@@ -1,8 +1,7 @@
 """Records of a family's drives for training: every batch by other sensors.
 
-From the noise-free curves of a bank (``family_bank``) a record has a beginning and an end, a rate,
-noise of a colour, a step of its readings and gaps, all drawn afresh; it is then normalised by what
-it shows, by the very code that reads measured ones.
+Beginning, end, rate, noise and its colour, steps and gaps are drawn afresh; a record is then
+normalised by the code that reads measured ones.
 """
 
 from typing import NamedTuple
