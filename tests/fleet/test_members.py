@@ -3,7 +3,7 @@
 from breaker.drive.fleet.members import Member, members_of
 from breaker.reading.files.folder_listing import list_fleet
 from breaker.reading.files.operations_table import Operation
-from breaker.workflow.chunks import breaker_chunks
+from breaker.workflow.jobs import breaker_chunks
 
 
 def test_appended_breakers_leave_other_chunks_as_they_are():
