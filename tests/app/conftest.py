@@ -61,8 +61,11 @@ class Outside:
 def started(folder="", *, command=("-m", "breaker"), more=("--no-browser",), errors=None):
     """The command in a process of its own, with its first line; it is ended."""
     words = [sys.executable, *command, *(["view", str(folder), *more] if folder else [])]
+    buffered = os.environ | {"PYTHONUNBUFFERED": ""}  # as on most machines
     with open(errors or os.devnull, "w") as said:
-        process = subprocess.Popen(words, stdout=subprocess.PIPE, stderr=said, text=True)
+        process = subprocess.Popen(
+            words, stdout=subprocess.PIPE, stderr=said, text=True, env=buffered
+        )
         try:
             process.line = process.stdout.readline()
             yield process

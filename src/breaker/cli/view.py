@@ -3,6 +3,7 @@
 import argparse
 import gc
 import importlib.util
+import sys
 import tempfile
 import webbrowser
 from collections.abc import Mapping, Sequence
@@ -55,6 +56,7 @@ def _run(options: argparse.Namespace) -> int:
             say(f"the page is at {server.address}\nCtrl-C ends it")
             if not (options.no_browser or _opened(server.address)):
                 say("no browser could be started: open the address in one of this machine")
+            sys.stdout.flush()  # a pipe or a file is told the address now, not at the end
 
         try:
             asyncio.run(server.serve(asyncio.Event(), ready))
