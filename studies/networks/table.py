@@ -9,8 +9,6 @@ import xarray as xr
 from breaker.paper.posterior.estimator import Posterior
 from breaker.paper.validation.calibration import judge_draws
 
-__all__ = ["draws_per_second", "network_row"]
-
 _CURVES, _DRAWS = 10, 500  # of the timing
 
 

@@ -4,8 +4,6 @@ Each is made in a process of its own: backends are chosen when they are imported
 no arm, for its pretrained weights have to be fetched from their maker.
 """
 
-__all__ = ["ARMS", "environment", "make"]
-
 ARMS = {
     "breaker_coupling_flow": "breaker, coupling flow (the default)",
     "breaker_flow_matching": "breaker, flow matching",

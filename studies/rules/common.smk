@@ -8,7 +8,6 @@ SUMMARIES = ["time_series", "deep_set"]
 INFERENCES = ["flow_matching", "coupling_flow"]  # each with each summary
 NETWORKS = [f"{summary}-{inference}" for summary in SUMMARIES for inference in INFERENCES]
 STEPS = 3000  # optimiser steps of each, those of `training` at most
-MISSING = 0.3  # share of samples removed, to test a deep_set
 
 # Scripts import the studies from the project's folder, wherever they run.
 FOLDERS = filter(None, [os.path.dirname(workflow.basedir), os.getenv("PYTHONPATH")])

@@ -1,9 +1,8 @@
 """Every network of the paper against every other.
 
 Needs the banks, and the corrected validation for the evidence. Makes a model of each combination of
-summary and inference networks, and one table a motion; and, of the networks that take missing
-samples, a table of what becomes of their posteriors when samples are missing. The rules are those
-of the workflow with other inputs, outputs and settings, and run its scripts.
+summary and inference networks, and one table a motion. The rules are those of the workflow with
+other inputs, outputs and settings, and run its scripts.
 """
 
 
@@ -100,56 +99,3 @@ rule compare_networks:
         networks=NETWORKS,
     script:
         "../scripts/compare_networks.py"
-
-
-rule validate_missing:
-    """The same simulated records, with samples missing at random."""
-    input:
-        model="results/networks/{network}/{motion}.safetensors",
-        whole="results/networks/{network}/{motion}_seed{seed}.zarr",
-    output:
-        directory("results/networks/{network}/{motion}_missing_seed{seed}.zarr"),
-    log:
-        "logs/networks/{network}/validate_missing_{motion}_seed{seed}.log",
-    conda:
-        "../../envs/breaker.yaml"
-    params:
-        share=MISSING,
-    script:
-        "../scripts/validate_missing.py"
-
-
-rule correct_missing:
-    """The exact posteriors of these records."""
-    input:
-        validation="results/networks/{network}/{motion}_missing_seed{seed}.zarr",
-        code=code("correct_validation"),
-    output:
-        directory("results/networks/{network}/{motion}_missing_corrected_seed{seed}.zarr"),
-    log:
-        "logs/networks/{network}/correct_missing_{motion}_seed{seed}.log",
-    conda:
-        "../../envs/breaker.yaml"
-    params:
-        prior=config["prior"],
-        sensor=config["sensor"],
-        correction=config["correction"],
-    script:
-        "../../workflow/scripts/correct_validation.py"
-
-
-rule compare_missing:
-    """Whether posteriors from records with missing samples are calibrated, and how wide they are."""
-    input:
-        whole=f"results/networks/{{network}}/{{motion}}_seed{SEED}.zarr",
-        missing=f"results/networks/{{network}}/{{motion}}_missing_seed{SEED}.zarr",
-        exact_whole=f"results/validation/{{motion}}_corrected_seed{SEED}.zarr",
-        exact_missing=f"results/networks/{{network}}/{{motion}}_missing_corrected_seed{SEED}.zarr",
-    output:
-        "results/networks/{network}/{motion}_missing.csv",
-    log:
-        "logs/networks/{network}/compare_missing_{motion}.log",
-    conda:
-        "../../envs/breaker.yaml"
-    script:
-        "../scripts/compare_missing.py"

@@ -51,15 +51,15 @@ def run(kinds: Iterable[str], cases: int, seed: int, processes: int, keep=None) 
     """Return the verdicts on so many cases of each kind."""
     jobs = [(kind, number, seed, keep) for kind in kinds for number in range(cases)]
     rows: list[dict] = []
-    if processes == 1:
-        for done, found in enumerate(starmap(one_case, jobs), 1):
+    with ProcessPoolExecutor(processes) as pool:
+        asked = (
+            starmap(one_case, jobs)
+            if processes == 1
+            else pool.map(one_case, *zip(*jobs, strict=True))
+        )
+        for done, found in enumerate(asked, 1):
             rows += found
             _progress(done, len(jobs), found)
-    else:
-        with ProcessPoolExecutor(processes) as pool:
-            for done, found in enumerate(pool.map(one_case, *zip(*jobs, strict=True)), 1):
-                rows += found
-                _progress(done, len(jobs), found)
     return pd.DataFrame(rows)
 
 

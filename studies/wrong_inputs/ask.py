@@ -4,6 +4,7 @@ import html
 import json
 import re
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import NamedTuple
 
@@ -39,7 +40,8 @@ class Said(NamedTuple):
     @property
     def records(self) -> list[dict]:
         """Return accepted records of `breaker infer`."""
-        return [r for r in self.document.get("records", []) if isinstance(r, dict) and accepted(r)]
+        found = self.document.get("records", [])
+        return [each for each in found if isinstance(each, dict) and each.get("accepted")]
 
     @property
     def words(self) -> str:
@@ -67,11 +69,6 @@ class Question(NamedTuple):
     own: str = ""
     look: bool = False
     strip: bool = False
-
-
-def accepted(record: dict) -> bool:
-    """Say whether a record was used."""
-    return bool(record.get("accepted"))
 
 
 def sentences(document: dict) -> list[str]:
@@ -111,10 +108,8 @@ def one_call(command: Command, options: Sequence[object] = ()) -> Said:
     status, text, err = call(*command, *options)
     document, page = {}, ""
     if "--json" in command:
-        try:
+        with suppress(json.JSONDecodeError):
             document = json.loads(text)
-        except json.JSONDecodeError:
-            document = {}
     if command[0] == "report":
         file = Path(str(command[list(command).index("--output") + 1]))
         page = file.read_text(encoding="utf-8") if file.exists() else ""
@@ -150,9 +145,7 @@ def answers(question: Question, folder: Path) -> list[Said]:
     if question.today is not None:
         found, _ = layout_of(question.today, folder / "today.yaml", question)
         options += ["--config-today", *found] if found else []
-    for command in question.commands:
-        said.append(one_call(command, options))
-    return said
+    return said + [one_call(command, options) for command in question.commands]
 
 
 def off(
