@@ -45,7 +45,7 @@ def network_row(
     Returns:
         One row with ``held_out_log_density`` (nats, standardised outputs) and its standard error,
         ``gap_nats`` and its standard error, ``efficiency_median`` and ``efficiency_10_percent``,
-        ``calibration_p`` of all outputs together and ``calibrated``, ``draws_per_second`` and
+        ``calibration_p``, the smallest times all, and ``calibrated``, ``draws_per_second`` and
         ``training_seconds`` of processor time, ``solver_steps`` and ``weights``, their number.
     """
     calibration = judge_draws(validation.draws.values, validation.truth.values)

@@ -49,7 +49,7 @@ def ranks(draws: ArrayLike, truth: ArrayLike) -> np.ndarray:
 
 
 def family_p_value(p_values: ArrayLike) -> float:
-    """Return the p-value of all panels together: Bonferroni, valid for dependent panels."""
+    """Return the smallest p-value times their number, at most 1: Bonferroni, of any panels."""
     p_values = np.asarray(p_values, dtype=np.float64)
     return float(min(1.0, p_values.size * p_values.min()))
 
@@ -65,7 +65,7 @@ class Calibration:
         outside: Which outputs leave the band, ``(q,)`` of bool.
         excess: Largest distance of the ECDF difference beyond the band, ``(q,)``; zero or negative
             (distance left to the band) where it stays inside.
-        p_value: p-value of all outputs together.
+        p_value: Smallest p-value of the outputs times their number, at most 1.
         alpha: Probability that calibrated outputs leave the band in any panel.
     """
 
@@ -80,8 +80,8 @@ class Calibration:
     def words(self, symbols: Sequence[str]) -> str:
         """Return the result in one line; ``symbols`` name the ``q`` outputs."""
         least = int(np.argmin(self.p_values))
-        p = f"{in_p(self.p_value)} together, smallest {in_p(self.p_values[least])} of "
-        p += f"{symbols[least]}, level {in_digits(self.alpha, 4)}"
+        p = f"smallest {in_p(self.p_values[least])} of {symbols[least]}, times {len(symbols)}: "
+        p += f"{in_p(self.p_value)}, level {in_digits(self.alpha, 4)}"
         if not self.outside.any():
             return f"calibrated: all {len(symbols)} outputs inside the band ({p})"
         names = [name for name, out in zip(symbols, self.outside, strict=True) if out]
