@@ -11,6 +11,8 @@ REFUSED = {
     "a pipe": (os.mkfifo, "is a pipe, not a file"),
     "a folder": (os.mkdir, "is a folder, not a file"),
     "two files in one": ("seed: 1\n---\nseed: 2", "is not valid YAML"),
+    "an alias within what it names": ("a: &a [*a]", "has a value that YAML cannot read"),
+    "too many levels": (f"a: {'[' * 3000}{']' * 3000}", "has a value that YAML cannot read"),
 }
 
 

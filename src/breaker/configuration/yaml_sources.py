@@ -1,5 +1,6 @@
 """The YAML files of a configuration: read, and searched for where a value stands."""
 
+import json
 from collections.abc import Iterator, Mapping, Sequence
 from copy import deepcopy
 from functools import lru_cache, reduce
@@ -12,6 +13,8 @@ import yaml
 from breaker.reading.files.guards import RejectedCurveError, read_bytes
 
 _Loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)  # the same in C, where PyYAML has it
+# Errors that PyYAML lets through where a value is not what its tag or its shape promises.
+_UNREADABLE = (ValueError, ArithmeticError, LookupError, TypeError, AttributeError, RecursionError)
 
 Sources = Mapping[Path, tuple[Any, yaml.Node | None]]
 """What each file holds, and its nodes, which know their lines; the last overlay first."""
@@ -38,11 +41,11 @@ def _parsed(path: Path, text: str) -> tuple[Any, yaml.Node | None]:
         loader = _Loader(text)
         node = loader.get_single_node()
         content = loader.construct_document(node) if node else None
+        json.dumps(content, default=str)  # fails where an alias stands within what it names
     except yaml.YAMLError as error:
         reason = " ".join(str(error).split())
         raise ConfigurationError(f"{path}: is not valid YAML: {reason}") from error
-    # What a value raises that its tag or its shape promises to be something else: a 13th month.
-    except (ValueError, ArithmeticError, LookupError, TypeError, AttributeError) as error:
+    except _UNREADABLE as error:
         raise ConfigurationError(f"{path}: has a value that YAML cannot read: {error}") from error
     return content, node
 
