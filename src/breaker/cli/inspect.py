@@ -140,7 +140,7 @@ def _check(folder: str, config: Mapping, listed: str) -> int:
     motions = config["motions"]
     checked = check_folder(folder, config["endurance"], config["sensor"], motions)
     accepted = {each.motion for each in checked if each.accepted}
-    lacking = " and ".join(motion for motion in motions if motion not in accepted)
+    lacking = " and no ".join(motion for motion in motions if motion not in accepted)
     say(text_of(words_of_checked(checked)))
     remedy = f"set endurance.curves: {folder} in the configuration to use what is accepted"
     if lacking:

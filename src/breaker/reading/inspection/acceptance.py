@@ -136,7 +136,9 @@ def _groups(folder: str | Path, endurance: Mapping) -> list[tuple[str | None, st
 def words_of_checked(checked: Sequence[Checked]) -> Document:
     """Return a table of what was accepted, and the reasons and remarks, each once."""
     parts: list = [_table(checked)]
-    parts += [Section(f"{_name(each)}: {each.trouble}") for each in checked if each.trouble]
+    for trouble in dict.fromkeys(each.trouble for each in checked if each.trouble):
+        of = ", ".join(_name(each) for each in checked if each.trouble == trouble)
+        parts.append(Section(f"{of}: {trouble}"))
     sections = {"Rejected:": "reason", "Remarks on what was accepted:": "remarks"}
     read = [(_name(each), each.records) for each in checked if each.records is not None]
     for title, kind in sections.items():
