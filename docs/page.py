@@ -37,7 +37,7 @@ def main() -> int:
                 date = {"file": "2026-03-02", "before": "2014-05-12"}[each]
                 browser.click(f'input[name="{each}"][value="visit_{date}.csv"]')
             browser.click("#list button")
-            browser.find("#pdf")
+            browser.find("#html")
             browser.picture(Path(name, "page.png"), _SIZE[1] + 140)
             content = Path(name, "page.png").read_bytes()
         finally:
