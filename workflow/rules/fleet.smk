@@ -33,10 +33,10 @@ rule fleet:
         chunks=expand("results/fleet/chunk_{chunk}.zarr", chunk=CHUNKS_OF_BREAKERS),
         code=code("fleet"),
     output:
-        table=page("results/fleet.csv", "8 Fleet", "table of the fleet", "fleet_table"),
+        table=page("results/fleet.csv", "7 Fleet", "table of the fleet", "fleet_table"),
         types="results/fleet/types.csv",
         page="results/fleet.html",
-        figure=page("figures/fleet.png", "8 Fleet", "fleet", "fleet"),
+        figure=page("figures/fleet.png", "7 Fleet", "fleet", "fleet"),
     log:
         "logs/fleet.log",
     benchmark:
