@@ -1,8 +1,7 @@
 """A life in the drive's own curves: what has changed since new, limits, decisions.
 
-Needs the records of all operations, and networks that ship. Goes on with a life when operations are
-appended. Makes the tables of decisions, limits and changes, the figures of
-the life, and the first page of the report.
+Needs the records of all operations, and networks that ship. Makes the tables of decisions, limits
+and changes, the figures of the life, and the first page of the report.
 """
 
 
