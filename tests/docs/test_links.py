@@ -48,6 +48,12 @@ def test_pages_that_programs_and_pages_name_are_there():
     assert sorted(name for name in named if not (ROOT / name).exists()) == []
 
 
+def test_commands_that_a_page_for_newcomers_names_exist():
+    text = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
+    goals = set(re.findall(r"^([a-z-]+):", (ROOT / "Makefile").read_text(encoding="utf-8"), re.M))
+    assert set(re.findall(r"(?:`|^)make ([a-z-]+)", text, re.M)) <= goals
+
+
 def test_a_link_that_leads_nowhere_is_found(tmp_path):
     page = tmp_path / "page.md"
     page.write_text("# A `b`, c\n\n[1](#a-b-c) [2](page.md#a) [3](other.md) [4](https://a.b)\n")

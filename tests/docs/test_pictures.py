@@ -1,13 +1,12 @@
 """The pictures of the pages are made from the present data, by the present modules."""
 
-import importlib.util
 import re
 from pathlib import Path
 
-DOCS = Path(__file__).parents[2] / "docs"
-spec = importlib.util.spec_from_file_location("pictures", DOCS / "pictures.py")
-pictures = importlib.util.module_from_spec(spec)
-spec.loader.exec_module(pictures)
+from tests.scripts import ROOT, script
+
+DOCS = ROOT / "docs"
+pictures = script("docs/pictures.py")
 
 
 def test_pictures_are_made_from_the_present_data():

@@ -1,22 +1,8 @@
 """The site of the documentation: its navigation, pages and environment; `make site` builds it."""
 
-import importlib.util
 import re
-from pathlib import Path
 
-import pytest
-
-ROOT = Path(__file__).parents[2]
-NAVIGATION = ROOT / "mkdocs.yml"
-
-
-@pytest.fixture(scope="module")
-def site():
-    """The module that writes the pages."""
-    spec = importlib.util.spec_from_file_location("pages_of_site", ROOT / "envs/site.py")
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
+from tests.scripts import ROOT, script
 
 
 def missing(pages):
@@ -24,8 +10,8 @@ def missing(pages):
     return [page for page in pages if page != "api/index.md" and not (ROOT / page).is_file()]
 
 
-def test_the_navigation_names_pages_that_exist_and_none_is_left_out(site):
-    pages = site.navigation(NAVIGATION.read_text(encoding="utf-8"))
+def test_the_navigation_names_pages_that_exist_and_none_is_left_out():
+    pages = script("envs/site.py").navigation((ROOT / "mkdocs.yml").read_text(encoding="utf-8"))
     assert missing(pages) == []
     assert missing([*pages, "docs/gone.md"]) == ["docs/gone.md"]
     assert {f"docs/{page.name}" for page in (ROOT / "docs").glob("*.md")} <= set(pages)

@@ -1,12 +1,8 @@
 """The page on evidence says where the time of a run goes as the table beside it does."""
 
-import importlib.util
-from pathlib import Path
+from tests.scripts import script
 
-SCRIPT = Path(__file__).parents[2] / "docs" / "times.py"
-spec = importlib.util.spec_from_file_location("times", SCRIPT)
-times = importlib.util.module_from_spec(spec)
-spec.loader.exec_module(times)
+times = script("docs/times.py")
 
 HEAD = "s\th:m:s\tmax_rss\tcpu_time\n"
 

@@ -1,9 +1,7 @@
 """The tutorial's commands run in order, and lead to what the text states."""
 
-import importlib.util
 import json
 import re
-from pathlib import Path
 
 import pytest
 import yaml
@@ -14,12 +12,10 @@ from breaker.drive.simulation.rack_exports import HIGH_VOLTAGE
 from breaker.quantities.parameters import MOTIONS, NAMES
 from breaker.shipped import DEFAULTS
 from tests.bare import without_extras
+from tests.scripts import ROOT, script
 
-FOLDER = Path(__file__).parents[2] / "docs" / "tutorial"
-spec = importlib.util.spec_from_file_location("renew", FOLDER / "renew.py")
-renew = importlib.util.module_from_spec(spec)
-spec.loader.exec_module(renew)
-
+FOLDER = ROOT / "docs" / "tutorial"
+renew = script("docs/tutorial/renew.py")
 TEXT = renew.PAGE.read_text(encoding="utf-8")
 PICTURES = re.findall(r"!\[[^\]]*\]\(([\w.]+\.png)\)", TEXT)
 

@@ -1,11 +1,9 @@
 """What ships is that of the defaults, and says so: configuration, networks and model card."""
 
 import copy
-import importlib.util
 import shutil
 import subprocess
 import sys
-from pathlib import Path
 
 import pytest
 import yaml
@@ -14,20 +12,9 @@ from jsonschema import Draft202012Validator
 from breaker.configuration.loading import load
 from breaker.drive.family.training_origin import trained_on
 from breaker.shipped import CARD, DEFAULTS, FAMILIES, KINDS, model_file
+from tests.scripts import ROOT, script
 
-ROOT = Path(__file__).parents[2]
-SCRIPT = ROOT / "envs" / "ship.py"
-
-
-def script(file):
-    """The module of a script."""
-    spec = importlib.util.spec_from_file_location(file.stem, file)
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
-ship, defaults = script(SCRIPT), script(ROOT / "envs" / "defaults.py")
+ship, defaults = script("envs/ship.py"), script("envs/defaults.py")
 OVERLAYS = {"medium_voltage": [], "any": [ROOT / "config" / "any.yaml"]}
 
 
@@ -113,7 +100,7 @@ def test_nothing_is_shipped_from_other_results(tmp_path):
     shutil.copytree(ROOT / "src" / "breaker", package)
     before = {file: file.read_bytes() for file in (package / "shipped").iterdir() if file.is_file()}
     done = subprocess.run(
-        [sys.executable, SCRIPT],
+        [sys.executable, ROOT / "envs/ship.py"],
         cwd=tmp_path,
         env={"PYTHONPATH": str(tmp_path / "src"), "PATH": ""},
         capture_output=True,

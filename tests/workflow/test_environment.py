@@ -1,7 +1,6 @@
 """The environment: what is pinned, where, and that it is what the tests run in."""
 
 import importlib
-import importlib.util
 import os
 import re
 import shutil
@@ -10,7 +9,6 @@ import sys
 import sysconfig
 import tomllib
 from importlib import metadata
-from pathlib import Path
 
 import pytest
 import yaml
@@ -19,33 +17,18 @@ from packaging.utils import canonicalize_name
 from packaging.version import Version
 
 import breaker
+from tests.scripts import ROOT, script
 
-ROOT = Path(__file__).resolve().parents[2]
 PYPROJECT = ROOT / "pyproject.toml"
 
 PLATFORMS = [
-    {
-        "sys_platform": system,
-        "platform_system": name,
-        "platform_machine": machine,
-        "os_name": "posix",
-    }
-    for system, name, machine in (
-        ("linux", "Linux", "x86_64"),
-        ("linux", "Linux", "aarch64"),
-        ("darwin", "Darwin", "arm64"),
-    )
+    {"sys_platform": name.lower(), "platform_system": name, "platform_machine": machine}
+    for name, machine in (("Linux", "x86_64"), ("Linux", "aarch64"), ("Darwin", "arm64"))
 ]
 PYTHONS = ["3.11", "3.12", "3.13", "3.14"]
 
 
-@pytest.fixture(scope="module")
-def lock():
-    """The module that writes the lock."""
-    spec = importlib.util.spec_from_file_location("lock", ROOT / "envs" / "lock.py")
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
+lock = script("envs/lock.py")
 
 
 def entries(file: str = "requirements.lock") -> dict[str, list[str]]:
@@ -88,7 +71,7 @@ def test_locks_have_the_hashes_of_each_package():
             assert re.fullmatch(r"--hash=sha256:[0-9a-f]{64}", option), requirement
 
 
-def test_files_are_what_the_lock_command_writes(lock):
+def test_files_are_what_the_lock_command_writes():
     """Catches a pin changed by hand, a dependency added but not locked, and one left over."""
     assert set(locked()) == lock.closure(
         requirement.name for requirement in lock.direct(PYPROJECT)[0]
@@ -99,7 +82,7 @@ def test_files_are_what_the_lock_command_writes(lock):
     assert conda == lock.conda_environment(text)
 
 
-def test_direct_dependencies_are_locked_within_their_range(lock):
+def test_direct_dependencies_are_locked_within_their_range():
     pins = locked()
     stated, for_slurm = lock.direct(PYPROJECT)
     names = {requirement.name for requirement in stated}
@@ -113,15 +96,14 @@ def test_direct_dependencies_are_locked_within_their_range(lock):
 
 
 @pytest.mark.parametrize("python", PYTHONS)
-@pytest.mark.parametrize(
-    "platform", PLATFORMS, ids=lambda p: f"{p['sys_platform']}-{p['platform_machine']}"
-)
-def test_lock_is_complete_on_every_platform(lock, platform, python):
+@pytest.mark.parametrize("platform", PLATFORMS, ids=range(3))
+def test_lock_is_complete_on_every_platform(platform, python):
     environment = {**platform, "python_version": python, "python_full_version": f"{python}.0"}
+    environment["os_name"] = "posix"
     assert unmet(locked(), environment, lock.CARDS) == []
 
 
-def test_completeness_notices_a_missing_and_an_outdated_pin(lock):
+def test_completeness_notices_a_missing_and_an_outdated_pin():
     pins = locked()
     environment = {**PLATFORMS[0], "python_version": "3.11"}
     without = {name: version for name, version in pins.items() if name != "llvmlite"}
@@ -129,7 +111,7 @@ def test_completeness_notices_a_missing_and_an_outdated_pin(lock):
     assert any("numpy" in line for line in unmet({**pins, "numpy": "1.0"}, environment, lock.CARDS))
 
 
-def test_tests_run_in_the_locked_environment_and_nothing_else_is_in_it(lock):
+def test_tests_run_in_the_locked_environment_and_nothing_else_is_in_it():
     installed = {
         canonicalize_name(found.name): Version(found.version).public
         for found in metadata.distributions(path=[sysconfig.get_path("purelib")])
@@ -151,7 +133,7 @@ def test_version_is_stated_once_cited_and_in_the_changelog():
     assert project["scripts"] == {"breaker": "breaker.cli:run"}
 
 
-def test_versions_of_python_are_declared_as_they_are_tried(lock, monkeypatch):
+def test_versions_of_python_are_declared_as_they_are_tried(monkeypatch):
     project = tomllib.loads(PYPROJECT.read_text(encoding="utf-8"))["project"]
     named = [each.rpartition(" ")[2] for each in project["classifiers"] if "Python :: 3." in each]
     monkeypatch.syspath_prepend(ROOT / "envs")
@@ -160,21 +142,6 @@ def test_versions_of_python_are_declared_as_they_are_tried(lock, monkeypatch):
     assert project["requires-python"] == f">={named[0]}"
     readme = (ROOT / "README.md").read_text(encoding="utf-8").split()
     assert all({version, f"{version};", f"{version},"} & set(readme) for version in named)
-
-
-def test_ci_lints_and_tests():
-    script = ROOT / ".ci" / "run"
-    assert os.access(script, os.X_OK)
-    goal = script.read_text(encoding="utf-8").splitlines()[-1].split()
-    commands = subprocess.run(
-        [*goal, "--no-print-directory", "--dry-run"],
-        cwd=ROOT,
-        capture_output=True,
-        text=True,
-        check=True,
-    ).stdout
-    tools = ("ruff check", "ruff format --check", "snakefmt --check", "snakemake --lint")
-    assert all(f"bin/{tool}" in commands for tool in (*tools, "python -m pytest"))
 
 
 def test_make_refuses_an_old_python(tmp_path):
@@ -212,7 +179,7 @@ def test_the_post_deploy_script_installs_the_package_into_a_new_environment(tmp_
     # not breaker, as Python follows no second .pth file.
     (site,) = new.glob("lib/python*/site-packages")
     (site / "locked.pth").write_text(sysconfig.get_path("purelib"))
-    script = shutil.copy(POST_DEPLOY, results / "1f3b.post-deploy.sh")
+    copied = str(shutil.copy(POST_DEPLOY, results / "1f3b.post-deploy.sh"))
     path = f"{new / 'bin'}{os.pathsep}{os.environ['PATH']}"
     environment = {**os.environ, "PATH": path, "BREAKER_ROOT": str(root)}
     environment.pop("PYTHONPATH", None)
@@ -228,15 +195,10 @@ def test_the_post_deploy_script_installs_the_package_into_a_new_environment(tmp_
         "from breaker.quantities import parameters as m; m.NAMES; print(m.__file__)",
     )
     assert "No module named 'breaker'" in run(*use).stderr
-    installed = run("sh", str(script))
+    installed = run("sh", copied)
     assert installed.returncode == 0, installed.stdout + installed.stderr
     assert run(*use).stdout.split() == [str(root / "src/breaker/quantities/parameters.py")]
-
-
-def test_the_post_deploy_script_says_what_it_misses(tmp_path):
-    environment = {name: value for name, value in os.environ.items() if name != "BREAKER_ROOT"}
-    done = subprocess.run(
-        ["sh", str(POST_DEPLOY)], cwd=tmp_path, env=environment, capture_output=True, text=True
-    )
-    assert done.returncode == 1
-    assert "set BREAKER_ROOT" in done.stderr
+    environment.pop("BREAKER_ROOT")
+    missed = run("sh", copied)
+    assert missed.returncode == 1
+    assert "set BREAKER_ROOT" in missed.stderr
