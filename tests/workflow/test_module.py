@@ -5,12 +5,9 @@ import re
 import shutil
 import subprocess
 import sys
-from importlib import metadata
 
 import pytest
 import yaml
-from packaging.requirements import Requirement
-from packaging.utils import canonicalize_name
 
 from tests.workflow.conftest import ROOT, snakemake
 
@@ -82,6 +79,7 @@ def test_a_figure_is_made_through_a_module_of_a_repository(folder):
     assert (folder / FIGURE).stat().st_size > 10_000
     assert {each.name for each in folder.iterdir()} - before <= {"drive", ".snakemake"}
     assert "Nothing to be done" in snakemake("-n", FIGURE, folder=folder)
+    snakemake("--lint", folder=folder)  # which fails where it has a finding
 
 
 @pytest.mark.parametrize("prefix", ['prefix: "drive"', 'replace_prefix: {"results/": "drive/"}'])
@@ -93,11 +91,6 @@ def test_a_training_is_planned_through_a_module_of_a_clone(tmp_path, prefix):
     plan = snakemake("-n", f"{model}/closing.safetensors", folder=tmp_path)
     assert str(ROOT / "workflow/scripts/train.py") in plan
     assert f"log: {'drive/' * prefix.startswith('prefix')}logs/train/closing.log" in plan
-
-
-@pytest.mark.skipif(shutil.which("git") is None, reason="Snakemake reads repositories by git")
-def test_the_lint_of_a_use_is_content(folder):
-    assert "in a good condition" in snakemake("--lint", folder=folder)
 
 
 def test_the_catalogue_finds_what_it_looks_for(tmp_path):
@@ -119,34 +112,14 @@ def test_the_catalogue_finds_what_it_looks_for(tmp_path):
     rules = [set(re.findall('label = "(.*?)"', said)) for said in (graph, snakemake(*here))]
     assert rules[1] - rules[0] == {"everything"}, "without a target, the project's file does `all`"
     assert (ROOT / "workflow/schemas/config.schema.yaml").exists()
-    words = (ROOT / "README.md").read_text(encoding="utf-8").lower()
-    assert "snakemake" in words
-    assert "workflow" in words
 
 
-def test_without_the_package_one_sentence_names_the_remedy(tmp_path):
-    """In an environment that has what Snakemake requires, and nothing else."""
-    (tmp_path / "site").mkdir()
-    for name in needed_by("snakemake"):
-        for top in {file.parts[0] for file in metadata.files(name)} - {"..", "__pycache__"}:
-            (tmp_path / "site" / top).symlink_to(metadata.distribution(name).locate_file(top))
-    command = [sys.executable, "-S", "-m", "snakemake", "-n", "all"]
-    environment = {**os.environ, "PYTHONPATH": str(tmp_path / "site")}
+def test_without_the_package_the_remedy_is_named(tmp_path):
+    (tmp_path / "breaker.py").write_text("raise ModuleNotFoundError('none', name='breaker')")
+    command = [sys.executable, "-m", "snakemake", "-n", "all"]
+    environment = {**os.environ, "PYTHONPATH": str(tmp_path)}
     done = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True)
     said = done.stdout + done.stderr
     assert done.returncode == 1
-    assert f"breaker is missing in the environment of {sys.executable}. Run `make env" in said
     assert 'pip install "breaker-drive[workflow]"' in said
     assert "Traceback" not in said
-
-
-def needed_by(package: str) -> set[str]:
-    """A distribution and all that it requires, by name."""
-    found, waiting = set(), [package]
-    while waiting:
-        name = canonicalize_name(waiting.pop())
-        if name not in found:
-            found.add(name)
-            needed = map(Requirement, metadata.requires(name) or [])
-            waiting += [r.name for r in needed if not r.marker or r.marker.evaluate({"extra": ""})]
-    return found

@@ -115,6 +115,12 @@ def edited(folder: Path) -> Iterator[None]:
             os.utime(file, ns=(stat.st_atime_ns, stat.st_mtime_ns))
 
 
+def edit_closing_training(folder: Path) -> None:
+    both = yaml.safe_load((folder / "config/test.yaml").read_text())["training"]
+    steps = {"steps": both["closing"]["steps"] + 20}
+    edit_config(folder, training={"closing": both["closing"] | steps})  # opening may be the same
+
+
 def edit_config(folder: Path, **sections: dict | list) -> None:
     path = folder / "config/test.yaml"
     overlay = yaml.safe_load(path.read_text())
@@ -127,14 +133,6 @@ def edit_config(folder: Path, **sections: dict | list) -> None:
 def append(folder: Path, file: str, line: str = "# an edit") -> None:
     path = folder / file
     path.write_text(f"{path.read_text()}\n{line}\n")
-
-
-def edit_closing_training(folder: Path) -> None:
-    path = folder / "config/test.yaml"
-    overlay = yaml.safe_load(path.read_text())
-    closing = overlay["training"]["closing"]  # the file may say that opening is the same
-    overlay["training"]["closing"] = {**closing, "steps": closing["steps"] + 20}
-    path.write_text(yaml.safe_dump(overlay))
 
 
 def put_own_curves(folder: Path) -> None:
@@ -169,6 +167,7 @@ def damage(file: Path) -> None:
 
 # Edit, and rules that run again. The same table stands in docs/development.md.
 FIGURE = ["figure_pairs", "figure_pairs_family"]
+ANSWERS = ["infer", "infer_family", *FROM_INFERENCE]
 NOISE = [*READING, *TRAINING, "identifiability"]
 BANK = ["bank_shard", *TRAINING, "identifiability"]
 CORRECTION = ["correct_validation", *FROM_CORRECTION]
@@ -176,21 +175,16 @@ TIRED = {"name": "tired", "of": "change", "lower": {"f": "-5 %"}}
 SLOWER = {"f": {"median": 0.8, "log_sd": 0.1}}
 EDITS = {
     "style of one figure": (edit_of("src/breaker/figures/pairs.py"), FIGURE),
-    "style of another figure": (edit_of("src/breaker/figures/loss.py"), ["figure_loss"]),
     "validation.seed": (
         setting(validation={"seed": 21}),
         [*VALIDATION, "validate_family", *FAMILY],
     ),
     "training.closing": (edit_closing_training, TRAINING),
     "sensor.noise_sd": (setting(sensor={"noise_sd": 0.12}), NOISE),
-    "sensor.zero_sd": (setting(sensor={"zero_sd": 0.05}), NOISE),
     "sensor.onset_sd": (setting(sensor={"onset_sd": 0.2}), [*READING, *PRIOR_DRAWS, *BANK]),
     "prior": (setting(prior=SLOWER), [*PRIOR_PREDICTIVE, *BANK]),
     "validation.posterior": (setting(validation={"posterior": "corrected"}), VALIDATION_FIGURES),
-    "endurance.draws": (
-        setting(endurance={"draws": 60}),
-        ["infer", "infer_family", *FROM_INFERENCE],
-    ),
+    "endurance.draws": (setting(endurance={"draws": 60}), ANSWERS),
     "correction": (setting(correction={"largest_k": 0.6}), CORRECTION),
     "endurance.curves": (put_own_curves, READING),
     "limits": (setting(limits=[TIRED]), LIFE),
@@ -203,7 +197,7 @@ EDITS = {
     ),
     "a shipped network": (
         lambda folder: damage(folder / "src/breaker/shipped/medium_voltage_changes.safetensors"),
-        ["validate_family", "family_quality"],
+        ["validate_family", "family_quality", "infer_family", *FROM_INFERENCE, *LIFE],
     ),
     "a docstring of the curves": (
         edit_in("src/breaker/mechanism/curves.py", '"""', '"""In other words: '),
@@ -215,14 +209,11 @@ EDITS = {
 
 # A dry run takes seconds: edits that make different rules run again are tried together.
 TOGETHER = [
-    (
-        "style of one figure",
-        "style of another figure",
-        "endurance.draws",
-        "planning",
-    ),
-    ("validation.posterior", "limits"),
+    ("style of one figure", "endurance.draws", "planning"),
+    ("validation.posterior", "a shipped network"),
     ("validation.seed", "wear_model"),
+    ("training.closing", "limits"),
+    ("correction", "endurance.curves"),
 ]
 ALONE = [(name,) for name in EDITS if name not in {each for names in TOGETHER for each in names}]
 # Shards, chunks and sources are several jobs; everything else is one a motion, or one.
@@ -253,7 +244,9 @@ def test_nothing_is_left_to_do_after_a_run(workflow):
     assert planned(workflow, "family") == others
 
 
-def test_other_times_comments_and_orders_plan_nothing(workflow):
+def test_other_times_comments_orders_and_no_home_plan_nothing(workflow, monkeypatch):
+    monkeypatch.setenv("HOME", "/proc/nowhere")  # where nobody can make a folder
+    monkeypatch.delenv("XDG_CACHE_HOME", raising=False)
     with edited(workflow):
         overlay = workflow / "config/test.yaml"
         settings = yaml.safe_load(overlay.read_text())
@@ -267,15 +260,8 @@ def test_other_times_comments_and_orders_plan_nothing(workflow):
         assert planned(workflow) == Counter()
 
 
-def test_no_home_is_needed(workflow, monkeypatch):
-    monkeypatch.setenv("HOME", "/proc/nowhere")  # where nobody can make a folder
-    monkeypatch.delenv("XDG_CACHE_HOME", raising=False)
-    assert planned(workflow) == Counter()
-
-
-def test_a_folder_that_was_moved_or_copied_plans_nothing(workflow, tmp_path):
+def test_a_folder_that_was_copied_and_moved_plans_nothing(workflow, tmp_path):
     copy = shutil.copytree(workflow, tmp_path / "copy", symlinks=True)
-    assert planned(copy) == Counter()
     assert planned(copy.rename(tmp_path / "moved")) == Counter()
 
 
@@ -286,22 +272,10 @@ def test_every_figure_is_there(workflow):
     assert all((workflow / "figures" / name).stat().st_size > 10_000 for name in figures)
 
 
-@pytest.mark.parametrize("motion", MOTIONS)
-def test_stores_open_with_one_call_and_say_what_made_them(workflow, motion):
-    results = workflow / "results"
-    stores = [
-        *results.glob(f"bank/{motion}/*.zarr"),
-        results / f"prior_predictive/{motion}.zarr",
-        *results.glob(f"validation/{motion}*.zarr"),
-        *results.glob(f"training/{motion}*.zarr"),
-        *results.glob(f"endurance/{motion}*.zarr"),
-        *results.glob(f"exactness/{motion}*.zarr"),
-        results / "rig/truth.zarr",
-        results / "life.zarr",
-        results / "standing.zarr",
-        *results.glob(f"identifiability/{motion}*.zarr"),
-    ]
-    assert len(stores) == 2 + 1 + 4 + 2 + 3 + 1 + 1 + 2 + 1
+def test_stores_open_with_one_call_and_say_what_made_them(workflow):
+    stores = [*(workflow / "results").rglob("*.zarr")]
+    kinds = {store.relative_to(workflow / "results").parts[0] for store in stores}
+    assert {"bank", "endurance", "exactness", "life.zarr", "rig", "training"} < kinds
     for store in stores:
         data = xr.open_zarr(store)
         assert {"title", "settings", "breaker_version"} <= set(data.attrs), store
@@ -382,7 +356,7 @@ def test_a_table_of_operations_is_kept_through_to_the_stores(workflow):
     with edited(workflow):
         edit_config(workflow, endurance={"curves": "tabled"})
         several = run(workflow, "-n", "--config", "motions=[closing]", "--", store, fails=True)
-        assert "A, B; choose one by endurance.breaker" in several
+        assert "endurance.breaker" in several
         edit_config(workflow, endurance={"breaker": "A"})
         run(workflow, "-c2", "--config", "motions=[closing]", "--", store)
     curves = xr.open_zarr(workflow / store)
@@ -400,5 +374,5 @@ def test_a_name_that_is_a_pattern_is_refused_before_the_plan(workflow):
             text = run(workflow, "-n", "all", fails=True)
         finally:
             put.unlink()
-    assert "in its name; rename it" in text
+    assert put.name in text
     assert "Traceback" not in text
