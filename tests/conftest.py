@@ -15,6 +15,7 @@ import numba
 import pytest
 
 from breaker.configuration.loading import read
+from breaker.drive.answers import inference
 from breaker.drive.family.network_files import open_network
 from breaker.mechanism.prior import Prior
 from breaker.mechanism.sensor import Sensor
@@ -55,6 +56,20 @@ def models(prior, sensor):
 def levels():
     """The network of levels that ships."""
     return open_network(model_file("medium_voltage", "levels"))
+
+
+@pytest.fixture(scope="module")
+def a_quarter_of_the_draws():
+    """Weigh a quarter of the draws, and ask for a quarter of their number, for speed."""
+    with pytest.MonkeyPatch.context() as patch:
+        for name in ("_ROUNDS", "_LEAST", "_ENOUGH"):
+            patch.setattr(inference, name, quarter_of(getattr(inference, name)))
+        yield
+
+
+def quarter_of(number):
+    """A quarter of a number, or of several."""
+    return tuple(map(quarter_of, number)) if isinstance(number, tuple) else number // 4
 
 
 @pytest.fixture

@@ -18,6 +18,8 @@ from tests.answers.drives import breakers_of, type_of, write_breakers
 MOTIONS = ("closing", "opening")
 TYPES, BREAKERS, FURTHER = 4, 3, 3
 
+pytestmark = pytest.mark.usefixtures("a_quarter_of_the_draws")
+
 
 @pytest.fixture(scope="module")
 def assessment(defaults, levels):

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from breaker.common.randomness import generator
-from breaker.drive.answers import inference
 from breaker.mechanism.curves import travel
 from breaker.reading.instruments.export import write_curve
 
@@ -25,18 +24,9 @@ def written(file, prior, *motions, noise_sd=0.1, halts=0):
     write_curve(file, time, whole, motion=motions[0], operation=1)
 
 
-@pytest.fixture(autouse=True, scope="package")
-def a_quarter_of_the_draws():
-    """Weigh a quarter of the draws, and ask for a quarter of their number, for speed."""
-    with pytest.MonkeyPatch.context() as patch:
-        for name in ("_ROUNDS", "_LEAST", "_ENOUGH"):
-            patch.setattr(inference, name, quarter_of(getattr(inference, name)))
-        yield
-
-
-def quarter_of(number):
-    """A quarter of a number, or of several."""
-    return tuple(map(quarter_of, number)) if isinstance(number, tuple) else number // 4
+@pytest.fixture(autouse=True, scope="module")
+def quick(a_quarter_of_the_draws):
+    """Every command here infers."""
 
 
 @pytest.fixture
