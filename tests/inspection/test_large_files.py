@@ -43,43 +43,25 @@ def numbers(count, last=""):
 
 @pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="tells no peak of memory")
 @pytest.mark.parametrize(
-    ("text", "said"),
+    ("text", "said", "way"),
     [
-        (numbers(1000, "," * 5_000_000), "line 7: has 5,000,00. signs; export a table"),
-        ((",".join(["1.5"] * 1_000_000) + "\n") * 8, "line 1: has 4,000,000 signs; export a table"),
-        ((",".join(["1"] * 600) + "\n") * 30_000, "line 1: has 600 columns, .* fewer channels"),
-        ((",".join(["1"] * 30) + "\n") * 300_000, "300,000 samples, but of 30 columns at most"),
-        ("\n" * 5_000_000, "has more than 2,000,000 lines; export a shorter part"),
+        (numbers(1000, "," * 5_000_000), "line 7: has 5,000,00. signs", []),
+        ((",".join(["1.5"] * 1_000_000) + "\n") * 8, "line 1: has 4,000,000 signs", []),
+        ((",".join(["1"] * 600) + "\n") * 30_000, "line 1: has 600 columns", []),
+        ((",".join(["1"] * 30) + "\n") * 300_000, "300,000 samples, but of 30 columns", []),
+        ("\n" * 5_000_000, "more than 2,000,000 lines", []),
+        ("1\n" * 20_000_000, "more than 2,000,000 lines", ["read"]),
+        ("1\r" * 20_000_000, "more than 2,000,000 lines", ["read"]),
+        ("1\n" * 1_300_000, "1,300,000 samples, but of 1 columns at most 1,200,000", ["read"]),
     ],
-    ids=["commas", "million", "wide", "cells", "blank"],
+    ids=["commas", "million", "wide", "cells", "blank", "lines", "returns", "samples"],
 )
-def test_what_no_recorder_writes_is_refused_in_little_memory(tmp_path, text, said):
+def test_what_no_recorder_writes_is_refused_in_little_memory(tmp_path, text, said, way):
     file = tmp_path / "hostile.csv"
-    file.write_text(text, encoding="utf-8")
-    done = subprocess.run(
-        [sys.executable, "-c", LOOK, file], capture_output=True, text=True, check=True
-    )
-    *words, peak = done.stdout.splitlines()
-    assert re.search(f"hostile.csv.*{said}", words[0])
-    assert int(peak) < MOST
-
-
-@pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="tells no peak of memory")
-@pytest.mark.parametrize(
-    ("text", "said"),
-    [
-        ("1\n" * 20_000_000, "has more than 2,000,000 lines; export a shorter part"),
-        ("1\r" * 20_000_000, "has more than 2,000,000 lines; export a shorter part"),
-        ("1\n" * 1_300_000, "has 1,300,000 samples, but of 1 columns at most 1,200,000 are read"),
-    ],
-    ids=["lines", "returns", "samples"],
-)
-def test_what_is_longer_than_a_record_is_not_read_either(tmp_path, text, said):
-    file = tmp_path / "long.csv"
     file.write_text(text, encoding="utf-8", newline="")
-    command = [sys.executable, "-c", LOOK, file, "read"]
+    command = [sys.executable, "-c", LOOK, file, *way]
     *words, peak = subprocess.check_output(command, text=True).splitlines()
-    assert said in words[0]
+    assert re.search(f"hostile.csv.*{said}", words[0])
     assert int(peak) < MOST
 
 

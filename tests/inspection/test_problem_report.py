@@ -60,15 +60,6 @@ def test_nobody_and_nothing_is_named(file, defaults):
     assert "'ms;mm\\n'" in head
 
 
-def test_it_has_what_inspect_says(file, defaults):
-    text = report(file, defaults)
-    assert "== breaker inspect ==\nFILE.csv\n" in text
-    assert "utf-8, ';' between columns, decimal sign '.'" in text
-    assert re.search(r"Travel Xxxxxxxxxx.*closing.*accepted", text)
-    assert 'delimiter: ";"' in text
-    assert "breaker 0.1.0, Python 3." in text
-
-
 def test_travel_is_not_in_it_unless_it_is_asked_for(file, defaults, curve):
     values = {f"{x:.4f}" for x in curve[1] if x > 2.0}
     text = report(file, defaults)
