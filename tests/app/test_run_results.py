@@ -39,7 +39,6 @@ def test_results_are_found_in_a_project_and_by_themselves(opened, results, tmp_p
 def test_a_folder_of_records_has_no_life(page):
     assert 'href="/life"' not in page.get("/").text
     assert page.get("/life").status == page.get("/fleet").status == 404
-    assert "no run has left a life" in page.get("/life").text
 
 
 def test_curves_of_a_life_are_the_numbers_of_the_run(opened, results, tmp_path):
@@ -53,8 +52,6 @@ def test_curves_of_a_life_are_the_numbers_of_the_run(opened, results, tmp_path):
         assert line[name] == pytest.approx(each.tolist(), abs=1e-6)
     assert line["x"] == life.asked.values.tolist()
     assert ["limit: above 1", 1.0] in value["levels"]
-    assert left["title"].endswith("beyond the horizon, or not known")  # it is never reached
-    assert probability["title"] == "stiff: probability"
     assert value["places"][0] == ["change of gamma_a or f", 300.0]
     assert "stiff" in value["title"]
     assert [each["name"] for each in parameters["lines"]] == [e.word for e in PARAMETERS]

@@ -136,16 +136,3 @@ def test_what_holds_for_both_visits_is_refused_for_one(visits, capsys):
     (visits / "seed.yaml").write_text("seed: 7\n")
     assert call("then", "--today", "now", "--config-today", "seed.yaml") == 1
     assert "seed.yaml: seed holds for both visits; set it by --config" in capsys.readouterr().err
-
-
-def test_what_a_configuration_changes_of_another_is_told(visits, capsys):
-    (visits / "one.yaml").write_text("endurance: {format: {rate: 10, stroke: [10, 20]}}\n")
-    (visits / "two.yaml").write_text("seed: 2\nendurance: {format: {rate: 20, stroke: [10, 20]}}\n")
-    told = "note: two.yaml: endurance.format.rate is 20, in place of 10 of one.yaml\n"
-    both = [["--config", "one.yaml", "two.yaml"], ["--config", "one.yaml", "--config", "two.yaml"]]
-    for options in both:
-        assert call("then", "--today", "now", *options) == 1  # the records are of 10 kHz
-        assert capsys.readouterr().err.startswith(told)
-    assert call("then", "--today", "now", "--config", "two.yaml", "one.yaml", "--json") == 0
-    told = "note: one.yaml: endurance.format.rate is 10, in place of 20 of two.yaml\n"
-    assert capsys.readouterr().err == told

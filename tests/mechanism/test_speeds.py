@@ -32,12 +32,8 @@ DEFINED = {
     "text",
     [
         *("touch", "6 mm before touch", "10 ms after touch", "5 % of stroke", "0 % of stroke"),
-        *(
-            "100 % of stroke",
-            "20 mm from open",
-            "15.5 mm from closed",
-            "5 ms before 50 % of stroke",
-        ),
+        *("100 % of stroke", "20 mm from open", "15.5 mm from closed"),
+        "5 ms before 50 % of stroke",
         *("10 ms after 20 mm from open", "3 ms after 6 mm before touch"),
     ],
 )
