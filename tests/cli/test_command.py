@@ -4,6 +4,8 @@ import signal
 import subprocess
 import sys
 
+import h5py
+import numpy as np
 import pytest
 
 from breaker.cli import command, infer, inspect, main
@@ -51,6 +53,22 @@ def test_a_full_output_is_one_line(words):
     assert done.returncode == 1
     assert done.stderr.startswith(b"breaker: the text could not be printed")
     assert done.stderr.count(b"\n") == 1
+
+
+@pytest.mark.parametrize("damage", ["cut", "circle"])
+def test_a_damaged_store_ends_the_command_in_order(tmp_path, damage):
+    """HDF5 crashed as the process ended, after the right message."""
+    file = tmp_path / "a.nc"
+    with h5py.File(file, "w") as store:
+        store["travel"] = np.arange(600.0)
+        if damage == "circle":
+            store["time"] = h5py.SoftLink("/time")
+    if damage == "cut":
+        file.write_bytes(file.read_bytes()[:3000])
+    command = [sys.executable, "-m", "breaker", "inspect", str(file)]
+    done = subprocess.run(command, capture_output=True, timeout=60, check=False)
+    assert done.returncode == 1
+    assert done.stderr.startswith(b"breaker: ")
 
 
 def test_an_answer_loads_nothing_that_it_does_not_need(tmp_path, prior):

@@ -41,7 +41,8 @@ def _parsed(path: Path, text: str) -> tuple[Any, yaml.Node | None]:
         loader = _Loader(text)
         node = loader.get_single_node()
         content = loader.construct_document(node) if node else None
-        json.dumps(content, default=str)  # fails where an alias stands within what it names
+        # Fails where an alias stands within what it names.
+        json.dumps(content, default=str, skipkeys=True)
     except yaml.YAMLError as error:
         reason = " ".join(str(error).split())
         raise ConfigurationError(f"{path}: is not valid YAML: {reason}") from error

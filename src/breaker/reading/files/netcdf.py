@@ -13,6 +13,7 @@ import math
 import re
 from collections.abc import Iterator, Mapping
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from breaker.common.lazy_numpy import np
 from breaker.reading.files.guards import (
@@ -35,6 +36,9 @@ from breaker.reading.files.word_meanings import (
     unit_of,
     wanted_columns,
 )
+
+if TYPE_CHECKING:
+    import h5py
 
 _MOST = 20_000_000  # values of all variables
 _MOST_READS = 100_000  # of a NetCDF file of version 3, which has some ten for each variable
@@ -99,10 +103,16 @@ def _open(opened: Opened):
         return xr.open_zarr(file, **_UNTOUCHED)
     content = opened.content
     if content.startswith(SIGNATURES[-1]):
-        import h5netcdf  # noqa: F401 - xarray would not say which package is missing
+        import h5netcdf
+        import h5py
+        from xarray.backends import H5NetCDFStore
 
-        _check_hdf5(io.BytesIO(content))
-        dataset = xr.open_dataset(io.BytesIO(content), engine="h5netcdf", **_UNTOUCHED)
+        # In memory: HDF5 crashes as a process ends that has left a file open which Python reads.
+        held = h5py.File.in_memory(content)
+        _check_hdf5(held)
+        # Dimensions without a name get one, as xarray does for a file that it opens itself.
+        store = H5NetCDFStore(h5netcdf.File(held, "r", phony_dims="access"))
+        dataset = xr.open_dataset(store, **_UNTOUCHED)
     else:
         dataset = xr.open_dataset(_ReadOnce(content), engine="scipy", **_UNTOUCHED)
     if (size := sum(each.size for each in dataset.variables.values())) > _MOST:
@@ -130,7 +140,7 @@ def _unit_text(variable) -> str:
     return str(variable.attrs.get("units", "")).split(" since ")[0]
 
 
-def _check_hdf5(content: io.BytesIO) -> None:
+def _check_hdf5(file: h5py.File) -> None:
     """Refuse values in other files, which would be read whatever these are, and too large chunks.
 
     Raises:
@@ -149,9 +159,8 @@ def _check_hdf5(content: io.BytesIO) -> None:
         if apart:
             raise TooLargeError(f"has {name!r} in another file; export it as one file")
 
-    with h5py.File(content, "r") as file:
-        look("/", file)
-        file.visititems(look)
+    look("/", file)
+    file.visititems(look)
 
 
 def _columns(file: str | Path, dataset, settings: Mapping, channel: str) -> Columns:
