@@ -151,12 +151,17 @@ def list_breakers(
 
     Raises:
         ValueError: If a table is wrong, or states no such type. The message says what to do.
-        FileNotFoundError: If no folder has an operation of any motion.
+        FileNotFoundError: If a folder has no operation of any motion.
     """
     found: dict[str, dict[str, list[Operation]]] = {m: defaultdict(list) for m in motions}
     types, troubles = set(), []
     for folder, name in ((each, printable(os.path.normpath(each))) for each in folders):
-        for motion, each in _rows(folder, motions, troubles):
+        own: list[str] = []
+        rows = list(_rows(folder, motions, own))
+        if not rows:  # a breaker that is named is not to be left out in silence
+            raise FileNotFoundError(_none([folder], own))
+        troubles += own
+        for motion, each in rows:
             types.add(each.type)
             if motion in found and (not of_type or bare(each.type) == bare(of_type)):
                 found[motion][each.breaker or name].append(each)
