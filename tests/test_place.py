@@ -19,7 +19,9 @@ def project(folder, *, cache):
     (folder / "envs").mkdir(parents=True)
     for name in ("Makefile", "pyproject.toml", "envs/place.sh", "envs/requirements.lock"):
         shutil.copy(ROOT / name, folder / name)
-    own = {key: value for key, value in os.environ.items() if key != "BREAKER_ENV"}
+    # Nor what the make of `make test` tells a make within it.
+    others = {"BREAKER_ENV", "MAKEFLAGS", "MAKELEVEL", "MFLAGS"}
+    own = {key: value for key, value in os.environ.items() if key not in others}
     return own | {"XDG_CACHE_HOME": str(cache)}
 
 

@@ -90,11 +90,11 @@ def _empty(n: int, t: int) -> Motion:
 def _curves(theta: np.ndarray, times: np.ndarray, onset: np.ndarray, motion: str) -> Motion:
     result = _empty(len(theta), times.size)
     for rows in blocks(len(theta)):
-        block = np.asarray(theta[rows], np.float64)
-        rates = np.stack([fastest_rate(block, free=free) for free in (False, True)], axis=-1)
-        # Writable, as numba would compile the same code again for arrays that are not.
-        taken = (np.require(e, np.float64, ["C", "W"]) for e in (block, rates, times, onset[rows]))
-        simulate(*taken, motion == "closing", *(each[rows] for each in result))
+        simulate(
+            *_of_block(theta[rows], times, onset[rows]),
+            motion == "closing",
+            *(each[rows] for each in result),
+        )
     return result
 
 
@@ -155,6 +155,20 @@ def blocks(n: int, curves: int = 1) -> Iterator[slice]:
     """Cut ``n`` rows, each of so many curves, into blocks."""
     rows = max(1, _ROWS // curves)
     return (slice(first, min(n, first + rows)) for first in range(0, n, rows))
+
+
+def _of_block(theta: np.ndarray, times: np.ndarray, onset: np.ndarray) -> tuple[np.ndarray, ...]:
+    """Return what compiled code takes of a block; no array of it outlives the block."""
+    theta = np.asarray(theta, np.float64)
+    rates = np.stack([fastest_rate(theta, free=free) for free in (False, True)], axis=-1)
+    return _contiguous(theta, rates, times, onset)
+
+
+def _contiguous(*arrays: np.ndarray) -> tuple[np.ndarray, ...]:
+    """Return arrays as compiled code takes them: writable, as numba would compile read-only ones
+    anew.
+    """
+    return tuple(np.require(array, np.float64, ["C", "W"]) for array in arrays)
 
 
 def _check_motion(motion: str) -> None:
