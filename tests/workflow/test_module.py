@@ -83,7 +83,9 @@ def test_a_figure_is_made_through_a_module_of_a_repository(folder):
 
 
 @pytest.mark.parametrize("prefix", ['prefix: "drive"', 'replace_prefix: {"results/": "drive/"}'])
-def test_a_training_is_planned_through_a_module_of_a_clone(tmp_path, prefix):
+def test_a_training_is_planned_through_a_module_of_a_clone(tmp_path, prefix, monkeypatch):
+    # Without the profile of this project, Snakemake needs a cache that it can write to.
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     (tmp_path / "config").mkdir()
     (tmp_path / "config/config.yaml").write_text(SETTINGS, encoding="utf-8")
     (tmp_path / "Snakefile").write_text(LOCAL.replace('prefix: "drive"', prefix), encoding="utf-8")
