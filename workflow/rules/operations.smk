@@ -93,9 +93,13 @@ ON_FLEET = ("advice", "endurance", "fleet", "limits", "limits_by_type", "motions
 ON_FLEET += ("planning", "seed", "speeds", "wear_model")
 
 
+@cache
+def rows_of_breakers():
+    """Rows of the table, by breaker: listed once, for all chunks."""
+    return list_fleet(OWN_CURVES, **{key: config["endurance"][key] for key in ("phase", "events")})
+
+
 def source_of_breakers(wildcards):
     """What the answers of a chunk come from: files of given names, sizes and times."""
-    chosen = {key: config["endurance"][key] for key in ("phase", "events")}
-    rows = list_fleet(OWN_CURVES, **chosen)
     names = CHUNKS_OF_BREAKERS[wildcards.chunk]
-    return fingerprint(each for name in names for _, each in rows[name])
+    return fingerprint(each for name in names for _, each in rows_of_breakers()[name])
