@@ -283,3 +283,9 @@ rule figure_posterior_predictive:
         "../../envs/breaker.yaml"
     script:
         "../scripts/figure_posterior_predictive.py"
+
+
+rule second_seed:
+    """The quality of both motions on a second validation seed, outside of `all`."""
+    input:
+        expand("results/quality/{motion}_seed{seed}.csv", motion=MOTIONS, seed=SECOND_SEED),
