@@ -11,7 +11,7 @@ from breaker.reading.instruments.export import write_curve
 
 SENSOR = {"start": -2.0, "stop": 58.0, "samples": 151, "noise_sd": 0.1}
 SENSOR |= {"onset_sd": 0.3, "zero_sd": 0.1}
-ENDURANCE = {"format": {}, "breaker": None, "phase": None}
+ENDURANCE = {"format": {}, "breaker": None, "phase": None, "events": {}}
 
 
 @pytest.fixture(scope="module")
@@ -54,6 +54,14 @@ def test_what_cannot_be_listed_is_said_and_the_rest_goes_on(folder):
     assert [each.accepted for each in checked] == [12, 0]
     assert "opening: " in text_of(words_of_checked(checked))
     assert "has no number" in text_of(words_of_checked(checked))
+
+
+def test_an_event_that_the_workflow_refuses_is_refused(folder):
+    rows = ["file,motion,operation,event", "closing/closing_001.csv,closing,1,danced"]
+    (folder / "operations.csv").write_text("\n".join(rows), encoding="utf-8")
+    assert [each.accepted for each in check(folder)] == [0, 0]
+    (closing,) = check(folder, ["closing"], events={"danced": ["f"]})
+    assert (closing.accepted, closing.trouble) == (1, "")
 
 
 def test_breakers_and_phases_of_a_table_are_apart(folder):

@@ -71,8 +71,8 @@ def check_folder(
 
     Args:
         folder: As for ``endurance.curves``.
-        endurance: The section of the configuration: ``format``, and ``breaker`` and ``phase`` where
-            one of several is meant.
+        endurance: The section of the configuration: ``format``, ``events``, and ``breaker`` and
+            ``phase`` where one of several is meant.
         sensor: The section of the configuration: the model's grid, and the noise.
         motions: "closing", "opening" or both.
     """
@@ -84,7 +84,9 @@ def check_folder(
         for breaker, phase in _groups(folder, endurance):
             of = motion, breaker or "", phase or ""
             try:
-                operations = list_operations(folder, motion, breaker=breaker, phase=phase)
+                operations = list_operations(
+                    folder, motion, breaker=breaker, phase=phase, events=endurance["events"]
+                )
             except (ValueError, OSError) as error:
                 checked.append(Checked(*of, trouble=str(error)))
             else:
