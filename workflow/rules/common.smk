@@ -1,5 +1,6 @@
 """Names and functions that several rules share."""
 
+from functools import cache
 from hashlib import sha256
 from itertools import product
 from math import ceil
@@ -15,13 +16,10 @@ from breaker.workflow.dependencies import modules_of
 MOTIONS = config["motions"]
 SOURCES = [*MOTIONS, "both"] if len(MOTIONS) == 2 else MOTIONS
 SEED = config["validation"]["seed"]
-SECOND_SEED = config["validation"]["second_seed"]
 DEFINED = with_named(config["speeds"], config["limits"])
 SPEEDS = {each.name: each.points for each in speeds_of(DEFINED, Size(**config["size"]))}
 GRID = {key: config["sensor"][key] for key in ("start", "stop", "samples")}
 OWN_CURVES = config["endurance"]["curves"]
-# Of the networks that ship, wherever the package is: with others, answers are made anew.
-SHIPPED = sha256(b"".join(model_file(*each).read_bytes() for each in product(FAMILIES, KINDS)))
 # Store of the stand-in's true parameters; real measurements have none.
 TRUTH = "results/rig/truth.zarr" if OWN_CURVES is None else []
 # Figures that `all` draws: of each motion, of the life, of the networks of a family.
@@ -98,10 +96,21 @@ def trained_network(wildcards):
     return trained if wildcards.origin == "trained" else []
 
 
+@cache
+def checksum(family, kind):
+    """The checksum of a network that ships, wherever the package is."""
+    return sha256(model_file(family, kind).read_bytes()).hexdigest()
+
+
 def shipped_network(wildcards):
-    """The checksum of a shipped network, wherever the package is; of one trained here, none."""
-    file = model_file(config["family"]["name"], wildcards.kind)
-    return sha256(file.read_bytes()).hexdigest() if wildcards.origin == "shipped" else None
+    """The checksum of a shipped network; of one trained here, none."""
+    name = config["family"]["name"]
+    return checksum(name, wildcards.kind) if wildcards.origin == "shipped" else None
+
+
+def shipped_networks(wildcards):
+    """The checksums of all networks that ship: with others, answers are made anew."""
+    return [checksum(*each) for each in product(FAMILIES, KINDS)]
 
 
 def judged_family(origin, sources):

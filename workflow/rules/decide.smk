@@ -28,7 +28,7 @@ rule life:
         speeds=SPEEDS,
         wear_model=config["wear_model"],
         misfit_p_value=config["endurance"]["misfit_p_value"],
-        networks=SHIPPED.hexdigest(),
+        networks=shipped_networks,
     script:
         "../scripts/life.py"
 

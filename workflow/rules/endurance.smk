@@ -113,7 +113,7 @@ rule infer_family:
         seed=config["seed"],
         draws=config["endurance"]["draws"],
         misfit_p_value=config["endurance"]["misfit_p_value"],
-        networks=SHIPPED.hexdigest(),
+        networks=shipped_networks,
     script:
         "../scripts/infer_family.py"
 

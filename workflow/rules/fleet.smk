@@ -23,7 +23,7 @@ rule fleet_chunk:
         breakers=lambda wildcards: CHUNKS_OF_BREAKERS[wildcards.chunk],
         source=source_of_breakers,
         sensor=GRID,
-        networks=SHIPPED.hexdigest(),
+        networks=shipped_networks,
     script:
         "../scripts/fleet_chunk.py"
 

@@ -288,4 +288,8 @@ rule figure_posterior_predictive:
 rule second_seed:
     """The quality of both motions on a second validation seed, outside of `all`."""
     input:
-        expand("results/quality/{motion}_seed{seed}.csv", motion=MOTIONS, seed=SECOND_SEED),
+        expand(
+            "results/quality/{motion}_seed{seed}.csv",
+            motion=MOTIONS,
+            seed=config["validation"]["second_seed"],
+        ),

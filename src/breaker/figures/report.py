@@ -12,9 +12,8 @@ from breaker.figures import style
 from breaker.figures.overlay import difference
 
 _CHANNELS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
-_WIDTH = (
-    7.0  # inches, hardly less than the text of an A4 page, so that no letter is printed smaller
-)
+# inches, hardly less than the text of an A4 page, so that no letter is printed smaller
+_WIDTH = 7.0
 _AROUND = 1.3  # inches, of title, time axis and legend
 _NAME = 28  # letters of a channel's name
 _KEYS_WIDE = 98  # letters in a line of the legend
