@@ -29,7 +29,7 @@ from breaker.drive.simulation.endurance_rig import Rig
 from breaker.figures.style import save
 from breaker.figures.verdict import verdict
 from breaker.figures.visits import visits
-from breaker.quantities.parameters import MOTIONS, NAMES
+from breaker.model.parameters import MOTIONS, NAMES
 from breaker.reading.instruments.export import write_curve
 from breaker.shipped import DEFAULTS
 

@@ -22,7 +22,7 @@ from breaker.configuration.loading import load
 from breaker.configuration.yaml_sources import ConfigurationError
 from breaker.drive.family.mechanisms import MECHANISMS
 from breaker.drive.family.training_origin import deciding, drives_of
-from breaker.quantities.parameters import NAMES
+from breaker.model.parameters import NAMES
 from breaker.shipped import CARD, FAMILIES, KINDS, model_file
 
 __all__ = ["described", "differing", "made_from", "unfit"]

@@ -51,10 +51,10 @@ from breaker.drive.life.readout import Readout
 from breaker.drive.life.tracker import Tracker
 from breaker.drive.simulation.drive_family import Family
 from breaker.drive.simulation.rich_drive import Drive
-from breaker.mechanism.limits import Limit
-from breaker.mechanism.prior import Prior
-from breaker.mechanism.sensor import Sensor
-from breaker.quantities.parameters import NAMES
+from breaker.model.limits import Limit
+from breaker.model.parameters import NAMES
+from breaker.model.prior import Prior
+from breaker.model.sensor import Sensor
 from breaker.reading.records.measurements import Measured, measure_curve
 from breaker.reading.records.normalised_shape import shape_of
 from breaker.shipped import DEFAULTS

@@ -16,12 +16,10 @@ from breaker.common.randomness import generator
 from breaker.configuration.loading import load
 from breaker.drive.simulation.drive_family import Family
 from breaker.drive.simulation.rich_drive import Drive
-from breaker.mechanism.evaluation import evaluate
-from breaker.mechanism.prior import Prior
-from breaker.quantities.catalogue import quantities_of
-from breaker.quantities.parameters import MOTIONS
-from breaker.quantities.size import Size
-from breaker.quantities.speeds import SPEEDS, Point, Speed, speeds_of
+from breaker.model.evaluation import evaluate
+from breaker.model.parameters import MOTIONS, Size
+from breaker.model.prior import Prior
+from breaker.model.quantities import SPEEDS, Point, Speed, quantities_of, speeds_of
 from breaker.reading.records.contact_edges import Contact
 from breaker.reading.records.measurements import measure_curve
 from breaker.shipped import DEFAULTS

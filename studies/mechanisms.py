@@ -34,9 +34,8 @@ from breaker.configuration.loading import load
 from breaker.drive.answers.assessment import Assessment
 from breaker.drive.answers.drive_records import read_operations
 from breaker.drive.answers.evidence import Answer, Given
-from breaker.mechanism.prior import Prior
-from breaker.quantities.parameters import MOTIONS, NAMES
-from breaker.quantities.size import Size
+from breaker.model.parameters import MOTIONS, NAMES, Size
+from breaker.model.prior import Prior
 from breaker.reading.files.operations_table import Operation
 from breaker.reading.records.contact_edges import Contact
 from breaker.shipped import DEFAULTS

@@ -26,10 +26,9 @@ from breaker.configuration.loading import load
 from breaker.drive.answers.visit_changes import changes, compare
 from breaker.drive.family.network_files import shipped_networks
 from breaker.drive.family.record_inputs import network_record
-from breaker.mechanism.prior import Prior
-from breaker.mechanism.sensor import Sensor
-from breaker.quantities.parameters import MOTIONS, NAMES
-from breaker.quantities.size import Size
+from breaker.model.parameters import MOTIONS, NAMES, Size
+from breaker.model.prior import Prior
+from breaker.model.sensor import Sensor
 from breaker.reading.records.normalised_shape import shape_of
 from breaker.shipped import DEFAULTS
 from tests.raws import raw_of

@@ -17,8 +17,8 @@ import numpy as np
 import pandas as pd
 from scipy.interpolate import CubicSpline
 
-from breaker.mechanism.prior import Prior
-from breaker.quantities.parameters import MOTIONS, NAMES
+from breaker.model.parameters import MOTIONS, NAMES
+from breaker.model.prior import Prior
 from studies.other_code import WEAR, Other
 
 LEVELS = np.linspace(0.0, 1.3, 14)

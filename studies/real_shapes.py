@@ -20,8 +20,8 @@ from breaker.common.randomness import generator
 from breaker.configuration.loading import load
 from breaker.drive.simulation.drive_family import Family
 from breaker.drive.training.family_bank import shapes, simulate_family
-from breaker.mechanism.prior import Prior
-from breaker.quantities.parameters import MOTIONS
+from breaker.model.parameters import MOTIONS
+from breaker.model.prior import Prior
 from breaker.shipped import DEFAULTS
 from studies.shared import append
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.signal import lfilter
 
-from breaker.mechanism.sensor import Sensor
+from breaker.model.sensor import Sensor
 
 _ROUNDED = 0.5  # share of the sensors that round their readings,
 _QUANTUM = (0.05, 0.3)  # mm, to a multiple of this, log-uniform

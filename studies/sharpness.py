@@ -15,9 +15,9 @@ from breaker.drive.family.network_files import shipped_networks
 from breaker.drive.simulation.drive_family import Family
 from breaker.drive.training.family_bank import simulate_family
 from breaker.drive.training.training_rows import rows_of, sample_rows
-from breaker.mechanism.prior import Prior
-from breaker.paper.validation.quality_tables import family_quality
-from breaker.quantities.parameters import NAMES
+from breaker.model.parameters import NAMES
+from breaker.model.prior import Prior
+from breaker.paper.validation import family_quality
 from breaker.shipped import DEFAULTS
 
 DRIVES, DRAWS = 5000, 300

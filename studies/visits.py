@@ -28,10 +28,10 @@ from breaker.drive.answers.visit_changes import VERDICT_WORDS, changes, compare,
 from breaker.drive.family.network_files import shipped_networks
 from breaker.drive.simulation.drive_family import Family
 from breaker.drive.simulation.rich_drive import Drive
-from breaker.mechanism.prior import Prior
-from breaker.mechanism.sensor import Sensor
-from breaker.quantities.parameters import MOTIONS, NAMES
-from breaker.quantities.speeds import speeds_of
+from breaker.model.parameters import MOTIONS, NAMES
+from breaker.model.prior import Prior
+from breaker.model.quantities import speeds_of
+from breaker.model.sensor import Sensor
 from breaker.reading.files.operations_table import Operation
 from breaker.reading.instruments.export import write_curve
 from breaker.shipped import DEFAULTS

@@ -17,10 +17,10 @@ import pytest
 from breaker.configuration.loading import read
 from breaker.drive.answers import inference
 from breaker.drive.family.network_files import open_network
-from breaker.mechanism.prior import Prior
-from breaker.mechanism.sensor import Sensor
-from breaker.paper.model.joint_model import Model
-from breaker.quantities.parameters import MOTIONS
+from breaker.model.parameters import MOTIONS
+from breaker.model.prior import Prior
+from breaker.model.sensor import Sensor
+from breaker.paper.joint_model import Model
 from breaker.shipped import DEFAULTS, model_file
 
 numba.set_num_threads(1)  # it has as many as there are cores for those tests that ask for more

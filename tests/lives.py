@@ -5,7 +5,7 @@ import xarray as xr
 
 from breaker.common.randomness import generator
 from breaker.drive.life.forecast import Future
-from breaker.quantities.parameters import NAMES
+from breaker.model.parameters import NAMES
 
 _QUANTILE = [0.05, 0.5, 0.95]
 _DIMS = {

@@ -8,7 +8,7 @@ import numpy as np
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
-from breaker.quantities.parameters import NAMES
+from breaker.model.parameters import NAMES
 
 TIGHT = {"method": "DOP853", "rtol": 1e-11, "atol": 1e-12}
 

@@ -11,11 +11,11 @@ from scipy.stats import norm
 from breaker import shipped
 from breaker.common.randomness import generator
 from breaker.configuration.loading import read
-from breaker.mechanism.curves import travel
-from breaker.paper.model.simulation_bank import simulate
-from breaker.paper.posterior.estimator import Posterior
-from breaker.paper.posterior.training import Checkpoint, Trainer
-from breaker.paper.posterior.training_batches import Rows, freeze_inputs, split, truth
+from breaker.model.curves import travel
+from breaker.networks.training import Checkpoint, Trainer
+from breaker.paper.bank import simulate
+from breaker.paper.posterior import Posterior
+from breaker.paper.training import Rows, freeze_inputs, split, truth
 
 DEFAULTS = read(shipped.DEFAULTS)
 PRIOR, SENSOR = DEFAULTS["prior"], DEFAULTS["sensor"] | {"samples": 31}

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from breaker.quantities.speeds import EVENTS
+from breaker.model.quantities import EVENTS
 
 
 class Row(NamedTuple):

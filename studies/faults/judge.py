@@ -27,10 +27,10 @@ import numpy as np
 import xarray as xr
 
 from breaker.common.randomness import generator
-from breaker.mechanism.curves import travel
-from breaker.mechanism.prior import Prior
-from breaker.mechanism.sensor import Sensor
-from breaker.quantities.parameters import MOTIONS
+from breaker.model.curves import travel
+from breaker.model.parameters import MOTIONS
+from breaker.model.prior import Prior
+from breaker.model.sensor import Sensor
 from breaker.reading.files.operations_table import Operation
 from breaker.reading.instruments.dialects import DIALECTS
 from breaker.reading.records.curve_reader import read_curves

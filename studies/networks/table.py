@@ -6,8 +6,8 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from breaker.paper.posterior.estimator import Posterior
-from breaker.paper.validation.calibration import judge_draws
+from breaker.paper.calibration import judge_draws
+from breaker.paper.posterior import Posterior
 
 _CURVES, _DRAWS = 10, 500  # of the timing
 

@@ -17,9 +17,9 @@ import xarray as xr
 
 from breaker.common.randomness import generator
 from breaker.configuration.loading import read
-from breaker.paper.model.joint_model import Model
-from breaker.paper.model.simulation_bank import simulate
-from breaker.quantities.parameters import MOTIONS
+from breaker.model.parameters import MOTIONS
+from breaker.paper.bank import simulate
+from breaker.paper.joint_model import Model
 from breaker.shipped import DEFAULTS
 
 __all__ = [

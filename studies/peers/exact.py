@@ -9,7 +9,7 @@ network of any arm has a part in it. What proposes the draws does not bias the e
 import numpy as np
 
 from breaker.common.randomness import generator
-from breaker.paper.posterior.exact_correction import correct
+from breaker.paper.correction import correct
 from studies.peers.common import held_out, parser, read_settings, restart, write_json
 from studies.peers.mode import approximate
 

@@ -11,7 +11,7 @@ import numpy as np
 import xarray as xr
 
 from breaker.common.randomness import generator, seed_integer
-from breaker.paper.model.joint_model import Model
+from breaker.paper.joint_model import Model
 from studies.peers.common import truth
 
 __all__ = ["BayesFlow"]

@@ -5,11 +5,10 @@ import xarray as xr
 
 from breaker.common.randomness import generator
 from breaker.configuration.loading import chosen_network
-from breaker.paper.model.joint_model import Model
-from breaker.paper.posterior.estimator import Posterior
-from breaker.paper.posterior.solver_steps import convergence
-from breaker.paper.posterior.training import Trainer
-from breaker.paper.posterior.training_batches import Rows, freeze_inputs, split
+from breaker.networks.training import Trainer
+from breaker.paper.joint_model import Model
+from breaker.paper.posterior import Posterior
+from breaker.paper.training import Rows, convergence, freeze_inputs, split
 from studies.peers.common import read_settings
 
 __all__ = ["Breaker"]

@@ -18,7 +18,7 @@ from torch import Tensor
 from torch.distributions import MultivariateNormal
 
 from breaker.common.randomness import seed_integer
-from breaker.paper.model.joint_model import Model
+from breaker.paper.joint_model import Model
 from studies.peers.common import truth
 
 __all__ = ["Sbi"]

@@ -4,7 +4,7 @@ The mode of the exact posterior is climbed to by Gauss-Newton steps, damped as f
 be to gain (Levenberg, 1944; Marquardt, 1963). A record of little noise has many local modes, and
 one of much noise has one. So the climb begins with as much noise as lets the prior's centre explain
 the record, and takes the noise away step by step. Draws are of a wide Student-t with the curvature
-at the mode. Adaptive importance sampling (``breaker.paper.posterior.exact_correction.correct``)
+at the mode. Adaptive importance sampling (``breaker.paper.correction.correct``)
 makes the exact posterior of them, as of a network's.
 """
 
@@ -12,8 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from breaker.paper.model.fisher_information import linearise
-from breaker.paper.model.joint_model import Model
+from breaker.paper.joint_model import Model, linearise
 
 _LESS = 1 / 3  # of the noise, from one climb to the next
 _STEPS, _LAST_STEPS = 8, 40  # of each climb, and of the last
@@ -49,8 +48,8 @@ def mode(model: Model, record: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         the curve. Where the mode is on the border of the prior's support, it is just inside.
 
     Example:
-        >>> from breaker.mechanism.prior import Prior
-        >>> from breaker.mechanism.sensor import Sensor
+        >>> from breaker.model.prior import Prior
+        >>> from breaker.model.sensor import Sensor
         >>> prior = Prior([2.0, 0.045, 0.040, 0.30, 0.12, 0.75, 10.0], [0.1] * 7)
         >>> sensor = Sensor(-2.0, 58.0, 151, noise_sd=0.1, onset_sd=0.3, zero_sd=0.1)
         >>> model = Model(prior, sensor, "closing")

@@ -15,9 +15,8 @@ from pathlib import Path
 
 import numpy as np
 
-from breaker.paper.posterior.importance_weights import importance
-from breaker.paper.validation.calibration import family_p_value, ranks
-from breaker.paper.validation.rank_bands import calibration_p_values
+from breaker.paper.calibration import calibration_p_values, family_p_value, ranks
+from breaker.paper.correction import importance
 from studies.peers.arms import ARMS, environment, make
 from studies.peers.common import (
     CLOCKS,

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from breaker.quantities.parameters import MOTIONS
+from breaker.model.parameters import MOTIONS
 from studies.peers.arms import ARMS
 from studies.peers.common import RESULTS
 

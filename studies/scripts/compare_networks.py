@@ -3,7 +3,7 @@
 import pandas as pd
 
 from breaker.common.zarr_store import open_store
-from breaker.paper.posterior.estimator import Posterior
+from breaker.paper.posterior import Posterior
 from breaker.workflow.jobs import start
 from studies.networks.table import network_row
 

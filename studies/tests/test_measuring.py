@@ -6,11 +6,9 @@ from scipy.stats import chi2
 
 from breaker.common.randomness import generator
 from breaker.drive.simulation.drive_family import Family
-from breaker.mechanism.evaluation import evaluate
-from breaker.quantities.catalogue import quantities_of
-from breaker.quantities.parameters import MOTIONS
-from breaker.quantities.size import Size
-from breaker.quantities.speeds import speeds_of
+from breaker.model.evaluation import evaluate
+from breaker.model.parameters import MOTIONS, Size
+from breaker.model.quantities import quantities_of, speeds_of
 from studies.measuring import measure_drives, own_quantities
 
 SPEEDS = speeds_of(

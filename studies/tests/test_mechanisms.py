@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from breaker.common.randomness import generator
-from breaker.mechanism.curves import travel
-from breaker.quantities.parameters import MOTIONS, NAMES
+from breaker.model.curves import travel
+from breaker.model.parameters import MOTIONS, NAMES
 from studies.mechanisms import MECHANISMS, STEP, STOPS, drawn, drive_of, simulated
 
 UNTIL = 200.0  # the model itself may swing for long

@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 from breaker.common.randomness import generator
-from breaker.paper.posterior.exact_correction import correct
-from breaker.quantities.parameters import MOTIONS, NAMES
-from breaker.quantities.size import Size
+from breaker.model.parameters import MOTIONS, NAMES, Size
+from breaker.paper.correction import correct
 from studies.peers.mode import approximate, mode
 from tests.corrections import SETTINGS, from_prior
 

@@ -7,7 +7,7 @@ import pandas as pd
 import xarray as xr
 
 from breaker.common.randomness import generator
-from breaker.paper.validation.calibration import judge_draws
+from breaker.paper.calibration import judge_draws
 from studies.networks import table as tables
 from studies.networks.table import draws_per_second, network_row
 from tests.validation.made import exact_posteriors

@@ -6,7 +6,7 @@ from functools import cache
 import numpy as np
 
 from breaker.configuration.loading import load
-from breaker.mechanism.prior import Prior
+from breaker.model.prior import Prior
 from breaker.shipped import DEFAULTS
 from studies.mechanisms import drawn, simulated
 

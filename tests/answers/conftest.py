@@ -8,7 +8,7 @@ import pytest
 from breaker.drive.answers.drive_records import read_operations
 from breaker.drive.answers.evidence import AnswerSettings, Given
 from breaker.drive.answers.inference import infer_drive
-from breaker.quantities.speeds import speeds_at
+from breaker.model.quantities import speeds_at
 from breaker.reading.files.operations_table import Operation
 from breaker.reading.records.contact_edges import Contact
 from tests.cli.conftest import written

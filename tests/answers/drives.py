@@ -3,9 +3,8 @@
 import numpy as np
 
 from breaker.drive.simulation.drive_family import Family
-from breaker.mechanism.prior import Prior
-from breaker.quantities.parameters import MOTIONS
-from breaker.quantities.size import Size
+from breaker.model.parameters import MOTIONS, Size
+from breaker.model.prior import Prior
 from breaker.reading.instruments.export import write_curve
 
 SHARE = 0.5  # spread between breakers, in log-sds of the default prior

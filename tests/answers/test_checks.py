@@ -10,9 +10,9 @@ from breaker.common.randomness import generator
 from breaker.drive.answers.prior_checks import _far_limits, check_fitted
 from breaker.drive.answers.type_model import TypeDraws, learn_type
 from breaker.drive.answers.type_prior import FittedPrior
-from breaker.mechanism.limits import Limit
-from breaker.mechanism.prior import Prior
-from breaker.quantities.size import Size
+from breaker.model.limits import Limit
+from breaker.model.parameters import Size
+from breaker.model.prior import Prior
 
 P, KNOWN = 7, 0.1  # of the prior's sds, to which a breaker is known
 USUAL = np.array([0.20, 0.15, 0.20, 0.20, 0.40, 0.10, 0.05])

@@ -12,7 +12,7 @@ from breaker.drive.answers.evidence import Given
 from breaker.drive.answers.type_model import TypeDraws
 from breaker.drive.answers.type_prior import fit_type, wear_allowance
 from breaker.drive.answers.type_records import list_breakers, read_breakers
-from breaker.quantities.size import Size
+from breaker.model.parameters import Size
 from tests.answers.drives import breakers_of, type_of, write_breakers
 
 MOTIONS = ("closing", "opening")

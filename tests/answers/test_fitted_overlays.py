@@ -9,7 +9,7 @@ import yaml
 
 from breaker.cli import main
 from breaker.configuration.loading import load
-from breaker.quantities.parameters import NAMES
+from breaker.model.parameters import NAMES
 from breaker.reading.files.folder_listing import list_operations
 from breaker.reading.records.curve_reader import read_curves
 from breaker.reading.records.model_grid import Grid

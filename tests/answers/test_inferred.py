@@ -17,10 +17,9 @@ from breaker.drive.answers.drive_records import _Reader, read_operations
 from breaker.drive.answers.evidence import Answer, Given
 from breaker.drive.family.level_network import LevelDraws
 from breaker.drive.family.membership import Match
-from breaker.mechanism.curves import travel
-from breaker.mechanism.prior import Prior
-from breaker.quantities.parameters import NAMES
-from breaker.quantities.size import Size, powers
+from breaker.model.curves import travel
+from breaker.model.parameters import NAMES, Size, powers
+from breaker.model.prior import Prior
 from breaker.reading.files.operations_table import Operation
 from breaker.reading.files.preamble import Preamble
 from breaker.reading.inspection.preparation import Prepared

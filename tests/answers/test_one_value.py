@@ -11,9 +11,8 @@ from breaker.drive.answers.answer_document import document
 from breaker.drive.answers.assessment import Assessment
 from breaker.drive.answers.report_tables import starred
 from breaker.drive.answers.test_report import ReportContext, report_of
-from breaker.quantities.catalogue import INFERRED
-from breaker.quantities.parameters import MOTIONS
-from breaker.quantities.speeds import EVENTS
+from breaker.model.parameters import MOTIONS
+from breaker.model.quantities import EVENTS, INFERRED
 from breaker.reading.files.operations_table import Operation
 from tests.exports import write
 

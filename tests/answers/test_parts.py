@@ -3,7 +3,7 @@
 import numpy as np
 
 from breaker.drive.answers.drive_records import read_operations
-from breaker.quantities.parameters import MOTIONS
+from breaker.model.parameters import MOTIONS
 from breaker.reading.files.operations_table import Operation
 from breaker.reading.instruments.export import write_curve
 

@@ -18,9 +18,9 @@ from breaker.drive.answers.limit_verdicts import VERDICTS, judged
 from breaker.drive.answers.picture_data import shown
 from breaker.drive.family.level_network import LevelDraws
 from breaker.drive.family.membership import PARTS
-from breaker.mechanism.limits import Limit, from_list
-from breaker.quantities.catalogue import AFTER_RELEASE, QUANTITIES
-from breaker.quantities.parameters import MOTIONS, NAMES
+from breaker.model.limits import Limit, from_list
+from breaker.model.parameters import MOTIONS, NAMES
+from breaker.model.quantities import AFTER_RELEASE, QUANTITIES
 from breaker.reading.records.measurements import Measured
 from breaker.reading.records.normalised_shape import SHAPE_TIMES
 

@@ -9,8 +9,8 @@ from breaker.drive.answers.answer_document import document
 from breaker.drive.answers.evidence import MAY_SLIDE, Given
 from breaker.drive.answers.limit_verdicts import judged
 from breaker.drive.answers.picture_data import shown
-from breaker.mechanism.limits import Limit
-from breaker.quantities.parameters import NAMES
+from breaker.model.limits import Limit
+from breaker.model.parameters import NAMES
 
 
 def long(answer, **more):

@@ -11,7 +11,7 @@ from breaker.common.plain_values import to_json
 from breaker.common.randomness import generator
 from breaker.drive.answers.answer_document import document, table_of
 from breaker.drive.answers.assessment import Assessment, given_by
-from breaker.quantities.moving_mass import mass_draws, with_mass
+from breaker.model.quantities import mass_draws, with_mass
 
 BY_HAND = {  # of 8 kg, f 0.75 mm/ms^2, k_a 0.045 and k_b 0.04 1/ms^2, gamma 0.3 and 0.12 1/ms
     "closing_force": 6_000.0,  # 750 m/s^2

@@ -12,8 +12,7 @@ from breaker.configuration.loading import load
 from breaker.drive.answers.assessment import given_by
 from breaker.drive.answers.prior_report import _table, overlay_of
 from breaker.drive.answers.type_records import Span
-from breaker.quantities.parameters import NAMES
-from breaker.quantities.size import Size
+from breaker.model.parameters import NAMES, Size
 from tests.answers.drives import breakers_of, type_of, write_breakers
 from tests.conftest import DEFAULTS
 

@@ -12,7 +12,7 @@ from breaker.drive.fleet.drive_document import FLEET
 from breaker.drive.life.first_page import headline, limit_words, since_new, trust
 from breaker.drive.life.life_tables import change_table, decide, limit_table, operation_metadata
 from breaker.drive.life.limit_states import standing
-from breaker.quantities.parameters import PARAMETERS
+from breaker.model.parameters import PARAMETERS
 from breaker.reading.files.safe_text import save_frame
 from breaker.shipped import DEFAULTS
 

@@ -12,7 +12,7 @@ from breaker.app.run_results import read_fleet
 from breaker.app.view_session import SHOWN
 from breaker.common.zarr_store import open_store
 from breaker.drive.fleet.fleet_page import fleet_document
-from breaker.quantities.parameters import PARAMETERS
+from breaker.model.parameters import PARAMETERS
 from tests.app.run_folders import write_fleet, write_life
 from tests.lives import a_life
 

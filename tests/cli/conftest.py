@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from breaker.common.randomness import generator
-from breaker.mechanism.curves import travel
+from breaker.model.curves import travel
 from breaker.reading.instruments.export import write_curve
 
 TIME = 0.1 * np.arange(760)  # ms

@@ -20,8 +20,8 @@ from breaker.drive.answers.assessment import Assessment
 from breaker.drive.answers.drive_records import read_operations
 from breaker.drive.fleet.examination import examine
 from breaker.drive.fleet.members import members_of
-from breaker.quantities.parameters import MOTIONS
-from breaker.quantities.speeds import speeds_of, with_named
+from breaker.model.parameters import MOTIONS
+from breaker.model.quantities import speeds_of, with_named
 from breaker.reading.files.folder_listing import list_fleet
 from breaker.reading.inspection.preparation import Prepared
 from breaker.reading.records.curve_reader import read_curves

@@ -2,9 +2,7 @@
 
 from pathlib import Path
 
-from breaker.quantities.catalogue import quantities
-from breaker.quantities.moving_mass import MASS_QUANTITIES
-from breaker.quantities.speeds import OF_STROKE, speeds_of
+from breaker.model.quantities import MASS_QUANTITIES, OF_STROKE, quantities, speeds_of
 
 PAGE = Path(__file__).parents[2] / "docs" / "method.md"
 TITLE = "## Quantities: one word, one meaning"

@@ -9,7 +9,7 @@ import yaml
 from breaker.configuration.loading import load
 from breaker.drive.simulation.endurance_rig import Rig
 from breaker.drive.simulation.rack_exports import HIGH_VOLTAGE
-from breaker.quantities.parameters import MOTIONS, NAMES
+from breaker.model.parameters import MOTIONS, NAMES
 from breaker.shipped import DEFAULTS
 from tests.bare import without_extras
 from tests.scripts import ROOT, script

@@ -9,8 +9,7 @@ from breaker.common.tensor_file import ModelFileError
 from breaker.drive.family.level_network import EVENTS, Levels
 from breaker.drive.family.mechanisms import MECHANISMS, mechanism_outputs
 from breaker.drive.family.network_inputs import NormalisedRecords
-from breaker.quantities.parameters import MOTIONS, NAMES
-from breaker.quantities.size import UNIT, Size
+from breaker.model.parameters import MOTIONS, NAMES, UNIT, Size
 
 
 def record(levels: Levels, motion: str, size: Size = UNIT) -> NormalisedRecords:

@@ -9,7 +9,7 @@ from breaker.drive.simulation.drive_family import Family
 from breaker.drive.training import family_records
 from breaker.drive.training.change_rows import ChangeRows, _Pairs
 from breaker.drive.training.family_bank import simulate_family
-from breaker.quantities.parameters import MOTIONS
+from breaker.model.parameters import MOTIONS
 from breaker.reading.records.normalised_shape import SHAPE_TIMES, Shape
 from tests.raws import raw_of, smooth
 

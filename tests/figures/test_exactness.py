@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from breaker.figures.exactness import exactness
-from breaker.paper.posterior.posterior_tables import summary
-from breaker.paper.validation import amortised_against_exact as comparison
+from breaker.paper import validation as comparison
+from breaker.paper.inference import summary
 from tests.figures.drawn import assert_drawn
 from tests.validation.made import CURVES, JUDGED, NAMES, judgement, posteriors
 

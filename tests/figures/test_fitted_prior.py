@@ -7,7 +7,7 @@ import pytest
 
 from breaker.figures import style
 from breaker.figures.fitted_prior import fitted_prior
-from breaker.mechanism.prior import Prior
+from breaker.model.prior import Prior
 from tests.figures.drawn import assert_drawn, line_of
 
 MEDIANS = np.array([2.0, 0.045, 0.040, 0.30, 0.12, 0.75, 10.0])

@@ -3,7 +3,7 @@
 import pytest
 
 from breaker.figures.identifiability import identifiability
-from breaker.paper.validation import amortised_against_exact as comparison
+from breaker.paper import validation as comparison
 from tests.figures.drawn import assert_drawn
 from tests.validation.made import NAMES, contractions
 

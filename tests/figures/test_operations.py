@@ -15,9 +15,9 @@ from breaker.figures.evolution import evolution
 from breaker.figures.health import health
 from breaker.figures.remaining_life import remaining_life
 from breaker.figures.service_cost import service_cost
-from breaker.paper.validation.operation_blocks import blocks_of
-from breaker.paper.validation.operation_blocks import held as in_band
-from breaker.quantities.parameters import NAMES
+from breaker.model.parameters import NAMES
+from breaker.paper.run_numbers import blocks_of
+from breaker.paper.run_numbers import held as in_band
 from breaker.shipped import DEFAULTS
 from tests.figures.drawn import assert_drawn, line_of, words
 from tests.lives import LIMITS, OPERATIONS, a_life, life_data, standing_data

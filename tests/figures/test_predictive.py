@@ -6,7 +6,7 @@ import xarray as xr
 
 from breaker.common.randomness import generator
 from breaker.figures import loss, predictive
-from breaker.paper.validation.diagnostics import prior_check
+from breaker.paper.validation import prior_check
 from tests.figures.drawn import assert_drawn
 
 TIME = np.linspace(-2.0, 58.0, 31)

@@ -6,9 +6,9 @@ import xarray as xr
 
 from breaker.common.randomness import generator
 from breaker.figures import pairs, style, validation
-from breaker.paper.validation.calibration import judge_draws
-from breaker.paper.validation.diagnostics import REGIONS, correlation, recovery, regions, scores
-from breaker.quantities.parameters import outputs
+from breaker.model.parameters import outputs
+from breaker.paper.calibration import judge_draws
+from breaker.paper.validation import REGIONS, correlation, recovery, regions, scores
 from tests.figures.drawn import assert_drawn
 from tests.validation.made import exact_posteriors
 

@@ -6,8 +6,8 @@ import xarray as xr
 from breaker.common.plain_values import to_json
 from breaker.drive.fleet.drive_document import DriveDocument
 from breaker.drive.fleet.ranking import learn_types
-from breaker.mechanism.prior import Prior
-from breaker.quantities.parameters import NAMES
+from breaker.model.parameters import NAMES
+from breaker.model.prior import Prior
 
 
 def drive_of(name):

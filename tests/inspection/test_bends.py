@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from breaker.common.randomness import generator
-from breaker.mechanism.curves import travel
-from breaker.mechanism.evaluation import evaluate
+from breaker.model.curves import travel
+from breaker.model.evaluation import evaluate
 from breaker.reading.inspection.bends import seen_touch
 
 TIME = np.arange(0.0, 60.0, 0.1)

@@ -10,7 +10,7 @@ from breaker.drive.life.drift import Drift
 from breaker.drive.life.forecast import Forecast, Future, Onward, _crossings
 from breaker.drive.life.readout import Readout
 from breaker.drive.life.tracker import Tracker
-from breaker.mechanism.limits import Limit
+from breaker.model.limits import Limit
 
 LIMIT = Limit("slow", "closing", (("travel_time", 10.0, True),), of="record")
 SURE = Future(horizon=10000, changes=1e-9, drift=1e-6)

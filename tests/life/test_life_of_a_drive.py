@@ -17,8 +17,8 @@ from breaker.drive.life.path_fit import Change
 from breaker.drive.life.readout import Readout, name_set
 from breaker.drive.life.tracker import Tracker
 from breaker.drive.simulation.rich_drive import Drive, Elements
-from breaker.mechanism.limits import Limit
-from breaker.quantities.parameters import MOTIONS, NAMES
+from breaker.model.limits import Limit
+from breaker.model.parameters import MOTIONS, NAMES
 from breaker.reading.records.measurements import measure_curve
 from breaker.reading.records.normalised_shape import shape_of
 from breaker.shipped import DEFAULTS, KINDS, model_file

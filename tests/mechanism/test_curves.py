@@ -8,9 +8,9 @@ from scipy.linalg import expm
 from scipy.optimize import brentq
 
 from breaker.common.randomness import generator
-from breaker.mechanism import curves
-from breaker.mechanism.curves import check, rest_position, travel
-from breaker.quantities.parameters import MOTIONS, NAMES
+from breaker.model import curves
+from breaker.model.curves import check, rest_position, travel
+from breaker.model.parameters import MOTIONS, NAMES
 from tests.mechanism_references import changed, contact_force, integrate, propagate, system
 
 

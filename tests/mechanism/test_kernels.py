@@ -5,8 +5,8 @@ import pytest
 from scipy.linalg import expm
 
 from breaker.common.randomness import generator
-from breaker.mechanism import kernels
-from breaker.quantities.drive_conditions import fastest_rate
+from breaker.model import kernels
+from breaker.model.equations import fastest_rate
 
 TERMS = 24
 

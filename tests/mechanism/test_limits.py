@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from scipy.stats import norm
 
-from breaker.mechanism.limit_sources import SOURCES
-from breaker.mechanism.limits import Limit, from_list
+from breaker.model.limits import SOURCES, Limit, from_list
 
 NAN = np.nan
 SLOW, TIRED, BAND = from_list(

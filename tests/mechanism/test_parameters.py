@@ -2,11 +2,11 @@
 
 import numpy as np
 
-from breaker.quantities.drive_conditions import (
+from breaker.model.equations import (
     pressed,
     pressed_half_space,
 )
-from breaker.quantities.parameters import (
+from breaker.model.parameters import (
     MOTIONS,
     NAMES,
     ONSET,

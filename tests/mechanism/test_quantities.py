@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from breaker.common.randomness import generator
-from breaker.mechanism.evaluation import evaluate
-from breaker.quantities.catalogue import check_quantity
-from breaker.quantities.parameters import NAMES
+from breaker.model.evaluation import evaluate
+from breaker.model.parameters import NAMES
+from breaker.model.quantities import check_quantity
 from tests.mechanism_references import changed as with_values
 from tests.mechanism_references import integrate
 

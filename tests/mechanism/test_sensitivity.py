@@ -8,9 +8,9 @@ not. It takes the event's time from the simulator, and moves it as the event's c
 import numpy as np
 import pytest
 
-from breaker.mechanism import curves
-from breaker.mechanism.curves import sensitivity, travel
-from breaker.quantities.parameters import MOTIONS, NAMES
+from breaker.model import curves
+from breaker.model.curves import sensitivity, travel
+from breaker.model.parameters import MOTIONS, NAMES
 from tests.mechanism.test_curves import draws
 from tests.mechanism_references import contact_force, propagate
 

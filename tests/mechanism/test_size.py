@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 
-from breaker.quantities.catalogue import QUANTITIES
-from breaker.quantities.parameters import PARAMETERS
-from breaker.quantities.size import Size, powers
+from breaker.model.parameters import PARAMETERS, Size, powers
+from breaker.model.quantities import QUANTITIES
 
 
 def test_factors_follow_from_units():

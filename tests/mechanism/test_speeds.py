@@ -6,11 +6,10 @@ import numpy as np
 import pytest
 
 from breaker.common.randomness import generator
-from breaker.mechanism.curves import rest_position, travel
-from breaker.mechanism.evaluation import evaluate
-from breaker.quantities.catalogue import quantities
-from breaker.quantities.size import Size
-from breaker.quantities.speeds import SPEEDS, Point, Speed, speeds_of
+from breaker.model.curves import rest_position, travel
+from breaker.model.evaluation import evaluate
+from breaker.model.parameters import Size
+from breaker.model.quantities import SPEEDS, Point, Speed, quantities, speeds_of
 
 TIMES = np.arange(60_001) * 1e-3
 DEFINED = {

@@ -10,12 +10,12 @@ import xarray as xr
 from breaker import __version__
 from breaker.common.randomness import generator
 from breaker.common.zarr_store import describe, save
-from breaker.mechanism import curves
-from breaker.mechanism.curves import travel
-from breaker.mechanism.prior import Prior
-from breaker.paper.model.joint_model import Model
-from breaker.paper.model.simulation_bank import open_bank, simulate
-from breaker.quantities.parameters import MOTIONS, NAMES, PARAMETERS
+from breaker.model import curves
+from breaker.model.curves import travel
+from breaker.model.parameters import MOTIONS, NAMES, PARAMETERS
+from breaker.model.prior import Prior
+from breaker.paper.bank import open_bank, simulate
+from breaker.paper.joint_model import Model
 
 
 @pytest.fixture

@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 from breaker.common.randomness import generator
-from breaker.paper.model.fisher_information import contraction_limit, limit_over_prior, linearise
-from breaker.paper.model.joint_model import Model
-from breaker.quantities.parameters import MOTIONS, NAMES
+from breaker.model.parameters import MOTIONS, NAMES
+from breaker.paper.joint_model import Model, contraction_limit, limit_over_prior, linearise
 from tests.model.laws import covariance
 
 P = len(NAMES)

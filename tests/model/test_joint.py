@@ -9,10 +9,10 @@ import yaml
 from scipy.stats import multivariate_normal, norm
 
 from breaker.common.randomness import generator
-from breaker.mechanism.curves import travel
-from breaker.mechanism.prior import Prior
-from breaker.paper.model.joint_model import Model
-from breaker.quantities.parameters import MOTIONS, NAMES
+from breaker.model.curves import travel
+from breaker.model.parameters import MOTIONS, NAMES
+from breaker.model.prior import Prior
+from breaker.paper.joint_model import Model
 from tests.model.laws import covariance
 
 PAPER = Path(__file__).parents[2] / "config" / "paper.yaml"

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 from breaker.common.randomness import generator
-from breaker.mechanism import curves
-from breaker.mechanism.curves import travel
-from breaker.paper.model.joint_model import Model
-from breaker.paper.model.simulation_bank import simulate
+from breaker.model import curves
+from breaker.model.curves import travel
+from breaker.paper.bank import simulate
+from breaker.paper.joint_model import Model
 
 FEW, MANY = 2**13, 2**16  # operations
 SLACK = 2**16  # bytes of Python's own objects

@@ -5,9 +5,9 @@ import pytest
 from scipy.linalg import eigh
 
 from breaker.common.randomness import generator
-from breaker.mechanism.curves import travel
-from breaker.paper.model.plausibility import distance, excess, principal_components
-from breaker.quantities.parameters import MOTIONS
+from breaker.model.curves import travel
+from breaker.model.parameters import MOTIONS
+from breaker.paper.bank import distance, excess, principal_components
 from tests.model.laws import covariance
 
 COUNT = 16

@@ -5,8 +5,8 @@ import pytest
 from scipy.stats import ks_2samp, lognorm, norm
 
 from breaker.common.randomness import generator
-from breaker.mechanism.prior import Prior
-from breaker.quantities.parameters import NAMES
+from breaker.model.parameters import NAMES
+from breaker.model.prior import Prior
 
 K_A, F, GAP = (NAMES.index(name) for name in ("k_a", "f", "L"))
 

@@ -6,7 +6,7 @@ from scipy.linalg import sqrtm
 from scipy.stats import kstest, multivariate_normal, norm
 
 from breaker.common.randomness import generator
-from breaker.mechanism.sensor import Sensor, grid
+from breaker.model.sensor import Sensor, grid
 from tests.model.laws import covariance, covariance_p_value
 
 SAMPLES = 12

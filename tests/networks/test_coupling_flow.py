@@ -6,8 +6,7 @@ import math
 import pytest
 import torch
 
-from breaker.networks.coupling_flow import CouplingFlow
-from breaker.networks.splines import bend, unbend
+from breaker.networks.coupling_flow import CouplingFlow, bend, unbend
 from tests.networks_fixtures import built, density_by_autograd, normal, perturb
 
 DIMS, FEATURES = 3, 4

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 import torch
 
-from breaker.mechanism.sensor import Sensor
+from breaker.model.sensor import Sensor
 from breaker.networks.deep_set import DeepSet, SetHighway
-from breaker.paper.model.plausibility import principal_components
+from breaker.paper.bank import principal_components
 from tests.networks_fixtures import built, gradients_of, perturb, residual_by_hand
 
 # No two sizes alike, so that no axis can pass for another.

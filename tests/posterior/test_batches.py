@@ -9,9 +9,9 @@ from scipy.stats import ks_2samp
 
 from breaker.common.randomness import generator
 from breaker.common.zarr_store import describe, save
-from breaker.paper.model.simulation_bank import open_bank
-from breaker.paper.posterior.estimator import Posterior
-from breaker.paper.posterior.training_batches import (
+from breaker.paper.bank import open_bank
+from breaker.paper.posterior import Posterior
+from breaker.paper.training import (
     OnlineRows,
     Rows,
     StreamedRows,

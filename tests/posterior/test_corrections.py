@@ -4,10 +4,16 @@ import numpy as np
 import pytest
 
 from breaker.common.randomness import generator
-from breaker.paper.posterior import exact_correction as corrections
-from breaker.paper.posterior.exact_correction import Corrected, correct, poor, temper
-from breaker.paper.posterior.importance_weights import Importance, importance
-from breaker.paper.posterior.transport import TriangularMap
+from breaker.paper import correction as corrections
+from breaker.paper.correction import (
+    Corrected,
+    Importance,
+    TriangularMap,
+    correct,
+    importance,
+    poor,
+    temper,
+)
 from tests.corrections import SETTINGS, errors_p_value, means_p_value
 from tests.posterior.known import (
     LOG_EVIDENCE,

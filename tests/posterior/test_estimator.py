@@ -5,8 +5,8 @@ import pytest
 import torch
 from scipy.stats import lognorm, norm
 
-from breaker.paper.posterior.estimator import Posterior
-from breaker.quantities.parameters import NAMES
+from breaker.model.parameters import NAMES
+from breaker.paper.posterior import Posterior
 from tests.networks_fixtures import PRIOR, SENSOR, frozen, lose, noise_of, pin, settings
 
 

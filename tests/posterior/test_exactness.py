@@ -10,13 +10,11 @@ import xarray as xr
 from scipy.stats import multivariate_normal
 
 from breaker.common.randomness import generator
-from breaker.mechanism.prior import Prior
-from breaker.mechanism.sensor import Sensor
-from breaker.paper.model.joint_model import Model
-from breaker.paper.posterior.exact_correction import correct
-from breaker.paper.posterior.exact_judge import correct_validation, judge
-from breaker.paper.posterior.importance_weights import importance
-from breaker.paper.posterior.posterior_tables import summary
+from breaker.model.prior import Prior
+from breaker.model.sensor import Sensor
+from breaker.paper.correction import correct, correct_validation, importance, judge
+from breaker.paper.inference import summary
+from breaker.paper.joint_model import Model
 from tests.corrections import SETTINGS, errors_p_value, from_prior, means_p_value
 
 Q, SAMPLES = 8, 15
@@ -167,7 +165,7 @@ def test_an_error_is_the_reason_of_its_record_and_stops_no_other(shifted, correc
             raise ZeroDivisionError("a planted fault")
         return correct(model, record, *rest)
 
-    monkeypatch.setattr("breaker.paper.posterior.exact_judge.correct", fails)
+    monkeypatch.setattr("breaker.paper.correction.correct", fails)
     found = correct_validation(MODEL, shifted, SETTINGS, seed=1)
     assert found.why_unresolved.values[1] == (
         "no exact posterior: ZeroDivisionError: a planted fault"

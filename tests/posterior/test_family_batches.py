@@ -7,7 +7,7 @@ import pytest
 import torch
 
 from breaker.drive.training.family_density import FamilyNetwork, FamilyRows
-from breaker.paper.posterior.training import Checkpoint, Trainer
+from breaker.networks.training import Checkpoint, Trainer
 from tests.networks_fixtures import TRAINING, same, weights
 
 SIZES = {"width": 12, "blocks": 1, "features": 6, "components": 3, "head": 5}

@@ -12,9 +12,9 @@ import pytest
 from scipy.stats import norm
 
 from breaker.common.randomness import generator, seed_integer
-from breaker.mechanism.curves import travel
-from breaker.paper.posterior.exact_correction import correct
-from breaker.quantities.parameters import MOTIONS
+from breaker.model.curves import travel
+from breaker.model.parameters import MOTIONS
+from breaker.paper.correction import correct
 from tests.corrections import SETTINGS, from_prior
 
 CURVES = 3  # of each motion

@@ -6,9 +6,9 @@ import torch
 from scipy.stats import kstest
 
 from breaker.common.randomness import generator
-from breaker.paper.posterior.amortised import infer, predict_stages, summaries
-from breaker.paper.posterior.exact_judge import correct_validation
-from breaker.paper.posterior.training_batches import Rows
+from breaker.paper.correction import correct_validation
+from breaker.paper.inference import infer, predict_stages, summaries
+from breaker.paper.training import Rows
 from tests.corrections import SETTINGS
 from tests.networks_fixtures import (
     COMBINATIONS,

@@ -12,7 +12,7 @@ from safetensors import safe_open
 from safetensors.torch import save_file
 
 from breaker.common.tensor_file import ModelFileError, _finished
-from breaker.paper.posterior.estimator import Posterior
+from breaker.paper.posterior import Posterior
 from tests.networks_fixtures import (
     COMBINATIONS,
     SENSOR,
@@ -231,7 +231,7 @@ def test_a_file_that_does_not_fit_is_refused(name, model_file, tmp_path):
 
 LOAD_ALL = """
 import json, resource, sys, time
-from breaker.paper.posterior.estimator import Posterior
+from breaker.paper.posterior import Posterior
 Posterior.load(sys.argv[1])  # what is loaded once
 pages = int(open("/proc/self/statm").read().split()[0]) * resource.getpagesize()
 resource.setrlimit(resource.RLIMIT_AS, (pages + 2**28, pages + 2**28))

@@ -3,7 +3,7 @@
 import torch
 
 from breaker.networks.blocks import Hidden, ResidualMLP
-from breaker.paper.posterior.optimisers import full_width, optimisers, orthogonal
+from breaker.networks.training import full_width, optimisers, orthogonal
 from tests.networks_fixtures import TRAINING, normal
 
 

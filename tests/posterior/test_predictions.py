@@ -6,7 +6,7 @@ import xarray as xr
 from scipy.stats import chi2, kstest
 
 from breaker.common.randomness import generator
-from breaker.paper.posterior.amortised import predict, predictive_p_value
+from breaker.paper.inference import predict, predictive_p_value
 from tests.model.laws import covariance
 from tests.networks_fixtures import certain_of, frozen, simulated
 

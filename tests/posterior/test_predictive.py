@@ -7,16 +7,16 @@ import xarray as xr
 from scipy.stats import chi2
 
 from breaker.common.zarr_store import save
-from breaker.paper.posterior.amortised import (
+from breaker.model.parameters import NAMES, outputs
+from breaker.paper.inference import (
     infer,
     predict,
     predict_stages,
     predictive_p_value,
     sample_records,
+    table,
     validate,
 )
-from breaker.paper.posterior.posterior_tables import table
-from breaker.quantities.parameters import NAMES, outputs
 from breaker.reading.records.curve_reader import open_curves
 from tests.networks_fixtures import exact_curves, frozen, operations_of, pin, simulated
 

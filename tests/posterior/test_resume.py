@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 import torch
 
-from breaker.paper.posterior.training import Trainer
+from breaker.networks.training import Trainer
 from tests.networks_fixtures import Trap, same, weights
 
 UNREADABLE = (EOFError, RuntimeError, ValueError, pickle.UnpicklingError)

@@ -5,8 +5,7 @@ import pytest
 from scipy.stats import norm
 
 from breaker.common.randomness import generator
-from breaker.paper.posterior.solver_steps import convergence, held_out_log_density, records
-from breaker.paper.posterior.training_batches import truth
+from breaker.paper.training import convergence, held_out_log_density, records, truth
 from tests.networks_fixtures import COUPLING_FLOW, NETWORK, bank_of, frozen, perturb, pin
 
 SOLVER = {"candidates": [8, 1, 2, 4], "reference": 32, "curves": 6, "draws": 30, "tolerance": 10.0}

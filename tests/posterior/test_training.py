@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import torch
 
-from breaker.paper.posterior.training import fingerprint
+from breaker.networks.training import fingerprint
 from tests.networks_fixtures import same, weights
 
 # ---- randomness ---------------------------------------------------------------------------------

@@ -7,8 +7,7 @@ import pytest
 from scipy.stats import kstest, multivariate_t, norm, ortho_group, t
 
 from breaker.common.randomness import generator
-from breaker.paper.posterior.importance_weights import importance
-from breaker.paper.posterior.transport import TriangularMap
+from breaker.paper.correction import TriangularMap, importance
 from tests.posterior.known import Banana
 
 FREEDOM = 5  # of the Student-t

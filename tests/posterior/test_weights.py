@@ -6,7 +6,7 @@ from arviz_stats.base import array_stats
 from scipy.stats import chisquare, norm
 
 from breaker.common.randomness import generator
-from breaker.paper.posterior.importance_weights import importance, resample
+from breaker.paper.correction import importance, resample
 from tests.corrections import errors_p_value
 
 TWO_SIDED = norm.isf(0.5e-3)  # 3.29 standard errors: false alarm 1e-3

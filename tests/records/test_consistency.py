@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from breaker.common.randomness import generator
-from breaker.mechanism.curves import travel
-from breaker.quantities.parameters import MOTIONS
+from breaker.model.curves import travel
+from breaker.model.parameters import MOTIONS
 from breaker.reading.records.landmarks import first_motion
 from breaker.reading.records.record_doubts import inconsistencies
 

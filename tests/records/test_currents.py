@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from breaker.quantities.catalogue import CURRENTS
+from breaker.model.quantities import CURRENTS
 from breaker.reading.files.operations_table import Operation
 from breaker.reading.files.word_meanings import amperes_of
 from breaker.reading.records.currents import Channel, Currents

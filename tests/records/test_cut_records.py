@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from breaker.quantities.speeds import SPEEDS
+from breaker.model.quantities import SPEEDS
 from breaker.reading.records.faulty_samples import doubtful_samples
 from breaker.reading.records.measurements import measure_curve
 from breaker.reading.records.record_doubts import of_no_drive

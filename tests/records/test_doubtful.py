@@ -5,8 +5,8 @@ import pytest
 
 from breaker.common.randomness import generator
 from breaker.drive.simulation.drive_family import Family
-from breaker.mechanism.curves import travel
-from breaker.quantities.parameters import MOTIONS
+from breaker.model.curves import travel
+from breaker.model.parameters import MOTIONS
 from breaker.reading.records.faulty_samples import doubtful_samples, doubts_in_words
 from breaker.reading.records.record_axes import seen_quantum
 

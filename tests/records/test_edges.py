@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from breaker.mechanism.curves import travel
-from breaker.quantities.parameters import MOTIONS
+from breaker.model.curves import travel
+from breaker.model.parameters import MOTIONS
 from breaker.reading.files.format_settings import complete
 from breaker.reading.files.operations_table import Operation
 from breaker.reading.records.contact_edges import events_of, switching_of, trigger_of

@@ -7,11 +7,10 @@ import pytest
 from scipy.stats import chi2
 
 from breaker.common.randomness import generator
-from breaker.mechanism.curves import travel
-from breaker.mechanism.evaluation import evaluate
-from breaker.quantities.catalogue import quantities_of
-from breaker.quantities.size import Size
-from breaker.quantities.speeds import EVENTS, speeds_of
+from breaker.model.curves import travel
+from breaker.model.evaluation import evaluate
+from breaker.model.parameters import Size
+from breaker.model.quantities import EVENTS, quantities_of, speeds_of
 from breaker.reading.records import motion as located
 from breaker.reading.records.contact_edges import Contact
 from breaker.reading.records.landmarks import first_motion

@@ -11,8 +11,8 @@ import pytest
 
 from breaker.common.randomness import generator
 from breaker.common.zarr_store import describe, save
-from breaker.mechanism.curves import travel
-from breaker.quantities.parameters import MOTIONS
+from breaker.model.curves import travel
+from breaker.model.parameters import MOTIONS
 from breaker.reading.files.format_settings import FORMAT, complete
 from breaker.reading.files.guards import RejectedCurveError
 from breaker.reading.files.operations_table import Operation

@@ -9,7 +9,7 @@ from breaker.common.randomness import generator
 from breaker.configuration.loading import load
 from breaker.drive.family.record_inputs import normalise_record
 from breaker.drive.simulation.drive_family import Family
-from breaker.mechanism.prior import Prior
+from breaker.model.prior import Prior
 from breaker.reading.records.landmarks import first_motion
 from breaker.reading.records.measurements import measure_curve
 from breaker.reading.records.noise import ripple_of

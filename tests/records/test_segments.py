@@ -5,7 +5,7 @@ import pytest
 
 from breaker.common.randomness import generator
 from breaker.drive.simulation.rich_drive import Drive, Elements, Stop
-from breaker.quantities.parameters import MOTIONS
+from breaker.model.parameters import MOTIONS
 from breaker.reading.records.motion import find_segment
 from breaker.reading.records.rejections import UnusableError
 

@@ -16,7 +16,7 @@ from packaging.requirements import Requirement
 import breaker
 from breaker.common.randomness import generator
 from breaker.configuration.loading import load
-from breaker.mechanism.curves import travel
+from breaker.model.curves import travel
 from breaker.reading.instruments.export import write_curve
 from breaker.shipped import DEFAULTS
 from tests.bare import HEAVY, WITHOUT

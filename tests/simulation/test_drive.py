@@ -7,9 +7,8 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from breaker.drive.simulation.rich_drive import WAVES, Drive, Elements, Stop, Waves
-from breaker.mechanism.curves import travel
-from breaker.quantities.parameters import MOTIONS
-from breaker.quantities.size import Size
+from breaker.model.curves import travel
+from breaker.model.parameters import MOTIONS, Size
 
 TIMES = np.linspace(-2.0, 58.0, 151)
 THETA = (2.0, 0.045, 0.040, 0.30, 0.12, 0.75, 10.0)

@@ -7,8 +7,8 @@ import pytest
 
 from breaker.drive.simulation import drive_family as families
 from breaker.drive.simulation.drive_family import Family
-from breaker.mechanism.prior import Prior
-from breaker.quantities.parameters import NAMES
+from breaker.model.parameters import NAMES
+from breaker.model.prior import Prior
 
 
 @pytest.fixture(scope="module")

@@ -10,9 +10,9 @@ from breaker.drive.simulation.drive_family import WEAR, Family
 from breaker.drive.simulation.rich_drive import CONTACTS, ELEMENTS, LAWS, Drive, Elements
 from breaker.drive.training import family_bank
 from breaker.drive.training.family_bank import GRID, shapes, simulate_family
-from breaker.mechanism.curves import travel
-from breaker.mechanism.prior import Prior
-from breaker.quantities.parameters import MOTIONS
+from breaker.model.curves import travel
+from breaker.model.parameters import MOTIONS
+from breaker.model.prior import Prior
 from breaker.shipped import DEFAULTS
 
 DRIVES = 300

@@ -10,8 +10,8 @@ from breaker.drive.simulation.drive_family import Family
 from breaker.drive.training.family_bank import GRID, shapes, simulate_family
 from breaker.drive.training.family_records import _samples, _Sensor
 from breaker.drive.training.training_rows import rows_of, sample_rows
-from breaker.mechanism.prior import Prior
-from breaker.quantities.parameters import MOTIONS
+from breaker.model.parameters import MOTIONS
+from breaker.model.prior import Prior
 from breaker.shipped import DEFAULTS, model_file
 
 

@@ -11,7 +11,7 @@ from breaker.drive.simulation.drive_family import Family
 from breaker.drive.simulation.endurance_rig import Rig
 from breaker.drive.simulation.rack_exports import CHANNELS, HIGH_VOLTAGE, write_exports
 from breaker.drive.simulation.visit_exports import write_visits
-from breaker.quantities.size import Size
+from breaker.model.parameters import Size
 from breaker.reading.files.operations_table import Operation
 from breaker.reading.inspection.proposal_words import overlay_of
 from breaker.reading.inspection.setting_proposal import inspect_file

@@ -8,12 +8,12 @@ import pytest
 from breaker.drive.simulation.endurance_rig import Rig
 from breaker.drive.simulation.failure_times import failures, true_lives
 from breaker.drive.simulation.rig_truth import truth_of
-from breaker.mechanism.curves import travel
-from breaker.mechanism.limits import Limit, from_list
-from breaker.paper.model.joint_model import Model
-from breaker.paper.posterior.amortised import main_motion
-from breaker.quantities.parameters import MOTIONS, NAMES
-from breaker.quantities.speeds import EVENTS
+from breaker.model.curves import travel
+from breaker.model.limits import Limit, from_list
+from breaker.model.parameters import MOTIONS, NAMES
+from breaker.model.quantities import EVENTS
+from breaker.paper.inference import main_motion
+from breaker.paper.joint_model import Model
 from breaker.reading.files.folder_listing import list_operations
 from breaker.reading.records.curve_reader import read_curves
 from breaker.reading.records.model_grid import Grid

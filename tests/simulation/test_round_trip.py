@@ -8,8 +8,8 @@ from scipy.stats import chi2
 
 from breaker.common.randomness import generator
 from breaker.drive.simulation.round_trip import through_files
-from breaker.mechanism.curves import travel
-from breaker.quantities.parameters import MOTIONS, NAMES
+from breaker.model.curves import travel
+from breaker.model.parameters import MOTIONS, NAMES
 from breaker.reading.files.format_settings import FORMAT
 from breaker.reading.instruments.dialects import DIALECTS
 

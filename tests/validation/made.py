@@ -4,7 +4,7 @@ import numpy as np
 import xarray as xr
 
 from breaker.common.randomness import generator
-from breaker.quantities.parameters import outputs
+from breaker.model.parameters import outputs
 
 NAMES = [output.name for output in outputs(onset=True)]
 CURVES, JUDGED, DRAWS = 40, 30, 60

@@ -8,10 +8,13 @@ import pytest
 from scipy.stats import binom
 
 from breaker.common.randomness import generator
-from breaker.paper.validation.calibration import coverage, family_p_value, judge_ranks, ranks
-from breaker.paper.validation.rank_bands import (
+from breaker.paper.calibration import (
     calibration_p_values,
+    coverage,
     ecdf_difference,
+    family_p_value,
+    judge_ranks,
+    ranks,
     simultaneous_band,
 )
 from tests.validation.made import exact_posteriors

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from breaker.paper.validation import amortised_against_exact as comparison
+from breaker.paper import validation as comparison
 from tests.validation.made import NAMES, contractions, judgement, posteriors
 
 

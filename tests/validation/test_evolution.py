@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from breaker.paper.validation.operation_blocks import blocks_of, held, moved, truth_in_blocks
-from breaker.quantities.parameters import NAMES
+from breaker.model.parameters import NAMES
+from breaker.paper.run_numbers import blocks_of, held, moved, truth_in_blocks
 
 
 def operations(count, *, centre=None, without=()):

@@ -6,8 +6,8 @@ import pytest
 import xarray as xr
 
 from breaker.common.randomness import generator
-from breaker.paper.validation.run_numbers import MotionResults, numbers_of_life, numbers_of_motion
-from breaker.quantities.parameters import PARAMETERS
+from breaker.model.parameters import PARAMETERS
+from breaker.paper.run_numbers import MotionResults, numbers_of_life, numbers_of_motion
 
 NAMES = [each.name for each in PARAMETERS]
 OUTPUTS = [*NAMES, "onset"]

@@ -6,8 +6,8 @@ import pytest
 import xarray as xr
 
 from breaker.common.randomness import generator
-from breaker.paper.validation.calibration import judge_draws
-from breaker.paper.validation.quality_tables import (
+from breaker.paper.calibration import judge_draws
+from breaker.paper.validation import (
     family_quality,
     quality,
     quality_words,

@@ -21,8 +21,8 @@ from breaker.configuration.rules import RULES
 from breaker.configuration.schema import configuration_schema, derived
 from breaker.configuration.yaml_sources import parse
 from breaker.drive.family.mechanisms import MECHANISMS
+from breaker.model.quantities import AFTER_RELEASE, ANSWERED, QUANTITIES
 from breaker.networks.build import INFERENCE_NETWORKS, SUMMARY_NETWORKS, build
-from breaker.quantities.catalogue import AFTER_RELEASE, ANSWERED, QUANTITIES
 from breaker.reading.files.format_settings import READABLE
 from breaker.shipped import DEFAULTS
 from tests.networks_fixtures import built

@@ -83,6 +83,6 @@ def test_paths_are_those_that_snakemake_shows_wherever_it_works(tmp_path, monkey
     elsewhere = modules_of(script)
     assert all(not Path(file).is_absolute() for file in here)
     assert [str(ROOT / file) for file in here] == elsewhere
-    assert "src/breaker/paper/validation/diagnostics.py" in here
+    assert "src/breaker/paper/validation.py" in here
     assert not [file for file in here if "networks/" in file]
     assert {*modules_of(script, itself=True)} - {*elsewhere} == {str(script)}

@@ -192,12 +192,12 @@ def test_the_post_deploy_script_installs_the_package_into_a_new_environment(tmp_
     use = (
         "python",
         "-c",
-        "from breaker.quantities import parameters as m; m.NAMES; print(m.__file__)",
+        "from breaker.model import parameters as m; m.NAMES; print(m.__file__)",
     )
     assert "No module named 'breaker'" in run(*use).stderr
     installed = run("sh", copied)
     assert installed.returncode == 0, installed.stdout + installed.stderr
-    assert run(*use).stdout.split() == [str(root / "src/breaker/quantities/parameters.py")]
+    assert run(*use).stdout.split() == [str(root / "src/breaker/model/parameters.py")]
     environment.pop("BREAKER_ROOT")
     missed = run("sh", copied)
     assert missed.returncode == 1

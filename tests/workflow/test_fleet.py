@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import yaml
 
-from breaker.mechanism.curves import travel
+from breaker.model.curves import travel
 from breaker.reading.instruments.export import write_curve
 from tests.workflow.conftest import ROOT, snakemake
 

@@ -17,9 +17,9 @@ from breaker.configuration.loading import chosen_network, read
 from breaker.configuration.yaml_sources import ConfigurationError
 from breaker.drive.simulation.drive_family import Family
 from breaker.drive.simulation.endurance_rig import Rig
+from breaker.model.parameters import MOTIONS
 from breaker.networks.build import build
-from breaker.paper.model.joint_model import Model
-from breaker.quantities.parameters import MOTIONS
+from breaker.paper.joint_model import Model
 from tests.networks_fixtures import built
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -9,7 +9,7 @@ from docutils.core import publish_doctree, publish_parts
 from docutils.nodes import paragraph
 
 from breaker.configuration.loading import read
-from breaker.quantities.parameters import MOTIONS
+from breaker.model.parameters import MOTIONS
 from breaker.shipped import DEFAULTS
 
 ROOT = Path(__file__).parents[2]

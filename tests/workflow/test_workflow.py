@@ -200,7 +200,7 @@ EDITS = {
         ["validate_family", "family_quality", "infer_family", *FROM_INFERENCE, *LIFE],
     ),
     "a docstring of the curves": (
-        edit_in("src/breaker/mechanism/curves.py", '"""', '"""In other words: '),
+        edit_in("src/breaker/model/curves.py", '"""', '"""In other words: '),
         # Records are read, and families answer, without the model of the paper.
         [*PRIOR_DRAWS, *BANK, "rig_truth", *BY_MODEL],
     ),

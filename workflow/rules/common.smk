@@ -8,8 +8,8 @@ from pathlib import Path
 
 from breaker.configuration.loading import chosen_network
 from breaker.drive.family.training_origin import trained_on
-from breaker.quantities.size import Size
-from breaker.quantities.speeds import speeds_of, with_named
+from breaker.model.parameters import Size
+from breaker.model.quantities import speeds_of, with_named
 from breaker.shipped import FAMILIES, KINDS, model_file
 from breaker.workflow.dependencies import modules_of
 

@@ -4,14 +4,14 @@ import pandas as pd
 
 from breaker.common.zarr_store import open_store
 from breaker.drive.simulation.failure_times import failures
-from breaker.mechanism.limits import from_list
-from breaker.paper.validation.run_numbers import (
+from breaker.model.limits import from_list
+from breaker.model.quantities import speeds_of
+from breaker.paper.run_numbers import (
     MotionResults,
     numbers_of_all,
     numbers_of_life,
     numbers_of_motion,
 )
-from breaker.quantities.speeds import speeds_of
 from breaker.workflow.jobs import start
 
 log = start(snakemake)

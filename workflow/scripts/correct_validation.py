@@ -1,8 +1,8 @@
 """Correct the posteriors of simulated records of one motion."""
 
 from breaker.common.zarr_store import describe, open_store, save
-from breaker.paper.model.joint_model import Model
-from breaker.paper.posterior.exact_judge import correct_validation
+from breaker.paper.correction import correct_validation
+from breaker.paper.joint_model import Model
 from breaker.workflow.jobs import start
 
 log = start(snakemake)

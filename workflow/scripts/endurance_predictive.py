@@ -1,8 +1,8 @@
 """Predict the records at a few stages of the endurance test from their own posteriors."""
 
 from breaker.common.zarr_store import describe, open_store, save
-from breaker.paper.model.joint_model import Model
-from breaker.paper.posterior.amortised import predict_stages
+from breaker.paper.inference import predict_stages
+from breaker.paper.joint_model import Model
 from breaker.workflow.jobs import start
 
 log = start(snakemake)

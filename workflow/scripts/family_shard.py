@@ -4,7 +4,7 @@ from breaker.common.randomness import generator
 from breaker.common.zarr_store import describe, save
 from breaker.drive.simulation.drive_family import Family
 from breaker.drive.training.family_bank import simulate_family
-from breaker.mechanism.prior import Prior
+from breaker.model.prior import Prior
 from breaker.workflow.jobs import start
 
 log = start(snakemake)

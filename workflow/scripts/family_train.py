@@ -4,7 +4,7 @@ from breaker.common.zarr_store import describe, save
 from breaker.drive.family.network_files import write_network
 from breaker.drive.training.network_training import train_network
 from breaker.drive.training.training_rows import open_family, rows_of
-from breaker.paper.posterior.training import Checkpoint, fingerprint
+from breaker.networks.training import Checkpoint, fingerprint
 from breaker.workflow.jobs import checkpoint_of, start
 
 log = start(snakemake)

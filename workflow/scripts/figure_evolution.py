@@ -3,7 +3,7 @@
 from breaker.common.zarr_store import open_store
 from breaker.figures.evolution import evolution
 from breaker.figures.style import save
-from breaker.paper.validation.operation_blocks import blocks_of, held
+from breaker.paper.run_numbers import blocks_of, held
 from breaker.workflow.jobs import start
 
 log = start(snakemake)

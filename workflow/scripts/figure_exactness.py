@@ -3,8 +3,8 @@
 from breaker.common.zarr_store import open_store
 from breaker.figures.exactness import exactness
 from breaker.figures.style import save
-from breaker.paper.posterior.posterior_tables import summary
-from breaker.paper.validation.amortised_against_exact import examples
+from breaker.paper.inference import summary
+from breaker.paper.validation import examples
 from breaker.workflow.jobs import start
 
 start(snakemake)

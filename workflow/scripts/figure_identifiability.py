@@ -3,9 +3,8 @@
 from breaker.common.zarr_store import open_store
 from breaker.figures.identifiability import identifiability
 from breaker.figures.style import save
-from breaker.paper.validation.amortised_against_exact import reached
-from breaker.paper.validation.diagnostics import contraction
-from breaker.quantities.parameters import is_logarithmic, prior_sds
+from breaker.model.parameters import is_logarithmic, prior_sds
+from breaker.paper.validation import contraction, reached
 from breaker.workflow.jobs import start
 
 start(snakemake)

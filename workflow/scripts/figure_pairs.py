@@ -5,9 +5,8 @@ import numpy as np
 from breaker.common.zarr_store import open_store
 from breaker.figures.pairs import pairs
 from breaker.figures.style import save
-from breaker.paper.validation.diagnostics import correlation, regions
-from breaker.paper.validation.quality_tables import parameters_of
-from breaker.quantities.parameters import is_logarithmic
+from breaker.model.parameters import is_logarithmic
+from breaker.paper.validation import correlation, parameters_of, regions
 from breaker.workflow.jobs import start
 
 start(snakemake)

@@ -6,8 +6,8 @@ from breaker.common.zarr_store import open_store
 from breaker.drive.simulation.failure_times import held, true_lives
 from breaker.figures.remaining_life import remaining_life
 from breaker.figures.style import save
-from breaker.mechanism.limits import from_list
-from breaker.quantities.speeds import speeds_of
+from breaker.model.limits import from_list
+from breaker.model.quantities import speeds_of
 from breaker.workflow.jobs import start
 
 log = start(snakemake)

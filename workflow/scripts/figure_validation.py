@@ -5,10 +5,9 @@ import json
 from breaker.common.zarr_store import open_store
 from breaker.figures import validation
 from breaker.figures.style import save
-from breaker.paper.validation.calibration import judge_draws
-from breaker.paper.validation.diagnostics import recovery, scores
-from breaker.paper.validation.quality_tables import parameters_of, with_width
-from breaker.quantities.parameters import is_logarithmic, prior_sds
+from breaker.model.parameters import is_logarithmic, prior_sds
+from breaker.paper.calibration import judge_draws
+from breaker.paper.validation import parameters_of, recovery, scores, with_width
 from breaker.workflow.jobs import start
 
 log = start(snakemake)

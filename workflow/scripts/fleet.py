@@ -11,7 +11,7 @@ from breaker.drive.fleet.fleet_page import fleet_document
 from breaker.drive.fleet.ranking import fleet_table, learn_types, type_table
 from breaker.figures import fleet as drawn
 from breaker.figures import style
-from breaker.mechanism.prior import Prior
+from breaker.model.prior import Prior
 from breaker.reading.files.safe_text import save_frame
 from breaker.workflow.jobs import start
 

@@ -2,8 +2,7 @@
 
 from breaker.common.randomness import generator
 from breaker.common.zarr_store import describe, save
-from breaker.paper.model.fisher_information import limit_over_prior
-from breaker.paper.model.joint_model import Model
+from breaker.paper.joint_model import Model, limit_over_prior
 from breaker.workflow.jobs import start
 
 log = start(snakemake)

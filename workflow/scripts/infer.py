@@ -1,8 +1,8 @@
 """Infer some operations of the endurance test."""
 
 from breaker.common.zarr_store import describe, open_store, save
-from breaker.paper.posterior.amortised import infer
-from breaker.paper.posterior.estimator import Posterior
+from breaker.paper.inference import infer
+from breaker.paper.posterior import Posterior
 from breaker.workflow.jobs import start
 
 log = start(snakemake)

@@ -1,9 +1,9 @@
 """Hold the network's own density against the exact posterior, curve by curve."""
 
 from breaker.common.zarr_store import describe, open_store, save
-from breaker.paper.posterior.estimator import Posterior
-from breaker.paper.posterior.exact_judge import judge
-from breaker.paper.posterior.posterior_tables import summary
+from breaker.paper.correction import judge
+from breaker.paper.inference import summary
+from breaker.paper.posterior import Posterior
 from breaker.reading.files.safe_text import save_frame
 from breaker.workflow.jobs import start
 

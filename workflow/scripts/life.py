@@ -5,8 +5,8 @@ import numpy as np
 from breaker.common.zarr_store import describe, save
 from breaker.drive.life.life_records import Event
 from breaker.drive.life.life_results import follow_curves
-from breaker.mechanism.limits import from_list
-from breaker.quantities.speeds import speeds_of
+from breaker.model.limits import from_list
+from breaker.model.quantities import speeds_of
 from breaker.reading.records.curve_reader import open_curves
 from breaker.workflow.jobs import start
 

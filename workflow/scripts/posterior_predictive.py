@@ -1,8 +1,8 @@
 """Predict a few simulated records from their own posteriors."""
 
 from breaker.common.zarr_store import describe, open_store, save
-from breaker.paper.model.joint_model import Model
-from breaker.paper.posterior.amortised import predict
+from breaker.paper.inference import predict
+from breaker.paper.joint_model import Model
 from breaker.workflow.jobs import start
 
 log = start(snakemake)

@@ -3,8 +3,8 @@
 import pandas as pd
 
 from breaker.common.zarr_store import open_store
-from breaker.paper.validation.quality_tables import quality, quality_words
-from breaker.quantities.parameters import is_logarithmic, prior_sds
+from breaker.model.parameters import is_logarithmic, prior_sds
+from breaker.paper.validation import quality, quality_words
 from breaker.reading.files.safe_text import save_frame
 from breaker.workflow.jobs import start
 

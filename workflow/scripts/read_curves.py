@@ -3,8 +3,8 @@
 from pathlib import Path
 
 from breaker.common.zarr_store import describe, save
-from breaker.mechanism.sensor import grid
-from breaker.quantities.speeds import speeds_of
+from breaker.model.quantities import speeds_of
+from breaker.model.sensor import grid
 from breaker.reading.files.folder_listing import list_operations
 from breaker.reading.inspection.preparation import Prepared
 from breaker.reading.records.curve_reader import read_curves

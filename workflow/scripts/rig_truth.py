@@ -3,8 +3,8 @@
 from breaker.common.zarr_store import describe, save
 from breaker.drive.simulation.endurance_rig import Rig
 from breaker.drive.simulation.rig_truth import truth_of
-from breaker.mechanism.sensor import grid
-from breaker.quantities.speeds import speeds_of
+from breaker.model.quantities import speeds_of
+from breaker.model.sensor import grid
 from breaker.workflow.jobs import start
 
 log = start(snakemake)

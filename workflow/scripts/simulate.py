@@ -2,10 +2,10 @@
 
 from breaker.common.randomness import generator
 from breaker.common.zarr_store import describe, save
-from breaker.mechanism.prior import Prior
-from breaker.mechanism.sensor import Sensor
-from breaker.paper.model.joint_model import Model
-from breaker.paper.model.simulation_bank import simulate
+from breaker.model.prior import Prior
+from breaker.model.sensor import Sensor
+from breaker.paper.bank import simulate
+from breaker.paper.joint_model import Model
 from breaker.workflow.jobs import start
 
 log = start(snakemake)

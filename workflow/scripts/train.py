@@ -4,15 +4,17 @@ from functools import partial
 
 from breaker.common.randomness import generator
 from breaker.common.zarr_store import describe, save
-from breaker.paper.model.simulation_bank import open_bank
-from breaker.paper.posterior.estimator import Posterior
-from breaker.paper.posterior.solver_steps import convergence, held_out_log_density, records
-from breaker.paper.posterior.training import Checkpoint, Trainer, choose_device, fingerprint
-from breaker.paper.posterior.training_batches import (
+from breaker.networks.training import Checkpoint, Trainer, choose_device, fingerprint
+from breaker.paper.bank import open_bank
+from breaker.paper.posterior import Posterior
+from breaker.paper.training import (
     OnlineRows,
     Rows,
     StreamedRows,
+    convergence,
     freeze_inputs,
+    held_out_log_density,
+    records,
     split,
 )
 from breaker.workflow.jobs import checkpoint_of, start

@@ -1,8 +1,8 @@
 """Infer simulated records of one motion whose truth is known."""
 
 from breaker.common.zarr_store import describe, save
-from breaker.paper.posterior.amortised import validate
-from breaker.paper.posterior.estimator import Posterior
+from breaker.paper.inference import validate
+from breaker.paper.posterior import Posterior
 from breaker.workflow.jobs import start
 
 log = start(snakemake)

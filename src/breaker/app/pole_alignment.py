@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from breaker.drive.answers.evidence import DriveRecord
-from breaker.quantities.speeds import EVENTS
+from breaker.model.quantities import EVENTS
 from breaker.reading.files.guards import printable
 
 _BY: Mapping[str, Callable[[DriveRecord], float]] = {

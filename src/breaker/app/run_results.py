@@ -23,7 +23,7 @@ from breaker.documents.parts import Cell, Document, Section, Table
 from breaker.drive.fleet.drive_document import FLEET_STATES
 from breaker.drive.fleet.fleet_page import TONES, fleet_document
 from breaker.drive.life.first_page import in_percent
-from breaker.quantities.parameters import PARAMETERS
+from breaker.model.parameters import PARAMETERS
 from breaker.reading.files.guards import RejectedCurveError, read_bytes
 from breaker.reading.files.safe_text import as_meant
 

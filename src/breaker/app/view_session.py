@@ -26,7 +26,7 @@ from breaker.documents.terminal import text_of
 from breaker.drive.answers.answer_document import document
 from breaker.drive.answers.answer_words import beside_prior, words_of
 from breaker.drive.answers.reference_curve import overlaid
-from breaker.quantities.parameters import MOTIONS
+from breaker.model.parameters import MOTIONS
 from breaker.reading.files.file_facts import Description
 from breaker.reading.files.folder_listing import odd_signs, record_files
 from breaker.reading.files.formats import ENDINGS

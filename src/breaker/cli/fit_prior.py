@@ -33,9 +33,9 @@ def _run(options: argparse.Namespace) -> int:
     from breaker.drive.answers.prior_checks import check_fitted
     from breaker.drive.answers.prior_report import overlay_of, overlay_text, words_of_prior
     from breaker.drive.answers.type_prior import SWINGING, FittedPrior, swings_back
-    from breaker.mechanism.limits import from_list
-    from breaker.quantities.size import Size
-    from breaker.quantities.speeds import speeds_of
+    from breaker.model.limits import from_list
+    from breaker.model.parameters import Size
+    from breaker.model.quantities import speeds_of
     from breaker.shipped import DEFAULTS
 
     seed = config["seed"]

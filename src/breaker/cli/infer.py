@@ -67,8 +67,7 @@ def _factor(text: str) -> float:
 
 def _fact(text: str) -> tuple[str, list[float]]:
     """Name, value and sd of ``NAME=VALUE:SD``."""
-    from breaker.quantities.catalogue import check_fact
-    from breaker.quantities.moving_mass import check_mass
+    from breaker.model.quantities import check_fact, check_mass
 
     name, _, numbers = text.partition("=")
     value, between, sd = numbers.partition(":")

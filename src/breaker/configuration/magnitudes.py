@@ -11,14 +11,13 @@ from functools import cache, partial
 from typing import Any
 
 from breaker.configuration.yaml_sources import parse
-from breaker.quantities.drive_conditions import (
+from breaker.model.equations import (
     PRESSED,
     PRESSING,
     RELEASING,
     pressed_half_space,
 )
-from breaker.quantities.parameters import NAMES, PARAMETERS, Parameter
-from breaker.quantities.size import Size
+from breaker.model.parameters import NAMES, PARAMETERS, Parameter, Size
 from breaker.reading.files.folder_listing import list_breakers, list_fleet, list_once
 from breaker.reading.files.format_settings import FORMAT, complete, lacking
 from breaker.reading.files.operations_table import Operation

@@ -10,11 +10,9 @@ from typing import Any
 
 from breaker.configuration.inspection_interval import interval_of
 from breaker.configuration.magnitudes import FOLDER, MAGNITUDES, listed, refused
-from breaker.mechanism.limits import entries_of_type, from_list
-from breaker.quantities.catalogue import check_fact, check_quantity
-from breaker.quantities.moving_mass import check_mass
-from breaker.quantities.parameters import MOTIONS, NAMES
-from breaker.quantities.speeds import every_speed, speeds_of
+from breaker.model.limits import entries_of_type, from_list
+from breaker.model.parameters import MOTIONS, NAMES
+from breaker.model.quantities import check_fact, check_mass, check_quantity, every_speed, speeds_of
 from breaker.reading.files.operations_table import event_words
 from breaker.reading.files.word_meanings import bare
 

@@ -8,8 +8,8 @@ from matplotlib.figure import Figure
 
 from breaker.drive.answers.picture_data import PictureCurve, Shown
 from breaker.figures import style
-from breaker.quantities.parameters import PARAMETERS
-from breaker.quantities.speeds import EVENTS
+from breaker.model.parameters import PARAMETERS
+from breaker.model.quantities import EVENTS
 
 _COLOURS = {"closing": style.CORRECTED, "opening": style.AMORTISED}
 _BOTH = style.MODEL

@@ -8,8 +8,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from breaker.figures import style
-from breaker.paper.validation.amortised_against_exact import percent
-from breaker.quantities.parameters import NAMES
+from breaker.model.parameters import NAMES
+from breaker.paper.validation import percent
 
 _LOOKS = {"paper": ("the paper's network", style.AMORTISED), "family": ("family", style.CORRECTED)}
 _TRUTH = {"color": style.MEASURED, "lw": 1.2, "ls": "--"}

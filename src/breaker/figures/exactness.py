@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from breaker.figures import style
-from breaker.paper.validation.amortised_against_exact import exactness_words, percent, plus_minus
+from breaker.paper.validation import exactness_words, percent, plus_minus
 
 _LARGEST_K = 0.7  # of Pareto's tail, from which importance weights do not settle
 _BODY = 0.97  # share of the curves that the panel of the gap has room for

@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 
 from breaker.drive.answers.type_prior import FittedPrior
 from breaker.figures import style
-from breaker.quantities.parameters import NAMES
+from breaker.model.parameters import NAMES
 
 _WIDE = 3.0  # log-sds to each side of the wider prior that a panel shows
 _POINTS = 300

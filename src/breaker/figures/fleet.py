@@ -11,7 +11,7 @@ from matplotlib.lines import Line2D
 from breaker.drive.answers.type_model import TypeOfBreaker
 from breaker.drive.fleet.drive_document import DIFFERENT
 from breaker.figures import style
-from breaker.quantities.parameters import NAMES
+from breaker.model.parameters import NAMES
 
 _NAMED = 12  # odd drives whose names are written
 _WIDTH = 0.7  # of the strip of a parameter

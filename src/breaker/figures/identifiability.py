@@ -6,7 +6,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from breaker.figures import style
-from breaker.paper.validation.amortised_against_exact import KNOWLEDGE, identifiability_words
+from breaker.paper.validation import KNOWLEDGE, identifiability_words
 
 # Shift from the middle of the row downwards, marker and colour of each posterior.
 _POSTERIORS = {

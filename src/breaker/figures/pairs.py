@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from breaker.figures import style
-from breaker.paper.validation.diagnostics import REGIONS, pairs_words
+from breaker.paper.validation import REGIONS, pairs_words
 
 _CONTOURS = {"colors": style.MODEL, "linewidths": (0.9, 1.5)}  # of the widest region first
 

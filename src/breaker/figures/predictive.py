@@ -7,8 +7,7 @@ from matplotlib.figure import Figure, SubFigure
 
 from breaker.common.numerals import in_p
 from breaker.figures import style
-from breaker.paper.validation.amortised_against_exact import percent
-from breaker.paper.validation.diagnostics import PriorCheck
+from breaker.paper.validation import PriorCheck, percent
 
 _SHOWN = 150  # curves of the prior that are drawn one by one, the first ones
 _DASHES = ("-", (0, (5, 2)), (0, (1.2, 1.5)), (0, (5, 2, 1.2, 2)))

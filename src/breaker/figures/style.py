@@ -24,7 +24,7 @@ from numpy.typing import ArrayLike
 from PIL import Image
 
 from breaker.figures.encoding import families, quiet, without_font
-from breaker.quantities.parameters import ONSET, PARAMETERS
+from breaker.model.parameters import ONSET, PARAMETERS
 from breaker.reading.files.guards import printable
 
 if TYPE_CHECKING:  # figures of single records do without

@@ -7,9 +7,8 @@ from matplotlib.figure import Figure
 
 from breaker.common.numerals import in_digits, in_p
 from breaker.figures import style
-from breaker.paper.validation.amortised_against_exact import percent
-from breaker.paper.validation.calibration import Calibration
-from breaker.paper.validation.diagnostics import Recovery, Scores, contraction_words, recovery_words
+from breaker.paper.calibration import Calibration
+from breaker.paper.validation import Recovery, Scores, contraction_words, percent, recovery_words
 
 _Z_LIMIT = 3.0
 

@@ -16,11 +16,16 @@ from breaker.drive.answers.identity import doubts_about
 from breaker.drive.answers.limit_verdicts import NORMAL, VERDICTS, Verdict
 from breaker.drive.answers.number_sources import Place, places_of
 from breaker.drive.family.mechanisms import MECHANISMS
-from breaker.quantities.catalogue import ANSWERED, CURRENTS, quantities_of
-from breaker.quantities.moving_mass import MASS_QUANTITIES, with_mass
-from breaker.quantities.operation_metadata import ABOUT
-from breaker.quantities.parameters import MOTIONS, PARAMETERS
-from breaker.quantities.speeds import EVENTS
+from breaker.model.parameters import MOTIONS, PARAMETERS
+from breaker.model.quantities import (
+    ABOUT,
+    ANSWERED,
+    CURRENTS,
+    EVENTS,
+    MASS_QUANTITIES,
+    quantities_of,
+    with_mass,
+)
 from breaker.reading.files.guards import printable
 from breaker.reading.files.safe_text import table_text
 from breaker.reading.records.measurements import Reading

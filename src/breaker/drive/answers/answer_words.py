@@ -22,8 +22,8 @@ from breaker.drive.answers.answer_document import (
 )
 from breaker.drive.answers.draw_weights import SURPRISING
 from breaker.drive.answers.limit_verdicts import VERDICTS, JudgedPart, Verdict
-from breaker.quantities.parameters import PARAMETERS
-from breaker.quantities.speeds import EVENTS
+from breaker.model.parameters import PARAMETERS
+from breaker.model.quantities import EVENTS
 
 _ROW = "  {:<19} {:>8}  {:<20} {:<7} {}"
 _LIMIT = "  {:<20} {:<9} {:>8}  {:<20} {}"

@@ -8,9 +8,8 @@ import xarray as xr
 from breaker import __version__
 from breaker.common.randomness import generator
 from breaker.drive.answers.evidence import Answer, Given
-from breaker.quantities.catalogue import AFTER_RELEASE
-from breaker.quantities.operation_metadata import ABOUT
-from breaker.quantities.parameters import PARAMETERS
+from breaker.model.parameters import PARAMETERS
+from breaker.model.quantities import ABOUT, AFTER_RELEASE
 from breaker.reading.files.guards import printable
 from breaker.reading.records.normalised_shape import SHAPE_TIMES
 

@@ -19,11 +19,9 @@ from breaker.drive.answers.inference import infer_drive, infer_means
 from breaker.drive.answers.limit_verdicts import Verdict, judged
 from breaker.drive.family.level_network import Levels
 from breaker.drive.family.network_files import shipped_levels
-from breaker.mechanism.limits import Limit, from_list
-from breaker.quantities.moving_mass import mass_draws
-from breaker.quantities.parameters import MOTIONS
-from breaker.quantities.size import Size
-from breaker.quantities.speeds import OF_STROKE, Speed, speeds_at
+from breaker.model.limits import Limit, from_list
+from breaker.model.parameters import MOTIONS, Size
+from breaker.model.quantities import OF_STROKE, Speed, mass_draws, speeds_at
 from breaker.reading.files.guards import Files
 from breaker.reading.files.operations_table import Operation
 from breaker.shipped import DEFAULTS
@@ -161,7 +159,7 @@ def given_by(
             "--size is of drives with the default prior, and that of the configuration is another; "
             "leave it out"
         )
-    from breaker.mechanism.prior import Prior
+    from breaker.model.prior import Prior
 
     prior = Prior.from_settings(config["prior"])
     own = "prior, size and lag of the contact" if config["contact_lag"] else "prior and size"

@@ -11,9 +11,9 @@ from breaker.common.plain_values import Plain
 from breaker.drive.answers.limit_verdicts import NORMAL, Told, Verdict, judge
 from breaker.drive.answers.operation_scatter import usual_scatter, visit_error
 from breaker.drive.answers.visit_changes import QuantityChange, VisitChanges
-from breaker.mechanism.limits import Limit
-from breaker.quantities.parameters import NAMES
-from breaker.quantities.speeds import Speed
+from breaker.model.limits import Limit
+from breaker.model.parameters import NAMES
+from breaker.model.quantities import Speed
 from breaker.reading.records.measurements import Measured
 from breaker.reading.records.raw_record import Raw
 

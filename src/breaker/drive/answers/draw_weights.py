@@ -9,8 +9,7 @@ from breaker.common.numerals import in_digits
 from breaker.drive.answers.evidence import Answer, Given
 from breaker.drive.family.change_network import agreement_of
 from breaker.drive.family.untold import APART
-from breaker.quantities.parameters import NAMES
-from breaker.quantities.size import Size, powers
+from breaker.model.parameters import NAMES, Size, powers
 from breaker.reading.records.normalised_shape import SHAPE_TIMES
 
 _CONTRADICTED = 3.0  # sd, of a fact

@@ -11,7 +11,7 @@ from breaker.common.numerals import in_digits
 from breaker.drive.answers.evidence import DriveRecord
 from breaker.drive.answers.identity import without_copies
 from breaker.drive.family.record_inputs import normalise_record
-from breaker.quantities.parameters import MOTIONS
+from breaker.model.parameters import MOTIONS
 from breaker.reading.files.guards import Files
 from breaker.reading.files.operations_table import Operation
 from breaker.reading.inspection.preparation import Prepared

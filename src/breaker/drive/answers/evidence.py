@@ -9,10 +9,8 @@ import numpy as np
 from breaker.drive.family.level_network import LevelDraws, Levels
 from breaker.drive.family.membership import Match
 from breaker.drive.family.network_inputs import NormalisedRecords
-from breaker.quantities.catalogue import ANSWERED, INFERRED
-from breaker.quantities.parameters import GAP, MOTIONS, NAMES
-from breaker.quantities.size import UNIT, Size, powers
-from breaker.quantities.speeds import EVENTS, Speed
+from breaker.model.parameters import GAP, MOTIONS, NAMES, UNIT, Size, powers
+from breaker.model.quantities import ANSWERED, EVENTS, INFERRED, Speed
 from breaker.reading.files.operations_table import SWITCHING, Operation
 from breaker.reading.files.preamble import Preamble
 from breaker.reading.records.contact_edges import Contact
@@ -21,7 +19,7 @@ from breaker.reading.records.normalised_shape import SHAPE_TIMES, Shape
 from breaker.reading.records.raw_record import Raw
 
 if TYPE_CHECKING:
-    from breaker.mechanism.prior import Prior
+    from breaker.model.prior import Prior
 
 FACTS = (*NAMES, "wipe", *SWITCHING.values())
 """What facts may be about: all that is inferred, and the wipe, which follows from the gap."""
@@ -120,7 +118,7 @@ class Given:
         """Return the prior at the size: one's own, or the family's."""
         if self.prior is not None:
             return self.prior
-        from breaker.mechanism.prior import Prior
+        from breaker.model.prior import Prior
 
         return Prior.from_settings(levels.settings["prior"]).sized(self.size or UNIT)
 

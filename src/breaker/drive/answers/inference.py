@@ -26,9 +26,8 @@ from breaker.drive.answers.limit_verdicts import NORMAL
 from breaker.drive.family.level_network import LevelDraws, Levels
 from breaker.drive.family.membership import choose_family
 from breaker.drive.family.record_means import mean_with_scatter
-from breaker.quantities.parameters import NAMES
-from breaker.quantities.size import Size
-from breaker.quantities.speeds import Speed
+from breaker.model.parameters import NAMES, Size
+from breaker.model.quantities import Speed
 
 _ROUNDS = (4_000, 40_000)  # draws that are weighed: more if the first are too few
 _LEAST, _ENOUGH = 100.0, 400.0  # effective size, below which an answer is not resolved; of a round

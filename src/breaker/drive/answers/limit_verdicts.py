@@ -10,10 +10,8 @@ from breaker.common.numerals import in_digits
 from breaker.common.plain_values import Plain
 from breaker.common.randomness import generator
 from breaker.drive.answers.evidence import MAY_SLIDE, NOTHING, WITH_CONTACT, Answer
-from breaker.mechanism.limit_sources import Reader
-from breaker.mechanism.limits import Limit
-from breaker.quantities.catalogue import QUANTITIES
-from breaker.quantities.speeds import EVENTS
+from breaker.model.limits import Limit, Reader
+from breaker.model.quantities import EVENTS, QUANTITIES
 
 VERDICTS = ("pass", "not shown", "fail")
 """Verdicts on a limit, the worst last."""

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from breaker.common.plain_values import Plain
-from breaker.quantities.speeds import EVENTS, Point, Speed
+from breaker.model.quantities import EVENTS, Point, Speed
 from breaker.reading.records.measurements import Reading
 from breaker.reading.records.rejections import NotShownError
 

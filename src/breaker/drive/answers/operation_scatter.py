@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from breaker.drive.family.record_means import beside_usual
-from breaker.quantities.catalogue import CURRENTS
+from breaker.model.quantities import CURRENTS
 
 # Usual scatter of operations, and how well it is known, as from so many records more than one.
 _SCATTER, _KNOWN = 0.004, 4

@@ -13,7 +13,7 @@ from breaker.drive.answers.answer_words import how_it_fits
 from breaker.drive.answers.evidence import WITH_CONTACT, Answer, Given
 from breaker.drive.answers.reference_curve import Overlay
 from breaker.drive.family.membership import PARTS
-from breaker.quantities.parameters import NAMES
+from breaker.model.parameters import NAMES
 from breaker.reading.files.guards import printable
 from breaker.reading.records.measurements import Reading
 from breaker.reading.records.normalised_shape import SHAPE_TIMES

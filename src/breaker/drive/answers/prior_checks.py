@@ -14,9 +14,9 @@ from breaker.configuration.magnitudes import UNLIKE
 from breaker.drive.answers.type_model import FEWEST
 from breaker.drive.answers.type_prior import SWINGING, FittedPrior, swings_back
 from breaker.drive.answers.type_records import Recorded
-from breaker.mechanism.limits import Limit
-from breaker.quantities.drive_conditions import PRESSED
-from breaker.quantities.parameters import NAMES
+from breaker.model.equations import PRESSED
+from breaker.model.limits import Limit
+from breaker.model.parameters import NAMES
 
 _DRAWS = 1000
 _FAR = 3.0  # prior sd

@@ -15,8 +15,8 @@ from breaker.drive.answers.type_prior import FittedPrior
 from breaker.drive.answers.type_records import Recorded, Span
 from breaker.drive.family.level_network import Levels
 from breaker.drive.family.training_origin import drives_of
-from breaker.mechanism.sensor import Sensor
-from breaker.quantities.parameters import MOTIONS, NAMES, PARAMETERS, Parameter
+from breaker.model.parameters import MOTIONS, NAMES, PARAMETERS, Parameter
+from breaker.model.sensor import Sensor
 from breaker.shipped import DEFAULTS
 
 # mm of the reference drive, sd of what a model leaves out of records of little noise, at the least.

@@ -22,8 +22,7 @@ from breaker.drive.answers.answer_words import (
     zones_of,
 )
 from breaker.drive.answers.limit_verdicts import NORMAL, RESULTS
-from breaker.quantities.catalogue import INFERRED
-from breaker.quantities.speeds import EVENTS
+from breaker.model.quantities import EVENTS, INFERRED
 from breaker.reading.inspection.printed_comparison import differs
 from breaker.reading.inspection.proposal_words import alike
 

@@ -9,7 +9,7 @@ from breaker.common.numerals import in_digits
 from breaker.documents.parts import Cell
 from breaker.drive.answers.answer_document import RecordAnswer
 from breaker.drive.answers.limit_verdicts import NORMAL, RESULTS
-from breaker.quantities.speeds import EVENTS
+from breaker.model.quantities import EVENTS
 
 _UNSEEN = (
     "simultaneity of the {event} is not told: recorded contacts alone tell it, and of {poles} "

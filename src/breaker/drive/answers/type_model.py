@@ -19,7 +19,7 @@ import numpy as np
 from breaker.drive.answers.draw_weights import SURPRISING
 from breaker.drive.answers.evidence import Answer
 from breaker.drive.family.record_means import beside_usual
-from breaker.mechanism.prior import Prior
+from breaker.model.prior import Prior
 
 _ODD, _FAR = 0.02, 0.3  # share of odd drives, and the sd of the logarithm by which they are odd
 _LEAST, _KNOWN = 0.1, 4.0  # spread that is expected, log-sds of the prior; as of so many drives

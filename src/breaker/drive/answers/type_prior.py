@@ -16,11 +16,10 @@ from breaker.drive.answers.type_model import (
     learn_type,
 )
 from breaker.drive.answers.type_records import Recorded
-from breaker.mechanism.curves import travel
-from breaker.mechanism.prior import Prior
-from breaker.mechanism.sensor import Sensor
-from breaker.quantities.parameters import NAMES
-from breaker.quantities.size import Size
+from breaker.model.curves import travel
+from breaker.model.parameters import NAMES, Size
+from breaker.model.prior import Prior
+from breaker.model.sensor import Sensor
 from breaker.shipped import DEFAULTS
 
 SWINGING = 0.2

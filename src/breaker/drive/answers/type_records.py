@@ -15,7 +15,7 @@ from breaker.drive.answers.assessment import Assessment
 from breaker.drive.answers.evidence import Answer, DriveRecord
 from breaker.drive.family.level_network import Levels
 from breaker.drive.family.membership import Match, choose_family
-from breaker.quantities.size import Size
+from breaker.model.parameters import Size
 from breaker.reading.files.folder_listing import list_fleet, list_operations
 from breaker.reading.files.guards import printable
 from breaker.reading.files.operations_table import MANIFEST, Operation

@@ -28,9 +28,8 @@ from breaker.drive.family.level_network import Levels
 from breaker.drive.family.mechanisms import MECHANISMS
 from breaker.drive.family.membership import Match, choose_family
 from breaker.drive.family.record_means import Mean, mean_and_change, mean_record, pace_of
-from breaker.quantities.catalogue import AFTER_RELEASE, QUANTITIES, quantities_of
-from breaker.quantities.parameters import NAMES, PARAMETERS, Parameter
-from breaker.quantities.speeds import Speed
+from breaker.model.parameters import NAMES, PARAMETERS, Parameter
+from breaker.model.quantities import AFTER_RELEASE, QUANTITIES, Speed, quantities_of
 from breaker.reading.records.raw_record import Raw
 
 VERDICT_WORDS = ("changed", "not told", "did not change")

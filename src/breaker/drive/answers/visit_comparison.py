@@ -18,10 +18,9 @@ from breaker.drive.answers.visit_document import (
     visits_document,
 )
 from breaker.drive.family.network_files import shipped_networks
-from breaker.mechanism.limits import from_list
-from breaker.quantities.advice import advice_on
-from breaker.quantities.parameters import MOTIONS
-from breaker.quantities.speeds import Speed
+from breaker.model.limits import from_list
+from breaker.model.parameters import MOTIONS
+from breaker.model.quantities import Speed, advice_on
 from breaker.shipped import KINDS
 
 

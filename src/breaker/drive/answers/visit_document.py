@@ -22,7 +22,7 @@ from breaker.drive.answers.visit_changes import (
 )
 from breaker.drive.family.mechanisms import CHANGE_OF
 from breaker.drive.family.untold import APART, BEYOND, UNLIKE, WITHHELD, as_sentence
-from breaker.quantities.advice import LOOK
+from breaker.model.quantities import LOOK
 
 _NAME = "{:<28}{:>8} {:>8}"
 _ROW = "  {:<45} {:>8}  {:<15}{:>7} {:>6} {:>7}"

@@ -13,7 +13,7 @@ import numpy as np
 from breaker.drive.family.mechanisms import WEARING, mechanism_draws
 from breaker.drive.family.network_inputs import Basis, NormalisedRecords, change_inputs
 from breaker.drive.family.trained_network import Network
-from breaker.quantities.parameters import MOTIONS, NAMES
+from breaker.model.parameters import MOTIONS, NAMES
 
 LEAST_AGREEMENT = 0.01
 """Agreement of a parameter below which closing and opening contradict each other."""

@@ -17,8 +17,7 @@ from breaker.drive.family.mechanisms import MECHANISMS, mechanism_draws
 from breaker.drive.family.membership import Match, Membership
 from breaker.drive.family.network_inputs import Basis, NormalisedRecords, level_inputs
 from breaker.drive.family.trained_network import Network
-from breaker.quantities.parameters import MOTIONS, NAMES
-from breaker.quantities.size import UNIT, Size, powers
+from breaker.model.parameters import MOTIONS, NAMES, UNIT, Size, powers
 
 _MOST = 100.0  # logarithms of sizes, and times over durations, by far more than of any drive
 _BEYOND = 1e-3  # share of draws beyond these; the tails of a sound network reach there in 1e-6

@@ -12,8 +12,8 @@ from breaker.drive.family.level_network import EVENTS, Levels
 from breaker.drive.family.membership import Membership
 from breaker.drive.family.network_inputs import Basis
 from breaker.drive.family.trained_network import Network
-from breaker.mechanism.prior import Prior
-from breaker.quantities.parameters import MOTIONS, NAMES
+from breaker.model.parameters import MOTIONS, NAMES
+from breaker.model.prior import Prior
 from breaker.reading.records.normalised_shape import SHAPE_TIMES
 from breaker.shipped import FAMILIES, KINDS, model_file, widening
 

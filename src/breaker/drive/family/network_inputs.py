@@ -10,7 +10,7 @@ from typing import NamedTuple, Self
 
 import numpy as np
 
-from breaker.quantities.parameters import MOTIONS
+from breaker.model.parameters import MOTIONS
 from breaker.reading.records.normalised_shape import SHAPE_STEP, SHAPE_TIMES
 
 _PARTS = 12  # of the grid, of each of which the share that is there is told

@@ -10,7 +10,7 @@ from breaker.common.randomness import generator
 from breaker.drive.family.level_network import Levels
 from breaker.drive.family.membership import choose_family
 from breaker.drive.family.record_inputs import network_record, stored_shape
-from breaker.quantities.parameters import PARAMETERS
+from breaker.model.parameters import PARAMETERS
 
 _NO_MOTION = "shows no motion from one rest to another"
 

@@ -32,11 +32,10 @@ from breaker.drive.life.life_records import Event
 from breaker.drive.life.life_results import follow_curves
 from breaker.drive.life.life_tables import change_table, decided
 from breaker.drive.life.limit_states import STATES
-from breaker.mechanism.limit_sources import SOURCES
-from breaker.mechanism.limits import entries_of_type
-from breaker.mechanism.sensor import grid
-from breaker.quantities.parameters import MOTIONS, NAMES
-from breaker.quantities.speeds import every_speed
+from breaker.model.limits import SOURCES, entries_of_type
+from breaker.model.parameters import MOTIONS, NAMES
+from breaker.model.quantities import every_speed
+from breaker.model.sensor import grid
 from breaker.reading.files.folder_listing import known_of
 from breaker.reading.files.guards import printable
 from breaker.reading.files.word_meanings import bare

@@ -22,10 +22,9 @@ from breaker.drive.fleet.drive_document import (
     FleetRow,
     label,
 )
-from breaker.mechanism.prior import Prior
-from breaker.quantities.catalogue import QUANTITIES
-from breaker.quantities.parameters import NAMES, PARAMETERS
-from breaker.quantities.speeds import SPEED_UNIT
+from breaker.model.parameters import NAMES, PARAMETERS
+from breaker.model.prior import Prior
+from breaker.model.quantities import QUANTITIES, SPEED_UNIT
 from breaker.reading.files.word_meanings import bare, usual_spelling
 
 _ENDS = (0.05, 0.5, 0.95)

@@ -16,7 +16,7 @@ from breaker.drive.family.network_inputs import Basis, without_onset
 from breaker.drive.family.record_means import SCATTER_DIRECTIONS, beside_usual
 from breaker.drive.life.life_records import Series
 from breaker.drive.life.path_fit import Block
-from breaker.quantities.catalogue import CURRENTS
+from breaker.model.quantities import CURRENTS
 
 _COMPONENTS = 24
 _ROWS = 1000  # records that are projected at once

@@ -9,9 +9,9 @@ import xarray as xr
 from breaker.common.numerals import first_of, in_digits, in_p
 from breaker.documents.parts import Document, Table
 from breaker.drive.family.untold import APART, BEYOND, WITHHELD
-from breaker.mechanism.limit_sources import SOURCES
-from breaker.quantities.advice import LOOK, advice_on
-from breaker.quantities.parameters import PARAMETERS
+from breaker.model.limits import SOURCES
+from breaker.model.parameters import PARAMETERS
+from breaker.model.quantities import LOOK, advice_on
 
 _NOTED = 2.0  # percent, beyond which a change is worth a word
 _SURE = 0.05  # probability of no change below which a parameter is named

@@ -16,7 +16,7 @@ from scipy.special import ndtri
 from breaker.drive.life.drift import Drift
 from breaker.drive.life.path_fit import Path
 from breaker.drive.life.readout import Condition, Readout
-from breaker.mechanism.limits import Limit
+from breaker.model.limits import Limit
 
 _NODES, _NEAREST, _FARTHEST = 12, 10.0, 8.0  # along the path, operations, horizons
 _AHEAD = 160  # operations ahead at which a distribution is computed

@@ -13,8 +13,8 @@ from breaker.drive.life.life_records import Event, series_of
 from breaker.drive.life.path_fit import Change, Path
 from breaker.drive.life.readout import Readout, name_set
 from breaker.drive.life.tracker import Tracker
-from breaker.mechanism.limits import Limit
-from breaker.quantities.parameters import NAMES
+from breaker.model.limits import Limit
+from breaker.model.parameters import NAMES
 from breaker.shipped import KINDS
 
 QUANTILES = (0.05, 0.5, 0.95)

@@ -11,7 +11,7 @@ import pandas as pd
 import xarray as xr
 
 from breaker.drive.life.limit_states import STATES, standing
-from breaker.quantities.operation_metadata import ABOUT, CONDITIONS, metadata_names
+from breaker.model.quantities import ABOUT, CONDITIONS, metadata_names
 
 DECISIONS = {
     "breaker": "name of the breaker",

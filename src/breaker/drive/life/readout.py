@@ -18,8 +18,8 @@ from breaker.drive.family.membership import Match, choose_family
 from breaker.drive.family.network_inputs import NormalisedRecords
 from breaker.drive.life.coordinates import Coordinates
 from breaker.drive.life.life_records import Series
-from breaker.mechanism.limits import Limit
-from breaker.quantities.parameters import NAMES
+from breaker.model.limits import Limit
+from breaker.model.parameters import NAMES
 
 _BLOCK = 64  # changes that are read at once
 _SURE = 0.9  # probability of the set of names

@@ -22,8 +22,8 @@ from breaker.drive.simulation.rich_drive import (
     Elements,
     Stop,
 )
-from breaker.mechanism.prior import Prior
-from breaker.quantities.parameters import FORCE, GAP, NAMES
+from breaker.model.parameters import FORCE, GAP, NAMES
+from breaker.model.prior import Prior
 
 WEAR = ("none", "sparse", "dense")
 

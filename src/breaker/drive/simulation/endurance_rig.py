@@ -14,8 +14,8 @@ from tqdm import tqdm
 
 from breaker.common.randomness import generator
 from breaker.drive.simulation.rich_drive import Drive, Elements
-from breaker.quantities.drive_conditions import PRESSING, RELEASING
-from breaker.quantities.parameters import NAMES
+from breaker.model.equations import PRESSING, RELEASING
+from breaker.model.parameters import NAMES
 from breaker.reading.instruments.export import write_curve
 
 

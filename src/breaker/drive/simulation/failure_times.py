@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
-from breaker.mechanism.limits import Limit
-from breaker.quantities.parameters import NAMES
+from breaker.model.limits import Limit
+from breaker.model.parameters import NAMES
 
 _NEW = 50  # first operations, that changes are from
 

@@ -12,8 +12,7 @@ import numpy as np
 
 from breaker.common.randomness import generator
 from breaker.drive.simulation.rich_drive import Drive
-from breaker.quantities.parameters import FORCE
-from breaker.quantities.size import Size
+from breaker.model.parameters import FORCE, Size
 from breaker.reading.instruments.dialects import DIALECTS
 
 HIGH_VOLTAGE = Size(lengths=10.35, times=4.46)

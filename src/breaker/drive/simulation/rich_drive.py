@@ -16,8 +16,7 @@ import numpy as np
 
 from breaker.drive.simulation.integrator import closed_rest, follow
 from breaker.drive.simulation.paths import curve, sampled
-from breaker.quantities.parameters import NAMES
-from breaker.quantities.size import UNIT, Size
+from breaker.model.parameters import NAMES, UNIT, Size
 
 STOPS = ("closing_stop", "opening_stop")
 WAVES = ("way_force", "time_force", "speed_force", "reading")

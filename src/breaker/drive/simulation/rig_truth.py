@@ -8,10 +8,9 @@ import numpy as np
 import xarray as xr
 
 from breaker.drive.simulation.endurance_rig import Rig
-from breaker.mechanism.curves import travel
-from breaker.quantities.catalogue import quantities_of
-from breaker.quantities.parameters import NAMES
-from breaker.quantities.speeds import SPEEDS, Speed
+from breaker.model.curves import travel
+from breaker.model.parameters import NAMES
+from breaker.model.quantities import SPEEDS, Speed, quantities_of
 from breaker.reading.records.measurements import measure_curve
 from breaker.reading.records.motion import Contact
 

@@ -13,9 +13,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from breaker.mechanism.curves import travel
-from breaker.mechanism.prior import Prior
-from breaker.mechanism.sensor import Sensor
+from breaker.model.curves import travel
+from breaker.model.prior import Prior
+from breaker.model.sensor import Sensor
 from breaker.reading.files.operations_table import Operation
 from breaker.reading.instruments.dialects import DIALECTS, Dialect
 from breaker.reading.records.curve_reader import read_curves

@@ -10,7 +10,7 @@ import numpy as np
 from breaker.common.randomness import generator
 from breaker.drive.simulation.endurance_rig import Rig
 from breaker.drive.simulation.rich_drive import Drive
-from breaker.quantities.parameters import GAP, NAMES
+from breaker.model.parameters import GAP, NAMES
 
 _RATE, _LENGTH = 20.0, 220.0  # kHz, ms
 _TRIPS, _DELAY = {"closing": 10.0, "opening": 120.0}, 14.0  # ms

@@ -12,7 +12,7 @@ from breaker.drive.family.network_inputs import Basis, change_inputs, units_of, 
 from breaker.drive.training.family_bank import GRID as TIMES
 from breaker.drive.training.family_records import record_shapes
 from breaker.drive.training.level_rows import CLEAN, MOST, BankRows
-from breaker.quantities.parameters import MOTIONS, NAMES
+from breaker.model.parameters import MOTIONS, NAMES
 from breaker.reading.records.normalised_shape import SHAPE_TIMES
 
 _COMPONENTS = 40

@@ -13,7 +13,7 @@ from breaker.drive.simulation.drive_family import WEAR, Family
 from breaker.drive.simulation.integrator import closed_rest, follow
 from breaker.drive.simulation.paths import curve, passing, sampled
 from breaker.drive.simulation.rich_drive import CONTACTS, ELEMENTS, Drive
-from breaker.quantities.parameters import MOTIONS, NAMES
+from breaker.model.parameters import MOTIONS, NAMES
 
 CONDITIONS = ("new", "worn")
 GRID = -3.0 + 0.025 * np.arange(512)

@@ -12,7 +12,7 @@ from breaker.drive.family.network_inputs import Basis, level_inputs, units_of
 from breaker.drive.simulation.rich_drive import CONTACTS, ELEMENTS
 from breaker.drive.training.family_bank import shapes
 from breaker.drive.training.family_records import record_shapes
-from breaker.quantities.parameters import FORCE, GAP, MOTIONS, NAMES
+from breaker.model.parameters import FORCE, GAP, MOTIONS, NAMES
 from breaker.reading.records.normalised_shape import SHAPE_TIMES
 
 MOST = 8000

@@ -12,10 +12,10 @@ from breaker.drive.family.network_inputs import Basis, NormalisedRecords
 from breaker.drive.training.family_bank import shapes
 from breaker.drive.training.family_records import record_shapes
 from breaker.drive.training.level_rows import BankRows
-from breaker.quantities.parameters import MOTIONS
+from breaker.model.parameters import MOTIONS
 
 if TYPE_CHECKING:
-    from breaker.paper.posterior.training import Checkpoint
+    from breaker.networks.training import Checkpoint
 
 _LEVELS = np.geomspace(1e-4, 3e-2, 8)  # of the noise, at which membership is judged
 
@@ -43,7 +43,7 @@ def train_network(
         both as ``network_files.write_network`` takes them.
     """
     from breaker.drive.training.family_density import FamilyNetwork, FamilyRows
-    from breaker.paper.posterior.training import Trainer, choose_device  # loads torch
+    from breaker.networks.training import Trainer, choose_device  # loads torch
 
     rows.freeze(generator(seed, "family", rows.kind, "scales"))
     device = choose_device(settings["training"]["device"])

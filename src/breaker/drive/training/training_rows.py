@@ -12,7 +12,7 @@ from breaker.drive.family.change_network import Changes, plausible_wear
 from breaker.drive.family.level_network import Levels
 from breaker.drive.training.change_rows import ChangeRows
 from breaker.drive.training.level_rows import BankRows, LevelRows
-from breaker.quantities.parameters import NAMES
+from breaker.model.parameters import NAMES
 
 
 def rows_of(kind: str, bank: xr.Dataset, like: Levels | Changes | None = None) -> BankRows:

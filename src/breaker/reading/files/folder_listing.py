@@ -13,7 +13,7 @@ from collections.abc import Collection, Iterable, Sequence
 from functools import lru_cache
 from pathlib import Path
 
-from breaker.quantities.operation_metadata import CONDITIONS
+from breaker.model.quantities import CONDITIONS
 from breaker.reading.files.file_names import numbers_in
 from breaker.reading.files.formats import ENDINGS, plugin_reading
 from breaker.reading.files.guards import RejectedCurveError, is_store, no_file, printable

@@ -15,7 +15,7 @@ from pathlib import Path, PurePosixPath, PureWindowsPath
 from typing import Any
 
 from breaker.common.numerals import in_digits
-from breaker.quantities.parameters import MOTIONS
+from breaker.model.parameters import MOTIONS
 from breaker.reading.files.date_text import earlier
 from breaker.reading.files.file_names import LARGEST_COUNTER
 from breaker.reading.files.format_settings import FORMAT, TO_MM, TO_MS

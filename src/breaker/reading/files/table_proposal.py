@@ -10,8 +10,8 @@ from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
 from breaker.common.numerals import natural
-from breaker.quantities.operation_metadata import ABOUT
-from breaker.quantities.parameters import MOTIONS
+from breaker.model.parameters import MOTIONS
+from breaker.model.quantities import ABOUT
 from breaker.reading.files.file_facts import (
     Description,
     FoundFile,

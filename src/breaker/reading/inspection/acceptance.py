@@ -11,7 +11,7 @@ import numpy as np
 
 from breaker.common.numerals import in_digits
 from breaker.documents.parts import Document, Remark, Section, Table
-from breaker.quantities.speeds import SPEEDS
+from breaker.model.quantities import SPEEDS
 from breaker.reading.files.folder_listing import list_operations
 from breaker.reading.files.guards import printable
 from breaker.reading.files.operations_table import MANIFEST, Operation, read_manifest

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from breaker.quantities.parameters import MOTIONS
+from breaker.model.parameters import MOTIONS
 from breaker.reading.files.format_settings import TO_MM
 from breaker.reading.files.word_meanings import COLUMN_PHASE, amperes_of, holds, motion_of
 from breaker.reading.inspection.file_contents import Layout

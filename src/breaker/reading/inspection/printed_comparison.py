@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from breaker.common.numerals import in_digits
-from breaker.quantities.speeds import SPEEDS, Point, Speed
+from breaker.model.quantities import SPEEDS, Point, Speed
 from breaker.reading.files.format_settings import TO_MM
 from breaker.reading.files.lexicon import SHARE_OF_STROKE
 from breaker.reading.files.preamble import Preamble, Printed

@@ -39,9 +39,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from breaker.quantities.catalogue import quantities_of
-from breaker.quantities.operation_metadata import ABOUT
-from breaker.quantities.speeds import SPEEDS, Speed
+from breaker.model.quantities import ABOUT, SPEEDS, Speed, quantities_of
 from breaker.reading.files.guards import Files, RejectedCurveError, printable
 from breaker.reading.files.operations_table import Operation
 from breaker.reading.records.measurements import Measured

@@ -19,8 +19,7 @@ from typing import NamedTuple
 import numpy as np
 
 from breaker.common.numerals import in_digits
-from breaker.quantities.catalogue import CURRENTS, quantities_of
-from breaker.quantities.speeds import SPEEDS, Point, Speed
+from breaker.model.quantities import CURRENTS, SPEEDS, Point, Speed, quantities_of
 from breaker.reading.records.currents import Currents
 from breaker.reading.records.error_propagation import Trace, Uncertain
 from breaker.reading.records.faulty_samples import doubtful_samples, hidden_slip, leap_at

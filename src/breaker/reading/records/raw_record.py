@@ -12,7 +12,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 
 from breaker.common.numerals import in_digits
-from breaker.quantities.speeds import Speed
+from breaker.model.quantities import Speed
 from breaker.reading.files.format_settings import complete, lacking
 from breaker.reading.files.formats import read_columns
 from breaker.reading.files.guards import Files, RejectedCurveError

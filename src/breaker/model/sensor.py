@@ -12,7 +12,7 @@ from dataclasses import asdict, dataclass, replace
 
 import numpy as np
 
-from breaker.quantities.size import Size
+from breaker.model.parameters import Size
 
 
 def grid(start: float, stop: float, samples: int) -> np.ndarray:

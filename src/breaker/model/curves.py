@@ -31,9 +31,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from breaker.mechanism.kernels import simulate
-from breaker.quantities.drive_conditions import closed_rest, fastest_rate
-from breaker.quantities.parameters import MOTIONS, NAMES
+from breaker.model.equations import closed_rest, fastest_rate
+from breaker.model.kernels import simulate
+from breaker.model.parameters import MOTIONS, NAMES
 
 _LONGEST = 1e6  # rate * length of a record: 280,000 intervals, some 10 ms a curve
 _ROWS = 8192  # of a block: some 20 ms of simulation, and 10 MB of curves

@@ -12,9 +12,8 @@ from functools import cached_property
 
 import numpy as np
 
-from breaker.quantities.drive_conditions import pressed, pressed_half_space
-from breaker.quantities.parameters import NAMES
-from breaker.quantities.size import Size, powers
+from breaker.model.equations import pressed, pressed_half_space
+from breaker.model.parameters import NAMES, Size, powers
 
 
 @dataclass(frozen=True, eq=False)

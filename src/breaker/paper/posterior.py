@@ -15,11 +15,11 @@ from torch import Tensor, nn
 
 from breaker.common.randomness import seed_integer
 from breaker.common.tensor_file import ModelFileError, SavedModel, open_model, write_model
-from breaker.mechanism.sensor import Sensor
+from breaker.model.parameters import Parameter
+from breaker.model.sensor import Sensor
 from breaker.networks.build import build
-from breaker.paper.model.joint_model import Model
-from breaker.paper.model.plausibility import distance, excess
-from breaker.quantities.parameters import Parameter
+from breaker.paper.bank import distance, excess
+from breaker.paper.joint_model import Model
 
 _MOST_STEPS = 1000  # of a solver, in a model file
 _SOLVER_STEPS = 8  # of the validation's density; what sampling needs is chosen at the end

@@ -10,7 +10,7 @@ import math
 from collections.abc import Sequence
 
 from breaker.common.lazy_numpy import np
-from breaker.quantities.parameters import NAMES, split
+from breaker.model.parameters import NAMES, split
 
 PRESSED = "f > k_a L"
 """The condition on a contact that stays pressed."""

@@ -1,0 +1,505 @@
+"""From a network's draws to the exact posterior, record by record, without the network's density.
+
+Adaptive importance sampling. A map is fitted to the network's draws, draws from it are weighed by
+the exact joint density, and the map is fitted again to all of them, each weighed by the mixture of
+the maps that they came from (Cornuet et al., 2012, "Adaptive multiple importance sampling"), until
+a round's efficiency is good. Then fresh draws from the last map are weighed by its density alone:
+they make the result, so that the weights do not depend on the fit. Where their weights are still
+poor, the adaptation goes on from them. A record whose weights stay poor is marked *unresolved*.
+
+While the weights are few, they are tempered: raised to the largest power below one that leaves an
+effective size to fit to.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from math import lgamma, log, pi
+from typing import TYPE_CHECKING, NamedTuple, Self
+
+import numpy as np
+import xarray as xr
+from scipy.linalg import solve_triangular
+from scipy.optimize import brentq
+from scipy.special import logsumexp
+from tqdm import tqdm
+
+from breaker.common.randomness import generator, systematic
+from breaker.paper.joint_model import Model
+
+if TYPE_CHECKING:  # corrections need a model alone: torch is not loaded for them
+    from breaker.paper.posterior import Posterior
+
+_FEWEST = 25  # draws of weight above zero from which a tail is fitted
+
+
+@dataclass(frozen=True)
+class Importance:
+    """Summary of the importance weights of one record.
+
+    Attributes:
+        log_weights: Normalised so that their exponentials sum to 1, ``(d,)``.
+        size: Effective sample size.
+        log_evidence: Log of the probability density of the record, standard error beside it.
+        log_evidence_se: By the delta method, ``sqrt(1 / size - 1 / d)``.
+        gap: Estimate of ``KL(p | q)``, nats.
+        faulty: Number of weights that are nan or infinite; if any, all else is nan.
+    """
+
+    log_weights: np.ndarray
+    size: float
+    log_evidence: float
+    log_evidence_se: float
+    gap: float
+    faulty: int
+
+    @cached_property  # asked for of the last weights alone
+    def pareto_k(self) -> float:
+        """Shape of the largest weights' tail; nan if there are too few."""
+        return _pareto_k(self.log_weights[self.log_weights > -np.inf])
+
+    @property
+    def efficiency(self) -> float:
+        """Effective sample size over draws."""
+        return self.size / self.log_weights.size
+
+    @property
+    def c2st(self) -> float:
+        """Accuracy of the best classifier of these draws and exact ones, 0.5 to 1."""
+        ratio = self.log_weights.size * np.exp(self.log_weights)
+        return 0.5 + 0.25 * float(np.abs(ratio - 1.0).mean())
+
+
+def importance(log_joint: np.ndarray, log_density: np.ndarray) -> Importance:
+    """Weigh draws ``(d,)`` by the joint density and the density that they were drawn from.
+
+    Args:
+        log_joint: ``log p(z_i, x)``; ``-inf`` where the prior is zero.
+        log_density: ``log q(z_i)``, per unit of the same ``z``.
+    """
+    with np.errstate(invalid="ignore"):
+        log_ratio = log_joint - log_density
+    d = log_ratio.size
+    faulty = int(np.sum(np.isnan(log_ratio) | (log_ratio == np.inf) | (log_density == np.inf)))
+    if faulty:
+        return Importance(np.full(d, np.nan), *[np.nan] * 4, faulty)
+    total = logsumexp(log_ratio)
+    if total == -np.inf:  # no draw in the support: nothing is known, and nothing is wrong
+        return Importance(log_ratio, 0.0, -np.inf, np.inf, np.inf, 0)
+    log_weights = log_ratio - total
+    size = float(np.exp(-logsumexp(2 * log_weights)))
+    log_evidence = total - np.log(d)
+    positive = log_weights > -np.inf
+    gap = float(np.exp(log_weights[positive]) @ (log_ratio[positive] - log_evidence))
+    return Importance(
+        log_weights=log_weights,
+        size=size,
+        log_evidence=float(log_evidence),
+        log_evidence_se=float(np.sqrt(max(0.0, 1 / size - 1 / d))),
+        gap=gap,
+        faulty=0,
+    )
+
+
+def _pareto_k(log_weights: np.ndarray) -> float:
+    if log_weights.size < _FEWEST:
+        return np.nan
+    # The largest weights, and the one below them.
+    n = log_weights.size
+    tail = np.sort(log_weights)[-(n // 5 if n <= 225 else int(3 * np.sqrt(n))) - 1 :]
+    if tail[-1] - tail[1] < 1e-12:  # all alike: nothing is beyond them
+        return -np.inf
+    if tail[-1] - tail[0] > 700:  # one weight is everything: the others underflow, and k with them
+        return np.inf
+    weights = np.exp(tail - tail[-1])
+    with np.errstate(all="ignore"):
+        return _tail_shape(weights[1:] - weights[0])
+
+
+def _tail_shape(excess: np.ndarray) -> float:
+    """Fit a generalised Pareto distribution to excesses ``(n,)``, rising; return its shape.
+
+    The posterior mean of Zhang & Stephens (2009, Technometrics 51) on their grid of ``theta``,
+    shrunk towards 0.5 as if by ten more draws (Vehtari et al., 2024, appendix). Written out here,
+    for ArviZ's own takes a second to import, in every job that weighs draws.
+    """
+    n = excess.size
+    points = 30 + int(n**0.5)
+    theta = 1 - np.sqrt(points / (np.arange(1, points + 1) - 0.5))
+    theta = theta / (3 * excess[int(n / 4 + 0.5) - 1]) + 1 / excess[-1]
+    shape = np.mean(np.log1p(-theta[:, None] * excess), axis=1)
+    profile = n * (np.log(-theta / shape) - shape - 1)
+    weight = np.exp(profile - logsumexp(profile))
+    counted = weight >= 10 * np.finfo(float).eps
+    weight, theta = weight[counted], theta[counted]
+    mean = np.sum(theta * (weight / weight.sum()))
+    return float((n * np.mean(np.log1p(-mean * excess)) + 10 * 0.5) / (n + 10))
+
+
+def resample(log_weights: np.ndarray, n: int, rng: np.random.Generator) -> np.ndarray:
+    """Return the indices of ``n`` draws taken by their normalised weights, ``(n,)``.
+
+    As ``systematic`` does, from a start above 0, so that no draw of weight 0 is ever taken.
+    """
+    return systematic(np.exp(log_weights), n, 1.0 - rng.random(), rng)
+
+
+# ---- transport ----
+
+
+_FREEDOM = 5.0  # of the Student-t: heavy enough for tails that the fit has not seen
+_LINEAR, _QUADRATIC = 2.0, 8.0  # ridge of the regression, in draws of unit variance
+
+
+def _prefix(k: int) -> int:
+    """Number of features that use only the first k coordinates."""
+    return 1 + k * (k + 3) // 2
+
+
+def _features(y: np.ndarray) -> np.ndarray:
+    """Constant, linear and quadratic features ``(k, d) -> (f, d)``, by their last coordinate."""
+    k, d = y.shape
+    features = np.empty((_prefix(k), d))
+    features[0] = 1.0
+    for j in range(k):
+        _append(features, y, j)
+    return features
+
+
+def _append(features: np.ndarray, y: np.ndarray, j: int) -> None:
+    """Fill the features in which coordinate j is the last."""
+    first = _prefix(j)
+    features[first] = y[j]
+    np.multiply(y[: j + 1], y[j], out=features[first + 1 : first + j + 2])
+
+
+@dataclass(frozen=True)
+class TriangularMap:
+    """Density over ``(q,)``, with ``sample`` and ``log_prob``.
+
+    Attributes:
+        mean: Centre, ``(q,)``.
+        axes: Principal axes times their standard deviations, in columns, widest first, ``(q, q)``.
+        coefficients: Of the quadratic functions, one a row, ``(q, f)``.
+        scales: Scale of the Student-t of each coordinate, ``(q,)``.
+    """
+
+    mean: np.ndarray
+    axes: np.ndarray
+    coefficients: np.ndarray
+    scales: np.ndarray
+
+    @classmethod
+    def fit(cls, draws: np.ndarray, weights: np.ndarray | None = None) -> Self:
+        """Fit to draws ``(d, q)`` with weights ``(d,)`` that sum to 1, or equal ones.
+
+        Raises:
+            numpy.linalg.LinAlgError: If a draw or weight is not finite, or the draws do not span
+                all directions.
+        """
+        d, q = draws.shape
+        if weights is None:
+            weights = np.full(d, 1.0 / d)
+        if not (np.all(np.isfinite(draws)) and np.all(np.isfinite(weights))):
+            raise np.linalg.LinAlgError("draws and weights must be finite")
+        mean = weights @ draws
+        centred = draws - mean
+        variances, vectors = np.linalg.eigh((weights[:, None] * centred).T @ centred)
+        if variances[0] <= 1e-14 * variances[-1]:
+            raise np.linalg.LinAlgError("the draws do not span all directions")
+        axes = (vectors * np.sqrt(variances))[:, ::-1]
+        y = (vectors / np.sqrt(variances))[:, ::-1].T @ centred.T
+
+        features = _features(y[:-1])
+        weighted = features * weights
+        ridge = np.full(len(features), _QUADRATIC)
+        ridge[[_prefix(j) for j in range(q - 1)]] = _LINEAR
+        ridge[0] = 0.0
+        gram = weighted @ features.T + np.diag(ridge * (weights @ weights))
+        # The features of each coordinate are the first few: one factor serves all regressions.
+        factor = np.linalg.cholesky(gram)
+        partial = solve_triangular(factor, weighted @ y.T, lower=True)
+        coefficients = np.zeros((q, len(gram)))
+        for k in range(q):
+            f = _prefix(k)
+            coefficients[k, :f] = solve_triangular(factor[:f, :f].T, partial[:f, k])
+        residuals = y - coefficients @ features
+        return cls(mean, axes, coefficients, np.sqrt(residuals**2 @ weights))
+
+    @cached_property
+    def _inverse(self) -> np.ndarray:
+        return np.linalg.inv(self.axes)
+
+    def sample(self, n: int, rng: np.random.Generator) -> np.ndarray:
+        """Draw ``(n, q)``."""
+        q = len(self.mean)
+        spread = np.sqrt(rng.chisquare(_FREEDOM, n) / _FREEDOM)
+        y = self.scales[:, None] * rng.standard_normal((q, n)) / spread
+        features = np.empty((self.coefficients.shape[1], n))
+        features[0] = 1.0
+        for k in range(q):
+            f = _prefix(k)
+            y[k] += self.coefficients[k, :f] @ features[:f]
+            if k < q - 1:
+                _append(features, y, k)
+        return self.mean + (self.axes @ y).T
+
+    def log_prob(self, points: np.ndarray) -> np.ndarray:
+        """Return the log density of points ``(n, q)``, ``(n,)``."""
+        q = len(self.mean)
+        y = self._inverse @ (points - self.mean).T
+        standard = (y - self.coefficients @ _features(y[:-1])) / self.scales[:, None]
+        square = np.einsum("qn,qn->n", standard, standard)
+        constant = lgamma((_FREEDOM + q) / 2) - lgamma(_FREEDOM / 2) - q / 2 * log(_FREEDOM * pi)
+        log_volume = np.log(self.scales).sum() + np.linalg.slogdet(self.axes)[1]
+        return constant - (_FREEDOM + q) / 2 * np.log1p(square / _FREEDOM) - log_volume
+
+
+# ---- exact correction ----
+
+
+_NOTHING = Importance(np.full(1, np.nan), *[np.nan] * 4, 0)  # before there are weights
+
+
+class _Draws(NamedTuple):
+    """Draws of one map."""
+
+    proposal: TriangularMap
+    z: np.ndarray  # standardised, (n, q)
+    log_joint: np.ndarray  # exact, with the record, (n,)
+    weights: Importance  # by the density of this map alone
+
+
+@dataclass(frozen=True)
+class Corrected:
+    """Exact posterior of one record, as far as it was reached.
+
+    Attributes:
+        draws: Equally weighted draws, resampled, ``(d, q)``, physical units; those of an
+            unresolved record are its best so far, nan if there are none.
+        importance: Weights of the last round, and what they say.
+        rounds: Rounds of adaptation.
+        resolved: Whether effective size and tail of the weights are good enough.
+        reason: Why not, in words; empty if resolved.
+    """
+
+    draws: np.ndarray
+    importance: Importance
+    rounds: int
+    resolved: bool
+    reason: str
+
+
+def correct(
+    model: Model,
+    record: np.ndarray,
+    draws: np.ndarray,
+    settings: Mapping,
+    rng: np.random.Generator,
+) -> Corrected:
+    """Correct the draws of one record.
+
+    Args:
+        record: Record on the sensor's grid, ``(t,)``, mm; nan where a sample is missing.
+        draws: The network's draws, ``(d, q)``, physical units. Only their rough place and spread
+            matter.
+        settings: The section ``correction`` of the configuration.
+        rng: Generator of maps' draws and resampling.
+    """
+
+    def draw(n: int) -> _Draws:
+        z = proposal.sample(n, rng)
+        log_joint = model.log_joint(z, record)
+        return _Draws(proposal, z, log_joint, importance(log_joint, proposal.log_prob(z)))
+
+    unknown = np.full(draws.shape, np.nan)
+    drawn: list[_Draws] = []  # all so far, adaptation and result
+    result, rounds, failure = None, 0, ""
+    try:
+        with np.errstate(divide="ignore"):  # a draw of 0 makes no map
+            z = model.standardise(draws)
+        proposal = TriangularMap.fit(z)
+        while rounds < settings["rounds"] and (not result or poor(result.weights, settings)):
+            drawn.append(draw(settings["round_draws"]))
+            proposal = _refit(drawn, settings["fit_size"])
+            rounds += 1
+            efficient = drawn[-1].weights.efficiency >= settings["efficiency"]
+            if efficient or rounds == settings["rounds"]:
+                drawn.append(draw(settings["draws"]))
+                if poor(drawn[-1].weights, settings):
+                    proposal = _refit(drawn, settings["fit_size"])
+                result = drawn[-1]
+    except np.linalg.LinAlgError as error:
+        failure = f"no map: {error}"
+    if result is None:
+        weights = drawn[-1].weights if drawn else _NOTHING
+        return Corrected(unknown, weights, rounds, False, failure)
+    weights, reason = result.weights, failure or poor(result.weights, settings)
+    if weights.size == 0:
+        return Corrected(unknown, weights, rounds, False, reason)
+    chosen = result.z[resample(weights.log_weights, len(draws), rng)]
+    return Corrected(model.destandardise(chosen), weights, rounds, not reason, reason)
+
+
+def _refit(drawn: Sequence[_Draws], size: float) -> TriangularMap:
+    """Fit a map to all draws so far, weighed by the mixture of all maps so far.
+
+    While too few of them are in the prior's support, more are drawn from the last map.
+    """
+    z = np.concatenate([each.z for each in drawn])
+    densities = [each.proposal.log_prob(z) + np.log(len(each.z) / len(z)) for each in drawn]
+    log_joint = np.concatenate([each.log_joint for each in drawn])
+    log_ratio = log_joint - np.logaddexp.reduce(densities)
+    if np.sum(log_ratio > -np.inf) < size and np.all(log_ratio < np.inf):
+        return drawn[-1].proposal
+    return TriangularMap.fit(z, temper(log_ratio, size))
+
+
+def temper(log_ratio: np.ndarray, size: float) -> np.ndarray:
+    """Return normalised weights of at least an effective size, ``(d,) -> (d,)``.
+
+    The ratios are raised to the largest power up to 1 that leaves it.
+
+    Raises:
+        numpy.linalg.LinAlgError: If fewer than ``size`` draws have a finite ratio.
+    """
+    finite = np.isfinite(log_ratio)
+    faulty = np.sum(~finite & (log_ratio != -np.inf))
+    if faulty:
+        raise np.linalg.LinAlgError(f"{faulty} weights are not finite")
+    if finite.sum() < size:
+        raise np.linalg.LinAlgError(
+            f"{finite.sum()} of {finite.size} draws have a usable weight, {size:g} are needed"
+        )
+    centred = log_ratio[finite] - log_ratio[finite].max()
+
+    def excess(power: float) -> float:
+        weights = np.exp(power * centred)
+        return weights.sum() ** 2 / np.square(weights).sum() - size
+
+    # The root is found to 1e-3 of itself, however small, and taken from below.
+    power = 1.0
+    if excess(power) < 0:
+        power = (1 - 1e-3) * brentq(excess, 0.0, 1.0, xtol=1e-300, rtol=1e-3)
+    weights = np.zeros(log_ratio.size)
+    weights[finite] = np.exp(power * centred)
+    return weights / weights.sum()
+
+
+def poor(judged: Importance, settings: Mapping) -> str:
+    """Say what is wrong with weights, if anything, by the section ``correction``."""
+    if judged.faulty:
+        return f"{judged.faulty} weights are not finite"
+    if not judged.size >= settings["smallest_size"]:
+        return f"effective size {judged.size:.0f}, {settings['smallest_size']} are needed"
+    if not judged.pareto_k < settings["largest_k"]:
+        return f"Pareto k {judged.pareto_k:.2f}, below {settings['largest_k']} is needed"
+    return ""
+
+
+# ---- exact judge ----
+
+
+# How the correction of a record came about, and what stands where there was none.
+_ABSENT = {
+    "resolved": False,
+    "why_unresolved": "",
+    "rounds": 0,
+    "effective_size": np.nan,
+    "efficiency": np.nan,
+    "pareto_k": np.nan,
+    "faulty_weights": 0,
+    "log_evidence": np.nan,
+    "log_evidence_se": np.nan,
+}
+
+
+def correct_validation(
+    model: Model, data: xr.Dataset, settings: Mapping, *, seed: int
+) -> xr.Dataset:
+    """Correct the draws of simulated records.
+
+    Args:
+        data: What ``amortised.validate`` returns.
+        settings: The section ``correction`` of the configuration.
+
+    Returns:
+        ``data`` with corrected ``draws`` and, over ``curve``, how each came about: ``resolved``,
+        ``why_unresolved``, ``rounds`` of adaptation, ``effective_size``, ``efficiency`` and
+        ``pareto_k`` of the last weights, ``faulty_weights``, and ``log_evidence`` with its
+        standard error ``log_evidence_se``.
+    """
+    rows = [dict(_ABSENT) for _ in range(data.sizes["curve"])]
+    values = np.full(data.draws.shape, np.nan)
+    records = zip(data.measured.values, data.draws.values, strict=True)
+    progress = tqdm(records, "correcting", len(rows), mininterval=5, unit="curve")
+    for i, (record, draws) in enumerate(progress):
+        rng = generator(seed, "correction", model.motion, i)
+        try:
+            found = correct(model, record, draws, settings, rng)
+        except (ArithmeticError, RuntimeError, ValueError) as error:
+            # One strange record must not end the job of all others.
+            rows[i]["why_unresolved"] = f"no exact posterior: {type(error).__name__}: {error}"
+            continue
+        values[i], weights = found.draws, found.importance
+        rows[i] = {
+            "resolved": found.resolved,
+            "why_unresolved": found.reason,
+            "rounds": found.rounds,
+            "effective_size": weights.size,
+            "efficiency": weights.efficiency,
+            "pareto_k": weights.pareto_k,
+            "faulty_weights": weights.faulty,
+            "log_evidence": weights.log_evidence,
+            "log_evidence_se": weights.log_evidence_se,
+        }
+    by_curve = {name: ("curve", np.array([row[name] for row in rows])) for name in _ABSENT}
+    return data.assign(by_curve | {"draws": (data.draws.dims, values)})
+
+
+def judge(posterior: "Posterior", data: xr.Dataset, corrected: xr.Dataset) -> xr.Dataset:
+    """Judge a network's draws by its own density against the exact posterior.
+
+    Args:
+        data: What ``amortised.validate`` returns: its draws, as many curves as are to be judged.
+        corrected: What ``correct_validation`` made of the same curves; gives the evidence.
+
+    Returns:
+        Dataset over ``curve``: ``efficiency`` and ``pareto_k`` of the importance weights of the
+        network's draws, ``faulty_weights``, ``divergence`` (KL of the exact posterior from the
+        network's, by these weights), ``gap`` (``log p - log q`` at the true values, whose mean
+        over curves is the mean divergence, whatever the weights), both nats, ``c2st``, how well the
+        best classifier tells the two apart, ``log_evidence`` by the network's draws,
+        ``truth_log_density``, the network's log density of the truth per unit of standardised
+        outputs, and ``resolved``, whether the evidence can be relied on.
+
+    Raises:
+        ValueError: If the corrected curves are others.
+    """
+    model, rows = posterior.model, []
+    n = data.sizes["curve"]
+    if not np.array_equal(corrected.truth.values[:n], data.truth.values):
+        raise ValueError("the corrected curves are not those to be judged: validate both anew")
+    progress = tqdm(range(n), desc=f"judging {model.motion}", mininterval=5, unit="curve")
+    for i in progress:
+        record = data.measured.values[i]
+        # The truth goes along as one more point.
+        values = np.concatenate([data.draws.values[i], data.truth.values[i : i + 1]])
+        log_density = posterior.log_prob(values[None], record[None])[0] - model.log_scaling(values)
+        log_joint = model.log_joint(model.standardise(values), record)
+        weights = importance(log_joint[:-1], log_density[:-1])
+        rows.append(
+            {
+                "efficiency": weights.efficiency,
+                "pareto_k": weights.pareto_k,
+                "faulty_weights": weights.faulty,
+                "divergence": weights.gap,
+                "c2st": weights.c2st,
+                "log_evidence": weights.log_evidence,
+                "truth_log_density": log_density[-1],
+                "gap": log_joint[-1] - corrected.log_evidence.values[i] - log_density[-1],
+            }
+        )
+    judged = {name: ("curve", np.array([row[name] for row in rows])) for name in rows[0]}
+    resolved = ("curve", corrected.resolved.values[: len(rows)])
+    return xr.Dataset(judged | {"resolved": resolved}, attrs={"motion": model.motion})
