@@ -1,0 +1,64 @@
+"""Functions that a configuration names as ``module:function``: a prior, simulator or network.
+
+A module is looked for among the installed ones first, then in the working directory, so that
+``own_prior:prior`` means the function ``prior`` in the file ``own_prior.py`` beside the
+configuration, and ``models.own:prior`` that in ``models/own.py``.
+"""
+
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from importlib import import_module
+from importlib.util import find_spec
+from pathlib import Path
+
+
+def load(text: str) -> Callable:
+    """Return the function that ``module:function`` names.
+
+    Raises:
+        ValueError: If there is no such module or function; with the remedy.
+    """
+    file = file_of(text)
+    module, _, name = text.partition(":")
+    with _working_directory():
+        found = getattr(import_module(module), name, None)
+    if not callable(found):
+        raise ValueError(f"{text}: {file} has no function {name!r}; define it, or name another")
+    return found
+
+
+def file_of(text: str) -> Path:
+    """Return the file of the module in ``module:function``, without running it.
+
+    Its path is relative if it is below the working directory.
+
+    Raises:
+        ValueError: If the text is of another form, or there is no such module; with the remedy.
+    """
+    module, colon, name = text.partition(":")
+    parts = [*module.split("."), name]
+    if not (colon and all(part.isidentifier() for part in parts)):
+        raise ValueError(f"{text!r} must have the form module:function, such as own_prior:prior")
+    here = Path.cwd()
+    with _working_directory():
+        try:
+            spec = find_spec(module)
+        except ModuleNotFoundError:  # a package above it
+            spec = None
+    if spec is None or not spec.has_location:
+        path = f"{module.replace('.', '/')}.py"
+        raise ValueError(f"{text}: no module {module!r}; install it, or put {path} into {here}")
+    file = Path(spec.origin)
+    return file.relative_to(here) if file.is_relative_to(here) else file
+
+
+@contextmanager
+def _working_directory() -> Iterator[None]:
+    """Look for modules in the working directory, too."""
+    before = sys.path[:]
+    sys.path.append(str(Path.cwd()))
+    try:
+        yield
+    finally:
+        sys.path[:] = before
