@@ -159,7 +159,7 @@ CHECKS = {
     "a model": (across, "reading/inspection", "from breaker.model.curves import travel"),
     "the reader": (across, "paper/model", "from breaker.reading.files.lexicon import UNITS"),
     "a wing as a whole": (across, "reading/inspection", "from breaker import mechanism"),
-    "the paper": (across, "drive/answers", "def f():\n    import breaker.reading.records.curve_reader"),
+    "the paper": (across, "drive/answers", "def f():\n    import breaker.paper.correction"),
     "a hidden name": (hidden, "drive/life", "from breaker.model.curves import _travel"),
     "a long function": (tall, "mechanism", "def f():\n" + "    pass\n" * LONGEST_FUNCTION),
     "torch": (torch_elsewhere, "drive/life", "import torch.nn"),

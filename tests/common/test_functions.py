@@ -32,11 +32,11 @@ def test_the_file_is_found_without_running_it(folder):
     assert str(file_of("own_function:seven")) == "own_function.py"
 
 
-@pytest.mark.parametrize(
-    "text",
-    ["own_function", "own_function:", "own-function:seven", "none:seven", "no.such:seven"]
-    + ["own_function:eight", "own_function:VALUE", "models:seven", "sys:exit"],
-)
+ABSENT = ["none:seven", "no.such:seven", "models:seven", "sys:exit", "own_function:eight"]
+WRONG = ["own_function", "own_function:", "own-function:seven", "own_function:VALUE"]
+
+
+@pytest.mark.parametrize("text", [*ABSENT, *WRONG])
 def test_what_is_not_there_is_an_error_that_names_it(folder, text):
     with pytest.raises(ValueError, match=text):
         load(text)
