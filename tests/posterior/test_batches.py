@@ -1,20 +1,15 @@
 """Batches: rows set apart, fresh zero and noise of the right covariance, frozen inputs."""
 
-from functools import partial
-
 import numpy as np
 import pytest
 import torch
 from scipy.stats import ks_2samp
 
 from breaker.common.randomness import generator
-from breaker.common.zarr_store import describe, save
-from breaker.paper.bank import open_bank
 from breaker.paper.posterior import Posterior
 from breaker.paper.training import (
     OnlineRows,
     Rows,
-    StreamedRows,
     freeze_inputs,
     split,
     truth,
@@ -103,42 +98,6 @@ def test_frozen_inputs_give_highway_outputs_of_unit_variance(bank):
         (travel - travel.mean(0)).std(), rel=1e-5
     )
     np.testing.assert_allclose(posterior.summary.centre.numpy(), travel.mean(0), atol=1e-5)
-
-
-@pytest.fixture
-def stored(bank, tmp_path):
-    """The bank in three shards of different lengths."""
-    parts = {"a": slice(0, 700), "b": slice(700, 705), "c": slice(705, 2048)}
-    for name, part in parts.items():
-        save(describe(bank.isel(curve=part), "test"), tmp_path / name)
-    return open_bank([tmp_path / name for name in parts])
-
-
-def test_a_streamed_bank_passes_through_memory_once(stored, posterior):
-    """Any row of it comes up, no other does, and a training that goes on has the same rows."""
-    part, steps = slice(8, 2000), 60
-
-    def streamed():
-        return StreamedRows(
-            stored, part, partial(Rows.of, posterior=posterior), resident=320, steps=steps
-        )
-
-    rows, of_all = streamed(), Rows.of(stored[part], posterior)
-    place = {travel.numpy().tobytes(): number for number, travel in enumerate(of_all.travel)}
-    seen, rng = [], torch.Generator().manual_seed(1)
-    for step in range(steps):
-        rows.batch(step, 8, rng)
-        here = [place[travel.numpy().tobytes()] for travel in rows.kept.travel]
-        assert len(here) == 320
-        assert max(here) - min(here) < 320 + 20  # neighbours
-        seen.append(set(here))
-    assert seen[0] == set(range(320))
-    assert set.union(*seen) == set(range(len(of_all)))
-    later = streamed()
-    state = rng.get_state()
-    one = rows.batch(steps - 1, 8, rng)
-    for again, other in zip(later.batch(steps - 1, 8, rng.set_state(state)), one, strict=True):
-        torch.testing.assert_close(again, other, rtol=0, atol=0)
 
 
 def test_online_rows_are_new_operations_of_the_prior(posterior):

@@ -240,7 +240,7 @@ sensor: {noise: 0.1}
 shards: 3
     shards is not a known key. Did you mean family.shards or bank.shards?
 bank: {zzz: 3}
-    bank.zzz is not a known key. Known here: shards, curves_per_shard, resident, online
+    bank.zzz is not a known key. Known here: shards, curves_per_shard, online
 # networks
 advice: {gama_a: grease}
     advice.gama_a is not a known key

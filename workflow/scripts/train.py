@@ -1,7 +1,5 @@
 """Train the posterior of one motion on its bank."""
 
-from functools import partial
-
 from breaker.common.randomness import generator
 from breaker.common.zarr_store import describe, save
 from breaker.networks.training import Checkpoint, Trainer, choose_device, fingerprint
@@ -10,7 +8,6 @@ from breaker.paper.posterior import Posterior
 from breaker.paper.training import (
     OnlineRows,
     Rows,
-    StreamedRows,
     convergence,
     freeze_inputs,
     held_out_log_density,
@@ -28,23 +25,18 @@ made_from = {key: params[key] for key in settings} | {"motion": motion}
 bank = open_bank(snakemake.input.shards)
 counts = training["validation_curves"], training["held_out_curves"]
 part, validation, unseen = split(len(bank), *counts)
-first = bank[: min(part.stop, params.bank["resident"])]
+curves = bank[part]
 device = choose_device(training["device"])
 posterior = Posterior(made_from, seed=seed)
-freeze_inputs(posterior, first, generator(seed, "components", motion))
-take = partial(Rows.of, posterior=posterior.to(device), device=device)
-if params.bank["online"]:
-    rows = OnlineRows(posterior, device)
-elif first.sizes["curve"] == part.stop:
-    rows = take(first)
-else:
-    steps, resident = training["steps"], params.bank["resident"]
-    rows = StreamedRows(bank, part, take, resident=resident, steps=steps)
-del first
+freeze_inputs(posterior, curves, generator(seed, "components", motion))
+posterior.to(device)
+online = params.bank["online"]
+rows = OnlineRows(posterior, device) if online else Rows.of(curves, posterior, device)
+del curves
 trainer = Trainer(
     posterior=posterior,
     rows=rows,
-    validation=take(bank[validation]),
+    validation=Rows.of(bank[validation], posterior, device),
     settings=training,
     seed=seed,
     checkpoint=Checkpoint(

@@ -20,7 +20,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from pickle import UnpicklingError
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 import torch
@@ -30,7 +30,6 @@ from tqdm import tqdm
 
 from breaker.common.randomness import seed_integer
 from breaker.networks.blocks import Edge, Hidden
-from breaker.paper.training import DrawnRows, OnlineRows, StreamedRows
 
 _COEFFICIENTS = (3.4445, -4.7750, 2.0315)  # of a polynomial steep at 0, as of Jordan et al.
 _ROUNDS = 5
@@ -166,6 +165,23 @@ def fingerprint(settings: Mapping, code: Sequence[str | Path]) -> str:
     return digest.hexdigest()
 
 
+class Batches(Protocol):
+    """What makes the batches of a training."""
+
+    def batch(self, step: int, n: int, rng: torch.Generator) -> Sequence[Tensor]:
+        """Return the batch of ``n`` rows of a step of a training."""
+        ...
+
+
+class DrawnRows:
+    """Rows of which a batch takes any, with replacement, by ``draw(rows, rng)``."""
+
+    def batch(self, step: int, n: int, rng: torch.Generator) -> Sequence[Tensor]:
+        """Return the batch of ``n`` rows of a step of a training."""
+        del step  # any row at any time
+        return self.draw(torch.randint(len(self), (n,), generator=rng, device=rng.device), rng)
+
+
 class Checkpoint(NamedTuple):
     """Where the state of a training is kept.
 
@@ -195,7 +211,7 @@ class Trainer:
     """
 
     posterior: nn.Module
-    rows: DrawnRows | StreamedRows | OnlineRows
+    rows: Batches
     validation: DrawnRows
     settings: Mapping
     seed: int

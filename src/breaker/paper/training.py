@@ -3,8 +3,8 @@
 For a summary network that takes them, samples are also missing at random.
 """
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -13,10 +13,10 @@ import xarray as xr
 from torch import Tensor
 
 from breaker.common.randomness import generator
-from breaker.paper.bank import Bank, distance, excess, principal_components, simulate
+from breaker.networks.training import DrawnRows
+from breaker.paper.bank import distance, excess, principal_components, simulate
 from breaker.paper.posterior import Posterior
 
-_BLOCKS = 16  # of the rows of a streamed bank that are in memory
 _ROWS_FOR_COMPONENTS = 65536  # more change no weight visibly
 
 
@@ -47,15 +47,6 @@ class Batch(NamedTuple):
     z: Tensor
     noise: Tensor
     time: Tensor
-
-
-class DrawnRows:
-    """Rows of which a batch takes any, with replacement, by ``draw(rows, rng)``."""
-
-    def batch(self, step: int, n: int, rng: torch.Generator) -> Sequence[Tensor]:
-        """Return the batch of ``n`` rows of a step of a training."""
-        del step  # any row at any time
-        return self.draw(torch.randint(len(self), (n,), generator=rng, device=rng.device), rng)
 
 
 @dataclass
@@ -108,49 +99,6 @@ class Rows(DrawnRows):
             lost = torch.rand(travel.shape, generator=rng, device=device) < share
             measured = measured.masked_fill(lost, torch.nan)
         return Batch(measured, self.z[rows], noise, time)
-
-
-class StreamedRows:
-    """Rows of a bank larger than memory: some of it at a time, all of it in the end.
-
-    A bank's order is as random as its rows are: those in memory are neighbours, a batch takes any
-    of them, and as the training goes on blocks of them give way to the next. Which ones are there
-    follows from the step, so that a training goes on where it was.
-
-    Args:
-        bank: The bank.
-        part: Its rows to train on.
-        resident: How many of them are in memory.
-        steps: Of the training.
-        take: Makes ``Rows`` of a dataset's.
-    """
-
-    def __init__(
-        self, bank: Bank, part: slice, take: Callable[..., Rows], *, resident: int, steps: int
-    ) -> None:
-        self.bank, self.take, self.steps = bank, take, steps
-        self.size = -(-resident // _BLOCKS)
-        starts = [*range(part.start, part.stop - self.size, self.size), part.stop - self.size]
-        self.starts, self.kept, self.next = starts, None, 0
-
-    def batch(self, step: int, n: int, rng: torch.Generator) -> Batch:
-        """Return the batch of ``n`` rows of a step of a training."""
-        more = max(0, len(self.starts) - _BLOCKS)
-        first = more * step // max(1, self.steps - 1)
-        for block in range(max(first, self.next), min(first + _BLOCKS, len(self.starts))):
-            start = self.starts[block]
-            self._put(block % _BLOCKS, self.take(self.bank[start : start + self.size]))
-        self.next = min(first + _BLOCKS, len(self.starts))
-        return self.kept.batch(step, n, rng)
-
-    def _put(self, place: int, rows: Rows) -> None:
-        here = slice(place * self.size, (place + 1) * self.size)
-        if self.kept is None:
-            n = self.size * min(_BLOCKS, len(self.starts))
-            empty = {name: getattr(rows, name) for name in ("travel", "z")}
-            empty = {name: x.new_empty(n, x.shape[1]) for name, x in empty.items()}
-            self.kept = replace(rows, **empty)
-        self.kept.travel[here], self.kept.z[here] = rows.travel, rows.z
 
 
 @dataclass

@@ -11,7 +11,7 @@ from torch.utils.data import DataLoader, Dataset
 from breaker.common.randomness import seed_integer
 from breaker.networks.blocks import ResidualMLP
 from breaker.networks.mixture import AutoregressiveMixture
-from breaker.paper.training import DrawnRows
+from breaker.networks.training import DrawnRows
 
 _ENDLESS = 2**62  # steps; as many are asked for as a training has
 
