@@ -17,12 +17,12 @@ ROOT = Path(__file__).resolve().parents[1]
 # From the ground up: a room uses those of lower floors only, and none beside it.
 FLOORS = [
     {"common", "shipped"},
-    {"quantities", "networks", "documents"},
-    {"reading.files", "mechanism"},
-    {"reading.instruments", "configuration", "paper.model"},
+    {"model", "networks", "documents"},
+    {"reading.files", "paper"},
+    {"reading.instruments", "configuration"},
     {"reading.records", "workflow"},
-    {"reading.inspection", "drive.simulation", "drive.family", "paper.posterior"},
-    {"paper.validation", "drive.life", "drive.training"},
+    {"reading.inspection", "drive.simulation", "drive.family"},
+    {"drive.life", "drive.training"},
     {"drive.answers"},
     {"drive.fleet"},
     {"figures"},
@@ -30,17 +30,14 @@ FLOORS = [
     {"cli"},  # draws a picture of what it inspects
 ]
 FLOOR = {room: floor for floor, rooms in enumerate(FLOORS) for room in rooms}
-# The rooms outside of it that a wing may use. A training of a family is one of the paper's trainer.
+# The rooms outside of it that a wing may use.
 WINGS = {
-    "reading": {"common", "quantities", "documents"},
-    "drive": {
-        *("common", "shipped", "quantities", "documents"),
-        *("mechanism", "configuration", "reading"),
-    },
-    "paper": {"common", "quantities", "mechanism", "networks"},
+    "reading": {"common", "model", "documents"},
+    "drive": {*("common", "shipped", "model", "documents"), *("configuration", "reading")},
+    "paper": {"common", "model", "networks"},
 }
-MAY_TOO = {"drive.training": {"networks", "paper"}}
-TORCH = {"networks", "paper.posterior", "drive.training"}
+MAY_TOO = {"drive.training": {"networks"}}
+TORCH = {"networks", "paper", "drive.training"}
 LONGEST_FUNCTION = 55  # lines, so that it is seen whole
 HEAVY = {"torch", "numba", "xarray", "scipy", "pandas", "zarr", "matplotlib"}
 
@@ -156,12 +153,12 @@ CHECKS = {
     "upwards": (upward, "drive/family", "from breaker.drive.answers.words import say"),
     "beside": (upward, "drive/life", "def f():\n    import breaker.drive.training.bank"),
     "a network of breakers": (upward, "networks", "from breaker.model.parameters import Size"),
-    "a model": (across, "reading/inspection", "from breaker.model.curves import travel"),
-    "the reader": (across, "paper/model", "from breaker.reading.files.lexicon import UNITS"),
-    "a wing as a whole": (across, "reading/inspection", "from breaker import mechanism"),
+    "a network": (across, "reading/inspection", "from breaker.networks.blocks import Hidden"),
+    "the reader": (across, "paper", "from breaker.reading.files.lexicon import UNITS"),
+    "a wing as a whole": (across, "reading/inspection", "from breaker import networks"),
     "the paper": (across, "drive/answers", "def f():\n    import breaker.paper.correction"),
     "a hidden name": (hidden, "drive/life", "from breaker.model.curves import _travel"),
-    "a long function": (tall, "mechanism", "def f():\n" + "    pass\n" * LONGEST_FUNCTION),
+    "a long function": (tall, "model", "def f():\n" + "    pass\n" * LONGEST_FUNCTION),
     "torch": (torch_elsewhere, "drive/life", "import torch.nn"),
     "a study": (of_a_study, "drive/life", "def f():\n    from studies.lives import Life"),
 }
@@ -192,15 +189,15 @@ def loaded(*modules: str) -> set[str]:
 
 
 def test_what_rules_read_is_light():
-    light = ["quantities.parameters", "mechanism.limits", "reading.files.guards"]
+    light = ["model.parameters", "model.limits", "reading.files.guards"]
     light += ["configuration.loading", "workflow.jobs", "workflow.dependencies"]
     assert HEAVY & loaded(*light) == set()
-    assert "numba" in loaded("mechanism.curves")
+    assert "numba" in loaded("model.curves")
 
 
 def test_reading_needs_no_torch_and_no_model():
     """Every module of the wing, imported together, leaves the model and torch outside."""
     wing = [Path(file).with_suffix("").parts for file in PACKAGE if "/reading/" in file]
     held = loaded(*(".".join(parts[2:]).removesuffix(".__init__") for parts in wing))
-    assert not [name for name in held if name.startswith(("breaker.mechanism", "breaker.drive"))]
+    assert not [name for name in held if name.startswith(("breaker.model.curves", "breaker.drive"))]
     assert "torch" not in held
