@@ -8,7 +8,7 @@ from breaker.drive.family.network_files import shipped_networks
 from breaker.drive.family.operation_inference import infer_operations
 from breaker.model.curves import travel
 from breaker.model.parameters import MOTIONS, NAMES
-from breaker.paper.inference import intervals, table
+from breaker.paper.validation import intervals, table
 
 TIMES, NOISE, COUNT = np.arange(-10.0, 70.0, 0.25), 0.05, 6
 SETTINGS = {"draws": 200, "seed": 1, "misfit_p_value": 1e-3}

@@ -5,7 +5,7 @@ import pytest
 
 from breaker.figures.exactness import exactness
 from breaker.paper import validation as comparison
-from breaker.paper.inference import summary
+from breaker.paper.validation import summary
 from tests.figures.drawn import assert_drawn
 from tests.validation.made import CURVES, JUDGED, NAMES, judgement, posteriors
 

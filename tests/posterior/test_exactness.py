@@ -13,8 +13,8 @@ from breaker.common.randomness import generator
 from breaker.model.prior import Prior
 from breaker.model.sensor import Sensor
 from breaker.paper.correction import correct, correct_validation, importance, judge
-from breaker.paper.inference import summary
 from breaker.paper.joint_model import Model
+from breaker.paper.validation import summary
 from tests.corrections import SETTINGS, errors_p_value, from_prior, means_p_value
 
 Q, SAMPLES = 8, 15

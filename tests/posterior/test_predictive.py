@@ -14,9 +14,9 @@ from breaker.paper.inference import (
     predict_stages,
     predictive_p_value,
     sample_records,
-    table,
     validate,
 )
+from breaker.paper.validation import table
 from breaker.reading.records.curve_reader import open_curves
 from tests.networks_fixtures import exact_curves, frozen, operations_of, pin, simulated
 

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from breaker.common.randomness import generator
-from breaker.paper.inference import share_inside
-from breaker.paper.validation import prior_check, recovery, scores
+from breaker.paper.validation import prior_check, recovery, scores, share_inside
 from tests.validation.made import exact_posteriors
 
 PRIOR_SD = np.array([0.2, 0.4, 0.3])

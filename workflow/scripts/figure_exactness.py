@@ -3,8 +3,7 @@
 from breaker.common.zarr_store import open_store
 from breaker.figures.exactness import exactness
 from breaker.figures.style import save
-from breaker.paper.inference import summary
-from breaker.paper.validation import examples
+from breaker.paper.validation import examples, summary
 from breaker.workflow.jobs import start
 
 start(snakemake)

@@ -2,8 +2,8 @@
 
 from breaker.common.zarr_store import describe, open_store, save
 from breaker.paper.correction import judge
-from breaker.paper.inference import summary
 from breaker.paper.posterior import Posterior
+from breaker.paper.validation import summary
 from breaker.reading.files.safe_text import save_frame
 from breaker.workflow.jobs import start
 
