@@ -10,7 +10,8 @@ from breaker.common.numerals import in_digits
 from breaker.drive.answers.answer_document import document
 from breaker.drive.answers.assessment import Assessment
 from breaker.drive.answers.report_tables import starred
-from breaker.drive.answers.test_report import ReportContext, report_of
+from breaker.drive.answers.test_report import report_of
+from breaker.drive.answers.visit import Visit
 from breaker.model.parameters import MOTIONS
 from breaker.model.quantities import EVENTS, INFERRED
 from breaker.reading.files.operations_table import Operation
@@ -43,10 +44,11 @@ def test_a_quantity_has_one_value_on_all_pages(seed, tmp_path, levels, defaults)
     operations, form = visit_of(100 * seed, tmp_path)
     config = defaults | {"endurance": defaults["endurance"] | FEW | {"format": form}}
     assessment = Assessment(config, LIMITS, families=lambda: [levels])
-    answers = assessment.infer(assessment.read(operations, loose=True))
+    records = assessment.read(operations, loose=True)
+    answers = assessment.infer(records)
     verdicts = assessment.judge(answers)
     entries = [e for e in document(answers, verdicts, {}, {}).records if e.accepted]
-    found = report_of(answers, verdicts, ReportContext())
+    found = report_of(answers, verdicts, Visit(assessment, records))
     tables = [each for each in found.parts if [*each.head[:1]] == ["measured"]]
     assert len(tables) == len(entries) > 1
     for entry in entries:

@@ -1,5 +1,6 @@
 """The command as a whole: usage, errors in one line, interrupts, closed pipes, its imports."""
 
+import gc
 import signal
 import subprocess
 import sys
@@ -33,16 +34,6 @@ def test_help_answers_without_what_infers(arguments):
     assert done.returncode == 0
     assert done.stdout.startswith("usage: breaker")
     assert done.stdout.endswith("imported: []\n")
-
-
-@pytest.mark.parametrize("named", sorted({*command._REMOVED} - {*command._COMMANDS}))
-def test_what_was_removed_names_the_alternative(capsys, named):
-    removed, *options = named.split()
-    assert main([removed, "a.csv", *options]) == 2
-    shown = capsys.readouterr()
-    assert shown.out == ""
-    assert shown.err == f"breaker: {command._REMOVED[named]}\n"
-    assert "\n" not in command._REMOVED[named]
 
 
 @pytest.mark.parametrize("words", ["--help", "--version", "infer --help", "report --help"])
@@ -103,7 +94,7 @@ def test_what_ends_a_command_is_one_line(capsys, monkeypatch, command, error, st
     def run(_):
         raise error
 
-    monkeypatch.setattr(command, "_run", run)
+    monkeypatch.setattr(command, "run", run)
     assert main([command.__name__.rpartition(".")[2], "a.csv"]) == status
     message = capsys.readouterr().err
     assert words in message
@@ -114,7 +105,7 @@ def test_a_reader_that_leaves_is_no_error_of_the_command():
     """As in `breaker infer ... | head`."""
     script = (
         "import sys; from breaker.cli import infer, main\n"
-        "infer._run = lambda _: print('text ' * 10**6) or 0\n"
+        "infer.run = lambda _: print('text ' * 10**6) or 0\n"
         "sys.exit(main(['infer', 'file']))"
     )
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
@@ -137,5 +128,8 @@ def test_a_machine_without_a_hangup_ends_in_order_too(monkeypatch):
     monkeypatch.delattr(signal, "SIGHUP")
     monkeypatch.setattr(signal, "getsignal", lambda _: signal.SIG_DFL)
     monkeypatch.setattr(signal, "signal", lambda number, _: taken.append(number))
-    command._end_in_order()
+    monkeypatch.setattr(command, "main", lambda: 0)
+    for name in ("disable", "freeze"):
+        monkeypatch.setattr(gc, name, lambda: None)
+    assert command.run() == 0
     assert taken == [signal.SIGTERM]

@@ -66,7 +66,7 @@ def test_a_phase_of_a_table_is_chosen_and_the_share_that_matters(visits, capsys)
         table = "\n".join(["file,motion,operation,phase", *rows])
         (visits / name / "operations.csv").write_text(table)
     assert call("then", "--today", "now") == 1
-    assert "choose one by --phase NAME" in capsys.readouterr().err
+    assert "--phase NAME" in capsys.readouterr().err
     assert call("then", "--today", "now", "--phase", "L2", "--beyond", "20", "--json") == 0
     found = json.loads(capsys.readouterr().out)
     assert found["records"] == {"closing": {"before": 1, "today": 1}}

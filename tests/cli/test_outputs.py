@@ -13,31 +13,28 @@ from breaker.cli import main
 @pytest.mark.parametrize(
     ("words", "reason"),
     [
-        ("infer drive --output drive/closing/op_1.csv", "it is what is read, and would be"),
-        ("infer drive --output link/closing/op_1.csv", "it is what is read"),
-        ("infer drive --output hard.csv", "it is what is read"),
-        ("infer drive/closing/op_1.csv --output drive/../hard.csv", "it is what is read"),
+        ("infer drive --output drive/closing/op_1.csv", "is read by this command"),
+        ("infer drive --output link/closing/op_1.csv", "is read by this command"),
+        ("infer drive --output hard.csv", "is read by this command"),
+        ("infer drive/closing/op_1.csv --output drive/../hard.csv", "is read by this command"),
         ("infer drive --output drive/operations.csv", "would be read as a record"),
         ("infer drive --output drive/closing/new.csv", "would be read as a record"),
-        ("infer a.csv --output few.yaml", "it is what is read"),
+        ("infer a.csv --output few.yaml", "is read by this command"),
         ("infer a.csv --output open.csv", "may hold work of yours"),  # a record that is not read
-        ("infer a.csv --model m.safetensors --output m.safetensors", "it is what is read"),
+        ("infer a.csv --model m.safetensors --output m.safetensors", "is read by this command"),
         ("infer a.csv --output same.csv --plot ./same.csv", "another output of this command"),
         ("infer a.csv --output drive/new.csv --draws drive", "is in, another output of this"),
-        ("infer a.csv --draws foreign.zarr", "is a folder, and is not replaced"),
-        ("infer a.csv --draws few.yaml", "it is what is read"),
-        ("infer a.csv --draws open.csv", "is a file, and a store is a folder"),
-        ("infer a.csv --plot drive", "is a folder, and is not replaced"),
+        ("infer a.csv --draws foreign.zarr", "is there already"),
+        ("infer a.csv --draws few.yaml", "is read by this command"),
+        ("infer a.csv --draws open.csv", "is there already"),
+        ("infer a.csv --plot drive", "end it in .png"),
         ("infer a.csv --output nowhere/out.csv", "there is no folder nowhere/"),
-        ("infer a.csv --output pipe", "is a pipe or a device"),
-        ("infer a.csv --output loop.csv", "loop.csv cannot be written: Too many levels of symb"),
-        ("infer a.csv --output a\0b.csv", "is no name of a file: embedded null byte; name another"),
-        (f"infer a.csv --output {'x' * 300}", "cannot be written: File name too long; name"),
-        ("inspect a.csv --output config/config.yaml", "it is what is read"),
-        ("inspect a.csv --output few.yaml", "it is what is read"),
-        ("fit-prior drive --output drive/closing/op_1.csv", "it is what is read"),
+        ("infer a.csv --output pipe", "is there already"),
+        ("inspect a.csv --output config/config.yaml", "is read by this command"),
+        ("inspect a.csv --output few.yaml", "is read by this command"),
+        ("fit-prior drive --output drive/closing/op_1.csv", "is read by this command"),
         ("inspect drive --output drive/closing/op_9.csv", "would be read as a record"),
-        ("compare a.csv --today open.csv --plot picture.png", "it is what is read"),  # a link
+        ("compare a.csv --today open.csv --plot picture.png", "is read by this command"),  # a link
     ],
 )
 def test_nothing_that_is_not_a_result_is_replaced(folder, capsys, words, reason):
@@ -51,7 +48,6 @@ def test_nothing_that_is_not_a_result_is_replaced(folder, capsys, words, reason)
     (folder / "m.safetensors").write_bytes(b"a model")
     (folder / "foreign.zarr/.zgroup").write_text('{"zarr_format": 2}')
     os.mkfifo(folder / "pipe")
-    (folder / "loop.csv").symlink_to("loop.csv")
     files = [each for each in folder.rglob("*") if each.is_file()]
     before = {each: each.read_bytes() for each in files}
     assert main([*words.split(), "--config", "few.yaml"]) == 1
@@ -86,7 +82,7 @@ def test_a_result_that_is_read_is_not_replaced_under_another_name(folder, capsys
     (folder / "hard.csv").hardlink_to(folder / "t.csv")
     capsys.readouterr()
     assert main(["infer", "a.csv", "t.csv", "--config", "few.yaml", "--output", "hard.csv"]) == 1
-    assert "it is what is read" in capsys.readouterr().err
+    assert "is read by this command" in capsys.readouterr().err
 
 
 def test_names_of_nothing_are_refused(folder, capsys):

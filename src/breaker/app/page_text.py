@@ -100,7 +100,7 @@ def _names(session: Session, identities: Sequence[str]) -> list[str]:
 def answer_part(session: Session, choices: Choices, state: str) -> str:
     """Return the part of a page that takes longer: values, limits, and what the model says."""
     answered = session.answered(choices, state)
-    report = answered.visit.report
+    report = answered.report
     values = replace(report, title="Values, limits and the model", summary=())
     before = Document("Parameters with the record, and before it", parts=[answered.before])
     return _page(

@@ -26,6 +26,8 @@ from breaker.documents.terminal import text_of
 from breaker.drive.answers.answer_document import document
 from breaker.drive.answers.answer_words import beside_prior, words_of
 from breaker.drive.answers.reference_curve import overlaid
+from breaker.drive.answers.test_report import Report, report_of
+from breaker.drive.answers.visit import Visit
 from breaker.model.parameters import MOTIONS
 from breaker.reading.files.file_facts import Description
 from breaker.reading.files.folder_listing import odd_signs, record_files
@@ -51,35 +53,20 @@ _OPEN = 2  # of which files are kept open
 _TRAVEL = "travel_column"  # which chooses a channel of several, also where it is the base's
 
 
-class Asked(NamedTuple):
-    """What a page asks ``breaker report`` for, as its command line names it.
-
-    Attributes:
-        files, before: Files of the visit, and of the visit before.
-        channel: Column of travel; empty for all that move.
-    """
-
-    files: Sequence[str]
-    before: Sequence[str]
-    channel: str
-
-
 class Commands(NamedTuple):
     """What the commands do, called as they call it.
 
     Attributes:
         settings_of: The configuration of overlays.
-        read_of: What ``breaker report`` reads with overlays, files opened once in those given.
-        visit_of: What it then infers and judges, and its report.
+        read_of: The visit of ``breaker report``: of files, files before, channels and overlays.
         content_of: The bytes of its report by ending, and what to say of them.
         manifest_of: The table of ``breaker inspect`` for a folder and overlays, and remarks.
         write_lines: Write a text where nothing of a user is, for a name and what is read.
     """
 
     settings_of: Callable[[Sequence[str]], Mapping]
-    read_of: Callable[[Asked, Sequence[str], Files], Any]
-    visit_of: Callable[[Any], Any]
-    content_of: Callable[[Any, str], tuple[bytes, str]]
+    read_of: Callable[..., Visit]
+    content_of: Callable[[Report, str], tuple[bytes, str]]
     manifest_of: Callable[[str, Sequence[str]], tuple[str, Sequence[str]]]
     write_lines: Callable[[str, str, Sequence[str]], str]
 
@@ -119,7 +106,7 @@ class Shown:
     rows: Sequence[SettingRow]
     remarks: Sequence[str]
     trouble: str
-    read: Any
+    read: Visit | None
     traces: Sequence[Trace]
     command: str
     good: str
@@ -142,11 +129,11 @@ class Shown:
 
 
 class Answered(NamedTuple):
-    """A visit as ``breaker report`` answers it, the marks of its curves, what the model tells
-    beside what was known before, in words and as a table, and the whole in words.
+    """The report of a visit, the marks of its curves, what the model tells beside what was known
+    before, in words and as a table, and the whole in words.
     """
 
-    visit: Any
+    report: Report
     marks: Sequence[Mark]
     told: Sequence[str]
     before: Table
@@ -309,9 +296,9 @@ class Session:
             MissingError: If a file is not, or no more, among those that are listed.
             ConfigurationError, OSError, ValueError: If the configuration is wrong.
         """
-        asked = Asked(*map(self.paths, (choices.files, choices.before)), choices.channel)
+        asked = [self.paths(each) for each in (choices.files, choices.before)]
         (good,) = self.paths([choices.reference])
-        named = (*asked.files, *asked.before, *filter(None, [good]))
+        named = (*asked[0], *asked[1], *filter(None, [good]))
         states = tuple(_state(each) for each in (*named, *self.overlays))
         if state not in ("", _short(states)):
             raise ChangedError("a file has changed since this page was shown: load the page again")
@@ -341,12 +328,12 @@ class Session:
         named = {WHOLE: self.named, "": ""}
         return [named.get(each) or files.get(each, "") for each in identities]
 
-    def _shown(self, choices: Choices, asked: Asked, good: str, files: Files, state: str) -> Shown:
+    def _shown(
+        self, choices: Choices, asked: Sequence[list[str]], good: str, files: Files, state: str
+    ) -> Shown:
         configured = ("configured", *(_state(each) for each in self.overlays))
         config = self._once(configured, lambda: self.commands.settings_of(self.overlays), 1)
-        first = (
-            asked.files[0] if choices.files[0] != WHOLE else next(iter(self.files().values()), "")
-        )
+        first = asked[0][0] if choices.files[0] != WHOLE else next(iter(self.files().values()), "")
         layout, proposal, trouble = self._seen(first, files, config)
         base = base_of(config, proposal, choices.base)
         chosen = {k: v for k, v in choices.settings.items() if v != base.form[k] or k == _TRAVEL}
@@ -356,10 +343,10 @@ class Session:
         laid = {"file": good, "tolerance": choices.tolerance} if good else {}
         changed = {key: form[key] for key in form if form[key] != own[key]}
         overlay = overlay_text(changed, sensor, laid)
-        asked, read = asked._replace(channel=choices.channel), None
+        channels, read = [*filter(None, [choices.channel])], None
         try:
             with self._overlay(overlay) as written:
-                read = self.commands.read_of(asked, written, files)
+                read = self.commands.read_of(*asked, channels, written, opened=files)
                 trouble = ""
         except (ValueError, OSError) as error:
             trouble = re.sub(rf"{re.escape(str(self.own))}\S*/(?=my\.yaml)", "", str(error))
@@ -371,7 +358,7 @@ class Session:
             trouble,
             read,
             _traces(read, layout, files),
-            self._command(asked),
+            self._command(*asked, channels),
             config["report"]["reference"]["file"] or "",
             state,
         )
@@ -388,11 +375,14 @@ class Session:
             raise ValueError(shown.trouble)
 
         def answer() -> Answered:
-            visit = self.commands.visit_of(shown.read)
-            found = document(visit.answers, visit.verdicts, {"words": []}, {})
+            visit = shown.read
+            answers = visit.assessment.infer(visit.records)
+            verdicts = visit.assessment.judge(answers)
+            report = report_of(answers, verdicts, visit)
+            found = document(answers, verdicts, {"words": []}, {})
             told = beside_prior(each for each in found.records if each.accepted)
-            marks = marks_of(visit.answers, aligned(shown.read.records).shifts)
-            return Answered(visit, marks, *told, text_of(words_of(found)))
+            marks = marks_of(answers, aligned(visit.records).shifts)
+            return Answered(report, marks, *told, text_of(words_of(found)))
 
         return self._once(("answered", id(shown), shown), answer, _KEPT)
 
@@ -419,11 +409,11 @@ class Session:
             file.write_text(text, encoding="utf-8")
             yield [*self.overlays, str(file)]
 
-    def _command(self, asked: Asked) -> str:
+    def _command(self, files: Sequence[str], before: Sequence[str], channels: Sequence[str]) -> str:
         """The command line that writes the sheet of a page."""
-        words = ["breaker", "report", *map(printable, asked.files)]
-        words += ["--before", *map(printable, asked.before)] if asked.before else []
-        words += ["--channel", asked.channel] if asked.channel else []
+        words = ["breaker", "report", *map(printable, files)]
+        words += ["--before", *map(printable, before)] if before else []
+        words += ["--channel", *channels] if channels else []
         return shlex.join([*words, "--config", *self.overlays, "my.yaml", "--output", "sheet.html"])
 
     def sheet(self, choices: Choices, state: str, ending: str) -> bytes:
@@ -432,7 +422,7 @@ class Session:
         Raises:
             ValueError: If there is none, or it is to be a PDF and WeasyPrint is not installed.
         """
-        report = self.answered(choices, state).visit.report
+        report = self.answered(choices, state).report
         try:
             return self.commands.content_of(report, ending)[0]
         finally:
@@ -479,7 +469,7 @@ class Session:
             return found
 
 
-def _traces(read: Any, first: Layout | None, files: Files) -> list[Trace]:
+def _traces(read: Visit | None, first: Layout | None, files: Files) -> list[Trace]:
     """Curves of all files that can be looked into; the others are said elsewhere. Over them lie the
     reference and the visit before.
     """
@@ -490,7 +480,7 @@ def _traces(read: Any, first: Layout | None, files: Files) -> list[Trace]:
     shifts = aligned(records).shifts
     found = record_traces(records, layouts or [*filter(None, [first])], shifts)
     if read:
-        found += laid_over(records, read.beside.overlays, "reference", shifts, band=True)
+        found += laid_over(records, read.overlays, "reference", shifts, band=True)
         found += laid_over(records, overlaid(records, read.before), "before", shifts)
     return found
 

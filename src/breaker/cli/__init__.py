@@ -1,10 +1,11 @@
-"""The command `breaker`: what one wants of files without the workflow.
+"""The command `breaker`: answers about files, without the workflow.
 
-Each command is a module with ``add``, its options, and a function that writes, prints and returns
-the exit status: 0, or 1 where it failed. Its help is the docstrings of the module and of ``add``.
+Each command is a module with ``add``, its options, and ``run``, which returns the exit status: 0,
+or 1 where it failed. Its help is the docstrings of the module and of ``add``.
 """
 
 import sys
+from collections.abc import Sequence
 
 __all__ = ["main", "run"]
 
@@ -12,7 +13,7 @@ __all__ = ["main", "run"]
 def run() -> int:
     """Run the command as a process of its own; see ``command.run``.
 
-    Imports take a second, in which an interrupt is to be one, too: so none stands above.
+    Imports take a second, in which the user may interrupt, too: so none of them stands above.
     """
     try:
         from breaker.cli import command
@@ -23,9 +24,8 @@ def run() -> int:
         return 130
 
 
-def __getattr__(name: str):
-    if name != "main":
-        raise AttributeError(name)
-    from breaker.cli.command import main
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command within this process; see ``command.main``."""
+    from breaker.cli import command
 
-    return main
+    return command.main(arguments)

@@ -5,18 +5,22 @@ import os
 from collections.abc import Mapping, Sequence
 from functools import reduce
 from operator import getitem
+from typing import TYPE_CHECKING
 
-from breaker.cli.command_inputs import (
+from breaker.cli.inputs import (
     SEVERAL,
     add_choice,
     add_path,
     limits_of,
-    operations_of,
     percent,
+    read_records,
     settings_of,
 )
 from breaker.cli.outputs import check_outputs, draw, say_written
 from breaker.common.visible_text import say
+
+if TYPE_CHECKING:
+    from breaker.drive.answers.evidence import DriveRecord
 
 _VISITS = ("before", "today")
 _SHARED = ("seed", "known", "speeds", "endurance.misfit_p_value")  # that no visit has for itself
@@ -44,16 +48,19 @@ def add(compare: argparse.ArgumentParser) -> None:
     add_path(compare, "--plot", "PNG", "draw the comparison there")
 
 
-def _run(options: argparse.Namespace) -> int:
+def run(options: argparse.Namespace) -> int:
+    """Read both visits, compare them, and print the comparison."""
     own = {visit: getattr(options, f"config_{visit}") for visit in _VISITS}
     named = {visit: getattr(options, visit) for visit in _VISITS}
     inputs = [*named.values(), options.config, *own.values()]
     check_outputs([(options.plot, "picture")], [file for some in inputs for file in some])
     config = settings_of(options.config)
     configs = {visit: _config_of(files, options.config, config) for visit, files in own.items()}
-    _check_no_facts(config["known"])
-    listed = {visit: operations_of(named[visit], options, configs[visit]) for visit in _VISITS}
-    _check_visits([operations for operations, _ in listed.values()])
+    if facts := config["known"]:
+        raise ValueError(
+            f"known: {', '.join(facts)}: breaker compare takes no facts beside records; leave the "
+            "section known out of the configuration"
+        )
     # Imported here, so that --help and wrong options answer at once.
     from breaker.common.plain_values import to_json
     from breaker.documents.terminal import text_of
@@ -61,30 +68,30 @@ def _run(options: argparse.Namespace) -> int:
     from breaker.drive.answers.visit_document import words_of_visits
 
     visits = {
-        visit: Assessment(configs[visit]).read(each, loose=loose)
-        for visit, (each, loose) in listed.items()
+        visit: read_records(named[visit], options, Assessment(configs[visit])) for visit in _VISITS
     }
+    _check_visits(*visits.values())
     both = Assessment(config, limits_of(config, options.config))
     document = both.compare(visits, options.beyond)
     written = []
     if options.plot:
-        from breaker.figures import visits
+        from breaker.figures import visits as figures
 
-        written.append(draw(visits.visits(document), options.plot))
+        written = [draw(figures.visits(document), options.plot)]
     say(to_json(document) if options.json else text_of(words_of_visits(document)))
     say_written(written, options.json)
     return 0
 
 
 def _config_of(own: Sequence[str], shared: Sequence[str], config: Mapping) -> Mapping:
-    """The configuration of a visit: files of its own over those of both.
+    """Return the configuration of a visit: files of its own over those of both.
 
     Raises:
         ValueError: If they change what holds for both.
     """
     if not own:
         return config
-    found = settings_of(shared, own)
+    found = settings_of([*shared, *own])
     for key in _SHARED:
         here, both = (reduce(getitem, key.split("."), each) for each in (found, config))
         if here != both:
@@ -92,17 +99,9 @@ def _config_of(own: Sequence[str], shared: Sequence[str], config: Mapping) -> Ma
     return found
 
 
-def _check_no_facts(known: Mapping) -> None:
-    if known:
-        raise ValueError(
-            f"known: {', '.join(known)}: breaker compare takes no facts beside records; leave the "
-            "section known out of the configuration"
-        )
-
-
-def _check_visits(visits: Sequence[Mapping]) -> None:
+def _check_visits(before: Sequence["DriveRecord"], today: Sequence["DriveRecord"]) -> None:
     """Refuse visits that share a file, or whose tables name different drives; a file names none."""
-    before, today = ([op for each in by.values() for op in each] for by in visits)
+    before, today = ([each.operation for each in visit] for visit in (before, today))
     first, second = ({os.path.realpath(op.file) for op in visit} for visit in (before, today))
     if both := sorted(first & second):
         raise ValueError(f"{both[0]} is named in both visits; leave it out of one of them")

@@ -4,7 +4,7 @@ import argparse
 import os
 from pathlib import Path
 
-from breaker.cli.command_inputs import add_path, settings_of
+from breaker.cli.inputs import add_path, settings_of
 from breaker.common.visible_text import say
 
 _MOST, _USUAL = 100, 3  # operations
@@ -24,7 +24,8 @@ def add(example: argparse.ArgumentParser) -> None:
     example.add_argument("--visits", action="store_true", help="two visits, twelve years apart")
 
 
-def _run(options: argparse.Namespace) -> int:
+def run(options: argparse.Namespace) -> int:
+    """Write the files."""
     count = _USUAL if options.operations is None else options.operations
     if not 1 <= count <= _MOST:
         raise ValueError(f"--operations is {count}; write from 1 to {_MOST}")

@@ -4,7 +4,7 @@ import argparse
 from collections.abc import Mapping
 from contextlib import suppress
 
-from breaker.cli.command_inputs import add_path, each_once, limits_of, settings_of
+from breaker.cli.inputs import add_path, each_once, limits_of, settings_of
 from breaker.cli.outputs import check_outputs, draw, say_written, write_lines
 from breaker.common.visible_text import say
 
@@ -22,7 +22,8 @@ def add(fit_prior: argparse.ArgumentParser) -> None:
     add_path(fit_prior, "--plot", "PNG", "draw the prior there")
 
 
-def _run(options: argparse.Namespace) -> int:
+def run(options: argparse.Namespace) -> int:
+    """Fit and check the prior, and print the lines of configuration that hold it."""
     outputs = [(options.output, "lines"), (options.plot, "picture")]
     check_outputs(outputs, [*options.folders, *options.config])
     config = settings_of(options.config)

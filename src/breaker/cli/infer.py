@@ -1,21 +1,20 @@
 """`breaker infer`: infer the state of a drive from its records."""
 
 import argparse
-import math
 import shlex
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from breaker.cli.command_inputs import (
-    MOTIONS,
+from breaker.cli.inputs import (
     SEVERAL,
     add_choice,
     add_path,
     add_reference,
     limits_of,
-    operations_of,
+    motions_of,
     overlays_of,
+    read_records,
     settings_of,
 )
 from breaker.cli.outputs import check_outputs, draw, say_written, write, write_lines
@@ -23,7 +22,8 @@ from breaker.common.visible_text import say
 
 if TYPE_CHECKING:
     from breaker.drive.answers.answer_document import AnswerDocument
-    from breaker.drive.answers.assessment import Assessment
+    from breaker.drive.answers.evidence import Answer, Given
+    from breaker.drive.answers.reference_curve import Overlay
 
 _FACTORS = (0.01, 100.0)  # of a size, as in the configuration
 
@@ -43,9 +43,11 @@ def add(infer: argparse.ArgumentParser) -> None:
         metavar=("LENGTHS", "TIMES"),
         help="the drive's size beside that of the reference drive, if it is known",
     )
-    what = "what is known of a parameter, the wipe, or the time of touch or parting, such as "
-    what += "mu=2.4:0.07 or wipe=3.5:0.3; mass=12:0.5, the moving mass of the drive in kg, adds "
-    what += "forces in N and energies in J, and narrows nothing"
+    what = (
+        "what is known of a parameter, the wipe, or the time of touch or parting, such as "
+        "mu=2.4:0.07 or wipe=3.5:0.3; mass=12:0.5, the moving mass of the drive in kg, adds forces "
+        "in N and energies in J, and narrows nothing"
+    )
     infer.add_argument("--known", type=_fact, metavar="NAME=VALUE:SD", help=what, **SEVERAL)
     add_path(infer, "--model", "FILE", "a network of another family, trained by the workflow")
     what = "say where in the record each number is read, to be checked against the analyser"
@@ -58,45 +60,50 @@ def add(infer: argparse.ArgumentParser) -> None:
 
 
 def _factor(text: str) -> float:
-    """A factor of a size."""
+    """Return a factor of a size."""
     value, (least, most) = _number(text), _FACTORS
-    if not least <= value <= most:
+    if value is None or not least <= value <= most:
         raise argparse.ArgumentTypeError(f"{text!r} is no number from {least} to {most:.0f}")
     return value
 
 
 def _fact(text: str) -> tuple[str, list[float]]:
-    """Name, value and sd of ``NAME=VALUE:SD``."""
+    """Return name, value and sd of ``NAME=VALUE:SD``."""
     from breaker.model.quantities import check_fact, check_mass
 
     name, _, numbers = text.partition("=")
     value, between, sd = numbers.partition(":")
+    check = check_mass if name == "mass" else check_fact
     value, sd = _number(value), 0.0 if name == "mass" and not between else _number(sd)
-    if not name or math.isnan(value) or math.isnan(sd):
+    if not name or value is None or sd is None:
         such = "such as L=10.8:0.2, or mass=12:0.5 in kg"
         raise argparse.ArgumentTypeError(f"{text!r} is not NAME=VALUE:SD, {such}")
-    if complaint := (check_mass if name == "mass" else check_fact)(value, sd):
+    if complaint := check(value, sd):
         raise argparse.ArgumentTypeError(f"{text!r} {complaint}")
     return name, [value, sd]
 
 
-def _number(text: str) -> float:
-    """A number; nan where the text is none."""
+def _number(text: str) -> float | None:
+    """Return a number; None where the text is none."""
     try:
-        return float(text)
+        value = float(text)
     except ValueError:
-        return math.nan
+        return None
+    return None if value != value else value
 
 
-def _run(options: argparse.Namespace) -> int:
+def run(options: argparse.Namespace) -> int:
+    """Infer and judge, write what is asked for, and print the answer."""
     if models := [each for each in options.files if each.endswith(".safetensors")]:
         raise ValueError(f"{models[0]} is a network, not a record; name it by --model")
     outputs = [(options.output, "table"), (options.plot, "picture"), (options.draws, "store")]
     beside = filter(None, [options.model, options.reference])
     check_outputs(outputs, [*options.files, *beside, *options.config])
+    names = [name for name, _ in options.known]
+    if twice := next((name for name in names if names.count(name) > 1), ""):
+        raise ValueError(f"--known has {twice} twice; leave one of them out")
     config = settings_of(options.config)
     limits = limits_of(config, options.config)
-    operations, loose = operations_of(options.files, options, config)
     # Imported here, so that --help and wrong options answer at once.
     from breaker.common.plain_values import to_json
     from breaker.documents.terminal import text_of
@@ -104,13 +111,16 @@ def _run(options: argparse.Namespace) -> int:
     from breaker.drive.answers.answer_words import words_of
     from breaker.drive.answers.assessment import Assessment, given_by
 
-    given, words = given_by(config, options.size, _facts(options.known))
+    given, words = given_by(config, options.size, dict(options.known))
     assessment = Assessment(config, limits, given, families=_families(options.model))
-    records = assessment.read(operations, loose=loose)
-    overlays = overlays_of(records, _reference(options, assessment), options)
+    records = read_records(options.files, options, assessment)
+    good = {"reference": options.reference, "tolerance": options.tolerance}
+    overlays = overlays_of(
+        records, **good, read_good=lambda named: read_records(named, options, assessment)
+    )
     answers = assessment.infer(records)
-    of_visits = (e for e in assessment.limits_on(answers, operations) if not e.source.single)
-    if apart := dict.fromkeys(each.pair or each.name for each in of_visits):
+    asked = assessment.limits_on(answers, motions_of(options))
+    if apart := dict.fromkeys(e.pair or e.name for e in asked if not e.source.single):
         words = [*words, f"not judged, as of changes between visits: {', '.join(apart)}"]
     about = {"size": given.size and vars(given.size), "words": words}
     known = dict(given.known) | ({"mass": given.mass} if given.mass else {})
@@ -120,41 +130,18 @@ def _run(options: argparse.Namespace) -> int:
     found = document(answers, verdicts, about, settings, means, **more)
     if overlays:
         found = replace(found, reference=[each.values for each in overlays])
-    rejected = [each for each in found.records if not each.accepted]
-    nothing = len(rejected) == len(found.records)
+    nothing = not any(each.accepted for each in found.records)
     written = [] if nothing else _write(answers, given, found, overlays, options)
     say(to_json(found) if options.json else text_of(words_of(found)))
     for each in [] if options.json else overlays:
         say(f"\n{each.title}: {each.words}")
-    if rejected:
-        read = {each.file for each in found.records if each.accepted}
-        unread = sorted({each.file for each in rejected} - read)
-        _say_remedy(rejected, unread, nothing=nothing)
+    _say_rejected(found)
     say_written(written, options.json)
     return int(nothing)
 
 
-def _facts(known: Sequence[tuple[str, list[float]]]) -> dict[str, list[float]]:
-    """Facts of a command by name, each once."""
-    names = [name for name, _ in known]
-    if twice := next((name for name in names if names.count(name) > 1), ""):
-        raise ValueError(f"--known has {twice} twice; leave one of them out")
-    return dict(known)
-
-
-def _reference(options: argparse.Namespace, assessment: "Assessment") -> list:
-    """What is read of the good record, if one is named."""
-    if options.reference is None:
-        return []
-    from breaker.reading.files.operations_table import Operation
-
-    operations = [Operation(1, options.reference, channel=options.channel)]
-    motions = [options.motion] if options.motion else MOTIONS
-    return assessment.read(dict.fromkeys(motions, operations), loose=True)
-
-
 def _families(model: str | None) -> Callable[[], Iterable]:
-    """What opens the networks of families."""
+    """Return what opens the networks of families."""
     from breaker.drive.family.level_network import Levels
     from breaker.drive.family.network_files import open_network, shipped_levels
 
@@ -166,23 +153,29 @@ def _families(model: str | None) -> Callable[[], Iterable]:
     return lambda: [network]
 
 
-def _say_remedy(rejected: Sequence, unread: Sequence[str], *, nothing: bool) -> None:
-    """Say on stderr that records were rejected, and how to find out how those can be read that
-    could not be.
-    """
-    what = "nothing was inferred" if nothing else f"rejected records: {len(rejected)}"
-    remedy = (
-        ". If a file is written in another way than the settings say:\n"
-        f"  breaker inspect {shlex.quote(unread[0])} --output my.yaml\n"
-        "and then: breaker infer ... --config my.yaml"
-        if unread
-        else ""
-    )
-    say(f"breaker: {what}{remedy}", beside=True)
+def _say_rejected(found: "AnswerDocument") -> None:
+    """Say on stderr how many records were rejected, and how to find out how to read them."""
+    rejected = [each for each in found.records if not each.accepted]
+    if not rejected:
+        return
+    nothing = len(rejected) == len(found.records)
+    said = "nothing was inferred" if nothing else f"rejected records: {len(rejected)}"
+    read = {each.file for each in found.records if each.accepted}
+    if unread := sorted({each.file for each in rejected} - read):
+        said += (
+            ". If a file is written in another way than the settings say:\n"
+            f"  breaker inspect {shlex.quote(unread[0])} --output my.yaml\n"
+            "and then: breaker infer ... --config my.yaml"
+        )
+    say(f"breaker: {said}", beside=True)
 
 
 def _write(
-    answers: Sequence, given, found: "AnswerDocument", overlays: Sequence, options
+    answers: Sequence["Answer"],
+    given: "Given",
+    found: "AnswerDocument",
+    overlays: Sequence["Overlay"],
+    options: argparse.Namespace,
 ) -> list[str]:
     """Write what the options ask for, and return what was written, in words."""
     seed, written = found.settings["seed"], []

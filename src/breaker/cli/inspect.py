@@ -5,7 +5,7 @@ import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from breaker.cli.command_inputs import PROJECT, SEVERAL, add_path, is_folder, settings_of
+from breaker.cli.inputs import PROJECT, SEVERAL, add_path, is_folder, settings_of
 from breaker.cli.outputs import check_outputs, draw, say_written, write_lines
 from breaker.common.visible_text import say, visible_text
 
@@ -37,7 +37,8 @@ def add(inspect: argparse.ArgumentParser) -> None:
     inspect.add_argument("--keep", nargs="+", default=[], metavar="WORD", help=what)
 
 
-def _run(options: argparse.Namespace) -> int:
+def run(options: argparse.Namespace) -> int:
+    """Inspect a file, or check or propose the table of a folder."""
     return _run_folder(options) if is_folder(options.file) else _run_file(options)
 
 

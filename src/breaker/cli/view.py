@@ -6,20 +6,15 @@ import importlib.util
 import sys
 import tempfile
 import webbrowser
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from breaker import DISTRIBUTION
-from breaker.cli.command_inputs import add_path, settings_of
+from breaker.cli.inputs import add_path, settings_of
 from breaker.cli.inspect import table_of
 from breaker.cli.outputs import check_outputs, write_lines
-from breaker.cli.report import ReadVisit, content_of, read_of, visit_of
+from breaker.cli.report import content_of, read_of
 from breaker.common.visible_text import say
-
-if TYPE_CHECKING:
-    from breaker.app.view_session import Asked
-    from breaker.reading.files.guards import Files
 
 _NEEDED = ("bokeh", "tornado")
 
@@ -36,7 +31,8 @@ def add(view: argparse.ArgumentParser) -> None:
     view.add_argument("--no-browser", action="store_true", help="only print the page's address")
 
 
-def _run(options: argparse.Namespace) -> int:
+def run(options: argparse.Namespace) -> int:
+    """Serve the page until the user ends it."""
     if lacking := [name for name in _NEEDED if importlib.util.find_spec(name) is None]:
         raise ValueError(f'the page needs {", ".join(lacking)}: pip install "{DISTRIBUTION}[app]"')
     if options.example and options.folder:
@@ -47,9 +43,14 @@ def _run(options: argparse.Namespace) -> int:
 
     from breaker.app.local_server import PageServer
     from breaker.app.view_session import Session
+    from breaker.drive.simulation.visit_exports import write_visits
 
     with tempfile.TemporaryDirectory(prefix="breaker-view-") as own:
-        named = _example(own, config) if options.example else options.folder or "."
+        named = options.folder or "."
+        if options.example:
+            named = str(Path(own, "example"))
+            Path(named).mkdir()
+            write_visits(config, Path(named))
         server = PageServer(Session(named, options.config, commands(), own), options.port)
 
         def ready() -> None:
@@ -65,16 +66,6 @@ def _run(options: argparse.Namespace) -> int:
     return 0
 
 
-def _example(own: str, config: Mapping) -> str:
-    """Those of ``breaker example --visits``, in a folder that goes when the command ends."""
-    from breaker.drive.simulation.visit_exports import write_visits
-
-    folder = Path(own, "example")
-    folder.mkdir()
-    write_visits(config, folder)
-    return str(folder)
-
-
 def _opened(address: str) -> bool:
     try:
         return webbrowser.open(address)
@@ -86,18 +77,11 @@ def commands():
     """Return what the page asks of the other commands."""
     from breaker.app.view_session import Commands
 
-    return Commands(settings_of, _read, visit_of, content_of, _table_of, _write)
-
-
-def _read(asked: "Asked", overlays: Sequence[str], opened: "Files") -> ReadVisit:
-    """What ``breaker report`` reads with these options."""
-    given = {"files": [*asked.files], "before": [*asked.before], "config": [*overlays]}
-    given |= {"channel": [asked.channel] if asked.channel else []}
-    return read_of(argparse.Namespace(**given, reference=None, tolerance=None), opened)
+    return Commands(settings_of, read_of, content_of, _table_of, _write)
 
 
 def _table_of(folder: str, overlays: Sequence[str]) -> tuple[str, list[str]]:
-    """What ``breaker inspect`` proposes for a folder."""
+    """Return what ``breaker inspect`` proposes for a folder."""
     return table_of(folder, settings_of(overlays))
 
 

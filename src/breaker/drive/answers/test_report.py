@@ -4,20 +4,17 @@ Tables hold words, from documents of plain values; panels hold the curves, which
 ``figures.report`` draws. ``documents.html_page`` writes both.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
-
-import numpy as np
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 
 from breaker.common.numerals import first_of, natural
-from breaker.documents.parts import Cell, Document, Letterhead, Table
+from breaker.documents.parts import Cell, Document, Table
 from breaker.drive.answers.answer_document import RecordAnswer
 from breaker.drive.answers.answer_document import document as document_of
-from breaker.drive.answers.change_table import NotCompared, changes_table
+from breaker.drive.answers.change_table import changes_table
 from breaker.drive.answers.evidence import Answer
 from breaker.drive.answers.limit_verdicts import RESULTS, Verdict
 from breaker.drive.answers.picture_data import Panel, panel_of
-from breaker.drive.answers.reference_curve import Overlay
 from breaker.drive.answers.report_tables import (
     few,
     mass_table,
@@ -27,7 +24,7 @@ from breaker.drive.answers.report_tables import (
     some_of,
 )
 from breaker.drive.answers.simultaneity import simultaneity_of
-from breaker.drive.answers.visit_document import VisitDocument
+from breaker.drive.answers.visit import Visit
 
 _Pair = tuple[Answer, RecordAnswer]
 
@@ -43,71 +40,43 @@ class Report(Document):
     panels: Sequence[Panel] = ()
 
 
-@dataclass(frozen=True, eq=False)
-class ReportContext:
-    """What a report shows beside answers.
-
-    Attributes:
-        plate: Names and values of the breaker and the test.
-        printed: What ``measured_table`` takes.
-        overlays: Over a good record.
-        rejected: Sentences on what was not read.
-        mass: Draws of the moving mass, kg.
-        changes: The comparison with the visit before, by phase.
-        letterhead: What a company puts around the report.
-        simultaneity: Most that poles may switch apart, by motion, ms.
-    """
-
-    plate: Sequence[tuple[str, str]] = ()
-    printed: Mapping[tuple, tuple[float, str, str]] = field(default_factory=dict)
-    overlays: Sequence[Overlay] = ()
-    rejected: Sequence[str] = ()
-    mass: np.ndarray | None = None
-    changes: Mapping[str, VisitDocument | NotCompared] = field(default_factory=dict)
-    letterhead: Letterhead | None = None
-    simultaneity: Mapping[str, float | None] = field(default_factory=dict)
-
-
 def report_of(
-    answers: Sequence[Answer], verdicts: Sequence[Sequence[Verdict]], beside: ReportContext
+    answers: Sequence[Answer], verdicts: Sequence[Sequence[Verdict]], visit: Visit
 ) -> Report:
     """Return the report of a visit.
 
     Args:
         answers: Of all channels; that of a record is its operation's ``phase``.
         verdicts: Of each, what ``judged`` returns.
-        beside: What it shows beside them.
+        visit: The visit.
+
+    Raises:
+        ValueError: If the logo of the configuration cannot be used.
     """
-    document = document_of(answers, verdicts, {}, {}, mass=beside.mass)
+    document = document_of(answers, verdicts, {}, {}, mass=visit.assessment.mass)
     found = document.records
     pairs = [pair for pair in zip(answers, found, strict=True) if pair[1].accepted]
     entries = [entry for _, entry in pairs]
     phases = list(dict.fromkeys(each.phase for each in entries))
     tables, panels, poles = [], [], []
+    most, printed = visit.assessment.config["report"]["simultaneity"], visit.printed
     for own in _motions(pairs):
         title, channels = _title([e for _, e in own]), {each.phase: each for _, each in own}
-        together = simultaneity_of(channels, beside.simultaneity)
+        together = simultaneity_of(channels, most)
         poles.append((f"simultaneity {own[0][1].motion}", together.verdict))
-        tables.append(measured_table(title, channels, beside.printed, together.said))
-        panels.append(panel_of([each for each, _ in own], beside.overlays, title))
-    lines = [*beside.rejected, *(each.reason for each in found if not each.accepted)]
-    if lines:
-        tables.append(Table(title="Not read", notes=few(list(dict.fromkeys(lines)))))
-    if changed := beside.changes:
+        tables.append(measured_table(title, channels, printed, together.said))
+        panels.append(panel_of([each for each, _ in own], visit.overlays, title))
+    if lines := dict.fromkeys(each.reason for each in found if not each.accepted):
+        tables.append(Table(title="Not read", notes=few([*lines])))
+    if changed := visit.changes:
         tables.append(changes_table(changed, phases))
     tables += [model_table(entries), *mass_table(entries)]
     said = [(phase, w) for phase, each in changed.items() for w in each.warnings]
     warnings = [f"WARNING: {each}" for each in document.warnings]
     warnings += named(said, len(changed))
     summary = [*(Cell(each, "bad") for each in warnings), _verdict(entries, poles, len(phases))]
-    return Report(
-        "Test report",
-        beside.plate,
-        summary,
-        tables,
-        panels=panels,
-        letterhead=beside.letterhead,
-    )
+    about = {"panels": panels, "letterhead": visit.letterhead}
+    return Report("Test report", visit.plate, summary, tables, **about)
 
 
 def _motions(pairs: Iterable[_Pair]) -> list[list[_Pair]]:

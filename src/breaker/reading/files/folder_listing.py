@@ -228,7 +228,7 @@ def _rows(
         if value is None and len(there) > 1:
             raise ValueError(
                 f"{table} has {len(there)} different values in its column {name}: {shown}; choose "
-                f"one by endurance.{name}"
+                f"one by endurance.{name}, or in a command by --{name} NAME"
             )
         if value is not None and value not in there:
             raise ValueError(f"endurance.{name} is {value}, but {table} has {shown}")
