@@ -164,7 +164,7 @@ lock: $(INSTALLED)
 	@echo "== envs/ is renewed: look at the differences, run make test, commit"
 
 clean:
-	rm -rf results figures logs checkpoints report.html report.zip
+	rm -rf results figures logs checkpoints paper report.html report.zip
 
 distclean: clean
 	test ! -f $(PLACE)/pyvenv.cfg || rm -rf $(PLACE)

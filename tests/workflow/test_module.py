@@ -109,7 +109,7 @@ def test_the_catalogue_finds_what_it_looks_for(tmp_path):
     shutil.copytree(ROOT / ".test", tmp_path / ".test")
     where = ["-s", ROOT / "workflow/Snakefile", "-c", "1", "-d", tmp_path / ".test"]
     graph = snakemake(*where, "--forceall", "--rulegraph")
-    assert 'label = "figure_verdict"' in graph
+    assert 'label = "figures_life"' in graph
     here = ["--configfile", ROOT / "config/test.yaml", "--forceall", "--rulegraph"]
     rules = [set(re.findall('label = "(.*?)"', said)) for said in (graph, snakemake(*here))]
     assert rules[1] - rules[0] == {"everything"}, "without a target, the project's file does `all`"

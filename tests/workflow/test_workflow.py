@@ -17,6 +17,7 @@ from tests.workflow.conftest import ROOT, snakemake
 
 PARTS = ("Snakefile", "config", "envs", "profiles", "src", "workflow", "README.md")
 MOTIONS = ("closing", "opening")
+ALL = ("all", "validate_shipped")
 COMPILED = "__pycache__"
 
 # Rules by what they need, as they follow each other for one motion.
@@ -29,7 +30,7 @@ VALIDATION_FIGURES = [
     "figure_posterior_predictive",
 ]
 NUMBERS = ["numbers"]
-FROM_CORRECTION = ["judge", "quality", "figure_exactness", "figure_identifiability", *NUMBERS]
+FROM_CORRECTION = ["judge", "quality", "figures_exactness", *NUMBERS]
 VALIDATION = [
     "validate",
     "validate_reader",
@@ -38,18 +39,10 @@ VALIDATION = [
     *FROM_CORRECTION,
     *VALIDATION_FIGURES,
 ]
-ENDURANCE_FIGURES = [
-    "endurance_predictive",
-    "figure_endurance_predictive",
-    "figure_evolution",
-    *NUMBERS,
-]
-PAGES = ["figure_verdict", "first_page", "figure_health", "figure_remaining_life"]
-PAGES += ["figure_service_cost"]
-DECISIONS = ["decide", *PAGES]
-LIFE = ["life", *DECISIONS, "figure_changepoint", "figure_changes", *NUMBERS]
+FROM_INFERENCE = ["gather", "endurance_predictive", "figures_endurance", *NUMBERS]
+DECISIONS = ["decide", "figures_life", "first_page"]
+LIFE = ["life", *DECISIONS, *NUMBERS]
 MEASURING = ["read_curves", *LIFE]
-FROM_INFERENCE = ["gather", *ENDURANCE_FIGURES]
 TRAINING = ["train", "figure_loss", *VALIDATION, "infer", *FROM_INFERENCE]
 PRIOR_PREDICTIVE = ["prior_predictive", "figure_prior_predictive"]
 PRIOR_DRAWS = [*PRIOR_PREDICTIVE, "figure_pairs_family"]
@@ -87,18 +80,18 @@ def workflow(tmp_path_factory) -> Path:
     share_what_is_compiled(folder)
     # Of networks trained here, a part of `family`: the rest is made as that of those that ship.
     trained = [f"figures/{name}_family_trained_closing.png" for name in FAMILY_FIGURES]
-    run(folder, "-c2", "all", "results/family/trained/changes_both.zarr", *trained)
+    run(folder, "-c2", *ALL, "results/family/trained/changes_both.zarr", *trained)
     return folder
 
 
-def planned(folder: Path, target: str = "all") -> Counter:
+def planned(folder: Path, *targets: str) -> Counter:
     """How many jobs of each rule a dry run would start."""
-    text = run(folder, "-n", target)
+    text = run(folder, "-n", *(targets or ALL))
     if "Nothing to be done" in text:
         return Counter()
     table = text.split("Job stats:")[1].split("total")[0]
     jobs = {name: int(count) for name, count in re.findall(r"^(\w+) +(\d+) *$", table, re.M)}
-    return Counter({name: count for name, count in jobs.items() if name != "all"})
+    return Counter({name: count for name, count in jobs.items() if name not in ALL})
 
 
 @contextmanager
@@ -242,6 +235,22 @@ def test_nothing_is_left_to_do_after_a_run(workflow):
     others = {f"figure_{name}_family": 2 for name in FAMILY_FIGURES}
     others |= {"validate_family": 4, "family_quality": 1, "family": 1}
     assert planned(workflow, "family") == others
+
+
+def test_the_paper_is_made_in_a_folder_of_its_own_beside_the_default(workflow):
+    text = run(workflow, "-n", "all", "paper")
+    rules = set(re.findall(r"^(?:local)?rule (\w+):", text, re.M))
+    assert all(name.startswith("paper_") for name in rules - {"paper"})
+    assert {"paper_bank_shard", "paper_train", "paper_numbers", "paper_judge"} < rules
+    assert not {name for name in rules if "shipped" in name or "family_train" in name}
+    made = re.findall(r"^ +(?:output|log|benchmark): (.*)$", text, re.M)
+    assert all(path.startswith("paper/") for line in made for path in line.split(", "))
+
+
+def test_a_shipped_network_of_another_prior_is_an_error(workflow):
+    with edited(workflow):
+        edit_config(workflow, prior=SLOWER)
+        assert "snakemake -c2 family" in run(workflow, "-n", "validate_shipped", fails=True)
 
 
 def test_other_times_comments_orders_and_no_home_plan_nothing(workflow, monkeypatch):

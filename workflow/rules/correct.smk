@@ -54,47 +54,30 @@ rule judge:
         "../scripts/judge.py"
 
 
-rule figure_exactness:
-    """How far the network's posteriors are from the exact ones, curve by curve."""
+rule figures_exactness:
+    """How far the network's posteriors are from the exact ones, and what a curve can say at all."""
     input:
         judged=f"results/exactness/{{motion}}_seed{SEED}.zarr",
-        amortised=f"results/validation/{{motion}}_seed{SEED}.zarr",
-        corrected=f"results/validation/{{motion}}_corrected_seed{SEED}.zarr",
-        code=code("figure_exactness"),
-    output:
-        page("figures/exactness_{motion}.png", "4 Exactness", "exactness", "exactness"),
-    log:
-        "logs/figures/exactness_{motion}.log",
-    benchmark:
-        "results/benchmarks/figures_exactness_{motion}.tsv"
-    conda:
-        "../../envs/breaker.yaml"
-    script:
-        "../scripts/figure_exactness.py"
-
-
-rule figure_identifiability:
-    """How well a curve determines each parameter, and how much of it posteriors reach."""
-    input:
         limit="results/identifiability/{motion}.zarr",
         amortised=f"results/validation/{{motion}}_seed{SEED}.zarr",
         corrected=f"results/validation/{{motion}}_corrected_seed{SEED}.zarr",
-        code=code("figure_identifiability"),
+        code=code("figures_exactness"),
     output:
-        page(
+        exactness=page("figures/exactness_{motion}.png", "4 Exactness", "exactness", "exactness"),
+        identifiability=page(
             "figures/identifiability_{motion}.png",
             "4 Exactness",
             "identifiability",
             "identifiability",
         ),
     log:
-        "logs/figures/identifiability_{motion}.log",
+        "logs/figures/exactness_{motion}.log",
     benchmark:
-        "results/benchmarks/figures_identifiability_{motion}.tsv"
+        "results/benchmarks/figures_exactness_{motion}.tsv"
     conda:
         "../../envs/breaker.yaml"
     params:
         prior=config["prior"],
         onset_sd=config["sensor"]["onset_sd"],
     script:
-        "../scripts/figure_identifiability.py"
+        "../scripts/figures_exactness.py"

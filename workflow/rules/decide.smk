@@ -61,23 +61,35 @@ rule decide:
         "../scripts/decide.py"
 
 
-rule figure_verdict:
-    """The picture of the first page: how each limit stands."""
+rule figures_life:
+    """The picture of the first page, and what stands behind it."""
     input:
         words="results/verdict.json",
         life="results/life.zarr",
         standing="results/standing.zarr",
-        code=code("figure_verdict"),
+        truth=TRUTH,
+        code=code("figures_life"),
     output:
-        page("figures/verdict.png", "0 Verdict", "verdict", "verdict"),
+        verdict=page("figures/verdict.png", "0 Verdict", "verdict", "verdict"),
+        health=page("figures/health.png", "6 Decisions", "health", "health"),
+        service_cost=page("figures/service_cost.png", "6 Decisions", "service cost", "service_cost"),
+        changepoint=page("figures/changepoint.png", "6 Decisions", "change points", "changepoint"),
+        remaining_life=page(
+            "figures/remaining_life.png", "6 Decisions", "remaining life", "remaining_life"
+        ),
+        changes=page("figures/changes.png", "6 Decisions", "changes", "changes"),
     log:
-        "logs/figures/verdict.log",
+        "logs/figures/life.log",
     benchmark:
-        "results/benchmarks/figures_verdict.tsv"
+        "results/benchmarks/figures_life.tsv"
     conda:
         "../../envs/breaker.yaml"
+    params:
+        limits=config["limits"],
+        motions=MOTIONS,
+        speeds=SPEEDS,
     script:
-        "../scripts/figure_verdict.py"
+        "../scripts/figures_life.py"
 
 
 rule first_page:
@@ -96,96 +108,3 @@ rule first_page:
         "../../envs/breaker.yaml"
     script:
         "../scripts/first_page.py"
-
-
-rule figure_health:
-    """Probability of each limit and its state, over the operations."""
-    input:
-        life="results/life.zarr",
-        standing="results/standing.zarr",
-        code=code("figure_health"),
-    output:
-        page("figures/health.png", "6 Decisions", "health", "health"),
-    log:
-        "logs/figures/health.log",
-    benchmark:
-        "results/benchmarks/figures_health.tsv"
-    conda:
-        "../../envs/breaker.yaml"
-    script:
-        "../scripts/figure_health.py"
-
-
-rule figure_service_cost:
-    """What a service costs by its operation."""
-    input:
-        standing="results/standing.zarr",
-        code=code("figure_service_cost"),
-    output:
-        page("figures/service_cost.png", "6 Decisions", "service cost", "service_cost"),
-    log:
-        "logs/figures/service_cost.log",
-    benchmark:
-        "results/benchmarks/figures_service_cost.tsv"
-    conda:
-        "../../envs/breaker.yaml"
-    script:
-        "../scripts/figure_service_cost.py"
-
-
-rule figure_changepoint:
-    """The path of the wear and its changes."""
-    input:
-        life="results/life.zarr",
-        code=code("figure_changepoint"),
-    output:
-        page("figures/changepoint.png", "6 Decisions", "change points", "changepoint"),
-    log:
-        "logs/figures/changepoint.log",
-    benchmark:
-        "results/benchmarks/figures_changepoint.tsv"
-    conda:
-        "../../envs/breaker.yaml"
-    script:
-        "../scripts/figure_changepoint.py"
-
-
-rule figure_remaining_life:
-    """The remaining life of each limit, over the operations."""
-    input:
-        life="results/life.zarr",
-        standing="results/standing.zarr",
-        truth=TRUTH,
-        code=code("figure_remaining_life"),
-    output:
-        page("figures/remaining_life.png", "6 Decisions", "remaining life", "remaining_life"),
-    log:
-        "logs/figures/remaining_life.log",
-    benchmark:
-        "results/benchmarks/figures_remaining_life.tsv"
-    conda:
-        "../../envs/breaker.yaml"
-    params:
-        limits=config["limits"],
-        motions=MOTIONS,
-        speeds=SPEEDS,
-    script:
-        "../scripts/figure_remaining_life.py"
-
-
-rule figure_changes:
-    """The changes of the parameters since new."""
-    input:
-        life="results/life.zarr",
-        truth=TRUTH,
-        code=code("figure_changes"),
-    output:
-        page("figures/changes.png", "6 Decisions", "changes", "changes"),
-    log:
-        "logs/figures/changes.log",
-    benchmark:
-        "results/benchmarks/figures_changes.tsv"
-    conda:
-        "../../envs/breaker.yaml"
-    script:
-        "../scripts/figure_changes.py"

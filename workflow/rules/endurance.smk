@@ -160,42 +160,29 @@ rule endurance_predictive:
         "../scripts/endurance_predictive.py"
 
 
-rule figure_endurance_predictive:
-    """Fig. 9: posterior predictive check at stages of the life."""
+rule figures_endurance:
+    """Figs. 9 and 10: posterior predictive check at stages of the life, and the parameters over it."""
     input:
         predictive="results/endurance/{motion}_predictive.zarr",
-        code=code("figure_endurance_predictive"),
+        paper="results/endurance/{motion}.zarr",
+        family="results/endurance/{motion}_family.zarr",
+        truth=TRUTH,
+        code=code("figures_endurance"),
     output:
-        page(
+        predictive=page(
             "figures/endurance_predictive_{motion}.png",
             "5 Endurance test",
             "posterior predictive",
             "endurance_predictive",
         ),
+        evolution=page(
+            "figures/evolution_{motion}.png", "5 Endurance test", "evolution", "evolution"
+        ),
     log:
-        "logs/figures/endurance_predictive_{motion}.log",
+        "logs/figures/endurance_{motion}.log",
     benchmark:
-        "results/benchmarks/figures_endurance_predictive_{motion}.tsv"
+        "results/benchmarks/figures_endurance_{motion}.tsv"
     conda:
         "../../envs/breaker.yaml"
     script:
-        "../scripts/figure_endurance_predictive.py"
-
-
-rule figure_evolution:
-    """Fig. 10: the parameters over all operations, by single ones."""
-    input:
-        paper="results/endurance/{motion}.zarr",
-        family="results/endurance/{motion}_family.zarr",
-        truth=TRUTH,
-        code=code("figure_evolution"),
-    output:
-        page("figures/evolution_{motion}.png", "5 Endurance test", "evolution", "evolution"),
-    log:
-        "logs/figures/evolution_{motion}.log",
-    benchmark:
-        "results/benchmarks/figures_evolution_{motion}.tsv"
-    conda:
-        "../../envs/breaker.yaml"
-    script:
-        "../scripts/figure_evolution.py"
+        "../scripts/figures_endurance.py"

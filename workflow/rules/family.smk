@@ -1,7 +1,7 @@
 """Networks of a family: the bank of its drives, trainings on it, and how good networks are.
 
-`all` judges those that ship, where they are of the configured family, on drives that it simulates
-anew; `family` trains networks, and judges them on the same drives.
+`validate_shipped` judges those that ship, on drives that it simulates anew; `family` trains
+networks, and judges them on the same drives. `all` does neither.
 """
 
 from breaker.drive.family.training_origin import deciding
@@ -236,3 +236,9 @@ rule family:
     input:
         expand("results/family/trained/{kind}.safetensors", kind=KINDS),
         judged_family("trained", SOURCES),
+
+
+rule validate_shipped:
+    """How good the networks are that ship, which do not change from run to run."""
+    input:
+        judged_family("shipped", SOURCES[-1:]),

@@ -1,0 +1,42 @@
+"""Draw the life of a drive: its limits, what has changed, and the time and cost of a service."""
+
+import json
+from pathlib import Path
+
+import xarray as xr
+
+from breaker.common.zarr_store import open_store
+from breaker.drive.simulation.failure_times import held, true_lives
+from breaker.figures.changepoint import changepoint
+from breaker.figures.changes import changes
+from breaker.figures.health import health
+from breaker.figures.remaining_life import remaining_life
+from breaker.figures.service_cost import service_cost
+from breaker.figures.style import save
+from breaker.figures.verdict import verdict
+from breaker.model.limits import from_list
+from breaker.model.quantities import speeds_of
+from breaker.workflow.jobs import start
+
+start(snakemake)
+files, params, output = snakemake.input, snakemake.params, snakemake.output
+life, standing = (open_store(files[name]).load() for name in ("life", "standing"))
+words = json.loads(Path(files.words).read_text(encoding="utf-8"))
+
+true_changes = true_life = None
+if files.truth:  # of the simulated test; a measured one has none
+    truth = open_store(files.truth).load()
+    new = {"operation": slice(None, life.asked.values[0])}  # until the reference is full
+    true_changes = 100.0 * (truth.value / truth.value.sel(new).mean("operation") - 1.0)
+    limits = from_list(params.limits, params.motions, speeds_of(params.speeds))
+    names = [limit.name for limit in limits]
+    true_life = xr.Dataset(true_lives(truth, limits), {"limit": names})
+    true_life = true_life.sel(limit=life.limit.values)
+    true_life["held"] = "limit", held(life, true_life.failure.values)
+
+save(verdict(life, standing, words["sentences"]), output.verdict)
+save(health(life, standing), output.health)
+save(service_cost(standing), output.service_cost)
+save(changepoint(life), output.changepoint)
+save(remaining_life(life, standing, true_life), output.remaining_life)
+save(changes(life, true_changes), output.changes)
