@@ -35,21 +35,14 @@ NETWORK = {
     },
     "inference": {"kind": "flow_matching", "width": 24, "blocks": 1},
 }
-DEEP_SET = {
-    "kind": "deep_set",
-    "features": 12,
-    "components": 8,
-    "pair_width": 6,
-    "pair_blocks": 1,
-    "width": 24,
-    "blocks": 1,
-    "missing": 0.5,
-}
-COUPLING_FLOW = {"kind": "coupling_flow", "transforms": 3, "bins": 5, "hidden": [10, 12]}
-# Every summary network with every inference network.
+COUPLING_FLOW = {
+    "kind": "coupling_flow",
+    "transforms": 3,
+    "bins": 5,
+    "hidden": [10, 12],
+}  # By the kind of the inference network.
 COMBINATIONS = {
-    f"{summary['kind']} and {inference['kind']}": {"summary": summary, "inference": inference}
-    for summary in (NETWORK["summary"], DEEP_SET)
+    inference["kind"]: {"summary": NETWORK["summary"], "inference": inference}
     for inference in (NETWORK["inference"], COUPLING_FLOW)
 }
 
@@ -199,14 +192,6 @@ def operations_of(records, times, names=()):
         "file": ("operation", names or [f"close_{k}.csv" for k in range(n)]),
     }
     return xr.Dataset(data, coords={"operation": np.arange(n), "time": times})
-
-
-def lose(records, share, *, seed=3):
-    """Records of which a share of the samples is missing, as many in each."""
-    rng, found = np.random.default_rng(seed), records.copy()
-    for record in found:
-        record[rng.permutation(record.size)[: int(share * record.size)]] = np.nan
-    return found
 
 
 def noise_of(posterior, o, d):

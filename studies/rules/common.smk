@@ -4,7 +4,7 @@ import os
 
 from breaker.configuration.loading import chosen_network
 
-SUMMARIES = ["time_series", "deep_set"]
+SUMMARIES = ["time_series"]
 INFERENCES = ["flow_matching", "coupling_flow"]  # each with each summary
 NETWORKS = [f"{summary}-{inference}" for summary in SUMMARIES for inference in INFERENCES]
 STEPS = 3000  # optimiser steps of each, those of `training` at most

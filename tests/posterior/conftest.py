@@ -4,7 +4,7 @@ from functools import partial
 
 import pytest
 
-from tests.networks_fixtures import COMBINATIONS, curved_model, new_trainer
+from tests.networks_fixtures import curved_model, new_trainer
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -20,11 +20,5 @@ def trainer(tmp_path):
 
 @pytest.fixture(scope="module")
 def series():
-    """A model that takes whole records alone, and such records."""
+    """A model, and records for it."""
     return curved_model()
-
-
-@pytest.fixture(scope="module")
-def sets():
-    """A model that takes missing samples, and whole records."""
-    return curved_model(COMBINATIONS["deep_set and flow_matching"])

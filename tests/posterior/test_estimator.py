@@ -7,7 +7,7 @@ from scipy.stats import lognorm, norm
 
 from breaker.model.parameters import NAMES
 from breaker.paper.posterior import Posterior
-from tests.networks_fixtures import PRIOR, SENSOR, frozen, lose, noise_of, pin, settings
+from tests.networks_fixtures import PRIOR, SENSOR, frozen, noise_of, pin, settings
 
 
 @pytest.fixture(params=[True, False], ids=["onset", "no onset"])
@@ -57,17 +57,9 @@ def test_density_changes_variables_once(new):
         assert np.abs(density + times * new.model.log_scaling(values) - expected).min() > 0.1
 
 
-@pytest.fixture(scope="module", params=["whole records", "samples missing"])
-def some(request, series, sets):
-    """A model and records, for a deep set some with gaps."""
-    if request.param == "whole records":
-        return series
-    return sets[0], lose(sets[1], 0.3)
-
-
-def test_density_of_draws_is_that_of_the_network(some):
+def test_density_of_draws_is_that_of_the_network(series):
     """In physical units it is the network's own times the Jacobian, for every curve by itself."""
-    posterior, records = some
+    posterior, records = series
     draws = posterior.sample(records, noise_of(posterior, 5, 4))
     with torch.no_grad():
         z = torch.from_numpy(posterior.model.standardise(draws)).float()
@@ -77,9 +69,9 @@ def test_density_of_draws_is_that_of_the_network(some):
     np.testing.assert_allclose(posterior.log_prob(draws, records), expected, rtol=0, atol=2e-3)
 
 
-def test_draws_of_a_curve_do_not_depend_on_the_others(some):
+def test_draws_of_a_curve_do_not_depend_on_the_others(series):
     """Bit for bit: alone, among others, in any order."""
-    posterior, records = some
+    posterior, records = series
     noise = noise_of(posterior, 5, 40)
     together = posterior.sample(records, noise)
     density = posterior.log_prob(together, records)

@@ -245,8 +245,8 @@ bank: {zzz: 3}
 advice: {gama_a: grease}
     advice.gama_a is not a known key
 network: {closing: {summary: {kind: lstm}}}
-    kind is "lstm", but must be one of time_series, deep_set
-network: {closing: {summary: {kind: deep_set, channels: [8]}}}
+    kind is "lstm", but must be time_series
+network: {closing: {summary: {channels: [8]}}}
     channels is not a known key. Did you mean network.closing.summary.time_series.channels?
 network: {closing: {inference: {coupling_flow: {hidden: 64}}}}
     hidden is 64, but must be a list of 1 to 4 entries, each a whole number, at least 1 and

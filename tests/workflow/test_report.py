@@ -31,7 +31,7 @@ def filled_in(page, motion, *, curves=None, files=()):
     if page != "workflow":  # the front page belongs to no job
         job.params = SimpleNamespace(share=0.3)
         job.wildcards = SimpleNamespace(
-            motion=motion, source=motion, network="deep_set-flow_matching"
+            motion=motion, source=motion, network="time_series-flow_matching"
         )
     text = PAGES[page].read_text()
     environment = jinja2.Environment(undefined=jinja2.StrictUndefined)

@@ -12,11 +12,10 @@ from functools import partial
 from torch import nn
 
 from breaker.networks.coupling_flow import CouplingFlow
-from breaker.networks.deep_set import DeepSet
 from breaker.networks.flow_matching import FlowMatching
 from breaker.networks.summary import TimeSeriesNetwork
 
-SUMMARY_NETWORKS = {"time_series": TimeSeriesNetwork, "deep_set": DeepSet}
+SUMMARY_NETWORKS = {"time_series": TimeSeriesNetwork}
 INFERENCE_NETWORKS = {"flow_matching": FlowMatching, "coupling_flow": CouplingFlow}
 
 

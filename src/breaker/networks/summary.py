@@ -28,15 +28,10 @@ class TimeSeriesNetwork(nn.Module):
         skip_width: Width of the skip GRU.
         width, blocks: Size of the residual network that joins the parts.
 
-    Attributes:
-        missing: 0, the share of missing samples that it takes: a record is a whole series.
-
     Raises:
         ValueError: If the convolutions' settings differ in length, or leave fewer steps than the
             skip GRU spans.
     """
-
-    missing = 0.0
 
     def __init__(
         self,
@@ -75,20 +70,11 @@ class TimeSeriesNetwork(nn.Module):
         self.register_buffer("scale", torch.ones(()))
 
     @torch.no_grad()
-    def freeze(
-        self,
-        centre: Tensor,
-        scale: Tensor,
-        components: Tensor,
-        *,
-        noise_sd: float = 1.0,
-        offset_sd: float = 0.0,
-    ) -> None:
+    def freeze(self, centre: Tensor, scale: Tensor, components: Tensor) -> None:
         """Set the input's frozen centre ``(t,)`` and scale ``()``, and where the highway starts.
 
         Args:
             components: First weights of the highway, ``(t, components)``, for centred input.
-            noise_sd, offset_sd: What networks that weigh samples need; not used.
         """
         self.centre.copy_(centre)
         self.scale.copy_(scale)

@@ -4,7 +4,6 @@ The one place where networks meet the breaker. Networks see the standardised out
 ``joint_model.Model``, which is taken for right.
 """
 
-import math
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Self
@@ -112,20 +111,11 @@ class Posterior(nn.Module):
         infinite = np.isinf(measured).any(axis=1)
         if infinite.any():
             raise ValueError(f"{infinite.sum()} of {len(measured)} records have infinite samples")
-        lost, taken = np.isnan(measured).sum(axis=1), self.summary.missing
-        if (lost == measured.shape[1]).any():
-            empty = (lost == measured.shape[1]).sum()
-            raise ValueError(f"{empty} of {len(measured)} records have no sample")
-        beyond = lost > math.floor(round(taken * measured.shape[1], 6))
-        if beyond.any():
-            summary = f"network.{self.motion}.summary"
-            lack = f"miss more than {taken:.0%} of the" if taken else "have missing"
-            remedy = (
-                f"a larger {summary}.deep_set.missing" if taken else f"{summary}.kind: deep_set"
-            )
+        lost = np.isnan(measured).any(axis=1)
+        if lost.any():
             raise ValueError(
-                f"{beyond.sum()} of {len(measured)} records {lack} samples, which the network of "
-                f"{self.motion} does not take; train it with {remedy}"
+                f"{lost.sum()} of {len(measured)} records have missing samples, which the network "
+                f"of {self.motion} does not accept; fill them in, or leave these records out"
             )
 
     @torch.no_grad()
@@ -135,8 +125,7 @@ class Posterior(nn.Module):
         Curves are processed one at a time, so that their draws do not depend on each other.
 
         Args:
-            measured: Records, ``(o, t)``, mm; NaN where a sample is missing, as far as the network
-                was trained for such records.
+            measured: Records, ``(o, t)``, mm.
             noise: Standard normal numbers, ``(o, d, q)``.
 
         Returns:
@@ -182,8 +171,7 @@ class Posterior(nn.Module):
         """Return how unlike the bank's curves records are, ``(o, t) -> (o,)``.
 
         In units of the farthest that the prior produces, so that above 1 is unlike anything in
-        the bank: the larger of two distances, from its centre and from its envelope. Of a record
-        with missing samples, the components are not known: its envelope alone counts.
+        the bank: the larger of two distances, from its centre and from its envelope.
 
         Raises:
             ValueError: If the network does not take such a record; with the remedy.
@@ -192,9 +180,7 @@ class Posterior(nn.Module):
         mean, weights, lowest, highest = (getattr(self, name).cpu().numpy() for name in names)
         self._check(measured)
         far = distance(measured, mean, weights) / float(self.farthest)
-        # What is missing leaves no envelope.
-        seen = np.where(np.isnan(measured), lowest, measured)
-        return np.fmax(far, excess(seen, lowest, highest) / float(self.margin))
+        return np.maximum(far, excess(measured, lowest, highest) / float(self.margin))
 
     def _tensor(self, values: np.ndarray) -> Tensor:
         return torch.as_tensor(values, dtype=torch.float32, device=self._device)

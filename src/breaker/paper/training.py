@@ -1,7 +1,4 @@
-"""Batches of records from a bank: fresh noise and a fresh zero every time a row is drawn.
-
-For a summary network that takes them, samples are also missing at random.
-"""
+"""Batches of records from a bank: fresh noise and a fresh zero every time a row is drawn."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -38,7 +35,7 @@ class Batch(NamedTuple):
     """What ``Posterior.loss`` takes, in its order.
 
     Attributes:
-        measured: Records, ``(n, t)``, mm; NaN where a sample is missing.
+        measured: Records, ``(n, t)``, mm.
         z: Standardised outputs, ``(n, q)``.
         noise, time: Start points ``(n, 1, q)`` and times ``(n, 1, 1)`` of flow matching.
     """
@@ -57,15 +54,12 @@ class Rows(DrawnRows):
         travel: Noise-free curves, ``(n, t)``, mm.
         z: Standardised outputs, ``(n, q)``.
         noise_sd, zero_sd: Errors of the sensor, mm.
-        missing: Largest share of missing samples. Each record has a share of its own, uniform up
-            to this, and each of its samples is missing with that probability.
     """
 
     travel: Tensor
     z: Tensor
     noise_sd: float
     zero_sd: float
-    missing: float = 0.0
 
     @classmethod
     def of(
@@ -78,7 +72,6 @@ class Rows(DrawnRows):
             z=torch.as_tensor(z, dtype=torch.float32, device=device),
             noise_sd=posterior.sensor.noise_sd,
             zero_sd=posterior.sensor.zero_sd,
-            missing=posterior.summary.missing,
         )
 
     def __len__(self) -> int:
@@ -93,12 +86,7 @@ class Rows(DrawnRows):
         zero = self.zero_sd * torch.randn((n, 1), generator=rng, device=device)
         noise = torch.randn((n, 1, q), generator=rng, device=device)
         time = torch.rand((n, 1, 1), generator=rng, device=device)
-        measured = travel + error + zero
-        if self.missing:
-            share = self.missing * torch.rand((n, 1), generator=rng, device=device)
-            lost = torch.rand(travel.shape, generator=rng, device=device) < share
-            measured = measured.masked_fill(lost, torch.nan)
-        return Batch(measured, self.z[rows], noise, time)
+        return Batch(travel + error + zero, self.z[rows], noise, time)
 
 
 @dataclass
@@ -147,13 +135,8 @@ def freeze_inputs(posterior: Posterior, rows: xr.Dataset, rng: np.random.Generat
     }
     for name, value in frozen.items():
         getattr(posterior, name).copy_(torch.as_tensor(np.array(value), dtype=torch.float64))
-    posterior.summary.freeze(
-        posterior.curve_mean,
-        torch.as_tensor(np.std(travel - mean)),
-        posterior.curve_weights,
-        noise_sd=sensor.noise_sd,
-        offset_sd=sensor.zero_sd,
-    )
+    scale = torch.as_tensor(np.std(travel - mean))
+    posterior.summary.freeze(posterior.curve_mean, scale, posterior.curve_weights)
 
 
 # ---- solver steps ----
