@@ -321,7 +321,7 @@ def test_records_are_never_changed(opened, folder, tmp_path):
     for path in ("/?look=9", f"/visit?{TODAY}", f"/sheet.html?{TODAY}"):
         page.get(path.replace("today", "one"))
     named = urlencode({"kind": "settings", "name": folder / "curves" / "today.csv"})
-    assert "would be replaced" in page.post(f"/save?{TODAY}", named).text
+    assert "is not overwritten" in page.post(f"/save?{TODAY}", named).text
     assert state() == before
 
 

@@ -8,7 +8,7 @@ import pytest
 import yaml
 
 from breaker.cli import main
-from breaker.drive.answers.pole_files import PoleFile, operations_of_poles
+from breaker.drive.answers.named_records import numbers_of_poles
 from breaker.drive.answers.simultaneity import simultaneity_of
 from tests.exports import pole
 
@@ -80,5 +80,5 @@ def test_simultaneity_counts_in_the_verdict_of_the_sheet():
     ],
 )
 def test_files_of_one_operation_are_of_one_day_and_of_other_phases(files, numbers):
-    held = {Path(str(k)): PoleFile((p,) if p else (), d) for k, (p, d) in enumerate(files)}
-    assert [*operations_of_poles(held).values()] == numbers
+    held = {Path(str(k)): ((p,) if p else (), d) for k, (p, d) in enumerate(files)}
+    assert [*numbers_of_poles(held).values()] == numbers

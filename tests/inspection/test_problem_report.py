@@ -40,8 +40,8 @@ def file(tmp_path, curve):
     return path
 
 
-def report(file, defaults, **options):
-    return problem_report(file, defaults["sensor"], **options)[0]
+def report(file, defaults):
+    return problem_report(file, defaults["sensor"])[0]
 
 
 def assert_nothing_told(text):
@@ -60,30 +60,18 @@ def test_nobody_and_nothing_is_named(file, defaults):
     assert "'ms;mm\\n'" in head
 
 
-def test_travel_is_not_in_it_unless_it_is_asked_for(file, defaults, curve):
+def test_travel_is_not_in_it(file, defaults, curve):
     values = {f"{x:.4f}" for x in curve[1] if x > 2.0}
     text = report(file, defaults)
     assert not [each for each in values if each in text]
     assert text.count("'0.0;") + text.count("'00.0;") <= 3
-    whole = report(file, defaults, travel=True)
-    rows = re.findall(r"^'([\d.]+);([-\d.e]+)\\n'$", whole, flags=re.MULTILINE)
-    assert np.array_equal(np.array(rows, dtype=float), np.column_stack(curve))
-    assert_nothing_told(whole)
 
 
 def test_dates_beside_the_samples_are_never_told(tmp_path, defaults, curve):
     file = tmp_path / "a.csv"
     rows = (f"17.03.2024 14:22:05;{t};{x};Zwieselmann\n" for t, x in zip(*curve, strict=True))
     file.write_text("Datum;time;travel;who\n;ms;mm;\n" + "".join(rows), encoding="utf-8")
-    for travel in (False, True):
-        assert_nothing_told(report(file, defaults, travel=travel))
-
-
-def test_words_that_are_allowed_stay(file, defaults):
-    text, hidden = problem_report(file, defaults["sensor"], allowed=["energie"])
-    assert "Xxxxxxxxxx Energie XX" in text
-    assert "energie" not in hidden
-    assert "quxborough" in hidden
+    assert_nothing_told(report(file, defaults))
 
 
 @pytest.mark.parametrize("name", DIALECTS)
@@ -126,13 +114,12 @@ HOSTILE = {
 def test_a_hostile_file_tells_nothing_either(tmp_path, defaults, kind, ending):
     file = tmp_path / f"Quxborough 17.03.2024{ending}"
     file.write_bytes(HOSTILE[kind])
-    for travel in (False, True):
-        text = report(file, defaults, travel=travel)
-        told = text.replace("845127 mm", "").replace("845127 kHz", "")
-        assert_nothing_told(told if kind == "a unit behind" else text)
-        assert "８" not in text
-        assert "٨" not in text
-        assert len(text) < 200_000 or travel
+    text = report(file, defaults)
+    told = text.replace("845127 mm", "").replace("845127 kHz", "")
+    assert_nothing_told(told if kind == "a unit behind" else text)
+    assert "８" not in text
+    assert "٨" not in text
+    assert len(text) < 200_000
 
 
 def test_random_words_anywhere_in_a_head_are_not_told():
@@ -152,7 +139,7 @@ def test_the_command_writes_it_and_says_what_was_replaced(file, tmp_path, capsys
     assert main(["inspect", str(file), "--report-problem", str(output)]) == 0
     said = capsys.readouterr()
     assert "Read it before you send it." in said.err
-    assert "quxborough" in said.err  # for the user, who may let words through
+    assert "quxborough" in said.err
     assert_nothing_told(output.read_text(encoding="utf-8"))
     assert main(["inspect", str(file), "--report-problem", str(output)]) == 1  # never replaced
 
@@ -162,8 +149,3 @@ def test_the_command_writes_it_of_a_file_that_cannot_be_read(tmp_path, capsys):
     file.write_text("nothing\n")
     assert main(["inspect", str(file), "--report-problem", str(tmp_path / "problem.txt")]) == 1
     assert "LayoutError" in (tmp_path / "problem.txt").read_text(encoding="utf-8")
-
-
-def test_options_of_the_report_alone_are_refused(file, capsys):
-    assert main(["inspect", str(file), "--with-travel"]) == 1
-    assert "--report-problem TXT" in capsys.readouterr().err

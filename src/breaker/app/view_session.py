@@ -6,6 +6,7 @@ import re
 import shlex
 import tempfile
 import threading
+from argparse import Namespace
 from collections import OrderedDict
 from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
@@ -58,16 +59,16 @@ class Commands(NamedTuple):
 
     Attributes:
         settings_of: The configuration of overlays.
-        read_of: The visit of ``breaker report``: of files, files before, channels and overlays.
+        read_of: The visit that ``breaker report`` reads with options, files opened in those given.
         content_of: The bytes of its report by ending, and what to say of them.
-        manifest_of: The table of ``breaker inspect`` for a folder and overlays, and remarks.
+        manifest_of: The table of ``breaker inspect`` for a folder, and remarks.
         write_lines: Write a text where nothing of a user is, for a name and what is read.
     """
 
     settings_of: Callable[[Sequence[str]], Mapping]
-    read_of: Callable[..., Visit]
+    read_of: Callable[[Namespace, Files], Visit]
     content_of: Callable[[Report, str], tuple[bytes, str]]
-    manifest_of: Callable[[str, Sequence[str]], tuple[str, Sequence[str]]]
+    manifest_of: Callable[[str, Mapping], tuple[str, Sequence[str]]]
     write_lines: Callable[[str, str, Sequence[str]], str]
 
 
@@ -344,9 +345,11 @@ class Session:
         changed = {key: form[key] for key in form if form[key] != own[key]}
         overlay = overlay_text(changed, sensor, laid)
         channels, read = [*filter(None, [choices.channel])], None
+        about = {"files": asked[0], "before": asked[1], "channel": channels}
         try:
             with self._overlay(overlay) as written:
-                read = self.commands.read_of(*asked, channels, written, opened=files)
+                options = Namespace(**about, config=written, reference=None, tolerance=None)
+                read = self.commands.read_of(options, files)
                 trouble = ""
         except (ValueError, OSError) as error:
             trouble = re.sub(rf"{re.escape(str(self.own))}\S*/(?=my\.yaml)", "", str(error))
@@ -439,7 +442,8 @@ class Session:
         if kind == "settings":
             return self.commands.write_lines(name, shown.overlay, read)
         with self._overlay(shown.overlay) as written:
-            text, remarks = self.commands.manifest_of(self.named, written)
+            config = self.commands.settings_of(written)
+            text, remarks = self.commands.manifest_of(self.named, config)
         said = self.commands.write_lines(name, text, read)
         return "\n".join([said, *(f"check: {each}" for each in remarks)])
 

@@ -11,9 +11,9 @@ from breaker.cli.inputs import (
     SEVERAL,
     add_choice,
     add_path,
+    choice_of,
     limits_of,
     percent,
-    read_records,
     settings_of,
 )
 from breaker.cli.outputs import check_outputs, draw, say_written
@@ -37,13 +37,8 @@ def add(compare: argparse.ArgumentParser) -> None:
         what = f"configuration files of the visit {visit} alone, laid over the others"
         add_path(compare, f"--config-{visit}", "YAML", what, **SEVERAL)
     add_choice(compare)
-    compare.add_argument(
-        "--beyond",
-        type=percent,
-        default=0.05,
-        metavar="PERCENT",
-        help="change that matters (default: 5)",
-    )
+    beyond = {"type": percent, "default": 0.05, "metavar": "PERCENT"}
+    compare.add_argument("--beyond", help="change that matters (default: 5)", **beyond)
     compare.add_argument("--json", action="store_true", help="print one JSON document")
     add_path(compare, "--plot", "PNG", "draw the comparison there")
 
@@ -65,10 +60,12 @@ def run(options: argparse.Namespace) -> int:
     from breaker.common.plain_values import to_json
     from breaker.documents.terminal import text_of
     from breaker.drive.answers.assessment import Assessment
+    from breaker.drive.answers.named_records import read_records
     from breaker.drive.answers.visit_document import words_of_visits
 
+    choice = choice_of(options)
     visits = {
-        visit: read_records(named[visit], options, Assessment(configs[visit])) for visit in _VISITS
+        visit: read_records(named[visit], Assessment(configs[visit]), **choice) for visit in _VISITS
     }
     _check_visits(*visits.values())
     both = Assessment(config, limits_of(config, options.config))

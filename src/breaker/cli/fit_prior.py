@@ -4,7 +4,7 @@ import argparse
 from collections.abc import Mapping
 from contextlib import suppress
 
-from breaker.cli.inputs import add_path, each_once, limits_of, settings_of
+from breaker.cli.inputs import add_path, limits_of, settings_of
 from breaker.cli.outputs import check_outputs, draw, say_written, write_lines
 from breaker.common.visible_text import say
 
@@ -74,6 +74,7 @@ def run(options: argparse.Namespace) -> int:
 def _fitted(options: argparse.Namespace, config: Mapping) -> tuple:
     """The records of some breakers, and the prior fitted to them."""
     from breaker.drive.answers.assessment import Assessment
+    from breaker.drive.answers.named_records import each_once
     from breaker.drive.answers.type_prior import fit_type, wear_allowance
     from breaker.drive.answers.type_records import list_breakers, read_breakers
 

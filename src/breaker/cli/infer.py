@@ -7,14 +7,14 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from breaker.cli.inputs import (
+    MOTIONS,
     SEVERAL,
     add_choice,
     add_path,
     add_reference,
+    choice_of,
     limits_of,
-    motions_of,
     overlays_of,
-    read_records,
     settings_of,
 )
 from breaker.cli.outputs import check_outputs, draw, say_written, write, write_lines
@@ -110,16 +110,16 @@ def run(options: argparse.Namespace) -> int:
     from breaker.drive.answers.answer_document import document
     from breaker.drive.answers.answer_words import words_of
     from breaker.drive.answers.assessment import Assessment, given_by
+    from breaker.drive.answers.named_records import read_records
 
     given, words = given_by(config, options.size, dict(options.known))
     assessment = Assessment(config, limits, given, families=_families(options.model))
-    records = read_records(options.files, options, assessment)
-    good = {"reference": options.reference, "tolerance": options.tolerance}
-    overlays = overlays_of(
-        records, **good, read_good=lambda named: read_records(named, options, assessment)
-    )
+    choice = choice_of(options)
+    records = read_records(options.files, assessment, **choice)
+    good = [options.reference] if options.reference else []
+    overlays = overlays_of(records, read_records(good, assessment, **choice), options)
     answers = assessment.infer(records)
-    asked = assessment.limits_on(answers, motions_of(options))
+    asked = assessment.limits_on(answers, [options.motion] if options.motion else MOTIONS)
     if apart := dict.fromkeys(e.pair or e.name for e in asked if not e.source.single):
         words = [*words, f"not judged, as of changes between visits: {', '.join(apart)}"]
     about = {"size": given.size and vars(given.size), "words": words}

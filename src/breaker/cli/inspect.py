@@ -5,7 +5,7 @@ import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from breaker.cli.inputs import PROJECT, SEVERAL, add_path, is_folder, settings_of
+from breaker.cli.inputs import PROJECT, SEVERAL, add_path, settings_of
 from breaker.cli.outputs import check_outputs, draw, say_written, write_lines
 from breaker.common.visible_text import say, visible_text
 
@@ -20,38 +20,46 @@ def add(inspect: argparse.ArgumentParser) -> None:
     """
     inspect.set_defaults(smaller="export the record with fewer channels")
     add_path(inspect, "file", "FILE|FOLDER", "a record as it was exported, or a folder of records")
-    inspect.add_argument(
-        "--channel", default="", metavar="NAME", help="the column of travel, if there are several"
-    )
+    what = "the column of travel of a file, if there are several"
+    inspect.add_argument("--channel", default="", metavar="NAME", help=what)
     what = "write the proposed lines, or the proposed table of a folder, there, if nothing is"
     add_path(inspect, "--output", "YAML|CSV", what)
-    add_path(inspect, "--plot", "PNG", "draw the record there")
+    add_path(inspect, "--plot", "PNG", "draw the record of a file there")
     what = "columns of travel in each file of a folder whose table is proposed"
     inspect.add_argument("--channels", metavar="NAME", help=what, **SEVERAL)
     what = "write there what a report of a misread file needs, without names, dates and travel"
     add_path(inspect, "--report-problem", "TXT", what)
-    inspect.add_argument(
-        "--with-travel", action="store_true", help="with --report-problem: all samples, too"
-    )
-    what = "with --report-problem: words of the file that are not replaced"
-    inspect.add_argument("--keep", nargs="+", default=[], metavar="WORD", help=what)
 
 
 def run(options: argparse.Namespace) -> int:
     """Inspect a file, or check or propose the table of a folder."""
-    return _run_folder(options) if is_folder(options.file) else _run_file(options)
+    from breaker.reading.files.folder_listing import is_folder
+    from breaker.reading.files.operations_table import MANIFEST
+
+    if not is_folder(options.file):
+        _refuse(options, ("channels",), "is for a folder")
+        return _run_file(options)
+    _refuse(options, ("channel", "plot", "report_problem"), "is for a file")
+    check_outputs([(options.output, "lines")], [options.file, *options.config])
+    config = settings_of(options.config)
+    if os.path.lexists(table := Path(options.file, MANIFEST)):
+        why = f"is for a folder without a table, and {table} is there"
+        _refuse(options, ("output", "channels"), why)
+        return _check(options.file, config, f"the table {MANIFEST} lists")
+    if not (options.output or options.channels) and _is_numbered(options.file, config):
+        return _check(options.file, config, "the names number")
+    return _propose(options, config)
 
 
-# ---- a file --------------------------------------------------------------------------------------
+def _refuse(options: argparse.Namespace, names: Sequence[str], why: str) -> None:
+    """Refuse options that do not fit what the command is asked about."""
+    if given := [each.replace("_", "-") for each in names if getattr(options, each)]:
+        raise ValueError(f"--{given[0]} {why}; leave it out, or name a file or folder that fits")
 
 
 def _run_file(options: argparse.Namespace) -> int:
-    if options.channels:
-        raise ValueError("--channels is for a folder; choose the column of a file by --channel")
     outputs = [(options.output, "lines"), (options.plot, "picture")]
     outputs += [(options.report_problem, "lines")]
-    if not options.report_problem and (options.with_travel or options.keep):
-        raise ValueError("--with-travel and --keep are of --report-problem TXT; name it, too")
     check_outputs(outputs, [options.file, *options.config])
     config = settings_of(options.config)
     if options.report_problem:
@@ -77,49 +85,17 @@ def _report_problem(options: argparse.Namespace, config: dict) -> None:
     """Write the report of a problem, and say what is to be looked at before it is sent."""
     from breaker.reading.inspection.problem_report import problem_report
 
+    form = config["endurance"]["format"]
     text, words = problem_report(
-        options.file,
-        config["sensor"],
-        options.channel,
-        format_settings=config["endurance"]["format"],
-        travel=options.with_travel,
-        allowed=options.keep,
+        options.file, config["sensor"], options.channel, format_settings=form
     )
-    say_written([write_lines(options.report_problem, text)])
-    say("  Read it before you send it.", beside=True)
-    if words:
-        said = f"  Replaced: {', '.join(words)}. Let words of columns through by --keep WORD."
-        say(said, beside=True)
-
-
-# ---- a folder ------------------------------------------------------------------------------------
-
-
-def _run_folder(options: argparse.Namespace) -> int:
-    from breaker.reading.files.operations_table import MANIFEST
-
-    _refuse(options, ("channel", "plot", "report_problem", "with_travel", "keep"), "is for a file")
-    check_outputs([(options.output, "lines")], [options.file, *options.config])
-    config = settings_of(options.config)
-    if os.path.lexists(table := Path(options.file, MANIFEST)):
-        why = f"is for a folder without a table, and {table} is there"
-        _refuse(options, ("output", "channels"), why)
-        return _check(options.file, config, f"the table {MANIFEST} lists")
-    if not (options.output or options.channels) and _is_numbered(options.file, config):
-        return _check(options.file, config, "the names number")
-    return _propose(options, config)
-
-
-def _refuse(options: argparse.Namespace, names: Sequence[str], why: str) -> None:
-    """Refuse options that do not fit what the command is asked about."""
-    for name in names:
-        if getattr(options, name):
-            option = name.replace("_", "-")
-            raise ValueError(f"--{option} {why}; leave it out, or name a file or folder that fits")
+    said = [write_lines(options.report_problem, text), "  Read it before you send it."]
+    said += [f"  Replaced: {', '.join(words)}."] if words else []
+    say_written(said, as_json=True)
 
 
 def _is_numbered(folder: str, config: Mapping) -> bool:
-    """Whether files in the folders of motions are numbered as the workflow reads them."""
+    """Return whether files in the folders of motions are numbered as the workflow reads them."""
     from breaker.reading.files.folder_listing import list_operations
 
     found = False

@@ -1,15 +1,14 @@
-"""What commands write: never over what they read or what is not theirs, and whole or not at all."""
+"""What commands write: whole or not at all, and never over what is not theirs."""
 
 import json
 import os
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 
-from breaker.cli.inputs import ADVANCED, MOTIONS, PROJECT
+from breaker.cli.inputs import MOTIONS
 from breaker.common.atomic_writes import whole
 from breaker.common.visible_text import say
 from breaker.reading.files.guards import opened_at_once
-from breaker.shipped import DEFAULTS
 
 _ENDINGS = {"picture": (".png", ".pdf", ".svg", ".jpg", ".jpeg"), "report": (".html", ".pdf")}
 _PAGE = b'content="breaker report"'  # in the head of a report that is a page
@@ -21,8 +20,8 @@ def check_outputs(wanted: Sequence[tuple[str | None, str]], read: Iterable[str])
     """Refuse what cannot or must not be written, before any work is done.
 
     A result replaces a result of its kind: a table of answers, a picture, a report, a store of
-    draws. Lines that a user completes, such as a configuration or a table of operations, replace
-    nothing.
+    draws. So it never replaces a record. Lines that a user completes, such as a configuration or a
+    table of operations, replace nothing.
 
     Args:
         wanted: Name and kind of each output that a command has: "table", "picture", "report",
@@ -32,10 +31,13 @@ def check_outputs(wanted: Sequence[tuple[str | None, str]], read: Iterable[str])
     Raises:
         OSError: If the folder of an output is not there or may not be written, or something is at
             its place that is not replaced.
-        ValueError: If it is read, or would be by the next command, if two outputs are one, or its
-            ending is wrong.
+        ValueError: If it would be read as a record by the next command, if two outputs are one, or
+            its ending is wrong.
     """
-    read = [Path(each) for each in (*read, ADVANCED, PROJECT, DEFAULTS)]
+    from breaker.reading.files.formats import ENDINGS
+    from breaker.reading.files.operations_table import MANIFEST
+
+    folders = {os.path.realpath(Path(each, sub)) for each in read for sub in ("", *MOTIONS)}
     earlier: list[Path] = []
     for name, kind in wanted:
         if name is None:
@@ -44,48 +46,25 @@ def check_outputs(wanted: Sequence[tuple[str | None, str]], read: Iterable[str])
         if any(target.is_relative_to(each) or each.is_relative_to(target) for each in earlier):
             raise ValueError(f"{name} is, or is in, another output of this command; name another")
         earlier.append(target)
-        _check_not_read(name, target, read, kind)
-        endings = _ENDINGS.get(kind)
-        if endings and target.suffix.lower() not in endings:
+        ending, endings = target.suffix.lower(), _ENDINGS.get(kind)
+        if endings and ending not in endings:
             raise ValueError(f"{name} is no name of a {kind}; end it in {' or '.join(endings[:3])}")
         if not target.parent.is_dir():
-            raise FileNotFoundError(
-                f"there is no folder {Path(name).parent}/ for {name}; make it first"
-            )
+            folder = Path(name).parent
+            raise FileNotFoundError(f"there is no folder {folder}/ for {name}; make it first")
         if os.path.lexists(target) and not _is_own(target, kind):
             raise FileExistsError(
                 f"{name} is there already and may hold work of yours: it is not overwritten. Name "
                 "another, or delete it"
             )
+        table = kind == "lines" and target.name == MANIFEST
+        if str(target.parent) in folders and ending in ENDINGS and not table:
+            raise ValueError(
+                f"{name} would be read as a record, as others of this folder are; name another "
+                "place"
+            )
         if not os.access(target if target.exists() else target.parent, os.W_OK):
             raise PermissionError(f"{name} may not be written; name another")
-
-
-def _check_not_read(name: str, target: Path, read: Sequence[Path], kind: str) -> None:
-    """Refuse what is read by this command, by whatever path or link, or would be by the next."""
-    from breaker.reading.files.formats import ENDINGS
-    from breaker.reading.files.operations_table import MANIFEST
-
-    parts = (part for each in read for part in _parts(each))
-    if target.exists() and any(os.path.exists(part) and target.samefile(part) for part in parts):
-        raise ValueError(f"{name} is read by this command, and would be replaced; name another")
-    folders = {os.path.realpath(each / sub) for each in read for sub in ("", *MOTIONS)}
-    table = kind == "lines" and target.name == MANIFEST
-    if str(target.parent) in folders and target.suffix.lower() in ENDINGS and not table:
-        raise ValueError(
-            f"{name} would be read as a record: {target.parent.name} is a folder of records; name "
-            "another place"
-        )
-
-
-def _parts(named: Path) -> Iterator[Path]:
-    """Yield what belongs to a file or folder that is read, two folders deep."""
-    yield named
-    if named.is_dir():
-        yield from named.glob("*")
-        yield from named.glob("*/*")
-    elif named.suffix.lower() == ".cfg":  # the data of a COMTRADE record stand beside it
-        yield from named.parent.glob(f"{named.stem}.*")
 
 
 def _is_own(target: Path, kind: str) -> bool:

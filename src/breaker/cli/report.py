@@ -1,7 +1,6 @@
 """`breaker report`: write a test report of a visit."""
 
 import argparse
-from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -11,7 +10,6 @@ from breaker.cli.inputs import (
     add_reference,
     limits_of,
     overlays_of,
-    read_visit,
     settings_of,
 )
 from breaker.cli.outputs import check_outputs, write
@@ -46,8 +44,7 @@ def run(options: argparse.Namespace) -> int:
         from breaker.documents.html_page import weasyprint
 
         weasyprint()  # if it lacks, that is said before any work is done
-    good = options.reference, options.tolerance
-    visit = read_of(options.files, options.before, options.channel, options.config, *good)
+    visit = read_of(options)
     # Imported here, so that what is wrong with the records is said first.
     from breaker.drive.answers.test_report import report_of
 
@@ -64,42 +61,37 @@ def run(options: argparse.Namespace) -> int:
     return 0
 
 
-def read_of(
-    named: Sequence[str],
-    before: Sequence[str],
-    channels: Sequence[str],
-    overlays: Sequence[str],
-    reference: str | None = None,
-    tolerance: float | None = None,
-    *,
-    opened: "Files | None" = None,
-) -> "Visit":
-    """Read the records of a visit, as the options name them.
+def read_of(options: argparse.Namespace, opened: "Files | None" = None) -> "Visit":
+    """Read the records of a visit.
 
     A good record and its band that no option names are those of the configuration.
 
     Args:
+        options: Options of the command.
         opened: In which files are opened, once.
 
     Raises:
         OSError, ValueError: If there is nothing of which a report can be.
     """
     from breaker.drive.answers.assessment import Assessment, given_by
+    from breaker.drive.answers.named_records import read_visit
     from breaker.drive.answers.visit import Visit, check_visit
 
-    config = settings_of(overlays)
+    config = settings_of(options.config)
     stated = config["report"]["reference"]
-    reference = reference or stated["file"]
-    if reference and tolerance is None and stated["tolerance"]:
-        tolerance = stated["tolerance"] / 100.0
+    options.reference = options.reference or stated["file"]
+    if options.reference and options.tolerance is None and stated["tolerance"]:
+        options.tolerance = stated["tolerance"] / 100.0
     given, words = given_by(config)
-    assessment = Assessment(config, limits_of(config, overlays), given)
-    records, earlier = (read_visit(e, channels, assessment, opened) for e in (named, before))
-    check_visit(Visit(assessment, records, earlier))
-    over = overlays_of(
-        records, reference, tolerance, lambda good: read_visit(good, channels, assessment, opened)
+    assessment = Assessment(config, limits_of(config, options.config), given)
+    good = [options.reference] if options.reference else []
+    records, before, good = (
+        read_visit(named, options.channel, assessment, opened)
+        for named in (options.files, options.before, good)
     )
-    return Visit(assessment, records, earlier, over, words)
+    check_visit(Visit(assessment, records, before))
+    over = overlays_of(records, good, options)
+    return Visit(assessment, records, before, over, words)
 
 
 def content_of(report: "Report", ending: str) -> tuple[bytes, str]:

@@ -77,12 +77,7 @@ def commands():
     """Return what the page asks of the other commands."""
     from breaker.app.view_session import Commands
 
-    return Commands(settings_of, read_of, content_of, _table_of, _write)
-
-
-def _table_of(folder: str, overlays: Sequence[str]) -> tuple[str, list[str]]:
-    """Return what ``breaker inspect`` proposes for a folder."""
-    return table_of(folder, settings_of(overlays))
+    return Commands(settings_of, read_of, content_of, table_of, _write)
 
 
 def _write(name: str, text: str, read: Sequence[str]) -> str:

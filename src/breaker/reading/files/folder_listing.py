@@ -44,6 +44,11 @@ def record_files(folder: str | Path) -> list[Path]:
     ]
 
 
+def is_folder(name: str | Path) -> bool:
+    """Return whether a name is that of a folder that is not itself a record."""
+    return os.path.isdir(name) and not is_store(name)
+
+
 def list_operations(
     folder: str | Path,
     motion: str,

@@ -1,7 +1,7 @@
 """What a report of a misread file needs, without names, serial numbers, dates and travel.
 
 The head of the file keeps its signs, quotes and empty cells. Of its words, those stay that makers
-use (``files.lexicon``), and words that the user allows. Letters of all others become x, and digits
+use (``files.lexicon``). Letters of all others become x, and digits
 become 0, but for single ones and numbers before a unit. So nothing has to be known of names to hide
 them. What ``breaker inspect`` says is told with the same words hidden.
 """
@@ -47,7 +47,6 @@ _PACKED = (b"PK\x03\x04", b"\x89HDF", b"CDF", b"\xd0\xcf\x11\xe0")  # begins of 
 
 _TOKEN = re.compile(r"\d+|[^\W\d_]+")
 _DATE = re.compile(r"\d{4}-\d\d-\d\d(?:[T ]\d\d:\d\d(?::\d\d)?)?")
-_NUMBER = re.compile(r"\s*[-+]?\d+(?:[.,]\d+)?(?:[eE][-+]?\d+)?\s*")
 _UNIT_WORDS = frozenset(
     unit.lower()
     for units in (*UNITS.values(), OTHER_UNITS)
@@ -66,21 +65,17 @@ _KNOWN = [
 class Hidden:
     """Hides words and numbers of texts, and remembers which.
 
-    Args:
-        allowed: Words that stay, in any case.
-
     Example:
-        >>> hidden = Hidden(["Muster"])
-        >>> hidden.text("Station: Musterfeld 4711; Rate: 10 kHz; Weg Muster")
-        'Station: Xxxxxxxxxx 0000; Rate: 10 kHz; Weg Muster'
+        >>> hidden = Hidden()
+        >>> hidden.text("Station: Musterfeld 4711; Rate: 10 kHz")
+        'Station: Xxxxxxxxxx 0000; Rate: 10 kHz'
         >>> hidden.again("of Musterfeld, 2026-01-31, 4711 and 10")
         'of Xxxxxxxxxx, 0000-00-00, 0000 and 10'
         >>> hidden.words
         ['musterfeld']
     """
 
-    def __init__(self, allowed: Iterable[str] = ()) -> None:
-        self._allowed = {token.lower() for each in allowed for token in _TOKEN.findall(each)}
+    def __init__(self) -> None:
         self._found: set[str] = set()
 
     @property
@@ -100,11 +95,6 @@ class Hidden:
             end = match.end()
         return "".join([*pieces, _shape(text[end:])])
 
-    def samples(self, line: str, delimiter: str) -> str:
-        """Return a line of the file in which cells that are numbers stay."""
-        cells = line.split(delimiter)
-        return delimiter.join(c if _NUMBER.fullmatch(c) else self.text(c) for c in cells)
-
     def again(self, text: str) -> str:
         """Return a text about the file with all hidden that was hidden before, and dates.
 
@@ -119,7 +109,7 @@ class Hidden:
         return _shape(token) if token.lower() in self._found and not plain else token
 
     def _stays(self, token: str, before: str, after: str) -> bool:
-        if token.lower() in self._allowed or len(token) == 1:
+        if len(token) == 1:
             return True
         if not token[0].isdigit():
             return _is_known(token.lower())
@@ -157,23 +147,19 @@ def problem_report(
     channel: str = "",
     *,
     format_settings: Mapping = FORMAT,
-    travel: bool = False,
-    allowed: Iterable[str] = (),
 ) -> tuple[str, list[str]]:
     """Return the report, and the words that are hidden in it.
 
     Args:
         file, sensor, channel: As of ``setting_proposal.inspect_file``, which is run.
         format_settings: The section ``endurance.format`` of the user's configuration.
-        travel: Whether samples are in it as they are, all of them.
-        allowed: Words that are not hidden.
     """
-    hidden = Hidden(allowed)
-    head = [*_head(Opened(file), hidden, travel=travel)]
+    hidden = Hidden()
+    head = [*_head(Opened(file), hidden)]
     own = {key: value for key, value in format_settings.items() if value != FORMAT[key]}
     parts = {
         "versions": _versions(),
-        "head of the file" + (" and its samples" if travel else ""): head,
+        "head of the file": head,
         "settings of the configuration": [hidden.again(f"{k}: {v!r}") for k, v in own.items()],
         "breaker inspect": [hidden.again(each) for each in _inspected(file, sensor, channel)],
     }
@@ -192,7 +178,7 @@ def _versions() -> list[str]:
     return [", ".join(found), "formats: " + ", ".join(each.__name__ for each in FORMATS)]
 
 
-def _head(opened: Opened, hidden: Hidden, *, travel: bool) -> Iterator[str]:
+def _head(opened: Opened, hidden: Hidden) -> Iterator[str]:
     """Lines of the head, each as Python writes a text, so that its signs are seen."""
     try:
         content = opened.content
@@ -210,7 +196,7 @@ def _head(opened: Opened, hidden: Hidden, *, travel: bool) -> Iterator[str]:
     except Exception as error:  # of a file that cannot be read: whatever its format raises
         yield f"not shown: {type(error).__name__}"
         return
-    yield from _of_lines(lines, hidden, travel=travel)
+    yield from _of_lines(lines, hidden)
 
 
 def _is_text(content: bytes) -> bool:
@@ -230,22 +216,16 @@ def _shown(opened: Opened) -> list[str]:
     return [line for table in shown.lines for line in table]
 
 
-def _of_lines(lines: Iterable[str], hidden: Hidden, *, travel: bool) -> Iterator[str]:
+def _of_lines(lines: Iterable[str], hidden: Hidden) -> Iterator[str]:
     samples = 0
     for number, line in enumerate(lines):
         line = line[:_LONGEST_LINE]
         numbers = not any(sign.isalpha() for sign in line) and any(map(str.isdigit, line))
         samples = samples + 1 if numbers else 0
-        if not travel and (samples > _SAMPLES or number == _MOST_LINES):
+        if samples > _SAMPLES or number == _MOST_LINES:
             yield "..."
             return
-        if not numbers:
-            yield repr(hidden.text(line))
-        elif travel:
-            delimiter = next((sign for sign in "\t; " if sign in line.strip()), ",")
-            yield repr(hidden.samples(line, delimiter))
-        else:
-            yield repr(_shape(line))
+        yield repr(_shape(line) if numbers else hidden.text(line))
 
 
 def _inspected(file: str | Path, sensor: Mapping, channel: str) -> list[str]:
