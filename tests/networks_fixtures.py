@@ -13,9 +13,9 @@ from breaker.common.randomness import generator
 from breaker.configuration.loading import read
 from breaker.model.curves import travel
 from breaker.networks.training import Checkpoint, Trainer
-from breaker.paper.bank import simulate
+from breaker.paper.bank import simulate, truth
 from breaker.paper.posterior import Posterior
-from breaker.paper.training import Rows, freeze_inputs, split, truth
+from breaker.paper.training import Rows, freeze_inputs, split
 
 DEFAULTS = read(shipped.DEFAULTS)
 PRIOR, SENSOR = DEFAULTS["prior"], DEFAULTS["sensor"] | {"samples": 31}
@@ -162,7 +162,7 @@ def exact_curves(posterior, values):
 
 def simulated(posterior, n, *, seed=11):
     """Truth ``(n, q)``, exact curves and records ``(n, t)``."""
-    values = truth(bank_of(posterior, n, seed=seed), posterior)
+    values = truth(bank_of(posterior, n, seed=seed), posterior.model)
     exact = exact_curves(posterior, values)
     return values, exact, posterior.sensor.corrupt(exact, generator(seed, "test noise"))
 

@@ -28,7 +28,8 @@ def simulated(model, *purpose):
 @pytest.mark.parametrize("motion", MOTIONS)
 def test_the_mode_is_no_lower_than_the_truth(models, motion, noise_sd):
     """Twice what is gained over the truth is a chi-square of up to 8 degrees of freedom."""
-    model = with_noise(models[motion], noise_sd).sized(Size(10.0, 4.0))
+    model, size = with_noise(models[motion], noise_sd), Size(10.0, 4.0)
+    model = replace(model, prior=model.prior.sized(size), sensor=model.sensor.sized(size))
     for z, record in zip(*simulated(model), strict=True):
         highest, precision = mode(model, record)
         there, truth = model.log_joint(np.stack([highest, z]), record)

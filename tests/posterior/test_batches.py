@@ -6,13 +6,13 @@ import torch
 from scipy.stats import ks_2samp
 
 from breaker.common.randomness import generator
+from breaker.paper.bank import truth
 from breaker.paper.posterior import Posterior
 from breaker.paper.training import (
     OnlineRows,
     Rows,
     freeze_inputs,
     split,
-    truth,
 )
 from tests.model.laws import covariance, covariance_p_value
 from tests.networks_fixtures import SENSOR, bank_of, settings
@@ -37,7 +37,7 @@ def test_split_takes_parts_from_the_end():
 def test_truth_and_rows_are_what_the_posterior_infers(onset):
     posterior = Posterior(settings(onset=onset))
     bank = bank_of(posterior, 6)
-    values = truth(bank, posterior)
+    values = truth(bank, posterior.model)
     assert values.shape == (6, 8 if onset else 7)
     np.testing.assert_array_equal(values[:, :7], bank.parameters.values)
     if onset:

@@ -5,7 +5,8 @@ import pytest
 from scipy.stats import norm
 
 from breaker.common.randomness import generator
-from breaker.paper.training import convergence, held_out_log_density, records, truth
+from breaker.paper.bank import truth
+from breaker.paper.training import convergence, held_out_log_density, records
 from tests.networks_fixtures import COUPLING_FLOW, NETWORK, bank_of, frozen, perturb, pin
 
 SOLVER = {"candidates": [8, 1, 2, 4], "reference": 32, "curves": 6, "draws": 30, "tolerance": 10.0}
@@ -108,7 +109,7 @@ def test_held_out_density_of_a_gaussian_model(onset):
     mean, sd = np.linspace(-0.4, 0.4, len(posterior.outputs)), 0.8
     pin(posterior, mean, sd)
     rows = bank_of(posterior, 40, seed=8)
-    z = posterior.model.standardise(truth(rows, posterior))
+    z = posterior.model.standardise(truth(rows, posterior.model))
     expected = norm(mean, sd).logpdf(z).sum(axis=1)
     found, error = held_out_log_density(posterior, records(posterior, rows, 1), rows)
     assert found == pytest.approx(expected.mean(), abs=1e-4)

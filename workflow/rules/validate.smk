@@ -130,9 +130,6 @@ rule quality:
         "results/benchmarks/quality_{motion}_seed{seed}.tsv"
     conda:
         "../../envs/breaker.yaml"
-    params:
-        prior=config["prior"],
-        onset_sd=config["sensor"]["onset_sd"],
     script:
         "../scripts/quality.py"
 

@@ -3,17 +3,14 @@
 import pandas as pd
 
 from breaker.common.zarr_store import open_store
-from breaker.model.parameters import is_logarithmic, prior_sds
-from breaker.paper.validation import quality, quality_words
+from breaker.paper.validation import quality, quality_words, scale_of
 from breaker.reading.files.safe_text import save_frame
 from breaker.workflow.jobs import start
 
 log = start(snakemake)
-params = snakemake.params
 amortised, corrected, limit, reader = (
     open_store(snakemake.input[name]) for name in ("validation", "corrected", "limit", "reader")
 )
-names = amortised.output.values
 
 tables = []
 for posterior, data, files in (("amortised", amortised, reader), ("corrected", corrected, None)):
@@ -21,8 +18,7 @@ for posterior, data, files in (("amortised", amortised, reader), ("corrected", c
         data,
         files,
         limit.contraction.mean("curve").values,
-        prior_sd=prior_sds(names, params.prior, params.onset_sd),
-        log=is_logarithmic(names),
+        **scale_of(amortised),
     )
     log.info("%s: %s", posterior, quality_words(table))
     table.insert(0, "posterior", posterior)

@@ -24,8 +24,8 @@ made_from = {key: params[key] for key in settings} | {"motion": motion}
 
 bank = open_bank(snakemake.input.shards)
 counts = training["validation_curves"], training["held_out_curves"]
-part, validation, unseen = split(len(bank), *counts)
-curves = bank[part]
+part, validation, unseen = split(bank.sizes["curve"], *counts)
+curves = bank.isel(curve=part)
 device = choose_device(training["device"])
 posterior = Posterior(made_from, seed=seed)
 freeze_inputs(posterior, curves, generator(seed, "components", motion))
@@ -36,7 +36,7 @@ del curves
 trainer = Trainer(
     posterior=posterior,
     rows=rows,
-    validation=Rows.of(bank[validation], posterior, device),
+    validation=Rows.of(bank.isel(curve=validation), posterior, device),
     settings=training,
     seed=seed,
     checkpoint=Checkpoint(
@@ -45,7 +45,7 @@ trainer = Trainer(
 )
 history = trainer.run()
 
-unseen = bank[unseen]
+unseen = bank.isel(curve=unseen)
 measured = records(posterior.eval(), unseen, seed)
 solver = convergence(posterior, measured, params.solver, seed)
 density, error = held_out_log_density(posterior, measured, unseen)

@@ -1,6 +1,8 @@
-"""From records to posteriors: draws, intervals, and checks of the model against each record.
+"""Inference: posteriors of simulated records and of measured ones, and predictions from them.
 
-Used alike for simulated records (validation) and for a whole endurance test.
+Paper, the inference phase of Fig. 2: ``validate`` makes the posteriors of simulated records (Sec.
+6), ``infer`` those of an endurance test (Sec. 7), and ``predict`` the posterior predictive checks
+of both (Figs. 8 and 9).
 """
 
 from typing import TYPE_CHECKING
@@ -11,19 +13,17 @@ from scipy.special import chdtrc
 from tqdm import tqdm
 
 from breaker.common.randomness import generator
-from breaker.model.parameters import NAMES
-from breaker.paper.bank import simulate
+from breaker.paper.bank import simulate, truth
 from breaker.paper.joint_model import Model
 from breaker.paper.validation import intervals, share_inside
 
 if TYPE_CHECKING:  # predictions need a model alone: torch is not loaded for them
     from breaker.paper.posterior import Posterior
 
-# ---- amortised ----
-
-
-_FAR_ONSET = 4.0  # prior sd
-_SHARE = {"closing": 0.75, "opening": 0.85}  # of the way between the rest positions
+# Prior sd. One onset in 16,000 is further from the nominal start: that start is wrong.
+_FAR_ONSET = 4.0
+# Part of the travel that belongs to the main motion: about to the touch, and to the stop.
+_MAIN_PART = {"closing": 0.75, "opening": 0.85}
 
 
 def _noise(posterior: "Posterior", seed: int, purpose: str, keys: np.ndarray, draws: int):
@@ -43,42 +43,45 @@ def validate(posterior: "Posterior", n: int, draws: int, seed: int) -> xr.Datase
         seed: Seed of the records and of the draws.
 
     Returns:
-        Dataset with dims ``curve``, ``draw``, ``output``, ``time``: ``draws`` and ``truth`` in
-        physical units, ``measured`` (mm).
+        What ``sample_records`` returns.
     """
-    from breaker.paper.training import truth as truth_of  # loads torch
-
-    sensor, motion = posterior.sensor, posterior.motion
-    rng = generator(seed, "validation records", motion)
-    bank = simulate(posterior.model, n, rng)
-    values = truth_of(bank, posterior)
-    measured = sensor.corrupt(bank.travel.values.astype(np.float64), rng)
-    return sample_records(posterior, measured, values, draws, seed)
+    model = posterior.model
+    rng = generator(seed, "validation records", model.motion)
+    bank = simulate(model, n, rng)
+    measured = model.sensor.corrupt(bank.travel.values.astype(np.float64), rng)
+    return sample_records(posterior, measured, truth(bank, model), draws, seed)
 
 
 def sample_records(
     posterior: "Posterior", measured: np.ndarray, truth: np.ndarray, draws: int, seed: int
 ) -> xr.Dataset:
-    """Infer records ``(n, t)`` with a known truth ``(n, q)``; returns what ``validate`` does."""
+    """Infer records ``(n, t)`` with a known truth ``(n, q)``.
+
+    Returns:
+        Dataset with dims ``curve``, ``draw``, ``output``, ``time``: ``draws`` and ``truth`` in
+        physical units, ``measured`` (mm); and of each output the scale that it is judged in:
+        ``prior_sd``, of its logarithm where ``logarithmic``.
+    """
+    model = posterior.model
     noise = _noise(posterior, seed, "validation draws", np.arange(len(measured)), draws)
-    blocks = [
-        posterior.sample(measured[i : i + 1], noise[i : i + 1])
-        for i in tqdm(
-            range(len(measured)), desc=f"validating {posterior.motion}", mininterval=5, unit="curve"
-        )
-    ]
+    progress = tqdm(
+        range(len(measured)), desc=f"validating {model.motion}", mininterval=5, unit="curve"
+    )
+    found = [posterior.sample(measured[i : i + 1], noise[i : i + 1]) for i in progress]
     return xr.Dataset(
         {
-            "draws": (("curve", "draw", "output"), np.concatenate(blocks)),
+            "draws": (("curve", "draw", "output"), np.concatenate(found)),
             "truth": (("curve", "output"), truth),
             "measured": (("curve", "time"), measured, {"unit": "mm"}),
+            "prior_sd": ("output", model.sds),
+            "logarithmic": ("output", model.logarithmic),
         },
-        coords=coordinates(posterior.model),
-        attrs={"motion": posterior.motion, "seed": seed, "solver_steps": posterior.steps},
+        coords=_coordinates(model),
+        attrs={"motion": model.motion, "seed": seed, "solver_steps": posterior.steps},
     )
 
 
-def coordinates(model: Model) -> dict:
+def _coordinates(model: Model) -> dict:
     """Return the coordinates ``output``, ``output_unit`` and ``time`` of a result."""
     return {
         "output": ("output", model.names),
@@ -87,51 +90,41 @@ def coordinates(model: Model) -> dict:
     }
 
 
-def predictive_p_value(model: Model, record: np.ndarray, values: np.ndarray) -> float:
-    """Return the posterior predictive p-value of a record, from draws ``(d, q)``.
-
-    The discrepancy is the squared Mahalanobis distance of the record from the exact curve of a
-    draw, with the zero integrated. That of a replicate follows a chi-square with t degrees of
-    freedom, t the samples that are not missing (NaN), so its tail needs no simulation. A small
-    value means that the model cannot produce such a record.
-    """
-    discrepancy = model.sensor.chi_square(record, model.curves(values))
-    return float(chdtrc(np.isfinite(record).sum(), discrepancy).mean())
-
-
 def infer(
     posterior: "Posterior", curves: xr.Dataset, *, draws: int, seed: int, misfit_p_value: float
 ) -> xr.Dataset:
     """Infer measured operations.
 
     Args:
-        curves: Measured curves in the layout of ``curve_reader.read_curves``; rejected ones stay in
-            the result, as missing values with their reason, and so do those that the network does
-            not answer for.
+        curves: ``travel (operation, time)``, ``accepted``, ``reason`` and ``file (operation)``.
+            Rejected operations, and those that the network does not accept, stay in the result as
+            missing values with their reason.
         draws: Draws for each operation.
         misfit_p_value: Posterior predictive p-value below which a record counts as misfit.
 
     Returns:
         ``curves`` with ``draws`` (operation, draw, output), ``median``, ``interval_50`` and
-        ``interval_95`` (operation, output, bound), ``p_value``, the flags ``misfit``,
-        ``outside_prior`` and ``far_onset`` (inferred beyond 4 prior sd), and ``outside_support``,
-        the fraction of draws that the prior excludes.
+        ``interval_95`` (operation, output, bound), ``p_value``, ``distance`` from the bank, the
+        flags ``misfit``, ``outside_prior`` (distance above 1) and ``far_onset`` (inferred beyond
+        4 prior sd), and ``outside_support``, the share of draws that the prior excludes.
     """
-    o, q = curves.sizes["operation"], len(posterior.outputs)
-    accepted = np.flatnonzero(curves.accepted.values)
-    operations = curves.operation.values
-    measured = curves.travel.values.astype(np.float64)
-    values = np.full((o, draws, q), np.nan)
-    p_value, distance = np.full((2, o), np.nan)
-    progress = tqdm(accepted, desc=f"inferring {posterior.motion}", mininterval=5, unit="operation")
+    model, motion = posterior.model, posterior.motion
+    operations, measured = curves.operation.values, curves.travel.values.astype(np.float64)
+    values = np.full((len(operations), draws, len(model.names)), np.nan)
+    p_value, distance = np.full((2, len(operations)), np.nan)
     reasons = curves.reason.values.astype(object)
-    for i in progress:
-        noise = _noise(posterior, seed, "draws", operations[i : i + 1], draws)
+    accepted = np.flatnonzero(curves.accepted.values)
+    for i in tqdm(accepted, desc=f"inferring {motion}", mininterval=5, unit="operation"):
+        # One by one, as the draws: sums over more rows may round in another order.
+        record, noise = (
+            measured[i : i + 1],
+            _noise(posterior, seed, "draws", operations[[i]], draws),
+        )
+        rng = generator(seed, "predictive curves", motion, int(operations[i]))
         try:
-            # One by one, as the draws: sums over more rows may round in another order.
-            distance[i] = posterior.distance(measured[i : i + 1])[0]
-            found = posterior.sample(measured[i : i + 1], noise)[0]
-            p_value[i] = predictive_p_value(posterior.model, measured[i], found)
+            distance[i] = posterior.distance(record)[0]
+            found = posterior.sample(record, noise)[0]
+            p_value[i] = predictive_p_value(model, record[0], found, rng)
         except (ArithmeticError, RuntimeError, ValueError) as error:
             # So unlike the bank that the network's answer is no posterior; the rest goes on.
             reasons[i] = f"{curves.file.values[i]}: no posterior: {error}"
@@ -143,8 +136,8 @@ def infer(
         "reason": ("operation", reasons.astype(str)),
         "accepted": ("operation", reasons == ""),
     }
-    found = summaries(posterior.model, values, p_value, misfit_p_value)
-    return curves.assign(flags | found).assign_coords(coordinates(posterior.model))
+    found = summaries(model, values, p_value, misfit_p_value)
+    return curves.assign(flags | found).assign_coords(_coordinates(model))
 
 
 def summaries(
@@ -155,16 +148,16 @@ def summaries(
     Args:
         values: Draws, ``(o, d, q)``, physical units; nan where there is no posterior.
         p_value: Posterior predictive p-values, ``(o,)``.
-        misfit_p_value: The one below which a record counts as misfit.
+        misfit_p_value: P-value below which a record counts as misfit.
 
     Returns:
         ``draws``, ``median``, ``interval_50``, ``interval_95``, ``p_value``, ``misfit``,
         ``far_onset`` and ``outside_support``, as ``infer`` returns them.
     """
-    p = len(NAMES)
+    p = len(model.parameters)
     outside = 1.0 - model.prior.supported(values[..., :p]).mean(axis=1)
     named = intervals(values)
-    onset = np.abs(named["median"].values[:, p:]).sum(axis=1)  # of seven outputs there is none
+    onset = np.abs(named["median"].values[:, p:]).sum(axis=1)  # 0 where it is no output
     found = {
         "p_value": (("operation",), p_value),
         "misfit": (("operation",), p_value < misfit_p_value),
@@ -175,11 +168,29 @@ def summaries(
     return named | {name: xr.DataArray(each, dims=dims) for name, (dims, each) in found.items()}
 
 
-def predict(model: Model, measured: np.ndarray, draws: np.ndarray, *, seed: int) -> xr.Dataset:
-    """Predict records from the draws of their own model.
+def predictive_p_value(
+    model: Model, record: np.ndarray, values: np.ndarray, rng: np.random.Generator | None = None
+) -> float:
+    """Return the posterior predictive p-value of a record ``(t,)``, from draws ``(d, q)``.
 
-    By replicates, one for each draw: they share the record's parameters, onset and zero, and have
-    noise of their own.
+    The discrepancy is the squared Mahalanobis distance of the record from the curve of a draw, with
+    the zero integrated. That of a replicate follows a chi-square with as many degrees of freedom as
+    the record has samples, so its tail needs no simulation. A small value means that the model
+    cannot produce such a record. The randomness of a simulator of your own, whose generator is
+    ``rng``, makes it smaller.
+    """
+    discrepancy = model.sensor.chi_square(record, model.curves(values, rng))
+    return float(chdtrc(np.isfinite(record).sum(), discrepancy).mean())
+
+
+# ---- posterior predictive checks -----------------------------------------------------------------
+
+
+def predict(model: Model, measured: np.ndarray, draws: np.ndarray, *, seed: int) -> xr.Dataset:
+    """Predict records from the draws of their own posteriors (paper, Sec. 6, Fig. 8).
+
+    There is one replicate for each draw, which shares the record's parameters, onset and zero, and
+    has its own noise.
 
     Args:
         measured: Records, ``(n, t)``, mm.
@@ -193,9 +204,9 @@ def predict(model: Model, measured: np.ndarray, draws: np.ndarray, *, seed: int)
     sensor, bands = model.sensor, []
     for i, (record, values) in enumerate(zip(measured, draws, strict=True)):
         rng = generator(seed, "predictive", model.motion, i)
-        exact = model.curves(values.astype(np.float64))
-        shared = sensor.sample_shared(record, exact, rng)
-        replicates = exact + shared + sensor.noise_sd * rng.standard_normal(exact.shape)
+        curves = model.curves(values.astype(np.float64), rng)
+        shared = sensor.sample_shared(record, curves, rng)
+        replicates = curves + shared + sensor.noise_sd * rng.standard_normal(curves.shape)
         bands.append(np.quantile(replicates, [0.5, 0.025, 0.975], axis=0))
     median, lower, upper = np.moveaxis(np.array(bands), 1, 0)
     unit = {"unit": "mm"}
@@ -213,7 +224,7 @@ def predict(model: Model, measured: np.ndarray, draws: np.ndarray, *, seed: int)
 
 
 def predict_stages(model: Model, inferred: xr.Dataset, *, stages: int, seed: int) -> xr.Dataset:
-    """Predict the records at a few stages of an endurance test from their own posteriors.
+    """Predict the records at a few stages of an endurance test (paper, Sec. 7, Fig. 9).
 
     Args:
         inferred: What ``infer`` returns, all operations.
@@ -222,9 +233,8 @@ def predict_stages(model: Model, inferred: xr.Dataset, *, stages: int, seed: int
     Returns:
         Dataset over ``stage``, ``time``: ``travel`` and the ``median``, ``lower`` and ``upper``
         end of its prediction; coordinate ``operation (stage)``; and over ``stage``:
-        ``main_motion_end``, ms, ``share_inside``, the share of samples of the main motion, as far
-        as they are not missing, inside the band, ``p_value`` and the flag ``misfit`` of the whole
-        record.
+        ``main_motion_end``, ms, ``share_inside``, the share of samples of the main motion inside
+        the band, ``p_value`` and the flag ``misfit`` of the entire record.
 
     Raises:
         ValueError: If no operation has draws.
@@ -238,12 +248,11 @@ def predict_stages(model: Model, inferred: xr.Dataset, *, stages: int, seed: int
     times, medians = model.sensor.times, result["median"].values
     main = np.stack([main_motion(median, times, model.motion) for median in medians])
     band = (result.measured.values, result.lower.values, result.upper.values)
-    share = share_inside(*band, where=main)
     ends = [times[inside].max(initial=0.0) for inside in main]  # it begins at 0
     return (
         result.rename(curve="stage", measured="travel")
         .assign(
-            share_inside=("stage", share),
+            share_inside=("stage", share_inside(*band, where=main)),
             main_motion_end=("stage", ends, {"unit": "ms"}),
             p_value=("stage", part.p_value.values),
             misfit=("stage", part.misfit.values),
@@ -256,17 +265,17 @@ def main_motion(travel: np.ndarray, times: np.ndarray, motion: str) -> np.ndarra
     """Return which samples of a curve belong to the main motion, ``(t,)`` of bool.
 
     The model describes this part of a record (paper, Sec. 7), not the rest of the stroke, where
-    stops and dampers act. It lasts from time 0 to where the drive has done its share of the way
-    between its rest positions: about up to the touch when closing, up to the stop when opening.
+    stops and dampers act. It lasts from time 0 until the drive has moved by its part of the travel
+    between the rest positions: about to the touch when closing, to the stop when opening.
 
     Args:
         travel: A curve with little noise, ``(t,)``, mm.
-        times: Times, ``(t,)``, ms, 0 at the first motion.
+        times: Times, ``(t,)``, ms, 0 at the start of motion.
         motion: "closing" or "opening".
     """
-    # Rests are means: before time 0, and over the last twelfth.
+    # Rest positions are means: before time 0, and over the last twelfth of the record.
     before, after = max(1, np.searchsorted(times, 0.0)), max(1, times.size // 12)
     start, end = travel[:before].mean(), travel[-after:].mean()
-    done = (travel - start) / (end - start) >= _SHARE[motion]
+    done = (travel - start) / (end - start) >= _MAIN_PART[motion]
     last = int(done.argmax()) if done.any() else len(travel)
     return (times >= 0) & (np.arange(len(travel)) < last)

@@ -1,23 +1,81 @@
-"""The joint probability model of one motion: prior, mechanism and sensor.
+"""The joint probability model of one motion: prior, drive and sensor (paper, Sec. 3 and 5).
 
-Its unknowns, the *outputs*, are the seven parameters and, where the sensor has one, the onset. Only
-this module scales them. Networks, maps and samplers work in standardised outputs: logarithms of
+Its unknowns, the *outputs*, are the parameters and, where the sensor has one, the onset. Only this
+module scales them. Networks, maps and samplers work in standardised outputs: logarithms of
 parameters in prior standard deviations, and the onset in its own. The joint density is exact,
-because the curve is exact and the noise Gaussian.
+because the curve of the paper's drive is exact and the noise Gaussian.
+
+A prior or a simulator of your own replaces those of the paper by its name in the section ``model``
+of the configuration. With a simulator, or a prior without ``log_prob``, all works that needs draws
+alone; what needs the exact density raises an error.
 """
 
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import xarray as xr
 
-from breaker.model.curves import sensitivity, too_fast, travel
-from breaker.model.parameters import MOTIONS, NAMES, Parameter, Size, outputs
+from breaker.common.functions import load
+from breaker.common.randomness import generator
+from breaker.model.curves import Motion, sensitivity, too_fast, travel
+from breaker.model.parameters import MOTIONS, NAMES, ONSET, PARAMETERS, Parameter
 from breaker.model.prior import Prior
 from breaker.model.sensor import Sensor
 
 _FARTHEST = 20.0  # prior sd; beyond lies a probability of 1e-88
+_SCALING_DRAWS = 10_000  # the sd of a parameter is known to 1 %
+
+
+class OwnPrior:
+    """A prior of your own, with the scale that networks need.
+
+    Parameters are standardised by mean and sd of 10,000 seeded draws: of their logarithms where
+    all draws are positive.
+
+    Args:
+        prior: An object with ``names``, ``sample(n, rng) -> (n, p)`` and, for an exact posterior,
+            ``log_prob(theta) -> (n,)``.
+    """
+
+    def __init__(self, prior: object) -> None:
+        self.prior, self.names = prior, tuple(prior.names)
+        draws = self.sample(_SCALING_DRAWS, generator(0, "scale of a prior"))
+        self.logarithmic = (draws > 0).all(axis=0)
+        scaled = self._log(draws)
+        self.centre, self.sds = scaled.mean(axis=0), scaled.std(axis=0)
+        if not (self.sds > 0).all():
+            raise ValueError(f"a parameter of the prior does not vary: sds {self.sds.tolist()}")
+
+    def _log(self, theta: np.ndarray) -> np.ndarray:
+        return np.where(self.logarithmic, np.log(np.where(self.logarithmic, theta, 1.0)), theta)
+
+    def sample(self, n: int, rng: np.random.Generator) -> np.ndarray:
+        """Draw parameters, ``(n, p)``; raise a ValueError if the prior does not return them so."""
+        theta = np.asarray(self.prior.sample(n, rng), dtype=np.float64)
+        if theta.shape != (n, len(self.names)) or not np.isfinite(theta).all():
+            raise ValueError(
+                f"sample({n}, rng) of the prior must return {n} rows of {len(self.names)} finite "
+                f"parameters, as it has names, not an array of shape {theta.shape}"
+            )
+        return theta
+
+    def standardise(self, theta: np.ndarray) -> np.ndarray:
+        """Map parameters ``(..., p)`` to standardised ones."""
+        return (self._log(theta) - self.centre) / self.sds
+
+    def destandardise(self, z: np.ndarray) -> np.ndarray:
+        """Map standardised parameters ``(..., p)`` to physical units."""
+        scaled = self.centre + self.sds * z
+        return np.where(self.logarithmic, np.exp(np.where(self.logarithmic, scaled, 0.0)), scaled)
+
+    def supported(self, theta: np.ndarray) -> np.ndarray:
+        """Return where the density is positive, ``(..., p) -> (...)``; everywhere if unknown."""
+        if not hasattr(self.prior, "log_prob"):
+            return np.ones(theta.shape[:-1], dtype=bool)
+        rows = theta.reshape(-1, theta.shape[-1])
+        return (np.asarray(self.prior.log_prob(rows)) > -np.inf).reshape(theta.shape[:-1])
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,52 +86,124 @@ class Model:
         prior: Prior of the parameters.
         sensor: Time grid and errors of the records.
         motion: "closing" or "opening".
+        simulator: ``simulate(theta (n, p), times (t,), motion, rng) -> travel (n, t)``, mm; the
+            drive of the paper if None.
 
     Example:
         >>> prior = Prior([2.0, 0.045, 0.040, 0.30, 0.12, 0.75, 10.0], [0.1] * 7)
         >>> sensor = Sensor(-2.0, 58.0, 151, noise_sd=0.1, onset_sd=0.3, zero_sd=0.1)
         >>> model = Model(prior, sensor, "closing")
         >>> record = model.curves(np.append(prior.medians, 0.0)[None])[0]
-        >>> z = np.array([[0.0] * 8, [1.0] * 8])  # the truth, and a prior sd off
+        >>> z = np.array([[0.0] * 8, [1.0] * 8])  # the truth, and one prior sd from it
         >>> model.log_joint(z, record).round(1)
         array([ 199.1, -203.8])
     """
 
-    prior: Prior
+    prior: Prior | OwnPrior
     sensor: Sensor
     motion: str
+    simulator: Callable | None = None
 
     def __post_init__(self) -> None:
         if self.motion not in MOTIONS:
             raise ValueError(f"unknown motion {self.motion!r}; known: {', '.join(MOTIONS)}")
+        if self.simulator and self.sensor.infers_onset:
+            raise ValueError(
+                "sensor.onset_sd must be 0 with a simulator of your own, whose curves nothing "
+                "shifts; make the start of the motion one of its parameters"
+            )
+        if not self.simulator and self.parameters != NAMES:
+            raise ValueError(
+                f"the drive of the paper has the parameters {', '.join(NAMES)}, and the prior "
+                f"{', '.join(self.parameters)}; name a simulator of your own in model.simulator"
+            )
 
     @classmethod
     def from_settings(cls, settings: Mapping) -> "Model":
-        """Build from ``{"prior", "sensor", "motion"}``, as in the configuration."""
-        sensor = Sensor.from_settings(settings["sensor"])
-        return cls(Prior.from_settings(settings["prior"]), sensor, settings["motion"])
+        """Build from ``{"model", "prior", "sensor", "motion"}``, as in the configuration.
 
-    def sized(self, size: Size) -> "Model":
-        """Return the model of drives of another size, if this is that of size 1.
+        Without ``model``, or where its entries are null, it is the paper's.
 
-        Exact, for the mechanism does not tell sizes apart. Times and errors, the noise among them,
-        are scaled along.
+        Raises:
+            ValueError: If a function that ``model`` names is not there, or does not fit.
         """
-        return replace(self, prior=self.prior.sized(size), sensor=self.sensor.sized(size))
+        own = settings.get("model") or {}
+        if own.get("prior"):
+            prior = OwnPrior(load(own["prior"])())
+        else:
+            prior = Prior.from_settings(settings["prior"])
+        simulator = load(own["simulator"]) if own.get("simulator") else None
+        return cls(prior, Sensor.from_settings(settings["sensor"]), settings["motion"], simulator)
 
     @property
+    def parameters(self) -> tuple[str, ...]:
+        """Names of the parameters: the outputs but the onset."""
+        return self.prior.names if isinstance(self.prior, OwnPrior) else NAMES
+
+    @cached_property
     def outputs(self) -> tuple[Parameter, ...]:
         """What is inferred, in order."""
-        return outputs(self.sensor.infers_onset)
+        known = {each.name: each for each in PARAMETERS}
+        own = [
+            known.get(name) or Parameter(name=name, symbol=name, unit="1", meaning=name)
+            for name in self.parameters
+        ]
+        return (*own, ONSET) if self.sensor.infers_onset else tuple(own)
 
     @property
     def names(self) -> list[str]:
         """Names of the outputs."""
         return [output.name for output in self.outputs]
 
+    @cached_property
+    def logarithmic(self) -> np.ndarray:
+        """Which outputs are standardised by their logarithm, ``(q,)`` of bool."""
+        own = isinstance(self.prior, OwnPrior)
+        logs = self.prior.logarithmic if own else np.ones(len(NAMES), dtype=bool)
+        return np.append(logs, [False] * self.sensor.infers_onset).astype(bool)
+
+    @cached_property
+    def sds(self) -> np.ndarray:
+        """Prior sd of each output, ``(q,)``: of its logarithm where ``logarithmic``."""
+        sds = self.prior.sds if isinstance(self.prior, OwnPrior) else self.prior.log_sds
+        return np.append(sds, [self.sensor.onset_sd] * self.sensor.infers_onset)
+
+    def sample(self, n: int, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
+        """Draw parameters ``(n, p)`` and onsets ``(n,)`` from the prior."""
+        return self.prior.sample(n, rng), self.sensor.onset_sd * rng.standard_normal(n)
+
+    def simulate(
+        self, theta: np.ndarray, onset: np.ndarray | float, rng: np.random.Generator | None = None
+    ) -> Motion:
+        """Simulate motions of parameters ``(n, p)`` and onsets ``(n,)``, without noise.
+
+        Args:
+            rng: Generator of a simulator of your own, if its curves are random.
+
+        Raises:
+            ValueError: If such a simulator does not return curves ``(n, t)``.
+        """
+        times = self.sensor.times
+        if not self.simulator:
+            return travel(theta, times, self.motion, onset=onset)
+        rng = rng if rng is not None else generator(0, "simulator")
+        curves = np.asarray(self.simulator(theta, times, self.motion, rng), dtype=np.float64)
+        if curves.shape != (len(theta), times.size):
+            raise ValueError(
+                f"the simulator must return curves of shape {(len(theta), times.size)}, not "
+                f"{curves.shape}"
+            )
+        return Motion(curves, np.full(len(theta), np.inf), np.zeros(len(theta), dtype=bool))
+
+    def curves(self, values: np.ndarray, rng: np.random.Generator | None = None) -> np.ndarray:
+        """Return the curves of outputs ``(n, q)``, ``(n, t)``, mm, without noise."""
+        p = len(self.parameters)
+        onset = values[:, p] if self.sensor.infers_onset else 0.0
+        return self.simulate(values[:, :p], onset, rng).travel
+
     def standardise(self, values: np.ndarray) -> np.ndarray:
         """Map outputs ``(..., q)`` in physical units to standardised ones."""
-        p = len(NAMES)
+        p = len(self.parameters)
         z = np.array(values, dtype=np.float64)
         z[..., :p] = self.prior.standardise(z[..., :p])
         z[..., p:] /= self.sensor.onset_sd or 1.0
@@ -81,7 +211,7 @@ class Model:
 
     def destandardise(self, z: np.ndarray) -> np.ndarray:
         """Map standardised outputs ``(..., q)`` to physical units."""
-        p = len(NAMES)
+        p = len(self.parameters)
         values = np.array(z, dtype=np.float64)
         values[..., :p] = self.prior.destandardise(values[..., :p])
         values[..., p:] *= self.sensor.onset_sd
@@ -89,33 +219,54 @@ class Model:
 
     def log_scaling(self, values: np.ndarray) -> np.ndarray:
         """Return the log of ``|d z / d values|``, ``(..., q) -> (...)``."""
-        p = len(NAMES)
-        log_slope = -(np.log(self.prior.log_sds) + np.log(values[..., :p])).sum(-1)
+        p = len(self.parameters)
+        logs = self.logarithmic[:p]
+        log_values = np.log(np.where(logs, values[..., :p], 1.0))
+        log_slope = -(np.log(self.sds[:p]) + log_values).sum(-1)
         if self.sensor.infers_onset:
             log_slope = log_slope - np.log(self.sensor.onset_sd)
         return log_slope
 
-    def curves(self, values: np.ndarray) -> np.ndarray:
-        """Return the exact curves of outputs ``(n, q)``, ``(n, t)``, mm."""
-        p = len(NAMES)
-        onset = values[:, p] if self.sensor.infers_onset else 0.0
-        return travel(values[:, :p], self.sensor.times, self.motion, onset=onset).travel
+    # The exact density.
+
+    def check_exact(self) -> None:
+        """Raise a ValueError if the density of the model is not known."""
+        own = isinstance(self.prior, OwnPrior)
+        if self.simulator or (own and not hasattr(self.prior.prior, "log_prob")):
+            raise ValueError(
+                "the exact density of the posterior is known only for the drive of the paper with "
+                "a prior that has log_prob; leave out model.simulator, and give the prior log_prob"
+            )
 
     def log_prior(self, z: np.ndarray) -> np.ndarray:
         """Return the normalised log density of standardised outputs, ``(..., q) -> (...)``.
 
         It is ``-inf`` outside the prior's support, beyond 20 prior standard deviations of any
         output, and for drives too fast to be simulated; nan stays nan.
+
+        Raises:
+            ValueError: If the density of the model is not known.
         """
+        self.check_exact()
         p = len(NAMES)
         near = np.all(np.abs(z) <= _FARTHEST, axis=-1)
         values = self.destandardise(np.where(near[..., None], z, 0.0))
         theta, onset = values[..., :p], values[..., p:].sum(axis=-1)  # 0 where it is no output
         inside = near & self.prior.supported(theta) & ~too_fast(theta, self.sensor.times, onset)
-        safe = np.where(inside[..., None], z, 0.0)
-        normal = -0.5 * (np.square(safe).sum(-1) + z.shape[-1] * np.log(2 * np.pi))
-        result = np.where(inside, normal - self.prior.log_support, -np.inf)
+        result = np.where(inside, self._log_density(np.where(inside[..., None], z, 0.0)), -np.inf)
         return np.where(np.isnan(z).any(axis=-1), np.nan, result)
+
+    def _log_density(self, z: np.ndarray) -> np.ndarray:
+        """Return the log density of standardised outputs inside the support."""
+        if isinstance(self.prior, Prior):
+            normal = -0.5 * (np.square(z).sum(-1) + z.shape[-1] * np.log(2 * np.pi))
+            return normal - self.prior.log_support
+        values, p = self.destandardise(z), len(NAMES)
+        theta = values[..., :p].reshape(-1, p)
+        density = np.asarray(self.prior.prior.log_prob(theta)).reshape(z.shape[:-1])
+        normal = -0.5 * (np.square(z[..., p:]) + np.log(2 * np.pi)).sum(-1)
+        in_z = density - self.log_scaling(values)
+        return in_z + normal - np.log(self.sensor.onset_sd or 1.0)
 
     def log_joint(self, z: np.ndarray, record: np.ndarray) -> np.ndarray:
         """Return ``log p(z, record)`` of standardised outputs ``(n, q)`` and a record ``(t,)``.
@@ -123,6 +274,9 @@ class Model:
         Exact: the zero is integrated, the onset is one of the outputs, and samples that are nan
         are missing. ``(n,)``, per unit of ``z``; ``-inf`` where the prior is zero and nothing is
         simulated.
+
+        Raises:
+            ValueError: If the density of the model is not known.
         """
         result = self.log_prior(z)
         inside = np.isfinite(result)
@@ -131,7 +285,7 @@ class Model:
         return result
 
 
-# ---- fisher information ----
+# ---- how much a record can tell, linearised ------------------------------------------------------
 
 
 def linearise(model: Model, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -143,13 +297,20 @@ def linearise(model: Model, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     Returns:
         Curves ``(n, t)``, mm, and whitened derivatives by standardised outputs, ``(n, q, t)``: in
         units of the sensor's errors per prior sd.
+
+    Raises:
+        ValueError: If the density of the model is not known.
     """
+    model.check_exact()
     p, q, sensor = len(NAMES), z.shape[1], model.sensor
     values = model.destandardise(z)
     onset = values[:, p] if sensor.infers_onset else 0.0
     by = slice(0, q)
     motion, slopes = sensitivity(values[:, :p], sensor.times, model.motion, onset=onset, by=by)
-    slopes *= np.append(model.prior.log_sds, sensor.onset_sd)[by]
+    # Slopes are by logarithms of parameters, and by the onset.
+    steps = np.where(model.logarithmic[:p], model.sds[:p], model.sds[:p] / values[:, :p])
+    slopes[..., :p] *= steps[:, None]
+    slopes[..., p:] *= sensor.onset_sd
     return motion.travel, sensor.whiten(np.moveaxis(slopes, -1, -2))
 
 
@@ -165,10 +326,12 @@ def contraction_limit(model: Model, values: np.ndarray) -> np.ndarray:
 
 
 def limit_over_prior(model: Model, n: int, rng: np.random.Generator) -> xr.Dataset:
-    """Return the limit at ``n`` draws from the prior: ``contraction (curve, output)``."""
-    theta = model.prior.sample(n, rng)
-    onset = model.sensor.onset_sd * rng.standard_normal(n)
-    values = np.column_stack([theta, onset])[:, : len(model.names)]
+    """Return the limit at ``n`` draws from the prior: ``contraction (curve, output)``.
+
+    Raises:
+        ValueError: If the density of the model is not known.
+    """
+    values = np.column_stack(model.sample(n, rng))[:, : len(model.names)]
     return xr.Dataset(
         {"contraction": (("curve", "output"), contraction_limit(model, values))},
         coords={"output": ("output", model.names)},

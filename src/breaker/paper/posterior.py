@@ -28,7 +28,7 @@ class Posterior(nn.Module):
     """Posterior of the parameters given a measured curve.
 
     Args:
-        settings: ``{"motion", "prior", "sensor", "network"}``, each as in the configuration;
+        settings: ``{"motion", "model", "prior", "sensor", "network"}``, as in the configuration;
             further entries are kept as the record of how the model was made.
         seed: Seed of the first weights.
 

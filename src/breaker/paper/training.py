@@ -11,18 +11,10 @@ from torch import Tensor
 
 from breaker.common.randomness import generator
 from breaker.networks.training import DrawnRows
-from breaker.paper.bank import distance, excess, principal_components, simulate
+from breaker.paper.bank import distance, excess, principal_components, simulate, truth
 from breaker.paper.posterior import Posterior
 
 _ROWS_FOR_COMPONENTS = 65536  # more change no weight visibly
-
-
-def truth(bank: xr.Dataset, posterior: Posterior) -> np.ndarray:
-    """Return what a posterior infers of a bank's rows, ``(n, q)``, physical units."""
-    values = bank.parameters.values
-    if posterior.sensor.infers_onset:
-        values = np.concatenate([values, bank.onset.values[:, None]], axis=1)
-    return values
 
 
 def split(curves: int, *counts: int) -> list[slice]:
@@ -66,7 +58,7 @@ class Rows(DrawnRows):
         cls, bank: xr.Dataset, posterior: Posterior, device: torch.device | str = "cpu"
     ) -> "Rows":
         """Take the rows of a bank for a posterior, onto the device that it is on."""
-        z = posterior.model.standardise(truth(bank, posterior))
+        z = posterior.model.standardise(truth(bank, posterior.model))
         return cls(
             travel=torch.as_tensor(bank.travel.values, dtype=torch.float32, device=device),
             z=torch.as_tensor(z, dtype=torch.float32, device=device),
@@ -159,7 +151,7 @@ def held_out_log_density(
 
     In standardised outputs, so that it does not depend on units: nats above the prior's scale.
     """
-    values = truth(rows, posterior)[:, None]
+    values = truth(rows, posterior.model)[:, None]
     density = posterior.log_prob(values, measured)[:, 0] - posterior.model.log_scaling(values)[:, 0]
     return float(density.mean()), float(density.std(ddof=1) / np.sqrt(len(density)))
 

@@ -613,8 +613,21 @@ def family_quality(data: xr.Dataset, *, log: bool) -> pd.DataFrame:
     )
 
 
+def scale_of(data: xr.Dataset) -> dict[str, np.ndarray | None]:
+    """Return the scale in which the outputs of a validation are judged: ``prior_sd`` and ``log``.
+
+    A validation of a family has none: all but times are judged by their logarithm, and the spread
+    of the true values counts.
+    """
+    if "logarithmic" in data:
+        return {"prior_sd": data.prior_sd.values, "log": data.logarithmic.values}
+    return {"prior_sd": None, "log": is_logarithmic(data.output.values)}
+
+
 def parameters_of(data: xr.Dataset) -> xr.Dataset:
     """Return a validation without the times of the drive's own contact, which has no symbol."""
+    if "logarithmic" in data:  # not of a family: all are parameters, whatever their names
+        return data
     return data.isel(output=np.isin(data.output.values, [*NAMES, ONSET.name]))
 
 
