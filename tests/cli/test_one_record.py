@@ -21,7 +21,6 @@ from breaker.drive.answers.drive_records import read_operations
 from breaker.drive.fleet.examination import examine
 from breaker.drive.fleet.members import members_of
 from breaker.model.parameters import MOTIONS
-from breaker.model.quantities import speeds_of, with_named
 from breaker.reading.files.folder_listing import list_fleet
 from breaker.reading.inspection.preparation import Prepared
 from breaker.reading.records.curve_reader import read_curves
@@ -157,8 +156,6 @@ def test_a_limit_may_name_a_speed_that_is_shown(config, capsys):
         limits = found["limits"] if "limits" in found else found["records"][0]["limits"]
         names[call[0]] = [(each["name"], each["verdict"]) for each in limits]
     assert names["infer"] == names["compare"] == [("closing_speed_10_90", "pass")]
-    points = with_named(config["speeds"], own["limits"])  # the workflow measures it, too
-    assert "closing_speed_10_90" in [each.name for each in speeds_of(points)]
 
 
 def test_a_speed_has_its_zone_in_text_table_json_and_report(config, capsys):

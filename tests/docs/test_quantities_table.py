@@ -2,7 +2,8 @@
 
 from pathlib import Path
 
-from breaker.model.quantities import MASS_QUANTITIES, OF_STROKE, quantities, speeds_of
+from breaker.drive.answers.moving_mass import MASS_QUANTITIES
+from breaker.model.quantities import OF_STROKE, quantities, speeds_of
 
 PAGE = Path(__file__).parents[2] / "docs" / "method.md"
 TITLE = "## Quantities: one word, one meaning"

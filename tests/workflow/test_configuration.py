@@ -304,7 +304,7 @@ limits: [{name: a; b, motion: closing, upper: {f: 1}}]
     limits[0].name is "a; b"
 limits: [{name: a, of: change, upper: {stroke: +5 %}}, {name: b, lower: {f: 1}}]
     limits cannot be used. a: stroke
-    b: it has no motion
+    b: '' is not a motion
 limits: [{name: a, motion: closing}, {name: a, motion: opening, lower: {f: 1}}]
     a: there are two limits of this name. Give one another name.
     a: it has no quantity. Name one under upper or lower, with a value.
@@ -314,9 +314,9 @@ motions: [opening]
 limits_by_type: {GL 314: {stroke: [1, 2]}, gl-314: {stroke: [1, 2]}}
     limits_by_type has GL 314 and gl-314, which are one type. Put both together.
 limits_by_type: {GL 314: {closed stroke: [1, 2]}, B: {stoke: [1, 2]}, C: {stroke: [2, 1]}}
-    limits_by_type cannot be used: GL 314: closed stroke: closed is no motion.
-    B: stoke: stoke is not a known quantity
-    C: stroke: from 2 to 1 allows nothing or all. Mend an end.
+    limits_by_type cannot be used: GL 314: closed stroke: 'closed' is not a motion.
+    B: stoke: stoke is not a quantity
+    C: stroke: from 2 to 1 allows nothing or all.
 limits_by_type: {GL 314: {stroke: 5}}
     limits_by_type.GL 314.stroke is 5, but must be a list of 2 entries
 # keys that must fit each other
@@ -379,7 +379,7 @@ endurance: {format: {encoding: base64}}
 sensor: {samples: 19}
     network.closing.summary.components is 24, but must not exceed sensor.samples (19)
 known: {touch: [9.5, 0.1], L: [10.0, 0]}
-    touch is not a known quantity
+    touch is not a quantity
     has L: [10.0, 0], which has the standard deviation 0
 known: {mu: [2.4, 0.1]}
     known has mu, but no step of the workflow takes facts. Leave it empty, and give them to

@@ -9,14 +9,15 @@ from pathlib import Path
 from breaker.configuration.loading import chosen_network
 from breaker.drive.family.training_origin import trained_on
 from breaker.model.parameters import Size
-from breaker.model.quantities import speeds_of, with_named
+from breaker.model.quantities import OF_STROKE, speeds_of
 from breaker.shipped import FAMILIES, KINDS, model_file
 from breaker.workflow.dependencies import modules_of
 
 MOTIONS = config["motions"]
 SOURCES = [*MOTIONS, "both"] if len(MOTIONS) == 2 else MOTIONS
 SEED = config["validation"]["seed"]
-DEFINED = with_named(config["speeds"], config["limits"])
+DEFINED = {name: points for name, points in OF_STROKE.items() if name in str(config["limits"])}
+DEFINED |= config["speeds"]
 SPEEDS = {each.name: each.points for each in speeds_of(DEFINED, Size(**config["size"]))}
 GRID = {key: config["sensor"][key] for key in ("start", "stop", "samples")}
 OWN_CURVES = config["endurance"]["curves"]

@@ -57,7 +57,7 @@ def run(options: argparse.Namespace) -> int:
             overlay = closings
     own = merge(config, overlay)
     speeds = speeds_of(own["speeds"], Size(**own["size"]))
-    limits = from_list(limits, recorded.motions, speeds, of=["model"])
+    limits = [e for e in from_list(limits, recorded.motions, speeds) if e.of == "model"]
     checks = check_fitted(fitted, recorded, limits, seed, config["fleet"]["evidence"])
     text = overlay_text(overlay, recorded, checks)
     lines = "The lines of configuration:\n\n" + text.removesuffix("\n")

@@ -69,16 +69,15 @@ def _factor(text: str) -> float:
 
 def _fact(text: str) -> tuple[str, list[float]]:
     """Return name, value and sd of ``NAME=VALUE:SD``."""
-    from breaker.model.quantities import check_fact, check_mass
+    from breaker.model.quantities import check_fact
 
     name, _, numbers = text.partition("=")
     value, between, sd = numbers.partition(":")
-    check = check_mass if name == "mass" else check_fact
     value, sd = _number(value), 0.0 if name == "mass" and not between else _number(sd)
     if not name or value is None or sd is None:
         such = "such as L=10.8:0.2, or mass=12:0.5 in kg"
         raise argparse.ArgumentTypeError(f"{text!r} is not NAME=VALUE:SD, {such}")
-    if complaint := check(value, sd):
+    if complaint := check_fact(name, value, sd):
         raise argparse.ArgumentTypeError(f"{text!r} {complaint}")
     return name, [value, sd]
 
@@ -120,7 +119,7 @@ def run(options: argparse.Namespace) -> int:
     overlays = overlays_of(records, read_records(good, assessment, **choice), options)
     answers = assessment.infer(records)
     asked = assessment.limits_on(answers, [options.motion] if options.motion else MOTIONS)
-    if apart := dict.fromkeys(e.pair or e.name for e in asked if not e.source.single):
+    if apart := dict.fromkeys(e.pair or e.name for e in asked if e.of == "change"):
         words = [*words, f"not judged, as of changes between visits: {', '.join(apart)}"]
     about = {"size": given.size and vars(given.size), "words": words}
     known = dict(given.known) | ({"mass": given.mass} if given.mass else {})

@@ -11,12 +11,7 @@ from functools import cache, partial
 from typing import Any
 
 from breaker.configuration.yaml_sources import parse
-from breaker.model.equations import (
-    PRESSED,
-    PRESSING,
-    RELEASING,
-    pressed_half_space,
-)
+from breaker.model.equations import PRESSED, pressed_half_space
 from breaker.model.parameters import NAMES, PARAMETERS, Parameter, Size
 from breaker.reading.files.folder_listing import list_breakers, list_fleet, list_once
 from breaker.reading.files.format_settings import FORMAT, complete, lacking
@@ -59,8 +54,7 @@ def _support(prior: Mapping[str, Mapping[str, float]]) -> Iterator[str]:
     if share < _SUPPORT:
         yield (
             f"leaves the contact pressed ({PRESSED}) in {share:.1e} of its draws, but must in "
-            f"{_SUPPORT:g} of them at least. Raise prior.{PRESSING}.median, or lower that of "
-            f"{RELEASING}."
+            f"{_SUPPORT:g} of them at least. Raise prior.f.median, or lower that of k_a or L."
         )
 
 

@@ -12,7 +12,7 @@ from breaker.configuration.inspection_interval import interval_of
 from breaker.configuration.magnitudes import FOLDER, MAGNITUDES, listed, refused
 from breaker.model.limits import entries_of_type, from_list
 from breaker.model.parameters import MOTIONS, NAMES
-from breaker.model.quantities import check_fact, check_mass, check_quantity, every_speed, speeds_of
+from breaker.model.quantities import check_fact, check_quantity, every_speed, speeds_of
 from breaker.reading.files.operations_table import event_words
 from breaker.reading.files.word_meanings import bare
 
@@ -148,7 +148,7 @@ def _known(
         if all(complaints):
             yield "cannot be used. " + " ".join(complaints)
     for name, fact in known.items():
-        if complaint := (check_mass if name == "mass" else check_fact)(*fact):
+        if complaint := check_fact(name, *fact):
             yield f"has {name}: {fact}, which {complaint}"
 
 

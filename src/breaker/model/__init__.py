@@ -1,4 +1,7 @@
-"""The model of the drive: parameters, equations, exact curves, prior, sensor and limits.
+"""The model of the paper (Secs. 3 and 5): a drive of two masses and two springs, and its sensor.
 
-Everything else computes with it, and it imports nothing of what does.
+In reading order: ``parameters`` (names, and the paper's symbols), ``equations`` (what is solved),
+``curves`` (exact travel curves and their derivatives) by ``kernels`` (compiled code), ``prior``,
+``sensor`` (noise, onset, zero), ``quantities`` (names, units and definitions of what a curve or a
+record shows), ``evaluation`` (quantities of exact curves) and ``limits`` (bounds on quantities).
 """

@@ -1,7 +1,27 @@
-"""Formulas of the parameters of a drive, and conditions on them in words, light to import.
+"""The equations of the drive, and formulas that follow from them.
 
-A closed contact is pressed only if ``f > k_a L`` (paper, Sec. 3), and a curve can be followed only
-if the fastest rate of its drive is bounded.
+Paper, Sec. 3, in mm and ms. ``x_a`` is the position of the drive, ``x_b`` that of the contact.
+
+- Free contact, Eq. (3):
+  ``x_a'' = -k_a x_a + k_b (x_b - x_a) - gamma_a x_a' + gamma_b (x_b' - x_a') + f``,
+  ``x_b'' = -mu k_b (x_b - x_a) - mu gamma_b (x_b' - x_a')``.
+- Closed contact, Eq. (4): the same for ``x_a`` with ``x_b = L`` and ``x_b' = 0``.
+- Open rest position, Eq. (6): ``x_a = x_b = 0``.
+- Closed rest position, Eq. (7): ``x_a = (f + k_b L) / (k_a + k_b)`` and ``x_b = L``.
+
+*Closing* starts at the open rest position with ``f``. The contact touches when ``x_b`` first
+reaches ``L``, and stays there (inelastic). *Opening* starts at the closed rest position without
+``f``. The contact separates when its force ``k_b (x_a - L) + gamma_b x_a'`` falls to zero. Each
+motion has one change of mode.
+
+Three slips of the paper are corrected:
+
+1. Eq. (5) prints ``mu = M_b / M_a``, but (3) follows from (1) only with ``mu = M_a / M_b``.
+2. Eq. (7) labels the closed rest position "open".
+3. ``f`` is zero in opening, but opening starts from the position that ``f`` held, so that an
+   opening curve depends on ``f``.
+
+This module loads without numpy, for the checks of a configuration.
 """
 
 from __future__ import annotations
@@ -13,19 +33,13 @@ from breaker.common.lazy_numpy import np
 from breaker.model.parameters import NAMES, split
 
 PRESSED = "f > k_a L"
-"""The condition on a contact that stays pressed."""
-
-PRESSING = "f"
-"""Of what more presses a contact."""
-
-RELEASING = "k_a or L"
-"""Of what less presses it."""
+"""The condition on a contact that is pressed in the closed rest position (``pressed``)."""
 
 _SIGNS = {"f": 1.0, "k_a": -1.0, "L": -1.0}  # log f - log k_a - log L > 0
 
 
 def pressed(theta: np.ndarray) -> np.ndarray:
-    """Say which parameter sets keep the contact pressed, ``(..., p) -> (...)`` of bool."""
+    """Return which parameter sets keep the contact pressed, ``(..., p) -> (...)`` of bool."""
     _, k_a, _, _, _, f, gap = split(np.asarray(theta))
     return f > k_a * gap
 
@@ -33,8 +47,8 @@ def pressed(theta: np.ndarray) -> np.ndarray:
 def pressed_half_space(
     medians: Sequence[float], log_sds: Sequence[float]
 ) -> tuple[tuple[float, ...], float]:
-    """Return ``a`` and ``b`` of the same condition ``a . z + b > 0`` on standardised logarithms
-    ``z``.
+    """Return ``a`` and ``b`` of the condition ``a . z + b > 0`` of a pressed contact, where ``z``
+    are standardised logarithms of the parameters.
     """
     signs = [_SIGNS.get(name, 0.0) for name in NAMES]
     slope = tuple(sign * sd for sign, sd in zip(signs, log_sds, strict=True))
@@ -42,33 +56,31 @@ def pressed_half_space(
     return slope, float(sum(logs))
 
 
-def wipe(theta: np.ndarray) -> np.ndarray:
-    """Return how far the contact spring is pressed at rest, ``(..., p) -> (...)``, mm (Eq. 7).
-
-    Not positive where a contact does not stay pressed.
+def spring_compression(theta: np.ndarray) -> np.ndarray:
+    """Return the compression of the contact spring at the closed rest position, ``x_a - L`` of
+    Eq. (7), ``(..., p) -> (...)``, mm. It is not positive where the contact is not pressed.
     """
     _, k_a, k_b, _, _, f, gap = split(theta)
     return (f - k_a * gap) / (k_a + k_b)
 
 
 def closed_rest(theta: np.ndarray) -> np.ndarray:
-    """Return where the drive rests closed, ``(..., p) -> (...)``, mm (Eq. 7): gap and wipe."""
+    """Return the closed rest position of the drive, Eq. (7), ``(..., p) -> (...)``, mm."""
     _, k_a, k_b, _, _, f, gap = split(theta)
     return (f + k_b * gap) / (k_a + k_b)
 
 
 def own_time(theta: np.ndarray, motion: str) -> np.ndarray:
-    """Return the time in which the force, or the opening spring, moves a drive, ``(..., p) ->
-    (...)``, ms.
+    """Return the time scale of a motion, ``(..., p) -> (...)``, ms: that in which the force moves
+    the drive through the gap, or the period of the opening spring over 2 pi.
     """
     _, k_a, _, _, _, f, gap = split(theta)
     return np.sqrt(gap / f if motion == "closing" else 1.0 / k_a)
 
 
 def fastest_rate(theta: np.ndarray, *, free: bool = True) -> np.ndarray:
-    """Return a bound of the fastest rate of drives, ``(..., p) -> (...)``, 1/ms, with a free
-    contact or the smaller one with a closed contact: of the norm of a mode's matrix (see
-    ``kernels``).
+    """Return a bound on the rates of a mode, ``(..., p) -> (...)``, 1/ms: on the norm of its
+    matrix (see ``kernels``), with a free contact or with a closed one.
     """
     mu, k_a, k_b, gamma_a, gamma_b, *_ = split(theta)
     moved = 1.0 + mu * free

@@ -1,14 +1,15 @@
-"""Exact curves in compiled code: the two modes of the contact, their series, zeros and events.
+"""Compiled code of the exact curves: the two modes of the contact, their series and their ends.
 
-A mode is ``y' = A y`` for the deviation ``y = (x_a, x_a', x_b, x_b')`` from its equilibrium:
+A mode (paper, Eqs. 3 and 4) is ``y' = A y`` for the deviation ``y = (x_a, x_a', x_b, x_b')`` from
+its equilibrium:
 
 ``x_a'' = -m0 x_a - m1 x_a' + m2 x_b + m3 x_b'`` and ``x_b'' = m4 (x_a - x_b) + m5 (x_a' - x_b')``.
 
-A closed contact is one of infinite mass, ``mu = 0``. A mode is followed in intervals of length 2h:
-about the middle of each, ``y = sum_k (A h)^k / k! y(middle) u^k`` with ``u = (time - middle) / h``
+A closed contact is one of infinite mass, ``mu = 0``. A mode is followed in intervals of length 2h.
+About the middle of each, ``y = sum_k (A h)^k / k! y(middle) u^k`` with ``u = (time - middle) / h``
 from -1 to 1. The coefficients of x_a and x_b are fixed rows times the state, and the state at the
-next middle is ``exp(2 A h) y``. With ``rate * h <= 1.8``, the series leaves out less than round-
-off. A mode ends when its *margin* falls to zero: the distance of the contact to the gap, or its
+next middle is ``exp(2 A h) y``. With ``rate * h <= 1.8`` the series omits less than round-off.
+A mode ends when its *margin* falls to zero: the distance of the contact to the gap, or the contact
 force.
 """
 
@@ -21,8 +22,7 @@ from breaker.common.compiling import compiled, numba_or_plain
 njit, prange = numba_or_plain()
 _REACH = 1.8  # largest rate * h
 _TERMS = 24  # 1.8^24 / 24! = 2e-18, and 1.8^23 / 23! = 3e-17 for speeds
-_NODES = np.linspace(-1.0, 1.0, 9)  # of an interval: at most one turn of a margin between two
-_ROWS = 64  # of a thread at a time, in the same buffers
+_ROWS = 64  # curves of a thread at a time, which share its buffers
 _compiled = njit(error_model="numpy")
 _inlined = njit(error_model="numpy", forceinline=True)  # a call costs more than 24 terms
 # Product and sum rounded together: for polynomials alone, as stiff systems lose digits by it.
@@ -30,7 +30,7 @@ _fused = {"error_model": "numpy", "fastmath": {"contract"}}
 
 
 class Buffers(NamedTuple):
-    """What a thread needs to follow a mode: allocated once, for allocating is slow."""
+    """Arrays of a thread, allocated once, as allocation is slow."""
 
     rows: np.ndarray  # (3, 4, k) of x_a, of x_b and of a margin
     half: np.ndarray  # (4, 4) exp(A h)
@@ -55,7 +55,7 @@ class Margin(NamedTuple):
     speed: float
     contact: float
     offset: float
-    ends: bool  # whether its zero ends the mode, or is only noticed
+    ends: bool  # whether its zero ends the mode, or is only flagged
 
 
 class Record(NamedTuple):
@@ -70,7 +70,7 @@ class Record(NamedTuple):
 
 @_compiled
 def mode_of(theta, rates, free, pull):
-    """The mode of a contact, free or closed, under a force ``pull`` on the drive."""
+    """Return the mode of a contact, free or closed, with a force ``pull`` on the drive."""
     mu, k_a, k_b, gamma_a, gamma_b, _, gap = theta
     m = k_a + k_b, gamma_a + gamma_b, k_b, gamma_b, mu * free * k_b, mu * free * gamma_b
     h = _REACH / rates[1 if free else 0]
@@ -190,18 +190,20 @@ def _root(polynomial, low, high):
 def first_zero(margin):
     """First u in [-1, 1] at which a margin is no longer positive, or inf.
 
-    Between two nodes the margin may dip below zero and return: then it has a minimum there.
+    It is searched between nodes a quarter apart, so close that a margin turns at most once between
+    two. Where it dips below zero and returns between two nodes, it has a minimum there.
     """
     change = 0.0
     for k in range(1, _TERMS):
         change += abs(margin[k])
     if change < margin[0]:
         return np.inf
-    low = _NODES[0]
+    low = -1.0
     value, falling = _value_and_slope(margin, low)
     if value <= 0:
         return low
-    for high in _NODES[1:]:
+    for node in range(-3, 5):
+        high = node / 4
         value, rising = _value_and_slope(margin, high)
         if value <= 0:
             return _root(margin, low, high)
@@ -220,8 +222,8 @@ def first_zero(margin):
 def _follow(mode, margin, state, start, record, sample, buffers):
     """Fill a curve in one mode, from the state at ``start`` until its margin ends it.
 
-    Return the next sample, the time of the margin's zero (inf if not by the last sample), and x_a
-    and x_a' at the end of the mode. A margin without weights is not watched.
+    Return the next sample, the time of the margin's zero (inf if it has none by the last sample),
+    and x_a and x_a' at the end of the mode. A margin without weights is ignored.
     """
     times, h = record.times, mode.h
     propagate(mode, margin, buffers)
@@ -242,7 +244,7 @@ def _follow(mode, margin, state, start, record, sample, buffers):
         ended = margin.ends and zero < np.inf
         coefficients(rows, 0, y, mode.x_a, position)
         first, sample = sample, _passed(times, sample, zero if ended else stop)
-        # Whole vectors of eight: what is too many, the next interval fills again.
+        # Full vectors of eight: the next interval fills the surplus samples again.
         filled = min(times.size, first + (sample - first + 7) // 8 * 8)
         _fill(position, record, first, filled, begin + h, h)
         if ended:
@@ -280,7 +282,7 @@ def _curve(theta, rates, onset, closing, record, buffers):
 def simulate(theta, rates, times, onset, closing, travel, switching, reopening):
     """Fill curves (n, t), switching times (n,) and reopening flags (n,) of parameters (n, p).
 
-    Rates (n, 2) are bounds of the fastest ones, closed and free.
+    Rates (n, 2) are bounds on those of the modes, closed and free (``equations.fastest_rate``).
     """
     n = theta.shape[0]
     for block in prange((n + _ROWS - 1) // _ROWS):

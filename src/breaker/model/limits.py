@@ -1,113 +1,31 @@
-"""Limits on the state of the drive: in words, exceeded or not, and how probably.
+"""Limits: bounds on quantities, read from the section ``limits`` of the configuration.
 
-A limit has parts, each a quantity above or below a value; it is exceeded where all of them hold.
-An entry of a reference and a tolerance is two limits, one on either side.
+The paper (Sec. 7) names limits on parameters as thresholds of a degradation model. A limit has
+parts, each a quantity above or below a value, and is exceeded where all parts hold. An entry with a
+reference and a tolerance gives two limits, one on each side.
+
+Quantities of a limit have one source (``SOURCES``): the *model* at inferred parameters, a *record*
+itself, or the *change* of parameters since an earlier state, in percent.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 from breaker.common.lazy_numpy import np
 from breaker.common.numerals import in_digits
-from breaker.model.parameters import MOTIONS, NAMES
+from breaker.model.parameters import MOTIONS
 from breaker.model.quantities import SPEEDS, Speed, check_quantity, quantities
 
 if TYPE_CHECKING:
-    from breaker.model.limits import Limit
-if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
-_DIGITS = 6  # of a bound in words
+SOURCES = {"model": "", "record": "measured ", "change": "change of "}
+"""Sources of quantities by the name in the configuration: the words before a quantity."""
 
-
-class Reader(Protocol):
-    """What tells quantities of limits, by their source."""
-
-    def of_model(self, limit: Limit, *about: Any) -> Any:
-        """Tell quantities of the model at inferred parameters."""
-
-    def of_record(self, limit: Limit, *about: Any) -> Any:
-        """Tell quantities that records show."""
-
-    def of_change(self, limit: Limit, *about: Any) -> Any:
-        """Tell changes of parameters, in percent."""
-
-
-@dataclass(frozen=True)
-class Source:
-    """Where quantities of limits are read.
-
-    Attributes:
-        name: Its name in the configuration.
-        word: Word in front of a quantity of a limit; ``title`` that in a table of limits.
-        inferred: Whether networks infer its quantities, which err alike all along a life.
-        single: Whether a single record has them; if not, they are changes in percent.
-        least: Value below which none of them is.
-    """
-
-    name: str
-    word: str = ""
-    title: str = ""
-    inferred: bool = True
-    single: bool = True
-    least: float = -math.inf
-
-    def complaint(self, quantity: str, motion: str, speeds: Sequence[Speed]) -> str | None:
-        """Return why a motion has no such quantity, with a remedy; None if it has it."""
-        if self.single:
-            return check_quantity(quantity, motion, speeds, self.name)
-        if quantity in NAMES:
-            return None
-        return f"{quantity} has no change: parameters alone have, {', '.join(NAMES)}."
-
-    def units(self, names: Sequence[str], speeds: Sequence[Speed]) -> tuple[str, ...]:
-        """Return the units of quantities."""
-        if not self.single:
-            return ("%",) * len(names)
-        every = quantities(speeds)
-        return tuple(every[name].unit for name in names)
-
-    def digits(self, value: float) -> str:
-        """Return a bound in words."""
-        return in_digits(value, _DIGITS, sign=not self.single)
-
-    def amount(self, limit: str, value: float | str) -> float:
-        """Return a bound as it is written in a limit of a name.
-
-        Raises:
-            ValueError: If it is in percent of what is no change.
-        """
-        text = str(value)
-        if self.single and text.endswith("%"):
-            raise ValueError(
-                f"{limit}: {text} is of no change. Write the value in its unit, or reference and "
-                "tolerance."
-            )
-        return float(text.removesuffix("%"))
-
-    def tolerance(self, text: str, middle: float) -> float:
-        """Return how far a tolerance goes to either side of a reference."""
-        share = abs(middle) / 100.0 if self.single and text.endswith("%") else 1.0
-        return share * float(text.removesuffix("%"))
-
-
-# No record shows a way or a time below 0.
-RECORD = Source("record", "measured ", inferred=False, least=0.0)
-"""The source of what instruments print."""
-
-_CHANGE = Source("change", "change of ", "change of ", single=False)
-SOURCES = {each.name: each for each in (Source("model"), RECORD, _CHANGE)}
-"""The sources by their names."""
-
-
-# ---- limits ----
-
-
-_LEAST = 1e-12  # least error of a measured value, in its unit
 _BAND = ("quantity", "reference", "tolerance")
 
 
@@ -116,15 +34,14 @@ class Limit:
     """A named condition on the state of the drive.
 
     Attributes:
-        name: Its name in the configuration.
-        motion: Motion whose quantities it is about.
-        parts: (quantity, value, whether it holds above the value rather than below), at least one.
-        speeds: How speeds are defined.
-        of: Name of its ``source``, what its quantities are read from: "model", inferred parameters,
-            "record", the record itself, or "change", changes of parameters in percent.
-        since: What changes are from: "new", or the last known "event".
-        pair: Name of the entry of which another limit is the other side; empty if there is none.
-        reference: The value that its bound is a tolerance away from; None if there is none.
+        name: Name in the configuration.
+        motion: Motion of its quantities; empty for changes.
+        parts: (quantity, value, whether above the value rather than below), at least one.
+        speeds: Definitions of speeds.
+        of: Source of its quantities, one of ``SOURCES``.
+        since: State from which changes count: "new", or the last known "event".
+        pair: Name of the entry whose other side is another limit; empty if there is none.
+        reference: Value from which the bound is a tolerance away; None if there is none.
 
     Example:
         >>> entry = {"name": "slow", "motion": "closing", "upper": {"touch_time": 10}}
@@ -145,26 +62,27 @@ class Limit:
     reference: float | None = None
 
     def __post_init__(self) -> None:
-        names, source = dict.fromkeys(self.quantities), _source(self.name, self.of)
-        if not self.motion and source.single:
-            wrong = ["it has no motion. Set it to closing or opening."]
-        else:
-            about = ((name, self.motion, self.speeds) for name in names)
-            wrong = [text for each in about if (text := source.complaint(*each))]
-        bounds = {(name, is_upper): value for name, value, is_upper in self.parts}
-        for name in names:
+        if wrong := " ".join(self._complaints()):
+            raise ValueError(f"{self.name}: {wrong}")
+
+    def _complaints(self) -> Iterator[str]:
+        if self.of not in SOURCES:
+            yield f"of is {self.of}. Set it to {' or '.join(SOURCES)}."
+            return
+        if not self.parts:
+            yield "it has no quantity. Name one under upper or lower, with a value."
+        if self.of != "change" and self.since != "new":
+            yield f"since: {self.since} needs of: change. Set that, or omit since."
+        bounds = {(name, upper): value for name, value, upper in self.parts}
+        for name in dict.fromkeys(self.quantities):
+            if complaint := check_quantity(name, self.motion, self.speeds, self.of):
+                yield complaint
             above, below = bounds.get((name, True), -math.inf), bounds.get((name, False), math.inf)
             if above >= below:
-                wrong.append(
-                    f"{name} cannot be above {above:g} and below {below:g} at once. "
-                    "Make two limits, or swap the values."
+                yield (
+                    f"{name} cannot be above {above:g} and below {below:g} at once. Make two "
+                    "limits, or swap the values."
                 )
-        if not names:
-            wrong.append("it has no quantity. Name one under upper or lower, with a value.")
-        if self.since != "new" and source.single:
-            wrong.append(f"since: {self.since} is of changes. Take of: change, or leave it out.")
-        if wrong:
-            raise ValueError(f"{self.name}: {' '.join(wrong)}")
 
     @classmethod
     def from_settings(cls, entry: Mapping[str, Any], speeds: tuple[Speed, ...] = SPEEDS) -> Limit:
@@ -175,23 +93,18 @@ class Limit:
         """
         if "name" not in entry:
             raise ValueError("a limit has no name. Give it one.")
-        name, of = entry["name"], entry.get("of", "model")
-        source = _source(name, of)
         parts = tuple(
-            (quantity, source.amount(name, value), side == "upper")
+            (quantity, _number(entry, value), side == "upper")
             for side in ("upper", "lower")
             for quantity, value in entry.get(side, {}).items()
         )
-        about = of, entry.get("since", "new"), entry.get("pair", ""), entry.get("reference")
-        return cls(name, entry.get("motion", ""), parts, speeds, *about)
+        more = {key: entry[key] for key in ("of", "since", "pair", "reference") if key in entry}
+        return cls(entry["name"], entry.get("motion", ""), parts, speeds, **more)
 
-    @property
-    def source(self) -> Source:
-        """What its quantities are read from."""
-        return SOURCES[self.of]
-
-    def read(self, reader: Reader, *about: Any) -> Any:
-        """Return what a reader of quantities tells of the limit, by the source of these."""
+    def read(self, reader: Any, *about: Any) -> Any:
+        """Return what a reader returns about the limit: its method ``of_model``, ``of_record`` or
+        ``of_change`` is called by the source of the limit, with the limit and what is given.
+        """
         return getattr(reader, f"of_{self.of}")(self, *about)
 
     @property
@@ -202,16 +115,19 @@ class Limit:
     @property
     def units(self) -> tuple[str, ...]:
         """Units of ``quantities``."""
-        return self.source.units(self.quantities, self.speeds)
+        if self.of == "change":
+            return ("%",) * len(self.parts)
+        every = quantities(self.speeds)
+        return tuple(every[name].unit for name in self.quantities)
 
     def evaluate(self, theta: np.ndarray) -> np.ndarray:
         """Return the quantities of the parts of parameter sets, ``(n, p) -> (n, parts)``.
 
         Raises:
-            ValueError: If the limit is about measured quantities, which parameters do not give.
+            ValueError: If the source of the limit is not the model.
         """
         if self.of != "model":
-            raise ValueError(f"{self.name} is about what records show, not about parameters")
+            raise ValueError(f"{self.name} has the source {self.of}. Parameters do not give it.")
         from breaker.model.evaluation import evaluate  # compiled code
 
         return evaluate(self.quantities, theta, self.motion, self.speeds)
@@ -220,15 +136,15 @@ class Limit:
     def words(self) -> str:
         """The condition in words: "touch_time above 10 ms", "measured stroke below 9 mm"."""
         words = " and ".join(
-            f"{self.source.word}{name} {'above' if is_upper else 'below'} "
-            + self.source.digits(value)
+            f"{SOURCES[self.of]}{name} {'above' if upper else 'below'} "
+            + in_digits(value, 6, sign=self.of == "change")
             + (f" {unit}" if unit != "1" else "")
-            for (name, value, is_upper), unit in zip(self.parts, self.units, strict=True)
+            for (name, value, upper), unit in zip(self.parts, self.units, strict=True)
         )
         return f"{words} since the last event" if self.since == "event" else words
 
     def excess(self, values: ArrayLike) -> np.ndarray:
-        """Return how far values are beyond the limit, ``(..., parts) -> (..., parts)``.
+        """Return how far values exceed the bounds, ``(..., parts) -> (..., parts)``.
 
         In the units of the quantities: positive where a part holds, nan where a value is nan.
         """
@@ -236,18 +152,18 @@ class Limit:
         if values.shape[-1:] != (len(self.parts),):
             raise ValueError(f"{self.name} needs values (..., {len(self.parts)}): {self.words}")
         bounds = np.array([value for _, value, _ in self.parts])
-        signs = np.array([1.0 if is_upper else -1.0 for _, _, is_upper in self.parts])
+        signs = np.array([1.0 if upper else -1.0 for _, _, upper in self.parts])
         return signs * (values - bounds)
 
     def exceeded(self, values: ArrayLike) -> np.ndarray:
-        """Say where all parts hold, ``(..., parts) -> (...)``.
+        """Return where all parts hold, ``(..., parts) -> (...)`` of bool.
 
-        A quantity that does not exist, nan, is beyond any limit: the contact does not touch.
+        A quantity that does not exist, nan, exceeds any bound: the contact does not touch.
         """
         return np.all(~(self.excess(values) <= 0), axis=-1)
 
     def measured_exceedance(self, values: ArrayLike, sds: ArrayLike) -> np.ndarray:
-        """Return how probably measured values are beyond the limit, ``(..., parts) -> (...)``.
+        """Return the probability that the limit is exceeded, ``(..., parts) -> (...)``.
 
         Args:
             values: Measured quantities of the parts; the result is nan where one is.
@@ -256,8 +172,9 @@ class Limit:
         from scipy.special import ndtr
 
         values, sds = (np.asarray(each, dtype=np.float64) for each in (values, sds))
-        holds = ndtr(self.excess(values) / np.maximum(sds, _LEAST))
-        # Two bounds of one quantity: it is between them, or beyond one of them, never beyond both.
+        # A value without an error is one with an error of round-off.
+        holds = ndtr(self.excess(values) / np.maximum(sds, np.finfo(np.float64).eps))
+        # Two bounds on one quantity: it is between them or beyond one of them, never beyond both.
         names = np.array(self.quantities)
         shares = [
             holds[..., names == name].sum(axis=-1) - (np.sum(names == name) - 1)
@@ -266,14 +183,15 @@ class Limit:
         return np.prod(shares, axis=0)
 
 
+# ---- the sections limits and limits_by_type --------------------------------------------------
+
+
 def from_list(
     entries: Sequence[Mapping[str, Any]],
     motions: Sequence[str],
     speeds: tuple[Speed, ...] = SPEEDS,
-    of: Collection[str] = SOURCES,
 ) -> list[Limit]:
-    """Return the limits of the section ``limits`` that are of these motions and sources, in its
-    order.
+    """Return the limits of the section ``limits`` on these motions, and on changes, in its order.
 
     Raises:
         ValueError: If an entry cannot be a limit.
@@ -285,13 +203,16 @@ def from_list(
         stroke high: measured stroke above 183.34 mm
         stroke low: measured stroke below 172.66 mm
     """
-    sides = (side for entry in entries for side in _sides(entry, speeds))
-    limits = (
+    sides = (
+        side
+        for entry in entries
+        for side in (_band(entry, speeds) if any(key in entry for key in _BAND) else [entry])
+    )
+    return [
         Limit.from_settings(side, speeds)
         for side in sides
-        if side.get("motion") in (*motions, None)
-    )
-    return [limit for limit in limits if limit.of in of]
+        if side.get("motion", "") in (*motions, "")
+    ]
 
 
 def entries_of_type(
@@ -300,11 +221,11 @@ def entries_of_type(
     """Return the limits of a type of breaker as entries of the section ``limits``.
 
     Args:
-        ranges: From and to of each quantity that records show, None where a side is open, by its
-            name, with the motion before it where it is of one alone: "opening stroke".
+        ranges: From and to of each measured quantity, None where a side is open, by its name, with
+            the motion before it where the range is of one motion alone: "opening stroke".
 
     Raises:
-        ValueError: If a name is of no such quantity, or a range leaves nothing or all.
+        ValueError: If a name is not that of a measured quantity, or a range allows nothing or all.
 
     Example:
         >>> for limit in from_list(entries_of_type({"closing stroke": [178, 184]}), ["closing"]):
@@ -316,63 +237,55 @@ def entries_of_type(
     for key, (low, high) in ranges.items():
         first, _, name = key.rpartition(" ")
         motions = [first] if first else every[name].motions if name in every else MOTIONS[:1]
-        if first and first not in MOTIONS:
-            raise ValueError(f"{key}: {first} is no motion. Write closing or opening there.")
         if (None not in (low, high) and not low < high) or low is high is None:
-            raise ValueError(f"{key}: from {low} to {high} allows nothing or all. Mend an end.")
+            raise ValueError(f"{key}: from {low} to {high} allows nothing or all. Correct an end.")
         for motion in motions:
-            if wrong := RECORD.complaint(name, motion, speeds):
+            if wrong := check_quantity(name, motion, speeds, "record"):
                 raise ValueError(f"{key}: {wrong}")
             alone = motion in name or not (first or len(motions) > 1)
             pair = f"{name if alone else f'{motion} {name}'} by type"
-            about = {"of": RECORD.name, "motion": motion, "pair": pair}
+            about = {"of": "record", "motion": motion, "pair": pair}
             for side, bound, end in (("upper", high, "high"), ("lower", low, "low")):
                 if bound is not None:
                     found.append(about | {"name": f"{pair} {end}", side: {name: bound}})
     return found
 
 
-def _sides(entry: Mapping[str, Any], speeds: Sequence[Speed]) -> list[Mapping[str, Any]]:
-    """An entry of a reference and a tolerance as entries of upper and lower; another as it is."""
-    own = [key for key in _BAND if key in entry]
-    if not own:
-        return [entry]
+def _band(entry: Mapping[str, Any], speeds: Sequence[Speed]) -> Iterator[dict[str, Any]]:
+    """Yield an entry of a reference and a tolerance as entries of upper and lower."""
     name = entry.get("name", entry.get("quantity", "a limit"))
-    if len(own) < len(_BAND) or {"upper", "lower"} & entry.keys():
+    if not all(key in entry for key in _BAND) or {"upper", "lower"} & entry.keys():
         raise ValueError(
-            f"{name}: a limit has all of {', '.join(_BAND)}, or else upper or lower. Add what is "
-            "missing, or leave out what is of the other form."
+            f"{name}: a limit has either all of {', '.join(_BAND)}, or upper or lower. Add or "
+            "omit keys."
         )
     quantity = entry["quantity"]
     known = quantities(speeds).get(quantity)
-    usual = RECORD.name if known and RECORD.name in known.of else "model"
-    of = entry.get("of", usual)
-    source = _source(name, of)
-    middle = source.amount(name, entry["reference"])
-    text = str(entry["tolerance"]).lstrip("±+/- ")
-    away = source.tolerance(text, middle)
-    if not away > 0.0:
-        raise ValueError(f"{name}: the tolerance allows nothing. Write one above 0.")
-    if text.endswith("%") and away >= abs(middle) > 0.0:
+    about = {"of": "record" if known and "record" in known.of else "model", **entry}
+    middle, text = _number(about, entry["reference"]), str(entry["tolerance"]).lstrip("±+/- ")
+    share = abs(middle) / 100.0 if text.endswith("%") and about["of"] != "change" else 1.0
+    away = share * float(text.removesuffix("%"))
+    if not away > 0.0 or (text.endswith("%") and away >= abs(middle) > 0.0):
         raise ValueError(
-            f"{name}: a tolerance of {entry['tolerance']} allows nearly anything. Write less than "
-            "100 %."
+            f"{name}: the tolerance {entry['tolerance']} allows nothing or nearly all. Write one "
+            "above 0, and below 100 %."
         )
-    motions = [entry["motion"]] if "motion" in entry else known.motions if known else MOTIONS
-    motions = motions if source.single else [""]
-    rows = []
-    for motion in motions:
-        pair = name if len(motions) == 1 else f"{name} {motion}"
-        about = {"of": of, "pair": pair, "reference": middle}
-        about |= {"motion": motion} if motion else {}
-        about |= {"since": entry["since"]} if "since" in entry else {}
-        for side, key, end in (("high", "upper", away), ("low", "lower", -away)):
-            rows.append(about | {"name": f"{pair} {side}", key: {quantity: middle + end}})
-    return rows
+    motions = known.motions if known else MOTIONS
+    motions = [entry["motion"]] if "motion" in entry else motions
+    for motion in [""] if about["of"] == "change" else motions:
+        pair = f"{name} {motion}" if motion and len(motions) > 1 else name
+        one = {key: about[key] for key in ("of", "since") if key in about}
+        one |= {"motion": motion, "pair": pair, "reference": middle}
+        yield one | {"name": f"{pair} high", "upper": {quantity: middle + away}}
+        yield one | {"name": f"{pair} low", "lower": {quantity: middle - away}}
 
 
-def _source(limit: str, of: str) -> Source:
-    """The source of a limit, by its name."""
-    if of not in SOURCES:
-        raise ValueError(f"{limit}: of is {of}. Set it to {' or '.join(SOURCES)}.")
-    return SOURCES[of]
+def _number(entry: Mapping[str, Any], value: float | str) -> float:
+    """Return a value of an entry, which has a percent sign only in a limit on a change."""
+    text = str(value)
+    if text.endswith("%") and entry.get("of") != "change":
+        raise ValueError(
+            f"{entry.get('name', entry.get('quantity'))}: {text} needs of: change. Write the value "
+            "in its unit, or give a reference and a tolerance."
+        )
+    return float(text.removesuffix("%"))

@@ -1,9 +1,26 @@
-"""Names, symbols, units, words, colours and order of what is inferred.
+"""The seven parameters of the model: names, units, order, and the scale factors of a drive.
 
-Four modules know the seven parameters by name and position: this one, their formulas
-(``drive_conditions``), the equations (``kernels``), and those of richer drives (``integrator``).
-Sources: paper, Sec. 3, Eqs. (3) to (5). The paper's k_1, k_2, gamma_1, gamma_2 are k_a, k_b,
-gamma_a, gamma_b here.
+The paper (Eq. 5) divides masses, springs, damping and force by the mass of the drive. It numbers
+the springs and dampings, which have the letters of their masses here:
+
+========== ========================= ======= ======================================================
+name here  paper                     unit    meaning
+========== ========================= ======= ======================================================
+mu         mu = M_a / M_b (inverted) 1       mass of the drive (a) over mass of the contact (b)
+k_a        k_1 = K_1 / M_a           1/ms²   spring of the drive, which opens the breaker
+k_b        k_2 = K_2 / M_a           1/ms²   contact spring between both masses, in the pushrod
+gamma_a    gamma_1 = Gamma_1 / M_a   1/ms    damping of the drive
+gamma_b    gamma_2 = Gamma_2 / M_a   1/ms    damping of the contact spring
+f          f = F / M_a               mm/ms²  force that closes the breaker
+L          L                         mm      contact gap: travel of the contact until it touches
+========== ========================= ======= ======================================================
+
+Eq. (5) prints the inverse of mu, with which Eq. (3) does not follow from Eq. (1): a slip, see
+``equations``.
+
+Few modules know parameters by name or position. They are this one, ``equations``, ``kernels``
+(through ``mode_of`` and ``_curve``) and the drives with additional effects
+(``breaker.drive.simulation.integrator``). All others go through ``NAMES``.
 """
 
 from __future__ import annotations
@@ -20,21 +37,21 @@ class Parameter:
     """A quantity that is inferred.
 
     Attributes:
-        name: Name in code, configuration and stores.
-        symbol: Symbol for figures, in matplotlib's mathtext.
+        name: Name in code, configuration and files.
         unit: Unit, "1" if it has none.
-        meaning: What it is, in a few words.
-        worse: 1 where more of it is the worse, -1 where less of it is, 0 where neither is.
-        word: What it is called in a sentence.
-        colour: Its colour in every figure.
+        meaning: Definition in a few words.
+        worse: 1 if a larger value is worse, -1 if a smaller one is, 0 if neither is.
+        word: Name in a sentence.
+        symbol: Symbol in figures, in matplotlib's mathtext.
+        colour: Colour in every figure.
     """
 
     name: str
-    symbol: str
     unit: str
     meaning: str
     worse: int = 0
     word: str = ""
+    symbol: str = ""
     colour: str = ""
 
     @property
@@ -43,56 +60,55 @@ class Parameter:
         return self.symbol if self.unit == "1" else f"{self.symbol} ({self.unit})"
 
 
-# Six colours are of the palette of Okabe and Ito. Its yellow is too pale for lines and its black is
-# kept for measurements, so that dark wine and violet stand in. All pairs stay apart in the common
-# colour deficiencies (a test says how far).
+# Six colours are from the palette of Okabe and Ito. Its yellow is too pale for lines and its black
+# is kept for measurements, so dark wine and violet replace them. A test checks that all pairs can
+# be distinguished with the common colour deficiencies.
 FORCE = Parameter(
-    "f", r"$f$", "mm/ms²", "closing force per drive mass", -1, "closing force", "#009E73"
+    "f", "mm/ms²", "closing force per drive mass", -1, "closing force", r"$f$", "#009E73"
 )
-"""The force that closes the drive, in which forces of other kinds are told."""
-
-GAP = Parameter("L", r"$L$", "mm", "contact gap", 1, "contact gap", "#661141")
-"""The way at which the contact touches: known only where the touch is."""
-
-OPENING_SPRING = Parameter(
-    "k_a", r"$k_a$", "1/ms²", "opening spring on the main shaft", -1, "opening spring", "#0072B2"
-)
-"""The spring that closing strains, and that opens the drive."""
-
+GAP = Parameter("L", "mm", "contact gap", 1, "contact gap", r"$L$", "#661141")
 PARAMETERS = (
-    Parameter("mu", r"$\mu$", "1", "mass ratio of drive to contact", 0, "mass ratio", "#CC79A7"),
-    OPENING_SPRING,
+    Parameter("mu", "1", "mass ratio of drive to contact", 0, "mass ratio", r"$\mu$", "#CC79A7"),
     Parameter(
-        "k_b", r"$k_b$", "1/ms²", "contact spring in the pushrod", -1, "contact spring", "#56B4E9"
+        "k_a",
+        "1/ms²",
+        "opening spring on the main shaft",
+        -1,
+        "opening spring",
+        r"$k_a$",
+        "#0072B2",
     ),
     Parameter(
-        "gamma_a", r"$\gamma_a$", "1/ms", "friction of the drive", 1, "drive friction", "#D55E00"
+        "k_b", "1/ms²", "contact spring in the pushrod", -1, "contact spring", r"$k_b$", "#56B4E9"
+    ),
+    Parameter(
+        "gamma_a", "1/ms", "damping of the drive", 1, "drive damping", r"$\gamma_a$", "#D55E00"
     ),
     Parameter(
         "gamma_b",
-        r"$\gamma_b$",
         "1/ms",
-        "friction of the contact spring",
+        "damping of the contact spring",
         1,
-        "contact friction",
+        "contact damping",
+        r"$\gamma_b$",
         "#E69F00",
     ),
     FORCE,
     GAP,
 )
-"""The seven parameters of the mechanism, in the order of every array."""
+"""The parameters in the order of every array ``(..., p)``."""
 
 ONSET = Parameter(
-    "onset", r"$t_0$", "ms", "start of the motion after the nominal one", colour="#7A35D0"
+    "onset", "ms", "start of motion after the nominal one", 0, "", r"$t_0$", "#7A35D0"
 )
-"""The eighth output, a nuisance of the measurement, inferred where the sensor has one."""
+"""The eighth output of a network, a nuisance of the sensor (see ``sensor``)."""
 
 NAMES = tuple(parameter.name for parameter in PARAMETERS)
 MOTIONS = ("closing", "opening")
 
 
 def outputs(onset: bool) -> tuple[Parameter, ...]:
-    """Return what a network infers: the seven, and the onset last where it is on."""
+    """Return what a network infers: the seven parameters, and the onset last where it is on."""
     return (*PARAMETERS, ONSET) if onset else PARAMETERS
 
 
@@ -102,30 +118,27 @@ def split(theta: np.ndarray) -> tuple[np.ndarray, ...]:
 
 
 def is_logarithmic(names: Sequence[str]) -> np.ndarray:
-    """Say which outputs are judged by their logarithm, ``(q,)``: all but the onset."""
+    """Return which outputs are judged by their logarithm, ``(q,)`` of bool: all but the onset."""
     return np.array([name != ONSET.name for name in names])
 
 
 def prior_sds(
     names: Sequence[str], prior: Mapping[str, Mapping[str, float]], onset_sd: float
 ) -> np.ndarray:
-    """Return the prior sd of each output in the scale in which it is judged, ``(q,)``; of the
-    onset, ms.
-    """
+    """Return the prior sd of outputs, ``(q,)``: of logarithms, but of the onset in ms."""
     return np.array([onset_sd if name == ONSET.name else prior[name]["log_sd"] for name in names])
 
 
-# ---- size ----
+# ---- scale factors ---------------------------------------------------------------------------
 
-
-# Powers of length and time in a unit.
+# Powers of length and time in each unit.
 _POWERS = {
     "1": (0, 0),
     "mm": (1, 0),
     "ms": (0, 1),
     "s": (0, 1),
     "A": (0, 0),
-    "m/s": (1, -1),  # which is mm/ms
+    "m/s": (1, -1),  # the same number as mm/ms
     "mm/ms²": (1, -2),
     "1/ms": (0, -1),
     "1/ms²": (0, -2),
@@ -139,10 +152,10 @@ def powers() -> np.ndarray:
 
 @dataclass(frozen=True)
 class Size:
-    """Size of a drive beside that of another.
+    """Scale factors of a drive relative to another: the model is the same at any size.
 
     Attributes:
-        lengths, times: Factors on the other's lengths and times.
+        lengths, times: Factors on lengths and times of the other drive.
 
     Example:
         >>> size = Size(lengths=10.0, times=4.0)
@@ -156,11 +169,11 @@ class Size:
     def __post_init__(self) -> None:
         if not (0 < self.lengths < math.inf and 0 < self.times < math.inf):
             raise ValueError(
-                f"the factors of a size must be positive, not {self.lengths} and {self.times}"
+                f"the factors of a size are {self.lengths} and {self.times}. Give positive ones"
             )
 
     def factor(self, unit: str) -> float:
-        """Return the factor on a quantity of a unit, one of those of parameters and quantities."""
+        """Return the factor on a quantity of a unit."""
         length, time = _POWERS[unit]
         return self.lengths**length * self.times**time
 
@@ -171,4 +184,4 @@ class Size:
 
 
 UNIT = Size()
-"""The size of the reference drive."""
+"""Size of the reference drive, that of the default prior."""

@@ -1,43 +1,39 @@
-"""Quantities to set limits on: functions of the seven parameters, and what a record itself shows.
+"""Quantities of a motion: names, units and definitions of what a curve or a record shows.
 
-Names, units and motions alone: ``mechanism.evaluation`` reads them from the model's curves, and
-``reading.records.measurements`` from a record.
+These are quantities beside the seven parameters, in the words of analysers (the paper has none).
+``evaluation`` computes them from exact curves of the model, and ``breaker.reading.records`` reads
+them from records. Limits, reports and tables name them. This module holds definitions alone, and
+loads without numpy.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-from breaker.common.lazy_numpy import np
-from breaker.model.parameters import (
-    FORCE,
-    MOTIONS,
-    NAMES,
-    OPENING_SPRING,
-    PARAMETERS,
-    UNIT,
-    Parameter,
-    Size,
-)
+from breaker.model.parameters import MOTIONS, NAMES, PARAMETERS, UNIT, Parameter, Size
 
 if TYPE_CHECKING:
     import xarray as xr
 
 SPEED_UNIT = "m/s"
-"""Unit of speeds wherever one is told: as a number the same as mm/ms."""
+"""Unit of speeds, as a number the same as mm/ms."""
 
 EVENTS = {"closing": "touch", "opening": "parting"}
+"""Event of the contact in each motion: contact touch and contact separation."""
+
+# ---- points and speeds -----------------------------------------------------------------------
+
 _TEXT = re.compile(
     r"(?:(?P<time>\d+(?:\.\d+)?) ?ms (?P<when>before|after) )?(?:"
-    r"(?:(?P<way>\d+(?:\.\d+)?) ?mm (?P<side>before|after) )?(?P<event>touch|parting)"
+    r"(?:(?P<distance>\d+(?:\.\d+)?) ?mm (?P<side>before|after) )?(?P<event>touch|parting)"
     r"|(?P<amount>\d+(?:\.\d+)?) ?(?P<unit>%|mm(?= from)) (?P<of>of stroke|from open|from closed))"
 )
 _RESTS = {"closing": ("open", "closed"), "opening": ("closed", "open")}  # before and after
-_WAY = 6.0  # mm at size 1, over which a speed is taken that is not configured
-_STROKE = 12.5  # mm, the stroke of most drives of size 1
+_SPEED_TRAVEL = 6.0  # mm at size 1: catalogues state speeds over 6 mm beside the contact event
+_USUAL_STROKE = 12.5  # mm, of size 1: contact gap and spring compression of 12 kV breakers
 
 
 @dataclass(frozen=True)
@@ -45,11 +41,11 @@ class Point:
     """A point of a motion.
 
     Attributes:
-        amount: Way or time from touch or parting or way from a rest, negative before it, or percent
-            of the stroke from where the motion begins.
-        unit: "mm", "ms" or "%".
-        rest: "open" or "closed", from which a way counts; "" is touch or parting.
-        later: Time from where the travel is there to the point, ms; negative before it.
+        amount: Distance from the contact event or from a rest position, negative before it, or
+            percent of the stroke from the rest position at which the motion begins.
+        unit: "mm" or "%"; "ms" if the amount is the time from the contact event.
+        rest: "open" or "closed", the rest position from which a distance counts; "" for the event.
+        later: Time from the instant at which the travel is there to the point, ms.
 
     Example:
         >>> Point.read("6 mm before touch", "closing")
@@ -68,36 +64,36 @@ class Point:
         """Read a point of a motion from its text.
 
         Raises:
-            ValueError: If the text is not of a known form, or of the other motion.
+            ValueError: If the text has no known form, or names the event of the other motion.
         """
         event = EVENTS[motion]
         found = _TEXT.fullmatch(" ".join(str(text).split()))
         if found is None or found["event"] not in (None, event):
             raise ValueError(
-                f"{text!r} is no point of {motion}; write {event}, such as 6 mm before {event}, "
+                f"{text!r} is not a point of {motion}. Write {event}, 6 mm before {event}, "
                 f"10 ms after {event}, 10 % of stroke, 20 % from closed, 20 mm from open, or 10 ms "
                 "after 50 % of stroke"
             )
         later = float(found["time"] or 0.0) * (-1.0 if found["when"] == "before" else 1.0)
         if found["event"]:
-            way = float(found["way"] or 0.0) * (-1.0 if found["side"] == "before" else 1.0)
-            return cls(way, "mm", later=later) if way or not later else cls(later, "ms")
+            distance = float(found["distance"] or 0.0) * (-1.0 if found["side"] == "before" else 1)
+            return cls(distance, "mm", later=later) if distance or not later else cls(later, "ms")
         rest = found["of"].removeprefix("from ")
         back = rest == _RESTS[motion][1]
         amount = float(found["amount"])
         if found["unit"] == "mm" and amount:
             return cls(-amount if back else amount, "mm", rest, later)
         if not amount <= 100:
-            raise ValueError(f"{text!r} is no point: shares are from 0 to 100 %")
+            raise ValueError(f"{text!r} is not a point. Write a share from 0 to 100 %")
         return cls(100.0 - amount if back else amount, "%", later=later)  # 0 mm are 0 %
 
     @property
     def of_event(self) -> bool:
-        """Whether it is known only where touch or parting is."""
+        """Whether the point is known only with the time of the contact event."""
         return self.unit != "%" and not self.rest
 
     def text(self, motion: str) -> str:
-        """Write the point as ``read`` takes it."""
+        """Return the point as ``read`` takes it."""
         event = EVENTS[motion]
         side = "before" if self.amount < 0 else "after"
         place = f"{abs(self.amount):g} {self.unit} {side} {event}" if self.amount else event
@@ -137,7 +133,7 @@ class Speed:
         alike = start.unit == end.unit or (start.of_event and 0 in (start.amount, end.amount))
         comparable = alike and start.rest == end.rest and start.of_event == end.of_event
         if comparable and not (start.amount, start.later) < (end.amount, end.later):
-            raise ValueError(f"{self.name} goes {self.words}, which is not forward; swap them")
+            raise ValueError(f"{self.name} goes {self.words}, which is not forward. Swap them")
 
     @classmethod
     def read(cls, name: str, points: Sequence[str]) -> Speed:
@@ -155,7 +151,7 @@ class Speed:
 
     @property
     def motion(self) -> str:
-        """Its motion."""
+        """Motion of the speed."""
         return self.name.split("_")[0]
 
     @property
@@ -165,7 +161,7 @@ class Speed:
 
     @property
     def words(self) -> str:
-        """Between which points, in words: those of a configuration, or in short of shares."""
+        """The points in words."""
         shares = (self.start.unit, self.end.unit) == ("%", "%")
         if shares and not (self.start.later or self.end.later):
             return f"from {self.start.amount:g} to {self.end.text(self.motion)}"
@@ -173,7 +169,7 @@ class Speed:
 
     @property
     def of_event(self) -> bool:
-        """Whether it is known only where touch or parting is."""
+        """Whether the speed is known only with the time of the contact event."""
         return self.start.of_event or self.end.of_event
 
     def sized(self, size: Size) -> Speed:
@@ -186,9 +182,9 @@ def speeds_of(
 ) -> tuple[Speed, ...]:
     """Return the speeds that the section ``speeds`` of the configuration defines.
 
-    ``closing_speed`` and ``opening_speed`` are always there: unless given, over the last 6 mm
-    before the touch, and the first 6 mm after the parting, times the length of the size, to two
-    digits.
+    ``closing_speed`` and ``opening_speed`` are always among them. Where they are not given, they
+    are over the last 6 mm before the contact touch and the first 6 mm after the contact
+    separation, times the length of the size, to two digits.
 
     Raises:
         ValueError: If a definition is wrong.
@@ -200,11 +196,11 @@ def speeds_of(
         >>> speeds_of(size=Size(lengths=10.7, times=3.9))[0].words
         'from 64 mm before touch to touch'
     """
-    way = float(f"{_WAY * size.lengths:.2g}")
-    touch = Point(0.0, "mm")
+    distance = float(f"{_SPEED_TRAVEL * size.lengths:.2g}")
+    event = Point(0.0, "mm")
     usual = {
-        "closing_speed": Speed("closing_speed", Point(-way, "mm"), touch),
-        "opening_speed": Speed("opening_speed", touch, Point(way, "mm")),
+        "closing_speed": Speed("closing_speed", Point(-distance, "mm"), event),
+        "opening_speed": Speed("opening_speed", event, Point(distance, "mm")),
     }
     given = {name: points for name, points in (settings or {}).items() if points is not None}
     if unknown := (settings or {}).keys() - given.keys() - usual.keys():
@@ -213,10 +209,12 @@ def speeds_of(
 
 
 def speeds_at(settings: Mapping[str, Sequence[str] | None], stroke: float) -> tuple[Speed, ...]:
-    """Return the speeds of a drive with a stroke, mm: where none is configured, over a way that is
-    the same for drives alike, as its size is rounded to one digit. Raises as ``speeds_of``.
+    """Return the speeds of a drive with a stroke, mm.
+
+    A speed that is not configured is over a distance that similar drives share: their size is
+    rounded to one digit. Raises as ``speeds_of``.
     """
-    return speeds_of(settings, Size(float(f"{stroke / _STROKE:.1g}")))
+    return speeds_of(settings, Size(float(f"{stroke / _USUAL_STROKE:.1g}")))
 
 
 OF_STROKE = {
@@ -224,158 +222,95 @@ OF_STROKE = {
     for motion in EVENTS
     for begin, end in ((10, 90), (10, 50), (50, 90))
 }
-"""Points of speeds that any record shows, also one without a contact, by name: over most of the
-way, and over either half of that, which shows where a drive is slow."""
+"""Points of speeds that every record shows, also without a contact, by name: over most of the
+stroke, and over both halves of that, which show where a drive is slow."""
 
 
 def every_speed(settings: Mapping[str, Sequence[str] | None]) -> tuple[Speed, ...]:
-    """Return the speeds that the section ``speeds`` defines, and those that any record shows: what
-    limits may name. Raises as ``speeds_of``.
+    """Return all speeds that limits may name: those of the section ``speeds`` and of
+    ``OF_STROKE``. Raises as ``speeds_of``.
     """
     return speeds_of({**OF_STROKE, **settings})
-
-
-def with_named(
-    settings: Mapping[str, Sequence[str] | None], limits: Sequence[Mapping[str, object]]
-) -> dict[str, Sequence[str] | None]:
-    """Return the section ``speeds`` with those speeds that any record shows and limits name.
-
-    Example:
-        >>> with_named({}, [{"name": "slow", "lower": {"closing_speed_10_50": 1.2}}])
-        {'closing_speed_10_50': ['10 % of stroke', '50 % of stroke']}
-    """
-    text = str(limits)
-    return {n: points for n, points in OF_STROKE.items() if n in text} | dict(settings)
 
 
 SPEEDS = speeds_of()
 """Speeds of a drive of size 1 where none is configured."""
 
+# ---- catalogue -------------------------------------------------------------------------------
 
-# ---- catalogue ----
-
-
-_SHARPEST = 1e-3  # of its value, to which a fact can be known
-_LARGEST_FACT = 1e6
-
-_MODEL, _RECORD, _ANSWER = ("model",), ("record",), ("answer",)
+_MODEL, _RECORD, _BOTH, _ANSWER = ("model",), ("record",), ("model", "record"), ("answer",)
 _CLOSING, _OPENING = ("closing",), ("opening",)
 
 
 @dataclass(frozen=True)
 class Quantity(Parameter):
-    """A quantity to set limits on, with the attributes of a parameter and:
+    """A quantity of a motion, with the attributes of a parameter and:
 
     Attributes:
         motions: Motions that have it.
-        of: Names of the sources that it can be read from; "answer" of what is inferred of a record
-            beside the parameters, which no limit is on.
-        zone: Of a speed, between which points it is the mean; else empty.
+        of: Sources that have it: "model" and "record", on which there may be limits, and "answer",
+            the inference of a single record.
+        zone: Points between which a speed is the mean, in words; empty for others.
     """
 
     motions: tuple[str, ...] = MOTIONS
-    of: tuple[str, ...] = (*_MODEL, *_RECORD)
+    of: tuple[str, ...] = _BOTH
     zone: str = ""
 
-    @property
-    def modelled(self) -> bool:
-        """Whether the model has it."""
-        return "model" in self.of
 
-
-def _time(name: str, meaning: str, motions: tuple[str, ...] = MOTIONS, **more) -> Quantity:
-    """A time, of which more is the worse."""
-    symbol = rf"$t_\mathrm{{{name.removesuffix('_time')}}}$"
-    return Quantity(name, symbol, "ms", meaning, worse=1, motions=motions, **more)
-
-
-def _past(name: str, rest: str, motion: str) -> Quantity:
-    """A way past a rest position, of which more is the worse."""
-    meaning = f"largest travel beyond the {rest} rest position"
-    symbol = {"closing": r"$\Delta_\mathrm{close}$", "opening": r"$\Delta_\mathrm{open}$"}[motion]
-    return Quantity(name, symbol, "mm", meaning, worse=1, motions=(motion,))
-
-
-def _wipe(event: str, meaning: str, motions: tuple[str, ...]) -> Quantity:
-    """A wipe as analysers count it, at an event of the contact; of which less is the worse."""
-    name, symbol = f"wipe_at_{event}", rf"$w_\mathrm{{{event}}}$"
-    return Quantity(name, symbol, "mm", meaning, worse=-1, motions=motions, of=_RECORD)
-
-
-def _current(name: str, meaning: str, motions: tuple[str, ...] = MOTIONS) -> Quantity:
-    """A current of coil or motor, of which more is the worse."""
-    symbol = rf"$I_\mathrm{{{name.removesuffix('_current').replace('_', ' ')}}}$"
-    return Quantity(name, symbol, "A", meaning, worse=1, motions=motions, of=_RECORD)
-
-
-def _since(event: str, motions: tuple[str, ...]) -> tuple[Quantity, ...]:
-    """Times of an event that networks infer, by their zero: the release, and 10 % of the way."""
-    about = f"{event}_after_release", r"$t$", "ms", f"release to {event}"
-    release = Quantity(*about, worse=1)
-    tenth = Quantity(f"{event}_from10", r"$t_{10}$", "ms", f"10 % of the way to {event}")
-    return tuple(replace(each, motions=motions, of=_ANSWER) for each in (release, tenth))
-
-
-_FIXED = (
-    *(Quantity(**vars(parameter), of=_MODEL) for parameter in PARAMETERS),
-    Quantity("wipe", r"$w$", "mm", "stroke less contact gap: spring pressed at rest", of=_MODEL),
-    Quantity("stroke", r"$s$", "mm", "way of the drive between its rest positions"),
-    _time("travel_time", "drive from 10 to 90 % of its stroke"),
-    _time("touch_time", "first motion to contact touch", _CLOSING),
-    _past("over_travel", "closed", "closing"),
-    _time("part_time", "first motion to contact parting", _OPENING),
-    _past("rebound", "open", "opening"),
-    _time("latch_time", "from the trigger to the first motion", of=_RECORD),
-    _time("closing_time", "from the trigger to contact touch", _CLOSING, of=_RECORD),
-    _time("opening_time", "from the trigger to contact parting", _OPENING, of=_RECORD),
-    _wipe("touch", "way of the drive from contact touch to its closed rest", _CLOSING),
-    _wipe("parting", "way of the drive from its closed rest to contact parting", _OPENING),
-    _time("bounce_time", "from the first contact touch to the last", _CLOSING, of=_RECORD),
-    _current("coil_current", "largest current of the coil"),
-    _time("coil_dip_time", "from the trigger to the dip of the coil's current", of=_RECORD),
-    _time("coil_off_time", "from the trigger until the coil's current is broken", of=_RECORD),
-    _current("motor_inrush", "largest current of the motor as it starts, rms", _CLOSING),
-    _current("motor_current", "current of the running motor, rms", _CLOSING),
-    replace(_time("charging_time", "for which the motor runs", _CLOSING, of=_RECORD), unit="s"),
-    Quantity("release_from10", r"$t_{10}$", "ms", "10 % of the way to release", of=_ANSWER),
-    *_since("touch", _CLOSING),
-    *_since("parting", _OPENING),
+_TABLE = (  # name, unit, whether more (1) or less (-1) is worse, motions, sources, definition
+    ("wipe", "mm", 0, MOTIONS, _MODEL, "stroke minus contact gap: spring compression at rest"),
+    ("stroke", "mm", 0, MOTIONS, _BOTH, "travel of the drive between its rest positions"),
+    ("travel_time", "ms", 1, MOTIONS, _BOTH, "drive from 10 to 90 % of its stroke"),
+    ("touch_time", "ms", 1, _CLOSING, _BOTH, "first motion to contact touch"),
+    ("over_travel", "mm", 1, _CLOSING, _BOTH, "largest travel beyond the closed rest position"),
+    ("part_time", "ms", 1, _OPENING, _BOTH, "first motion to contact separation"),
+    ("rebound", "mm", 1, _OPENING, _BOTH, "largest travel beyond the open rest position"),
+    ("latch_time", "ms", 1, MOTIONS, _RECORD, "trigger to first detected motion"),
+    ("closing_time", "ms", 1, _CLOSING, _RECORD, "trigger to contact touch"),
+    ("opening_time", "ms", 1, _OPENING, _RECORD, "trigger to contact separation"),
+    ("wipe_at_touch", "mm", -1, _CLOSING, _RECORD, "travel from contact touch to closed rest"),
+    ("wipe_at_parting", "mm", -1, _OPENING, _RECORD, "travel from closed rest to separation"),
+    ("bounce_time", "ms", 1, _CLOSING, _RECORD, "first to last contact touch"),
+    ("coil_current", "A", 1, MOTIONS, _RECORD, "largest current of the coil"),
+    ("coil_dip_time", "ms", 1, MOTIONS, _RECORD, "trigger to the dip of the coil current"),
+    ("coil_off_time", "ms", 1, MOTIONS, _RECORD, "trigger to the end of the coil current"),
+    ("motor_inrush", "A", 1, _CLOSING, _RECORD, "largest current of the starting motor, rms"),
+    ("motor_current", "A", 1, _CLOSING, _RECORD, "current of the running motor, rms"),
+    ("charging_time", "s", 1, _CLOSING, _RECORD, "duration of the current of the motor"),
+    ("release_from10", "ms", 0, MOTIONS, _ANSWER, "10 % of the stroke to start of motion"),
+    ("touch_after_release", "ms", 1, _CLOSING, _ANSWER, "start of motion to contact touch"),
+    ("touch_from10", "ms", 0, _CLOSING, _ANSWER, "10 % of the stroke to contact touch"),
+    ("parting_after_release", "ms", 1, _OPENING, _ANSWER, "start of motion to separation"),
+    ("parting_from10", "ms", 0, _OPENING, _ANSWER, "10 % of the stroke to contact separation"),
 )
-_ELSEWHERE = {  # where a quantity is, by where it is not
-    "model": "{name} is not of the model: records alone show it, in limits with of: record.",
-    "record": "{name} is a quantity of the model, which no record shows. Take of: model, or one "
-    "that records show of {motion}: {known}.",
-}
-_SYMBOLS = {"closing_speed": r"$v_\mathrm{close}$", "opening_speed": r"$v_\mathrm{open}$"}
 
 
 def quantities(speeds: Sequence[Speed] = SPEEDS) -> dict[str, Quantity]:
-    """Return all quantities by name: the seven parameters and what follows from them.
+    """Return all quantities by name, the seven parameters first, and the given speeds last.
 
     Example:
         >>> quantities()["closing_speed"].meaning
         'mean speed of the drive from 6 mm before touch to touch'
     """
-    moving = (
-        Quantity(
-            speed.name,
-            _SYMBOLS.get(speed.name, speed.name),
-            SPEED_UNIT,
-            f"mean speed of the drive {speed.words}",
-            worse=-1,
-            motions=(speed.motion,),
-            zone=speed.words,
+    found = {each.name: Quantity(**vars(each), of=_MODEL) for each in PARAMETERS}
+    for name, unit, worse, motions, of, meaning in _TABLE:
+        found[name] = Quantity(name, unit, meaning, worse, motions=motions, of=of)
+    for speed in speeds:
+        meaning, motions = f"mean speed of the drive {speed.words}", (speed.motion,)
+        found[speed.name] = Quantity(
+            speed.name, SPEED_UNIT, meaning, -1, motions=motions, zone=speed.words
         )
-        for speed in speeds
-    )
-    return {quantity.name: quantity for quantity in (*_FIXED, *moving)}
+    return found
 
 
 def quantities_of(
     motion: str, speeds: Sequence[Speed] = SPEEDS, of: Collection[str] | None = _MODEL
 ) -> dict[str, Quantity]:
-    """Return the quantities of a motion that are no parameters, by name; of any source if ``of`` is
-    None.
+    """Return the quantities of a motion by name, without the parameters.
+
+    Args:
+        of: Sources, of which a quantity has at least one; None for all.
 
     Example:
         >>> list(quantities_of("opening"))
@@ -389,186 +324,85 @@ def quantities_of(
 
 
 QUANTITIES = quantities()
-"""Quantities of a drive whose speeds are defined as usual, by name."""
+"""Quantities with the usual speeds, by name."""
 
 AFTER_RELEASE = {motion: f"{event}_after_release" for motion, event in EVENTS.items()}
-"""Names of the time from the release to touch or parting, by motion."""
+"""Name of the time from the start of motion to the contact event, by motion."""
 
 CURRENTS = {
     **dict.fromkeys(("coil_current", "coil_dip_time", "coil_off_time"), "trigger"),
     **dict.fromkeys(("motor_inrush", "motor_current", "charging_time"), "motor"),
 }
-"""Those that a current shows, by name: whose it is, of the coil ("trigger") or the motor."""
+"""Quantities that a current shows, by name: that of the coil ("trigger") or of the motor."""
 
 ANSWERED = frozenset(name for name, each in QUANTITIES.items() if each.of == _ANSWER)
-"""Names of those that only an answer has, and no limit is on."""
+"""Names of the quantities that only the inference of a single record has."""
 
 INFERRED = ANSWERED | {"wipe"}
-"""Names of those beside the parameters that are inferred, as no instrument shows them."""
-
-
-def check_fact(value: float, sd: float) -> str | None:
-    """Return why nobody knows a quantity so, with a remedy; None if that may be.
-
-    Example:
-        >>> check_fact(-10.0, 0.1)
-        'has the value -10, but must have one from 0 to 1e+06.'
-    """
-    if not 0 <= value <= _LARGEST_FACT:
-        return f"has the value {value:g}, but must have one from 0 to {_LARGEST_FACT:g}."
-    if not (sd > 0 and _SHARPEST * value <= sd <= _LARGEST_FACT):
-        return (
-            f"has the standard deviation {sd:g}, but must have one above 0, and at least a "
-            "thousandth of the value: nothing in a drive is known better."
-        )
-    return None
+"""Names of the quantities that no instrument shows, without the parameters."""
 
 
 def check_quantity(
     name: str, motion: str, speeds: Sequence[Speed] = SPEEDS, of: str = "model"
 ) -> str | None:
-    """Return why a motion does not have a quantity, with a remedy; None if it has it.
+    """Return why a motion has no such quantity from a source, with a remedy; None if it has.
+
+    Args:
+        of: "model", "record", or "change", the change of a parameter.
 
     Example:
-        >>> check_quantity("latch_time", "closing")
-        'latch_time is not of the model: records alone show it, in limits with of: record.'
+        >>> check_quantity("latch_time", "closing").split(".")[0]
+        'latch_time is not a quantity of model in closing'
     """
-    every = quantities(speeds)
-    there = [each for each in every.values() if motion in each.motions and of in each.of]
-    known = ", ".join(each.name for each in there)
-    if name not in every:
-        return f"{name} is not a known quantity. Known of {motion}: {known}."
-    if every[name].of == _ANSWER:
-        return f"{name} is of a single answer, and no limit is on it. Known of {motion}: {known}."
-    if of not in every[name].of:
-        return _ELSEWHERE[of].format(name=name, motion=motion, known=known)
-    if motion not in every[name].motions:
-        other = " or ".join(every[name].motions)
-        return f"{name} is a quantity of {other}, not of {motion}. Known of {motion}: {known}."
-    return None
+    every = quantities(speeds).values()
+    known = [each.name for each in every if motion in each.motions and of in each.of]
+    if of == "change":
+        known, motion = list(NAMES), "any motion"
+    elif motion not in MOTIONS:
+        return f"{motion!r} is not a motion. Write {' or '.join(MOTIONS)}."
+    if name in known:
+        return None
+    return f"{name} is not a quantity of {of} in {motion}. Take one of {', '.join(known)}."
 
 
-# ---- moving mass ----
+# ---- known values ----------------------------------------------------------------------------
+
+_LARGEST = 1e6  # larger values are slips of a unit, and their squares stay finite
+_SHARPEST = 1e-3  # least sd as a share of the value: no instrument measures a drive better
 
 
-_LARGEST = 1e5  # kg
-_WIDEST = 1.0 / 3.0  # of the mass, that its standard deviation may be
+def check_fact(name: str, value: float, sd: float) -> str | None:
+    """Return why a value cannot be known with this sd, with a remedy; None if it can.
 
-
-@dataclass(frozen=True)
-class MassQuantity:
-    """A quantity that needs the moving mass: a parameter, of name ``of``, times mass and factor.
-
-    Attributes:
-        factor: From the parameter's unit times kg and mm to the power ``ways`` to the unit.
-        ways: Power of the stroke.
-    """
-
-    name: str
-    unit: str
-    meaning: str
-    of: str
-    factor: float
-    ways: int = 0
-
-
-# By unit of a parameter: the unit with the mass, and the factor to it. mm/ms^2 are 1e3 m/s^2,
-# 1/ms^2 are 1e6 1/s^2, 1/ms are 1e3 1/s, and mm are 1e-3 m.
-_UNITS = {"mm/ms²": ("N", 1e3), "1/ms²": ("N/m", 1e6), "1/ms": ("N s/m", 1e3)}
-_OTHERS = tuple(each for each in PARAMETERS if each.unit in _UNITS and each is not FORCE)
-_WORK, _ENERGY = "work of the closing force over the stroke", "energy of the opening spring, closed"
-
-MASS_QUANTITIES = (
-    *(
-        MassQuantity(
-            each.word.replace(" ", "_"),
-            _UNITS[each.unit][0],
-            each.word,
-            each.name,
-            _UNITS[each.unit][1],
-        )
-        for each in (FORCE, *_OTHERS)
-    ),
-    MassQuantity("closing_work", "J", _WORK, FORCE.name, 1.0, 1),
-    MassQuantity("opening_energy", "J", _ENERGY, OPENING_SPRING.name, 0.5e6 * 1e-6, 2),
-)
-"""All of them, in the order in which they are told."""
-
-
-def check_mass(mass: float, sd: float) -> str | None:
-    """Return why nothing moves with such a mass, kg, with a remedy; None if it may.
+    Args:
+        name: A quantity, or "mass", the moving mass in kg, whose normal draws must be positive.
 
     Example:
-        >>> check_mass(0.0, 0.5)
-        'has the value 0, but a moving mass is above 0 and at most 100000 kg.'
+        >>> check_fact("stroke", -10.0, 0.1)
+        'has the value -10. Give one from 0 to 1e+06.'
     """
-    if not 0.0 < mass <= _LARGEST:
-        return f"has the value {mass:g}, but a moving mass is above 0 and at most {_LARGEST:g} kg."
-    if not 0.0 <= sd <= _WIDEST * mass:
+    is_mass = name == "mass"
+    if not 0 <= value <= _LARGEST or (is_mass and not value):
         return (
-            f"has the standard deviation {sd:g}, but must have one from 0 to a third of the mass: "
-            "weigh the moving parts, or leave it out."
+            f"has the value {value:g}. Give one {'above' if is_mass else 'from'} 0 to {_LARGEST:g}."
         )
+    low, high = (0.0, value / 3) if is_mass else (_SHARPEST * value, _LARGEST)
+    if not low <= sd <= high or not (sd or is_mass):
+        return f"has the standard deviation {sd:g}. Give one from {low:g} to {high:g}, above 0."
     return None
 
 
-def mass_draws(mass: float, sd: float, n: int, rng: np.random.Generator) -> np.ndarray:
-    """Return draws of a mass, ``(n,)``, kg: normal, and above 0."""
-    return np.abs(mass + sd * rng.standard_normal(n))
-
-
-def with_mass(theta: np.ndarray, stroke: float, mass: np.ndarray) -> dict[str, np.ndarray]:
-    """Return draws of all quantities by name, ``(d,)``.
-
-    Args:
-        theta: Draws of the parameters, ``(d, p)``.
-        stroke: Of the drive, mm.
-        mass: Of the drive, kg, ``(d,)``.
-    """
-    return {
-        each.name: each.factor * theta[:, NAMES.index(each.of)] * mass * stroke**each.ways
-        for each in MASS_QUANTITIES
-    }
-
-
-# ---- advice ----
-
-
-LOOK = "Where to look first (no diagnosis)"
-"""What stands before such words."""
-
-
-def advice_on(names: Iterable[str], advice: Mapping[str, str]) -> list[str]:
-    """Say where to look first for quantities, parameters or mechanisms, the same words once.
-
-    Args:
-        names: Of what has become worse. A speed that has no entry has that of its motion.
-
-    Example:
-        >>> advice_on(["f", "mu", "closing_speed_10_90"], {"f": "spring", "closing_speed": "latch"})
-        ['f: spring', 'closing_speed_10_90: latch']
-    """
-    found: dict[str, dict[str, None]] = {}
-    for name in names:
-        motion = name.partition("_speed_")[0]
-        key = f"{motion}_speed" if name not in advice and motion in MOTIONS else name
-        if words := advice.get(key):
-            found.setdefault(words, {})[name] = None
-    return [f"{', '.join(these)}: {words}" for words, these in found.items()]
-
-
-# ---- operation metadata ----
-
+# ---- operation metadata ----------------------------------------------------------------------
 
 CONDITIONS = ("temperature", "voltage")
-"""What an operation depends on beside the drive."""
+"""Conditions of an operation that may explain a change."""
 
 ABOUT = ("breaker", "phase", "date", *CONDITIONS, "event")
-"""What is known of an operation and kept through to all results; empty where it is not."""
+"""Metadata of an operation that all results keep; empty where they are not known."""
 
 
 def metadata_names(data: xr.Dataset) -> list[str]:
-    """Return which of ``ABOUT`` a dataset of operations has a value of, for any operation."""
+    """Return which of ``ABOUT`` have a value for any operation of a dataset."""
     return [
         name
         for name in ABOUT

@@ -1,10 +1,10 @@
-"""What the travel sensor adds to the exact curve: onset, zero and noise.
+"""The travel sensor: what a record adds to an exact curve.
 
-Paper, Sec. 3: normal noise on the position of mass a. Real records have two more unknowns: the
+Paper, Sec. 3: normal noise on the position of the drive. Real records have two more unknowns: the
 motion starts at an *onset* around the nominal time, and the reading has an additive offset, the
 *zero*. Both are normal with mean zero; a standard deviation of zero turns one off. The zero is
 integrated in closed form: the covariance of a record is ``noise_sd^2 I + zero_sd^2 1 1^T``. A
-missing sample is NaN; results are then those of the samples that are present.
+missing sample is NaN, and results are those of the other samples.
 """
 
 from collections.abc import Mapping
@@ -16,7 +16,7 @@ from breaker.model.parameters import Size
 
 
 def grid(start: float, stop: float, samples: int) -> np.ndarray:
-    """Return the times of a record's samples, ``(t,)``, ms around the nominal first motion."""
+    """Return the times of a record's samples, ``(t,)``, ms around the nominal start of motion."""
     return np.linspace(start, stop, samples)
 
 
@@ -25,18 +25,18 @@ class Sensor:
     """Time grid and errors of a travel sensor.
 
     Attributes:
-        start, stop: First and last time of the grid, ms around the nominal first motion.
+        start, stop: First and last time of the grid, ms around the nominal start of motion.
         samples: Number of samples of the grid, both ends included.
-        noise_sd: Standard deviation of the noise of one sample, mm.
+        noise_sd: Standard deviation of the noise of a sample, mm.
         onset_sd: Standard deviation of the onset, ms; 0 if the motion starts at the nominal time.
-        zero_sd: Standard deviation of the zero, mm; 0 if the reading is true.
+        zero_sd: Standard deviation of the zero, mm; 0 if readings have no offset.
 
     Example:
         >>> sensor = Sensor(-2.0, 58.0, 151, noise_sd=0.1, onset_sd=0.3, zero_sd=0.1)
         >>> sensor.times[:3]
         array([-2. , -1.6, -1.2])
         >>> record = sensor.corrupt(np.zeros(151), np.random.default_rng(1))
-        >>> bool(abs(sensor.whiten(record).std() - 1) < 0.2)  # the zero included
+        >>> bool(abs(sensor.whiten(record).std() - 1) < 0.2)  # with the zero
         True
     """
 
@@ -59,11 +59,11 @@ class Sensor:
         return cls(**settings)
 
     def settings(self) -> dict[str, float]:
-        """Return what ``from_settings`` takes."""
+        """Return the section that ``from_settings`` takes."""
         return asdict(self)
 
     def sized(self, size: Size) -> "Sensor":
-        """Return the sensor as it is for drives of another size: grid and errors."""
+        """Return the sensor for drives of another size: grid and errors."""
         return replace(
             self,
             start=self.start * size.times,
@@ -89,18 +89,19 @@ class Sensor:
         return self.onset_sd > 0
 
     def corrupt(self, travel: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-        """Add what records ``(..., t)`` have beside their exact curves, mm: zero and noise."""
+        """Add noise and a zero to exact curves ``(..., t)``, mm."""
         noise = self.noise_sd * rng.standard_normal(travel.shape)
         return travel + noise + self.zero_sd * rng.standard_normal((*travel.shape[:-1], 1))
 
     def sample_shared(
         self, measured: np.ndarray, travel: np.ndarray, rng: np.random.Generator
     ) -> np.ndarray:
-        """Draw the zero that a repetition shares with its record, ``(..., t) -> (..., 1)``, mm.
+        """Draw the zero of records given their exact curves, ``(..., t) -> (..., 1)``, mm.
 
-        Its posterior is normal, with precision ``t / noise_sd^2 + 1 / zero_sd^2``.
+        Its posterior is normal, with precision ``t / noise_sd^2 + 1 / zero_sd^2``. A predicted
+        repetition of a record shares the zero with it.
         """
-        residual, t = _there(measured - travel)
+        residual, t = _present(measured - travel)
         variance = self.noise_sd**2 * self.zero_sd**2 / (self.noise_sd**2 + t * self.zero_sd**2)
         mean = variance / self.noise_sd**2 * residual.sum(axis=-1, keepdims=True)
         return mean + np.sqrt(variance) * rng.standard_normal(mean.shape)
@@ -114,26 +115,28 @@ class Sensor:
 
     def chi_square(self, measured: np.ndarray, travel: np.ndarray) -> np.ndarray:
         """Return the squared Mahalanobis distance of records from curves, ``(..., t) -> (...)``."""
-        residual, t = _there(measured - travel)
+        residual, t = _present(measured - travel)
         total = residual.sum(axis=-1)
-        # That of the noise alone, less what the zero explains of the mean.
+        # That of the noise alone, less the part of the mean that the zero explains.
         explained = self.zero_sd**2 / (self.noise_sd**2 + t[..., 0] * self.zero_sd**2)
         square = np.einsum("...t,...t->...", residual, residual)
         return (square - explained * total**2) / self.noise_sd**2
 
     def log_likelihood(self, measured: np.ndarray, travel: np.ndarray) -> np.ndarray:
-        """Return the log density of records given exact curves, ``(..., t) -> (...)``, without the
-        zero.
+        """Return the log density of records given exact curves, ``(..., t) -> (...)``, with the
+        zero integrated out.
         """
-        t = _there(measured)[1][..., 0]
+        t = _present(measured)[1][..., 0]
         log_determinant = (t - 1) * np.log(self.noise_sd**2) + np.log(
             self.noise_sd**2 + t * self.zero_sd**2
         )
         return -0.5 * (self.chi_square(measured, travel) + log_determinant + t * np.log(2 * np.pi))
 
 
-def _there(residual: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Residuals ``(..., t)`` with 0 for NaN, and how many are there, ``(..., 1)`` or ``(1,)``."""
+def _present(residual: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return residuals ``(..., t)`` with 0 for NaN, and the number of others, ``(..., 1)`` or
+    ``(1,)``.
+    """
     missing = np.isnan(residual)
     if not missing.any():
         return residual, np.array([residual.shape[-1]])

@@ -14,6 +14,7 @@ from breaker.common.plain_values import Plain, plainly
 from breaker.drive.answers.evidence import MAY_SLIDE, WITH_CONTACT, Answer
 from breaker.drive.answers.identity import doubts_about
 from breaker.drive.answers.limit_verdicts import NORMAL, VERDICTS, Verdict
+from breaker.drive.answers.moving_mass import MASS_QUANTITIES, with_mass
 from breaker.drive.answers.number_sources import Place, places_of
 from breaker.drive.family.mechanisms import MECHANISMS
 from breaker.model.parameters import MOTIONS, PARAMETERS
@@ -22,9 +23,7 @@ from breaker.model.quantities import (
     ANSWERED,
     CURRENTS,
     EVENTS,
-    MASS_QUANTITIES,
     quantities_of,
-    with_mass,
 )
 from breaker.reading.files.guards import printable
 from breaker.reading.files.safe_text import table_text

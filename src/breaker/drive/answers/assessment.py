@@ -17,11 +17,12 @@ from breaker.drive.answers.drive_records import read_operations
 from breaker.drive.answers.evidence import FACTS, Answer, AnswerSettings, DriveRecord, Given
 from breaker.drive.answers.inference import infer_drive, infer_means
 from breaker.drive.answers.limit_verdicts import Verdict, judged
+from breaker.drive.answers.moving_mass import mass_draws
 from breaker.drive.family.level_network import Levels
 from breaker.drive.family.network_files import shipped_levels
 from breaker.model.limits import Limit, from_list
 from breaker.model.parameters import MOTIONS, Size
-from breaker.model.quantities import OF_STROKE, Speed, mass_draws, speeds_at
+from breaker.model.quantities import OF_STROKE, Speed, speeds_at
 from breaker.reading.files.guards import Files
 from breaker.reading.files.operations_table import Operation
 from breaker.shipped import DEFAULTS

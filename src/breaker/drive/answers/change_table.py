@@ -8,7 +8,7 @@ from breaker.documents.parts import Cell, Table
 from breaker.drive.answers.report_tables import NONE, named
 from breaker.drive.answers.visit_changes import VERDICT_WORDS, QuantityChange
 from breaker.drive.answers.visit_document import VisitDocument, change_words
-from breaker.model.quantities import LOOK
+from breaker.drive.family.untold import LOOK
 
 _TONES = dict(zip(VERDICT_WORDS, ("bad", "doubt", ""), strict=True))
 _WIDE = 3  # channels, up to which a change has room for its values

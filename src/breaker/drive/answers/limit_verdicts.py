@@ -10,7 +10,7 @@ from breaker.common.numerals import in_digits
 from breaker.common.plain_values import Plain
 from breaker.common.randomness import generator
 from breaker.drive.answers.evidence import MAY_SLIDE, NOTHING, WITH_CONTACT, Answer
-from breaker.model.limits import Limit, Reader
+from breaker.model.limits import Limit
 from breaker.model.quantities import EVENTS, QUANTITIES
 
 VERDICTS = ("pass", "not shown", "fail")
@@ -84,7 +84,7 @@ class Verdict(Plain):
     parts: Sequence[JudgedPart]
 
 
-def judge(limits: Iterable[Limit], reader: Reader, *key: object) -> list[Verdict]:
+def judge(limits: Iterable[Limit], reader: object, *key: object) -> list[Verdict]:
     """Return a verdict for each limit, and one for both sides of a reference.
 
     Args:
@@ -97,7 +97,7 @@ def judge(limits: Iterable[Limit], reader: Reader, *key: object) -> list[Verdict
     return [_verdict(name, sides, reader, key) for name, sides in groups.items()]
 
 
-def _verdict(name: str, sides: Sequence[Limit], reader: Reader, key: Sequence) -> Verdict:
+def _verdict(name: str, sides: Sequence[Limit], reader: object, key: Sequence) -> Verdict:
     known = [[limit.read(reader, quantity) for quantity in limit.quantities] for limit in sides]
     reasons = dict.fromkeys(each.reason for some in known for each in some if each.reason)
     reasons |= dict.fromkeys(filter(None, map(_far, sides, known)))
@@ -139,8 +139,8 @@ def _far(limit: Limit, known: Sequence[Told]) -> str:
 
 def _exceedance(limit: Limit, known: Sequence[Told], key: Sequence) -> float:
     """Probability that a limit is exceeded, of quantities that are known."""
-    if all(not up and bound <= limit.source.least for _, bound, up in limit.parts):
-        return 0.0
+    if limit.of == "record" and all(not up and bound <= 0.0 for _, bound, up in limit.parts):
+        return 0.0  # a record shows no distance or time below 0
     values, sds = np.array([(each.value, each.sd) for each in known]).T
     drawn = [each.draws for each in known if each.draws is not None]
     if not drawn:
@@ -163,7 +163,7 @@ def judged(answer: Answer, limits: Sequence[Limit], *, seed: int) -> list[Verdic
     record = answer.record
     if record.reason:
         return []
-    limits = [each for each in limits if each.motion == record.motion and each.source.single]
+    limits = [each for each in limits if each.motion == record.motion and each.of != "change"]
     return judge(limits, _Single(answer), seed, record.operation.number)
 
 
@@ -175,7 +175,7 @@ class _Single:
 
     def of_record(self, limit: Limit, name: str) -> Told:
         if not self.answer.alone(name):
-            of_model = name not in QUANTITIES or QUANTITIES[name].modelled
+            of_model = name not in QUANTITIES or "model" in QUANTITIES[name].of
             takes = ", and of: model takes the inferred one" * of_model
             event = EVENTS[limit.motion]
             return Told(reason=f"no contact channel: {event} was not measured{takes}")

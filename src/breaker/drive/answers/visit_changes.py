@@ -238,7 +238,7 @@ def mechanism_changes(found: VisitChanges, beyond: float = 0.05) -> list[Quantit
     Changes are in percent of ``CHANGE_OF``, and count from a fifth of the share on.
     """
     return [
-        _inferred(Parameter(name, "", "1", MECHANISMS[name]), "mechanism", "", draws, share)
+        _inferred(Parameter(name, "1", MECHANISMS[name]), "mechanism", "", draws, share)
         for share in [_OF_FORCE * beyond]
         for name, draws in found.mechanisms.items()
     ]

@@ -18,9 +18,10 @@ from breaker.drive.answers.visit_document import (
     visits_document,
 )
 from breaker.drive.family.network_files import shipped_networks
+from breaker.drive.family.untold import advice_on
 from breaker.model.limits import from_list
 from breaker.model.parameters import MOTIONS
-from breaker.model.quantities import Speed, advice_on
+from breaker.model.quantities import Speed
 from breaker.shipped import KINDS
 
 

@@ -21,8 +21,7 @@ from breaker.drive.answers.visit_changes import (
     mechanism_changes,
 )
 from breaker.drive.family.mechanisms import CHANGE_OF
-from breaker.drive.family.untold import APART, BEYOND, UNLIKE, WITHHELD, as_sentence
-from breaker.model.quantities import LOOK
+from breaker.drive.family.untold import APART, BEYOND, LOOK, UNLIKE, WITHHELD, as_sentence
 
 _NAME = "{:<28}{:>8} {:>8}"
 _ROW = "  {:<45} {:>8}  {:<15}{:>7} {:>6} {:>7}"

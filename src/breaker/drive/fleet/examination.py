@@ -32,7 +32,7 @@ from breaker.drive.life.life_records import Event
 from breaker.drive.life.life_results import follow_curves
 from breaker.drive.life.life_tables import change_table, decided
 from breaker.drive.life.limit_states import STATES
-from breaker.model.limits import SOURCES, entries_of_type
+from breaker.model.limits import entries_of_type
 from breaker.model.parameters import MOTIONS, NAMES
 from breaker.model.quantities import every_speed
 from breaker.model.sensor import grid
@@ -127,7 +127,7 @@ def _limits_of(member: Member, config: Mapping) -> list:
     """Entries of limits by which a drive is judged: those of any of the fleet, and of its type."""
     limits, speeds = config["limits"], every_speed(config["speeds"])
     shipped = limits == read(DEFAULTS)["limits"]
-    found = [e for e in limits if not (shipped and SOURCES[e.get("of", "model")].single)]
+    found = [e for e in limits if not shipped or e.get("of") == "change"]
     for name, ranges in config["limits_by_type"].items():
         found += entries_of_type(ranges, speeds) if bare(name) == bare(member.type) else []
     return found

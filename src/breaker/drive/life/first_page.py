@@ -8,10 +8,8 @@ import xarray as xr
 
 from breaker.common.numerals import first_of, in_digits, in_p
 from breaker.documents.parts import Document, Table
-from breaker.drive.family.untold import APART, BEYOND, WITHHELD
-from breaker.model.limits import SOURCES
+from breaker.drive.family.untold import APART, BEYOND, LOOK, WITHHELD, advice_on
 from breaker.model.parameters import PARAMETERS
-from breaker.model.quantities import LOOK, advice_on
 
 _NOTED = 2.0  # percent, beyond which a change is worth a word
 _SURE = 0.05  # probability of no change below which a parameter is named
@@ -135,7 +133,7 @@ def limit_words(limits: pd.DataFrame) -> pd.DataFrame:
             {
                 "limit": one.limit,
                 "state": one.state,
-                "quantity": f"{SOURCES[one.of].title}{one.quantity}",
+                "quantity": f"{'change of ' if one.of == 'change' else ''}{one.quantity}",
                 "new": in_digits(one.new, 4),
                 "now (90 %)": "{} ({} to {})".format(
                     *(in_digits(each, 4) for each in (one.now, one.now_5, one.now_95))

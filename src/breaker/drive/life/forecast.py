@@ -178,7 +178,7 @@ class Onward:
 
         The few ways have no tails; their spread says how far draws are apart.
         """
-        if not limit.source.inferred:
+        if limit.of == "record":
             found = limit.read(self._measured)
             return found.reshape(*self.shape, *found.shape[1:])
         each = [limit.read(condition) for condition in self._ways]

@@ -39,7 +39,7 @@ def follow_curves(
     wear_model = settings["wear_model"]
     names: dict[str, list[str]] = {motion: [] for motion in data}
     for limit in limits:
-        if not limit.source.inferred:
+        if limit.of == "record":
             names[limit.motion] += limit.quantities
     followed = {motion: list(dict.fromkeys(each)) for motion, each in names.items()}
     series = series_of(
@@ -193,7 +193,7 @@ def _common(limit: Limit, readout: Readout) -> np.ndarray:
     """How far all readings of each part are off alike, sd, ``(o, parts)``; 0 of the inferred."""
     found = np.zeros((len(readout.series.operations), len(limit.parts)))
     for k, name in enumerate(limit.quantities):
-        row = None if limit.source.inferred else readout.coordinates.row(limit.motion, name)
+        row = readout.coordinates.row(limit.motion, name) if limit.of == "record" else None
         found[:, k] = row[0].common if row else 0.0
     return found
 

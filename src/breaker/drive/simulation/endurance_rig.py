@@ -14,7 +14,6 @@ from tqdm import tqdm
 
 from breaker.common.randomness import generator
 from breaker.drive.simulation.rich_drive import Drive, Elements
-from breaker.model.equations import PRESSING, RELEASING
 from breaker.model.parameters import NAMES
 from breaker.reading.instruments.export import write_curve
 
@@ -42,8 +41,7 @@ class Rig:
             if not rig.worn(operation, scatter=False).holds:
                 raise ValueError(
                     f"rig.parameters: at operation {operation} the closing force does not press "
-                    "the contact, or presses it past the lever's dead centre; change "
-                    f"{PRESSING}, {RELEASING}"
+                    "the contact, or presses it past the lever's dead centre; change f, k_a or L"
                 )
         return rig
 

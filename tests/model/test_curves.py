@@ -1,4 +1,4 @@
-"""The exact mechanism against integrated and closed-form solutions, its answers at the edges, and
+"""Exact curves against integrated and closed-form solutions, its answers at the edges, and
 what it refuses."""
 
 import numba
@@ -11,7 +11,7 @@ from breaker.common.randomness import generator
 from breaker.model import curves
 from breaker.model.curves import check, rest_position, travel
 from breaker.model.parameters import MOTIONS, NAMES
-from tests.mechanism_references import changed, contact_force, integrate, propagate, system
+from tests.model_references import changed, contact_force, integrate, propagate, system
 
 
 def draws(prior, n, *purpose):
@@ -249,13 +249,11 @@ def test_wrong_arguments_are_refused(small_blocks, prior, sensor, change, messag
         rest_position(theta, "close")
 
 
-@pytest.mark.parametrize(
-    ("k_b", "onset", "span"), [(1e20, 0.0, "60"), (1e308, 0.0, "60"), (0.04, -1e9, r"1e\+09")]
-)
-def test_drives_that_are_too_fast_are_refused_by_row(small_blocks, prior, sensor, k_b, onset, span):
+@pytest.mark.parametrize(("k_b", "onset"), [(1e20, 0.0), (1e308, 0.0), (0.04, -1e9)])
+def test_drives_that_are_too_fast_are_refused_by_row(small_blocks, prior, sensor, k_b, onset):
     """A motion long before the record counts as well."""
     theta, onsets = draws(prior, 30, "refused")[0], np.zeros(30)
     check(theta, sensor.times, "closing", onsets)
     theta[19, NAMES.index("k_b")], onsets[19] = k_b, onset
-    with pytest.raises(ValueError, match=f"row 19 is too fast to follow over {span} ms.*'k_b'"):
+    with pytest.raises(ValueError, match=r"row 19 .* 'k_b'"):
         check(theta, sensor.times, "closing", onsets)

@@ -50,7 +50,7 @@ def test_texts_of_points(text):
     ],
 )
 def test_wrong_points(text):
-    with pytest.raises(ValueError, match=r"closing_speed: .* is no point"):
+    with pytest.raises(ValueError, match=r"closing_speed: .* is not a point"):
         speeds_of({"closing_speed": [text, "touch"]})
 
 

@@ -1,20 +1,21 @@
-"""Names, order and scale of what is inferred."""
+"""Names, order and scale of what is inferred, and scale factors of drives."""
 
 import numpy as np
+import pytest
 
-from breaker.model.equations import (
-    pressed,
-    pressed_half_space,
-)
+from breaker.model.equations import pressed, pressed_half_space
 from breaker.model.parameters import (
     MOTIONS,
     NAMES,
     ONSET,
     PARAMETERS,
+    Size,
     is_logarithmic,
     outputs,
+    powers,
     prior_sds,
 )
+from breaker.model.quantities import QUANTITIES
 
 
 def test_order_and_units():
@@ -22,7 +23,9 @@ def test_order_and_units():
     assert NAMES == ("mu", "k_a", "k_b", "gamma_a", "gamma_b", "f", "L")
     units = ("1", "1/ms²", "1/ms²", "1/ms", "1/ms", "mm/ms²", "mm")
     assert tuple(parameter.unit for parameter in PARAMETERS) == units
+    assert [each.worse for each in PARAMETERS] == [0, -1, -1, 1, 1, -1, 1]
     assert MOTIONS == ("closing", "opening")
+    assert len({each.colour for each in (*PARAMETERS, ONSET)}) == len(PARAMETERS) + 1
 
 
 def test_scale_of_the_outputs(defaults):
@@ -45,7 +48,15 @@ def test_drives_that_stay_pressed_are_a_half_space_of_the_standardised_prior(pri
     assert np.array_equal(prior.standardise(theta) @ slope + offset > 0, holds)
 
 
-def test_every_parameter_has_a_word_a_colour_and_a_way_that_is_worse():
-    assert all(each.word and each.colour for each in PARAMETERS)
-    assert len({each.colour for each in (*PARAMETERS, ONSET)}) == len(PARAMETERS) + 1
-    assert [each.worse for each in PARAMETERS] == [0, -1, -1, 1, 1, -1, 1]
+def test_factors_follow_from_units():
+    """That curves scale with them is tested by the quantities read from these."""
+    size = Size(2.0, 4.0)
+    assert [size.factor(unit) for unit in ("1", "mm", "ms", "mm/ms²")] == [1, 2, 4, 0.125]
+    assert all(size.factor(each.unit) > 0 for each in QUANTITIES.values())
+    assert np.exp(np.log([2.0, 4.0]) @ powers()) == pytest.approx(size.factors)
+
+
+@pytest.mark.parametrize("wrong", [(0.0, 1.0), (1.0, -1.0), (np.nan, 1.0), (1.0, np.inf)])
+def test_a_size_needs_positive_factors(wrong):
+    with pytest.raises(ValueError, match="Give positive ones"):
+        Size(*wrong)

@@ -11,8 +11,8 @@ import pytest
 from breaker.model import curves
 from breaker.model.curves import sensitivity, travel
 from breaker.model.parameters import MOTIONS, NAMES
-from tests.mechanism.test_curves import draws
-from tests.mechanism_references import contact_force, propagate
+from tests.model.test_curves import draws
+from tests.model_references import contact_force, propagate
 
 STEP = 1e-40  # no difference is taken, so none is lost
 MU, K_A, K_B, GAMMA_A, GAMMA_B, F, GAP, ONSET = range(8)

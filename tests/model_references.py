@@ -1,4 +1,4 @@
-"""References for the mechanism, written from the paper's equations.
+"""References for the model, written from the paper's equations.
 
 They share nothing with it but the order of the parameters: ``integrate`` (``solve_ivp`` with event
 location) and ``propagate`` (matrix exponentials, exact where the time of the event is known).

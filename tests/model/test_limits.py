@@ -1,0 +1,143 @@
+"""Limits: parts and words, exceeded and how probably, and refused where they cannot be one."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from scipy.stats import norm
+
+from breaker.model.limits import SOURCES, Limit, entries_of_type, from_list
+
+NAN, BOTH = np.nan, ["closing", "opening"]
+SLOW = {"name": "slow", "motion": "closing", "upper": {"touch_time": 10}}
+TIRED = Limit("tired", "closing", (("touch_time", 9.8, True), ("f", 0.77, False)))
+
+
+def test_parts_and_words():
+    both = SLOW | {"name": "tired", "lower": {"f": 0.77}, "upper": {"touch_time": 9.8}}
+    slow, tired = from_list([SLOW, both], BOTH)
+    assert tired == TIRED
+    assert tired.quantities == ("touch_time", "f")
+    assert slow.words == "touch_time above 10 ms"
+    assert tired.words == "touch_time above 9.8 ms and f below 0.77 mm/ms²"
+    assert from_list([SLOW], ["opening"]) == []
+    late = Limit.from_settings(SLOW | {"of": "record", "upper": {"latch_time": 8}})
+    assert (late.of, late.words) == ("record", "measured latch_time above 8 ms")
+    with pytest.raises(ValueError, match="source record"):
+        late.evaluate(np.ones((1, 7)))
+
+
+@pytest.mark.parametrize(
+    ("parts", "of"),
+    [
+        ((), "model"),
+        ((("part_time", 1.0, True),), "model"),
+        ((("speed", 1.0, False),), "model"),
+        ((("f", 0.8, True), ("f", 0.7, False)), "model"),
+        ((("f", 0.8, False), ("f", 0.8, True)), "model"),
+        ((("wipe", 1.0, True),), "record"),
+        ((("part_time", 1.0, True),), "record"),
+        ((("stroke", 1.0, True),), "file"),
+        ((("stroke", 1.0, True),), "change"),
+    ],
+)
+def test_parts_that_cannot_be_a_limit_are_refused(parts, of):
+    with pytest.raises(ValueError, match=r"^worn: "):
+        Limit("worn", "closing", parts, of=of)
+
+
+@pytest.mark.parametrize(
+    "entry",
+    [
+        {"quantity": "stroke", "reference": 178},
+        {"quantity": "stroke", "reference": 1, "tolerance": 1, "upper": {"stroke": 2}},
+        {"quantity": "stroke", "reference": 0, "tolerance": "3 %"},
+        {"quantity": "stroke", "reference": 10, "tolerance": "100 %"},
+        {"quantity": "stroke", "reference": "3 %", "tolerance": 3},
+        {"quantity": "way", "reference": 1, "tolerance": 3},
+        {"motion": "closing", "upper": {"stroke": 3}},
+        {"name": "a", "upper": {"stroke": 3}},
+        {"name": "a", "motion": "closing", "upper": {"stroke": "3 %"}},
+        {"name": "a", "motion": "closing", "since": "event", "upper": {"stroke": 3}},
+    ],
+)
+def test_entries_that_cannot_be_a_limit_are_refused(entry):
+    with pytest.raises(ValueError, match=r"stroke|way|name|a: "):
+        from_list([entry], BOTH)
+
+
+def test_excess_and_exceeded():
+    values = np.array([[9.9, 0.7], [9.9, 0.8], [9.7, 0.7], [9.8, 0.77], [NAN, 0.7], [9.9, NAN]])
+    expected = [[0.1, 0.07], [0.1, -0.03], [-0.1, 0.07], [0, 0], [NAN, 0.07], [0.1, NAN]]
+    np.testing.assert_allclose(TIRED.excess(values), expected, atol=1e-12)
+    # A touch that does not come exceeds every bound.
+    assert TIRED.exceeded(values).tolist() == [True, False, False, False, True, True]
+    assert TIRED.exceeded(values.reshape(3, 2, 2)).shape == (3, 2)
+    with pytest.raises(ValueError, match=r"\(\.\.\., 2\)"):
+        TIRED.excess(values[:, :1])
+
+
+def test_probability_of_measured_values():
+    """Two bounds of one quantity, and a second one, against the normal distribution."""
+    parts = (("stroke", 13.0, True), ("stroke", 14.0, False), ("travel_time", 9.0, True))
+    limit = Limit("odd", "closing", parts, of="record")
+    values = np.array([[13.4, 13.4, 9.1], [13.4, 13.4, NAN], [10.0, 10.0, 9.0]])
+    found = limit.measured_exceedance(values, np.full((3, 3), 0.2))
+    between = norm.cdf(3.0) - norm.cdf(-2.0)
+    np.testing.assert_allclose(found, [between * norm.cdf(0.5), NAN, 0.0], atol=1e-12)
+    assert limit.measured_exceedance(values[0], np.zeros(3)) == 1.0
+
+
+@pytest.mark.parametrize(
+    ("entry", "bounds", "of"),
+    [
+        ({"quantity": "stroke", "reference": 178, "tolerance": 5}, [183, 173] * 2, "record"),
+        (
+            {"quantity": "closing_speed", "reference": 4.0, "tolerance": "± 2.5 %"},
+            [4.1, 3.9],
+            "record",
+        ),
+        (
+            {"quantity": "L", "motion": "opening", "reference": 10, "tolerance": "+-10%"},
+            [11, 9],
+            "model",
+        ),
+        (
+            {"quantity": "f", "of": "change", "reference": 0, "tolerance": "15 %"},
+            [15, -15],
+            "change",
+        ),
+    ],
+)
+def test_a_reference_is_two_limits_in_each_motion_that_has_the_quantity(entry, bounds, of):
+    limits = from_list([entry | {"name": "own"}], BOTH)
+    assert [limit.parts[0][1] for limit in limits] == pytest.approx(bounds)
+    assert [limit.parts[0][2] for limit in limits] == [True, False] * (len(bounds) // 2)
+    assert {limit.of for limit in limits} == {of}
+    assert {limit.reference for limit in limits} == {entry["reference"]}
+    assert len({limit.pair for limit in limits}) == len(limits) / 2
+    assert {limit.name.split()[0] for limit in limits} == {"own"}
+
+
+def test_ranges_of_a_type():
+    found = from_list(entries_of_type({"travel_time": [None, 30], "touch_time": [8, 9]}), BOTH)
+    bounds = [(each.motion, *each.parts[0][1:]) for each in found]
+    both = [("closing", 30, True), ("opening", 30, True)]
+    assert bounds == [*both, ("closing", 9, True), ("closing", 8, False)]
+    for wrong in (
+        {"stroke": [2, 1]},
+        {"stroke": [None, None]},
+        {"f": [1, 2]},
+        {"x stroke": [1, 2]},
+    ):
+        with pytest.raises(ValueError, match=next(iter(wrong))):
+            entries_of_type(wrong)
+
+
+@pytest.mark.parametrize("of", SOURCES)
+def test_a_reader_is_asked_by_the_source_of_a_limit(of):
+    limit = Limit("a", "closing", (("stroke" if of == "record" else "f", 1.0, True),), of=of)
+    reader = SimpleNamespace(
+        **{f"of_{each}": lambda *about, e=each: (e, *about) for each in SOURCES}
+    )
+    assert limit.read(reader, 7) == (of, limit, 7)
