@@ -1,5 +1,6 @@
 """The workflow in the project's folder, with its settings; profiles/default has its options."""
 
+
 configfile: "config/advanced.yaml"
 configfile: "config/config.yaml"
 
