@@ -76,7 +76,7 @@ class Breaker:
     def choose_solver(self, measured: np.ndarray, z: np.ndarray) -> str:
         """Choose the solver's steps as the package does after its training."""
         del z  # draws are compared instead
-        convergence(self.posterior, measured, self.configuration["solver"], 1)
+        convergence(self.posterior, measured, 1)
         if not self.posterior.inference.solves:
             return "one pass"
         steps = self.posterior.steps, self.posterior.density_steps

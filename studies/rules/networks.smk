@@ -31,7 +31,6 @@ rule train_network:
         sensor=config["sensor"],
         network=network_of,
         training=training_of,
-        solver=config["solver"],
         bank=config["bank"],
     script:
         "../../workflow/scripts/train.py"

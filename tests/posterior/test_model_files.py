@@ -45,7 +45,7 @@ def test_a_loaded_model_is_the_saved_one_bit_for_bit(name, tmp_path):
     np.testing.assert_array_equal(loaded.distance(records), posterior.distance(records))
     assert loaded.settings == posterior.settings
     assert (loaded.steps, loaded.motion) == (posterior.steps, "closing")
-    assert loaded.names == posterior.names
+    assert loaded.outputs == posterior.outputs
     assert not loaded.training
 
 

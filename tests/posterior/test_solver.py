@@ -9,8 +9,7 @@ from breaker.paper.bank import truth
 from breaker.paper.training import convergence, held_out_log_density, records
 from tests.networks_fixtures import COUPLING_FLOW, NETWORK, bank_of, frozen, perturb, pin
 
-SOLVER = {"candidates": [8, 1, 2, 4], "reference": 32, "curves": 6, "draws": 30, "tolerance": 10.0}
-SOLVER["density_tolerance"] = 1e3
+STEPS = [1, 2, 4, 8]
 
 
 @pytest.fixture
@@ -22,84 +21,62 @@ def curved():
 
 @pytest.fixture
 def measured(curved):
-    return records(curved, bank_of(curved, 6, seed=7), 1)
+    return records(curved, bank_of(curved, 4, seed=7), 1)
+
+
+def chosen(posterior, measured, tolerance):
+    more = {"candidates": STEPS, "reference": 32, "tolerance": tolerance}
+    return convergence(posterior, measured, 1, **more)
 
 
 def test_the_fewest_steps_within_the_tolerance_are_chosen(curved, measured):
-    result = convergence(curved, measured, SOLVER, 1)
-    means = result.mean_difference.values
-    assert result.solver_steps.values.tolist() == [1, 2, 4, 8]
-    assert np.all(np.diff(means) < 0)
-    assert np.all(result.max_difference.values > means)
-    assert (result.attrs["chosen_steps"], curved.steps) == (1, 1)
-    for k, steps in enumerate([1, 2, 4, 8]):
-        result = convergence(curved, measured, SOLVER | {"tolerance": float(means[k])}, 1)
-        assert (result.attrs["chosen_steps"], curved.steps) == (steps, steps)
-        np.testing.assert_array_equal(result.mean_difference.values, means)
+    """For draws and for densities, each by its own difference; the most if none is within it."""
+    result = chosen(curved, measured, 1e3)
+    assert result.solver_steps.values.tolist() == STEPS
     assert result.attrs["reference_steps"] == 32
+    draws, densities = result.mean_difference.values, result.density_difference.values
+    assert (np.diff(draws) < 0).all()
+    assert (np.diff(densities) < 0).all()
+    assert (result.max_difference.values > draws).all()
+    for tolerance in (1e3, *draws, *densities, 1e-12):
+        result = chosen(curved, measured, tolerance)
+        for values, key, steps in (
+            (draws, "chosen_steps", curved.steps),
+            (densities, "chosen_density_steps", curved.density_steps),
+        ):
+            expected = next((k for k, x in zip(STEPS, values, strict=True) if x <= tolerance), 8)
+            assert result.attrs[key] == steps == expected
 
 
-def test_differences_are_in_posterior_sds_of_standardised_outputs(curved, measured):
-    result = convergence(curved, measured, SOLVER, 1)
-    noise = generator(1, "solver", "closing").standard_normal((6, 30, 8))
-    draws = {}
-    for steps in (2, 32):
+def test_differences_are_in_posterior_sds_and_nats(curved, measured):
+    result = chosen(curved, measured, 1.0).sel(solver_steps=2)
+    noise = generator(1, "solver", "closing").standard_normal((4, 100, 8))
+    draws, density = {}, {}
+    for steps in (32, 2):
         curved.solver_steps.fill_(steps)
-        draws[steps] = curved.model.standardise(curved.sample(measured, noise))
-    sd = draws[32].std(axis=1, ddof=1)
-    expected = np.abs(draws[2] - draws[32]) / sd[:, None]
-    found = result.sel(solver_steps=2)
-    assert float(found.mean_difference) == pytest.approx(expected.mean(), rel=1e-12)
-    assert float(found.max_difference) == pytest.approx(expected.max(), rel=1e-12)
-    first = convergence(curved, measured[:2], SOLVER, 1)
-    assert convergence(curved, measured, SOLVER | {"curves": 2}, 1).identical(first)
-
-
-def test_density_has_steps_of_its_own_by_its_own_tolerance(curved, measured):
-    result = convergence(curved, measured, SOLVER, 1)
-    found = result.density_difference.values
-    assert np.all(np.diff(found) < 0)
-    for k, steps in enumerate([1, 2, 4, 8]):
-        settings = SOLVER | {"density_tolerance": float(found[k])}
-        attrs = convergence(curved, measured, settings, 1).attrs
-        assert (attrs["chosen_density_steps"], curved.density_steps) == (steps, steps)
-        assert (attrs["chosen_steps"], curved.steps) == (1, 1)
-    # By hand: log densities of every fifth of the finest draws.
-    noise = generator(1, "solver", "closing").standard_normal((6, 30, 8))
-    curved.solver_steps.fill_(32)
-    points, density = curved.sample(measured, noise)[:, ::5], {}
-    for steps in (2, 32):
         curved.density_solver_steps.fill_(steps)
-        density[steps] = curved.log_prob(points, measured)
+        draws[steps] = curved.sample(measured, noise)
+        density[steps] = curved.log_prob(draws[32][:, ::5], measured)
+    z = {steps: curved.model.standardise(each) for steps, each in draws.items()}
+    expected = np.abs(z[2] - z[32]) / z[32].std(axis=1, ddof=1)[:, None]
+    assert float(result.mean_difference) == pytest.approx(expected.mean(), rel=1e-12)
+    assert float(result.max_difference) == pytest.approx(expected.max(), rel=1e-12)
     expected = np.abs(density[2] - density[32]).mean()
-    assert float(result.density_difference.sel(solver_steps=2)) == pytest.approx(expected, rel=1e-4)
-    for key in ("tolerance", "density_tolerance"):
-        message = (
-            rf"no candidate of solver.candidates is within solver.{key} = 1e-12; .* more steps"
-        )
-        with pytest.raises(ValueError, match=message):
-            convergence(curved, measured, SOLVER | {key: 1e-12}, 1)
+    assert float(result.density_difference) == pytest.approx(expected, rel=1e-4)
 
 
-def test_a_network_without_solver_takes_one_step(measured):
-    """The same layout, differences of zero by construction, and said so."""
-    network = {**NETWORK, "inference": COUPLING_FLOW}
-    posterior = frozen(network=network)
+def test_a_network_without_solver_takes_one_step(curved, measured):
+    """The same layout, and differences of zero by construction."""
+    posterior = frozen(network={**NETWORK, "inference": COUPLING_FLOW})
     perturb(posterior.inference, 0.15)
     posterior.solver_steps.fill_(7)
-    result = convergence(posterior, measured, SOLVER, 1)
-    assert posterior.steps == 1
+    result, other = chosen(posterior, measured, 0.01), chosen(curved, measured, 0.01)
+    assert posterior.steps == posterior.density_steps == 1
     assert result.solver_steps.values.tolist() == [1]
-    assert float(result.mean_difference[0]) == float(result.max_difference[0]) == 0.0
-    assert result.attrs["solves"] == 0
-    assert {result.attrs[key] for key in result.attrs if key.endswith("_steps")} == {1}
-    assert posterior.density_steps == 1
-    with_solver = convergence(frozen(), measured, SOLVER, 1)
-    assert with_solver.attrs["solves"] == 1
-    assert set(with_solver.attrs) == set(result.attrs)
-    assert set(with_solver.data_vars) == set(result.data_vars)
-    rows = bank_of(posterior, 20, seed=8)
-    assert np.isfinite(held_out_log_density(posterior, records(posterior, rows, 1), rows)).all()
+    assert not any(result[name].values.any() for name in result.data_vars)
+    assert (result.attrs["solves"], other.attrs["solves"]) == (0, 1)
+    assert set(result.attrs) == set(other.attrs)
+    assert set(result.data_vars) == set(other.data_vars)
 
 
 @pytest.mark.parametrize("onset", [True, False])

@@ -37,7 +37,6 @@ rule train:
         sensor=config["sensor"],
         network=network_of_motion,
         training=training_of_motion,
-        solver=config["solver"],
         bank=config["bank"],
     script:
         "../scripts/train.py"

@@ -8,7 +8,7 @@ from breaker.workflow.jobs import start
 log = start(snakemake)
 params, motion = snakemake.params, snakemake.wildcards.motion
 
-posterior = Posterior.load(snakemake.input.model)
+posterior = Posterior.load(snakemake.input.model, own_functions=True)
 curves = open_store(snakemake.input.curves).load()
 settings = {key: params[key] for key in ("seed", "draws", "misfit_p_value")}
 result = infer(posterior, curves, **settings)

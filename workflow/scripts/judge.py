@@ -8,7 +8,7 @@ from breaker.reading.files.safe_text import save_frame
 from breaker.workflow.jobs import start
 
 log = start(snakemake)
-posterior = Posterior.load(snakemake.input.model)
+posterior = Posterior.load(snakemake.input.model, own_functions=True)
 data = open_store(snakemake.input.validation).isel(curve=slice(snakemake.params.curves)).load()
 corrected = open_store(snakemake.input.corrected)
 

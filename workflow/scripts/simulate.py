@@ -2,8 +2,6 @@
 
 from breaker.common.randomness import generator
 from breaker.common.zarr_store import describe, save
-from breaker.model.prior import Prior
-from breaker.model.sensor import Sensor
 from breaker.paper.bank import simulate
 from breaker.paper.joint_model import Model
 from breaker.workflow.jobs import start
@@ -12,8 +10,11 @@ log = start(snakemake)
 params, motion = snakemake.params, snakemake.wildcards.motion
 
 # A bank serves sensors of any noise and zero.
-sensor = Sensor(**params.grid, onset_sd=params.onset_sd, noise_sd=1.0, zero_sd=0.0)
-model = Model(Prior.from_settings(params.prior), sensor, motion)
+sensor = {**params.grid, "onset_sd": params.onset_sd, "noise_sd": 1.0, "zero_sd": 0.0}
+own = params.get("model")
+model = Model.from_settings(
+    {"model": own, "prior": params.prior, "sensor": sensor, "motion": motion}
+)
 bank = simulate(model, params.curves, generator(params.seed, *params.purpose, motion))
 log.info(
     "%d %s curves; contact force zero again after the touch in %d; touch or parting not within "
@@ -23,6 +24,6 @@ log.info(
     bank.reopening.sum(),
     (bank.switching_time == float("inf")).sum(),
 )
-settings = {key: params[key] for key in ("prior", "grid", "onset_sd")}
+settings = {key: params[key] for key in ("prior", "grid", "onset_sd")} | {"model": own}
 bank = describe(bank, f"{motion} simulated from the prior", **settings)
 save(bank.assign_attrs(seed=params.seed, purpose=list(params.purpose)), snakemake.output[0])

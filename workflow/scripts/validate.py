@@ -8,7 +8,7 @@ from breaker.workflow.jobs import start
 log = start(snakemake)
 params, wildcards = snakemake.params, snakemake.wildcards
 
-posterior = Posterior.load(snakemake.input.model)
+posterior = Posterior.load(snakemake.input.model, own_functions=True)
 result = validate(posterior, params.curves, params.draws, int(wildcards.seed))
 title = f"posteriors of simulated {wildcards.motion} records"
 save(describe(result, title, model=posterior.settings), snakemake.output[0])

@@ -15,7 +15,7 @@ from breaker.workflow.jobs import start
 log = start(snakemake)
 params, motion, seed = snakemake.params, snakemake.wildcards.motion, int(snakemake.wildcards.seed)
 
-posterior = Posterior.load(snakemake.input.model)
+posterior = Posterior.load(snakemake.input.model, own_functions=True)
 rng = generator(seed, "records through files", motion)
 model = posterior.model
 through = through_files(model.prior, model.sensor, motion, params.curves, rng)

@@ -1,7 +1,8 @@
-"""Amortised posterior of one motion: scaling by the prior, summary network, inference network.
+"""The posterior network of one motion: scaling by the prior, summary network, inference network.
 
-The one place where networks meet the breaker. Networks see the standardised outputs of
-``joint_model.Model``, which is taken for right.
+Paper, Sec. 2 and 4 (Fig. 2): a summary network compresses a record, and an inference network, given
+that summary, turns normal noise into posterior draws. This is the one place where networks meet the
+breaker: they see the standardised outputs of ``joint_model.Model``.
 """
 
 from collections.abc import Mapping
@@ -20,8 +21,8 @@ from breaker.networks.build import build
 from breaker.paper.bank import distance, excess
 from breaker.paper.joint_model import Model
 
-_MOST_STEPS = 1000  # of a solver, in a model file
-_SOLVER_STEPS = 8  # of the validation's density; what sampling needs is chosen at the end
+_MOST_STEPS = 1000  # of a solver: a file that asks for more would take for ever
+_SOLVER_STEPS = 8  # for the density of validation rows: enough to rank weights (see training)
 
 
 class Posterior(nn.Module):
@@ -36,16 +37,16 @@ class Posterior(nn.Module):
         model: Prior, sensor and motion that it is for; ``sensor``, ``motion`` also by themselves.
         name: Name of its training.
         outputs: What it infers, in order.
-        steps, density_steps: Solver steps for sampling and for the density, chosen at the end of
-            the training so that either is converged.
+        solver_steps, density_solver_steps: Steps of the solver for sampling and for the density,
+            chosen at the end of the training so that either is converged.
     """
 
     def __init__(self, settings: Mapping, *, seed: int = 0) -> None:
         super().__init__()
         self.settings = dict(settings)
         self.model = Model.from_settings(settings)
-        self.motion: str = self.model.motion
-        self.name = self.motion
+        self.sensor: Sensor = self.model.sensor
+        self.name = self.motion = self.model.motion
         self.outputs: tuple[Parameter, ...] = self.model.outputs
         samples, components = self.sensor.samples, settings["network"]["summary"]["components"]
         # Layers draw first weights from torch's global generator: forked, the seed alone decides.
@@ -54,13 +55,11 @@ class Posterior(nn.Module):
             self.summary, self.inference = build(
                 settings["network"], samples=samples, dims=len(self.outputs)
             )
-        # What the bank's curves look like, in float64: the judge of curves unlike any of them.
-        self.register_buffer("curve_mean", torch.zeros(samples, dtype=torch.float64))
-        self.register_buffer("curve_weights", torch.zeros(samples, components, dtype=torch.float64))
-        for name in ("farthest", "margin"):
-            self.register_buffer(name, torch.zeros((), dtype=torch.float64))
-        for name in ("lowest", "highest"):
-            self.register_buffer(name, torch.zeros(samples, dtype=torch.float64))
+        # What the bank's curves look like, in float64, by which ``distance`` judges records.
+        sizes = {"curve_mean": (samples,), "curve_weights": (samples, components)}
+        sizes |= {"farthest": (), "margin": (), "lowest": (samples,), "highest": (samples,)}
+        for name, size in sizes.items():
+            self.register_buffer(name, torch.zeros(size, dtype=torch.float64))
         for name in ("solver_steps", "density_solver_steps"):
             self.register_buffer(name, torch.ones((), dtype=torch.int64))
 
@@ -71,58 +70,31 @@ class Posterior(nn.Module):
 
     @property
     def density_steps(self) -> int:
-        """Solver steps for the density: more, for it forgives less."""
+        """Solver steps for the density: more, as importance weights ask more of it."""
         return int(self.density_solver_steps)
-
-    @property
-    def sensor(self) -> Sensor:
-        """Time grid and errors of the records."""
-        return self.model.sensor
-
-    @property
-    def names(self) -> list[str]:
-        """Names of the outputs."""
-        return [output.name for output in self.outputs]
-
-    @property
-    def _device(self) -> torch.device:
-        return self.curve_mean.device
 
     # Training, sampling, density.
 
     def loss(self, measured: Tensor, z: Tensor, noise: Tensor, time: Tensor) -> Tensor:
-        """Loss of each row, ``(n,)``, from records ``(n, t)`` and standardised outputs ``(n, q)``.
+        """Return the loss of each row, ``(n,)``.
 
-        ``noise`` ``(n, k, q)`` and ``time`` ``(n, k, 1)`` are those of ``FlowMatching.loss``.
+        Args:
+            measured: Records, ``(n, t)``, mm.
+            z: Standardised outputs, ``(n, q)``.
+            noise, time: Those of ``FlowMatching.loss``, ``(n, k, q)`` and ``(n, k, 1)``.
         """
         return self.inference.loss(z, self.summary(measured), noise, time)
 
     def validation_loss(self, measured: Tensor, z: Tensor, noise: Tensor, time: Tensor) -> Tensor:
-        """Minus the log density of each row, ``(n,)``; arguments as of ``loss``."""
+        """Return minus the log density of each row, ``(n,)``; arguments as of ``loss``."""
         features = self.summary(measured)
         return -self.inference.log_prob(z[:, None], features, steps=_SOLVER_STEPS)[:, 0]
-
-    def _check(self, measured: np.ndarray) -> None:
-        """Raise an error for records ``(o, t)``, mm, that the network was not trained for."""
-        if measured.ndim != 2 or measured.shape[1] != self.sensor.samples:
-            raise ValueError(
-                f"records must have the shape (o, {self.sensor.samples}), not {measured.shape}"
-            )
-        infinite = np.isinf(measured).any(axis=1)
-        if infinite.any():
-            raise ValueError(f"{infinite.sum()} of {len(measured)} records have infinite samples")
-        lost = np.isnan(measured).any(axis=1)
-        if lost.any():
-            raise ValueError(
-                f"{lost.sum()} of {len(measured)} records have missing samples, which the network "
-                f"of {self.motion} does not accept; fill them in, or leave these records out"
-            )
 
     @torch.no_grad()
     def sample(self, measured: np.ndarray, noise: np.ndarray) -> np.ndarray:
         """Draw from the posterior.
 
-        Curves are processed one at a time, so that their draws do not depend on each other.
+        Records are processed one at a time, so that their draws do not depend on each other.
 
         Args:
             measured: Records, ``(o, t)``, mm.
@@ -133,7 +105,7 @@ class Posterior(nn.Module):
             support, as the network knows it only by example; callers count those.
 
         Raises:
-            ValueError: If the network does not take such a record; with the remedy.
+            ValueError: If the network does not accept such a record; with the remedy.
             FloatingPointError: If a draw is not finite.
         """
         self._check(measured)
@@ -155,7 +127,7 @@ class Posterior(nn.Module):
         """Return the network's log density in physical units, ``(o, d, q), (o, t) -> (o, d)``.
 
         Raises:
-            ValueError: If the network does not take such a record; with the remedy.
+            ValueError: If the network does not accept such a record; with the remedy.
         """
         self._check(measured)
         density = np.empty(values.shape[:2])
@@ -166,7 +138,6 @@ class Posterior(nn.Module):
             density[i] = found[0].cpu().numpy()
         return density + self.model.log_scaling(values)
 
-    @torch.no_grad()
     def distance(self, measured: np.ndarray) -> np.ndarray:
         """Return how unlike the bank's curves records are, ``(o, t) -> (o,)``.
 
@@ -174,16 +145,28 @@ class Posterior(nn.Module):
         the bank: the larger of two distances, from its centre and from its envelope.
 
         Raises:
-            ValueError: If the network does not take such a record; with the remedy.
+            ValueError: If the network does not accept such a record; with the remedy.
         """
+        self._check(measured)
         names = ("curve_mean", "curve_weights", "lowest", "highest")
         mean, weights, lowest, highest = (getattr(self, name).cpu().numpy() for name in names)
-        self._check(measured)
         far = distance(measured, mean, weights) / float(self.farthest)
         return np.maximum(far, excess(measured, lowest, highest) / float(self.margin))
 
+    def _check(self, measured: np.ndarray) -> None:
+        """Raise a ValueError for records ``(o, t)``, mm, that the network does not accept."""
+        samples = self.sensor.samples
+        if measured.ndim != 2 or measured.shape[1] != samples:
+            raise ValueError(f"records must have the shape (o, {samples}), not {measured.shape}")
+        for fault, bad in (("infinite", np.isinf(measured)), ("missing", np.isnan(measured))):
+            if count := bad.any(axis=1).sum():
+                raise ValueError(
+                    f"{count} of {len(measured)} records have {fault} samples, which the network "
+                    f"of {self.motion} does not accept; fill them in, or leave these records out"
+                )
+
     def _tensor(self, values: np.ndarray) -> Tensor:
-        return torch.as_tensor(values, dtype=torch.float32, device=self._device)
+        return torch.as_tensor(values, dtype=torch.float32, device=self.curve_mean.device)
 
     # Model files.
 
@@ -193,16 +176,26 @@ class Posterior(nn.Module):
         write_model(path, self.settings, weights)
 
     @classmethod
-    def load(cls, path: str | Path) -> Self:
+    def load(cls, path: str | Path, *, own_functions: bool = False) -> Self:
         """Read a model file, ready for inference.
+
+        Args:
+            own_functions: Whether functions that the file names (a prior, a simulator or a summary
+                network of your own) may be imported and called: only of a file that you trust.
 
         Raises:
             FileNotFoundError: If there is no such file.
-            ModelFileError: If it is not a model file, is of another format, or holds tensors that
-                do not fit its settings.
+            ModelFileError: If it is not a model file, is of another format, holds tensors that do
+                not fit its settings, or names functions that are not there or may not be called.
         """
         with open_model(path) as saved:
             try:
+                named = _functions(saved.settings)
+                if named and not own_functions:
+                    raise ValueError(
+                        f"it calls {', '.join(named)}; if you trust the file, load it with "
+                        "Posterior.load(path, own_functions=True)"
+                    )
                 with torch.device("meta"):  # shapes alone, without memory
                     posterior = cls(saved.settings)
             except (ArithmeticError, LookupError, TypeError, ValueError, RuntimeError) as error:
@@ -210,6 +203,13 @@ class Posterior(nn.Module):
             weights = _weights(saved, posterior.state_dict())
         posterior.load_state_dict(weights, assign=True)
         return posterior.eval()
+
+
+def _functions(settings: Mapping) -> list[str]:
+    """Return the functions ``module:function`` that the settings of a model name."""
+    own = settings.get("model") or {}
+    named = [own.get("prior"), own.get("simulator"), settings["network"]["summary"]["kind"]]
+    return [text for text in named if isinstance(text, str) and ":" in text]
 
 
 def _weights(saved: SavedModel, wanted: Mapping[str, Tensor]) -> dict[str, Tensor]:
