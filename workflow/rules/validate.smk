@@ -14,7 +14,7 @@ rule figure_prior_predictive:
     """Fig. 3: what the prior holds possible, beside the endurance test."""
     input:
         prior="results/prior_predictive/{motion}.zarr",
-        curves=every_chunk("results/endurance/{motion}/curves_{chunk}.zarr"),
+        curves=every_chunk("results/endurance/{motion}/curves_{chunk}.zarr") if MEASURED else [],
         code=code("figure_prior_predictive"),
     output:
         page(
@@ -106,6 +106,7 @@ rule identifiability:
     params:
         seed=config["seed"],
         curves=config["identifiability"]["curves"],
+        model=MODEL,
         prior=config["prior"],
         sensor=config["sensor"],
     script:
@@ -186,7 +187,7 @@ rule figure_contraction:
     """Fig. 5: z-score against contraction, with its limit."""
     input:
         validation=validated,
-        limit="results/identifiability/{motion}.zarr",
+        limit="results/identifiability/{motion}.zarr" if EXACT else [],
         code=code("figure_validation"),
     output:
         page("figures/contraction_{motion}.png", "3 Validation", "contraction", "contraction"),
@@ -256,6 +257,7 @@ rule posterior_predictive:
         "../../envs/breaker.yaml"
     params:
         seed=config["seed"],
+        model=MODEL,
         prior=config["prior"],
         sensor=config["sensor"],
         curves=4,
