@@ -47,7 +47,7 @@ history = trainer.run()
 
 unseen = bank.isel(curve=unseen)
 measured = records(posterior.eval(), unseen, seed)
-solver = convergence(posterior, measured, params.solver, seed)
+solver = convergence(posterior, measured, seed)
 density, error = held_out_log_density(posterior, measured, unseen)
 log.info(
     "%s: best EMA weights at step %d; %d solver steps for draws and %d for the density; "
