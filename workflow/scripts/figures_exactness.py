@@ -1,8 +1,7 @@
 """Draw how far posteriors are from the exact ones, and how well a curve determines parameters."""
 
 from breaker.common.zarr_store import open_store
-from breaker.figures.exactness import exactness
-from breaker.figures.identifiability import identifiability
+from breaker.figures.exactness import exactness, identifiability
 from breaker.figures.style import save
 from breaker.paper.validation import contraction, examples, reached, scale_of, summary
 from breaker.workflow.jobs import start
