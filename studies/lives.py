@@ -164,7 +164,7 @@ def simulate(life: Life, config: Mapping, rng: np.random.Generator) -> tuple[Ser
 
     The truth is that at a pace of 1, by which limits are set.
     """
-    sensor, reading = Sensor.from_settings(config["sensor"]), Reading.draw(rng)
+    sensor, reading = Sensor(**config["sensor"]), Reading.draw(rng)
     ranges = config["family"]["wear"]["change"]
     worn = [name for name in ranges if life.new.value(name) != life.worn.value(name)]
     names, operations = sorted({*NAMES, *worn}), life.operations
@@ -205,7 +205,7 @@ def simulate_other(
     life: OtherLife, config: Mapping, rng: np.random.Generator
 ) -> tuple[Series, pd.DataFrame]:
     """The same of a drive of other code."""
-    sensor, reading = Sensor.from_settings(config["sensor"]), Reading.draw(rng)
+    sensor, reading = Sensor(**config["sensor"]), Reading.draw(rng)
     curves, operations = Curves(life), life.operations
     travels = records_of(life, curves, operations, rng)
     motions = {m: recorded(travels[m], m, sensor, reading, rng) for m in MEASURED}

@@ -99,7 +99,7 @@ def truth(drives: tuple[Drive, Drive]) -> dict[tuple[str, str], float]:
 
 def one_rig(number: int, count: int, change: float | None, config: Mapping) -> pd.DataFrame:
     """Compare two visits to a rig; a row for each measured quantity, parameter and time."""
-    prior, sensor = Prior.from_settings(config["prior"]), Sensor.from_settings(config["sensor"])
+    prior, sensor = Prior.from_settings(config["prior"]), Sensor(**config["sensor"])
     family = Family(prior, config["rigs"])
     rng = generator(51, "benchmark of visits", number)
     if change is None:

@@ -44,7 +44,7 @@ def prior(defaults):
 
 @pytest.fixture(scope="session")
 def sensor(defaults):
-    return Sensor.from_settings(defaults["sensor"])
+    return Sensor(**defaults["sensor"])
 
 
 @pytest.fixture(scope="session")

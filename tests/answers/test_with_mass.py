@@ -68,7 +68,7 @@ def test_draws_of_the_mass_are_of_the_seed(defaults):
         ("mass=-3:0.1", "has the value -3."),
         ("mass=nan", "mass=12:0.5 in kg"),
         ("mass=12:nan", "mass=12:0.5 in kg"),
-        ("mass=12:9", "from 0 to 4,"),
+        ("mass=12:9", "from 0 to 4"),
     ],
 )
 def test_a_mass_that_nothing_has_is_refused(text, said, capsys):

@@ -272,8 +272,8 @@ def test_the_configuration_of_the_project_counts(folder, capsys):
         (["--known", "mu"], "is not NAME=VALUE:SD"),
         (["--known", "mu=2.0"], "is not NAME=VALUE:SD"),
         (["--known", "mu=2.0:-1"], "standard deviation -1"),
-        (["--known", "L=-10:0.1"], "must have one from 0"),
-        (["--known", "L=10:1e-12"], "nothing in a drive is known better"),
+        (["--known", "L=-10:0.1"], "has the value -10"),
+        (["--known", "L=10:1e-12"], "has the standard deviation"),
         (["--motion", "both"], "--motion"),
     ],
 )

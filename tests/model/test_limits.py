@@ -23,7 +23,7 @@ def test_parts_and_words():
     assert from_list([SLOW], ["opening"]) == []
     late = Limit.from_settings(SLOW | {"of": "record", "upper": {"latch_time": 8}})
     assert (late.of, late.words) == ("record", "measured latch_time above 8 ms")
-    with pytest.raises(ValueError, match="source record"):
+    with pytest.raises(ValueError, match="latch_time"):
         late.evaluate(np.ones((1, 7)))
 
 

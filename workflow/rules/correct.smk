@@ -20,7 +20,6 @@ rule correct_validation:
     conda:
         "../../envs/breaker.yaml"
     params:
-        model=MODEL,
         prior=config["prior"],
         sensor=config["sensor"],
         correction=config["correction"],
@@ -77,5 +76,8 @@ rule figures_exactness:
         "results/benchmarks/figures_exactness_{motion}.tsv"
     conda:
         "../../envs/breaker.yaml"
+    params:
+        prior=config["prior"],
+        onset_sd=config["sensor"]["onset_sd"],
     script:
         "../scripts/figures_exactness.py"

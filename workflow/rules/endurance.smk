@@ -122,10 +122,11 @@ rule gather:
     """All operations of one motion, as stores and one table."""
     input:
         paper=every_chunk("results/endurance/{motion}/inferred_{chunk}.zarr"),
-        family=every_chunk("results/endurance/{motion}/family_{chunk}.zarr") if EXACT else [],
+        family=every_chunk("results/endurance/{motion}/family_{chunk}.zarr"),
         code=code("gather"),
     output:
-        **{by: directory(store) for by, store in BY.items()},
+        paper=directory("results/endurance/{motion}.zarr"),
+        family=directory("results/endurance/{motion}_family.zarr"),
         table="results/endurance/{motion}.csv",
     log:
         "logs/gather/{motion}.log",
@@ -152,7 +153,6 @@ rule endurance_predictive:
         "../../envs/breaker.yaml"
     params:
         seed=config["seed"],
-        model=MODEL,
         prior=config["prior"],
         sensor=config["sensor"],
         stages=config["endurance"]["stages"],

@@ -33,7 +33,6 @@ rule train:
         ),
     params:
         seed=config["seed"],
-        model=MODEL,
         prior=config["prior"],
         sensor=config["sensor"],
         network=network_of_motion,

@@ -30,10 +30,8 @@ class Motion(NamedTuple):
 
     Attributes:
         travel: Position of the drive, ``(n, t)``, mm.
-        switching: Time of contact touch or separation after the start of motion, ``(n,)``, ms;
-            ``inf`` if it is not reached by the last sample.
-        reopening: Whether the contact force fell to zero again after the touch, ``(n,)`` of bool;
-            never in an opening.
+        switching: Time from the start of motion to the contact event, ``(n,)``, ms; or ``inf``.
+        reopening: Whether the contact force of a closing fell to zero again, ``(n,)`` of bool.
     """
 
     travel: np.ndarray
@@ -53,9 +51,8 @@ def travel(
         onset: Start of motion, ms, one for all or ``(n,)``. Before it the drive rests.
 
     Raises:
-        ValueError: If a parameter is not finite and positive (the message names the first), if a
-            drive is too fast to follow to the end of the record, if a shape is wrong, if times do
-            not increase, or if an onset is not finite.
+        ValueError: If a parameter is not finite and positive, a drive is too fast to follow to the
+            end of the record, a shape is wrong, times do not increase, or an onset is not finite.
 
     Example:
         >>> theta = np.array([[2.0, 0.045, 0.040, 0.30, 0.12, 0.75, 10.0]])
@@ -156,10 +153,8 @@ def _empty(n: int, t: int) -> Motion:
 def check(
     theta: np.ndarray, times: np.ndarray, motion: str, onset: float | np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the parameters ``(n, p)``, times ``(t,)`` and onsets ``(n,)`` of a simulation.
-
-    Raises:
-        ValueError: As ``travel``.
+    """Return the parameters ``(n, p)``, times ``(t,)`` and onsets ``(n,)`` of a simulation, or
+    raise as ``travel``.
     """
     theta, times, onset = np.asarray(theta), np.asarray(times, dtype=np.float64), np.asarray(onset)
     if theta.ndim != 2 or theta.shape[1] != len(NAMES):
@@ -196,11 +191,5 @@ def _check_motion(motion: str) -> None:
 
 
 def too_fast(theta: np.ndarray, times: np.ndarray, onset: float | np.ndarray = 0.0) -> np.ndarray:
-    """Return which drives are too fast to follow to the end of a record, ``(..., p) -> (...)``.
-
-    Args:
-        theta: Parameters, ``(..., p)``.
-        times: Times of the samples, ``(t,)``, ms.
-        onset: Start of motion, ms, one for all or ``(...)``.
-    """
+    """Return which drives are too fast to follow over ``times`` (t,), ``(..., p) -> (...)``."""
     return fastest_rate(theta) * (times[-1] - np.minimum(times[0], onset)) > _LONGEST

@@ -3,10 +3,9 @@
 Times, speeds and distances are read from the curve of a parameter set, whose motion starts at 0. A
 quantity that does not exist for a parameter set is nan:
 
-- one that needs the contact event, if the contact does not touch or separate within 60 ms, or has
-  no closed rest position to start from (``f <= k_a L``);
+- all that need the contact event, if it does not occur within 60 ms;
+- all that need the closed rest position where there is none (``f <= k_a L``);
 - a speed between points that the drive does not pass;
-- one that needs the closed rest position where there is none: stroke, travel time, over-travel;
 - over-travel of a drive that is still on its way at 60 ms.
 
 A set of any size is evaluated as one of about the size of the reference drive, with lengths and
@@ -37,8 +36,8 @@ def evaluate(
 ) -> np.ndarray:
     """Return quantities of parameter sets, ``(n, len(names))``, in the units of ``QUANTITIES``.
 
-    The spring compression ("wipe") is ``(f - k_a L) / (k_a + k_b)``, not positive where a contact
-    is not pressed. Other quantities are nan where they do not exist (see the module).
+    The spring compression ("wipe") is not positive where a contact is not pressed. Other quantities
+    are nan where they do not exist (see the module).
 
     Args:
         theta: Parameters, ``(n, p)``, of drives of any size.
@@ -83,7 +82,7 @@ def _read_from_curves(
             elif name == "travel_time":
                 found[name][rows] = curves.travel_time() * size.times
             elif name in ("touch_time", "part_time"):
-                found[name][rows] = curves.switching() * size.times
+                found[name][rows] = np.where(curves.exists, curves.at, np.nan) * size.times
             else:
                 found[name][rows] = curves.over_travel() * size.lengths
     return found
@@ -107,6 +106,7 @@ class _Curves:
         closing = motion == "closing"
         curves, switching, _ = travel(theta, TIMES, motion)
         self.pressed = spring_compression(theta) > 0
+        # Whether there is a contact event, and its time from the start of motion, ms.
         self.exists = np.isfinite(switching) & (self.pressed | closing)
         self.at = np.where(self.exists, switching, 0.0)
         # Travel in the direction of the motion, (n, t), and the rest positions before and after.
@@ -114,15 +114,9 @@ class _Curves:
         self.forward = sign * curves
         self.start, self.end = (sign * rest_position(theta, each) for each in (before, after))
 
-    def switching(self) -> np.ndarray:
-        """Time from the start of motion to the contact event, ms."""
-        return np.where(self.exists, self.at, np.nan)
-
     def over_travel(self) -> np.ndarray:
-        """Largest travel beyond the rest position at the end, mm: 0 if it is not passed.
-
-        Between samples it is that of a parabola. It is nan where the curve neither has a peak
-        beyond rest nor ends near it.
+        """Largest travel beyond the rest position at the end, mm, by a parabola through samples: 0
+        if it is not passed, nan where the curve neither has a peak beyond it nor ends near it.
         """
         beyond = self.forward - self.end[:, None]
         peak = np.clip(np.argmax(beyond, axis=1), 1, TIMES.size - 2)

@@ -58,13 +58,6 @@ class Margin(NamedTuple):
     ends: bool  # whether its zero ends the mode, or is only flagged
 
 
-class Record(NamedTuple):
-    """Samples of one curve."""
-
-    times: np.ndarray  # (t,)
-    travel: np.ndarray  # (t,)
-
-
 # ---- linear systems --------------------------------------------------------------------------
 
 
@@ -148,17 +141,17 @@ def _passed(times, sample, stop):
 
 
 @njit(forceinline=True, **_fused)
-def _fill(polynomial, record, first, stop, middle, h):
+def _fill(polynomial, times, travel, first, stop, middle, h):
     """Fill the values of a curve at samples from first to stop.
 
     The loop over samples vectorises if their index is unsigned: twice as fast.
     """
     for sample in range(np.uint64(first), np.uint64(stop)):
-        u = (record.times[sample] - middle) / h
+        u = (times[sample] - middle) / h
         even, odd, square = polynomial[_TERMS - 2], polynomial[_TERMS - 1], u * u
         for k in range(_TERMS - 4, -1, -2):  # two sums side by side
             even, odd = even * square + polynomial[k], odd * square + polynomial[k + 1]
-        record.travel[sample] = even + u * odd
+        travel[sample] = even + u * odd
 
 
 @njit(**_fused)
@@ -219,15 +212,14 @@ def first_zero(margin):
 
 
 @_compiled
-def _follow(mode, margin, state, start, record, sample, buffers):
+def _follow(mode, margin, state, start, times, travel, sample, buffers):
     """Fill a curve in one mode, from the state at ``start`` until its margin ends it.
 
     Return the next sample, the time of the margin's zero (inf if it has none by the last sample),
     and x_a and x_a' at the end of the mode. A margin without weights is ignored.
     """
-    times, h = record.times, mode.h
     propagate(mode, margin, buffers)
-    rows, position = buffers.rows, buffers.position
+    rows, position, h = buffers.rows, buffers.position, mode.h
     offset = margin.offset + margin.drive * mode.x_a + margin.contact * mode.x_b
     watching = margin.drive != 0 or margin.contact != 0
     deviation = state[0] - mode.x_a, state[1], state[2] - mode.x_b, state[3]
@@ -246,7 +238,7 @@ def _follow(mode, margin, state, start, record, sample, buffers):
         first, sample = sample, _passed(times, sample, zero if ended else stop)
         # Full vectors of eight: the next interval fills the surplus samples again.
         filled = min(times.size, first + (sample - first + 7) // 8 * 8)
-        _fill(position, record, first, filled, begin + h, h)
+        _fill(position, times, travel, first, filled, begin + h, h)
         if ended:
             x_a, v_a = _value_and_slope(position, u)
             return sample, zero, x_a, v_a / h
@@ -256,7 +248,7 @@ def _follow(mode, margin, state, start, record, sample, buffers):
 
 
 @_compiled
-def _curve(theta, rates, onset, closing, record, buffers):
+def _curve(theta, rates, times, onset, closing, travel, buffers):
     """Fill one curve; return its switching time after the onset and its reopening flag."""
     _, _, k_b, _, gamma_b, f, gap = theta
     if closing:
@@ -267,14 +259,16 @@ def _curve(theta, rates, onset, closing, record, buffers):
         pull, state = 0.0, (mode_of(theta, rates, False, f).x_a, 0.0, gap, 0.0)
         margin = Margin(k_b, gamma_b, 0.0, -k_b * gap, True)
         later = Margin(0.0, 0.0, 0.0, 0.0, False)
-    sample = _passed(record.times, 0, onset)
-    record.travel[:sample] = state[0]
+    sample = _passed(times, 0, onset)
+    travel[:sample] = state[0]
     mode = mode_of(theta, rates, closing, pull)
-    sample, switching, x_a, v_a = _follow(mode, margin, state, onset, record, sample, buffers)
+    sample, switching, x_a, v_a = _follow(
+        mode, margin, state, onset, times, travel, sample, buffers
+    )
     again = np.inf
-    if sample < record.times.size:  # the contact stops dead at the gap, or leaves it from rest
+    if sample < times.size:  # the contact stops dead at the gap, or leaves it from rest
         mode, state = mode_of(theta, rates, not closing, pull), (x_a, v_a, gap, 0.0)
-        again = _follow(mode, later, state, switching, record, sample, buffers)[1]
+        again = _follow(mode, later, state, switching, times, travel, sample, buffers)[1]
     return switching - onset, again < np.inf
 
 
@@ -289,7 +283,6 @@ def simulate(theta, rates, times, onset, closing, travel, switching, reopening):
         terms, squares = np.empty((5, 4, _TERMS)), np.empty((2, 4, 4))
         buffers = Buffers(terms[:3], squares[0], squares[1], terms[3, 0], terms[4, 0])
         for i in range(block * _ROWS, min(n, (block + 1) * _ROWS)):
-            record = Record(times, travel[i])
             switching[i], reopening[i] = _curve(
-                theta[i], rates[i], onset[i], closing, record, buffers
+                theta[i], rates[i], times, onset[i], closing, travel[i], buffers
             )

@@ -1,8 +1,7 @@
 """Limits: bounds on quantities, read from the section ``limits`` of the configuration.
 
-The paper (Sec. 7) names limits on parameters as thresholds of a degradation model. A limit has
-parts, each a quantity above or below a value, and is exceeded where all parts hold. An entry with a
-reference and a tolerance gives two limits, one on each side.
+A limit has parts, each a quantity above or below a value, and is exceeded where all parts hold
+(the thresholds of the paper, Sec. 8). A reference with a tolerance gives two limits.
 
 Quantities of a limit have one source (``SOURCES``): the *model* at inferred parameters, a *record*
 itself, or the *change* of parameters since an earlier state, in percent.
@@ -68,7 +67,6 @@ class Limit:
     def _complaints(self) -> Iterator[str]:
         if self.of not in SOURCES:
             yield f"of is {self.of}. Set it to {' or '.join(SOURCES)}."
-            return
         if not self.parts:
             yield "it has no quantity. Name one under upper or lower, with a value."
         if self.of != "change" and self.since != "new":
@@ -102,8 +100,8 @@ class Limit:
         return cls(entry["name"], entry.get("motion", ""), parts, speeds, **more)
 
     def read(self, reader: Any, *about: Any) -> Any:
-        """Return what a reader returns about the limit: its method ``of_model``, ``of_record`` or
-        ``of_change`` is called by the source of the limit, with the limit and what is given.
+        """Call the method of a reader for the source of the limit: ``of_model``, ``of_record`` or
+        ``of_change``, with the limit and what is given.
         """
         return getattr(reader, f"of_{self.of}")(self, *about)
 
@@ -121,13 +119,7 @@ class Limit:
         return tuple(every[name].unit for name in self.quantities)
 
     def evaluate(self, theta: np.ndarray) -> np.ndarray:
-        """Return the quantities of the parts of parameter sets, ``(n, p) -> (n, parts)``.
-
-        Raises:
-            ValueError: If the source of the limit is not the model.
-        """
-        if self.of != "model":
-            raise ValueError(f"{self.name} has the source {self.of}. Parameters do not give it.")
+        """Return the quantities of a limit of source model, ``(n, p) -> (n, parts)``."""
         from breaker.model.evaluation import evaluate  # compiled code
 
         return evaluate(self.quantities, theta, self.motion, self.speeds)
@@ -144,9 +136,8 @@ class Limit:
         return f"{words} since the last event" if self.since == "event" else words
 
     def excess(self, values: ArrayLike) -> np.ndarray:
-        """Return how far values exceed the bounds, ``(..., parts) -> (..., parts)``.
-
-        In the units of the quantities: positive where a part holds, nan where a value is nan.
+        """Return how far values exceed the bounds, ``(..., parts) -> (..., parts)``: positive where
+        a part holds, nan where a value is nan.
         """
         values = np.asarray(values, dtype=np.float64)
         if values.shape[-1:] != (len(self.parts),):
@@ -203,16 +194,12 @@ def from_list(
         stroke high: measured stroke above 183.34 mm
         stroke low: measured stroke below 172.66 mm
     """
-    sides = (
-        side
-        for entry in entries
-        for side in (_band(entry, speeds) if any(key in entry for key in _BAND) else [entry])
-    )
-    return [
-        Limit.from_settings(side, speeds)
-        for side in sides
-        if side.get("motion", "") in (*motions, "")
-    ]
+    found = []
+    for entry in entries:
+        sides = _band(entry, speeds) if any(key in entry for key in _BAND) else [entry]
+        kept = (side for side in sides if side.get("motion", "") in (*motions, ""))
+        found += [Limit.from_settings(side, speeds) for side in kept]
+    return found
 
 
 def entries_of_type(
@@ -255,10 +242,7 @@ def _band(entry: Mapping[str, Any], speeds: Sequence[Speed]) -> Iterator[dict[st
     """Yield an entry of a reference and a tolerance as entries of upper and lower."""
     name = entry.get("name", entry.get("quantity", "a limit"))
     if not all(key in entry for key in _BAND) or {"upper", "lower"} & entry.keys():
-        raise ValueError(
-            f"{name}: a limit has either all of {', '.join(_BAND)}, or upper or lower. Add or "
-            "omit keys."
-        )
+        raise ValueError(f"{name}: give all of {', '.join(_BAND)}, or else upper or lower.")
     quantity = entry["quantity"]
     known = quantities(speeds).get(quantity)
     about = {"of": "record" if known and "record" in known.of else "model", **entry}
@@ -266,10 +250,7 @@ def _band(entry: Mapping[str, Any], speeds: Sequence[Speed]) -> Iterator[dict[st
     share = abs(middle) / 100.0 if text.endswith("%") and about["of"] != "change" else 1.0
     away = share * float(text.removesuffix("%"))
     if not away > 0.0 or (text.endswith("%") and away >= abs(middle) > 0.0):
-        raise ValueError(
-            f"{name}: the tolerance {entry['tolerance']} allows nothing or nearly all. Write one "
-            "above 0, and below 100 %."
-        )
+        raise ValueError(f"{name}: tolerance is {text}. Write one above 0 and below 100 %.")
     motions = known.motions if known else MOTIONS
     motions = [entry["motion"]] if "motion" in entry else motions
     for motion in [""] if about["of"] == "change" else motions:
@@ -284,8 +265,6 @@ def _number(entry: Mapping[str, Any], value: float | str) -> float:
     """Return a value of an entry, which has a percent sign only in a limit on a change."""
     text = str(value)
     if text.endswith("%") and entry.get("of") != "change":
-        raise ValueError(
-            f"{entry.get('name', entry.get('quantity'))}: {text} needs of: change. Write the value "
-            "in its unit, or give a reference and a tolerance."
-        )
+        name = entry.get("name", entry.get("quantity"))
+        raise ValueError(f"{name}: {text} needs of: change. Write the value in its unit.")
     return float(text.removesuffix("%"))

@@ -18,9 +18,9 @@ L          L                         mm      contact gap: travel of the contact 
 Eq. (5) prints the inverse of mu, with which Eq. (3) does not follow from Eq. (1): a slip, see
 ``equations``.
 
-Few modules know parameters by name or position. They are this one, ``equations``, ``kernels``
-(through ``mode_of`` and ``_curve``) and the drives with additional effects
-(``breaker.drive.simulation.integrator``). All others go through ``NAMES``.
+Few modules know parameters by name or position: this one, ``equations``, ``kernels``, and outside
+the folder the drives with additional effects (``breaker.drive.simulation.integrator``) and
+quantities with the moving mass (``breaker.drive.answers.moving_mass``). Others use ``NAMES``.
 """
 
 from __future__ import annotations
@@ -61,43 +61,20 @@ class Parameter:
 
 
 # Six colours are from the palette of Okabe and Ito. Its yellow is too pale for lines and its black
-# is kept for measurements, so dark wine and violet replace them. A test checks that all pairs can
-# be distinguished with the common colour deficiencies.
-FORCE = Parameter(
-    "f", "mm/ms²", "closing force per drive mass", -1, "closing force", r"$f$", "#009E73"
+# is kept for measurements, so dark wine and violet replace them.
+_ROWS = (
+    ("mu", "1", "mass ratio of drive to contact", 0, "mass ratio", r"$\mu$", "#CC79A7"),
+    ("k_a", "1/ms²", "opening spring on main shaft", -1, "opening spring", r"$k_a$", "#0072B2"),
+    ("k_b", "1/ms²", "contact spring in the pushrod", -1, "contact spring", r"$k_b$", "#56B4E9"),
+    ("gamma_a", "1/ms", "damping of the drive", 1, "drive damping", r"$\gamma_a$", "#D55E00"),
+    ("gamma_b", "1/ms", "contact-spring damping", 1, "contact damping", r"$\gamma_b$", "#E69F00"),
+    ("f", "mm/ms²", "closing force per drive mass", -1, "closing force", r"$f$", "#009E73"),
+    ("L", "mm", "contact gap", 1, "contact gap", r"$L$", "#661141"),
 )
-GAP = Parameter("L", "mm", "contact gap", 1, "contact gap", r"$L$", "#661141")
-PARAMETERS = (
-    Parameter("mu", "1", "mass ratio of drive to contact", 0, "mass ratio", r"$\mu$", "#CC79A7"),
-    Parameter(
-        "k_a",
-        "1/ms²",
-        "opening spring on the main shaft",
-        -1,
-        "opening spring",
-        r"$k_a$",
-        "#0072B2",
-    ),
-    Parameter(
-        "k_b", "1/ms²", "contact spring in the pushrod", -1, "contact spring", r"$k_b$", "#56B4E9"
-    ),
-    Parameter(
-        "gamma_a", "1/ms", "damping of the drive", 1, "drive damping", r"$\gamma_a$", "#D55E00"
-    ),
-    Parameter(
-        "gamma_b",
-        "1/ms",
-        "damping of the contact spring",
-        1,
-        "contact damping",
-        r"$\gamma_b$",
-        "#E69F00",
-    ),
-    FORCE,
-    GAP,
-)
+PARAMETERS = tuple(Parameter(*row) for row in _ROWS)
 """The parameters in the order of every array ``(..., p)``."""
 
+FORCE, GAP = PARAMETERS[-2:]
 ONSET = Parameter(
     "onset", "ms", "start of motion after the nominal one", 0, "", r"$t_0$", "#7A35D0"
 )
@@ -108,7 +85,7 @@ MOTIONS = ("closing", "opening")
 
 
 def outputs(onset: bool) -> tuple[Parameter, ...]:
-    """Return what a network infers: the seven parameters, and the onset last where it is on."""
+    """Return what a network infers: the parameters, and the onset last where it is on."""
     return (*PARAMETERS, ONSET) if onset else PARAMETERS
 
 

@@ -10,26 +10,21 @@ distribution function (0.9968 for the defaults).
 spread from fits to travel curves of real breakers, which are not published. So all defaults are
 assumptions of this project:
 
-=================== ============================ ==================================================
-parameters          medians; log-sds             source
-=================== ============================ ==================================================
-L                   10; 0.05                     catalogues of 12 kV vacuum breakers (8 to 12 mm)
-f, k_a, k_b         0.75, 0.045, 0.040;          chosen together, so that curves meet the
-                    0.10, 0.15, 0.20             catalogue values in the next table
-mu, gamma_a,        2.0, 0.30, 0.12;             no source: chosen with them; gamma_b, the least
-gamma_b             0.20, 0.20, 0.40             known, has the largest width
-=================== ============================ ==================================================
+========= ======= ======= ==========================================================================
+parameter median  log-sd  source
+========= ======= ======= ==========================================================================
+L         10      0.05    catalogues of 12 kV vacuum breakers: 8 to 12 mm
+f         0.75    0.10    chosen with k_a and k_b: curves meet the catalogues in three quantities
+k_a       0.045   0.15    as f
+k_b       0.040   0.20    as f; values from catalogued forces and masses (above 0.15) cannot do so
+mu        2.0     0.20    assumed, no source
+gamma_a   0.30    0.20    assumed, no source
+gamma_b   0.12    0.40    assumed, no source; the least known parameter has the largest width
+========= ======= ======= ==========================================================================
 
-============================ ===================================== =================================
-quantity                     prior curves: median (95 % interval)  catalogues of 12 kV breakers
-============================ ===================================== =================================
-spring compression           3.5 mm (1.0 to 6.7)                   2.5 to 4.5 mm
-closing speed, last 6 mm     1.23 m/s (0.84 to 1.72)               0.6 to 1.5 m/s (contact)
-opening speed, first 6 mm    1.07 m/s (0.78 to 1.44)               0.8 to 1.6 m/s (contact)
-============================ ===================================== =================================
-
-Spring constants from catalogued forces and masses (k_b above 0.15 / ms²) meet only one or two of
-the three. The model has no latch, preload or end stop, so its parameters are effective ones.
+The three quantities (median and 95 % interval of prior curves; catalogues): spring compression
+3.5 mm (1.0 to 6.7; 2.5 to 4.5), closing speed over the last 6 mm before the touch 1.23 m/s (0.84 to
+1.72; 0.6 to 1.5), opening speed over the first 6 mm 1.07 m/s (0.78 to 1.44; 0.8 to 1.6).
 
 **A prior of your own** is any object with the first two, or all three, of:
 
@@ -87,7 +82,7 @@ class Prior:
         )
 
     def sized(self, size: Size) -> "Prior":
-        """Return the prior of drives that are larger than those of this one by a size."""
+        """Return the prior of drives of a size relative to those of this one."""
         return replace(self, medians=self.medians * size.factors)
 
     @cached_property
@@ -118,9 +113,8 @@ class Prior:
         return np.exp(np.log(self.medians) + self.log_sds * z)
 
     def distances(self, theta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the distance of parameters from the medians, ``(..., p) -> (..., p), (...)``: in
-        sds of each logarithm, and the sum of their squares, a chi-square of p degrees of freedom
-        over the prior.
+        """Return distances from the medians, in sds of each logarithm, ``(..., p)``, and the sum of
+        their squares, ``(...)``: over the prior a chi-square of p degrees of freedom.
         """
         z = self.standardise(theta)
         return z, np.square(z).sum(axis=-1)
@@ -149,9 +143,7 @@ class Prior:
         return self.destandardise(z)
 
     def log_prob(self, theta: np.ndarray) -> np.ndarray:
-        """Return the log density per unit of ``theta``, ``(..., p) -> (...)``; ``-inf`` outside the
-        support.
-        """
+        """Return the log density, ``(..., p) -> (...)``; ``-inf`` outside the support."""
         theta = np.asarray(theta, dtype=np.float64)
         inside = np.all(theta > 0, axis=-1) & self.supported(theta)
         safe = np.where(inside[..., None], theta, self.medians)

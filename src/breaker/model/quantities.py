@@ -11,18 +11,13 @@ from __future__ import annotations
 import re
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 from breaker.model.parameters import MOTIONS, NAMES, PARAMETERS, UNIT, Parameter, Size
 
-if TYPE_CHECKING:
-    import xarray as xr
-
-SPEED_UNIT = "m/s"
-"""Unit of speeds, as a number the same as mm/ms."""
+SPEED_UNIT = "m/s"  # the same number as mm/ms
 
 EVENTS = {"closing": "touch", "opening": "parting"}
-"""Event of the contact in each motion: contact touch and contact separation."""
+"""Contact event of each motion: contact touch and contact separation."""
 
 # ---- points and speeds -----------------------------------------------------------------------
 
@@ -64,15 +59,14 @@ class Point:
         """Read a point of a motion from its text.
 
         Raises:
-            ValueError: If the text has no known form, or names the event of the other motion.
+            ValueError: If it has no known form, or names the event of the other motion.
         """
         event = EVENTS[motion]
         found = _TEXT.fullmatch(" ".join(str(text).split()))
         if found is None or found["event"] not in (None, event):
             raise ValueError(
-                f"{text!r} is not a point of {motion}. Write {event}, 6 mm before {event}, "
-                f"10 ms after {event}, 10 % of stroke, 20 % from closed, 20 mm from open, or 10 ms "
-                "after 50 % of stroke"
+                f"{text!r} is not a point of {motion}. Write {event}, 6 mm before {event}, 10 ms "
+                f"after {event}, 10 % of stroke, 20 mm from open, or 10 ms after 50 % of stroke"
             )
         later = float(found["time"] or 0.0) * (-1.0 if found["when"] == "before" else 1.0)
         if found["event"]:
@@ -142,8 +136,8 @@ class Speed:
         Raises:
             ValueError: If a point is wrong, or the second is not after the first.
         """
-        if len(points) != 2:
-            raise ValueError(f"{name} needs two points, from and to, not {len(points)}")
+        if not points or len(points) != 2:
+            raise ValueError(f"{name} needs two points, from and to")
         try:
             return cls(name, *(Point.read(text, name.split("_")[0]) for text in points))
         except ValueError as error:
@@ -198,21 +192,20 @@ def speeds_of(
     """
     distance = float(f"{_SPEED_TRAVEL * size.lengths:.2g}")
     event = Point(0.0, "mm")
-    usual = {
+    usual = {  # or as it is configured
         "closing_speed": Speed("closing_speed", Point(-distance, "mm"), event),
         "opening_speed": Speed("opening_speed", event, Point(distance, "mm")),
     }
-    given = {name: points for name, points in (settings or {}).items() if points is not None}
-    if unknown := (settings or {}).keys() - given.keys() - usual.keys():
-        raise ValueError(f"{min(unknown)} needs two points, from and to")
-    return tuple((usual | {name: Speed.read(name, given[name]) for name in given}).values())
+    for name, points in (settings or {}).items():
+        if points is not None or name not in usual:
+            usual[name] = Speed.read(name, points)
+    return tuple(usual.values())
 
 
 def speeds_at(settings: Mapping[str, Sequence[str] | None], stroke: float) -> tuple[Speed, ...]:
     """Return the speeds of a drive with a stroke, mm.
 
-    A speed that is not configured is over a distance that similar drives share: their size is
-    rounded to one digit. Raises as ``speeds_of``.
+    Similar drives share the points that are not configured, as their size is rounded to one digit.
     """
     return speeds_of(settings, Size(float(f"{stroke / _USUAL_STROKE:.1g}")))
 
@@ -227,9 +220,7 @@ stroke, and over both halves of that, which show where a drive is slow."""
 
 
 def every_speed(settings: Mapping[str, Sequence[str] | None]) -> tuple[Speed, ...]:
-    """Return all speeds that limits may name: those of the section ``speeds`` and of
-    ``OF_STROKE``. Raises as ``speeds_of``.
-    """
+    """Return the speeds that limits may name, of the section ``speeds`` and ``OF_STROKE``."""
     return speeds_of({**OF_STROKE, **settings})
 
 
@@ -297,10 +288,9 @@ def quantities(speeds: Sequence[Speed] = SPEEDS) -> dict[str, Quantity]:
     for name, unit, worse, motions, of, meaning in _TABLE:
         found[name] = Quantity(name, unit, meaning, worse, motions=motions, of=of)
     for speed in speeds:
-        meaning, motions = f"mean speed of the drive {speed.words}", (speed.motion,)
-        found[speed.name] = Quantity(
-            speed.name, SPEED_UNIT, meaning, -1, motions=motions, zone=speed.words
-        )
+        meaning, more = f"mean speed of the drive {speed.words}", {"zone": speed.words}
+        motions = (speed.motion,)
+        found[speed.name] = Quantity(speed.name, SPEED_UNIT, meaning, -1, motions=motions, **more)
     return found
 
 
@@ -379,16 +369,14 @@ def check_fact(name: str, value: float, sd: float) -> str | None:
 
     Example:
         >>> check_fact("stroke", -10.0, 0.1)
-        'has the value -10. Give one from 0 to 1e+06.'
+        'has the value -10. Give a positive one, at most 1e+06.'
     """
     is_mass = name == "mass"
     if not 0 <= value <= _LARGEST or (is_mass and not value):
-        return (
-            f"has the value {value:g}. Give one {'above' if is_mass else 'from'} 0 to {_LARGEST:g}."
-        )
+        return f"has the value {value:g}. Give a positive one, at most {_LARGEST:g}."
     low, high = (0.0, value / 3) if is_mass else (_SHARPEST * value, _LARGEST)
     if not low <= sd <= high or not (sd or is_mass):
-        return f"has the standard deviation {sd:g}. Give one from {low:g} to {high:g}, above 0."
+        return f"has the standard deviation {sd:g}. Give one from {low:g} to {high:g}."
     return None
 
 
@@ -401,7 +389,7 @@ ABOUT = ("breaker", "phase", "date", *CONDITIONS, "event")
 """Metadata of an operation that all results keep; empty where they are not known."""
 
 
-def metadata_names(data: xr.Dataset) -> list[str]:
+def metadata_names(data: Mapping) -> list[str]:
     """Return which of ``ABOUT`` have a value for any operation of a dataset."""
     return [
         name

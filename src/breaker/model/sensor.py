@@ -7,8 +7,7 @@ integrated in closed form: the covariance of a record is ``noise_sd^2 I + zero_s
 missing sample is NaN, and results are those of the other samples.
 """
 
-from collections.abc import Mapping
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -22,7 +21,7 @@ def grid(start: float, stop: float, samples: int) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Sensor:
-    """Time grid and errors of a travel sensor.
+    """Time grid and errors of a travel sensor, the section ``sensor`` of the configuration.
 
     Attributes:
         start, stop: First and last time of the grid, ms around the nominal start of motion.
@@ -53,15 +52,6 @@ class Sensor:
         if not (self.noise_sd > 0 and self.onset_sd >= 0 and self.zero_sd >= 0):
             raise ValueError("noise_sd must be positive, onset_sd and zero_sd not negative")
 
-    @classmethod
-    def from_settings(cls, settings: Mapping[str, float]) -> "Sensor":
-        """Build the sensor from the section ``sensor`` of the configuration."""
-        return cls(**settings)
-
-    def settings(self) -> dict[str, float]:
-        """Return the section that ``from_settings`` takes."""
-        return asdict(self)
-
     def sized(self, size: Size) -> "Sensor":
         """Return the sensor for drives of another size: grid and errors."""
         return replace(
@@ -79,11 +69,6 @@ class Sensor:
         return grid(self.start, self.stop, self.samples)
 
     @property
-    def step(self) -> float:
-        """Time between two samples, ms."""
-        return (self.stop - self.start) / (self.samples - 1)
-
-    @property
     def infers_onset(self) -> bool:
         """Whether the onset is one of the unknowns."""
         return self.onset_sd > 0
@@ -98,8 +83,7 @@ class Sensor:
     ) -> np.ndarray:
         """Draw the zero of records given their exact curves, ``(..., t) -> (..., 1)``, mm.
 
-        Its posterior is normal, with precision ``t / noise_sd^2 + 1 / zero_sd^2``. A predicted
-        repetition of a record shares the zero with it.
+        Its posterior is normal, with precision ``t / noise_sd^2 + 1 / zero_sd^2``.
         """
         residual, t = _present(measured - travel)
         variance = self.noise_sd**2 * self.zero_sd**2 / (self.noise_sd**2 + t * self.zero_sd**2)
@@ -123,9 +107,7 @@ class Sensor:
         return (square - explained * total**2) / self.noise_sd**2
 
     def log_likelihood(self, measured: np.ndarray, travel: np.ndarray) -> np.ndarray:
-        """Return the log density of records given exact curves, ``(..., t) -> (...)``, with the
-        zero integrated out.
-        """
+        """Return the log density of records given exact curves, ``(..., t) -> (...)``."""
         t = _present(measured)[1][..., 0]
         log_determinant = (t - 1) * np.log(self.noise_sd**2) + np.log(
             self.noise_sd**2 + t * self.zero_sd**2
@@ -134,9 +116,7 @@ class Sensor:
 
 
 def _present(residual: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return residuals ``(..., t)`` with 0 for NaN, and the number of others, ``(..., 1)`` or
-    ``(1,)``.
-    """
+    """Return residuals ``(..., t)`` with 0 for NaN, and the number of others, ``(..., 1)``."""
     missing = np.isnan(residual)
     if not missing.any():
         return residual, np.array([residual.shape[-1]])

@@ -133,7 +133,7 @@ class Model:
         else:
             prior = Prior.from_settings(settings["prior"])
         simulator = load(own["simulator"]) if own.get("simulator") else None
-        return cls(prior, Sensor.from_settings(settings["sensor"]), settings["motion"], simulator)
+        return cls(prior, Sensor(**settings["sensor"]), settings["motion"], simulator)
 
     @property
     def parameters(self) -> tuple[str, ...]:

@@ -9,7 +9,7 @@ from breaker.common.numerals import in_digits
 from breaker.drive.answers.evidence import Answer, Given
 from breaker.drive.family.change_network import agreement_of
 from breaker.drive.family.untold import APART
-from breaker.model.parameters import NAMES, Size, powers
+from breaker.model.parameters import NAMES, Size
 from breaker.reading.records.normalised_shape import SHAPE_TIMES
 
 _CONTRADICTED = 3.0  # sd, of a fact
@@ -33,8 +33,8 @@ def weights_of(answers: Sequence[Answer], given: Given, size: Size | None) -> np
         with np.errstate(invalid="ignore"):
             log += given.prior.log_prob(draws.theta) - family.log_prob(draws.theta)
         if size is None:  # all alike: what sizes would change is no part of the family's prior
-            along, _ = np.linalg.qr((powers() / family.log_sds).T)
-            log -= 0.5 * np.square(family.standardise(draws.theta) @ along).sum(axis=1)
+            along = family.standardise(draws.theta) @ family.size_axes
+            log -= 0.5 * np.square(along).sum(axis=1)
     for answer in answers:
         record = answer.record
         if record.timed and abs(surprise_of(answer)) <= SURPRISING:

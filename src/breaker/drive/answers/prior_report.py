@@ -62,7 +62,7 @@ def overlay_of(
         format_settings: What of the section ``endurance.format`` the records need beside defaults.
     """
     size, prior, motions = recorded.size, fitted.prior, recorded.motions
-    usual = Sensor.from_settings(sensor).sized(size)
+    usual = Sensor(**sensor).sized(size)
     seen = recorded.noise_sd if np.isfinite(recorded.noise_sd) else usual.noise_sd
     noise_sd = float(np.hypot(seen, _LEFT_OUT * size.lengths))
     sized = replace(grid_within(recorded.span, usual), noise_sd=noise_sd).settings()

@@ -149,7 +149,7 @@ def swings_back(prior: Prior, size: Size, seed: int) -> float:
 
     Of drives that dampers stop, friction is low, and the two-spring model has nothing else to stop.
     """
-    usual = Sensor.from_settings(read(DEFAULTS)["sensor"]).sized(size).times
+    usual = Sensor(**read(DEFAULTS)["sensor"]).sized(size).times
     theta = prior.sample(_OPENINGS, generator(seed, "fit-prior openings"))
     time, begin = usual[usual >= 0.0], np.zeros(_OPENINGS)
     ways = travel(theta, time, "opening", onset=begin).travel
