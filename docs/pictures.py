@@ -19,8 +19,8 @@ from tempfile import TemporaryDirectory
 import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
+from pydantic import TypeAdapter
 
-from breaker.common.plain_values import of_plain
 from breaker.common.randomness import generator
 from breaker.common.zarr_store import open_store
 from breaker.configuration.loading import read
@@ -98,7 +98,7 @@ def drawn(data: dict) -> dict[str, Figure]:
     life, standing = (xr.Dataset.from_dict(data["verdict"][name]) for name in ("life", "standing"))
     return {
         "verdict.png": verdict(life, standing, data["verdict"]["sentences"]),
-        "visits.png": visits(of_plain(VisitDocument, data["visits"])),
+        "visits.png": visits(TypeAdapter(VisitDocument).validate_python(data["visits"])),
     }
 
 

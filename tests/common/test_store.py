@@ -77,7 +77,7 @@ def test_a_killed_writer_leaves_a_store_that_is_refused(store, monkeypatch):
     def killed(_):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("breaker.common.zarr_store._checksum", killed)
+    monkeypatch.setattr("breaker.common.zarr_store._checksums", killed)
     with pytest.raises(KeyboardInterrupt):
         save(xr.Dataset({"travel": ("time", [1.0])}), store)
     monkeypatch.undo()

@@ -190,9 +190,8 @@ FAULTS = {
     "setting changed": (with_bytes(lambda c: c.replace(*GAMMA, 1)), "checksum"),
     "weight changed": (with_bytes(lambda c: c[:-3] + b"abc"), "its checksum is another"),
     "no checksum": (lambda a, b: save_file(*parts(a)[:1], b, parts(a)[1]), "checksum is missing"),
-    "header with more": (with_header(lambda h: {**h, "more": "x"}), "its header has 'more'"),
-    "number infinite": (with_settings(lambda s: s | {"seed": float("inf")}), "seed is inf"),
-    "number nan": (sensor_with(noise_sd=float("nan")), "sensor.noise_sd is nan"),
+    "number infinite": (with_settings(lambda s: s | {"seed": float("inf")}), "a number is inf"),
+    "number nan": (sensor_with(noise_sd=float("nan")), "a number is nan"),
 }
 
 # What took forever, or all memory.
@@ -201,13 +200,13 @@ HEAVY = {
     "density steps": (with_value("density_solver_steps", 10**18), "density_solver_steps is 1000"),
     "many samples": (sensor_with(samples=10**8), ""),
     "samples to 1e300": (sensor_with(samples=1e300), DESCRIBE),
-    "wider": (summary_with(width=10**9), "network.summary.width is 1e+09"),
-    "deep": (summary_with(blocks=10**9), "network.summary.blocks is 1e+09, more than 100"),
-    "long": (summary_with(channels=[4] * 10**5), "network.summary.channels has more than 100"),
+    "wider": (summary_with(width=10**9), "a size is 1e+09"),
+    "deep": (summary_with(blocks=10**9), "a size is 1e+09"),
+    "long": (summary_with(channels=[4] * 10**5), "a size is 100000"),
     "nested": (with_settings(lambda _: "[" * 200_000 + "]" * 200_000), "RecursionError"),
     "digits": (with_settings(lambda _: '{"seed": ' + "9" * 300_000 + "}"), DESCRIBE),
-    "header claimed": (raw(b"{}", 2**62), "header is too long"),
-    "header long": (raw(b" " * 5_000_000), "header is too long"),
+    "header claimed": (raw(b"{}", 2**62), NOT_A_MODEL),
+    "header long": (raw(b" " * 5_000_000), NOT_A_MODEL),
     "header nested": (raw(b"[" * 900_000), NOT_A_MODEL),
     "header of one text": (raw(b'{"__metadata__": {"a": "' + b"x" * 900_000 + b'"}}'), "is None"),
 }

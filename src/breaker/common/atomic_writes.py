@@ -28,42 +28,29 @@ def whole(path: str | Path) -> Iterator[Path]:
         'all of it'
     """
     target = Path(os.path.realpath(path))
-    part = _hidden(target)
+    part, old = _hidden(target), _hidden(target)
     try:
         yield part
-        if part.is_dir():
-            _replace_folder(part, target)
-        else:
+        if not part.is_dir():
             with open(part, "r+b") as stream:  # Windows synchronises no file that is only read
                 os.fsync(stream.fileno())  # some file systems find out now that they are full
             if target.exists():
                 shutil.copymode(target, part)
-            os.replace(part, target)
-    finally:
-        _remove(part)
-
-
-def _replace_folder(part: Path, target: Path) -> None:
-    if not target.exists():
-        os.rename(part, target)
-        return
-    old = _hidden(target)
-    os.rename(target, old)
-    try:
-        os.rename(part, target)
-    except OSError:
-        os.rename(old, target)
+        elif target.exists():  # a folder takes the place of none but an empty one
+            os.rename(target, old)
+        os.replace(part, target)
+    except BaseException:
+        if old.exists():
+            os.rename(old, target)
         raise
-    _remove(old)
+    finally:
+        for each in (part, old):
+            if each.is_dir():
+                shutil.rmtree(each, ignore_errors=True)
+            else:
+                each.unlink(missing_ok=True)
 
 
 def _hidden(target: Path) -> Path:
-    """A new name beside a target, short as its own may have the greatest length."""
+    """Return a new name beside a target, short as its own may have the greatest length."""
     return target.with_name(f".{secrets.token_hex(4)}{target.suffix[:10]}")
-
-
-def _remove(path: Path) -> None:
-    if path.is_dir():
-        shutil.rmtree(path, ignore_errors=True)
-    else:
-        path.unlink(missing_ok=True)

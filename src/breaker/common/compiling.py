@@ -1,7 +1,8 @@
 """Compilation of inner loops by numba, whose result is kept where there is a place for it.
 
 Where numba is not installed, functions run as they are, with the same results: one record takes
-about as long, and many take several times as long.
+about as long, and many take several times as long. A division by zero gives inf or nan everywhere,
+as it does in numpy.
 """
 
 from collections.abc import Callable
@@ -17,9 +18,7 @@ def compiled(*, late: bool = False, **options: Any) -> Callable[[Callable], Call
     """Return a decorator that compiles a function, and keeps the machine code for later processes.
 
     It is kept beside the module, or in the user's cache. Where neither can be written to, as in a
-    container that may only read, every process compiles anew: a few seconds each.
-
-    A division by zero gives inf or nan, as it does in numpy.
+    read-only container, every process compiles anew: a few seconds each.
 
     Args:
         late: Whether a process runs the function as it is until it has seen some arrays: what reads
@@ -27,10 +26,7 @@ def compiled(*, late: bool = False, **options: Any) -> Callable[[Callable], Call
         options: Further ones of ``numba.njit``.
 
     Example:
-        >>> @compiled()
-        ... def ratio(a, b):
-        ...     return a / b
-        >>> ratio(1.0, 0.0)
+        >>> compiled()(lambda a, b: a / b)(1.0, 0.0)
         inf
     """
 
@@ -56,7 +52,7 @@ def numba_or_plain() -> tuple[Callable, Callable]:
 
 
 def _plain_njit(function: Callable | None = None, **_: Any) -> Callable:
-    """As ``numba.njit``: a function as it is, but that a division by zero gives inf or nan."""
+    """Return a function as it is, as ``numba.njit`` returns it compiled."""
     if function is None:
         return _plain_njit
 
@@ -73,18 +69,18 @@ def _plain_njit(function: Callable | None = None, **_: Any) -> Callable:
 
 
 class _Late:
-    """A function that is compiled once arrays of many elements went through such functions."""
+    """A function that is compiled once such functions have seen arrays of many elements."""
 
-    left: ClassVar[int] = _PLAIN  # of all of them in this process
+    left: ClassVar[int] = _PLAIN  # elements until then, of all such functions of this process
 
     def __init__(self, function: Callable, compile_it: Callable[[Callable], Callable]) -> None:
         update_wrapper(self, function)
-        self.function, self.compile_it = function, compile_it
+        self.plain, self.compile_it = _plain_njit(function), compile_it
 
     @cached_property
     def fast(self) -> Callable:
         """The function compiled."""
-        return self.compile_it(self.function)
+        return self.compile_it(self.plain.py_func)
 
     @property
     def _numba_type_(self) -> Any:
@@ -93,10 +89,4 @@ class _Late:
 
     def __call__(self, *args: Any) -> Any:
         _Late.left -= sum(getattr(each, "size", 0) for each in args)
-        if _Late.left > 0:
-            try:
-                with np.errstate(all="ignore"):
-                    return self.function(*args)
-            except ZeroDivisionError:  # of Python's own numbers
-                pass
-        return self.fast(*args)
+        return (self.plain if _Late.left > 0 else self.fast)(*args)

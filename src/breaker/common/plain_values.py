@@ -1,10 +1,8 @@
-"""Documents as JSON, and back: dataclasses of plain numbers, alike in every rendering."""
+"""Documents as JSON: dataclasses of plain numbers, alike in every rendering."""
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
-from types import NoneType
-from typing import Any, get_args, get_origin, get_type_hints
 
 import numpy as np
 
@@ -17,34 +15,6 @@ class Plain:
         """Return the values by name, parts among them as they are."""
         pairs = ((each, getattr(self, each.name)) for each in fields(self))
         return {each.name: v for each, v in pairs if v is not None or each.default is not None}
-
-
-def of_plain(kind: Any, value: Any) -> Any:
-    """Return what JSON has of a value or document of a kind as that kind again.
-
-    >>> from dataclasses import make_dataclass
-    >>> Row = make_dataclass("Row", [("sd", float)], bases=(Plain,), frozen=True)
-    >>> of_plain(Sequence[Row], [{"sd": 0.5}])
-    [Row(sd=0.5)]
-    """
-    origin, inner = get_origin(kind), get_args(kind)
-    if value is None or (inner and NoneType in inner):
-        kinds = [each for each in inner if each is not NoneType]
-        return value if value is None or len(kinds) > 1 else of_plain(kinds[0], value)
-    if origin is Mapping:
-        return {key: of_plain(inner[1], each) for key, each in value.items()}
-    if origin is Sequence:
-        return [of_plain(inner[0], each) for each in value]
-    if not isinstance(kind, type):
-        return value
-    if issubclass(kind, tuple) and hasattr(kind, "_fields"):
-        return kind(*value)
-    if issubclass(kind, Plain):
-        hints = get_type_hints(kind)  # what JSON has beside follows from these
-        return kind(
-            **{name: of_plain(of, value[name]) for name, of in hints.items() if name in value}
-        )
-    return value
 
 
 def plainly(value: object) -> object:

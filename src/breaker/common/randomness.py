@@ -10,12 +10,9 @@ import numpy as np
 
 
 def generator(seed: int, *purpose: str | int) -> np.random.Generator:
-    """Return the generator that belongs to a seed and a purpose.
+    """Return the generator of a seed, not negative, and a purpose, such as ``"bank", "closing"``.
 
-    Args:
-        seed: Seed of the configuration, not negative.
-        purpose: What the numbers are for, such as ``("bank", "closing", 3)``. Two purposes give
-            two independent streams.
+    Two purposes give two independent streams.
 
     Raises:
         ValueError: If no purpose is given; two streams without one would be identical.

@@ -1,7 +1,6 @@
-"""Texts on their way to who reads them: a terminal obeys some signs, and no page shows some.
+"""Texts on their way to their reader: nothing in a file acts on the terminal, or stays unseen.
 
-Names of files, columns, breakers and phases are what others wrote. All that commands print is
-printed here, so that nothing in a file acts on the terminal. Light to import.
+Names of files, columns, breakers and phases are what others wrote. Light to import.
 """
 
 import re
@@ -18,10 +17,8 @@ UNPRINTED = "the text could not be printed"
 
 
 def visible_text(text: str) -> str:
-    r"""Return a text with escapes for signs that a terminal obeys, or that are not shown.
-
-    These are control characters, marks of the direction of writing, and signs without a width.
-    Ends of lines and tabs stay.
+    r"""Return a text with escapes for control characters, marks of the direction of writing, and
+    signs without a width. Ends of lines and tabs stay.
 
     >>> visible_text("Weg \x1b[2J\u202e\u200b\n")
     'Weg \\x1b[2J\\u202e\\u200b\n'
@@ -41,12 +38,7 @@ def _sign(sign: str) -> str:
 
 
 def say(text: str, *, beside: bool = False, end: str = "\n") -> None:
-    """Print a text, signs that act on a terminal or are not seen as escapes; see ``visible_text``.
-
-    Args:
-        text: What to print.
-        beside: Whether on stderr, beside what others read.
-        end: What follows it.
+    """Print a text as ``visible_text`` returns it; ``beside`` what others read on stderr.
 
     Raises:
         BrokenPipeError: If nobody reads the output any more.

@@ -23,18 +23,14 @@ class StoreError(ValueError):
 
     def __init__(self, path: str | Path, fault: str) -> None:
         super().__init__(
-            f"{path}: {fault}. Delete this store (rm -r {path}) and run the same command again: "
-            "it is made anew"
+            f"{path}: {fault}. Delete this store (rm -r {path}) and run the same command again"
         )
 
 
 def describe(dataset: xr.Dataset, title: str, **settings: object) -> xr.Dataset:
     """Return the dataset with what made it in its attributes: title, settings, version."""
-    return dataset.assign_attrs(
-        title=title,
-        settings=json.dumps(settings, sort_keys=True),
-        breaker_version=__version__,
-    )
+    text = json.dumps(settings, sort_keys=True)
+    return dataset.assign_attrs(title=title, settings=text, breaker_version=__version__)
 
 
 def save(dataset: xr.Dataset, path: str | Path) -> None:
@@ -48,8 +44,8 @@ def save(dataset: xr.Dataset, path: str | Path) -> None:
     if path.is_dir():
         shutil.rmtree(path)
     write_zarr(dataset.drop_encoding(), path)
-    checksums = {name: _checksum(file) for name, file in _files(path).items()}
-    (path / CHECKSUMS).write_text(json.dumps(checksums, indent=0), encoding="utf-8")
+    text = json.dumps(_checksums(path), indent=0)
+    (path / CHECKSUMS).write_text(text, encoding="utf-8")
 
 
 def write_zarr(content: xr.Dataset | xr.DataTree, folder: Path) -> None:
@@ -69,9 +65,7 @@ def write_zarr(content: xr.Dataset | xr.DataTree, folder: Path) -> None:
 
 
 def open_store(path: str | Path) -> xr.Dataset:
-    """Open a store that ``save`` has written, after a comparison of all its files.
-
-    Values are read when they are used.
+    """Open a store that ``save`` has written. Values are read when they are used.
 
     Raises:
         StoreError: If there is no such store, its writing was interrupted, or a file of it is lost
@@ -87,33 +81,25 @@ def open_store(path: str | Path) -> xr.Dataset:
     path = Path(path)
     if not path.is_dir():
         raise StoreError(path, "there is no such store")
+    if not (path / CHECKSUMS).is_file():
+        raise StoreError(path, f"it has no {CHECKSUMS}: its writing was interrupted")
     try:
         expected = dict(json.loads((path / CHECKSUMS).read_text(encoding="utf-8")))
-    except FileNotFoundError:
-        raise StoreError(
-            path,
-            f"it has no {CHECKSUMS}: its writing was interrupted, or an older version wrote it",
-        ) from None
     except (OSError, ValueError, TypeError) as error:
         raise StoreError(path, f"{CHECKSUMS} cannot be read: {error}") from error
-    found = _files(path)
+    found = _checksums(path)
     for name, checksum in expected.items():
-        if name not in found:
-            raise StoreError(path, f"its file {name} is lost")
-        if _checksum(found[name]) != checksum:
-            raise StoreError(path, f"its file {name} has changed since it was written")
+        if found.get(name) != checksum:
+            what = "has changed since it was written" if name in found else "is lost"
+            raise StoreError(path, f"its file {name} {what}")
     return xr.open_zarr(path, chunks=None)
 
 
-def _files(store: Path) -> dict[str, Path]:
-    """Files of a store but its checksums, by their names inside it, sorted."""
-    files = {file.relative_to(store).as_posix(): file for file in store.rglob("*")}
-    return {
-        name: file for name, file in sorted(files.items()) if file.is_file() and name != CHECKSUMS
-    }
-
-
-def _checksum(file: Path) -> list[int]:
-    """Size in bytes and CRC-32 of a file: it is accidents that are to be noticed, not intent."""
-    content = file.read_bytes()
-    return [len(content), zlib.crc32(content)]
+def _checksums(store: Path) -> dict[str, list[int]]:
+    """Return size in bytes and CRC-32 of each file of a store, against accidents, by name."""
+    found = {}
+    for file in sorted(store.rglob("*")):
+        if file.is_file() and file.name != CHECKSUMS:
+            content = file.read_bytes()
+            found[file.relative_to(store).as_posix()] = [len(content), zlib.crc32(content)]
+    return found

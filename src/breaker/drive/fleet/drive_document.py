@@ -1,13 +1,14 @@
 """One drive of a fleet: what is known of it, as JSON, from which table and page are made."""
 
-import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
+from pydantic import TypeAdapter
 
-from breaker.common.plain_values import Plain, of_plain
+from breaker.common.plain_values import Plain
 from breaker.drive.life.limit_states import STATES
 
 # Where visits were measured differently, or the stroke has changed, which stops of a drive hold to
@@ -102,7 +103,12 @@ class DriveDocument(Plain):
     @classmethod
     def from_json(cls, text: str) -> "DriveDocument":
         """Read a document as ``to_json`` writes it."""
-        return of_plain(cls, json.loads(text))
+        return _reader().validate_json(text)
+
+
+@cache
+def _reader() -> TypeAdapter:
+    return TypeAdapter(DriveDocument)
 
 
 FLEET = {
