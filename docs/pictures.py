@@ -26,9 +26,9 @@ from breaker.common.zarr_store import open_store
 from breaker.configuration.loading import read
 from breaker.drive.answers.visit_document import VisitDocument
 from breaker.drive.simulation.endurance_rig import Rig
+from breaker.figures.reports import visits
 from breaker.figures.style import save
 from breaker.figures.verdict import verdict
-from breaker.figures.visits import visits
 from breaker.model.parameters import MOTIONS, NAMES
 from breaker.reading.instruments.export import write_curve
 from breaker.shipped import DEFAULTS
@@ -39,10 +39,10 @@ CHECKSUMS = DOCS / "pictures.sha256"
 TUTORIAL = DOCS / "tutorial"
 MODULES = {
     "verdict.png": "verdict.py",
-    "visits.png": "visits.py",
-    "tutorial/record.png": "record.py",
-    "tutorial/answer.png": "answer.py",
-    "tutorial/prior.png": "fitted_prior.py",
+    "visits.png": "reports.py",
+    "tutorial/record.png": "records.py",
+    "tutorial/answer.png": "records.py",
+    "tutorial/prior.png": "reports.py",
 }
 """The module of ``breaker.figures`` that draws a picture."""
 

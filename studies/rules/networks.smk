@@ -27,6 +27,7 @@ rule train_network:
     threads: lambda wildcards: config["training"][wildcards.motion]["threads"]
     params:
         seed=config["seed"],
+        model=MODEL,
         prior=config["prior"],
         sensor=config["sensor"],
         network=network_of,

@@ -16,7 +16,8 @@ def words(figure):
         texts += [axis.get_xlabel(), axis.get_ylabel()]
         if axis.get_legend() is not None:
             texts += [text.get_text() for text in axis.get_legend().get_texts()]
-    return "\n".join([figure.get_suptitle(), *texts])
+    notes = [text.get_text() for text in figure.artists]
+    return "\n".join([figure.get_suptitle(), *notes, *texts])
 
 
 def written(axis):

@@ -5,7 +5,7 @@ import pytest
 
 from breaker.drive.answers.picture_data import PictureCurve, Shown
 from breaker.figures import style
-from breaker.figures.answer import answer
+from breaker.figures.records import answer
 from tests.figures.drawn import assert_drawn, line_of
 
 MOTIONS = ["closing", "opening"]

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from breaker.figures import style
-from breaker.figures.fitted_prior import fitted_prior
+from breaker.figures.reports import fitted_prior
 from breaker.model.prior import Prior
 from tests.figures.drawn import assert_drawn, line_of
 

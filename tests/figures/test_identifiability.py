@@ -2,7 +2,7 @@
 
 import pytest
 
-from breaker.figures.identifiability import identifiability
+from breaker.figures.exactness import identifiability
 from breaker.paper import validation as comparison
 from tests.figures.drawn import assert_drawn
 from tests.validation.made import NAMES, contractions

@@ -9,12 +9,8 @@ from breaker.configuration.loading import read
 from breaker.drive.life.limit_states import standing as stands
 from breaker.drive.simulation.failure_times import held
 from breaker.figures import style
-from breaker.figures.changepoint import changepoint
-from breaker.figures.changes import changes
-from breaker.figures.evolution import evolution
-from breaker.figures.health import health
-from breaker.figures.remaining_life import remaining_life
-from breaker.figures.service_cost import service_cost
+from breaker.figures.endurance import evolution
+from breaker.figures.life import changepoint, changes, health, remaining_life, service_cost
 from breaker.model.parameters import NAMES
 from breaker.paper.run_numbers import blocks_of
 from breaker.paper.run_numbers import held as in_band
@@ -50,9 +46,7 @@ def test_operations_left_services_and_truths_are_drawn(life, standing):
     true |= {"failure_without": ("limit", [220.0, np.nan, np.nan, np.nan])}
     truth = xr.Dataset(true, {"limit": list(LIMITS)})
     assert_drawn(remaining_life(life, standing, truth))
-    assert "hold the truth at 72 % to 90 % of the operations" in words(
-        remaining_life(life, standing, truth)
-    )
+    assert "72 % to 90 %" in words(remaining_life(life, standing, truth))
     assert "truth" not in words(remaining_life(life, standing))
     standing["state"][:] = 0
     assert_drawn(remaining_life(life, standing))
@@ -96,7 +90,7 @@ def test_changes_evidence_and_weights_are_drawn_and_told():
 def test_changes_since_new_are_drawn(life):
     truth = life.changed.sel(quantile=0.5).rename(asked="operation") * 1.5
     assert_drawn(changes(life, truth))
-    assert "stand-in" not in words(changes(life))
+    assert "truth" not in words(changes(life))
 
 
 def inferred(count, shift, width):
@@ -126,4 +120,4 @@ def test_evolution_shows_values_of_both_and_cuts_nothing_off():
         drawn = [one["value"][:, k] for one in blocks.values()] + [truth[:, k]]
         assert low < min(np.nanmin(each) for each in drawn)
         assert high > max(np.nanmax(each) for each in drawn)
-    assert "stand-in" not in words(evolution(blocks, motion="opening"))
+    assert "truth" not in words(evolution(blocks, motion="opening"))

@@ -5,7 +5,7 @@ import pytest
 import xarray as xr
 
 from breaker.common.randomness import generator
-from breaker.figures import loss, predictive
+from breaker.figures import predictive, training
 from breaker.paper.validation import prior_check
 from tests.figures.drawn import assert_drawn
 
@@ -73,7 +73,7 @@ def test_loss_has_a_panel_for_each_scale(solves):
         {"chosen_steps": 4, "chosen_density_steps": 8, "reference_steps": 64, "solves": 1},
     )
     solver = solver if solves else xr.Dataset(attrs={"solves": 0})
-    figure = loss.loss(history, solver, motion="closing")
+    figure = training.loss(history, solver, motion="closing")
     assert_drawn(figure)
     (shown,) = (e for axis in figure.axes for e in axis.lines if e.get_label().startswith("valid"))
     np.testing.assert_array_equal(shown.get_data(), [at, history.validation_loss])

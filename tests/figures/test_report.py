@@ -5,8 +5,8 @@ import pytest
 
 from breaker.drive.answers.picture_data import Marked, Panel
 from breaker.drive.answers.reference_curve import Overlay
-from breaker.figures.overlay import overlay
-from breaker.figures.report import curves
+from breaker.figures.records import overlay
+from breaker.figures.reports import curves
 from tests.figures.drawn import assert_drawn
 
 NAME = "North_400_kV_Bay_4_circuit_breaker_Q0_closing_after_overhaul_of_drive_and_linkage.csv"

@@ -8,18 +8,18 @@ import pytest
 import xarray as xr
 from matplotlib.colors import to_rgb
 
-from breaker.figures import style
-from breaker.figures.marks import COLOURS
+from breaker.drive.life.limit_states import STATES
+from breaker.figures import panels, style
 
 POSTERIORS = {
     name: getattr(style, name)
     for name in ("AMORTISED", "CORRECTED", "WARNING", "MEASURED", "PRIOR", "REFERENCE", "MODEL")
 }
 # Colours that stand in one figure, and those of them that have to stay apart from all others.
-OUTPUTS = {name: each.colour for name, each in style.OUTPUTS.items()}
+OUTPUTS = {name: each.colour for name, each in panels.OUTPUTS.items()}
 PALETTES = {
     "parameters": (OUTPUTS, OUTPUTS),
-    "states": (COLOURS, COLOURS),
+    "states": (panels.STATES, panels.STATES),
     "posteriors": (POSTERIORS, ("AMORTISED", "CORRECTED")),
 }
 
@@ -66,10 +66,14 @@ def test_colours_stay_apart(palette, sight):
     assert {pair: distance for pair, distance in distances.items() if distance < 15} == {}
 
 
+def test_states_have_their_numbers():
+    assert tuple(panels.STATES) == STATES
+
+
 def test_settings_are_left_alone_and_not_taken_over():
     @style.styled
     def draw():
-        figure, (axis,) = style.panels(1)
+        figure, (axis,) = panels.panels(1)
         axis.set_xlabel("x")
         return figure
 
@@ -84,15 +88,15 @@ def test_settings_are_left_alone_and_not_taken_over():
 def test_names_of_limits_are_no_mathematics():
     name = r"50_\$ or $x^{ <b>`*ü"
     data = xr.Dataset({}, {"limit": [name], "operation": [1, 2]})
-    figure, (axis,) = style.limit_panels(data, ["f below 1"], height=2.0)
+    figure, (axis,) = panels.limit_panels(data, ["f below 1"], height=2.0)
     figure.canvas.draw()  # mathematics would raise
     assert axis.get_title("left") == (r"50 \\$ or \$x^{ <b>`*ü: closing force $f$ below 1")
 
 
 def test_spans_end_halfway_to_the_neighbours():
     operation = np.array([1, 3, 5, 6, 7, 9])
-    assert style.edges(operation).tolist() == [0, 2, 4, 5.5, 6.5, 8, 10]
-    assert style.edges(np.array([4])).tolist() == [3.5, 4.5]
+    assert panels.edges(operation).tolist() == [0, 2, 4, 5.5, 6.5, 8, 10]
+    assert panels.edges(np.array([4])).tolist() == [3.5, 4.5]
     inside = np.array([True, False, True, True, False, True])
-    assert style.spans(operation, inside) == [(0, 2), (4, 6.5), (8, 10)]
-    assert style.spans(operation, np.zeros(6, dtype=bool)) == []
+    assert panels.spans(operation, inside) == [(0, 2), (4, 6.5), (8, 10)]
+    assert panels.spans(operation, np.zeros(6, dtype=bool)) == []

@@ -9,7 +9,7 @@ from breaker.drive.answers.visit_document import (
     VisitDocument,
     VisitMatch,
 )
-from breaker.figures.visits import visits
+from breaker.figures.reports import visits
 from tests.figures.drawn import assert_drawn, written
 
 

@@ -13,7 +13,7 @@ from breaker.drive.fleet.examination import examine, stored
 from breaker.drive.fleet.fleet_page import fleet_document
 from breaker.drive.fleet.members import Member, members_of
 from breaker.drive.fleet.ranking import compare_poles, fleet_table, learn_types, type_table
-from breaker.figures.fleet import fleet as picture
+from breaker.figures.reports import fleet as picture
 from breaker.model.curves import travel
 from breaker.model.parameters import MOTIONS, NAMES
 from breaker.reading.files.folder_listing import list_fleet

@@ -22,9 +22,7 @@ COMPILED = "__pycache__"
 
 # Rules by what they need, as they follow each other for one motion.
 VALIDATION_FIGURES = [
-    "figure_sbc",
-    "figure_contraction",
-    "figure_recovery",
+    "figure_validation",
     "figure_pairs",
     "posterior_predictive",
     "figure_posterior_predictive",
@@ -34,7 +32,7 @@ FROM_CORRECTION = ["judge", "quality", "figures_exactness", *NUMBERS]
 VALIDATION = [
     "validate",
     "validate_reader",
-    "figure_sbc_reader",
+    "figure_validation_reader",
     "correct_validation",
     *FROM_CORRECTION,
     *VALIDATION_FIGURES,
@@ -47,7 +45,7 @@ TRAINING = ["train", "figure_loss", *VALIDATION, "infer", *FROM_INFERENCE]
 PRIOR_PREDICTIVE = ["prior_predictive", "figure_prior_predictive"]
 PRIOR_DRAWS = [*PRIOR_PREDICTIVE, "figure_pairs_family"]
 FAMILY_FIGURES = ("sbc", "contraction", "recovery", "pairs")
-FAMILY = ["family_quality", *(f"figure_{name}_family" for name in FAMILY_FIGURES)]
+FAMILY = ["family_quality", "figure_validation_family", "figure_pairs_family"]
 # For both motions together.
 ONCE = {*LIFE, "rig_truth", *FAMILY}
 READING = [*MEASURING, "figure_prior_predictive", "infer", "infer_family", *FROM_INFERENCE]
@@ -186,7 +184,7 @@ EDITS = {
     # The reader, and nothing that only simulates.
     "a word of the lexicon": (
         edit_in("src/breaker/reading/files/lexicon.yaml", "'travel|", "'travel|excursion|"),
-        [*READING, "validate_reader", "figure_sbc_reader", "quality"],
+        [*READING, "validate_reader", "figure_validation_reader", "quality"],
     ),
     "a shipped network": (
         lambda folder: damage(folder / "src/breaker/shipped/medium_voltage_changes.safetensors"),
@@ -232,7 +230,7 @@ def test_an_edit_runs_just_what_depends_on_it(workflow, names):
 
 def test_nothing_is_left_to_do_after_a_run(workflow):
     assert planned(workflow) == Counter()
-    others = {f"figure_{name}_family": 2 for name in FAMILY_FIGURES}
+    others = {"figure_validation_family": 2, "figure_pairs_family": 2}
     others |= {"validate_family": 4, "family_quality": 1, "family": 1}
     assert planned(workflow, "family") == others
 

@@ -6,6 +6,7 @@ from itertools import product
 from math import ceil
 from pathlib import Path
 
+from breaker.common.functions import file_of, load
 from breaker.configuration.loading import chosen_network
 from breaker.drive.family.training_origin import trained_on
 from breaker.model.parameters import Size
@@ -21,6 +22,17 @@ DEFINED |= config["speeds"]
 SPEEDS = {each.name: each.points for each in speeds_of(DEFINED, Size(**config["size"]))}
 GRID = {key: config["sensor"][key] for key in ("start", "stop", "samples")}
 OWN_CURVES = config["endurance"]["curves"]
+# Functions of one's own in place of the drive and its prior, and whether posteriors can be exact:
+# of a simulator no density is known, nor of a prior that only draws.
+MODEL = config.get("model", {"simulator": None, "prior": None})
+OWN_PRIOR = load(MODEL["prior"])() if MODEL["prior"] else None
+EXACT = not MODEL["simulator"] and (not OWN_PRIOR or hasattr(OWN_PRIOR, "log_prob"))
+# Whether there are measured curves: the simulated test is one of the paper's drive.
+MEASURED = EXACT or OWN_CURVES is not None
+# Who infers them: networks trained here, and those of families that ship.
+BY = {"paper": "results/endurance/{motion}.zarr"}
+if EXACT:
+    BY["family"] = "results/endurance/{motion}_family.zarr"
 # Store of the stand-in's true parameters; real measurements have none.
 TRUTH = "results/rig/truth.zarr" if OWN_CURVES is None else []
 FIGURES_OF_FAMILY = ["sbc", "contraction", "recovery", "pairs"]
@@ -39,13 +51,20 @@ wildcard_constraints:
 def code(script):
     """A script and the modules of the package that it imports: a change of any reruns its rule.
 
-    A script of a repository is only in Snakemake's cache, under another path in each run: of such
+    Files of one's own functions are among them, where the script builds the model or a network. A
+    script of a repository is only in Snakemake's cache, under another path in each run: of such
     the modules alone.
     """
     file = Path(code.__code__.co_filename).parents[1] / "scripts" / f"{script}.py"
-    if file.exists():
-        return [local(each) for each in modules_of(file, itself=True)]
-    return [local(each) for each in modules_of(workflow.source_path(f"../scripts/{script}.py"))]
+    here = file.exists()
+    files = modules_of(
+        file if here else workflow.source_path(f"../scripts/{script}.py"), itself=here
+    )
+    named = MODEL.values() if any("joint_model" in each for each in files) else []
+    if any(each.endswith("paper/posterior.py") for each in files):
+        named = [*named, *(config["network"][motion]["summary"]["kind"] for motion in MOTIONS)]
+    own = {str(file_of(each)) for each in named if each and ":" in each}
+    return [local(each) for each in (*files, *sorted(own))]
 
 
 def page(path, category, figure, caption):
@@ -128,19 +147,32 @@ def judged_family(origin, sources):
 
 
 # What `all` makes: of each motion, as in the paper, and of the life.
-FIGURES = ["prior_predictive", "loss", "sbc", "sbc_reader", "contraction", "recovery", "pairs"]
-FIGURES += ["posterior_predictive", "exactness", "identifiability"]
-FIGURES += ["endurance_predictive", "evolution"]
+FIGURES = ["prior_predictive", "loss", "sbc", "contraction", "recovery", "pairs"]
+FIGURES += ["posterior_predictive"]
+EXACT_FIGURES = ["sbc_reader", "exactness", "identifiability", "endurance_predictive", "evolution"]
 FIGURES_OF_LIFE = ["verdict", "health", "service_cost", "changepoint", "remaining_life", "changes"]
-OF_PAPER = [
-    *expand("figures/{figure}_{motion}.png", figure=FIGURES, motion=MOTIONS),
-    *expand("results/quality/{motion}_seed{seed}.csv", motion=MOTIONS, seed=SEED),
-    *expand("results/exactness/{motion}_seed{seed}.csv", motion=MOTIONS, seed=SEED),
-    *expand("results/endurance/{motion}.csv", motion=MOTIONS),
-    "results/numbers.csv",
-]
-OF_LIFE = [
-    *expand("figures/{figure}.png", figure=FIGURES_OF_LIFE),
-    *expand("results/{table}.csv", table=["decisions", "limits", "changes"]),
-    "results/first_page.html",
-]
+
+
+def of_paper(wildcards=None):
+    """Figures 3 to 10 of the paper, tables and numbers, as far as the model allows."""
+    figures, table = "figures/{figure}_{motion}.png", "results/{table}/{motion}_seed{seed}.csv"
+    found = expand(figures, figure=FIGURES, motion=MOTIONS)
+    found += expand("results/endurance/{motion}.csv", motion=MOTIONS) if MEASURED else []
+    if not EXACT:
+        logger.warning(
+            "Correction, exactness, identifiability, family and decisions are left out: "
+            "without an exact density of the model they are not defined."
+        )
+        return found
+    found += expand(figures, figure=EXACT_FIGURES, motion=MOTIONS)
+    found += expand(table, table=["quality", "exactness"], motion=MOTIONS, seed=SEED)
+    return [*found, "results/numbers.csv"]
+
+
+def of_life(wildcards=None):
+    """The decisions, with their figures and the first page."""
+    if not EXACT:
+        return []
+    tables = expand("results/{table}.csv", table=["decisions", "limits", "changes"])
+    figures = expand("figures/{figure}.png", figure=FIGURES_OF_LIFE)
+    return [*tables, *figures, "results/first_page.html"]

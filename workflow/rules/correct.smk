@@ -20,6 +20,7 @@ rule correct_validation:
     conda:
         "../../envs/breaker.yaml"
     params:
+        model=MODEL,
         prior=config["prior"],
         sensor=config["sensor"],
         correction=config["correction"],
@@ -76,8 +77,5 @@ rule figures_exactness:
         "results/benchmarks/figures_exactness_{motion}.tsv"
     conda:
         "../../envs/breaker.yaml"
-    params:
-        prior=config["prior"],
-        onset_sd=config["sensor"]["onset_sd"],
     script:
         "../scripts/figures_exactness.py"

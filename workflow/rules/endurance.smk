@@ -122,11 +122,10 @@ rule gather:
     """All operations of one motion, as stores and one table."""
     input:
         paper=every_chunk("results/endurance/{motion}/inferred_{chunk}.zarr"),
-        family=every_chunk("results/endurance/{motion}/family_{chunk}.zarr"),
+        family=every_chunk("results/endurance/{motion}/family_{chunk}.zarr") if EXACT else [],
         code=code("gather"),
     output:
-        paper=directory("results/endurance/{motion}.zarr"),
-        family=directory("results/endurance/{motion}_family.zarr"),
+        **{by: directory(store) for by, store in BY.items()},
         table="results/endurance/{motion}.csv",
     log:
         "logs/gather/{motion}.log",
@@ -153,6 +152,7 @@ rule endurance_predictive:
         "../../envs/breaker.yaml"
     params:
         seed=config["seed"],
+        model=MODEL,
         prior=config["prior"],
         sensor=config["sensor"],
         stages=config["endurance"]["stages"],

@@ -8,8 +8,6 @@ from breaker.drive.family.training_origin import deciding
 
 DRIVES = {key: value for key, value in config["family"].items() if key != "name"}
 FAMILY_TRAINING = config["family_networks"]["training"]
-# What figures of a family say of their records.
-FAMILY_WORDS = {"of": "family of drives"}
 
 
 rule family_shard:
@@ -129,79 +127,38 @@ rule family_quality:
         "../scripts/family_quality.py"
 
 
-rule figure_sbc_family:
-    """Calibration of the network of levels, on drives that it was not trained on."""
+rule figure_validation_family:
+    """Calibration, z-score against contraction, and recovery, on drives not trained on."""
     input:
         validation="results/family/{origin}/levels_{source}.zarr",
         code=code("figure_validation"),
     output:
-        page(
+        sbc=page(
             "figures/sbc_family_{origin}_{source}.png",
             "3 Validation",
             "sbc of the family",
             "sbc_family",
         ),
-    log:
-        "logs/figures/sbc_family_{origin}_{source}.log",
-    benchmark:
-        "results/benchmarks/figures_sbc_family_{origin}_{source}.tsv"
-    conda:
-        "../../envs/breaker.yaml"
-    params:
-        shows="ranks",
-        words=FAMILY_WORDS | {"subject": "calibration on held-out drives"},
-    script:
-        "../scripts/figure_validation.py"
-
-
-rule figure_contraction_family:
-    """Z-score against contraction of the network of levels, on these drives."""
-    input:
-        validation="results/family/{origin}/levels_{source}.zarr",
-        code=code("figure_validation"),
-    output:
-        page(
+        contraction=page(
             "figures/contraction_family_{origin}_{source}.png",
             "3 Validation",
             "contraction of the family",
             "contraction_family",
         ),
-    log:
-        "logs/figures/contraction_family_{origin}_{source}.log",
-    benchmark:
-        "results/benchmarks/figures_contraction_family_{origin}_{source}.tsv"
-    conda:
-        "../../envs/breaker.yaml"
-    params:
-        shows="scores",
-        words=FAMILY_WORDS,
-        prior=config["prior"],
-        onset_sd=0.0,
-    script:
-        "../scripts/figure_validation.py"
-
-
-rule figure_recovery_family:
-    """What the network of levels infers of these drives, against the truth."""
-    input:
-        validation="results/family/{origin}/levels_{source}.zarr",
-        code=code("figure_validation"),
-    output:
-        page(
+        recovery=page(
             "figures/recovery_family_{origin}_{source}.png",
             "3 Validation",
             "recovery of the family",
             "recovery_family",
         ),
     log:
-        "logs/figures/recovery_family_{origin}_{source}.log",
+        "logs/figures/validation_family_{origin}_{source}.log",
     benchmark:
-        "results/benchmarks/figures_recovery_family_{origin}_{source}.tsv"
+        "results/benchmarks/figures_validation_family_{origin}_{source}.tsv"
     conda:
         "../../envs/breaker.yaml"
     params:
-        shows="recovery",
-        words=FAMILY_WORDS,
+        subject="held-out drives of the family",
     script:
         "../scripts/figure_validation.py"
 
@@ -226,7 +183,7 @@ rule figure_pairs_family:
     conda:
         "../../envs/breaker.yaml"
     params:
-        words=FAMILY_WORDS,
+        subject="a held-out drive of the family",
     script:
         "../scripts/figure_pairs.py"
 

@@ -33,6 +33,7 @@ rule train:
         ),
     params:
         seed=config["seed"],
+        model=MODEL,
         prior=config["prior"],
         sensor=config["sensor"],
         network=network_of_motion,

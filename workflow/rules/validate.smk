@@ -14,7 +14,7 @@ rule figure_prior_predictive:
     """Fig. 3: what the prior holds possible, beside the endurance test."""
     input:
         prior="results/prior_predictive/{motion}.zarr",
-        curves=every_chunk("results/endurance/{motion}/curves_{chunk}.zarr"),
+        curves=every_chunk("results/endurance/{motion}/curves_{chunk}.zarr") if MEASURED else [],
         code=code("figure_prior_predictive"),
     output:
         page(
@@ -106,6 +106,7 @@ rule identifiability:
     params:
         seed=config["seed"],
         curves=config["identifiability"]["curves"],
+        model=MODEL,
         prior=config["prior"],
         sensor=config["sensor"],
     script:
@@ -137,88 +138,52 @@ rule quality:
         "../scripts/quality.py"
 
 
-rule figure_sbc:
-    """Fig. 4: simulation-based calibration."""
+rule figure_validation:
+    """Figs. 4, 5, 6: calibration, z-score against contraction, and recovery of the truth."""
     input:
         validation=validated,
+        limit="results/identifiability/{motion}.zarr" if EXACT else [],
         code=code("figure_validation"),
     output:
-        page("figures/sbc_{motion}.png", "3 Validation", "calibration", "sbc"),
-    log:
-        "logs/figures/sbc_{motion}.log",
-    benchmark:
-        "results/benchmarks/figures_sbc_{motion}.tsv"
-    conda:
-        "../../envs/breaker.yaml"
-    params:
-        shows="ranks",
-        words={"subject": f"simulation-based calibration, {POSTERIOR} posterior"},
-    script:
-        "../scripts/figure_validation.py"
-
-
-rule figure_sbc_reader:
-    """Fig. 4 through curve files: simulation-based calibration."""
-    input:
-        validation=f"results/validation/{{motion}}_reader_seed{SEED}.zarr",
-        code=code("figure_validation"),
-    output:
-        page(
-            "figures/sbc_reader_{motion}.png",
-            "3 Validation",
-            "calibration through files",
-            "sbc_reader",
+        sbc=page("figures/sbc_{motion}.png", "3 Validation", "calibration", "sbc"),
+        contraction=page(
+            "figures/contraction_{motion}.png", "3 Validation", "contraction", "contraction"
         ),
+        recovery=page("figures/recovery_{motion}.png", "3 Validation", "recovery", "recovery"),
     log:
-        "logs/figures/sbc_reader_{motion}.log",
+        "logs/figures/validation_{motion}.log",
     benchmark:
-        "results/benchmarks/figures_sbc_reader_{motion}.tsv"
+        "results/benchmarks/figures_validation_{motion}.tsv"
     conda:
         "../../envs/breaker.yaml"
     params:
-        shows="ranks",
-        words={"subject": "calibration through curve files"},
-    script:
-        "../scripts/figure_validation.py"
-
-
-rule figure_contraction:
-    """Fig. 5: z-score against contraction, with its limit."""
-    input:
-        validation=validated,
-        limit="results/identifiability/{motion}.zarr",
-        code=code("figure_validation"),
-    output:
-        page("figures/contraction_{motion}.png", "3 Validation", "contraction", "contraction"),
-    log:
-        "logs/figures/contraction_{motion}.log",
-    benchmark:
-        "results/benchmarks/figures_contraction_{motion}.tsv"
-    conda:
-        "../../envs/breaker.yaml"
-    params:
-        shows="scores",
+        subject=f"{POSTERIOR} posterior of simulated records",
         prior=config["prior"],
         onset_sd=config["sensor"]["onset_sd"],
     script:
         "../scripts/figure_validation.py"
 
 
-rule figure_recovery:
-    """Fig. 6: what was inferred against the truth."""
+rule figure_validation_reader:
+    """Fig. 4 through curve files: simulation-based calibration."""
     input:
-        validation=validated,
+        validation=f"results/validation/{{motion}}_reader_seed{SEED}.zarr",
         code=code("figure_validation"),
     output:
-        page("figures/recovery_{motion}.png", "3 Validation", "recovery", "recovery"),
+        sbc=page(
+            "figures/sbc_reader_{motion}.png",
+            "3 Validation",
+            "calibration through files",
+            "sbc_reader",
+        ),
     log:
-        "logs/figures/recovery_{motion}.log",
+        "logs/figures/validation_reader_{motion}.log",
     benchmark:
-        "results/benchmarks/figures_recovery_{motion}.tsv"
+        "results/benchmarks/figures_validation_reader_{motion}.tsv"
     conda:
         "../../envs/breaker.yaml"
     params:
-        shows="recovery",
+        subject="posterior of simulated records through curve files",
     script:
         "../scripts/figure_validation.py"
 
@@ -237,6 +202,8 @@ rule figure_pairs:
         "results/benchmarks/figures_pairs_{motion}.tsv"
     conda:
         "../../envs/breaker.yaml"
+    params:
+        subject=f"{POSTERIOR} posterior of a simulated record",
     script:
         "../scripts/figure_pairs.py"
 
@@ -256,6 +223,7 @@ rule posterior_predictive:
         "../../envs/breaker.yaml"
     params:
         seed=config["seed"],
+        model=MODEL,
         prior=config["prior"],
         sensor=config["sensor"],
         curves=4,

@@ -7,7 +7,7 @@ from breaker.workflow.jobs import start
 
 log = start(snakemake)
 params, wildcards = snakemake.params, snakemake.wildcards
-settings = {key: params[key] for key in ("prior", "sensor", "correction")}
+settings = {key: params[key] for key in ("model", "prior", "sensor", "correction")}
 model = Model.from_settings({**settings, "motion": wildcards.motion})
 data = open_store(snakemake.input.validation).load()
 

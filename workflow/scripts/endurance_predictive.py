@@ -7,8 +7,7 @@ from breaker.workflow.jobs import start
 
 log = start(snakemake)
 params, motion = snakemake.params, snakemake.wildcards.motion
-settings = {name: params.get(name) for name in ("model", "prior", "sensor")}
-model = Model.from_settings({**settings, "motion": motion})
+model = Model.from_settings({**dict(params.items()), "motion": motion})
 inferred = open_store(snakemake.input.inferred)
 
 result = predict_stages(model, inferred, stages=params.stages, seed=params.seed)

@@ -1,8 +1,8 @@
 """Draw the loss over the training, and the convergence of the solver."""
 
 from breaker.common.zarr_store import open_store
-from breaker.figures.loss import loss
 from breaker.figures.style import save
+from breaker.figures.training import loss
 from breaker.workflow.jobs import start
 
 start(snakemake)

@@ -1,9 +1,13 @@
-"""Draw calibration, z-scores or recovery of posteriors of simulated records (Figs. 4, 5, 6)."""
+"""Draw calibration, contraction and recovery of posteriors of simulated records (Figs. 4, 5, 6).
+
+A rule names the figures that it wants as its outputs: ``sbc``, ``contraction``, ``recovery``.
+"""
 
 import json
 
 from breaker.common.zarr_store import open_store
-from breaker.figures import validation
+from breaker.figures import calibration
+from breaker.figures.panels import SOURCES
 from breaker.figures.style import save
 from breaker.model.parameters import is_logarithmic, prior_sds
 from breaker.paper.calibration import judge_draws
@@ -11,27 +15,27 @@ from breaker.paper.validation import parameters_of, recovery, scores, with_width
 from breaker.workflow.jobs import start
 
 log = start(snakemake)
-params, wildcards = snakemake.params, snakemake.wildcards
-data = parameters_of(open_store(snakemake.input.validation))
-names, posteriors = data.output.values, (data.draws.values, data.truth.values)
-words = {"motion": wildcards.get("source") or wildcards.motion, **params.get("words", {})}
-if rejected := json.loads(data.attrs.get("rejected", "{}")):
-    left_out = sum(rejected.values())
-    words["subject"] += f", {left_out} of {left_out + data.sizes['curve']} rejected by the reader"
+params, wildcards, figures = snakemake.params, snakemake.wildcards, snakemake.output
+data = parameters_of(open_store(snakemake.input.validation)).load()
+names, draws, truth = data.output.values, data.draws.values, data.truth.values
+source = wildcards.get("source") or wildcards.motion
+about = f"{SOURCES[source]}: {params.subject}"
 
-if params.shows == "ranks":
-    figure = validation.sbc(judge_draws(*posteriors), names, **words)
-elif params.shows == "recovery":
-    figure = validation.recovery(recovery(*posteriors), names, **words)
-else:
+rejected = sum(json.loads(data.attrs.get("rejected", "{}")).values())
+if rejected:
+    about += f", {rejected} of {rejected + data.sizes['curve']} rejected by the reader"
+save(calibration.sbc(judge_draws(draws, truth), names, about=about), figures.sbc)
+if file := figures.get("recovery"):
+    save(calibration.recovery(recovery(draws, truth), names, about=about), file)
+if file := figures.get("contraction"):
     # A family is wider than the prior of its medians: its own spread counts.
-    of_prior = None if wildcards.get("source") else prior_sds(names, params.prior, params.onset_sd)
+    prior = params.get("prior")
+    sds = prior_sds(names, prior, params.onset_sd) if prior else None
     wide = with_width(data)
     if alike := data.sizes["curve"] - wide.sizes["curve"]:
         log.warning("%d curves are left out, whose draws are all the same", alike)
-    posteriors = wide.draws.values, wide.truth.values
-    judged = scores(*posteriors, prior_sd=of_prior, log=is_logarithmic(names))
+    log_scale = is_logarithmic(names)
+    judged = scores(wide.draws.values, wide.truth.values, prior_sd=sds, log=log_scale)
     limit = snakemake.input.get("limit")  # none is known of a family
     limit = open_store(limit).contraction.mean("curve").values if limit else None
-    figure = validation.contraction(judged, names, limit=limit, **words)
-save(figure, snakemake.output[0])
+    save(calibration.contraction(judged, names, about=about, limit=limit), file)

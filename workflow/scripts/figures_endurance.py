@@ -1,7 +1,7 @@
 """Draw predicted records and parameters over the operations of the endurance test (Figs. 9, 10)."""
 
 from breaker.common.zarr_store import open_store
-from breaker.figures.evolution import evolution
+from breaker.figures.endurance import evolution
 from breaker.figures.predictive import endurance_predictive
 from breaker.figures.style import save
 from breaker.paper.run_numbers import blocks_of, held

@@ -7,11 +7,7 @@ import xarray as xr
 
 from breaker.common.zarr_store import open_store
 from breaker.drive.simulation.failure_times import held, true_lives
-from breaker.figures.changepoint import changepoint
-from breaker.figures.changes import changes
-from breaker.figures.health import health
-from breaker.figures.remaining_life import remaining_life
-from breaker.figures.service_cost import service_cost
+from breaker.figures.life import changepoint, changes, health, remaining_life, service_cost
 from breaker.figures.style import save
 from breaker.figures.verdict import verdict
 from breaker.model.limits import from_list

@@ -9,8 +9,8 @@ from breaker.documents.html_page import html_page
 from breaker.drive.fleet.drive_document import DriveDocument
 from breaker.drive.fleet.fleet_page import fleet_document
 from breaker.drive.fleet.ranking import fleet_table, learn_types, type_table
-from breaker.figures import fleet as drawn
-from breaker.figures import style
+from breaker.figures.reports import fleet
+from breaker.figures.style import save
 from breaker.model.prior import Prior
 from breaker.reading.files.safe_text import save_frame
 from breaker.workflow.jobs import start
@@ -27,7 +27,7 @@ save_frame(table, output.table, digits=6)
 save_frame(learned, output.types, digits=6)
 documents = map(DriveDocument.from_json, drives.document.values)
 named = [(each.breaker, each.phase) for each in documents]
-style.save(drawn.fleet(table, named, types), output.figure)
+save(fleet(table, named, types), output.figure)
 document, figure = fleet_document(table, learned), Path(output.figure).read_bytes()
 page = html_page(document, [figure], alt="the fleet")
 Path(output.page).write_text(page, encoding="utf-8")

@@ -10,7 +10,7 @@ from breaker.workflow.jobs import start
 
 log = start(snakemake)
 tables = []
-for by in ("paper", "family"):
+for by in snakemake.output.keys() - {"table"}:
     result = open_curves(snakemake.input[by])
     if "median" not in result:
         result = result.assign(intervals(result.draws.values))

@@ -8,7 +8,7 @@ from breaker.workflow.jobs import start
 log = start(snakemake)
 params, motion = snakemake.params, snakemake.wildcards.motion
 
-settings = {key: params.get(key) for key in ("seed", "model", "prior", "sensor", "curves")}
+settings = {key: params[key] for key in ("seed", "model", "prior", "sensor", "curves")}
 model = Model.from_settings({**settings, "motion": motion})
 rng = generator(params.seed, "identifiability", motion)
 limit = limit_over_prior(model, params.curves, rng)

@@ -7,8 +7,7 @@ from breaker.workflow.jobs import start
 
 log = start(snakemake)
 params, motion = snakemake.params, snakemake.wildcards.motion
-settings = {name: params.get(name) for name in ("model", "prior", "sensor")}
-model = Model.from_settings({**settings, "motion": motion})
+model = Model.from_settings({**dict(params.items()), "motion": motion})
 data = open_store(snakemake.input.validation)
 data = data.isel(curve=slice(0, params.curves))
 

@@ -11,10 +11,7 @@ params, motion = snakemake.params, snakemake.wildcards.motion
 
 # A bank serves sensors of any noise and zero.
 sensor = {**params.grid, "onset_sd": params.onset_sd, "noise_sd": 1.0, "zero_sd": 0.0}
-own = params.get("model")
-model = Model.from_settings(
-    {"model": own, "prior": params.prior, "sensor": sensor, "motion": motion}
-)
+model = Model.from_settings({**dict(params.items()), "sensor": sensor, "motion": motion})
 bank = simulate(model, params.curves, generator(params.seed, *params.purpose, motion))
 log.info(
     "%d %s curves; contact force zero again after the touch in %d; touch or parting not within "
@@ -24,6 +21,6 @@ log.info(
     bank.reopening.sum(),
     (bank.switching_time == float("inf")).sum(),
 )
-settings = {key: params[key] for key in ("prior", "grid", "onset_sd")} | {"model": own}
+settings = {key: params[key] for key in ("model", "prior", "grid", "onset_sd")}
 bank = describe(bank, f"{motion} simulated from the prior", **settings)
 save(bank.assign_attrs(seed=params.seed, purpose=list(params.purpose)), snakemake.output[0])

@@ -19,11 +19,8 @@ from breaker.workflow.jobs import checkpoint_of, start
 log = start(snakemake)
 params, motion, output = snakemake.params, snakemake.wildcards.motion, snakemake.output
 training, seed = params.training, params.seed
-settings = ("seed", "prior", "sensor", "network", "training", "bank")
-made_from = {key: params[key] for key in settings} | {
-    "motion": motion,
-    "model": params.get("model"),
-}
+settings = ("seed", "model", "prior", "sensor", "network", "training", "bank")
+made_from = {key: params[key] for key in settings} | {"motion": motion}
 
 bank = open_bank(snakemake.input.shards)
 counts = training["validation_curves"], training["held_out_curves"]

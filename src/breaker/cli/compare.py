@@ -72,9 +72,9 @@ def run(options: argparse.Namespace) -> int:
     document = both.compare(visits, options.beyond)
     written = []
     if options.plot:
-        from breaker.figures import visits as figures
+        from breaker.figures.reports import visits as figure
 
-        written = [draw(figures.visits(document), options.plot)]
+        written = [draw(figure(document), options.plot)]
     say(to_json(document) if options.json else text_of(words_of_visits(document)))
     say_written(written, options.json)
     return 0

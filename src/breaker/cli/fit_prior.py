@@ -63,9 +63,9 @@ def run(options: argparse.Namespace) -> int:
     lines = "The lines of configuration:\n\n" + text.removesuffix("\n")
     written = [write_lines(options.output, text) if options.output else lines]
     if options.plot:
-        from breaker.figures import fitted_prior
+        from breaker.figures.reports import fitted_prior
 
-        written.append(draw(fitted_prior.fitted_prior(fitted), options.plot))
+        written.append(draw(fitted_prior(fitted), options.plot))
     say(text_of(words_of_prior(recorded, fitted, checks)), end="\n\n")
     say_written(written)
     return 0

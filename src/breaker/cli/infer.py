@@ -191,9 +191,9 @@ def _write(
         written.append(f"draws written to {options.draws}")
     if options.plot:
         from breaker.drive.answers.picture_data import shown
-        from breaker.figures import answer, overlay
+        from breaker.figures.records import answer, overlay
 
-        over = overlays and overlay.overlay(overlays)
-        drawn = over or answer.answer(shown(answers, given, seed=seed))
+        over = overlays and overlay(overlays)
+        drawn = over or answer(shown(answers, given, seed=seed))
         written.append(draw(drawn, options.plot))
     return written

@@ -72,9 +72,9 @@ def _run_file(options: argparse.Namespace) -> int:
     overlay = overlay_of(proposal)
     written = [write_lines(options.output, overlay)] if options.output else []
     if options.plot:
-        from breaker.figures import record
+        from breaker.figures.records import record
 
-        written.append(draw(record.record(proposal), options.plot))
+        written.append(draw(record(proposal), options.plot))
     say(text_of(words_of(proposal)))
     say(f"\nProposed, to lay over {PROJECT}:\n\n{overlay}")
     say_written(written)

@@ -117,7 +117,7 @@ def write_lines(name: str, text: str) -> str:
 
 def draw(figure, name: str) -> str:
     """Write a figure to a file, whole or not at all, and return what to say of it."""
-    from breaker.figures.encoding import encoded, without_font
+    from breaker.figures.style import encoded, without_font
 
     content = encoded(figure, Path(name).suffix[1:].lower())
     write(name, lambda part: part.write_bytes(content))

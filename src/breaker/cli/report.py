@@ -101,8 +101,8 @@ def content_of(report: "Report", ending: str) -> tuple[bytes, str]:
         ValueError: If it is to be a PDF, and WeasyPrint is not installed.
     """
     from breaker.documents.html_page import html_page, pdf_of
-    from breaker.figures.encoding import encoded, without_font
-    from breaker.figures.report import curves
+    from breaker.figures.reports import curves
+    from breaker.figures.style import encoded, without_font
 
     pictures = list(curves(report.panels))
     page = html_page(report, [encoded(each, "png") for each in pictures])

@@ -1,4 +1,4 @@
-"""How far a network is from the exact posterior, and what the correction makes of it."""
+"""How far a network is from the exact posterior, and what a curve determines at all."""
 
 from collections.abc import Mapping
 
@@ -7,14 +7,16 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from breaker.common.numerals import first_of
+from breaker.figures import panels as p
 from breaker.figures import style
-from breaker.paper.validation import exactness_words, percent, plus_minus
 
-_LARGEST_K = 0.7  # of Pareto's tail, from which importance weights do not settle
-_BODY = 0.97  # share of the curves that the panel of the gap has room for
-_ABOVE = {"loc": "lower left", "bbox_to_anchor": (-0.02, 0.99), "fontsize": 9, "labelspacing": 0.2}
-_PAD = 44.0  # points between a panel of the first row and its title, for the words in between
-_ROWS = {"amortised": (-0.17, style.AMORTISED), "corrected": (0.17, style.CORRECTED)}
+_LARGEST_K = 0.7  # from which on Pareto-smoothed weights do not settle (Vehtari et al. 2024)
+# Shift from the middle of the row downwards, marker and colour of each posterior.
+_POSTERIORS = {
+    "amortised": (-0.15, "o", style.AMORTISED),
+    "corrected": (0.15, "D", style.CORRECTED),
+}
 
 
 @style.styled
@@ -26,82 +28,88 @@ def exactness(
     *,
     motion: str,
 ) -> Figure:
-    """Draw efficiency, tail, gap and rounds over curves, and three curves with both posteriors.
+    """Draw efficiency, tail, divergence and rounds over curves, and three curves' posteriors.
 
     Args:
         judged: Over ``curve``: ``efficiency``, ``pareto_k`` and ``divergence`` (nats) of the
-            network's own draws, from ``exact_judge.judge``.
-        corrected: Over ``curve``: ``efficiency``, ``pareto_k``, ``rounds`` and ``resolved``, from
-            ``exact_judge.correct_validation``.
-        examples: From ``amortised_against_exact.examples``; without any, their row is left out.
-        summary: The row of ``posterior_tables.summary``.
+            network's own draws, from ``correction.judge``.
+        corrected: Over ``curve``: ``efficiency``, ``pareto_k``, ``rounds`` and ``resolved``.
+        examples: From ``validation.examples``; without any, their row is left out.
+        summary: The row of ``inference.summary``.
     """
     count = examples.sizes["example"]
     figure = style.new_figure(14.0, 10.2 if count else 5.0)
     rows = figure.subfigures(2 if count else 1, 1, height_ratios=(1.0, 1.3)[: 1 + bool(count)])
     above, *below = np.atleast_1d(rows)
-    axes = above.subplots(1, 4)
-    _efficiency(axes[0], judged, corrected, summary)
-    _tail(axes[1], judged, corrected)
-    _gap(axes[2], judged, summary)
-    _rounds(axes[3], corrected)
-    for axis in axes:
-        axis.legend(**_ABOVE)
-    for place in below:
-        grid = place.subplots(1, count, sharey=True, squeeze=False)
-        for i, axis in enumerate(grid.flat):
-            _example(axis, examples.isel(example=i))
-    text = "the network against the exact posterior"
-    style.heading(figure, motion, text, exactness_words(summary))
-    style.legend_below(figure, _handles(), columns=3)
-    return figure
-
-
-def _efficiency(axis: Axes, judged: xr.Dataset, corrected: xr.Dataset, summary: Mapping) -> None:
+    efficiency, tail, divergence, rounds = above.subplots(1, 4)
     for data, colour, words, key in (
         (judged, style.AMORTISED, "network", "efficiency_median"),
         (corrected, style.CORRECTED, "correction", "corrected_efficiency_median"),
     ):
-        label = f"{words}: median {percent(summary[key])}"
-        _shares(axis, 100 * data["efficiency"].values, colour, label, above=True)
-    axis.set(xlabel="efficiency (%)", ylabel="curves at or above (%)", xlim=(0, 100))
-    axis.set_title("efficiency of the weights", pad=_PAD)
-
-
-def _tail(axis: Axes, judged: xr.Dataset, corrected: xr.Dataset) -> None:
-    both = ((judged, style.AMORTISED, "network"), (corrected, style.CORRECTED, "correction"))
-    for data, colour, words in both:
+        label = f"{words}: median {p.percent(summary[key])}"
+        _shares(efficiency, 100 * data["efficiency"].values, colour, label, above=True)
         k = data["pareto_k"].values
         label = f"{words}: {np.sum(k < _LARGEST_K)} of {k.size} below {_LARGEST_K}"
-        _shares(axis, k, colour, label)
-    low, high = axis.get_xlim()
+        _shares(tail, k, colour, label)
+    low, high = tail.get_xlim()
     high = max(high, _LARGEST_K + 0.3)
-    label = f"from {_LARGEST_K} on weights do not settle"
-    axis.axvline(_LARGEST_K, color=style.WARNING, lw=1.2, ls="--", label=label)
-    axis.axvspan(_LARGEST_K, high, color=style.WARNING, alpha=0.08, lw=0)
-    axis.set(xlabel="Pareto k", ylabel="curves at or below (%)", xlim=(low, high))
-    axis.set_title("tail of the weights", pad=_PAD)
+    tail.axvline(_LARGEST_K, color=style.WARNING, lw=1.2, ls="--", label="weights do not settle")
+    tail.axvspan(_LARGEST_K, high, color=style.WARNING, alpha=0.08, lw=0)
+    efficiency.set(xlabel="relative sample size (%)", ylabel="curves at or above (%)")
+    efficiency.set(xlim=(0, 100), title="relative effective sample size")
+    tail.set(xlabel="Pareto k", ylabel="curves at or below (%)", title="tail of the weights")
+    tail.set_xlim(low, high)
+    _divergence(divergence, judged, summary)
+    _rounds(rounds, corrected)
+    for axis in above.axes:
+        look = {"bbox_to_anchor": (-0.02, 0.99), "fontsize": 9, "labelspacing": 0.2}
+        axis.legend(loc="lower left", **look)
+        axis.set_title(axis.get_title(), pad=44.0)  # room for the legend's three lines
+    for place in below:
+        grid = place.subplots(1, count, sharey=True, squeeze=False)
+        for i, axis in enumerate(grid.flat):
+            _example(axis, examples.isel(example=i))
+    gap = _nats(summary["gap_nats"], summary["gap_se"])
+    resolved = round(summary["resolved"] * summary["corrected_curves"])
+    about = f"{p.SOURCES[motion]}: the network against the exact posterior; the correction "
+    about += f"resolves {resolved} of {summary['corrected_curves']} curves"
+    style.title(figure, f"Mean divergence of the network from the exact posterior: {gap}", about)
+    keys = [
+        p.line_key("amortised: the network alone", style.AMORTISED, lw=3),
+        p.line_key("corrected by importance sampling", style.CORRECTED, lw=3),
+        p.dot_key("truth", style.MEASURED, "|", ms=13, mew=1.8),
+        p.line_key("posterior median, 50 % and 95 % interval", marker="o", lw=2.5),
+    ]
+    p.legend_below(figure, *keys)
+    return figure
 
 
-def _gap(axis: Axes, judged: xr.Dataset, summary: Mapping) -> None:
+def _nats(mean: float, error: float) -> str:
+    """Write a mean and its standard error."""
+    if not np.isfinite(mean):
+        return "not known" if np.isnan(mean) else "infinite"
+    return f"{mean:.2f} nats (one curve)" if np.isnan(error) else f"{mean:.2f} ± {error:.2f} nats"
+
+
+def _divergence(axis: Axes, judged: xr.Dataset, summary: Mapping) -> None:
     mean, error = summary["gap_nats"], summary["gap_se"]
-    divergence = judged["divergence"].values
-    label = f"each curve (weights): up to {np.nanmax(divergence, initial=-np.inf):.2f}"
-    _shares(axis, divergence, style.AMORTISED, label)
-    label = f"mean (true values): {plus_minus(mean, error)}"
+    values = judged["divergence"].values
+    label = f"each curve (weights): up to {np.nanmax(values, initial=-np.inf):.2f}"
+    _shares(axis, values, style.AMORTISED, label)
+    label = f"mean (true values): {_nats(mean, error)}"
     axis.plot([mean, mean], [0, 103], color=style.MEASURED, lw=1.2, label=label)
     axis.fill_betweenx([0, 103], mean - error, mean + error, color=style.MEASURED, alpha=0.15, lw=0)
     axis.axvline(0.0, color=style.REFERENCE, lw=1.2, ls="--", label="exact: 0")
-    # The last few curves, far away, would dwarf all others; the legend says how far.
-    shown = np.sort(divergence[np.isfinite(divergence)])
-    shown = [0.1, mean + error, *shown[: int(np.ceil(_BODY * shown.size))]]
+    # The last 3 % of the curves, far away, would dwarf all others; the legend says how far.
+    shown = np.sort(values[np.isfinite(values)])
+    shown = [0.1, mean + error, *shown[: int(np.ceil(0.97 * shown.size))]]
     axis.set_xlim(right=1.2 * max(x for x in shown if np.isfinite(x)))
     axis.set(xlabel="divergence (nats)", ylabel="curves at or below (%)")
-    axis.set_title("gap to the exact posterior", pad=_PAD)
+    axis.set_title("divergence from the exact posterior")
 
 
 def _rounds(axis: Axes, corrected: xr.Dataset) -> None:
-    """Count the curves by the rounds that they took, those not resolved apart."""
+    """Count the curves by the rounds that they took, and those that are not resolved."""
     resolved = corrected["resolved"].values.astype(bool)
     kinds, counts = np.unique(corrected["rounds"].values[resolved], return_counts=True)
     places = np.arange(len(kinds) + 1)
@@ -116,8 +124,7 @@ def _rounds(axis: Axes, corrected: xr.Dataset) -> None:
     axis.margins(y=0.12)
     axis.yaxis.get_major_locator().set_params(integer=True)
     axis.grid(axis="x", visible=False)
-    axis.set(xlabel="rounds of adaptation", ylabel="curves")
-    axis.set_title("rounds of the correction", pad=_PAD)
+    axis.set(xlabel="rounds of adaptation", ylabel="curves", title="rounds of the correction")
 
 
 def _shares(
@@ -128,10 +135,9 @@ def _shares(
     if missing := values.size - known.size:
         label += f", {missing} without"
     steps = 100 * np.arange(known.size + 1) / values.size
+    x, y, kind = np.append(known[:1], known), steps, "steps-post"
     if above:
         x, y, kind = np.append(known, known[-1:]), steps[::-1], "steps-pre"
-    else:
-        x, y, kind = np.append(known[:1], known), steps, "steps-post"
     axis.plot(x, y, color=colour, drawstyle=kind, label=label, lw=1.8)
     axis.set_ylim(0, 103)
 
@@ -139,35 +145,83 @@ def _shares(
 def _example(axis: Axes, one: xr.Dataset) -> None:
     """Draw both posteriors of a curve, output by output from the top down."""
     rows = np.arange(one.sizes["output"])
-    for posterior, (shift, colour) in _ROWS.items():
+    for posterior, (shift, _, colour) in _POSTERIORS.items():
         each, at = one.sel(posterior=posterior), rows + shift
-        for interval, width in (("interval_95", 1.4), ("interval_50", 5.0)):
-            low, high = (each[interval].sel(bound=bound).values for bound in ("lower", "upper"))
-            axis.hlines(at, low, high, color=colour, lw=width)
+        axis.hlines(at, *each["interval_95"].values.T, color=colour, lw=1.4)
+        axis.hlines(at, *each["interval_50"].values.T, color=colour, lw=5.0)
         axis.plot(each["median"], at, "o", color=colour, mec="white", mew=0.8, ms=6)
     axis.plot(one["truth"], rows, "|", color=style.MEASURED, ms=17, mew=1.8)
     axis.axvline(0.0, color=style.REFERENCE, lw=0.6)
-    axis.set_yticks(rows, style.symbols(one["output"].values.tolist()))
+    axis.set_yticks(rows, [p.named(name) for name in one["output"].values.tolist()])
     axis.set_ylim(len(rows) - 0.45, -0.55)
     limit = max(3.5, *np.abs(axis.get_xlim()))
     axis.set_xlim(-limit, limit)
-    axis.tick_params(axis="y", labelsize=11)
     axis.grid(axis="y", visible=False)
     axis.set_xlabel("difference from the corrected median (corrected sd)")
-    resolved, k = bool(one["resolved"]), float(one["pareto_k"])
-    words = f"{one['place'].item()} efficiency: simulated curve {int(one['curve']) + 1}\n"
-    words += f"efficiency {percent(float(one['efficiency']))}, "
-    words += f"k {k:.2f}" if np.isfinite(k) else "k not known"
-    words += "" if resolved else ", not resolved"
-    axis.set_title(words, color="black" if resolved else style.WARNING)
+    k, place = float(one["pareto_k"]), one["place"].item()
+    words = f"{place} relative sample size, {p.percent(float(one['efficiency']))}: curve "
+    words += f"{int(one['curve']) + 1}\nk {k:.2f}" if np.isfinite(k) else "\nk not known"
+    failed = not bool(one["resolved"])
+    words += ", NOT resolved" * failed
+    axis.set_title(words, color=style.WARNING if failed else "black")
 
 
-def _handles() -> list:
-    return [
-        style.line_key("amortised: the network alone", style.AMORTISED, lw=3),
-        style.line_key("corrected by importance sampling", style.CORRECTED, lw=3),
-        style.dot_key("truth", style.MEASURED, "|", ms=13, mew=1.8),
-        style.dot_key("posterior median", ms=6),
-        style.line_key("50 % interval", lw=5),
-        style.line_key("95 % interval"),
+@style.styled
+def identifiability(reached: xr.Dataset, *, motion: str) -> Figure:
+    """Draw contraction of each output: its linearised limit, and what posteriors reach.
+
+    Args:
+        reached: From ``validation.reached``; outputs are drawn in its order.
+    """
+    names = [str(name) for name in reached["output"].values]
+    figure = style.new_figure(14.6, 0.56 * len(names) + 2.8)
+    axis, table = figure.subplots(1, 2, sharey=True, width_ratios=(1.6, 1.2))
+    rows, limit = np.arange(len(names)), reached.sel(source="limit")
+    width = limit["upper"] - limit["lower"]
+    axis.barh(rows, width, 0.72, left=limit["lower"], color=style.PRIOR, alpha=0.35, lw=0)
+    axis.vlines(limit["mean"], rows - 0.36, rows + 0.36, color=style.MEASURED, lw=1.6, ls="--")
+    for least in (0.5, 0.8):
+        axis.axvline(least, color=style.REFERENCE, lw=0.9, ls=":")
+    count = dict(zip(reached["source"].values.tolist(), reached["curves"].values, strict=True))
+    keys = [
+        p.band_key(f"limit: 90 % of {count['limit']} draws of the prior", style.PRIOR, 0.35),
+        p.line_key("linearised limit: mean", style.MEASURED, "--", lw=1.6),
+        p.line_key("0.5 and 0.8: from partly known on, from known on", ls=":", lw=0.9),
     ]
+    for source in (each for each in _POSTERIORS if each in count):
+        shift, marker, color = _POSTERIORS[source]
+        one = reached.sel(source=source)
+        ends = one["lower"], one["mean"], one["upper"]
+        p.draw_intervals(axis, rows + shift, ends, color=color, marker=marker, lw=1.4)
+        label = f"{source} posterior: mean and 90 % of {count[source]} simulated curves"
+        keys.append(p.line_key(label, color, marker=marker, ms=7, mec="white"))
+    axis.set_yticks(rows, [p.named(name) for name in names])
+    axis.tick_params(axis="y", labelsize=10, length=0)
+    axis.set(xlim=(min(0.0, axis.get_xlim()[0]), 1.0), ylim=(len(rows) - 0.45, -1.0))
+    axis.grid(axis="y", visible=False)
+    axis.set_xlabel("contraction   (0: nothing learnt, the prior stays;  1: known exactly)")
+    _table(table, rows, reached)
+    known = reached["known"].values.tolist()
+    prior = [p.word(name) for name, words in zip(names, known, strict=True) if "prior" in words]
+    partly = [p.word(name) for name, words in zip(names, known, strict=True) if "partly" in words]
+    finding = f"The prior decides {first_of(prior, 4) or 'no parameter'}"
+    finding += f"; partly known: {first_of(partly, 4)}" if partly else ""
+    style.title(figure, finding, f"{p.SOURCES[motion]}: what a curve determines, over the prior")
+    p.legend_below(figure, *keys, columns=2)
+    return figure
+
+
+def _table(axis: Axes, rows: np.ndarray, reached: xr.Dataset) -> None:
+    """Write mean contractions beside each row, and what the limit means."""
+    axis.set_axis_off()
+    axis.set_xlim(0, 1)
+    for source, x in {"limit": 0.05, "amortised": 0.23, "corrected": 0.44}.items():
+        if source not in reached["source"].values:
+            continue
+        color = _POSTERIORS[source][2] if source in _POSTERIORS else style.MEASURED
+        axis.text(x, -0.8, source, ha="center", va="center", color=color, weight="bold")
+        for row, value in zip(rows, reached["mean"].sel(source=source).values, strict=True):
+            axis.text(x, row, f"{value:.3f}", ha="center", va="center")
+    axis.text(0.64, -0.8, "over the prior", va="center", weight="bold")
+    for row, words in zip(rows, reached["known"].values, strict=True):
+        axis.text(0.64, row, str(words), va="center")

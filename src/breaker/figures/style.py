@@ -1,58 +1,54 @@
-"""The one style of all figures: sizes, colours, panels, legends, and marks that several draw.
+"""The one style of all figures: sizes, colours, fonts, titles, and figures on their way to a file.
 
-Matplotlib's settings are changed inside :func:`styled` only. Figures are made without pyplot, so
-nothing is kept open and no window system is asked for.
+Matplotlib's settings are changed inside :func:`styled`, :func:`save` and :func:`encoded` only.
+Figures are made without pyplot, so nothing is kept open and no window system is asked for.
 """
 
 import logging
 import re
-from collections.abc import Callable, Sequence
-from functools import wraps
+import warnings
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
+from functools import cache, wraps
+from io import BytesIO
 from pathlib import Path
-from textwrap import fill
-from typing import TYPE_CHECKING, ParamSpec
+from textwrap import wrap
+from typing import ParamSpec
 
 import matplotlib as mpl
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
-from matplotlib.patches import Patch
-from matplotlib.text import Text
-from numpy.typing import ArrayLike
+from matplotlib.font_manager import FontProperties, findfont, fontManager, get_font
+from matplotlib.text import Annotation, Text
 from PIL import Image
 
-from breaker.figures.encoding import families, quiet, without_font
-from breaker.model.parameters import ONSET, PARAMETERS
-from breaker.reading.files.guards import printable
-
-if TYPE_CHECKING:  # figures of single records do without
-    import xarray as xr
-
-OUTPUTS = {each.name: each for each in (*PARAMETERS, ONSET)}
-"""What is inferred, by name: symbols, units, meanings and colours."""
+from breaker.common.visible_text import visible_text
 
 MEASURED = "#000000"  # what was measured, and the truth of a simulation
 MODEL = "#33486B"  # what the model predicts
 PRIOR = "#9A9A9A"
 REFERENCE = "#404040"  # diagonals, zero lines, limits
-WARNING = "#B2182B"
-AMORTISED = "#D98C21"  # posterior by the network alone
-CORRECTED = "#2166AC"  # posterior brought to the exact one
-
-P = ParamSpec("P")
+WARNING = "#B2182B"  # what is worse, or wrong; never what merely changed
+AMORTISED = "#D98C21"  # posterior by the network alone, and the opening
+CORRECTED = "#2166AC"  # posterior corrected to the exact one, and the closing
+SERVICE = "#8A4B00"
+CHANGED = "#7A35D0"
 
 TIME = "time (ms)"
 TRAVEL = "travel (mm)"
-MODELLED = "two-spring model"  # of which drives simulated records are, if of no family
 
-_SOURCES = {"closing": "Closing", "opening": "Opening", "both": "Both motions"}
-_NAMES = re.compile(rf"\b({'|'.join(OUTPUTS)})\b")
-_LETTERS = 8.2  # of a title, per inch of its figure
-_PANEL_LETTERS = 125.0  # of 1 pt, per inch
-_LONGEST = 46  # letters of a file's name in a title
-BAND = {"color": PRIOR, "alpha": 0.25, "lw": 0}  # of tolerances
+OWN_FONT = "DejaVu Sans"
+"""Comes with matplotlib: the same on every machine. Has Latin, Greek, Cyrillic, Arabic letters."""
+
+OTHER_FONTS = (
+    *("Noto Sans", "Noto Sans CJK SC", "Noto Sans CJK JP", "Noto Sans CJK KR", "Noto Sans SC"),
+    *("Source Han Sans SC", "WenQuanYi Micro Hei", "Droid Sans Fallback", "Microsoft YaHei"),
+    *("PingFang SC", "Hiragino Sans", "Arial Unicode MS", "IPAGothic", "Yu Gothic", "MS Gothic"),
+    *("Malgun Gothic", "Apple SD Gothic Neo", "NanumGothic", "Noto Sans Arabic"),
+    *("Noto Sans Hebrew", "Noto Sans Devanagari", "Noto Sans Thai", "Noto Sans Symbols"),
+)
+"""Families that have what ``OWN_FONT`` lacks, where a machine has them."""
 
 _SETTINGS = {
     "figure.dpi": 150,
@@ -60,12 +56,10 @@ _SETTINGS = {
     "mathtext.fontset": "dejavusans",
     "font.size": 10,
     "axes.titlesize": 11,
-    "axes.labelsize": 10,
     "figure.titlesize": 14,
     "figure.titleweight": "bold",
     "xtick.labelsize": 9,
     "ytick.labelsize": 9,
-    "legend.fontsize": 10,
     "legend.frameon": False,
     "axes.spines.top": False,
     "axes.spines.right": False,
@@ -78,63 +72,86 @@ _SETTINGS = {
     "figure.constrained_layout.h_pad": 0.06,
     "figure.constrained_layout.w_pad": 0.06,
 }
+# Mean width of a letter of DejaVu Sans is 0.58 of its size, so 125 letters of 1 pt take an inch;
+# bold ones are a tenth wider.
+_LETTERS = 125.0
+
+P = ParamSpec("P")
+
+
+@contextmanager
+def _settings() -> Iterator[None]:
+    """Draw in the project's style, without matplotlib's warnings of signs that no font has."""
+    logger = logging.getLogger("matplotlib")
+    level = logger.level
+    with mpl.rc_context(), warnings.catch_warnings():
+        warnings.filterwarnings("ignore", r"(?s)Glyph .* missing from")
+        logger.setLevel(logging.ERROR)
+        mpl.rcdefaults()
+        mpl.rcParams.update(_SETTINGS | {"font.family": families(), "svg.hashsalt": "breaker"})
+        try:
+            yield
+        finally:
+            logger.setLevel(level)
 
 
 def styled(draw: Callable[P, Figure]) -> Callable[P, Figure]:
-    """Make a figure function work in the project's style and leave the settings as they were."""
+    """Make a figure function work in the project's style and leave the settings as they were.
+
+    The layout is found once: to look for it at each drawing takes a third of all time.
+    """
 
     @wraps(draw)
     def wrapper(*args: P.args, **kwargs: P.kwargs) -> Figure:
-        with mpl.rc_context(), quiet():
-            mpl.rcdefaults()
-            mpl.rcParams.update(_SETTINGS | {"font.family": families()})
+        with _settings():
             figure = draw(*args, **kwargs)
-            figure.draw_without_rendering()  # ticks are made on drawing, with the settings of then
-            # Places are found: each time that they are looked for takes a third of all drawing.
+            if figure.axes:
+                figure.get_layout_engine().execute(figure)
             figure.set_layout_engine(None)
         return figure
 
     return wrapper
 
 
-def save(figure: Figure, path: str | Path) -> None:
-    """Write a figure as PNG of 256 colours, a third of the size: a report holds all figures.
+def new_figure(width: float, height: float) -> Figure:
+    """Return an empty figure, size in inches, that lays itself out without overlaps."""
+    return Figure(figsize=(width, height), layout="constrained")
 
-    Signs that no font has are said in a warning of the log.
+
+def title(figure: Figure, finding: str, about: str = "", *, failed: bool = False) -> None:
+    """Write what was found above a figure, in red if that is a failure, and what is shown below it.
+
+    Lines are broken where the figure ends.
     """
-    canvas = FigureCanvasAgg(figure)
-    with quiet():
-        canvas.draw()
-    if lacking := without_font([figure]):
-        logging.getLogger("breaker").warning("%s: %s", path, lacking)
-    colours = Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB")
-    colours.quantize(256, dither=Image.Dither.NONE).save(path, optimize=True)
+    width, large, small = figure.get_figwidth(), 14.0, 10.0
+    findings = _lines(finding, 0.9 * width, large)
+    others = _lines(about, width, small)
+    room = int(np.ceil(len(others) * 1.2 * small / large))
+    color = WARNING if failed else "black"
+    above = figure.suptitle("\n".join([*findings, *[" "] * room]), color=color)
+    if others:
+        look = {"ha": "center", "va": "bottom", "fontsize": small, "linespacing": 1.3}
+        note = Annotation("\n".join(others), (0.5, 0.0), xycoords=above, **look)
+        figure.add_artist(note)
 
 
-def symbols(names: Sequence[str]) -> list[str]:
-    """Return the symbols of outputs."""
-    return [OUTPUTS[name].symbol for name in names]
+def _lines(text: str, width: float, size: float) -> list[str]:
+    letters = max(10, int(_LETTERS * width / size))
+    return [line for part in text.splitlines() for line in wrap(part, letters)]
+
+
+def within(text: str, width: float, size: float = 11.0) -> str:
+    """Return a text in lines that are not wider than inches, its letters of so many pt."""
+    return "\n".join(_lines(text, width, size))
 
 
 def literal(text: object) -> str:
-    """Return a text, with names that a user gave, without signs of mathematics or none at all.
+    r"""Return a text, with names that a user gave, without mathematics and signs that are not seen.
 
     >>> literal("5 $ or more")
-    '5 \\\\$ or more'
+    '5 \\$ or more'
     """
-    return printable(str(text)).replace("$", r"\$")
-
-
-def spoken(text: object) -> str:
-    """Return a literal text for somebody who knows no names of code: words, and no underscores.
-
-    >>> spoken("slow_opening: measured travel_time above 9.5 ms, change of f below -5 %")
-    'slow opening: measured travel time above 9.5 ms, change of closing force $f$ below -5 %'
-    """
-    parts = _NAMES.split(literal(text))
-    named = [f"{OUTPUTS[name].word} {OUTPUTS[name].symbol}".strip() for name in parts[1::2]]
-    plain = [part.replace("_", " ") for part in parts[::2]]
-    return "".join(a + b for a, b in zip(plain, [*named, ""], strict=True))
+    return visible_text(" ".join(str(text).splitlines())).replace("$", r"\$")
 
 
 def file_name(path: object) -> str:
@@ -143,7 +160,7 @@ def file_name(path: object) -> str:
     >>> file_name("visits/North_400_kV_Bay_4_circuit_breaker_Q0_closing_after_overhaul.csv")
     'North_400_kV_Bay_4_cir…sing_after_overhaul.csv'
     """
-    return shortened(re.split(r"[/\\]", str(path))[-1], _LONGEST)
+    return shortened(re.split(r"[/\\]", str(path))[-1], 46)
 
 
 def shortened(text: str, most: int) -> str:
@@ -152,130 +169,63 @@ def shortened(text: str, most: int) -> str:
     return text if len(text) <= most else f"{text[: half - 1]}…{text[-half:]}"
 
 
-def within(text: str, width: float, size: float = 11.0) -> str:
-    """Return a literal text in lines that are not wider than inches, its letters of so many pt."""
-    return fill(literal(text), max(10, int(_PANEL_LETTERS * width / size)))
+def save(figure: Figure, path: str | Path) -> None:
+    """Write a figure as PNG of 256 colours, a third of the size: a report holds all figures.
 
-
-def title(figure: Figure, text: str, **look: object) -> Text:
-    """Write and return a title above a figure, in lines that are not wider than it."""
-    width = int(_LETTERS * figure.get_figwidth())
-    lines = [fill(line, width) for line in text.splitlines()]
-    return figure.suptitle("\n".join(lines), **look)
-
-
-def new_figure(width: float, height: float) -> Figure:
-    """Return an empty figure, size in inches, that lays itself out without overlaps."""
-    return Figure(figsize=(width, height), layout="constrained")
-
-
-def panels(
-    count: int, *, columns: int = 4, width: float = 3.2, height: float = 2.7, **shared: bool
-) -> tuple[Figure, list[Axes]]:
-    """Return a figure with ``count`` panels in rows, spare places left empty.
-
-    ``width`` and ``height`` are inches per panel; ``shared`` is ``sharex`` and ``sharey``.
+    The log warns of signs that no font has.
     """
-    columns = min(columns, count)
-    rows = -(-count // columns)
-    figure = new_figure(width * columns, height * rows + 0.9)
-    grid = figure.subplots(rows, columns, squeeze=False, **shared)
-    axes = list(grid.flat)
-    for spare in axes[count:]:
-        spare.remove()
-    for above in axes[max(0, count - columns) : count]:
-        above.xaxis.set_tick_params(labelbottom=True)  # the panel under it may be missing
-    return figure, axes[:count]
+    canvas = FigureCanvasAgg(figure)
+    with _settings():
+        canvas.draw()
+    if lacking := without_font([figure]):
+        logging.getLogger("breaker").warning("%s: %s", path, lacking)
+    colours = Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB")
+    colours.quantize(256, dither=Image.Dither.NONE).save(path, optimize=True)
 
 
-def heading(figure: Figure, source: str, text: str, outcome: str = "", *, of: str = "") -> Text:
-    """Write and return the title: what is shown, of which motion or both, and what came out.
+def encoded(figure: Figure, form: str) -> bytes:
+    """Return the content of a file of a format, such as "png", without the time of writing.
 
-    ``of`` says of which drives.
+    Signs that are not shown become escapes.
     """
-    first = ", ".join(filter(None, [_SOURCES[source], of]))
-    return title(figure, "\n".join([f"{first}: {text}", outcome]).strip())
+    date = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}.get(form)
+    for text in figure.findobj(Text):
+        text.set_text(visible_text(text.get_text()))
+    file = BytesIO()
+    with _settings():
+        figure.savefig(file, format=form, **({"metadata": date} if date else {}))
+    return file.getvalue()
 
 
-def legend_below(figure: Figure, handles: Sequence, *, columns: int | None = None) -> None:
-    """Put one legend for all panels below them, of those handles that are there."""
-    there = [handle for handle in handles if handle]
-    figure.legend(handles=there, loc="outside lower center", ncols=columns or len(there))
+def families() -> list[str]:
+    """Return the families of letters: that of matplotlib, and others that this machine has."""
+    there = {each.name for each in fontManager.ttflist}
+    return [OWN_FONT, *(each for each in OTHER_FONTS if each in there)]
 
 
-def line_key(label: str, color: str = REFERENCE, ls: str = "-", **look: object) -> Line2D:
-    """Return a line, or a line with markers, for a legend."""
-    return Line2D([], [], color=color, ls=ls, label=label, **look)
-
-
-def dot_key(label: str, color: str = REFERENCE, marker: str = "o", **look: object) -> Line2D:
-    """Return a marker for a legend."""
-    return Line2D([], [], color=color, ls="", marker=marker, label=label, **look)
-
-
-def band_key(label: str, color: str, alpha: float) -> Patch:
-    """Return a filled area for a legend."""
-    return Patch(color=color, alpha=alpha, lw=0, label=label)
-
-
-def draw_intervals(
-    axis: Axes, rows: ArrayLike, ends: Sequence, *, color: str, marker: str = "o", **look: float
-) -> None:
-    """Draw low ends, middles and high ends in rows; ``look`` is that of the lines."""
-    low, middle, high = ends
-    axis.hlines(rows, low, high, color=color, **look)
-    axis.plot(middle, rows, marker, color=color, mec="white", mew=0.8, ms=7)
-
-
-def label_outer(axes: Sequence[Axes], xlabel: str, ylabel: str | None = None) -> None:
-    """Label shared axes: x where the ticks have numbers, y in the first column."""
-    for axis in axes:
-        if axis.xaxis.get_tick_params()["labelbottom"]:
-            axis.set_xlabel(xlabel)
-        if ylabel is not None and axis.get_subplotspec().is_first_col():
-            axis.set_ylabel(ylabel)
-
-
-def limit_panels(
-    data: "xr.Dataset",
-    titles: Sequence[str],
-    *,
-    height: float,
-    above: int = 0,
-    sharex: bool = True,
-    sharey: bool = True,
-) -> tuple[Figure, list[Axes]]:
-    """Return a figure with one panel per limit of ``data``, over the operations.
-
-    ``titles`` stand beside the names of the limits, ``above`` lines are kept free below them, and
-    ``height`` is inches per panel.
-    """
-    count = len(titles)
-    columns, width = (2, 6.4) if count > 1 else (1, 10.0)
-    figure, axes = panels(
-        count, columns=columns, width=width, height=height, sharex=sharex, sharey=sharey
+def without_font(figures: Iterable[Figure]) -> str:
+    """Say which signs in figures no font of this machine has; empty if there is none."""
+    lacking = {}
+    for text in (each.get_text() for figure in figures for each in figure.findobj(Text)):
+        signs = [each for each in text if not each.isspace() and not _has(OWN_FONT, each)]
+        # Text with mathematics in it is set in matplotlib's own font alone.
+        others = [] if text.replace(r"\$", "").count("$") > 1 else families()[1:]
+        lacking |= {s: "" for s in signs if not any(_has(each, s) for each in others)}
+    if not lacking:
+        return ""
+    shown = " ".join(list(lacking)[:20])
+    more = f" and {len(lacking) - 20} more signs" if len(lacking) > 20 else ""
+    return (
+        f"no font of this machine has {shown}{more}, so boxes stand there; "
+        "install one that has, such as Noto Sans CJK of Chinese, Japanese and Korean"
     )
-    for axis, limit, words in zip(axes, data["limit"].values, titles, strict=True):
-        lines = f"{limit}: {words}".splitlines()
-        said = "\n".join(fill(spoken(line), int(width * 10.5)) for line in lines)
-        axis.set_title(said, loc="left", pad=6.0 + 14.0 * above)
-        axis.margins(x=0.01)
-    label_outer(axes, "operation")
-    return figure, axes
 
 
-def spans(operation: np.ndarray, inside: np.ndarray) -> list[tuple[float, float]]:
-    """Return where runs of the operations ``(o,)`` inside begin and end, halfway to neighbours."""
-    ends = edges(operation)
-    turns = np.flatnonzero(np.diff(np.concatenate([[False], inside, [False]]).astype(int)))
-    return [(ends[i], ends[j]) for i, j in turns.reshape(-1, 2)]
+def _has(family: str, sign: str) -> bool:
+    return ord(sign) in _signs(family)
 
 
-def edges(operation: np.ndarray) -> np.ndarray:
-    """Return the edges ``(o + 1,)`` of cells around operations ``(o,)``."""
-    operation = np.asarray(operation, dtype=float)
-    if operation.size < 2:
-        return np.concatenate([operation - 0.5, operation[-1:] + 0.5])
-    half = np.diff(operation) / 2
-    first, last = operation[:1] - half[:1], operation[-1:] + half[-1:]
-    return np.concatenate([first, operation[:-1] + half, last])
+@cache
+def _signs(family: str) -> frozenset[int]:
+    """Numbers of the signs that a family has."""
+    return frozenset(get_font(findfont(FontProperties(family=family))).get_charmap())

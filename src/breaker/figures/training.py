@@ -1,10 +1,11 @@
-"""How a training went, and how many solver steps its posterior needs."""
+"""How a training went, and how many solver steps its posterior needs (paper, Sec. 4)."""
 
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from breaker.figures import panels as p
 from breaker.figures import style
 
 # What depends on the number of solver steps: unit, lines of its panel, and the chosen number.
@@ -53,8 +54,10 @@ def loss(history: xr.Dataset, solver: xr.Dataset, *, motion: str) -> Figure:
         axis.sharex(rate)
         axis.tick_params(labelbottom=False)
     density, error = _held_out(history)
-    outcome = f"held-out log density {density:.3f} ± {error:.3f} nats per curve"
-    style.heading(figure, motion, "training", outcome)
+    finding = f"Log density of held-out curves: {density:.3f} ± {error:.3f} nats per curve"
+    best, last = history.attrs["best_step"], history["step"].values[-1]
+    about = f"{p.SOURCES[motion]}: training. The best weights are those of step {best} of {last}"
+    style.title(figure, finding, about)
     return figure
 
 
@@ -79,8 +82,7 @@ def _validation(axis: Axes, history: xr.Dataset) -> None:
     axis.plot(at, values, "o-", color=style.MODEL, ms=3, label="validation curves, EMA weights")
     best = int(history.attrs["best_step"])
     value = values[at == best][0]
-    label = f"best, kept: step {best}, {value:.3f}"
-    axis.plot(best, value, "*", color=style.WARNING, ms=13, label=label)
+    axis.plot(best, value, "*", color=style.CORRECTED, ms=13, label=f"best, kept: {value:.3f}")
     density, error = _held_out(history)
     axis.axhspan(-density - error, -density + error, color=style.PRIOR, alpha=0.4, lw=0)
     label = "held-out curves, ± 1 s.e."
@@ -100,7 +102,7 @@ def _convergence(axis: Axes, solver: xr.Dataset, of: str) -> None:
         values = solver[f"{name}_difference"].values
         axis.plot(steps, values, marker, color=style.MODEL, ms=5, label=label)
     count = int(solver.attrs[chosen])
-    axis.axvline(count, color=style.WARNING, lw=1.2, ls=":", label=f"chosen: {count}")
+    axis.axvline(count, color=style.CORRECTED, lw=1.2, ls=":", label=f"chosen: {count}")
     axis.set_xscale("log", base=2)
     axis.set_yscale("log")
     axis.set_xticks(steps, [str(step) for step in steps])

@@ -5,7 +5,7 @@ import pytest
 import xarray as xr
 
 from breaker.common.randomness import generator
-from breaker.figures import pairs, style, validation
+from breaker.figures import calibration, pairs, style
 from breaker.model.parameters import outputs
 from breaker.paper.calibration import judge_draws
 from breaker.paper.validation import REGIONS, correlation, recovery, regions, scores
@@ -30,7 +30,7 @@ def inferred(names, curves=200, draws=40, *, narrow=()):
 @pytest.mark.parametrize("names", [NAMES, THREE], ids=len)
 def test_sbc_draws_ranks_in_their_band(names):
     judged = judge_draws(*inferred(names))
-    figure = validation.sbc(judged, names, motion="closing")
+    figure = calibration.sbc(judged, names, about="Closing")
     assert_drawn(figure)
     for k, axis in enumerate(figure.axes):
         np.testing.assert_array_equal(axis.lines[1].get_ydata(), judged.difference[:, k])
@@ -39,8 +39,7 @@ def test_sbc_draws_ranks_in_their_band(names):
 def test_failed_calibration_is_seen():
     """In the title and its colour, and in the panel that failed."""
     judged = judge_draws(*inferred(THREE, narrow=["f"]))
-    about = {"motion": "closing", "subject": "calibration of files", "of": "family"}
-    figure = validation.sbc(judged, THREE, **about)
+    figure = calibration.sbc(judged, THREE, about="Closing")
     assert_drawn(figure)
     assert [axis.title.get_color() == style.WARNING for axis in figure.axes] == [False, True, False]
 
@@ -48,18 +47,18 @@ def test_failed_calibration_is_seen():
 def test_contraction_is_across_and_z_score_up():
     draws, truth = inferred(NAMES)
     found = scores(draws, truth, prior_sd=np.full(8, 0.2), log=np.full(8, True))
-    figure = validation.contraction(found, NAMES, motion="closing", limit=np.linspace(0.3, 1, 8))
+    figure = calibration.contraction(found, NAMES, about="Closing", limit=np.linspace(0.3, 1, 8))
     assert_drawn(figure)
     for k, axis in enumerate(figure.axes):
         shown = [found.contraction[:, k], found.z[:, k]]
         np.testing.assert_array_equal(axis.lines[0].get_data(), shown)
     few = scores(draws[..., :2], truth[..., :2], prior_sd=[0.2, 0.2], log=[True, True])
-    assert_drawn(validation.contraction(few, NAMES[:2], motion="opening"))
+    assert_drawn(calibration.contraction(few, NAMES[:2], about="Opening"))
 
 
 def test_recovery_has_the_truth_across():
     found = recovery(*inferred(NAMES))
-    figure = validation.recovery(found, NAMES, motion="closing")
+    figure = calibration.recovery(found, NAMES, about="Closing")
     assert_drawn(figure)
     for k, axis in enumerate(figure.axes):
         np.testing.assert_array_equal(
@@ -86,7 +85,7 @@ def test_pairs_have_column_across_and_row_up():
         {"draws": (("draw", "output"), draws[0]), "truth": ("output", truth[0])},
         {"output": list(FOUR)},
     )
-    about = {"motion": "closing", "correlation": strength, "regions": regions(draws[0])}
+    about = {"about": "Closing", "correlation": strength, "regions": regions(draws[0])}
     figure = pairs.pairs(case, truth, **about)
     assert_drawn(figure)
     for k, axis in enumerate(figure.axes):

@@ -1,0 +1,431 @@
+"""Figures of a life over its operations: health, cost of a service, changes, operations left.
+
+They draw what ``life_results.follow_life`` returns, ``life``, and what ``limit_states.standing``
+makes of it, ``standing``.
+"""
+
+from collections.abc import Sequence
+from textwrap import wrap
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from breaker.common.numerals import first_of, in_digits
+from breaker.drive.family.untold import APART, BEYOND, WITHHELD, as_sentence
+from breaker.drive.life.first_page import about, exceeded, in_percent, span
+from breaker.figures import panels as p
+from breaker.figures import style
+
+_KINDS = {
+    "rate": "the wear changed its rate",
+    "step": "a sudden fault",
+    "event": "known work",
+}
+_FLAT = 0.1  # services, within which an operation is as good as the best
+_UNKNOWN, _PLAN = 0, 2  # numbers of these states
+
+
+@style.styled
+def health(life: xr.Dataset, standing: xr.Dataset) -> Figure:
+    """Draw one panel per limit: how probably it is exceeded, and its state in a strip below.
+
+    The operations shown begin a little before anything happens; all of them, if nothing does.
+    """
+    operation, first = standing["operation"].values, _begin(life, standing)
+    shown = standing.isel(operation=slice(first, None))
+    titles = [str(words) for words in life["words"].values]
+    look = {"sharex": True, "sharey": True}
+    figure, axes = p.limit_panels(shown, titles, height=2.5, above=1, **look)
+    for j, axis in enumerate(axes):
+        _health(axis, shown.isel(limit=j))
+    axes[0].set(ylim=(-0.13, 1.05), yticks=np.linspace(0.0, 1.0, 6))
+    p.label_outer(axes, "operation", "probability")
+    over = int(standing["certain"].notnull().sum())
+    count = f"{over} of {len(axes)} limits are exceeded" if over else "No limit is exceeded"
+    shows = "probability that each limit is exceeded"
+    shows += f"; nothing happened before operation {operation[first]:,}" if first else ""
+    style.title(figure, f"{count} after operation {operation[-1]:,}", shows, failed=over > 0)
+    p.legend_below(figure, columns=4)
+    return figure
+
+
+def _begin(life: xr.Dataset, standing: xr.Dataset) -> int:
+    """Return the index of the operation from which on to draw: half as many before something
+    happens as there are after it. A probability that crosses 25 or 75 %, or a plan, is something.
+    """
+    operation = standing["operation"].values
+    told = operation >= life.attrs["told"]
+    quarter = np.digitize(standing["beyond"].fillna(0.0), (0.25, 0.75))
+    stirs = (quarter != quarter[told.argmax()]) | (standing["state"].values >= _PLAN)
+    stirs = stirs.any(axis=1) & told
+    if not stirs.any():
+        return 0
+    begin, count = int(stirs.argmax()), len(operation)
+    return max(0, round(begin - max(0.5 * (count - begin), 0.05 * count)))
+
+
+def _health(axis: Axes, one: xr.Dataset) -> None:
+    """Draw probability, state, and since when the limit is exceeded."""
+    operation, state = one["operation"].values, one["state"].values
+    look = {"lw": 1.8, "ms": 2.0, "mew": 0, "label": "probability"}
+    axis.plot(operation, one["beyond"], ".-", color=style.MODEL, **look)
+    p.state_strip(axis, operation, state)
+    certain, crossed = one["certain"].item(), one["crossed"].item()
+    name, beyond = list(p.STATES)[state[-1]], one["beyond"].values[-1]
+    words = f"{name}: {in_percent(beyond)} beyond it" if np.isfinite(beyond) else name
+    if np.isfinite(certain):
+        look = {"color": style.WARNING, "lw": 1.4}
+        axis.axvline(crossed, ls=":", label="crossed: likelier than not from here on", **look)
+        axis.axvline(certain, label="certain from here on", **look)
+        words = exceeded(certain, crossed)
+    above = {"xycoords": "axes fraction", "xytext": (0, 5), "textcoords": "offset points"}
+    axis.annotate(words, (0.0, 1.0), color=p.STATES[name], weight="bold", **above)
+
+
+@style.styled
+def service_cost(standing: xr.Dataset) -> Figure:
+    """Draw one panel per limit that is known: what a service costs more than at the best time."""
+    last = standing.isel(operation=-1)
+    over = last["certain"].notnull().values
+    known = last["extra"].notnull().all("ahead") & last["left"].notnull().all("quantile")
+    note = ", ".join(p.spoken(name) for name in last["limit"].values[over])
+    note = f"Exceeded, so service now: {note}." if note else ""
+    shown = np.flatnonzero(known.values & ~over)
+    if not shown.size:
+        why = note or "Too little is known to draw."
+        return p.empty("No cost of a service can be drawn", why)
+    last = last.isel(limit=shown)
+    each = [last.isel(limit=k) for k in range(shown.size)]
+    titles = [_cost_words(one) for one in each]
+    figure, axes = p.limit_panels(last, titles, height=2.7)
+    for axis, one in zip(axes, each, strict=True):
+        _cost(axis, one)
+    p.label_outer(axes, "operation", "services beyond the least")
+    due = [p.spoken(one["limit"].item()) for one in each if one["left"].values[0] == 0.0]
+    first = min(each, key=_best)
+    now, best = float(first["operation"]), _best(first)
+    finding = f"Service is cheapest at operation {now + best:,.0f} ({first['limit'].item()}), "
+    finding += f"and costs at most {_FLAT:g} more until {now + _flat(first)[1]:,.0f}"
+    if np.isinf(best):
+        finding = f"As of operation {now:,.0f} nothing leads to a limit within the horizon"
+    if due:
+        finding = f"Service now: {first_of(due, 2)} perhaps exceeded already"
+    shows = "cost of a service by the operation at which it is done"
+    style.title(figure, p.spoken(finding), f"{shows}\n{note}", failed=bool(due))
+    p.legend_below(figure, columns=4)
+    return figure
+
+
+def _best(one: xr.Dataset) -> float:
+    """Operations ahead at which a service costs least; inf beyond the horizon."""
+    ahead = one["ahead"].values
+    best = float(ahead[int(one["extra"].values.argmin())])
+    return np.inf if best == ahead[-1] else best
+
+
+def _flat(one: xr.Dataset) -> tuple[float, float]:
+    """First and last of the operations ahead that are as good as the best, next to it."""
+    ahead, good = one["ahead"].values, one["extra"].values <= _FLAT
+    best = int(one["extra"].values.argmin())
+    before, after = np.flatnonzero(~good[:best]), np.flatnonzero(~good[best:])
+    first = before[-1] + 1 if before.size else 0
+    last = best + after[0] - 1 if after.size else len(ahead) - 1
+    return float(ahead[first]), float(ahead[last])
+
+
+def _cost_words(one: xr.Dataset) -> str:
+    """Say where the least is, how flat, what operations cost then, and whether it is due."""
+    ahead, (low, high), best = one["ahead"].values, _flat(one), _best(one)
+    now, by = float(one["operation"]), one["service_by"].item()
+    due = f"due since {by:,.0f}" if by <= now else ""
+    if one["left"].values[0] == 0.0:  # exceeded already with 5 %, whatever waiting costs
+        return f"perhaps exceeded already, so service now\n{due}"
+    if np.isinf(best):
+        return "nothing leads to it within the horizon"
+    words = f"least at {now + best:,.0f}"
+    if high < ahead[-1]:
+        words += f"; {now + low:,.0f} to {now + high:,.0f} cost at most {_FLAT:g} more"
+    rate = f"{1000.0 * one['rate'].item():.2g} services per 1,000 operations"
+    return f"{words}\n{'; '.join(filter(None, [due, rate]))}"
+
+
+def _cost(axis: Axes, one: xr.Dataset) -> None:
+    """Draw the cost, the operations that are as good as the best, and what is recommended."""
+    now, ahead, extra = float(one["operation"]), one["ahead"].values, one["extra"].values
+    look = {"color": style.MODEL, "lw": 1.8, "label": "cost beyond that of the best operation"}
+    axis.plot(now + ahead, extra, **look)
+    low, high = _flat(one)
+    label = f"within {_FLAT:g} services of the least"
+    axis.axvspan(now + low, now + high, color=style.CORRECTED, alpha=0.15, lw=0, label=label)
+    for value, color, label in (
+        (one["service_by"].item(), style.SERVICE, "service by"),
+        (now + one["left"].values[0], style.WARNING, "exceeded by here with 5 %"),
+    ):
+        if now < value < np.inf:
+            axis.axvline(value, color=color, lw=1.6, label=label)
+    end = 1.6 * high if high < ahead[-1] else ahead[-1]
+    axis.set(xlim=(now, now + max(end, 20.0)), ylim=(0.0, 1.2))
+    axis.xaxis.get_major_locator().set_params(integer=True)
+
+
+@style.styled
+def remaining_life(
+    life: xr.Dataset, standing: xr.Dataset, truth: xr.Dataset | None = None
+) -> Figure:
+    """Draw one panel per limit: operations left, by when to service, and the true ones.
+
+    Args:
+        truth: Of a simulated life, ``failure`` and ``failure_without`` ``(limit)``, the operation
+            at which the drive is first beyond the limit, nan if it is not, and at which it would be
+            without the change of its wear, nan where that is the same, and ``changed``, the
+            operation of that change, nan without one, and ``held`` ``(limit)``, what
+            ``failure_times.held`` returns; None for real measurements.
+    """
+    known = (standing["state"] > _UNKNOWN).any("operation").values
+    vague = ", ".join(p.spoken(name) for name in standing["limit"].values[~known])
+    note = f"Too little is known to draw: {vague}." if vague else ""
+    if not known.any():
+        return p.empty("The operations left until a limit are not known", note)
+    told = life.sel(asked=slice(life.attrs["told"], None)).isel(limit=known)
+    standing = standing.isel(limit=known)
+    titles = told["words"].values.astype(object)
+    if truth is not None:
+        truth = truth.sel(limit=told["limit"].values)
+        titles += [_held(truth.isel(limit=j)) for j in range(len(titles))]
+    figure, axes = p.limit_panels(told, titles, height=3.0, sharex=True)
+    for j, axis in enumerate(axes):
+        lines = [] if truth is None else _truths(truth.isel(limit=j), life["operation"].values)
+        _left(axis, told["remaining"].isel(limit=j), standing.isel(limit=j), lines)
+        axis.set_ylabel("operations left")
+    shows = f"operations left until a limit is exceeded\n{note}"
+    style.title(figure, _next(standing.isel(operation=-1), truth), shows)
+    p.legend_below(figure, columns=4)
+    return figure
+
+
+def _held(one: xr.Dataset) -> str:
+    """Say how often the interval of a limit contains the truth."""
+    if np.isnan(one["failure"].item()):
+        return "; in truth not reached"
+    if np.isnan(one["held"].item()):
+        return "\nexceeded before anything is reported"
+    share = in_percent(one["held"].item())
+    return f"\nthe interval contains the truth at {share} of the operations"
+
+
+def _next(last: xr.Dataset, truth: xr.Dataset | None) -> str:
+    """Say how often the truth is inside, or which limit is the next."""
+    if truth is not None and (shares := truth["held"].values[truth["held"].notnull()]).size:
+        ends = p.from_to([in_percent(shares.min()), in_percent(shares.max())])
+        return f"90 % intervals contain the truth at {ends} of the operations, limit by limit"
+    middle = last["left"].values[:, 1]
+    if not np.isfinite(middle).any():
+        return "No limit will be exceeded within the horizon"
+    k = int(np.nanargmin(middle))
+    low, _, high = last["left"].values[k]
+    left = f"{about(middle[k])} ({span(low, high)})"
+    return f"Next: {p.spoken(last['limit'].values[k])}, operations left: {left}"
+
+
+def _truths(one: xr.Dataset, operation: np.ndarray) -> list[tuple[np.ndarray, np.ndarray, dict]]:
+    """Return operations, what was left then, and looks: with the change, and without until it."""
+    failure, without = one["failure"].item(), one["failure_without"].item()
+    looks = {"ls": "--", "label": "truth"}, {"ls": ":", "label": "truth without the change"}
+    each = zip((failure, without), (failure + 1, one["changed"].item()), looks, strict=True)
+    there = [(end, operation[operation < to], look) for end, to, look in each if np.isfinite(end)]
+    return [(before, end - before, look) for end, before, look in there]
+
+
+def _left(axis: Axes, told: xr.DataArray, standing: xr.Dataset, truths: list) -> None:
+    """Draw band and median, by when to service, truths, and states at the foot."""
+    low, middle, high = told.transpose("quantile", "asked").values
+    usual = np.nanquantile(np.append(middle[np.isfinite(middle)], 1.0), 0.95)
+    top = 1.25 * max(usual, *(left.max(initial=0.0) for _, left, _ in truths), 1.0)
+    low, high = (np.minimum(each, 10.0 * top) for each in (low, high))  # goes on past the panel
+    look = {"color": style.CORRECTED, "label": "90 % interval", "lw": 0.6, "alpha": 0.25}
+    axis.fill_between(told["asked"].values, low, high, **look)
+    look = {"lw": 1.8, "ms": 3.0, "mew": 0, "label": "median"}
+    axis.plot(told["asked"], middle, ".-", color=style.CORRECTED, **look)
+    # Operations until the service, where one is planned and no limit exceeded yet.
+    ahead = np.maximum(standing["service_by"] - standing["operation"], 0.0)
+    over = standing["left"].isel(quantile=-1) == 0.0
+    service = ahead.where(np.isfinite(ahead) & ~over).values
+    look = {"color": style.SERVICE, "lw": 1.4, "drawstyle": "steps-post"}
+    look["label"] = "until the service" if np.isfinite(service).any() else None
+    axis.plot(standing["operation"], service, **look)
+    for at, left, line in truths:
+        axis.plot(at, left, color=style.MEASURED, lw=1.2, zorder=2.5, **line)
+    p.state_strip(axis, standing["operation"].values, standing["state"].values)
+    axis.set_ylim(-0.06 * top, top)
+    axis.yaxis.set_major_formatter("{x:,.0f}")
+    if not np.isfinite(middle).any() and not truths:
+        axis.set_yticks([])
+        place = {"transform": axis.transAxes, "ha": "center", "color": style.REFERENCE}
+        axis.text(0.5, 0.5, "beyond the horizon, or not known, at all operations", **place)
+
+
+@style.styled
+def changepoint(life: xr.Dataset) -> Figure:
+    """Draw parameters that moved, the evidence for a change, weights of records, and changes."""
+    figure = style.new_figure(14.4, 8.2)
+    grid = figure.add_gridspec(3, 2, height_ratios=(1.2, 1.2, 0.8), width_ratios=(3.2, 1.0))
+    top = figure.add_subplot(grid[0, 0])
+    evidence, weight = (figure.add_subplot(grid[i, 0], sharex=top) for i in (1, 2))
+    _moved(top, life)
+    _evidence(evidence, life)
+    operation = life["operation"].values
+    weight.plot(operation, life["weight"], "o", color=style.MODEL, ms=2.2, mew=0, alpha=0.6)
+    weight.set(ylim=(0.0, None), ylabel="weight", xlabel="operation")
+    weight.set_title("weight of each record: low where it is off the trend", loc="left")
+    for axis in (top, evidence, weight):
+        p.change_lines(axis, life)
+    for k, start in enumerate(life["start"].values):
+        place = {"xycoords": top.get_xaxis_transform(), "ha": "center", "va": "bottom"}
+        top.annotate(f"{k + 1}", (start, 1.0), weight="bold", **place)
+    ends = p.edges(operation)
+    top.set_xlim(ends[0], ends[-1])
+    top.xaxis.set_major_formatter("{x:,.0f}")
+    for axis in (top, evidence):
+        axis.tick_params(labelbottom=False)
+    _list(figure.add_subplot(grid[:, 1]), life)
+    found = life.isel(change=(life["certainty"] >= 0.0).values & (life["kind"] != "event").values)
+    finding = f"No change is found in {operation.size:,} operations"
+    if count := found.sizes["change"]:
+        last = found.isel(change=-1)
+        words = f"{_KINDS[last['kind'].item()]} at operation {last['start'].item():,}"
+        finding = words if count == 1 else f"{count} changes are found, the last: {words}"
+    style.title(
+        figure, finding[0].upper() + finding[1:], "changes of the drive that nobody knew of"
+    )
+    p.legend_below(figure, columns=5)
+    return figure
+
+
+def _untold(life: xr.Dataset) -> str:
+    """Say why no change of a parameter is reported; empty if some is."""
+    if life["changed"].notnull().any():
+        return ""
+    alone = APART if life.attrs["agreement"] < 1.0 else WITHHELD
+    why = BEYOND if life.attrs["family"] else alone
+    return f"{as_sentence(why)}: changes of the parameters are not reported."
+
+
+def _sure(life: xr.Dataset) -> np.ndarray:
+    """Return which parameters have changed by their 90 % intervals at the end, the most first."""
+    low, middle, high = life["changed"].isel(asked=-1).transpose("quantile", ...).values
+    sure = np.flatnonzero(low * high > 0.0)
+    return sure[np.argsort(-np.abs(middle[sure]))]
+
+
+def _moved(axis: Axes, life: xr.Dataset) -> None:
+    """Draw the medians of the parameters whose 90 % interval is off zero at the end."""
+    axis.set_title("parameters that changed for sure", loc="left", pad=16.0)
+    axis.set_ylabel("% since new")
+    moved = life["parameter"].values[np.sort(_sure(life))]
+    for name in moved:
+        one = life["changed"].sel(parameter=name).isel(quantile=1)
+        axis.plot(life["asked"], one, color=p.OUTPUTS[name].colour)
+    if len(moved):
+        axis.legend(axis.lines, [*map(p.named, moved)], loc="upper left", ncols=len(moved))
+        return
+    words = _untold(life.isel(asked=[-1])) or "No parameter changed for sure."
+    axis.text(0.5, 0.5, words, transform=axis.transAxes, ha="center", fontsize=11)
+
+
+def _evidence(axis: Axes, life: xr.Dataset) -> None:
+    """Draw the evidence for a change, linear up to the threshold and logarithmic from there."""
+    threshold = life.attrs["threshold"]
+    axis.plot(life["operation"], life["evidence"], color=style.MEASURED, lw=1.0)
+    look = {"ls": "--", "label": f"threshold {in_digits(threshold, 4)} nats"}
+    axis.axhline(threshold, color=style.REFERENCE, lw=1.0, **look)
+    noticed = life["noticed"].values[life["kind"].values != "event"]
+    look = {"ms": 9, "mec": "w", "label": "change noticed" if noticed.size else None}
+    axis.plot(noticed, np.full(noticed.shape, threshold), "v", color=style.CHANGED, **look)
+    axis.set_yscale("symlog", linthresh=threshold)
+    axis.set_ylim(top=max(2.0 * threshold, 1.2 * life["evidence"].max().item()))
+    axis.yaxis.set_major_formatter("{x:g}")
+    axis.set_ylabel("evidence (nats)")
+    axis.set_title("evidence for a change that is not noticed yet", loc="left")
+
+
+def _list(axis: Axes, life: xr.Dataset) -> None:
+    """Write the changes in words, the first ones where there are many."""
+    axis.set_axis_off()
+    told = [_change_words(life.isel(change=k), k + 1) for k in range(life.sizes["change"])]
+    shown = int((np.cumsum([len(each) for each in told]) <= 34).sum())  # lines of this panel
+    lines = [line for each in told[:shown] for line in each] or ["No change is found."]
+    if shown < len(told):
+        lines.append(f"and {len(told) - shown} more")
+    place = {"xycoords": "axes fraction", "textcoords": "offset points", "va": "top"}
+    for i, line in enumerate(lines):
+        weight = "normal" if line.startswith(" ") else "bold"
+        axis.annotate(line, (0.0, 1.0), xytext=(0, -13.5 * i), weight=weight, fontsize=9, **place)
+
+
+def _change_words(change: xr.Dataset, number: int) -> Sequence[str]:
+    """Describe a change, line by line: when, of which kind and of what, and when noticed."""
+    start, earliest, latest, noticed = (
+        f"{change[name].item():,}" for name in ("start", "earliest", "latest", "noticed")
+    )
+    kind, names = change["kind"].item(), change["change_names"].item()
+    what = f"{_KINDS[kind]}: {names}" if names else _KINDS[kind]
+    lines = [f"{number}  operation {start}", *wrap(p.spoken(what), 42)]
+    if kind != "event":
+        lines += [f"90 %: {earliest} to {latest}", f"noticed at {noticed}"]
+    if change["certainty"].item() < 0.0:
+        lines.append("taken back by later records")
+    return [lines[0], *(f"    {line}" for line in lines[1:])]
+
+
+@style.styled
+def changes(life: xr.Dataset, truth: xr.DataArray | None = None) -> Figure:
+    """Draw the change of every parameter since new: median and 90 % band over the operations.
+
+    Args:
+        truth: True changes of a simulated life, ``(operation, parameter)``, percent; None for real
+            measurements.
+    """
+    if words := _untold(life):
+        return p.empty("Changes of the parameters are not reported", words)
+    names = [str(name) for name in life["parameter"].values]
+    figure, axes = p.panels(len(names), columns=2, width=6.4, height=2.3, sharex=True)
+    for axis, name in zip(axes, names, strict=True):
+        _change(axis, life.sel(parameter=name), name, truth)
+        p.change_lines(axis, life)
+    ends = p.edges(life["operation"].values)
+    axes[0].set_xlim(ends[0], ends[-1])
+    axes[0].xaxis.set_major_formatter("{x:,.0f}")
+    p.label_outer(axes, "operation", "% since new")
+    middle = life["changed"].isel(asked=-1, quantile=1).values
+    moved = [
+        f"{p.word(names[k])} {p.signed(in_digits(middle[k], 2, sign=True))} %" for k in _sure(life)
+    ]
+    finding = f"Since new: {first_of(moved, 4) or 'no parameter has changed for sure'}"
+    style.title(figure, finding, "changes of the parameters, percent since new")
+    keys = [p.line_key("median", lw=1.6), p.band_key("90 % interval", style.REFERENCE, 0.3)]
+    p.legend_below(figure, *keys, columns=3)
+    return figure
+
+
+def _change(axis: Axes, one: xr.Dataset, name: str, truth: xr.DataArray | None) -> None:
+    """Draw band, median and truth of a parameter on an axis as large as these."""
+    color = p.OUTPUTS[name].colour
+    low, middle, high = one["changed"].transpose("quantile", "asked").values
+    axis.fill_between(one["asked"].values, low, high, color=color, alpha=0.3, lw=0)
+    axis.plot(one["asked"], middle, color=color, lw=1.6)
+    drawn = [low, high]
+    if truth is not None:
+        values = truth.sel(parameter=name)
+        look = {"marker": "o", "ls": "", "mfc": "none", "ms": 4.5, "mew": 0.8, "label": "truth"}
+        look["markevery"] = max(1, values.sizes["operation"] // 24)
+        axis.plot(values["operation"], values, color=style.MEASURED, **look)
+        drawn.append(values.values)
+    least, most = (f(np.append(np.concatenate(drawn), 0.0)) for f in (np.nanmin, np.nanmax))
+    room = 0.08 * (most - least) + 0.5
+    axis.set_ylim(least - room, most + room)
+    axis.set_title(p.named(name), loc="left")
+    unchanged = one["unchanged"].values[-1]
+    if np.isfinite(unchanged):
+        axis.set_title(f"no change: {in_percent(unchanged)} probable", loc="right", fontsize=9)

@@ -1,0 +1,198 @@
+"""What figures share: words for outputs, panels in rows, keys of legends, intervals and states."""
+
+import re
+from collections.abc import Sequence
+from textwrap import fill
+
+import numpy as np
+import xarray as xr
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+from numpy.typing import ArrayLike
+
+from breaker.common.numerals import in_digits
+from breaker.figures import style
+from breaker.model.parameters import ONSET, PARAMETERS
+
+OUTPUTS = {each.name: each for each in (*PARAMETERS, ONSET)}
+"""What is inferred, by name: symbols, units, meanings and colours."""
+
+SOURCES = {"closing": "Closing", "opening": "Opening", "both": "Both motions"}
+STATES = {"unknown": "#5A5A5A", "healthy": "#1B9E77", "plan": "#E08A00", "now": style.WARNING}
+"""States of a limit by their numbers, and the colour of each; its word always stands there too."""
+
+_NAMES = re.compile(rf"\b({'|'.join(OUTPUTS)})\b")
+
+
+def word(name: str) -> str:
+    """Return what an output is called in a sentence."""
+    return OUTPUTS[name].word or "start of motion"
+
+
+def named(name: str) -> str:
+    """Return what an output is called, with its symbol."""
+    return f"{word(name)} {OUTPUTS[name].symbol}"
+
+
+def spoken(text: object) -> str:
+    """Return a text for somebody who knows no names of code: words, and no underscores.
+
+    >>> spoken("slow_opening: measured travel_time above 9.5 ms, change of f below -5 %")
+    'slow opening: measured travel time above 9.5 ms, change of closing force $f$ below -5 %'
+    """
+    parts = _NAMES.split(style.literal(text))
+    parts[::2] = [each.replace("_", " ") for each in parts[::2]]
+    parts[1::2] = map(named, parts[1::2])
+    return "".join(parts)
+
+
+def signed(text: str) -> str:
+    """Return a number with a minus sign instead of a hyphen."""
+    return text.replace("-", "−")
+
+
+def percent(share: float) -> str:
+    """Write a share in per cent, small ones with two digits.
+
+    >>> percent(0.973), percent(0.012345)
+    ('97 %', '1.2 %')
+    """
+    if not np.isfinite(share):
+        return "not known"
+    return f"{100 * share:.0f} %" if share >= 0.1 else f"{in_digits(100 * share, 2)} %"
+
+
+def from_to(texts: Sequence[str]) -> str:
+    """Return the first and the last of texts, once where they are the same."""
+    return " to ".join(dict.fromkeys([texts[0], texts[-1]]))
+
+
+def panels(
+    count: int, *, columns: int = 4, width: float = 3.2, height: float = 2.7, **shared: bool
+) -> tuple[Figure, list[Axes]]:
+    """Return a figure with ``count`` panels in rows, spare places left empty.
+
+    ``width`` and ``height`` are inches per panel; ``shared`` is ``sharex`` and ``sharey``.
+    """
+    columns = min(columns, count)
+    rows = -(-count // columns)
+    figure = style.new_figure(width * columns, height * rows + 1.0)
+    axes = list(figure.subplots(rows, columns, squeeze=False, **shared).flat)
+    for spare in axes[count:]:
+        spare.remove()
+    for above in axes[max(0, count - columns) : count]:
+        above.xaxis.set_tick_params(labelbottom=True)  # the panel under it may be missing
+    return figure, axes[:count]
+
+
+def label_outer(axes: Sequence[Axes], xlabel: str, ylabel: str | None = None) -> None:
+    """Label shared axes: x where the ticks have numbers, y in the first column."""
+    for axis in axes:
+        if axis.xaxis.get_tick_params()["labelbottom"]:
+            axis.set_xlabel(xlabel)
+        if ylabel is not None and axis.get_subplotspec().is_first_col():
+            axis.set_ylabel(ylabel)
+
+
+def limit_panels(
+    data: xr.Dataset, titles: Sequence[str], *, height: float, above: int = 0, **shared: bool
+) -> tuple[Figure, list[Axes]]:
+    """Return a figure with one panel per limit of ``data``, over the operations.
+
+    ``titles`` follow the names of the limits, ``above`` lines are kept free below them, and
+    ``height`` is inches per panel.
+    """
+    count = len(titles)
+    columns, width = (2, 6.4) if count > 1 else (1, 10.0)
+    figure, axes = panels(count, columns=columns, width=width, height=height, **shared)
+    for axis, limit, words in zip(axes, data["limit"].values, titles, strict=True):
+        lines = spoken(limit) + ": " + "\n".join(spoken(each) for each in words.splitlines())
+        axis.set_title(style.within(lines, width - 0.8), loc="left", pad=6.0 + 14.0 * above)
+        axis.margins(x=0.01)
+        axis.xaxis.set_major_formatter("{x:,.0f}")
+    label_outer(axes, "operation")
+    return figure, axes
+
+
+def empty(finding: str, why: str) -> Figure:
+    """Return a figure that says in one sentence why nothing is drawn."""
+    figure = style.new_figure(10.0, 1.6)
+    figure.suptitle(finding)
+    figure.text(0.5, 0.35, fill(why, 110), ha="center", fontsize=12)
+    return figure
+
+
+def line_key(label: str, color: str = style.REFERENCE, ls: str = "-", **look: object) -> Line2D:
+    """Return a line, or a line with markers, for a legend."""
+    return Line2D([], [], color=color, ls=ls, label=label, **look)
+
+
+def dot_key(label: str, color: str = style.REFERENCE, marker: str = "o", **look: object) -> Line2D:
+    """Return a marker for a legend."""
+    return Line2D([], [], color=color, ls="", marker=marker, label=label, **look)
+
+
+def band_key(label: str, color: str, alpha: float) -> Patch:
+    """Return a filled area for a legend."""
+    return Patch(color=color, alpha=alpha, lw=0, label=label)
+
+
+def legend_below(
+    figure: Figure, *keys: Artist | None, columns: int | None = None, **look: float
+) -> None:
+    """Put one legend below all panels: keys that are there, and what has a label, each once."""
+    found = {key.get_label(): key for key in keys if key}
+    for axis in figure.axes:
+        if axis.get_legend() is None:
+            found |= dict(zip(*axis.get_legend_handles_labels()[::-1], strict=True))
+    count = min(columns or len(found), len(found))
+    figure.legend(handles=[*found.values()], loc="outside lower center", ncols=count, **look)
+
+
+def draw_intervals(
+    axis: Axes, rows: ArrayLike, ends: Sequence, *, color: str, marker: str = "o", **look: float
+) -> None:
+    """Draw low ends, middles and high ends in rows; ``look`` is that of the lines."""
+    low, middle, high = ends
+    axis.hlines(rows, low, high, color=color, **look)
+    axis.plot(middle, rows, marker, color=color, mec="white", mew=0.8, ms=7)
+
+
+def change_lines(axis: Axes, life: xr.Dataset) -> None:
+    """Draw the changes of a life with their 90 % intervals."""
+    for k in range(life.sizes["change"]):
+        change = life.isel(change=k)
+        look = {"color": style.CHANGED, "label": "change, 90 % interval"}
+        if change["kind"].item() == "event":
+            look = {"color": style.MEASURED, "ls": "--", "label": "known work"}
+        if change["certainty"].item() < 0.0:
+            look = {"color": style.PRIOR, "ls": ":", "label": "change taken back"}
+        axis.axvspan(change["earliest"], change["latest"], color=look["color"], alpha=0.15, lw=0)
+        axis.axvline(change["start"].item(), lw=1.1, zorder=1.6, **look)
+
+
+def state_strip(axis: Axes, operation: np.ndarray, state: np.ndarray) -> None:
+    """Colour the foot of a panel by the numbers of the states ``(o,)``."""
+    for k, (name, color) in enumerate(STATES.items()):
+        for start, stop in spans(operation, state == k):
+            axis.axvspan(
+                start, stop, ymax=0.05, color=color, label=f"state: {name}", lw=0, zorder=3
+            )
+
+
+def spans(operation: np.ndarray, inside: np.ndarray) -> list[tuple[float, float]]:
+    """Return where runs of the operations ``(o,)`` inside begin and end, halfway to neighbours."""
+    ends = edges(operation)
+    turns = np.flatnonzero(np.diff(np.concatenate([[False], inside, [False]]).astype(int)))
+    return [(ends[i], ends[j]) for i, j in turns.reshape(-1, 2)]
+
+
+def edges(operation: np.ndarray) -> np.ndarray:
+    """Return the edges ``(o + 1,)`` of cells around operations ``(o,)``."""
+    operation = np.asarray(operation, dtype=float)
+    half = np.diff(operation) / 2 if operation.size > 1 else np.array([0.5])
+    inner = operation[:-1] + half if operation.size > 1 else []
+    return np.concatenate([operation[:1] - half[:1], inner, operation[-1:] + half[-1:]])

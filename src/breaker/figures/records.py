@@ -1,0 +1,307 @@
+"""Single records: as inspected, over a reference, and with what is inferred from them."""
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from breaker.common.numerals import in_digits
+from breaker.figures import panels as p
+from breaker.figures import style
+from breaker.model.parameters import PARAMETERS
+from breaker.model.quantities import EVENTS
+from breaker.reading.inspection.bends import seen_touch, speed_along
+
+if TYPE_CHECKING:
+    from breaker.drive.answers.picture_data import PictureCurve, Shown
+    from breaker.drive.answers.reference_curve import Overlay
+    from breaker.reading.inspection.setting_proposal import InspectedMotion, Proposal
+
+MOTIONS = {"closing": style.CORRECTED, "opening": style.AMORTISED}
+"""Colours of the two motions."""
+
+BAND = {"color": style.PRIOR, "alpha": 0.25, "lw": 0}
+"""Look of tolerances."""
+
+
+@style.styled
+def record(proposal: "Proposal") -> Figure:
+    """Draw a record as it was inspected.
+
+    Above all channels over the entire record, below the speed; at the foot the first two motions
+    and the rest before them, of the first channel. What could not be read is drawn as it stands in
+    the file.
+    """
+    read = [each for each in proposal.motions if each.record]
+    name = style.literal(proposal.layout.file.name)
+    if not read:
+        return _raw(proposal, name)
+    first = [each for each in read if each.column == read[0].column]
+    shown, one = first[:2], first[0].record
+    figure = style.new_figure(11.0, 9.4)
+    grid = figure.add_gridspec(3, len(shown) + 1, height_ratios=[1.5, 0.9, 1.1])
+    entire = figure.add_subplot(grid[0, :])
+    speed = figure.add_subplot(grid[1, :], sharex=entire)
+    _entire(entire, read, first)
+    duration = min(each.arrives - each.begins for each in first)
+    speed.plot(one.time, speed_along(one.time, one.sure, duration), color=style.MEASURED, lw=1.0)
+    for each in first:
+        speed.axvspan(each.record.moves, each.arrives, color=MOTIONS[each.motion], alpha=0.15, lw=0)
+        speed.axvline(each.record.moves, color=MOTIONS[each.motion], lw=1.2)
+    if (touch := _touch(first)) is not None:
+        label = "bend of the speed, near the contact touch"
+        speed.axvline(touch, color=style.REFERENCE, lw=1.0, ls=":", label=label)
+    speed.set_ylabel("speed (m/s)")
+    entire.tick_params(labelbottom=False)
+    for k, each in enumerate(shown):
+        _start(figure.add_subplot(grid[2, k]), each)
+    _noise(figure.add_subplot(grid[2, -1]), shown[0])
+    for axis in figure.axes[1:]:
+        axis.set_xlabel("time of the record (ms)")
+    doubts = sum(int((each.record.doubts != "").sum()) for each in read)
+    count = f"{len(read)} motions" if len(read) > 1 else "one motion"
+    finding = f"{count[0].upper()}{count[1:]} found, {doubts or 'no'} doubtful samples"
+    style.title(figure, finding, f"record {name}")
+    keys = [p.band_key(f"{m}, to its rest", MOTIONS[m], 0.15) for m in {e.motion: 0 for e in first}]
+    lines = p.line_key("first detected motion", lw=1.2), p.line_key("rest position", ls="--")
+    p.legend_below(figure, *keys, *lines, columns=4)
+    return figure
+
+
+def _raw(proposal: "Proposal", name: str) -> Figure:
+    """Draw the columns of travel as they are, where no motion could be read."""
+    travel, layout = proposal.travels[0], proposal.layout
+    figure = style.new_figure(11.0, 4.0)
+    axis = figure.subplots()
+    for each in proposal.travels:
+        axis.plot(layout.columns[each.place], color=style.MEASURED, lw=0.8)
+    label = f"{layout.column(travel.place)} ({travel.unit or 'no unit'})"
+    axis.set(xlabel="sample", ylabel=style.literal(label))
+    axis.margins(x=0)
+    style.title(figure, "No motion could be read", f"record {name}", failed=True)
+    return figure
+
+
+def _entire(axis: Axes, read: Sequence, first: Sequence["InspectedMotion"]) -> None:
+    """Draw all channels; motions and rest positions of the first one."""
+    channels = {each.column: each.record for each in read}
+    for channel, one in channels.items():
+        main = channel == first[0].column
+        look = {"color": style.MEASURED, "lw": 1.4} if main else {"color": style.PRIOR, "lw": 0.7}
+        axis.plot(one.time, one.sure, zorder=3 if main else 2, **look)
+    for each in first:
+        one, colour = each.record, MOTIONS[each.motion]
+        axis.axvspan(one.moves, each.arrives, color=colour, alpha=0.15, lw=0)
+        axis.axvline(one.moves, color=colour, lw=1.2)
+        begin, end = one.time[one.segment.begin], one.time[one.segment.end - 1]
+        look = {"color": colour, "ls": "--", "lw": 1.2, "zorder": 4}
+        axis.hlines([one.segment.before], begin, one.moves, **look)
+        axis.hlines([one.segment.after], each.arrives, end, **look)
+        doubtful = one.doubts != ""
+        inside = np.clip(one.whole[doubtful], *axis.get_ylim())
+        _doubtful(axis, one.time[doubtful], inside)
+    axis.set_ylabel(style.TRAVEL)
+    axis.set_xlim(first[0].record.time[[0, -1]])
+    others = f", {len(channels) - 1} other channels in grey" if len(channels) > 1 else ""
+    axis.set_title(style.within(style.literal(f"{first[0].column}{others}"), 11.0), loc="left")
+
+
+def _doubtful(axis: Axes, time: np.ndarray, travel: np.ndarray) -> None:
+    label = "doubtful sample" if len(time) else None
+    axis.plot(time, travel, "x", color=style.WARNING, ms=6, zorder=5, label=label)
+
+
+def _touch(first: Sequence["InspectedMotion"]) -> float | None:
+    """Return the time at which the contact touches in the first closing, ms, if it is seen."""
+    for each in (each for each in first if each.motion == "closing"):
+        one = each.record
+        part = slice(*np.searchsorted(one.time, [each.begins, each.arrives]))
+        return seen_touch(one.time[part], one.sure[part])
+    return None
+
+
+def _start(axis: Axes, each: "InspectedMotion") -> None:
+    """Draw the beginning of a motion, samples one by one."""
+    one, colour = each.record, MOTIONS[each.motion]
+    reach = max(4.0, 0.15 * (each.arrives - each.begins))
+    near = np.abs(one.time - one.moves) <= reach
+    fine, doubtful = near & (one.doubts == ""), near & (one.doubts != "")
+    axis.plot(one.time[fine], one.whole[fine], ".", color=style.MEASURED, ms=3)
+    _doubtful(axis, one.time[doubtful], one.whole[doubtful])
+    axis.axvline(one.moves, color=colour, lw=1.2)
+    axis.axhline(one.segment.before, color=colour, ls="--", lw=1.2)
+    axis.set_ylabel(style.TRAVEL)
+    axis.set_title(f"{each.motion} begins at {one.moves:.1f} ms", loc="left")
+
+
+def _noise(axis: Axes, each: "InspectedMotion") -> None:
+    """Draw the 50 ms of rest before a motion, and the standard deviation of its noise."""
+    one = each.record
+    before = (one.time >= one.moves - 50.0) & (one.time <= one.moves - 1.0)
+    rest = before & (one.doubts == "")
+    low, high = one.segment.before - one.noise.sd, one.segment.before + one.noise.sd
+    axis.axhspan(low, high, color=style.PRIOR, alpha=0.3, lw=0)
+    axis.plot(one.time[rest], one.whole[rest], ".", color=style.MEASURED, ms=3)
+    axis.set_ylabel(style.TRAVEL)
+    said = [f"steps of {in_digits(one.quantum, 2)} mm"] if one.quantum else []
+    said += [f"correlation {one.noise.colour:.2f}"] if np.isfinite(one.noise.colour) else []
+    words = f"at rest: sd {in_digits(one.noise.sd, 2)} mm\n{', '.join(said)}"
+    axis.set_title(words, loc="left")
+
+
+@style.styled
+def overlay(overlays: Sequence["Overlay"]) -> Figure:
+    """Draw each record over its reference, aligned at the first motion, and the difference."""
+    columns = min(len(overlays), 3)
+    rows = -(-len(overlays) // columns)
+    figure = style.new_figure(max(8.0, 5.0 * columns), 5.4 * rows + 1.0)
+    width = figure.get_figwidth() / columns - 0.9
+    places = figure.subfigures(rows, columns, squeeze=False).flat
+    for place, each in zip(places, overlays, strict=False):
+        above, below = place.subplots(2, 1, sharex=True, height_ratios=[2.0, 1.0])
+        above.plot(each.time, each.good, color=style.PRIOR, lw=2.6, label="reference")
+        above.plot(each.time, each.way, color=style.MEASURED, lw=1.2, label="record")
+        low, high = each.good - each.band, each.good + each.band
+        above.fill_between(each.time, low, high, label="tolerance", **BAND)
+        if each.leaves:
+            look = {"color": style.WARNING, "lw": 1.0, "label": "leaves the band"}
+            above.axvline(each.leaves[0], **look)
+        phase = f", {each.phase}" if each.phase else ""
+        words = style.literal(f"{each.motion}{phase} in {style.file_name(each.file)}: {each.words}")
+        colour = style.WARNING if each.leaves else "black"
+        above.set_title(style.within(words, width), loc="left", color=colour, fontsize=10)
+        above.set_ylabel(style.TRAVEL)
+        difference(below, [each], {each.phase: style.MEASURED}, {each.phase: 0.0})
+        below.set_xlabel("time after the first motion (ms)")
+    files = dict.fromkeys(style.literal(style.file_name(each.good_file)) for each in overlays)
+    left = sum(each.leaves is not None for each in overlays)
+    finding = f"{left} of {len(overlays)} records leave the tolerance" if left else ""
+    finding = finding or "All records stay within the tolerance"
+    style.title(figure, finding, f"over the reference {', '.join(files)}", failed=left > 0)
+    p.legend_below(figure)
+    return figure
+
+
+def difference(
+    axis: Axes,
+    overlays: Sequence["Overlay"],
+    colours: Mapping[str, str],
+    begins: Mapping[str, float],
+) -> None:
+    """Draw differences, their band, and where they leave it.
+
+    Args:
+        colours, begins: By phase, the colour, and the time of the axis that is the first motion.
+    """
+    for each in overlays:
+        begin = begins[each.phase]
+        axis.plot(begin + each.time, each.difference, color=colours[each.phase], lw=1.0)
+        if each.leaves:
+            at, by = each.leaves
+            axis.axvline(begin + at, color=style.WARNING, lw=1.0)
+            axis.plot(begin + at, by, "o", color=style.WARNING, ms=5, zorder=5)
+    band = max(each.band for each in overlays)
+    axis.axhspan(-band, band, **BAND)
+    axis.axhline(0.0, color=style.REFERENCE, lw=0.6)
+    axis.margins(x=0)
+    axis.set_ylabel("difference (mm)")
+
+
+@style.styled
+def answer(data: "Shown") -> Figure:
+    """Draw what one call infers of a drive.
+
+    Above the first record of each motion with the nearest shape of the family, and the inferred
+    time of the contact touch or separation; below it the residual, with that of the family's
+    drives; at the foot the parameters of all operations, with the prior.
+    """
+    figure = style.new_figure(12.0, 11.2)
+    above, below = figure.subfigures(2, 1, height_ratios=[1.35, 1.0])
+    size = {"height_ratios": [2, 1], "sharex": "col", "squeeze": False}
+    grid = above.subplots(2, len(data.curves), **size)
+    for (motion, curve), (upper, lower) in zip(data.curves.items(), grid.T, strict=True):
+        _fitted(upper, curve, motion, figure.get_figwidth() / len(data.curves) - 0.9)
+        lower.fill_between(curve.grid, -curve.usual, curve.usual, step="mid", **BAND)
+        lower.plot(curve.grid, curve.left, "o", color=style.MEASURED, ms=2, mew=0)
+        lower.axhline(0.0, color=style.REFERENCE, lw=0.6)
+        lower.set(xlabel="time after the first motion (ms)", ylabel="record minus\nshape (mm)")
+    *axes, last = below.subplots(2, 4).flat
+    for k, (axis, each) in enumerate(zip(axes, PARAMETERS, strict=True)):
+        posteriors = {
+            of: [draws[:, k] for draws in some if np.isfinite(draws[0, k])]
+            for of, some in data.posteriors.items()
+        }
+        _densities(axis, posteriors, data.prior[:, k])
+        axis.set_title(p.named(each.name), loc="left", fontsize=10)
+        axis.set_xlabel(each.label)
+    _densities(last, data.switching, None)
+    events = ", ".join(EVENTS[motion] for motion in data.curves)
+    last.set_title(f"{events} of the contact", loc="left", fontsize=10)
+    last.set_xlabel("time after the release (ms)")
+    style.title(figure, style.literal(data.title))
+    keys = [
+        p.dot_key("record", style.MEASURED, ms=4),
+        p.line_key("nearest shape of the family", style.CHANGED),
+        p.band_key("99 % of the family's drives, rms; the prior", style.PRIOR, BAND["alpha"]),
+    ]
+    for of, some in data.posteriors.items():
+        label = f"posterior{'s, the first thick' * (len(some) > 1)}: {of}"
+        keys.append(p.line_key(label, MOTIONS.get(of, style.MODEL), lw=1.8))
+    p.legend_below(figure, *keys, columns=3)
+    return figure
+
+
+def _fitted(axis: Axes, data: "PictureCurve", motion: str, width: float) -> None:
+    """Draw a record, the nearest shape, and when the contact switches; width is inches."""
+    colour = MOTIONS[motion]
+    if data.switching.size:
+        low, middle, high = np.quantile(data.switching, [0.025, 0.5, 0.975])
+        axis.axvspan(low, high, color=colour, alpha=0.25, lw=0)
+        axis.axvline(middle, color=colour, lw=1.2)
+        y, side = (0.08, "bottom") if motion == "closing" else (0.95, "top")  # away from the curve
+        said = f"{EVENTS[motion]} at {middle:.1f} ms\n95 %: {low:.1f} to {high:.1f} ms"
+        look = {"color": colour, "ha": "right", "va": side, "transform": axis.transAxes}
+        axis.text(0.97, y, said, **look)
+    axis.plot(data.time, data.travel, "o", color=style.MEASURED, ms=2, mew=0)
+    axis.plot(data.grid, data.nearest, color=style.CHANGED, lw=1.0)
+    axis.set_ylabel(style.TRAVEL)
+    axis.margins(x=0)
+    words = style.literal(f"{motion} in {style.file_name(data.file)}: {data.words}")
+    colour = "black" if data.good else style.WARNING
+    axis.set_title(style.within(words, width), loc="left", color=colour)
+
+
+def _densities(axis: Axes, posteriors: Mapping[str, Sequence], prior: np.ndarray | None) -> None:
+    """Draw densities of a parameter or time: of operations, and of the prior."""
+    axis.set(yticks=[])
+    every = [draws for some in posteriors.values() for draws in some]
+    every = every or [each for each in [prior] if each is not None]
+    if not every:
+        axis.text(0.5, 0.5, "not inferred", ha="center", transform=axis.transAxes)
+        return
+    low, high = np.quantile(np.concatenate(every), [0.001, 0.999])
+    left, right = low, high
+    if prior is not None:  # shown as far as the posterior is wide, on either side
+        ends = np.quantile(prior, [0.005, 0.995])
+        left = max(min(ends[0], low), 2.0 * low - high)
+        right = min(max(ends[1], high), 2.0 * high - low)
+    at = np.linspace(left, right, 200)
+    if prior is not None:
+        axis.fill_between(at, _density(prior, at), **BAND)
+    for of, some in posteriors.items():
+        for i, draws in enumerate(some):
+            look = {"lw": 1.8} if i == 0 else {"lw": 0.6, "alpha": 0.6}
+            axis.plot(at, _density(draws, at), color=MOTIONS.get(of, style.MODEL), **look)
+    axis.set(xlim=(left, right), ylim=(0.0, None))
+
+
+def _density(draws: np.ndarray, at: np.ndarray) -> np.ndarray:
+    """Return a density at points from draws, by Gaussian kernels of Scott's width.
+
+    As ``scipy.stats.gaussian_kde``, which takes a third of a command to load.
+    """
+    width = draws.std(ddof=1) * draws.size**-0.2
+    kernels = np.exp(-0.5 * np.square((at[:, None] - draws) / width))
+    return kernels.mean(axis=1) / (width * np.sqrt(2.0 * np.pi))

@@ -1,0 +1,294 @@
+"""Figures of reports: two inspections compared, curves of a test, a type's prior, a fleet."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import cycle, islice
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from breaker.common.numerals import in_digits
+from breaker.drive.answers.visit_document import visits_said
+from breaker.drive.family.untold import WITHHELD
+from breaker.figures import panels as p
+from breaker.figures import style
+from breaker.figures.records import difference
+from breaker.model.parameters import NAMES
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from breaker.drive.answers.picture_data import Marked, Panel
+    from breaker.drive.answers.type_model import TypeOfBreaker
+    from breaker.drive.answers.type_prior import FittedPrior
+    from breaker.drive.answers.visit_changes import QuantityChange
+    from breaker.drive.answers.visit_document import VisitDocument
+
+
+@style.styled
+def visits(document: "VisitDocument") -> Figure:
+    """Draw a comparison of two inspections.
+
+    A row for each quantity that is measured, then for each parameter and time that is inferred: the
+    change with its 90 % interval, and how probable it is that there is none, that it is beyond the
+    share, and that it is beyond it to the worse. Of what is measured also the values.
+    """
+    share, rows = 100.0 * document.settings.share, document.changes
+    first = len(document.measured)
+    places = {y + 1 + (y >= first): row for y, row in enumerate(rows)}
+    inferred = {
+        "told": "inferred",
+        "apart": "inferred of each motion alone; they contradict each other",
+        "withheld": f"parameters are withheld: {WITHHELD}",
+    }.get(document.parameters, "no parameter is reported")
+    said, about = visits_said(document)
+    doubts = len(document.warnings)  # with names that users gave, as they are
+    said = [*map(style.literal, said[:doubts]), *map(p.spoken, said[doubts:])]
+    headline = "\n".join(style.within(each, 11.3, 12.0) for each in said)
+    trust = "\n".join(style.within(style.literal(each), 11.3, 9.0) for each in about)
+    head = 0.19 * headline.count("\n") + 0.16 * trust.count("\n") + 0.52  # inches
+    body = 0.29 * (len(rows) + 4.0) + 0.9
+    figure = style.new_figure(11.5, head + body)
+    above, below = figure.subfigures(2, 1, height_ratios=[head, body])
+    above.text(0.01, 0.97, headline, va="top", weight="bold", fontsize=10.5)
+    above.text(0.01, 0.03, trust, va="bottom", fontsize=9)
+    left, middle, right = below.subplots(1, 3, width_ratios=[1.9, 2.2, 0.9])
+    for axis in (left, middle, right):
+        axis.set(yticks=[], ylim=(len(rows) + 1.6, -1.6))
+    for axis in (left, right):
+        axis.set(xlim=(0.0, 1.0), xticks=[])
+        axis.spines[:].set_visible(False)
+    for y, words in {0: "measured", first + 1: inferred}.items():
+        left.text(0.0, y, words, va="center", weight="bold")
+        for axis in (left, middle, right):
+            axis.axhline(y - 0.5, color=style.REFERENCE, lw=0.6)
+    _compared(middle, places, share)
+    _columns(left, right, places, share)
+    middle.set_xlabel("change since the first inspection (%)")
+    within = f"within {in_digits(share, 4)} %"
+    p.legend_below(figure, p.band_key(within, style.PRIOR, 0.15), columns=5)
+    return figure
+
+
+def _compared(axis: Axes, places: Mapping[int, "QuantityChange"], share: float) -> None:
+    """Draw changes with their intervals; what is beyond the axis is pointed to and written."""
+    axis.axvspan(-share, share, color=style.PRIOR, alpha=0.15, lw=0)
+    axis.axvline(0.0, color=style.REFERENCE, lw=0.8)
+    farthest = 1.08 * max((abs(x) for row in places.values() for x in row.change), default=0.0)
+    extent = min(max(farthest, 4.0 * share), max(40.0, 4.0 * share))
+    for y, row in places.items():
+        low, middle, high = np.clip(row.change, -extent, extent)
+        label, colour = "did not change", style.CORRECTED
+        if row.verdict == "not told":
+            label, colour = "inconclusive", style.PRIOR
+        elif row.sure and (row.worse or 0.0) > 0.5:
+            label, colour = "changed for the worse", style.WARNING
+        elif row.sure:
+            label, colour = "changed", style.CHANGED
+        axis.hlines(y, low, high, color=colour, lw=2.4, label=label)
+        if abs(row.change[1]) <= extent:
+            hollow = _alone(row) or label == "inconclusive"
+            look = {"mfc": "white"} if hollow else {"mec": "white"}
+            axis.plot(middle, y, "s" if row.measured else "o", color=colour, ms=7, **look)
+        sides = [-1] * (row.change[0] < -extent) + [1] * (row.change[2] > extent)
+        for side in sides:
+            look = {"marker": "<" if side < 0 else ">", "ls": "", "ms": 8, "clip_on": False}
+            axis.plot(side * extent, y, color=colour, zorder=3, **look)
+        if sides:
+            at = sides[-1] if row.change[1] > 0.0 else sides[0]
+            low, middle, high = (f"{each:+.0f}" for each in row.change)
+            place = {"xytext": (-7 * at, 4), "textcoords": "offset points", "fontsize": 8}
+            place["ha"] = "left" if at < 0 else "right"
+            axis.annotate(p.signed(f"{middle} % ({low} to {high})"), (at * extent, y), **place)
+    axis.set_xlim(-extent, extent)
+
+
+def _alone(row: "QuantityChange") -> bool:
+    """Whether a parameter is of one motion, which the other contradicts."""
+    return row.kind == "parameter" and bool(row.motion)
+
+
+def _columns(left: Axes, right: Axes, places: Mapping, share: float) -> None:
+    """Write names and values on the left, probabilities on the right."""
+    values = {"before": 0.76, "today": 0.98}
+    beyond = f"P>{in_digits(share, 4)} %"
+    chances = {"unchanged": (0.28, "P same"), "beyond": (0.6, beyond), "worse": (1.0, "P worse")}
+    look = {"va": "center", "fontsize": 9}
+    for name, x in values.items():
+        left.text(x, -1, name, ha="right", weight="bold", **look)
+    for x, words in chances.values():
+        right.text(x, -1, words, ha="right", weight="bold", **look)
+    for y, row in places.items():
+        weight = "bold" if row.sure and not _alone(row) else "normal"
+        words = f"{row.name}{f', {row.of}' if row.of else ''}"
+        words += f" ({row.unit})" if row.measured else ""
+        left.text(0.03, y, p.spoken(words), weight=weight, **look)
+        for name, x in values.items() if row.measured else ():
+            left.text(x, y, in_digits(getattr(row, name), 4), ha="right", **look)
+        for name, (x, _) in chances.items():
+            if (value := getattr(row, name)) is not None:
+                right.text(x, y, f"{value:.2f}", ha="right", weight=weight, **look)
+
+
+def curves(panels: Sequence["Panel"]) -> Iterator[Figure]:
+    """Draw a picture of each motion of a test; a channel has the same colour in all."""
+    colours = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
+    phases = dict.fromkeys(each.phase for panel in panels for each in panel.curves)
+    for each in panels:
+        yield _picture(each, dict(zip(phases, cycle(colours))))
+
+
+@style.styled
+def _picture(panel: "Panel", colours: Mapping[str, str]) -> Figure:
+    """Draw travel with its marks; below it contacts and coils, and differences from a reference,
+    where there are any. No letter is below 9 pt on a page of A4, whose text is 7 inches wide.
+    """
+    timed = any(each.beside for each in panel.curves)
+    heights = [2.1, *[0.6] * timed, *[0.9] * bool(panel.overlays)]
+    figure = style.new_figure(7.0, sum(heights) + 1.3)
+    size = {"sharex": True, "height_ratios": heights, "squeeze": False}
+    first, *others = figure.subplots(len(heights), 1, **size)[:, 0]
+    event = {"closing": "touch", "opening": "separation"}[panel.motion]
+    for each in panel.curves:
+        _channel(first, each, colours[each.phase], event)
+    for each in panel.overlays:  # where the channel's own record would be
+        own = next(one for one in panel.curves if one.phase == each.phase)
+        sign = 1.0 if panel.motion == "closing" else -1.0
+        at, travel = each.time + own.moves[0], own.rests[0] + sign * each.good
+        first.plot(at, travel, color=style.PRIOR, lw=2.4, zorder=1, label="reference")
+    first.set_ylabel(style.TRAVEL)
+    first.set_title(style.within(style.literal(panel.title), 7.0, 10.0), loc="left", fontsize=10)
+    if timed:
+        axis = others.pop(0)
+        for each, (kind, share) in ((e, s) for e in panel.curves for s in e.beside.items()):
+            words, ls = ("contact", "--") if kind == "contact" else ("coil", "-")
+            look = {"color": colours[each.phase], "lw": 0.9, "ls": ls}
+            axis.plot(each.time, share, label=f"{words} (share of range)", **look)
+        axis.set(ylim=(-0.08, 1.08), yticks=(0.0, 1.0), ylabel="share")
+    if panel.overlays:
+        (axis,) = others
+        difference(axis, panel.overlays, colours, {e.phase: e.moves[0] for e in panel.curves})
+        left = [each for each in panel.overlays if each.leaves]
+        worst = min(left, key=lambda each: each.leaves[0]) if left else panel.overlays[0]
+        words = style.literal(f"{worst.phase}: " * bool(worst.phase and left) + worst.words)
+        look = {"color": style.WARNING if left else "black", "loc": "left", "fontsize": 9}
+        axis.set_title(style.within(words, 7.0, 9.0), **look)
+    for axis in figure.axes:
+        axis.margins(x=0)
+    figure.axes[-1].set_xlabel("time of the record (ms)")
+    longest = max(len(each) for axis in figure.axes for each in _labels(axis))
+    p.legend_below(figure, columns=max(1, 98 // (longest + 8)), fontsize=9)
+    return figure
+
+
+def _labels(axis: Axes) -> list[str]:
+    return axis.get_legend_handles_labels()[1]
+
+
+def _channel(axis: Axes, data: "Marked", colour: str, event: str) -> None:
+    """Draw the travel of a channel with what is read off it."""
+    name = style.literal(style.shortened(data.phase or "record", 28))
+    axis.plot(data.time, data.travel, color=colour, lw=1.1, label=name)
+    look = {"color": colour, "ls": "", "zorder": 4}
+    axis.plot(*data.moves, marker="v", ms=6, label="first detected motion", **look)
+    how, face = ("measured", colour) if data.timed else ("by the model", "white")
+    axis.plot(*data.switching, marker="o", ms=5, mfc=face, label=f"{event}, {how}", **look)
+    if data.points:
+        points = zip(*data.points, strict=True)
+        axis.plot(*points, marker="s", ms=3, label="points of speeds", **look)
+    for level in data.rests:
+        axis.axhline(level, color=colour, lw=0.6, ls="--", zorder=1, label="rest positions")
+
+
+@style.styled
+def fitted_prior(fitted: "FittedPrior") -> Figure:
+    """Draw a panel for each parameter: densities of both priors, and the breakers' intervals.
+
+    Densities are per unit of the logarithm; the highest of both is 1.
+    """
+    names = [style.literal(each) for each in fitted.names]
+    count, named = len(names), len(names) <= 12  # more names would overlap
+    height = 2.6 + 0.09 * min(count, 12)
+    figure, axes = p.panels(len(NAMES), columns=4, width=3.9, height=height)
+    for k, (axis, name) in enumerate(zip(axes, NAMES, strict=True)):
+        both = [(np.log(e.medians[k]), e.log_sds[k]) for e in (fitted.prior, fitted.reference)]
+        intervals = fitted.intervals[..., k]
+        low = min(np.log(intervals[0]).min(), *(middle - 3.0 * sd for middle, sd in both))
+        high = max(np.log(intervals[2]).max(), *(middle + 3.0 * sd for middle, sd in both))
+        x = np.linspace(low, high, 300)
+        own, default = (np.exp(-0.5 * ((x - middle) / sd) ** 2) / sd for middle, sd in both)
+        top = max(own.max(), default.max())
+        axis.fill_between(np.exp(x), own / top, color=style.CORRECTED, alpha=0.35, lw=0)
+        axis.plot(np.exp(x), default / top, color=style.PRIOR, ls="--", lw=1.6)
+        rows = -0.67 * (np.arange(count) + 1.0) / (count + 0.5)
+        p.draw_intervals(axis, rows, intervals, color=style.MODEL, lw=1.2)
+        axis.set_ylim(rows.min() - 0.1, 1.05)
+        axis.axhline(0.0, color=style.REFERENCE, lw=0.8)
+        axis.set_yticks(rows if named else [], names if named else [])
+        axis.set_title(p.named(name), loc="left")
+        axis.set_xlabel(p.OUTPUTS[name].label)
+        axis.set_ylabel("density" if axis.get_subplotspec().is_first_col() else "")
+    finding = f"Prior of a type of breaker, from {count} breakers"
+    alone = "the spread from breaker to breaker is a guess" if count == 1 else ""
+    finding = finding if count > 1 else "Prior of a type of breaker, from one breaker"
+    style.title(figure, finding, alone, failed=count == 1)
+    single = "each breaker by itself: median and 90 % interval"
+    keys = [
+        p.band_key("fitted prior", style.CORRECTED, 0.35),
+        p.line_key("default prior, scaled to the size", style.PRIOR, "--", lw=1.6),
+        p.line_key(single, style.MODEL, marker="o"),
+    ]
+    p.legend_below(figure, *keys)
+    return figure
+
+
+@style.styled
+def fleet(
+    table: "pd.DataFrame",
+    drives: Sequence[tuple[str, str]],
+    types: Mapping[str, tuple[np.ndarray, "TypeOfBreaker"]],
+) -> Figure:
+    """Draw every drive's parameters off the median of its type, percent; unusual ones by name, and
+    those that were measured differently as crosses.
+
+    Args:
+        table: What ``ranking.fleet_table`` returns.
+        drives: Breaker and phase of each, which indices of ``types`` count.
+        types: What ``ranking.learn_types`` returns.
+    """
+    from breaker.drive.fleet.drive_document import DIFFERENT  # which loads scipy
+
+    figure = style.new_figure(11.0, 5.5)
+    axis = figure.subplots()
+    odd = {(e.breaker, e.phase): e.odd for e in table.itertuples() if e.odd}
+    unlike = {(e.breaker, e.phase) for e in table.itertuples() if e.state == DIFFERENT}
+    # Types have shades and shapes: colours mean parameters, in every figure.
+    looks = list(islice(zip(cycle(("#000000", "#6A6A6A", "#A8A8A8")), cycle("o^sDv")), len(types)))
+    farthest, width = 60.0, 0.7 / max(len(types), 1)  # percent that is drawn; of a type's strip
+    for t, (name, (where, learned)) in enumerate(types.items()):
+        shade, shape = looks[t]
+        label = style.literal(name or "all drives")
+        crossed = np.array([drives[i] in unlike for i in where], bool)
+        for k, parameter in enumerate(NAMES):
+            middle = k + width * (t + 0.5 - len(types) / 2)
+            x = middle + width * np.linspace(-0.4, 0.4, len(where))
+            y = np.clip(100.0 * learned.off[:, k], -farthest, farthest)
+            look = {"color": shade, "alpha": 0.7, "ls": ""}
+            axis.plot(x[~crossed], y[~crossed], marker=shape, ms=4.0, mew=0, label=label, **look)
+            if crossed.any():
+                look |= {"marker": "x", "ms": 5.0, "mew": 1.2, "label": DIFFERENT}
+                axis.plot(x[crossed], y[crossed], **look)
+            for i in (i for i, d in enumerate(where) if odd.get(drives[d]) == parameter):
+                look = {"mfc": "none", "mec": style.WARNING, "ms": 9, "mew": 1.6}
+                axis.plot(x[i], y[i], "o", label="unusual", **look)
+                if len(odd) <= 12:  # more names would overlap
+                    words = style.literal(" ".join(filter(None, drives[where[i]])))
+                    axis.annotate(words, (x[i], y[i]), (6, 3), textcoords="offset points")
+    axis.axhline(0.0, color=style.REFERENCE, lw=0.8)
+    axis.set(xticks=range(len(NAMES)), ylabel="off the median of the type (%)")
+    axis.set_xticklabels([p.named(name).replace(" $", "\n$") for name in NAMES])
+    finding = f"{len(odd) or 'None'} of {len(table)} drives unusual for their type"
+    style.title(figure, finding, "parameters of each drive, off the median of its type")
+    p.legend_below(figure)
+    return figure
