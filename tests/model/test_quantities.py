@@ -87,9 +87,10 @@ def test_what_does_not_exist_is_nan(motion, change, missing):
     assert np.isnan(stroke) if row[0] < 0 else stroke == pytest.approx(gap + row[0])
 
 
-def test_drive_that_comes_to_rest_without_passing_it():
+def test_drive_that_comes_to_rest_without_passing_it(prior):
     assert evaluate(["over_travel"], changed(gamma_a=0.7), "closing")[0, 0] == 0.0
     assert evaluate(["rebound"], changed(gamma_a=0.5), "opening")[0, 0] == 0.0
+    assert np.array_equal(MEDIANS, prior.medians)  # on which the sizes of ``evaluation`` rest
 
 
 # ---- names -----------------------------------------------------------------------------------

@@ -1,7 +1,7 @@
 """A fitted prior in words: a report, and the lines of configuration that hold it."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import asdict, replace
 
 import numpy as np
 import yaml
@@ -65,7 +65,7 @@ def overlay_of(
     usual = Sensor(**sensor).sized(size)
     seen = recorded.noise_sd if np.isfinite(recorded.noise_sd) else usual.noise_sd
     noise_sd = float(np.hypot(seen, _LEFT_OUT * size.lengths))
-    sized = replace(grid_within(recorded.span, usual), noise_sd=noise_sd).settings()
+    sized = asdict(replace(grid_within(recorded.span, usual), noise_sd=noise_sd))
     pairs = zip(NAMES, prior.medians, prior.log_sds, strict=True)
     lag = {m: [_rounded(e, 4) for e in each] for m, each in fitted.contact_lag.items()}
     return {
@@ -90,7 +90,7 @@ def grid_within(span: Span, usual: Sensor) -> Sensor:
     Example:
         >>> usual = Sensor(-8.0, 232.0, 151, noise_sd=1.0, onset_sd=1.2, zero_sd=1.0)
         >>> found = grid_within(Span(before=55.0, lasts=90.0, after=145.5, step=0.1), usual)
-        >>> found.start, found.stop, found.samples, round(found.step, 6)
+        >>> found.start, found.stop, found.samples, round(float(np.diff(found.times)[0]), 6)
         (-8.0, 144.9, 140, 1.1)
     """
     start = max(usual.start, min(-span.before, _BEFORE * usual.start))
