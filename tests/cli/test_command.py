@@ -84,7 +84,7 @@ def test_an_answer_loads_nothing_that_it_does_not_need(tmp_path, prior):
     ("command", "error", "status", "words"),
     [
         (infer, KeyboardInterrupt(), 130, "breaker: interrupted\n"),
-        (infer, ModuleNotFoundError("No module", name="torch"), 1, "missing in the env"),
+        (infer, ModuleNotFoundError("No module", name="torch"), 1, "breaker-drive[networks]"),
         (infer, PermissionError(13, "Permission denied", "a.csv"), 1, "denied: 'a.csv'"),
         (infer, MemoryError(), 1, "memory; name fewer files, or lower endurance.draws\n"),
         (inspect, MemoryError(), 1, "memory; export the record with fewer channels\n"),

@@ -1,14 +1,8 @@
-"""Drives of a fleet, their visits, and the chunks they are in."""
+"""Drives of a fleet, and their visits."""
 
 from breaker.drive.fleet.members import Member, members_of
 from breaker.reading.files.folder_listing import list_fleet
 from breaker.reading.files.operations_table import Operation
-from breaker.workflow.jobs import breaker_chunks
-
-
-def test_appended_breakers_leave_other_chunks_as_they_are():
-    before = breaker_chunks(list("ABCDE"), 2)
-    assert before | {"002": ["E", "F"], "003": ["G"]} == breaker_chunks(list("ABCDEFG"), 2)
 
 
 def test_operations_without_a_date_belong_to_the_visit_before():

@@ -5,8 +5,6 @@ import sys
 
 import pytest
 
-from breaker.workflow.jobs import missing_packages
-
 HEADER = """
 import sys
 from types import SimpleNamespace
@@ -77,11 +75,3 @@ def test_numba_itself_takes_them_and_torch_keeps_its_own(log, monkeypatch):
     first = "import numba, torch; torch.get_num_threads()"
     done = run(log, "print(numba.get_num_threads(), torch.get_num_threads())", first=first)
     assert done.stdout == "1 1\n"
-
-
-def test_missing_packages_are_named_with_the_remedy():
-    for words in ("nowhere", sys.executable, "make environment", '"breaker-drive[workflow]"'):
-        assert words in missing_packages("nowhere")
-    assert '"breaker-drive[networks]"' in missing_packages("torch")
-    assert '"breaker-drive[stores]"' in missing_packages("xarray")
-    assert '"breaker-drive[workflow]"' in missing_packages("torch", "snakemake")

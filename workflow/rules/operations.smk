@@ -13,7 +13,7 @@ from breaker.reading.files.folder_listing import (
     list_known,
     list_once,
 )
-from breaker.workflow.jobs import breaker_chunks, chunks_of
+from breaker.workflow.jobs import chunks_of
 
 # Which of the operations in a table of one's own.
 CHOSEN = {key: config["endurance"][key] for key in ("breaker", "phase") if OWN_CURVES}
@@ -86,7 +86,10 @@ def source(wildcards):
 
 BREAKERS = list_breakers(OWN_CURVES) if OWN_CURVES else []
 IS_FLEET = len(BREAKERS) > 1 and config["endurance"]["breaker"] is None
-CHUNKS_OF_BREAKERS = breaker_chunks(BREAKERS, config["fleet"]["breakers_per_job"])
+CHUNKS_OF_BREAKERS = {}
+for place, each in enumerate(BREAKERS):
+    chunk = f"{place // config['fleet']['breakers_per_job']:03d}"
+    CHUNKS_OF_BREAKERS.setdefault(chunk, []).append(each)
 FLEET = ["results/fleet.csv", "results/fleet.html", "figures/fleet.png"]
 # What jobs of the fleet take from the configuration.
 ON_FLEET = ("advice", "endurance", "fleet", "limits", "limits_by_type", "motions")

@@ -11,13 +11,14 @@ import sys
 from collections.abc import Sequence
 from typing import TextIO
 
-from breaker import __version__
+from breaker import DISTRIBUTION, __version__
 from breaker.cli.inputs import PROJECT, SEVERAL, add_path
 from breaker.common.visible_text import UNPRINTED, say
 from breaker.configuration.yaml_sources import ConfigurationError
-from breaker.workflow.jobs import missing_packages, set_threads
+from breaker.workflow.jobs import set_threads
 
 _COMMANDS = ("inspect", "infer", "compare", "report", "fit-prior", "view", "example")
+_EXTRAS = {"torch": "networks", "xarray": "stores", "zarr": "stores", "pandas": "stores"}
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -45,7 +46,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except BrokenPipeError:
         status = 141
     except ModuleNotFoundError as error:
-        _complain(missing_packages(error.name))
+        extra = _EXTRAS.get(error.name, "workflow")
+        remedy = f'run `pip install "{DISTRIBUTION}[{extra}]"`'
+        _complain(f"missing in the environment of {sys.executable}: {error.name}; {remedy}")
     except MemoryError:
         _complain(f"out of memory; {options.smaller}")
     except (ConfigurationError, OSError, ValueError) as error:

@@ -5,7 +5,7 @@ depends on the modules that it imports, and on what these import in turn.
 """
 
 import ast
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from functools import cache
 from pathlib import Path
 
@@ -15,13 +15,11 @@ _PACKAGE = Path(__file__).resolve().parents[1]
 def modules_of(script: str | Path, *, itself: bool = False) -> list[str]:
     """Return the files of the package that a script imports, directly or not, sorted.
 
+    Paths below the working directory are relative to it, so that a project can be moved.
+
     Args:
         script: A Python file.
         itself: Whether the script is one of them.
-
-    Returns:
-        Paths relative to the working directory where they are below it, so that a project can be
-        moved.
     """
     waiting = [Path(script).resolve()]
     found = set(waiting if itself else [])
@@ -34,21 +32,21 @@ def modules_of(script: str | Path, *, itself: bool = False) -> list[str]:
 
 
 @cache
-def _imported(file: Path) -> tuple[Path, ...]:
-    """Files of the package that a file itself imports, ``__init__`` of the rooms on the way too."""
-    if file.suffix != ".py":
-        return ()
-    return tuple(
-        path
-        for node in _statements(ast.parse(file.read_text(encoding="utf-8")))
-        for module, names in _imports(node)
-        if module.split(".")[0] == "breaker"
-        for path in _files(module, names)
-    )
+def _imported(file: Path) -> list[Path]:
+    """Return files of the package that a file itself imports, packages on the way too."""
+    found: list[Path] = []
+    if file.suffix == ".py":
+        for node in _statements(ast.parse(file.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.Import):
+                for alias in node.names:
+                    found += _files(alias.name, ())
+            elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
+                found += _files(node.module, [alias.name for alias in node.names])
+    return found
 
 
 def _statements(node: ast.AST) -> Iterator[ast.AST]:
-    """All statements below a node, but those of ``if TYPE_CHECKING:``, which never run."""
+    """Yield all statements below a node, but those of ``if TYPE_CHECKING:``, which never run."""
     for child in ast.iter_child_nodes(node):
         if not isinstance(child, ast.stmt | ast.excepthandler | ast.match_case):
             continue  # an expression, which holds no import
@@ -58,18 +56,13 @@ def _statements(node: ast.AST) -> Iterator[ast.AST]:
         yield from _statements(child)
 
 
-def _imports(node: ast.AST) -> Iterator[tuple[str, tuple[str, ...]]]:
-    """Modules of an import statement, and the names that are taken from each."""
-    if isinstance(node, ast.Import):
-        yield from ((alias.name, ()) for alias in node.names)
-    elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
-        yield node.module, tuple(alias.name for alias in node.names)
-
-
-def _files(module: str, names: tuple[str, ...]) -> Iterator[Path]:
-    """Files behind ``from module import names``, or behind ``import module`` without names."""
+def _files(module: str, names: Sequence[str]) -> Iterator[Path]:
+    """Yield files of ``from module import names``, or of ``import module`` without names."""
+    package, *parts = module.split(".")
+    if package != "breaker":
+        return
     place = _PACKAGE
-    for part in module.split(".")[1:]:
+    for part in parts:
         yield place / "__init__.py"
         place = place / part
     if not place.is_dir():
@@ -78,7 +71,7 @@ def _files(module: str, names: tuple[str, ...]) -> Iterator[Path]:
         yield from place.parent.glob(f"{place.name}.yaml")  # its data
         return
     yield place / "__init__.py"
-    for name in names:  # a module, or a room; what a face itself defines is in its file
+    for name in names:  # a module, or a package; what a package itself defines is in its file
         if (place / name).is_dir():
             yield place / name / "__init__.py"
         elif (file := place / f"{name}.py").exists():

@@ -3,11 +3,9 @@
 import logging
 import os
 import sys
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from pathlib import Path
 from types import TracebackType
-
-from breaker import DISTRIBUTION
 
 _VARIABLES = (
     "OMP_NUM_THREADS",
@@ -16,26 +14,6 @@ _VARIABLES = (
     "VECLIB_MAXIMUM_THREADS",
     "NUMEXPR_NUM_THREADS",
 )
-# Those of an extra that is smaller than that of the workflow.
-_EXTRAS = {
-    "networks": {"torch"},
-    "stores": {"numcodecs", "pandas", "xarray", "zarr"},
-    "fast": {"numba"},
-}
-
-
-def missing_packages(*names: str) -> str:
-    """Return that packages are missing, and the remedy.
-
-    Args:
-        names: Names of packages that an import did not find.
-    """
-    fit = (extra for extra, has in _EXTRAS.items() if has.issuperset(names))
-    extra = next(fit, "workflow")
-    return (
-        f"missing in the environment of {sys.executable}: {', '.join(names)}. Run `pip install "
-        f'"{DISTRIBUTION}[{extra}]"`, or `make environment` in the project\'s folder'
-    )
 
 
 def checkpoint_of(output: str | Path, ending: str) -> Path:
@@ -52,10 +30,10 @@ def checkpoint_of(output: str | Path, ending: str) -> Path:
 
 
 def chunks_of(numbers: Iterable[int], size: int) -> dict[str, list[int]]:
-    """Sort operations into chunks, each a job of its own: number 1 to ``size``, and so on.
+    """Sort numbers into chunks, each a job of its own: number 1 to ``size``, and so on.
 
     An operation that is appended leaves all earlier chunks as they are, and the operations of one
-    number are in the same chunk in both motions. Chunks without any operation are left out.
+    number are in the same chunk in both motions. Empty chunks are left out.
 
     Args:
         numbers: Numbers of operations, from 0 or 1 on; some may be missing or stand twice.
@@ -73,21 +51,11 @@ def chunks_of(numbers: Iterable[int], size: int) -> dict[str, list[int]]:
     return found
 
 
-def breaker_chunks(breakers: Sequence[str], size: int) -> dict[str, list[str]]:
-    """Sort breakers into chunks, each a job of its own, in their order.
-
-    >>> breaker_chunks(["Q7", "Q1", "Q3"], size=2)
-    {'000': ['Q7', 'Q1'], '001': ['Q3']}
-    """
-    begins = range(0, len(breakers), size)
-    return {f"{k:03d}": list(breakers[begin : begin + size]) for k, begin in enumerate(begins)}
-
-
 def start(job: object) -> logging.Logger:
     """Set up a job of Snakemake and return its logger.
 
-    Messages go to the rule's log file and to stderr, an uncaught exception too. A job computes on
-    as many threads as its rule has.
+    Messages and an uncaught exception go to the rule's log file and to stderr. A job computes on as
+    many threads as its rule has.
 
     Args:
         job: The object ``snakemake`` of a script.
@@ -116,14 +84,9 @@ def start(job: object) -> logging.Logger:
 def set_threads(count: int) -> None:
     """Compute on as many threads from now on: torch, numba and the linear algebra.
 
-    What is loaded already is told so, what is loaded later reads it from the environment. The
-    linear algebra of numpy reads it when numpy is loaded, and never again: call this before, as
-    the command line does. (Snakemake sets the same variables for its jobs.) Threads that wait for
-    each other on a busy machine are slower than one alone, up to five times.
-
-    >>> set_threads(1)
-    >>> os.environ["OMP_NUM_THREADS"]
-    '1'
+    The linear algebra of numpy reads the number when numpy is loaded, and never again: call this
+    before, as the command line does. (Snakemake sets the same variables for its jobs.) Threads that
+    wait for each other on a busy machine are slower than one alone, up to five times.
     """
     for name in _VARIABLES:
         os.environ[name] = str(count)
