@@ -13,7 +13,6 @@ from breaker.model.parameters import (
     is_logarithmic,
     outputs,
     powers,
-    prior_sds,
 )
 from breaker.model.quantities import QUANTITIES
 
@@ -33,10 +32,6 @@ def test_scale_of_the_outputs(defaults):
     names = [output.name for output in outputs(True)]
     assert names == [*NAMES, "onset"]
     assert is_logarithmic(names).tolist() == [True] * 7 + [False]
-    sds = prior_sds(names, defaults["prior"], defaults["sensor"]["onset_sd"])
-    assert sds.tolist() == [0.20, 0.15, 0.20, 0.20, 0.40, 0.10, 0.05, 0.3]
-    # By name, not by position.
-    assert prior_sds(["L", "onset", "mu"], defaults["prior"], 0.3).tolist() == [0.05, 0.3, 0.20]
 
 
 def test_drives_that_stay_pressed_are_a_half_space_of_the_standardised_prior(prior):

@@ -128,9 +128,10 @@ rule family_quality:
 
 
 rule figure_validation_family:
-    """Calibration, z-score against contraction, and recovery, on drives not trained on."""
+    """Calibration, z-score against contraction, recovery and pairs, on drives not trained on."""
     input:
         validation="results/family/{origin}/levels_{source}.zarr",
+        prior=f"results/prior_predictive/{MOTIONS[0]}.zarr",
         code=code("figure_validation"),
     output:
         sbc=page(
@@ -151,6 +152,12 @@ rule figure_validation_family:
             "recovery of the family",
             "recovery_family",
         ),
+        pairs=page(
+            "figures/pairs_family_{origin}_{source}.png",
+            "3 Validation",
+            "pairs of the family",
+            "pairs_family",
+        ),
     log:
         "logs/figures/validation_family_{origin}_{source}.log",
     benchmark:
@@ -161,31 +168,6 @@ rule figure_validation_family:
         subject="held-out drives of the family",
     script:
         "../scripts/figure_validation.py"
-
-
-rule figure_pairs_family:
-    """Prior, posterior and truth of one of these drives, pair by pair."""
-    input:
-        validation="results/family/{origin}/levels_{source}.zarr",
-        prior=f"results/prior_predictive/{MOTIONS[0]}.zarr",
-        code=code("figure_pairs"),
-    output:
-        page(
-            "figures/pairs_family_{origin}_{source}.png",
-            "3 Validation",
-            "pairs of the family",
-            "pairs_family",
-        ),
-    log:
-        "logs/figures/pairs_family_{origin}_{source}.log",
-    benchmark:
-        "results/benchmarks/figures_pairs_family_{origin}_{source}.tsv"
-    conda:
-        "../../envs/breaker.yaml"
-    params:
-        subject="a held-out drive of the family",
-    script:
-        "../scripts/figure_pairs.py"
 
 
 rule family:

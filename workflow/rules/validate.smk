@@ -139,9 +139,10 @@ rule quality:
 
 
 rule figure_validation:
-    """Figs. 4, 5, 6: calibration, z-score against contraction, and recovery of the truth."""
+    """Figs. 4 to 7: calibration, z-score against contraction, recovery, and pairs."""
     input:
         validation=validated,
+        prior="results/prior_predictive/{motion}.zarr",
         limit="results/identifiability/{motion}.zarr" if EXACT else [],
         code=code("figure_validation"),
     output:
@@ -150,6 +151,7 @@ rule figure_validation:
             "figures/contraction_{motion}.png", "3 Validation", "contraction", "contraction"
         ),
         recovery=page("figures/recovery_{motion}.png", "3 Validation", "recovery", "recovery"),
+        pairs=page("figures/pairs_{motion}.png", "3 Validation", "pairs", "pairs"),
     log:
         "logs/figures/validation_{motion}.log",
     benchmark:
@@ -158,8 +160,6 @@ rule figure_validation:
         "../../envs/breaker.yaml"
     params:
         subject=f"{POSTERIOR} posterior of simulated records",
-        prior=config["prior"],
-        onset_sd=config["sensor"]["onset_sd"],
     script:
         "../scripts/figure_validation.py"
 
@@ -186,26 +186,6 @@ rule figure_validation_reader:
         subject="posterior of simulated records through curve files",
     script:
         "../scripts/figure_validation.py"
-
-
-rule figure_pairs:
-    """Fig. 7: prior, posterior and truth of one simulated curve, pair by pair."""
-    input:
-        validation=validated,
-        prior="results/prior_predictive/{motion}.zarr",
-        code=code("figure_pairs"),
-    output:
-        page("figures/pairs_{motion}.png", "3 Validation", "pairs", "pairs"),
-    log:
-        "logs/figures/pairs_{motion}.log",
-    benchmark:
-        "results/benchmarks/figures_pairs_{motion}.tsv"
-    conda:
-        "../../envs/breaker.yaml"
-    params:
-        subject=f"{POSTERIOR} posterior of a simulated record",
-    script:
-        "../scripts/figure_pairs.py"
 
 
 rule posterior_predictive:

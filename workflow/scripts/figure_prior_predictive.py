@@ -10,16 +10,13 @@ from breaker.reading.records.curve_reader import open_curves
 from breaker.workflow.jobs import start
 
 log = start(snakemake)
-prior = open_store(snakemake.input.prior)
-measured = open_curves(snakemake.input.curves)
-measured = measured.isel(operation=np.flatnonzero(measured.accepted.values))
-
-# Three operations, from the first to the last.
-chosen = np.unique(np.linspace(0, measured.sizes["operation"] - 1, 3).astype(int))
-figure = prior_predictive(
-    prior,
-    prior_check(prior.travel.values, measured.travel.values),
-    measured.isel(operation=chosen),
-    motion=snakemake.wildcards.motion,
-)
-save(figure, snakemake.output[0])
+prior, curves = open_store(snakemake.input.prior), None
+check = prior_check(prior.travel.values, prior.travel.values[:0])
+if snakemake.input.curves:  # none of a simulator of one's own
+    curves = open_curves(snakemake.input.curves)
+    curves = curves.isel(operation=np.flatnonzero(curves.accepted.values))
+    check = prior_check(prior.travel.values, curves.travel.values)
+    # Three operations, from the first to the last.
+    chosen = np.unique(np.linspace(0, curves.sizes["operation"] - 1, 3).astype(int))
+    curves = curves.isel(operation=chosen)
+save(prior_predictive(prior, check, curves, motion=snakemake.wildcards.motion), snakemake.output[0])

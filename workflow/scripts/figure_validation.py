@@ -1,41 +1,64 @@
-"""Draw calibration, contraction and recovery of posteriors of simulated records (Figs. 4, 5, 6).
+"""Draw calibration, contraction, recovery and pairs of posteriors (Figs. 4, 5, 6, 7).
 
-A rule names the figures that it wants as its outputs: ``sbc``, ``contraction``, ``recovery``.
+A rule names the figures that it wants as its outputs: ``sbc`` alone, or all four.
 """
 
 import json
 
+import numpy as np
+import xarray as xr
+
 from breaker.common.zarr_store import open_store
 from breaker.figures import calibration
+from breaker.figures.pairs import pairs
 from breaker.figures.panels import SOURCES
 from breaker.figures.style import save
-from breaker.model.parameters import is_logarithmic, prior_sds
 from breaker.paper.calibration import judge_draws
-from breaker.paper.validation import parameters_of, recovery, scores, with_width
+from breaker.paper.validation import (
+    correlation,
+    parameters_of,
+    recovery,
+    regions,
+    scale_of,
+    scores,
+    with_width,
+)
 from breaker.workflow.jobs import start
 
 log = start(snakemake)
-params, wildcards, figures = snakemake.params, snakemake.wildcards, snakemake.output
-data = parameters_of(open_store(snakemake.input.validation)).load()
+files, wildcards, figures = snakemake.input, snakemake.wildcards, snakemake.output
+data = parameters_of(open_store(files.validation)).load()
 names, draws, truth = data.output.values, data.draws.values, data.truth.values
-source = wildcards.get("source") or wildcards.motion
-about = f"{SOURCES[source]}: {params.subject}"
+about = f"{SOURCES[wildcards.get('source') or wildcards.motion]}: {snakemake.params.subject}"
+
+
+def draw_contraction(scale: dict, file: str) -> None:
+    """Draw z-scores against contraction, with its limit where one is known."""
+    wide = with_width(data)
+    if alike := data.sizes["curve"] - wide.sizes["curve"]:
+        log.warning("%d curves are left out, whose draws are all the same", alike)
+    judged = scores(wide.draws.values, wide.truth.values, **scale)
+    limit = files.get("limit")  # none is known of a family, or of a simulator of one's own
+    limit = open_store(limit).contraction.mean("curve").values if limit else None
+    save(calibration.contraction(judged, names, about=about, limit=limit), file)
+
+
+def draw_pairs(prior: xr.Dataset, scale: dict, file: str) -> None:
+    """Draw the first record, whichever it is: the seed chose it, nobody else."""
+    case = data.isel(curve=0)
+    columns = np.concatenate([prior.parameters.values, prior.onset.values[:, None]], axis=1)
+    found = {
+        "correlation": correlation(case.draws.values, log=scale["log"]),
+        "regions": regions(case.draws.values),
+    }
+    save(pairs(case, columns[:, : len(names)], about=about, **found), file)
+
 
 rejected = sum(json.loads(data.attrs.get("rejected", "{}")).values())
 if rejected:
     about += f", {rejected} of {rejected + data.sizes['curve']} rejected by the reader"
 save(calibration.sbc(judge_draws(draws, truth), names, about=about), figures.sbc)
-if file := figures.get("recovery"):
-    save(calibration.recovery(recovery(draws, truth), names, about=about), file)
-if file := figures.get("contraction"):
-    # A family is wider than the prior of its medians: its own spread counts.
-    prior = params.get("prior")
-    sds = prior_sds(names, prior, params.onset_sd) if prior else None
-    wide = with_width(data)
-    if alike := data.sizes["curve"] - wide.sizes["curve"]:
-        log.warning("%d curves are left out, whose draws are all the same", alike)
-    log_scale = is_logarithmic(names)
-    judged = scores(wide.draws.values, wide.truth.values, prior_sd=sds, log=log_scale)
-    limit = snakemake.input.get("limit")  # none is known of a family
-    limit = open_store(limit).contraction.mean("curve").values if limit else None
-    save(calibration.contraction(judged, names, about=about, limit=limit), file)
+if figures.get("pairs"):
+    save(calibration.recovery(recovery(draws, truth), names, about=about), figures.recovery)
+    draw_contraction(scale_of(data), figures.contraction)
+    draw_pairs(open_store(files.prior), scale_of(data), figures.pairs)

@@ -15,9 +15,17 @@ from numpy.typing import ArrayLike
 
 from breaker.common.numerals import in_digits
 from breaker.figures import style
-from breaker.model.parameters import ONSET, PARAMETERS
+from breaker.model.parameters import ONSET, PARAMETERS, Parameter
 
-OUTPUTS = {each.name: each for each in (*PARAMETERS, ONSET)}
+
+class _Outputs(dict):
+    """Parameters by name; one of a model of your own has its name alone."""
+
+    def __missing__(self, name: str) -> Parameter:
+        return Parameter(name, "1", "", word=name, symbol=style.literal(name), colour=style.MODEL)
+
+
+OUTPUTS = _Outputs({each.name: each for each in (*PARAMETERS, ONSET)})
 """What is inferred, by name: symbols, units, meanings and colours."""
 
 SOURCES = {"closing": "Closing", "opening": "Opening", "both": "Both motions"}

@@ -20,7 +20,7 @@ _END = {"color": style.REFERENCE, "ls": (0, (4, 3)), "lw": 1.1}
 
 @style.styled
 def prior_predictive(
-    curves: xr.Dataset, check: "PriorCheck", measured: xr.Dataset, *, motion: str
+    curves: xr.Dataset, check: "PriorCheck", measured: xr.Dataset | None, *, motion: str
 ) -> Figure:
     """Draw curves of the prior with curves of the endurance test (paper, Fig. 3).
 
@@ -28,7 +28,7 @@ def prior_predictive(
         curves: Prior predictive curves: ``travel (curve, time)`` in mm, coordinate ``time`` in ms.
         check: Comparison of all operations with these curves, ``validation.prior_check``.
         measured: A few operations: ``travel (operation, time)``, coordinates ``operation`` and
-            ``time``.
+            ``time``; None if nothing is measured.
     """
     figure = style.new_figure(9.0, 5.8)
     axis = figure.subplots()
@@ -36,19 +36,21 @@ def prior_predictive(
     axis.plot(curves["time"], single.T, color=style.PRIOR, lw=0.5, alpha=0.35)
     axis.fill_between(curves["time"], check.lower, check.upper, color=style.MODEL, alpha=0.2, lw=0)
     axis.plot(curves["time"], check.median, color=style.MODEL, lw=2)
-    for i, operation in enumerate(measured["operation"].values):
+    for i, operation in enumerate([] if measured is None else measured["operation"].values):
         curve = measured["travel"].sel(operation=operation).dropna("time")
         dashes = ("-", (0, (5, 2)), (0, (1.2, 1.5)), (0, (5, 2, 1.2, 2)))[i % 4]
         label = f"endurance test, operation {operation}"
         axis.plot(curve["time"], curve, color=style.MEASURED, ls=dashes, label=label)
     axis.set(xlabel=style.TIME, ylabel=style.TRAVEL)
     axis.margins(x=0)
-    few, least = int(np.sum(check.inside < check.least)), p.percent(check.least)
-    inside = p.percent(check.inside.mean())
-    about = f"{p.SOURCES[motion]}: prior predictive check\n"
-    about += f"{few} of {check.inside.size:,} operations are below {least}, "
-    about += "which 95 % of the prior's own curves reach"
-    finding = f"The prior's 95 % band contains {inside} of the endurance test's samples"
+    about = f"{p.SOURCES[motion]}: prior predictive check"
+    finding = "Curves of the prior, with their 95 % band"
+    if measured is not None:
+        few, least = int(np.sum(check.inside < check.least)), p.percent(check.least)
+        about += f"\n{few} of {check.inside.size:,} operations are below {least}, "
+        about += "which 95 % of the prior's own curves reach"
+        inside = p.percent(check.inside.mean())
+        finding = f"The prior's 95 % band contains {inside} of the endurance test's samples"
     style.title(figure, finding, about)
     single = p.line_key("single curves of the prior", style.PRIOR, lw=1)
     p.legend_below(figure, single, *_keys(), columns=3)

@@ -26,7 +26,7 @@ quantities with the moving mass (``breaker.drive.answers.moving_mass``). Others 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from breaker.common.lazy_numpy import np
@@ -97,13 +97,6 @@ def split(theta: np.ndarray) -> tuple[np.ndarray, ...]:
 def is_logarithmic(names: Sequence[str]) -> np.ndarray:
     """Return which outputs are judged by their logarithm, ``(q,)`` of bool: all but the onset."""
     return np.array([name != ONSET.name for name in names])
-
-
-def prior_sds(
-    names: Sequence[str], prior: Mapping[str, Mapping[str, float]], onset_sd: float
-) -> np.ndarray:
-    """Return the prior sd of outputs, ``(q,)``: of logarithms, but of the onset in ms."""
-    return np.array([onset_sd if name == ONSET.name else prior[name]["log_sd"] for name in names])
 
 
 # ---- scale factors ---------------------------------------------------------------------------
