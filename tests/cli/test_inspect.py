@@ -138,7 +138,6 @@ def test_a_table_on_the_terminal_says_where_its_signs_are_others(folder, capsys)
         ["a.csv", "--channels", "A"],
         ["own", "--channel", "A"],
         ["own", "--plot", "a.png"],
-        ["own", "--report-problem", "a.txt"],
     ],
 )
 def test_an_option_that_does_not_fit_is_refused(folder, capsys, words):

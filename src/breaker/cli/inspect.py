@@ -27,8 +27,6 @@ def add(inspect: argparse.ArgumentParser) -> None:
     add_path(inspect, "--plot", "PNG", "draw the record of a file there")
     what = "columns of travel in each file of a folder whose table is proposed"
     inspect.add_argument("--channels", metavar="NAME", help=what, **SEVERAL)
-    what = "write there what a report of a misread file needs, without names, dates and travel"
-    add_path(inspect, "--report-problem", "TXT", what)
 
 
 def run(options: argparse.Namespace) -> int:
@@ -39,7 +37,7 @@ def run(options: argparse.Namespace) -> int:
     if not is_folder(options.file):
         _refuse(options, ("channels",), "is for a folder")
         return _run_file(options)
-    _refuse(options, ("channel", "plot", "report_problem"), "is for a file")
+    _refuse(options, ("channel", "plot"), "is for a file")
     check_outputs([(options.output, "lines")], [options.file, *options.config])
     config = settings_of(options.config)
     if os.path.lexists(table := Path(options.file, MANIFEST)):
@@ -59,11 +57,8 @@ def _refuse(options: argparse.Namespace, names: Sequence[str], why: str) -> None
 
 def _run_file(options: argparse.Namespace) -> int:
     outputs = [(options.output, "lines"), (options.plot, "picture")]
-    outputs += [(options.report_problem, "lines")]
     check_outputs(outputs, [options.file, *options.config])
     config = settings_of(options.config)
-    if options.report_problem:
-        _report_problem(options, config)
     from breaker.documents.terminal import text_of
     from breaker.reading.inspection.proposal_words import overlay_of, words_of
     from breaker.reading.inspection.setting_proposal import inspect_file
@@ -79,19 +74,6 @@ def _run_file(options: argparse.Namespace) -> int:
     say(f"\nProposed, to lay over {PROJECT}:\n\n{overlay}")
     say_written(written)
     return 0 if any(each.record for each in proposal.motions) else 1
-
-
-def _report_problem(options: argparse.Namespace, config: dict) -> None:
-    """Write the report of a problem, and say what is to be looked at before it is sent."""
-    from breaker.reading.inspection.problem_report import problem_report
-
-    form = config["endurance"]["format"]
-    text, words = problem_report(
-        options.file, config["sensor"], options.channel, format_settings=form
-    )
-    said = [write_lines(options.report_problem, text), "  Read it before you send it."]
-    said += [f"  Replaced: {', '.join(words)}."] if words else []
-    say_written(said, as_json=True)
 
 
 def _is_numbered(folder: str, config: Mapping) -> bool:

@@ -15,7 +15,7 @@ from pathlib import Path
 
 from breaker.model.quantities import CONDITIONS
 from breaker.reading.files.file_names import numbers_in
-from breaker.reading.files.formats import ENDINGS, plugin_reading
+from breaker.reading.files.formats import ENDINGS
 from breaker.reading.files.guards import RejectedCurveError, is_store, no_file, printable
 from breaker.reading.files.operations_table import (
     MANIFEST,
@@ -295,14 +295,11 @@ def _first(wrong: Sequence[str]) -> str:
 
 
 def fingerprint(operations: Iterable[Operation]) -> str:
-    """Return a text that changes with the operations, the name, size or time of any file, or the
-    version of another distribution whose format it is.
-    """
+    """Return a text that changes with the operations, and the name, size or time of any file."""
     found = hashlib.sha256()
     for each in operations:
         state = [(str(file), *_state(file)) for file in _parts(Path(each.file))]
-        said = f"{each!r} {state}{plugin_reading(each.file)}"
-        found.update(said.encode(errors="backslashreplace"))
+        found.update(f"{each!r} {state}".encode(errors="backslashreplace"))
     return found.hexdigest()
 
 

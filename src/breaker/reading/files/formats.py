@@ -10,20 +10,21 @@ A format is a module with
 - ``look(opened)``: what it shows before anything is known of it, ``Labelled`` or ``Tables``; None
   where all of it is to be guessed.
 
-Each passes the tests in ``tests/files/format_contract.py``. Other distributions add formats by the
-entry point ``breaker.formats`` (``format_plugins``).
+Each passes the tests in ``tests/files/format_contract.py``. Other distributions add such modules by
+the entry points ``breaker.formats``.
 """
 
+import logging
 import warnings
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import replace
+from importlib.metadata import entry_points
 from pathlib import Path
 from types import ModuleType
 
 from breaker import DISTRIBUTION
 from breaker.reading.files import comtrade, delimited_text, excel, netcdf
-from breaker.reading.files.format_plugins import PluginFormat, plugin_formats
 from breaker.reading.files.format_settings import READ_BY
 from breaker.reading.files.guards import (
     Opened,
@@ -37,9 +38,24 @@ from breaker.reading.files.sample_table import Columns
 _OLD = (".xls", ".xlsb", ".ods")
 _OLD_WORKBOOK = b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1"
 _OWN = (delimited_text, excel, comtrade, netcdf)
-_TAKEN = {*_OLD, ".dat", *(ending for each in _OWN for ending in each.ENDINGS)}
+_NAMES = ("ENDINGS", "SIGNATURES", "EXTRA", "read", "look")
 
-FORMATS: tuple[ModuleType | PluginFormat, ...] = (*_OWN, *plugin_formats(_TAKEN))
+
+def added_formats() -> Iterator[ModuleType]:
+    """Yield the formats of other distributions; the log names those that cannot be used."""
+    for entry in entry_points(group="breaker.formats"):
+        try:
+            format_ = entry.load()
+            if lacking := [name for name in _NAMES if not hasattr(format_, name)]:
+                raise TypeError(f"it has no {' and no '.join(lacking)}")
+        except Exception as error:  # whatever code of others raises
+            said = "the format %s cannot be used (%s); its files are not read"
+            logging.getLogger(__name__).error(said, entry.value, error)
+        else:
+            yield format_
+
+
+FORMATS = (*_OWN, *added_formats())
 """All formats; a file of no known ending or signature is taken for one of the first, a text."""
 
 ENDINGS = tuple(ending for each in FORMATS for ending in each.ENDINGS)
@@ -77,7 +93,7 @@ def _read(opened: Opened, settings: Mapping, channel: str) -> Columns:
     return columns
 
 
-def format_of(opened: Opened) -> ModuleType | PluginFormat:
+def format_of(opened: Opened) -> ModuleType:
     """Return the format of a file: the one that its content proves, or else the one of its ending.
 
     Raises:
@@ -102,15 +118,9 @@ def _ending(file: str | Path) -> str:
     return Path(file).suffix.lower()
 
 
-def _named(file: str | Path) -> ModuleType | PluginFormat:
+def _named(file: str | Path) -> ModuleType:
     """The format of a file by its ending."""
     return next((each for each in FORMATS if _ending(file) in each.ENDINGS), delimited_text)
-
-
-def plugin_reading(file: str | Path) -> str:
-    """Return whose format reads files of this ending, and its version; empty if none of others."""
-    format_ = _named(file)
-    return format_.words if isinstance(format_, PluginFormat) else ""
 
 
 def kind_in(opened: Opened) -> str:

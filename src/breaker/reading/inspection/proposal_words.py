@@ -54,15 +54,11 @@ def _yaml(value: object) -> str:
     return text.strip()[1:-1]
 
 
-def words_of(proposal: Proposal, *, named: bool = True) -> Document:
-    """Return what was found in a file, and whether it can be read with the proposal.
-
-    Args:
-        named: Whether the breaker and the date of the test are told.
-    """
+def words_of(proposal: Proposal) -> Document:
+    """Return what was found in a file, and whether it can be read with the proposal."""
     parts = [Section(str(proposal.layout.file), [f"  {_text(proposal)}", f"  {_time(proposal)}"])]
     parts += [
-        *_stated(proposal, named=named),
+        *_stated(proposal),
         _table(proposal),
         *_wired(proposal),
         *_compared(proposal),
@@ -130,16 +126,14 @@ def _time(proposal: Proposal) -> str:
     return f"time: no column, {in_digits(clock.rate, 6)} kHz, {lasts}"
 
 
-def _stated(proposal: Proposal, *, named: bool) -> list[Table]:
+def _stated(proposal: Proposal) -> list[Table]:
     """What the text above the samples says of the breaker, the test and the settings."""
     stated = proposal.layout.stated
     phases = (f"{number or 'all'} {name}" for number, name in sorted(stated.phases.items()))
-    whose = {
+    given = {
         "breaker": ", ".join(filter(None, [stated.station, stated.bay, stated.type])),
         "serial number": stated.serial,
         "test": " or ".join(stated.dates),
-    }
-    given = (whose if named else {}) | {
         "operation": stated.operation,
         "rate": "" if np.isnan(stated.rate) else f"{in_digits(stated.rate, 6)} kHz",
         "length": "" if np.isnan(stated.length) else f"{in_digits(stated.length, 6)} ms",
