@@ -23,7 +23,8 @@ from pydantic import TypeAdapter
 
 from breaker.common.randomness import generator
 from breaker.common.zarr_store import open_store
-from breaker.configuration.loading import read
+from breaker.configuration.definitions import simulated_test
+from breaker.configuration.loading import defaults
 from breaker.drive.answers.visit_document import VisitDocument
 from breaker.drive.simulation.endurance_rig import Rig
 from breaker.figures.reports import visits
@@ -31,7 +32,6 @@ from breaker.figures.style import save
 from breaker.figures.verdict import verdict
 from breaker.model.parameters import MOTIONS, NAMES
 from breaker.reading.instruments.export import write_curve
-from breaker.shipped import DEFAULTS
 
 DOCS = Path(__file__).resolve().parent
 DATA = DOCS / "pictures.json"
@@ -70,8 +70,8 @@ def _plain(data: xr.Dataset, names: list[str]) -> dict:
 
 def of_visits() -> dict:
     """Return what ``breaker compare`` finds of two visits to a drive whose truth is known."""
-    settings = read(DEFAULTS)
-    new = Rig.from_settings(settings["rig"], settings["seed"]).new
+    settings = defaults()
+    new = Rig.from_settings(simulated_test(settings), settings["seed"]).new
     worn = new.changed(**{name: new.value(name) * by for name, by in _CHANGES.items()})
     rng = generator(settings["seed"], "pictures", "visits")
     with TemporaryDirectory() as name:

@@ -1,67 +1,163 @@
-"""Write the defaults that ship, and a schema, from the two files in which defaults are stated.
+"""Write the files of defaults, the JSON schema and the page of settings from the classes.
 
-Called by ``make defaults``, from the project's folder, after a change of ``config/config.yaml`` or
-``config/advanced.yaml``. The package has a file of its own, as a user edits those of the project:
-what is compared with the defaults, such as a prior or the example of limits, must not follow.
-
-The schema is for others: editors, and the catalogue of workflows, which shows it as a table.
+Called by ``make defaults``, from the project's folder, after a change of
+``breaker.configuration.settings``. The schema is for editors and the catalogue of workflows.
 """
 
-from functools import reduce
+import json
+import textwrap
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import yaml
 
-from breaker.configuration.loading import merge, read
-from breaker.configuration.schema import derived
-from breaker.shipped import DEFAULTS, SCHEMA
+from breaker.configuration.settings import ADVANCED, Section, Settings
 
-__all__ = ["CONFIG", "FOR_OTHERS", "schema", "written"]
+__all__ = ["files", "schema"]
 
-CONFIG = (Path("config/advanced.yaml"), Path("config/config.yaml"))
-"""Where the defaults are stated, from the project's folder; the second over the first."""
+_WIDTH = 100
+_HEADS = {
+    "config/config.yaml": """\
+The settings of a drive, its records and decisions, with their defaults; all others are in
+advanced.yaml. Units are mm, ms and m/s, which is mm/ms. Do not edit these files: write the settings
+that differ into a file of your own (docs/settings.md), and give it to the workflow,
 
-FOR_OTHERS = Path("workflow/schemas/config.schema.yaml")
-"""Where the catalogue of workflows looks for a schema, from the project's folder."""
+    snakemake -c2 all --configfile config/my.yaml
 
-HEAD = "# Made by `make defaults` from config.yaml and advanced.yaml in config/.\n"
+or to `breaker`, by --config. Write small numbers as 1.0e-3: YAML reads 1e-3 as a text.""",
+    "config/advanced.yaml": """\
+The settings that hardly any user changes, with their defaults: networks, training, checks and the
+simulated endurance test. Write those that differ into a file of your own (config.yaml).""",
+}
+_PAGE = """\
+# Settings
+
+Every setting with its default, what it may be, and its meaning. `config/config.yaml` and
+`config/advanced.yaml` hold the same defaults. Write only the settings that differ into a file of
+your own. A wrong key or value stops the workflow before the first job;
+`python -m breaker.configuration FILE` names its file and line.
+
+This page is made by `make defaults` from `src/breaker/configuration/settings.py`.
+"""
+_BOUNDS = {"minimum": "≥", "exclusiveMinimum": ">", "maximum": "≤", "exclusiveMaximum": "<"}
 
 
-class _Whole(yaml.SafeDumper):
-    """Writes out what stands in several places, without aliases."""
+def files() -> dict[Path, str]:
+    """Return the content of every file that is made, by its path in the project."""
+    found = {}
+    for file, head in _HEADS.items():
+        lines = ["Made by `make defaults` from src/breaker/configuration/settings.py.", ""]
+        lines = [f"# {line}".rstrip() for line in [*lines, *head.splitlines()]]
+        for name in Settings.model_fields:
+            if (name in ADVANCED) == ("advanced" in file):
+                lines += ["", *_yaml_of(name, Settings, 0)]
+        found[Path(file)] = "\n".join(lines) + "\n"
+    text = yaml.safe_dump(schema(), sort_keys=False, width=_WIDTH, allow_unicode=True)
+    found[Path("workflow/schemas/config.schema.yaml")] = f"# Made by `make defaults`.\n{text}"
+    found[Path("docs/settings.md")] = page()
+    return found
 
-    def ignore_aliases(self, data: object) -> bool:
-        return True
+
+def _yaml_of(name: str, section: type[Section], depth: int) -> Iterator[str]:
+    """Yield the lines of a setting, or of a section and all that is in it."""
+    field, indent = section.model_fields[name], "  " * depth
+    if field.is_required():
+        yield from _comment(field.annotation.__doc__, indent)
+        yield f"{indent}{name}:"
+        for inner in field.annotation.model_fields:
+            yield from _yaml_of(inner, field.annotation, depth + 1)
+        return
+    value = field.default
+    if name == "limits":
+        yield from _comment(field.description, indent)
+        yield f"{name}:"
+        yield from (f"  - {_flow(each)}" for each in value)
+        return
+    line = f"{indent}{name}: {_flow(value)}"
+    beside = f"{line}  # {field.description}"
+    if depth and len(beside) <= _WIDTH:
+        yield beside
+    else:
+        yield from _comment(field.description, indent)
+        yield line
 
 
-def written() -> str:
-    """Return the content of the file that ships."""
-    return _dumped(reduce(merge, map(read, CONFIG), {}))
+def _comment(text: str, indent: str) -> list[str]:
+    mark = f"{indent}# "
+    return textwrap.wrap(
+        " ".join(text.split()), _WIDTH, initial_indent=mark, subsequent_indent=mark
+    )
 
 
-def schema() -> str:
-    """Return the content of the schema: that of the package's checks, with every default."""
-    settings = reduce(merge, map(read, CONFIG), {})
+def _flow(value: Any) -> str:
+    text = yaml.safe_dump(value, default_flow_style=True, width=1000, sort_keys=False)
+    return text.removesuffix("\n").removesuffix("\n...")
+
+
+def schema() -> dict[str, Any]:
+    """Return the JSON schema, without references, so that a catalogue can show it."""
+    whole = Settings.model_json_schema()
+    kinds = whole.pop("$defs")
+
+    def resolved(part: Any) -> Any:
+        if isinstance(part, list):
+            return [resolved(each) for each in part]
+        if not isinstance(part, dict):
+            return part
+        kind = kinds[part["$ref"].rpartition("/")[2]] if "$ref" in part else {}
+        merged = kind | {key: each for key, each in part.items() if key != "$ref"}
+        # An overlay holds some settings only.
+        return {k: resolved(each) for k, each in merged.items() if k not in ("title", "required")}
+
     head = {"$schema": "https://json-schema.org/draft/2020-12/schema", "title": "breaker"}
-    return _dumped(head | _with_defaults(derived(read(SCHEMA), settings), settings))
+    return head | resolved(whole)
 
 
-def _with_defaults(stated: dict[str, Any], default: Any) -> dict[str, Any]:
-    """The schema of a setting, or of a section and all that is in it, with defaults."""
-    if "properties" not in stated:
-        return stated | {"default": default}
-    parts = stated["properties"].items()
-    return stated | {"properties": {key: _with_defaults(p, default[key]) for key, p in parts}}
+def page() -> str:
+    """Return the page of all settings: a table for each section."""
+    whole = schema()["properties"]
+    lines = [_PAGE]
+    single = {name: part for name, part in whole.items() if "properties" not in part}
+    for name, part in {"": {"properties": single}, **whole}.items():
+        if "properties" in part:
+            lines += _table(name, part)
+    return "\n".join(lines)
 
 
-def _dumped(content: dict[str, Any]) -> str:
-    flow = {"default_flow_style": None, "width": 100}
-    return HEAD + yaml.dump(content, Dumper=_Whole, sort_keys=False, **flow)
+def _table(name: str, part: dict[str, Any]) -> list[str]:
+    title = f"\n## {name}\n" if name else "\n## General\n"
+    about = [" ".join(part["description"].split()) + "\n"] if "description" in part else []
+    rows = [
+        f"| `{key}` | `{json.dumps(each['default'], ensure_ascii=False)}` | {_allowed(each)} "
+        f"| {each['description']} |"
+        for key, each in _leaves(part["properties"])
+    ]
+    return [title, *about, "| setting | default | allowed | meaning |", "|---|---|---|---|", *rows]
+
+
+def _leaves(parts: dict[str, Any], above: str = "") -> Iterator[tuple[str, dict]]:
+    for name, part in parts.items():
+        if "properties" in part and "default" not in part:
+            yield from _leaves(part["properties"], f"{above}{name}.")
+        else:
+            yield f"{above}{name}", part
+
+
+def _allowed(part: dict[str, Any]) -> str:
+    """Put into words which values a part of the schema allows."""
+    if "anyOf" in part:
+        return " or ".join(map(_allowed, part["anyOf"]))
+    if "enum" in part or "const" in part:
+        return ", ".join(str(each) for each in part.get("enum", [part.get("const")]))
+    words = {"integer": "whole number", "object": "section", "array": "list", "string": "text"}
+    text = words.get(part["type"], part["type"])
+    bounds = [f"{sign} {part[name]:g}" for name, sign in _BOUNDS.items() if name in part]
+    text = " ".join([text, ", ".join(bounds)]) if bounds else text
+    return f"{text} of {_allowed(part['items'])}" if "items" in part else text
 
 
 if __name__ == "__main__":
-    for file, text in ((DEFAULTS, written()), (FOR_OTHERS, schema())):
-        file.parent.mkdir(exist_ok=True)
+    for file, text in files().items():
         file.write_text(text, encoding="utf-8")
         print(f"written to {file}")

@@ -18,49 +18,23 @@ from typing import Any
 import pandas as pd
 
 from breaker.common.tensor_file import ModelFileError, open_model
-from breaker.configuration.loading import load
-from breaker.configuration.yaml_sources import ConfigurationError
+from breaker.configuration.loading import ConfigurationError, load
 from breaker.drive.family.mechanisms import MECHANISMS
-from breaker.drive.family.training_origin import deciding, drives_of
+from breaker.drive.family.training_origin import differing, header_of
 from breaker.model.parameters import NAMES
 from breaker.shipped import CARD, FAMILIES, KINDS, model_file
 
-__all__ = ["described", "differing", "made_from", "unfit"]
+__all__ = ["described", "unfit"]
 
-CONFIG = (Path("config/advanced.yaml"), Path("config/config.yaml"))
 RESULTS = Path("results/family/trained")
 PAGE = Path("docs/evidence.md")
-
-
-def made_from(config: Mapping[str, Any], kind: str) -> dict[str, Any]:
-    """Return the settings in the header of a network that a configuration makes."""
-    return {
-        **{key: config[key] for key in ("seed", "prior")},
-        "networks": deciding(config["family_networks"]),
-        "drives": config["family"],
-        "family": config["family"]["name"],
-        "kind": kind,
-    }
-
-
-def differing(found: Any, wanted: Any, key: str = "") -> list[str]:
-    """Return where settings differ, as ``key: found, not wanted``."""
-    if isinstance(found, Mapping) and isinstance(wanted, Mapping):
-        return [
-            line
-            for name in sorted(found.keys() | wanted.keys())
-            for line in differing(
-                found.get(name, "nothing"), wanted.get(name, "nothing"), f"{key}.{name}".strip(".")
-            )
-        ]
-    return [] if found == wanted else [f"{key}: {found}, not {wanted}"]
 
 
 def unfit(model: Path, config: Mapping[str, Any], kind: str) -> list[str]:
     """Return why a model file is not that of a configuration."""
     with open_model(model) as saved:
-        found = {**saved.settings, "drives": drives_of(saved.settings)}
-    return [f"{model}: {line}" for line in differing(found, made_from(config, kind))]
+        lines = differing(saved.settings, header_of(config, kind))
+    return [f"{model}: {line}" for line in lines]
 
 
 def described(text: str) -> str:
@@ -73,8 +47,8 @@ def described(text: str) -> str:
         file = model_file(family, kind)
         content = file.read_bytes()
         with open_model(file) as saved:
-            drives = saved.settings["drives"]["drives"]
-            steps = saved.settings["networks"]["training"]["steps"]
+            drives = saved.settings["bank"]["drives"]
+            steps = saved.settings["training"]["steps"]
         good = _coverage(_quality(family, kind))
         checksum = f"`{hashlib.sha256(content).hexdigest()}`"
         row = f"{file.name} | {drives:,} | {steps:,} | {good} | {len(content):,} | {checksum}"
@@ -126,7 +100,7 @@ def _put(text: str, mark: str, rows: Sequence[str]) -> str:
 def main(overlays: Sequence[str]) -> int:
     """Copy what ships, or say why it cannot."""
     try:
-        config = load([*CONFIG, *map(Path, overlays)])
+        config = load(overlays)
         files = {kind: RESULTS / f"{kind}.safetensors" for kind in KINDS}
         lines = [line for kind, file in files.items() for line in unfit(file, config, kind)]
     except (ConfigurationError, FileNotFoundError, ModelFileError) as error:

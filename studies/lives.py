@@ -6,7 +6,7 @@
     python -m studies.lives plans lives.csv docs/plans.csv    # and how lives were serviced
     python -m studies.lives alarms lives.csv docs/alarms.csv  # and what was told for nothing
 
-Seeds: to develop by, to calibrate by (threshold and future in ``wear_model``), to score, and fresh,
+Seeds: to develop by, to calibrate by (threshold in ``trend``, and ``Future``), to score, and fresh,
 to score what was changed since.
 Drives of the family that networks are trained on, and foreign ones, wear along a straight
 line in their parameters and elements; half of them faster from 30 to 90 % of the life on. All that
@@ -40,6 +40,7 @@ from scipy.stats import chi2
 from tqdm import tqdm
 
 from breaker.common.randomness import generator
+from breaker.configuration.definitions import family_of
 from breaker.configuration.loading import load
 from breaker.drive.family.network_files import shipped_networks
 from breaker.drive.family.record_inputs import network_record
@@ -57,7 +58,7 @@ from breaker.model.prior import Prior
 from breaker.model.sensor import Sensor
 from breaker.reading.records.measurements import Measured, measure_curve
 from breaker.reading.records.normalised_shape import shape_of
-from breaker.shipped import DEFAULTS
+from breaker.shipped import HELD_BACK
 from studies.other_lives import Curves, OtherLife, records_of, truth_of
 from studies.sensors import Reading
 from studies.shared import append, write_table
@@ -110,16 +111,16 @@ class Life:
     def settings(self, config: Mapping) -> dict:
         """How it is followed; of a few visits the first two are new."""
         few = {"reference": 2 * self.a_visit, "settle": 2} if self.a_visit else {}
-        return config["wear_model"] | few
+        return config["trend"] | few
 
     @classmethod
     def drawn(cls, name: str, config: Mapping, rng: np.random.Generator) -> "Life":
         """Draw one of a set."""
         prior = Prior.from_settings(config["prior"])
-        settings = config["family"]
+        settings = family_of("medium_voltage")
         if name == "foreign":
-            elements = {**config["rigs"]["elements"], **FOREIGN}
-            settings = {**config["rigs"], "elements": elements}
+            settings = family_of(HELD_BACK)
+            settings["effects"] |= FOREIGN
         family = Family(prior, settings)
         worn = None
         while worn is None:
@@ -133,7 +134,7 @@ class Life:
         a_visit = int(rng.integers(1, 3)) if name in FEW else 0
         life = cls(new, worn, knee, faster, pace=PACES.get(name, 1.0), a_visit=a_visit)
         while name == "faults" and (not life.fault[1] or not life.at(LIFE).holds):
-            ranges = config["family"]["wear"]["change"]
+            ranges = family_of("medium_voltage")["wear"]["change"]
             which = str(rng.choice([n for n in NAMES if n in ranges]))
             size = np.exp(rng.uniform(*np.log(FAULT))) * np.sign(np.sum(ranges[which]))
             life.fault = LIFE * rng.uniform(0.6, 0.9), which, float(size)
@@ -165,7 +166,7 @@ def simulate(life: Life, config: Mapping, rng: np.random.Generator) -> tuple[Ser
     The truth is that at a pace of 1, by which limits are set.
     """
     sensor, reading = Sensor(**config["sensor"]), Reading.draw(rng)
-    ranges = config["family"]["wear"]["change"]
+    ranges = family_of("medium_voltage")["wear"]["change"]
     worn = [name for name in ranges if life.new.value(name) != life.worn.value(name)]
     names, operations = sorted({*NAMES, *worn}), life.operations
     drives = []
@@ -209,7 +210,7 @@ def simulate_other(
     curves, operations = Curves(life), life.operations
     travels = records_of(life, curves, operations, rng)
     motions = {m: recorded(travels[m], m, sensor, reading, rng) for m in MEASURED}
-    series = Series(operations, motions, np.arange(config["wear_model"]["reference"]), {})
+    series = Series(operations, motions, np.arange(config["trend"]["reference"]), {})
     truth = truth_of(life, curves, TIMES, measured)
     return series, truth[[*NAMES, *(f"{m} {q}" for m in MEASURED for q in MEASURED[m])]]
 
@@ -321,8 +322,10 @@ def followed(name: str, number: int, seed: int, config: Mapping, networks) -> tu
     life, series, truth, rng = simulated("lives", name, number, seed, config)
     limits = limits_of(truth, series, life, rng, every=name in PACES)
     if PACES.get(name) == 0.0:
-        limits = dict.fromkeys(tolerances(series, config["family"]["wear"]["change"]), np.inf)
-    settings = life.settings(config) if isinstance(life, Life) else config["wear_model"]
+        limits = dict.fromkeys(
+            tolerances(series, family_of("medium_voltage")["wear"]["change"]), np.inf
+        )
+    settings = life.settings(config) if isinstance(life, Life) else config["trend"]
     readout = Readout.of(series, networks, draws=settings["draws"], seed=seed, misfit_p_value=0.001)
     tracker, future = Tracker.from_settings(settings), Future.from_settings(settings)
     return life, truth, limits, readout, follow_life(readout, tracker, list(limits), future)
@@ -519,7 +522,7 @@ def acted(limit: str, fails: float, stands: xr.Dataset) -> dict:
 
 def follow(seed_name: str, file: str, *sets: str) -> None:
     """Follow all lives of a seed, and add their rows to a file; those that are there are done."""
-    config, seed = load([DEFAULTS]), SEEDS[seed_name]
+    config, seed = load(), SEEDS[seed_name]
     networks = [*shipped_networks()]
     done = pd.read_csv(file)[["set", "life"]].drop_duplicates() if Path(file).exists() else None
     known = set() if done is None else set(done.itertuples(index=False, name=None))
@@ -629,7 +632,7 @@ def against_fixed(service: np.ndarray, fails: np.ndarray) -> tuple[float, float,
     Returns:
         The ratio, and its 90 % interval over lives drawn again.
     """
-    settings = load([DEFAULTS])["planning"]
+    settings = load()["planning"]
     costs = np.array([settings["service_cost"], settings["failure_cost"]])
     each = costs[(service > fails).astype(int)], np.minimum(service, fails)
     tried = np.append(np.sort(fails), np.inf)
@@ -671,7 +674,7 @@ def plans(*files: str) -> None:
 
 def alarms(*files: str) -> None:
     """Sum up what was told without cause; the last file is written, and the table in evidence."""
-    rows, planning = pd.concat([pd.read_csv(file) for file in files[:-1]]), load([DEFAULTS])
+    rows, planning = pd.concat([pd.read_csv(file) for file in files[:-1]]), load()
     yearly = planning["planning"]["operations"] / planning["planning"]["years"]
     some, data = rows[rows.score == "alarm"], []
     some = some.assign(name=some.name.fillna("").str.partition(" ")[0])

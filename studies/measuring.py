@@ -13,6 +13,7 @@ import numpy as np
 import pandas as pd
 
 from breaker.common.randomness import generator
+from breaker.configuration.definitions import family_of
 from breaker.configuration.loading import load
 from breaker.drive.simulation.drive_family import Family
 from breaker.drive.simulation.rich_drive import Drive
@@ -22,7 +23,6 @@ from breaker.model.prior import Prior
 from breaker.model.quantities import SPEEDS, Point, Speed, quantities_of, speeds_of
 from breaker.reading.records.contact_edges import Contact
 from breaker.reading.records.measurements import measure_curve
-from breaker.shipped import DEFAULTS
 
 __all__ = ["measure_drives", "own_quantities"]
 
@@ -135,8 +135,8 @@ def measure_drives(
 
 def main() -> None:
     """Write the table of docs/evidence.md: errors in units of the stated standard deviation."""
-    config = load([DEFAULTS])
-    family = Family(Prior.from_settings(config["prior"]), config["family"])
+    config = load()
+    family = Family(Prior.from_settings(config["prior"]), family_of(config["family"]["name"]))
     rng = generator(1, "measuring")
     drives = [family.new(rng) for _ in range(_DRIVES)]
     rows = []

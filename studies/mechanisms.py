@@ -38,7 +38,6 @@ from breaker.model.parameters import MOTIONS, NAMES, Size
 from breaker.model.prior import Prior
 from breaker.reading.files.operations_table import Operation
 from breaker.reading.records.contact_edges import Contact
-from breaker.shipped import DEFAULTS
 
 NOISE, TRIGGER = 0.1, 0.3  # mm and ms, sd of a sample and of the release
 TIMES = ("touch_from_10", "parting_from_10", "touch_from_release", "parting_from_release")
@@ -414,7 +413,7 @@ def row_of(lists: Mapping[str, list]) -> dict:
 
 def rows_of(name: str, options: argparse.Namespace) -> list[dict]:
     """Rows of the table of a mechanism, one for each of the motions."""
-    config = load([DEFAULTS])
+    config = load()
     prior, endurance = Prior.from_settings(config["prior"]), config["endurance"]
     assessment = Assessment(config | {"seed": options.seed}, given=Given(Size()))
     lists = {motions: defaultdict(list) for motions in options.motions}

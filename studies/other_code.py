@@ -30,7 +30,6 @@ from breaker.model.parameters import MOTIONS, NAMES, Size
 from breaker.model.prior import Prior
 from breaker.model.sensor import Sensor
 from breaker.reading.records.normalised_shape import shape_of
-from breaker.shipped import DEFAULTS
 from tests.raws import raw_of
 
 TIMES, LEAD = np.arange(-8.0, 58.0, 0.2), 8.0  # ms, of records that are compared
@@ -198,7 +197,7 @@ def main() -> None:
     parser.add_argument("--pairs", type=int, default=60)
     parser.add_argument("--table", type=Path, metavar="CSV")
     options = parser.parse_args()
-    config = load([DEFAULTS])
+    config = load()
     prior, sensor = Prior.from_settings(config["prior"]), Sensor(**config["sensor"])
     rows = [*levels(prior, sensor, options.drives), *visits(prior, options.pairs)]
     table = pd.DataFrame(rows)

@@ -17,12 +17,12 @@ import numpy as np
 import pandas as pd
 
 from breaker.common.randomness import generator
+from breaker.configuration.definitions import family_of
 from breaker.configuration.loading import load
 from breaker.drive.simulation.drive_family import Family
 from breaker.drive.training.family_bank import shapes, simulate_family
 from breaker.model.parameters import MOTIONS
 from breaker.model.prior import Prior
-from breaker.shipped import DEFAULTS
 from studies.shared import append
 
 NOISES = (0.003, 0.01)  # of a sample, share of the stroke: without any, curves agree at 10 and 90 %
@@ -32,7 +32,7 @@ DESCRIBED = ("lead from 3 to 10 %", "time 60-80 % over 20-40 %", "overshoot")
 
 def rows_of(real: pd.DataFrame, config: dict, drives: int) -> pd.DataFrame:
     """Return a row for each motion and noise."""
-    family = Family(Prior.from_settings(config["prior"]), config["family"])
+    family = Family(Prior.from_settings(config["prior"]), family_of(config["family"]["name"]))
     rng = generator(1, "real shapes")
     bank = simulate_family(family, drives, rng)
     rows = []
@@ -87,7 +87,7 @@ def main() -> None:
     parser.add_argument("--drives", type=int, default=1500)
     parser.add_argument("--table", type=Path, metavar="CSV")
     options = parser.parse_args()
-    config = load([DEFAULTS, *filter(None, [options.overlay])])
+    config = load([*filter(None, [options.overlay])])
     rows = rows_of(pd.read_csv(options.bands), config, options.drives)
     print(rows.to_string(index=False))
     if options.table:

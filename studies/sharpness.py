@@ -10,6 +10,7 @@ import numpy as np
 import pandas as pd
 
 from breaker.common.randomness import generator
+from breaker.configuration.definitions import family_of
 from breaker.configuration.loading import load
 from breaker.drive.family.network_files import shipped_networks
 from breaker.drive.simulation.drive_family import Family
@@ -18,15 +19,14 @@ from breaker.drive.training.training_rows import rows_of, sample_rows
 from breaker.model.parameters import NAMES
 from breaker.model.prior import Prior
 from breaker.paper.validation import family_quality
-from breaker.shipped import DEFAULTS
 
 DRIVES, DRAWS = 5000, 300
 NOISE, OF_MEANS = (0.0074, 0.0075), (0.0015, 0.00151)  # share of the stroke
 
 
 def main() -> None:
-    config = load([DEFAULTS])
-    family = Family(Prior.from_settings(config["prior"]), config["family"])
+    config = load()
+    family = Family(Prior.from_settings(config["prior"]), family_of(config["family"]["name"]))
     bank = simulate_family(family, DRIVES, generator(1, "sharpness"))
     levels, changes = next(shipped_networks())
     tables = []

@@ -22,7 +22,8 @@ import numpy as np
 import pandas as pd
 
 from breaker.common.randomness import generator
-from breaker.configuration.loading import read
+from breaker.configuration.definitions import family_of
+from breaker.configuration.loading import defaults
 from breaker.drive.answers.drive_records import read_operations
 from breaker.drive.answers.visit_changes import VERDICT_WORDS, changes, compare, measured_changes
 from breaker.drive.family.network_files import shipped_networks
@@ -34,7 +35,7 @@ from breaker.model.quantities import speeds_of
 from breaker.model.sensor import Sensor
 from breaker.reading.files.operations_table import Operation
 from breaker.reading.instruments.export import write_curve
-from breaker.shipped import DEFAULTS
+from breaker.shipped import HELD_BACK
 from studies.measuring import own_quantities
 from studies.sensors import Reading
 from studies.shared import append
@@ -100,7 +101,7 @@ def truth(drives: tuple[Drive, Drive]) -> dict[tuple[str, str], float]:
 def one_rig(number: int, count: int, change: float | None, config: Mapping) -> pd.DataFrame:
     """Compare two visits to a rig; a row for each measured quantity, parameter and time."""
     prior, sensor = Prior.from_settings(config["prior"]), Sensor(**config["sensor"])
-    family = Family(prior, config["rigs"])
+    family = Family(prior, family_of(HELD_BACK))
     rng = generator(51, "benchmark of visits", number)
     if change is None:
         new = family.new(rng)
@@ -181,7 +182,7 @@ def main() -> None:
     parser.add_argument("--table", type=Path, metavar="CSV")
     options = parser.parse_args()
     if options.records:
-        config, done = read(DEFAULTS), set()
+        config, done = defaults(), set()
         if options.rows.exists():
             there = pd.read_csv(options.rows)
             same = there.change.isna() if options.change is None else there.change == options.change

@@ -14,14 +14,14 @@ os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 import numba
 import pytest
 
-from breaker.configuration.loading import read
+from breaker.configuration import loading
 from breaker.drive.answers import inference
 from breaker.drive.family.network_files import open_network
 from breaker.model.parameters import MOTIONS
 from breaker.model.prior import Prior
 from breaker.model.sensor import Sensor
 from breaker.paper.joint_model import Model
-from breaker.shipped import DEFAULTS, model_file
+from breaker.shipped import model_file
 
 numba.set_num_threads(1)  # it has as many as there are cores for those tests that ask for more
 
@@ -34,7 +34,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 @pytest.fixture(scope="session")
 def defaults():
     """Every setting with its default."""
-    return read(DEFAULTS)
+    return loading.defaults()
 
 
 @pytest.fixture(scope="session")

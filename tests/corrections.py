@@ -4,12 +4,11 @@ import numpy as np
 from scipy.stats import chi2
 from scipy.stats import t as student
 
-from breaker.configuration.loading import read
-from breaker.shipped import DEFAULTS
+from breaker.paper.correction import CORRECTION
 
 __all__ = ["SETTINGS", "errors_p_value", "from_prior", "means_p_value"]
 
-SETTINGS = read(DEFAULTS)["correction"]
+SETTINGS = CORRECTION | {"rounds": 20}
 
 
 def from_prior(model, n, rng):

@@ -8,17 +8,15 @@ import torch
 import xarray as xr
 from scipy.stats import norm
 
-from breaker import shipped
 from breaker.common.randomness import generator
-from breaker.configuration.loading import read
+from breaker.configuration.loading import defaults
 from breaker.model.curves import travel
 from breaker.networks.training import Checkpoint, Trainer
 from breaker.paper.bank import simulate, truth
 from breaker.paper.posterior import Posterior
 from breaker.paper.training import Rows, freeze_inputs, split
 
-DEFAULTS = read(shipped.DEFAULTS)
-PRIOR, SENSOR = DEFAULTS["prior"], DEFAULTS["sensor"] | {"samples": 31}
+PRIOR, SENSOR = defaults()["prior"], defaults()["sensor"] | {"samples": 31}
 NETWORK = {
     "summary": {
         "kind": "time_series",

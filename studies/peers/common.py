@@ -16,11 +16,10 @@ import numpy as np
 import xarray as xr
 
 from breaker.common.randomness import generator
-from breaker.configuration.loading import read
+from breaker.configuration.loading import defaults
 from breaker.model.parameters import MOTIONS
 from breaker.paper.bank import simulate
 from breaker.paper.joint_model import Model
-from breaker.shipped import DEFAULTS
 
 __all__ = [
     "CLOCKS",
@@ -108,7 +107,7 @@ def plan(run: Callable[[int], object], given: argparse.Namespace, unit: int) -> 
 
 def read_settings() -> dict:
     """Return the default configuration."""
-    return read(DEFAULTS)
+    return defaults()
 
 
 def bank_of(model: Model) -> xr.Dataset:

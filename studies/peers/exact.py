@@ -9,7 +9,7 @@ network of any arm has a part in it. What proposes the draws does not bias the e
 import numpy as np
 
 from breaker.common.randomness import generator
-from breaker.paper.correction import correct
+from breaker.paper.correction import CORRECTION, correct
 from studies.peers.common import held_out, parser, read_settings, restart, write_json
 from studies.peers.mode import approximate
 
@@ -24,7 +24,8 @@ def main() -> None:
     restart(given.threads)
 
     configured = read_settings()
-    settings = {**configured["correction"], "draws": given.draws}
+    rounds = configured["validation"]["correction_rounds"]
+    settings = {**CORRECTION, "rounds": rounds, "draws": given.draws}
     data = held_out(given.motion, configured, given.curves)
     rng = generator(given.seed, "exact", given.motion)
     found = []

@@ -4,11 +4,11 @@ import numpy as np
 import xarray as xr
 
 from breaker.common.randomness import generator
-from breaker.configuration.loading import chosen_network
+from breaker.configuration.loading import of_motion
 from breaker.networks.training import Trainer
 from breaker.paper.joint_model import Model
 from breaker.paper.posterior import Posterior
-from breaker.paper.training import Rows, convergence, freeze_inputs, split
+from breaker.paper.training import RECIPE, Rows, convergence, freeze_inputs, split
 from studies.peers.common import read_settings
 
 __all__ = ["Breaker"]
@@ -27,7 +27,7 @@ class Breaker:
 
     def settings(self) -> dict:
         """Return what a table has to say about the arm."""
-        used = self.configuration["training"]["closing"]
+        used = RECIPE | self.configuration["training"]
         return {
             "estimator": f"{self.kind.replace('_', ' ')}, config/advanced.yaml",
             "optimiser": f"{used['optimiser']} {used['learning_rate']}, warm-up, cosine over the "
@@ -41,8 +41,8 @@ class Breaker:
     def train(self, bank: xr.Dataset, model: Model, steps: int, seed: int) -> dict:
         """Train on a bank for so many steps."""
         motion = model.motion
-        network = chosen_network(self.configuration["network"][motion])
-        training = {**self.configuration["training"][motion], "steps": steps}
+        own = of_motion(self.configuration, motion)
+        network, training = own["network"], {**RECIPE, **own["training"], "steps": steps}
         made_from = {key: self.configuration[key] for key in ("prior", "sensor")}
         made_from |= {"motion": motion, "network": network, "training": training, "seed": seed}
         parts = split(bank.sizes["curve"], training["validation_curves"])

@@ -2,7 +2,7 @@
 
 import os
 
-from breaker.configuration.loading import chosen_network
+from breaker.configuration.loading import merge, of_motion
 
 SUMMARIES = ["time_series"]
 INFERENCES = ["flow_matching", "coupling_flow"]  # each with each summary
@@ -21,15 +21,11 @@ wildcard_constraints:
 def network_of(wildcards):
     """The settings of a combination of networks of one motion, of the kinds in its name."""
     summary, inference = wildcards.network.split("-")
-    sections = config["network"][wildcards.motion]
-    chosen = {
-        "summary": {**sections["summary"], "kind": summary},
-        "inference": {**sections["inference"], "kind": inference},
-    }
-    return chosen_network(chosen)
+    chosen = {"summary": {"kind": summary}, "inference": {"kind": inference}}
+    return of_motion(merge(config, {"network": chosen}), wildcards.motion)["network"]
 
 
 def training_of(wildcards):
     """The settings of the training of one motion, of no more steps than the comparison has."""
-    settings = config["training"][wildcards.motion]
+    settings = of_motion(config, wildcards.motion)["training"]
     return {**settings, "steps": min(STEPS, settings["steps"])}

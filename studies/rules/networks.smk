@@ -24,7 +24,7 @@ rule train_network:
         "results/networks/{network}/{motion}_train.tsv"
     conda:
         "../../envs/breaker.yaml"
-    threads: lambda wildcards: config["training"][wildcards.motion]["threads"]
+    threads: lambda wildcards: training_of(wildcards)["threads"]
     params:
         seed=config["seed"],
         model=MODEL,

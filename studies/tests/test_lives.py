@@ -11,7 +11,6 @@ from breaker.configuration.loading import load
 from breaker.drive.life.limit_states import STATES
 from breaker.model.limits import Limit
 from breaker.model.prior import Prior
-from breaker.shipped import DEFAULTS
 from studies.lives import against_fixed, alarms_of, planned_of, shown_beyond
 from studies.other_lives import LAWS, RECORDS, OtherLife
 
@@ -25,7 +24,7 @@ def test_a_law_wears_from_new_to_worn_and_never_back(name):
 
 
 def test_a_share_of_the_wear_is_reached_when_the_law_says():
-    prior = Prior.from_settings(load([DEFAULTS])["prior"])
+    prior = Prior.from_settings(load()["prior"])
     life = OtherLife.drawn(prior, np.random.default_rng(1))
     operation = life.reached(0.8)
     assert life.wear(operation - 1.0) < 0.8 <= life.wear(operation)

@@ -5,10 +5,12 @@ import pytest
 from scipy.stats import chi2
 
 from breaker.common.randomness import generator
+from breaker.configuration.definitions import family_of
 from breaker.drive.simulation.drive_family import Family
 from breaker.model.evaluation import evaluate
 from breaker.model.parameters import MOTIONS, Size
 from breaker.model.quantities import quantities_of, speeds_of
+from breaker.shipped import HELD_BACK
 from studies.measuring import measure_drives, own_quantities
 
 SPEEDS = speeds_of(
@@ -22,13 +24,13 @@ SPEEDS = speeds_of(
 
 @pytest.fixture
 def family(prior, defaults):
-    return Family(prior, defaults["rigs"])
+    return Family(prior, family_of(HELD_BACK))
 
 
 @pytest.mark.parametrize("motion", MOTIONS)
 def test_own_quantities_of_a_drive_of_the_model(prior, defaults, motion):
     """Read from its motion, integrated in steps, they are those of the exact curve."""
-    family = Family(prior, {**defaults["rigs"], "strength": 0.0})
+    family = Family(prior, {**family_of(HELD_BACK), "strength": 0.0})
     drive = family.new(generator(1, "test", "own", motion)).scaled(Size(3.0, 2.0))
     speeds = tuple(each.sized(Size(3.0, 2.0)) for each in SPEEDS)
     own = own_quantities(drive, motion, speeds)

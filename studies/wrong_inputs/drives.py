@@ -7,7 +7,6 @@ import numpy as np
 
 from breaker.configuration.loading import load
 from breaker.model.prior import Prior
-from breaker.shipped import DEFAULTS
 from studies.mechanisms import drawn, simulated
 
 UNTIL = 140.0  # ms of the reference drive that are simulated; all of them rest by then
@@ -17,7 +16,7 @@ SCATTER = {"f": 0.002, "gamma_a": 0.005}  # from operation to operation
 @cache
 def prior() -> Prior:
     """Return the default prior, of which drives are drawn."""
-    return Prior.from_settings(load([DEFAULTS])["prior"])
+    return Prior.from_settings(load()["prior"])
 
 
 @dataclass(frozen=True)

@@ -38,7 +38,7 @@ def fitted(prior):
 def found(fitted, *, limits=(), records=None):
     recorded = SimpleNamespace(records=records or {}, tried=["this"])
     recorded.size, recorded.motions = Size(), ["closing", "opening"]
-    return check_fitted(fitted, recorded, limits, 1, 7.0)
+    return check_fitted(fitted, recorded, limits, 1)
 
 
 def limit(side="upper", **value):

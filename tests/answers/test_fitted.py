@@ -6,13 +6,15 @@ import numpy as np
 import pytest
 
 from breaker.common.randomness import generator
-from breaker.configuration.magnitudes import UNLIKE
+from breaker.configuration.definitions import family_of
+from breaker.configuration.loading import UNLIKE
 from breaker.drive.answers.assessment import Assessment
 from breaker.drive.answers.evidence import Given
 from breaker.drive.answers.type_model import TypeDraws
 from breaker.drive.answers.type_prior import fit_type, wear_allowance
 from breaker.drive.answers.type_records import list_breakers, read_breakers
 from breaker.model.parameters import Size
+from breaker.shipped import HELD_BACK
 from tests.answers.drives import breakers_of, type_of, write_breakers
 
 MOTIONS = ("closing", "opening")
@@ -33,12 +35,12 @@ def types(defaults, prior, assessment, tmp_path_factory):
     for number in range(TYPES):
         rng = generator(4, "test type", number)
         drawn = type_of(prior, rng)
-        drives = breakers_of(drawn, defaults["rigs"], BREAKERS + FURTHER, rng)
+        drives = breakers_of(drawn, family_of(HELD_BACK), BREAKERS + FURTHER, rng)
         folder = write_breakers(tmp_path_factory.mktemp("type"), drives, 2, rng)
         recorded = read_breakers(list_breakers([folder], MOTIONS), assessment)
         names = list(recorded.answers)
         some = {name: recorded.answers[name] for name in names[:BREAKERS]}
-        room = wear_allowance(defaults["rigs"]["wear"]["change"])
+        room = wear_allowance(family_of(HELD_BACK)["wear"]["change"])
         fitted = fit_type(replace(recorded, answers=some), room)
         further = [[e.record for e in recorded.answers[n]] for n in names[BREAKERS:]]
         found.append((drawn, fitted, list(zip(drives[BREAKERS:], further, strict=True))))
@@ -96,7 +98,7 @@ def test_further_breakers_are_inferred_right_and_better(types, covered):
 def recorded(types, assessment, tmp_path_factory, defaults, prior):
     """Records of two breakers of a type."""
     rng = generator(5, "test type")
-    drives = breakers_of(type_of(prior, rng), defaults["rigs"], 2, rng)
+    drives = breakers_of(type_of(prior, rng), family_of(HELD_BACK), 2, rng)
     folder = write_breakers(tmp_path_factory.mktemp("two"), drives, 1, rng)
     return read_breakers(list_breakers([folder], MOTIONS), assessment)
 

@@ -3,9 +3,11 @@
 import pytest
 
 from breaker.common.randomness import generator
+from breaker.configuration.definitions import family_of
 from breaker.drive.answers import type_records as recorded
 from breaker.drive.answers.assessment import Assessment
 from breaker.drive.answers.type_records import list_breakers, read_breakers
+from breaker.shipped import HELD_BACK
 from tests.answers.drives import breakers_of, type_of, write_breakers
 
 MOTIONS = ("closing", "opening")
@@ -14,7 +16,7 @@ MOTIONS = ("closing", "opening")
 @pytest.fixture(scope="module")
 def drives(prior, defaults):
     rng = generator(6, "test recorded")
-    return breakers_of(type_of(prior, rng), defaults["rigs"], 2, rng)
+    return breakers_of(type_of(prior, rng), family_of(HELD_BACK), 2, rng)
 
 
 @pytest.fixture

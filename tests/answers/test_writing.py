@@ -8,13 +8,14 @@ import yaml
 
 from breaker.cli import main
 from breaker.common.randomness import generator
+from breaker.configuration.definitions import family_of
 from breaker.configuration.loading import load
 from breaker.drive.answers.assessment import given_by
 from breaker.drive.answers.prior_report import _table, overlay_of
 from breaker.drive.answers.type_records import Span
 from breaker.model.parameters import NAMES, Size
+from breaker.shipped import HELD_BACK
 from tests.answers.drives import breakers_of, type_of, write_breakers
-from tests.conftest import DEFAULTS
 
 SIZE = Size(10.0, 4.0)
 
@@ -27,7 +28,7 @@ def drawn(prior):
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory, drawn, defaults):
     rng = generator(5, "test files")
-    drives = breakers_of(drawn, defaults["rigs"], 3, rng)
+    drives = breakers_of(drawn, family_of(HELD_BACK), 3, rng)
     return write_breakers(tmp_path_factory.mktemp("type"), drives, 2, rng, SIZE)
 
 
@@ -42,7 +43,7 @@ def written(folder, tmp_path_factory):
 
 def test_the_configuration_takes_it(written, drawn):
     file, plot = written
-    config = load([DEFAULTS, file])
+    config = load([file])
     assert config["size"]["lengths"] == pytest.approx(SIZE.lengths, rel=0.3)
     medians = np.array([config["prior"][name]["median"] for name in NAMES])
     log_sds = np.array([config["prior"][name]["log_sd"] for name in NAMES])
@@ -54,7 +55,7 @@ def test_the_configuration_takes_it(written, drawn):
 
 
 def test_what_a_model_leaves_out_is_of_the_size_of_the_drive(prior, defaults):
-    levels = SimpleNamespace(settings={"drives": defaults["family"]})
+    levels = SimpleNamespace(settings={"family": "medium_voltage"})
     about = {"noise_sd": 0.15, "span": Span(20.0, 99.0, 200.0, 0.1), "levels": levels}
     recorded = SimpleNamespace(size=SIZE, motions=["closing"], **about)
     found = overlay_of(
@@ -64,7 +65,7 @@ def test_what_a_model_leaves_out_is_of_the_size_of_the_drive(prior, defaults):
 
 
 def test_the_lag_of_contacts_is_written_where_there_is_one(prior, defaults, tmp_path):
-    levels = SimpleNamespace(settings={"drives": defaults["family"]})
+    levels = SimpleNamespace(settings={"family": "medium_voltage"})
     about = {"noise_sd": 0.15, "span": Span(20.0, 99.0, 200.0, 0.1), "levels": levels}
     recorded = SimpleNamespace(size=SIZE, motions=["closing", "opening"], **about)
     fitted = SimpleNamespace(prior=prior.sized(SIZE), contact_lag={"opening": (0.123456, 0.2)})
@@ -72,7 +73,7 @@ def test_the_lag_of_contacts_is_written_where_there_is_one(prior, defaults, tmp_
     assert found["contact_lag"] == {"opening": [0.1235, 0.2]}
     file = tmp_path / "type.yaml"
     file.write_text(yaml.safe_dump(found), encoding="utf-8")
-    given, words = given_by(load([DEFAULTS, file]))
+    given, words = given_by(load([file]))
     assert given.contact_lag == found["contact_lag"]
     assert len(words) == 1
 

@@ -7,21 +7,20 @@ import pandas as pd
 import xarray as xr
 
 from breaker.common.zarr_store import describe, save
-from breaker.configuration.loading import read
+from breaker.configuration.loading import defaults
 from breaker.drive.fleet.drive_document import FLEET
 from breaker.drive.life.first_page import headline, limit_words, since_new, trust
 from breaker.drive.life.life_tables import change_table, decide, limit_table, operation_metadata
 from breaker.drive.life.limit_states import standing
 from breaker.model.parameters import PARAMETERS
 from breaker.reading.files.safe_text import save_frame
-from breaker.shipped import DEFAULTS
 
 
 def write_life(folder, life):
     """Write what the workflow's rule `decide` does of a life, and the life."""
     number = life.operation.values
     count = number.size
-    stands = standing(life, read(DEFAULTS)["planning"], np.full(count, np.nan))
+    stands = standing(life, defaults()["planning"], np.full(count, np.nan))
     used = xr.Dataset({"accepted": ("operation", np.ones(count, bool))}, {"operation": number})
     known = operation_metadata({"closing": used}, number)
     decisions, limits = decide(life, stands, known), limit_table(life, stands)

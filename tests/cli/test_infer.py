@@ -13,7 +13,8 @@ import pytest
 import yaml
 
 from breaker.cli import main
-from breaker.shipped import DEFAULTS, model_file
+from breaker.configuration.loading import defaults
+from breaker.shipped import model_file
 from tests.cli.conftest import FEW, written
 
 LIMITS = """
@@ -249,7 +250,7 @@ def test_what_makes_no_sense_is_told_before_anything_is_read(
 def test_the_configuration_of_the_project_counts(folder, capsys):
     """One in the folder's config/config.yaml comes before the defaults that ship."""
     (folder / "config").mkdir()
-    settings = yaml.safe_load(DEFAULTS.read_text(encoding="utf-8"))
+    settings = defaults()
     settings["endurance"]["format"]["travel_column"] = "height"
     settings["limits"] = [{"name": "slow", "motion": "closing", "upper": {"touch_time": 5.0}}]
     (folder / "config" / "config.yaml").write_text(yaml.safe_dump(settings), encoding="utf-8")

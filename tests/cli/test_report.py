@@ -11,9 +11,8 @@ import yaml
 from matplotlib.image import imread
 
 from breaker.cli import main
-from breaker.configuration.loading import read
+from breaker.configuration.loading import defaults
 from breaker.reading.inspection.setting_proposal import inspect_file
-from breaker.shipped import DEFAULTS
 from tests.exports import write
 
 EXPORT = {"endurance": {"draws": 50, "format": {"time_column": None, "rate": 5.0}}}
@@ -78,7 +77,7 @@ def test_what_the_analyser_printed_otherwise_is_marked_as_inspect_marks_it(visit
     results = {"Stroke (mm)": [178.0, 182.0, 178.7], "Closing Velocity (m/s)": [4.1, 4.1, 4.4]}
     results["Over Travel (mm)"] = [1.0, 1.0, 1.0]  # which makers count in other ways
     write("today.csv", rate=5.0, results=results)
-    compared = inspect_file("today.csv", read(DEFAULTS)["sensor"]).compared
+    compared = inspect_file("today.csv", defaults()["sensor"]).compared
     assert report("today.csv", "--output", "a.html") == 0
     page = (visit / "a.html").read_text(encoding="utf-8")
     printed = [f"{each.printed.value:g}" for each in compared if each.differs]

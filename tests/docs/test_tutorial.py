@@ -6,11 +6,11 @@ import re
 import pytest
 import yaml
 
+from breaker.configuration.definitions import simulated_test
 from breaker.configuration.loading import load
 from breaker.drive.simulation.endurance_rig import Rig
 from breaker.drive.simulation.rack_exports import HIGH_VOLTAGE
 from breaker.model.parameters import MOTIONS, NAMES
-from breaker.shipped import DEFAULTS
 from tests.bare import without_extras
 from tests.scripts import ROOT, script
 
@@ -36,7 +36,7 @@ def test_pictures_are_drawn_and_small(done, picture):
 
 
 def test_true_values_are_stated_and_intervals_contain_them(done, defaults):
-    drive = Rig.from_settings(defaults["rig"], 1).new.scaled(HIGH_VOLTAGE)
+    drive = Rig.from_settings(simulated_test(defaults), 1).new.scaled(HIGH_VOLTAGE)
     truth = dict(zip(NAMES, drive.theta, strict=True))
     records = json.loads((done / "answer.json").read_text(encoding="utf-8"))["records"]
     assert [each["motion"] for each in records] == list(MOTIONS)
@@ -58,7 +58,7 @@ def test_the_last_settings_are_those_of_a_workflow(done, tmp_path):
     own = {"endurance": {"curves": str(done / "rack"), "phase": "S 1"}}
     (tmp_path / "breaker.yaml").write_text(yaml.safe_dump(own), encoding="utf-8")
     overlays = [done / "prior.yaml", done / "limits.yaml", tmp_path / "breaker.yaml"]
-    config = load([DEFAULTS, *overlays])
+    config = load([*overlays])
     assert config["size"]["lengths"] == pytest.approx(HIGH_VOLTAGE.lengths, rel=0.2)
     assert "snakemake -c2 all --configfile prior.yaml limits.yaml breaker.yaml" in TEXT
 

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from breaker.configuration.definitions import family_of
 from breaker.drive.family.network_inputs import Basis, without_onset
 from breaker.drive.family.record_means import mean_and_change, mean_record
 from breaker.drive.simulation.drive_family import Family
@@ -19,8 +20,10 @@ UNITS = Shape(np.zeros(SHAPE_TIMES.size), SHAPE_TIMES > 9.0, 0.0, 80.0, 5.0, 6.0
 
 
 @pytest.fixture
-def bank(prior, defaults):
-    return simulate_family(Family(prior, defaults["family"]), DRIVES, np.random.default_rng(1))
+def bank(prior):
+    return simulate_family(
+        Family(prior, family_of("medium_voltage")), DRIVES, np.random.default_rng(1)
+    )
 
 
 def test_measured_records_are_seen_as_those_of_the_training(bank, monkeypatch):

@@ -5,7 +5,7 @@ import pytest
 import xarray as xr
 
 from breaker.common.randomness import generator
-from breaker.configuration.loading import read
+from breaker.configuration.loading import defaults
 from breaker.drive.life.limit_states import standing as stands
 from breaker.drive.simulation.failure_times import held
 from breaker.figures import style
@@ -14,7 +14,6 @@ from breaker.figures.life import changepoint, changes, health, remaining_life, s
 from breaker.model.parameters import NAMES
 from breaker.paper.run_numbers import blocks_of
 from breaker.paper.run_numbers import held as in_band
-from breaker.shipped import DEFAULTS
 from tests.figures.drawn import assert_drawn, line_of, words
 from tests.lives import LIMITS, OPERATIONS, a_life, life_data, standing_data
 
@@ -65,7 +64,7 @@ def test_operations_hold_the_truth_between_what_is_told_and_the_failure(life):
 
 
 def test_the_cost_of_a_service_its_least_and_what_is_told_are_drawn():
-    planning, days = read(DEFAULTS)["planning"], np.full(OPERATIONS.size, np.nan)
+    planning, days = defaults()["planning"], np.full(OPERATIONS.size, np.nan)
 
     def drawn(*fails, surely=True):
         life = a_life(fails, half=(0.01, 0.01))

@@ -69,7 +69,7 @@ def examined(rows, defaults):
 def table(examined, prior):
     drives = stored([*examined.values()])
     types = learn_types(drives, prior)
-    return fleet_table(drives, types, 7.0), types
+    return fleet_table(drives, types), types
 
 
 def test_a_drive_gets_what_it_gets_alone(rows, examined, defaults, levels):
@@ -197,8 +197,8 @@ def test_many_operations_are_a_life(tmp_path, prior, defaults, loss):
     thetas = [prior.medians * (1.0 - loss * step * (np.arange(7) == 5)) for step in steps]
     lines = ["file,motion,operation,breaker,phase,date", *write(tmp_path, "Q0", thetas, rng)]
     (tmp_path / "operations.csv").write_text("\n".join(lines), encoding="utf-8")
-    wear = {**defaults["wear_model"], "reference": 6, "settle": 5, "draws": 60}
-    few = {**defaults, "wear_model": wear, "fleet": {"followed": 30}}
+    wear = {**defaults["trend"], "reference": 6, "settle": 5, "draws": 60}
+    few = {**defaults, "trend": wear, "fleet": {"followed": 30}}
     (member,) = members_of(list_fleet(tmp_path), MOTIONS)
     document = examine(member, few).document
     assert (document.how, document.trust) == ("life", [])
@@ -219,8 +219,8 @@ def test_a_life_needs_no_comparison_of_its_first_visit(tmp_path, prior, defaults
     (tmp_path / "operations.csv").write_text("\n".join(lines), encoding="utf-8")
     for motion in MOTIONS:
         (tmp_path / f"{WORN}_{motion}_1.csv").write_text("nothing")
-    wear = {**defaults["wear_model"], "reference": 6, "settle": 5, "draws": 60}
-    few = {**defaults, "wear_model": wear, "fleet": {"followed": 13}}
+    wear = {**defaults["trend"], "reference": 6, "settle": 5, "draws": 60}
+    few = {**defaults, "trend": wear, "fleet": {"followed": 13}}
     (member,) = members_of(list_fleet(tmp_path), MOTIONS)
     document = examine(member, few).document
     assert (document.how, document.visits, document.trust) == ("life", 13, [])

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import pytest
 
+from breaker.configuration.definitions import simulated_test
 from breaker.documents.terminal import text_of
 from breaker.drive.simulation.endurance_rig import Rig
 from breaker.reading.inspection.acceptance import check_folder, words_of_checked
@@ -16,7 +17,7 @@ ENDURANCE = {"format": {}, "breaker": None, "phase": None, "events": {}}
 
 @pytest.fixture(scope="module")
 def rig(defaults):
-    return Rig.from_settings(defaults["rig"], seed=1)
+    return Rig.from_settings(simulated_test(defaults), seed=1)
 
 
 @pytest.fixture

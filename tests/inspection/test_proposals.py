@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 import yaml
 
+from breaker.configuration.definitions import simulated_test
 from breaker.configuration.loading import load
 from breaker.documents.terminal import text_of
 from breaker.drive.simulation.endurance_rig import Rig
@@ -17,7 +18,6 @@ from breaker.reading.inspection.travel_channels import InspectionError
 from breaker.reading.instruments.dialects import ANGLES, DIALECTS
 from breaker.reading.records.curve_reader import read_curves
 from breaker.reading.records.model_grid import Grid
-from breaker.shipped import DEFAULTS
 
 SENSOR = {"start": -2.0, "stop": 58.0, "samples": 151, "noise_sd": 0.1}
 TIMES = np.linspace(-2.0, 58.0, 151)
@@ -26,7 +26,7 @@ MOTIONS = ("closing", "opening")
 
 @pytest.fixture(scope="module")
 def rig(defaults):
-    return Rig.from_settings(defaults["rig"], seed=1)
+    return Rig.from_settings(simulated_test(defaults), seed=1)
 
 
 @pytest.fixture(scope="module")
@@ -413,5 +413,5 @@ def test_what_is_proposed_of_a_curve_without_noise_is_a_configuration(tmp_path, 
     (tmp_path / "my.yaml").write_text(
         overlay_of(inspect_file(tmp_path / "a.csv", defaults["sensor"])), encoding="utf-8"
     )
-    config = load([DEFAULTS, tmp_path / "my.yaml"], curves=False)
+    config = load([tmp_path / "my.yaml"], curves=False)
     assert config["sensor"]["noise_sd"] == 1e-4

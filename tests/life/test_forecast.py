@@ -82,8 +82,8 @@ def test_a_rate_is_uncertain_in_its_own_direction(rate_sd, spread):
 
 
 def test_what_is_not_given_is_as_in_the_configuration(defaults):
-    assert Future.from_settings(defaults["wear_model"]) == Future()
-    assert Tracker.from_settings(defaults["wear_model"]) == Tracker()
+    assert Future.from_settings(defaults["trend"]) == Future()
+    assert Tracker.from_settings(defaults["trend"]) == Tracker()
 
 
 def test_a_straight_path_crosses_where_it_does():

@@ -21,9 +21,9 @@ from breaker.model.limits import Limit
 from breaker.model.parameters import MOTIONS, NAMES
 from breaker.reading.records.measurements import measure_curve
 from breaker.reading.records.normalised_shape import shape_of
-from breaker.shipped import DEFAULTS, KINDS, model_file
+from breaker.shipped import KINDS, model_file
 
-PLANNING = load([DEFAULTS])["planning"]
+PLANNING = load()["planning"]
 N, NEW, STEP = 160, 30, 0.2
 TIMES = np.arange(-8.0, 64.0, STEP)
 DRIVE = Drive((2.1, 0.043, 0.042, 0.28, 0.11, 0.78, 10.1), Elements())

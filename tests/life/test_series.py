@@ -67,7 +67,7 @@ def test_new_are_the_first_with_all_motions_unless_it_is_said():
     assert series().operations[series().new].tolist() == [2, *range(4, 13)]
     found = series([20, 24])
     assert found.operations[found.new].tolist() == list(range(20, 25))
-    with pytest.raises(ValueError, match=r"wear_model\.reference"):
+    with pytest.raises(ValueError, match=r"trend\.reference"):
         series([100, 200])
 
 

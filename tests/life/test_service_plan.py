@@ -5,14 +5,13 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from breaker.configuration.loading import read
+from breaker.configuration.loading import defaults
 from breaker.drive.life.forecast import Future
 from breaker.drive.life.limit_states import standing
 from breaker.drive.life.service_plan import Costs, plan
-from breaker.shipped import DEFAULTS
 from tests.lives import OPERATIONS, a_life
 
-PLANNING = read(DEFAULTS)["planning"]
+PLANNING = defaults()["planning"]
 STEADY = Future(changes=1e-9)
 SOME = 12  # lives drawn
 YEARLY = 3.65  # days, at 100 operations a year

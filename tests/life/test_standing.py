@@ -3,12 +3,11 @@
 import numpy as np
 import pytest
 
-from breaker.configuration.loading import read
+from breaker.configuration.loading import defaults
 from breaker.drive.life.limit_states import STATES, planned, standing
-from breaker.shipped import DEFAULTS
 from tests.lives import OPERATIONS, a_life
 
-PLANNING = read(DEFAULTS)["planning"] | {"operations": 150, "years": 2.0}
+PLANNING = defaults()["planning"] | {"operations": 150, "years": 2.0}
 NO_DATES = np.full(OPERATIONS.size, np.nan)
 
 

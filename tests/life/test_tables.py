@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from breaker.configuration.loading import read
+from breaker.configuration.loading import defaults
 from breaker.drive.life.life_tables import (
     CHANGES,
     DECISIONS,
@@ -15,10 +15,9 @@ from breaker.drive.life.life_tables import (
     operation_metadata,
 )
 from breaker.drive.life.limit_states import standing
-from breaker.shipped import DEFAULTS
 from tests.lives import OPERATIONS, a_life
 
-PLANNING = read(DEFAULTS)["planning"] | {"operations": 150, "years": 2.0}
+PLANNING = defaults()["planning"] | {"operations": 150, "years": 2.0}
 
 
 def curves(**columns):

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from breaker.configuration.definitions import advice_of
 from breaker.drive.life.first_page import (
     limit_words,
     look_first,
@@ -11,8 +12,8 @@ from tests.life.test_tables import tables
 from tests.lives import a_life
 
 
-def test_where_to_look_first_is_said_for_all_limits_that_are_due(defaults):
-    advice = defaults["advice"]
+def test_where_to_look_first_is_said_for_all_limits_that_are_due():
+    advice = advice_of()
     decisions, limits, _ = tables(a_life())
     (look,) = look_first(decisions, limits, advice)
     assert decisions.iloc[-1].limit == "slow"

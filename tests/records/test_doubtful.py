@@ -4,11 +4,13 @@ import numpy as np
 import pytest
 
 from breaker.common.randomness import generator
+from breaker.configuration.definitions import family_of
 from breaker.drive.simulation.drive_family import Family
 from breaker.model.curves import travel
 from breaker.model.parameters import MOTIONS
 from breaker.reading.records.faulty_samples import doubtful_samples, doubts_in_words
 from breaker.reading.records.record_axes import seen_quantum
+from breaker.shipped import HELD_BACK
 
 RATES = [1.0, 2.5, 10.0, 20.0]
 STROKES = [4.0, 14.0, 150.0, 1000.0]
@@ -48,8 +50,8 @@ def test_no_sample_of_the_model_is_masked(prior, motion, rate):
 def test_no_sample_of_a_rig_is_masked(prior, defaults, motion, rate):
     """200 rigs with bounces, dampers, bumpers, and what the family lacks: an elastic linkage."""
     foreign = {"force_fall": [0.0, 0.15], "drag": [0.005, 0.05], "linkage": [0.5, 2.0]}
-    rigs = defaults["rigs"]
-    family = Family(prior, rigs | {"elements": rigs["elements"] | foreign})
+    rigs = family_of(HELD_BACK)
+    family = Family(prior, rigs | {"effects": rigs["effects"] | foreign})
     rng = generator(2, "doubtful", motion, str(rate))
     time = np.arange(0.0, 76.0, 1.0 / rate)
     exact = [family.new(rng).travel(motion, time - 10.0 - rng.random()) for _ in range(25)]

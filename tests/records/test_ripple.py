@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from breaker.common.randomness import generator
+from breaker.configuration.definitions import family_of
 from breaker.configuration.loading import load
 from breaker.drive.family.record_inputs import normalise_record
 from breaker.drive.simulation.drive_family import Family
@@ -13,7 +14,6 @@ from breaker.model.prior import Prior
 from breaker.reading.records.landmarks import first_motion
 from breaker.reading.records.measurements import measure_curve
 from breaker.reading.records.noise import ripple_of
-from breaker.shipped import DEFAULTS
 from tests.raws import raw_of
 
 STEP, STROKE = 0.1, 160.0
@@ -48,8 +48,11 @@ def test_noise_and_drives_have_hardly_any():
     """Of 200 drives of the family at most 2 % swing as much themselves; of noise none."""
     for seed in range(50):
         assert ripple_of(TIME, rippled(0.0, 5.0, noise=1.0, seed=seed), STROKE).amplitude == 0.0
-    config, rng = load([DEFAULTS]), generator(4, "ripple")
-    family, found = Family(Prior.from_settings(config["prior"]), config["family"]), 0
+    config, rng = load(), generator(4, "ripple")
+    family, found = (
+        Family(Prior.from_settings(config["prior"]), family_of(config["family"]["name"])),
+        0,
+    )
     times = np.arange(-5.0, 100.0, 0.05)
     for _ in range(200):
         way = family.new(rng).travel("closing", times)

@@ -18,7 +18,6 @@ from breaker.common.randomness import generator
 from breaker.configuration.loading import load
 from breaker.model.curves import travel
 from breaker.reading.instruments.export import write_curve
-from breaker.shipped import DEFAULTS
 from tests.bare import HEAVY, WITHOUT
 
 ROOT = Path(__file__).parents[2]
@@ -94,7 +93,7 @@ def test_the_wheel_works_in_any_folder_without_the_extras(built, tmp_path):
     (place / "sitecustomize.py").write_text(WITHOUT)
     folder.mkdir()
     times = 0.1 * np.arange(760)
-    medians = [[each["median"] for each in load([DEFAULTS])["prior"].values()]]
+    medians = [[each["median"] for each in load()["prior"].values()]]
     record = travel(np.array(medians), times, "closing", onset=10.0).travel[0]
     record += 0.1 * generator(1, "test of the wheel").standard_normal(times.size)
     write_curve(folder / "a.csv", times, record, motion="closing", operation=1)

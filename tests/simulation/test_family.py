@@ -5,15 +5,17 @@ from dataclasses import asdict
 import numpy as np
 import pytest
 
+from breaker.configuration.definitions import family_of
 from breaker.drive.simulation import drive_family as families
 from breaker.drive.simulation.drive_family import Family
 from breaker.model.parameters import NAMES
 from breaker.model.prior import Prior
+from breaker.shipped import HELD_BACK
 
 
 @pytest.fixture(scope="module")
 def family(prior, defaults) -> Family:
-    return Family(prior, defaults["rigs"])
+    return Family(prior, family_of(HELD_BACK))
 
 
 @pytest.fixture(scope="module")
@@ -34,7 +36,7 @@ def flat(section, above=""):
 def test_elements_are_drawn_from_their_ranges(family, drives):
     """Uniform, or uniform in the logarithm where the range has no 0."""
     drawn = [flat(asdict(drive.elements)) for drive in drives]
-    for name, (low, high) in flat(family.settings["elements"]).items():
+    for name, (low, high) in flat(family.settings["effects"]).items():
         values = np.array([each[name] for each in drawn])
         if low == high:
             assert (values == low).all()
@@ -69,10 +71,10 @@ def test_a_drive_that_does_not_hold_is_drawn_again(prior, family):
 
 def test_a_family_of_which_no_drive_holds_is_explained(prior, family, monkeypatch):
     monkeypatch.setattr(families, "_TRIES", 20)
-    ranges = family.settings["elements"] | {"opening_preload": [5.0, 6.0]}
+    ranges = family.settings["effects"] | {"opening_preload": [5.0, 6.0]}
     rng = np.random.default_rng(7)
     with pytest.raises(RuntimeError, match="none of 20 drives"):
-        Family(prior, family.settings | {"elements": ranges}).new(rng)
+        Family(prior, family.settings | {"effects": ranges}).new(rng)
     wear = family.settings["wear"] | {"change": {"f": [-0.99, -0.9]}, "elements": [0, 0]}
     wear |= {"parameters": [1, 1]}
     with pytest.raises(RuntimeError, match="in none of 20 worn conditions"):

@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from breaker.configuration.definitions import family_of
 from breaker.configuration.loading import load
 from breaker.drive.simulation.drive_family import WEAR, Family
 from breaker.drive.simulation.rich_drive import CONTACTS, ELEMENTS, LAWS, Drive, Elements
@@ -13,7 +14,6 @@ from breaker.drive.training.family_bank import GRID, shapes, simulate_family
 from breaker.model.curves import travel
 from breaker.model.parameters import MOTIONS
 from breaker.model.prior import Prior
-from breaker.shipped import DEFAULTS
 
 DRIVES = 300
 ANY = Path(__file__).parents[2] / "config" / "any.yaml"
@@ -21,7 +21,7 @@ ANY = Path(__file__).parents[2] / "config" / "any.yaml"
 
 @pytest.fixture(scope="module")
 def family(prior, defaults) -> Family:
-    return Family(prior, defaults["family"])
+    return Family(prior, family_of("medium_voltage"))
 
 
 @pytest.fixture(scope="module")
@@ -121,13 +121,13 @@ def test_contacts_and_wear_come_by_their_shares(family, bank):
 
 def test_drives_of_any_kind():
     """The overlay with sliding contacts, which touch where they may."""
-    config = load([DEFAULTS, ANY])
-    wide = Family(Prior.from_settings(config["prior"]), config["family"])
+    config = load([ANY])
+    wide = Family(Prior.from_settings(config["prior"]), family_of(config["family"]["name"]))
     bank = simulate_family(wide, 100, np.random.default_rng(4))
     assert bank.drawn_again < 20
     slides = bank.isel(condition=0, drive=(bank.contact == CONTACTS.index("sliding")).values)
     assert 25 < slides.drive.size < 65  # of 100, half of them
-    low, high = config["family"]["touch"]
+    low, high = family_of("any")["touch"]
     touch = slides.parameters.sel(parameter="L") / slides.stroke
     assert low <= touch.min() <= touch.max() <= high
     for i, motion in enumerate(MOTIONS):  # the curve is there when the contact touches or parts

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from breaker.configuration.definitions import family_of
 from breaker.configuration.loading import load
 from breaker.drive.family.mechanisms import WEARING
 from breaker.drive.family.network_files import open_network
@@ -12,13 +13,13 @@ from breaker.drive.training.family_records import _samples, _Sensor
 from breaker.drive.training.training_rows import rows_of, sample_rows
 from breaker.model.parameters import MOTIONS
 from breaker.model.prior import Prior
-from breaker.shipped import DEFAULTS, model_file
+from breaker.shipped import model_file
 
 
 @pytest.fixture(scope="module")
 def bank():
-    config = load([DEFAULTS])
-    family = Family(Prior.from_settings(config["prior"]), config["family"])
+    config = load()
+    family = Family(Prior.from_settings(config["prior"]), family_of(config["family"]["name"]))
     return simulate_family(family, 160, np.random.default_rng(2))
 
 

@@ -6,7 +6,8 @@ import yaml
 
 from breaker.cli import main
 from breaker.common.randomness import generator
-from breaker.configuration.loading import load, read
+from breaker.configuration.definitions import family_of, simulated_test
+from breaker.configuration.loading import defaults, load
 from breaker.drive.simulation.drive_family import Family
 from breaker.drive.simulation.endurance_rig import Rig
 from breaker.drive.simulation.rack_exports import CHANNELS, HIGH_VOLTAGE, write_exports
@@ -17,7 +18,7 @@ from breaker.reading.inspection.proposal_words import overlay_of
 from breaker.reading.inspection.setting_proposal import inspect_file
 from breaker.reading.records.curve_reader import read_curves
 from breaker.reading.records.model_grid import Grid
-from breaker.shipped import DEFAULTS
+from breaker.shipped import HELD_BACK
 
 OPERATIONS = 3
 LENGTHS, TIMES = HIGH_VOLTAGE.lengths, HIGH_VOLTAGE.times
@@ -28,7 +29,7 @@ def exports(tmp_path_factory, defaults):
     """Folder of the files, and the true first motions."""
     folder = tmp_path_factory.mktemp("rack")
     return folder, write_exports(
-        Rig.from_settings(defaults["rig"], 1).new, 1, folder, range(1, OPERATIONS + 1)
+        Rig.from_settings(simulated_test(defaults), 1).new, 1, folder, range(1, OPERATIONS + 1)
     )
 
 
@@ -42,7 +43,7 @@ def overlay(exports, defaults, tmp_path_factory):
 
 
 def test_the_drive_is_the_default_one_on_another_scale(defaults):
-    drive = Rig.from_settings(defaults["rig"], 1).new
+    drive = Rig.from_settings(simulated_test(defaults), 1).new
     times = np.linspace(0.0, 60.0, 200)
     for motion in ("closing", "opening"):
         small = drive.travel(motion, times)
@@ -60,7 +61,7 @@ def test_inspection_leads_to_accepted_records_of_all_phases(exports, overlay, de
     """
     folder, truth = exports
     assert len(overlay.read_text(encoding="utf-8").splitlines()) <= 10
-    config = load([DEFAULTS, overlay])
+    config = load([overlay])
     sensor = config["sensor"]
     times = np.linspace(sensor["start"], sensor["stop"], sensor["samples"])
     errors = []
@@ -101,7 +102,7 @@ def test_drives_that_are_fastest_early_or_creep_to_rest_are_seen_to_move(
     rig, tmp_path, defaults, prior
 ):
     """Of 30 drives of the family, these and eight more were once taken for currents."""
-    drive = Family(prior, defaults["rigs"]).new(generator(1, "other drives", rig))
+    drive = Family(prior, family_of(HELD_BACK)).new(generator(1, "other drives", rig))
     write_exports(drive, rig, tmp_path, [1], force_sd=0.0, apart=800.0)
     found = inspect_file(tmp_path / "rack_0001.txt", defaults["sensor"])
     assert {each.column for each in found.motions} == set(CHANNELS)
@@ -148,7 +149,7 @@ def test_the_overlay_is_yaml_of_the_keys_of_the_configuration(overlay):
 def test_the_example_of_the_page_is_written_by_the_command(tmp_path, capsys):
     assert main(["example", str(tmp_path / "visits"), "--visits"]) == 0
     assert "3 files written" in capsys.readouterr().out
-    write_visits(read(DEFAULTS), tmp_path)
+    write_visits(defaults(), tmp_path)
     for file in (tmp_path / "visits").iterdir():
         assert file.read_bytes() == (tmp_path / file.name).read_bytes()
     old, new = (tmp_path / f"visit_{date}.csv" for date in ("2014-05-12", "2026-03-02"))

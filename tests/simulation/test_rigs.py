@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from breaker.configuration.definitions import simulated_test
 from breaker.drive.simulation.endurance_rig import Rig
 from breaker.drive.simulation.failure_times import failures, true_lives
 from breaker.drive.simulation.rig_truth import truth_of
@@ -25,7 +26,7 @@ TIMES = np.linspace(-2.0, 58.0, 151)
 
 @pytest.fixture(scope="module")
 def rig(defaults) -> Rig:
-    return Rig.from_settings(defaults["rig"], 1)
+    return Rig.from_settings(simulated_test(defaults), 1)
 
 
 @pytest.fixture(scope="module")

@@ -14,7 +14,9 @@ ROOT = Path(__file__).resolve().parents[2]
 # A start of Snakemake takes as long to load libraries as to plan: commands are forks of one process
 # that has loaded them. It has nothing of the package, which each command takes from its folder.
 FORKS = multiprocessing.get_context("forkserver")
-FORKS.set_forkserver_preload(["snakemake.cli", "yte", "jsonschema", "xarray", "numba", "scipy"])
+FORKS.set_forkserver_preload(
+    ["snakemake.cli", "yte", "pydantic", "jsonschema", "xarray", "numba", "scipy"]
+)
 
 # So are jobs of a command, forks of one process that has loaded what takes half the time of most.
 OF_JOBS = ["matplotlib.backends.backend_agg", "matplotlib.backends.backend_pdf"]

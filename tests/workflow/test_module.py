@@ -31,7 +31,7 @@ use rule * from breaker as breaker_*
 SETTINGS = """
 breaker:
   motions: [closing]
-  prior_predictive: {curves: 20}
+  validation: {prior_curves: 20}
   rig: {operations: 8}
   endurance: {operations_per_job: 20}
 """

@@ -8,9 +8,8 @@ import pytest
 from docutils.core import publish_doctree, publish_parts
 from docutils.nodes import paragraph
 
-from breaker.configuration.loading import read
+from breaker.configuration.loading import defaults, of_motion
 from breaker.model.parameters import MOTIONS
-from breaker.shipped import DEFAULTS
 
 ROOT = Path(__file__).parents[2]
 # Of the drive, from all its motions.
@@ -25,11 +24,12 @@ PAGES = {
 
 def filled_in(page, motion, *, curves=None, files=()):
     """Fill in a page as the report does; a key that is missing raises."""
-    config = read(DEFAULTS)
+    config = defaults()
     config["endurance"]["curves"] = curves
     job = SimpleNamespace(config=config)
     if page != "workflow":  # the front page belongs to no job
-        job.params = SimpleNamespace(share=0.3)
+        own = of_motion(config, motion if motion in MOTIONS else MOTIONS[0])
+        job.params = SimpleNamespace(share=0.3, **own)
         job.wildcards = SimpleNamespace(
             motion=motion, source=motion, network="time_series-flow_matching"
         )

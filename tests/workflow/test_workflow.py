@@ -105,9 +105,8 @@ def edited(folder: Path) -> Iterator[None]:
 
 
 def edit_closing_training(folder: Path) -> None:
-    both = yaml.safe_load((folder / "config/test.yaml").read_text())["training"]
-    steps = {"steps": both["closing"]["steps"] + 20}
-    edit_config(folder, training={"closing": both["closing"] | steps})  # opening may be the same
+    own = yaml.safe_load((folder / "config/test.yaml").read_text())["by_motion"]
+    edit_config(folder, by_motion={"closing": own["closing"] | {"training": {"steps": 80}}})
 
 
 def edit_config(folder: Path, **sections: dict | list) -> None:
@@ -168,17 +167,17 @@ EDITS = {
         setting(validation={"seed": 21}),
         [*VALIDATION, "validate_family", *FAMILY],
     ),
-    "training.closing": (edit_closing_training, TRAINING),
+    "by_motion.closing": (edit_closing_training, TRAINING),
     "sensor.noise_sd": (setting(sensor={"noise_sd": 0.12}), NOISE),
     "sensor.onset_sd": (setting(sensor={"onset_sd": 0.2}), [*READING, *PRIOR_PREDICTIVE, *BANK]),
     "prior": (setting(prior=SLOWER), [*PRIOR_PREDICTIVE, *BANK]),
     "validation.posterior": (setting(validation={"posterior": "corrected"}), VALIDATION_FIGURES),
     "endurance.draws": (setting(endurance={"draws": 60}), ANSWERS),
-    "correction": (setting(correction={"largest_k": 0.6}), CORRECTION),
+    "correction": (setting(validation={"correction_rounds": 8}), CORRECTION),
     "endurance.curves": (put_own_curves, READING),
     "limits": (setting(limits=[TIRED]), LIFE),
     "planning": (setting(planning={"years": 3.0}), [*DECISIONS, *NUMBERS]),
-    "wear_model": (setting(wear_model={"horizon": 5000}), LIFE),
+    "trend": (setting(trend={"horizon": 5000}), LIFE),
     # The reader, and nothing that only simulates.
     "a word of the lexicon": (
         edit_in("src/breaker/reading/files/lexicon.yaml", "'travel|", "'travel|excursion|"),
@@ -200,8 +199,8 @@ EDITS = {
 TOGETHER = [
     ("style of one figure", "endurance.draws", "planning"),
     ("validation.posterior", "a shipped network"),
-    ("validation.seed", "wear_model"),
-    ("training.closing", "limits"),
+    ("validation.seed", "trend"),
+    ("by_motion.closing", "limits"),
     ("correction", "endurance.curves"),
 ]
 ALONE = [(name,) for name in EDITS if name not in {each for names in TOGETHER for each in names}]
@@ -215,7 +214,7 @@ def test_an_edit_runs_just_what_depends_on_it(workflow, names):
     with edited(workflow):
         for name in names:
             edit, rules = EDITS[name]
-            motions = 1 if name == "training.closing" else 2
+            motions = 1 if name == "by_motion.closing" else 2
             assert not set(rules) & set(expected) - {*NUMBERS}, "each edit has rules of its own"
             expected |= {rule: 1 if rule in ONCE else motions for rule in rules}
             edit(workflow)

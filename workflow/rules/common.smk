@@ -7,8 +7,9 @@ from math import ceil
 from pathlib import Path
 
 from breaker.common.functions import file_of, load
-from breaker.configuration.loading import chosen_network
-from breaker.drive.family.training_origin import trained_on
+from breaker.configuration.definitions import advice_of, family_of, simulated_test
+from breaker.configuration.loading import of_motion
+from breaker.drive.family.training_origin import header_of, unfit
 from breaker.model.parameters import Size
 from breaker.model.quantities import OF_STROKE, speeds_of
 from breaker.shipped import FAMILIES, KINDS, model_file
@@ -24,7 +25,7 @@ GRID = {key: config["sensor"][key] for key in ("start", "stop", "samples")}
 OWN_CURVES = config["endurance"]["curves"]
 # Functions of one's own in place of the drive and its prior, and whether posteriors can be exact:
 # of a simulator no density is known, nor of a prior that only draws.
-MODEL = config.get("model", {"simulator": None, "prior": None})
+MODEL = config["model"]
 OWN_PRIOR = load(MODEL["prior"])() if MODEL["prior"] else None
 EXACT = not MODEL["simulator"] and (not OWN_PRIOR or hasattr(OWN_PRIOR, "log_prob"))
 # Whether there are measured curves: the simulated test is one of the paper's drive.
@@ -35,6 +36,9 @@ if EXACT:
     BY["family"] = "results/endurance/{motion}_family.zarr"
 # Store of the stand-in's true parameters; real measurements have none.
 TRUTH = "results/rig/truth.zarr" if OWN_CURVES is None else []
+# Ranges of the family of drives, and the drive of the simulated endurance test.
+FAMILY = family_of(config["family"]["name"])
+TEST = simulated_test(config)
 FIGURES_OF_FAMILY = ["sbc", "contraction", "recovery", "pairs"]
 
 
@@ -80,12 +84,12 @@ def page(path, category, figure, caption):
 
 def network_of_motion(wildcards):
     """The settings of the networks of a motion, of the kinds that are chosen."""
-    return chosen_network(config["network"][wildcards.motion])
+    return of_motion(config, wildcards.motion)["network"]
 
 
 def training_of_motion(wildcards):
     """The settings of the training of a motion."""
-    return config["training"][wildcards.motion]
+    return of_motion(config, wildcards.motion)["training"]
 
 
 def training_minutes(training, attempt):
@@ -122,14 +126,14 @@ def shipped_network(wildcards):
     if wildcards.origin == "trained":
         return None
     name, kind = config["family"]["name"], wildcards.kind
-    fits = name in FAMILIES and trained_on(
-        model_file(name, kind), config["prior"], config["family"]
-    )
-    if not fits:
+    ships = name in FAMILIES
+    wrong = unfit(model_file(name, kind), config, kind) if ships else [f"family.name: {name}"]
+    if wrong:
         raise WorkflowError(
-            f"The package ships no network that was trained on the configured prior and family "
-            f"({name}). Train one with `snakemake -c2 family`, or configure a family that ships: "
-            "the default, or config/any.yaml."
+            "The package ships no network of the configured prior and family:\n  "
+            + "\n  ".join(wrong)
+            + "\nTrain one with `snakemake -c2 family`, or configure a family that ships: the "
+            "default, or config/any.yaml."
         )
     return checksum(name, kind)
 

@@ -23,7 +23,7 @@ rule correct_validation:
         model=MODEL,
         prior=config["prior"],
         sensor=config["sensor"],
-        correction=config["correction"],
+        rounds=config["validation"]["correction_rounds"],
     script:
         "../scripts/correct_validation.py"
 

@@ -26,7 +26,7 @@ rule life:
         more_events=config["endurance"]["events"],
         limits=config["limits"],
         speeds=SPEEDS,
-        wear_model=config["wear_model"],
+        trend=config["trend"],
         misfit_p_value=config["endurance"]["misfit_p_value"],
         networks=shipped_networks,
     script:
@@ -56,7 +56,7 @@ rule decide:
     params:
         motions=MOTIONS,
         planning=config["planning"],
-        advice=config["advice"],
+        advice=advice_of(config["advice"]),
     script:
         "../scripts/decide.py"
 

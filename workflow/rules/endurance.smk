@@ -21,7 +21,7 @@ rule rig:
         "../../envs/breaker.yaml"
     params:
         seed=config["seed"],
-        rig=config["rig"],
+        rig=TEST,
     script:
         "../scripts/rig.py"
 
@@ -41,7 +41,7 @@ rule rig_truth:
     params:
         seed=config["seed"],
         motions=MOTIONS,
-        rig=config["rig"],
+        rig=TEST,
         grid=GRID,
         speeds=SPEEDS,
     script:
@@ -155,7 +155,6 @@ rule endurance_predictive:
         model=MODEL,
         prior=config["prior"],
         sensor=config["sensor"],
-        stages=config["endurance"]["stages"],
     script:
         "../scripts/endurance_predictive.py"
 

@@ -4,10 +4,7 @@
 networks, and judges them on the same drives. `all` does neither.
 """
 
-from breaker.drive.family.training_origin import deciding
-
-DRIVES = {key: value for key, value in config["family"].items() if key != "name"}
-FAMILY_TRAINING = config["family_networks"]["training"]
+FAMILY_TRAINING = config["family"]["training"]
 
 
 rule family_shard:
@@ -26,7 +23,7 @@ rule family_shard:
     params:
         seed=config["seed"],
         prior=config["prior"],
-        family=DRIVES,
+        family=FAMILY,
         part=lambda wildcards: int(wildcards.shard),
         drives=shard_of_family,
     script:
@@ -44,7 +41,7 @@ use rule family_shard as family_held_out with:
     params:
         seed=config["seed"],
         prior=config["prior"],
-        family=DRIVES,
+        family=FAMILY,
         part="held out",
         drives=FAMILY_TRAINING["held_out_curves"],
 
@@ -66,17 +63,15 @@ rule family_train:
     priority: 10
     conda:
         "../../envs/breaker.yaml"
-    threads: FAMILY_TRAINING["threads"]
+    threads: config["training"]["threads"]
     resources:
-        gpu=int(FAMILY_TRAINING["device"] == "cuda"),
+        gpu=int(config["training"]["device"] == "cuda"),
         workers=FAMILY_TRAINING["workers"],
         mem_mb=lambda wildcards, attempt: attempt * (1000 + config["family"]["drives"] // 80),
         runtime=lambda wildcards, attempt: training_minutes(FAMILY_TRAINING, attempt),
     params:
-        seed=config["seed"],
-        prior=config["prior"],
-        family=config["family"],
-        networks=deciding(config["family_networks"]),
+        header=lambda wildcards: header_of(config, wildcards.kind),
+        device=config["training"]["device"],
     script:
         "../scripts/family_train.py"
 

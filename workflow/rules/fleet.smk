@@ -46,6 +46,5 @@ rule fleet:
         "../../envs/breaker.yaml"
     params:
         prior=config["prior"],
-        evidence=config["fleet"]["evidence"],
     script:
         "../scripts/fleet.py"

@@ -5,7 +5,7 @@ Makes one flat table. With the default configuration it is compared with docs/nu
 that the texts are written from; `make numbers` renews both.
 """
 
-STATED = config == read(DEFAULTS) and Path("docs/numbers.csv").exists()
+STATED = config == defaults() and Path("docs/numbers.csv").exists()
 
 
 rule numbers:

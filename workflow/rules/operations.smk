@@ -28,7 +28,7 @@ def listed(motion):
 def numbers(motion):
     """The numbers of the operations of a motion."""
     if OWN_CURVES is None:
-        return range(1, config["rig"]["operations"] + 1)
+        return range(1, config["simulated_test"]["operations"] + 1)
     return [each.number for each in listed(motion)]
 
 
@@ -88,12 +88,12 @@ BREAKERS = list_breakers(OWN_CURVES) if OWN_CURVES else []
 IS_FLEET = len(BREAKERS) > 1 and config["endurance"]["breaker"] is None
 CHUNKS_OF_BREAKERS = {}
 for place, each in enumerate(BREAKERS):
-    chunk = f"{place // config['fleet']['breakers_per_job']:03d}"
+    chunk = f"{place // 30:03d}"  # thirty breakers are a job of some minutes
     CHUNKS_OF_BREAKERS.setdefault(chunk, []).append(each)
 FLEET = ["results/fleet.csv", "results/fleet.html", "figures/fleet.png"]
 # What jobs of the fleet take from the configuration.
 ON_FLEET = ("advice", "endurance", "fleet", "limits", "limits_by_type", "motions")
-ON_FLEET += ("planning", "seed", "speeds", "wear_model")
+ON_FLEET += ("planning", "seed", "speeds", "trend")
 
 
 @cache

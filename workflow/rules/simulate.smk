@@ -20,7 +20,7 @@ rule prior_predictive:
     params:
         seed=config["seed"],
         purpose=["prior predictive"],
-        curves=config["prior_predictive"]["curves"],
+        curves=config["validation"]["prior_curves"],
         model=MODEL,
         prior=config["prior"],
         grid=GRID,

@@ -25,12 +25,10 @@ rule train:
     priority: 10  # the longest chain first: what follows fills the cores after it
     conda:
         "../../envs/breaker.yaml"
-    threads: lambda wildcards: config["training"][wildcards.motion]["threads"]
+    threads: lambda wildcards: training_of_motion(wildcards)["threads"]
     resources:
-        gpu=lambda wildcards: int(config["training"][wildcards.motion]["device"] == "cuda"),
-        runtime=lambda wildcards, attempt: training_minutes(
-            config["training"][wildcards.motion], attempt
-        ),
+        gpu=lambda wildcards: int(training_of_motion(wildcards)["device"] == "cuda"),
+        runtime=lambda wildcards, attempt: training_minutes(training_of_motion(wildcards), attempt),
     params:
         seed=config["seed"],
         model=MODEL,

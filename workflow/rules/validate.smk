@@ -47,6 +47,9 @@ rule figure_loss:
         "results/benchmarks/figures_loss_{motion}.tsv"
     conda:
         "../../envs/breaker.yaml"
+    params:  # of the caption
+        network=network_of_motion,
+        training=training_of_motion,
     script:
         "../scripts/figure_loss.py"
 
@@ -105,7 +108,7 @@ rule identifiability:
         "../../envs/breaker.yaml"
     params:
         seed=config["seed"],
-        curves=config["identifiability"]["curves"],
+        curves=config["validation"]["limit_curves"],
         model=MODEL,
         prior=config["prior"],
         sensor=config["sensor"],
@@ -239,5 +242,5 @@ rule second_seed:
         expand(
             "results/quality/{motion}_seed{seed}.csv",
             motion=MOTIONS,
-            seed=config["validation"]["second_seed"],
+            seed=SEED + 1,
         ),

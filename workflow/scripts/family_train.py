@@ -9,24 +9,20 @@ from breaker.workflow.jobs import checkpoint_of, start
 
 log = start(snakemake)
 params, kind, output = snakemake.params, snakemake.wildcards.kind, snakemake.output
-settings, file = params.networks, checkpoint_of(output.network, ".pt")
-made_from = {
-    **{key: params[key] for key in ("seed", "prior", "networks")},
-    "kind": kind,
-    "drives": params.family,
-}
+header, file = params.header, checkpoint_of(output.network, ".pt")
+settings = {key: header[key] for key in ("network", "training")} | {"device": params.device}
 
-bank, held_out = open_family(snakemake.input.shards, settings["training"]["held_out_curves"])
+bank, held_out = open_family(snakemake.input.shards, header["training"]["held_out_curves"])
 history, weights, frozen = train_network(
     rows_of(kind, bank),
     held_out,
     settings,
-    params.seed,
+    header["seed"],
     workers=snakemake.resources.workers,
-    checkpoint=Checkpoint(file, fingerprint(made_from, snakemake.input.code)),
+    checkpoint=Checkpoint(file, fingerprint(header | settings, snakemake.input.code)),
 )
 step, loss = history.attrs["best_step"], history.attrs["best_validation_loss"]
 log.info("%s: best weights at step %d, loss %.3f", kind, step, loss)
-save(describe(history, f"loss of {kind}", **made_from), output.history)
-write_network(output.network, made_from | {"family": params.family["name"]}, weights, frozen)
+save(describe(history, f"loss of {kind}", **header), output.history)
+write_network(output.network, header, weights, frozen)
 file.unlink(missing_ok=True)

@@ -20,7 +20,7 @@ params, output = snakemake.params, snakemake.output
 chunks = [open_store(each).load() for each in snakemake.input.chunks]
 drives = xr.concat(chunks, "drive")
 types = learn_types(drives, Prior.from_settings(params.prior))
-table, learned = fleet_table(drives, types, params.evidence), type_table(types)
+table, learned = fleet_table(drives, types), type_table(types)
 log.info("%d drives of %d types, %d odd", len(table), len(types), (table.odd != "").sum())
 
 save_frame(table, output.table, digits=6)

@@ -23,5 +23,5 @@ life = follow_curves(
 )
 count, noticed = life.sizes["operation"], np.array(life.noticed).tolist()
 log.info("%d operations, family %s, changes at %s", count, life.attrs["family"], noticed)
-names = ("limits", "speeds", "wear_model", "seed")
+names = ("limits", "speeds", "trend", "seed")
 save(describe(life, "life", **{name: params[name] for name in names}), snakemake.output[0])

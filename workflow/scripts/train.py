@@ -6,6 +6,7 @@ from breaker.networks.training import Checkpoint, Trainer, choose_device, finger
 from breaker.paper.bank import open_bank
 from breaker.paper.posterior import Posterior
 from breaker.paper.training import (
+    RECIPE,
     OnlineRows,
     Rows,
     convergence,
@@ -37,7 +38,7 @@ trainer = Trainer(
     posterior=posterior,
     rows=rows,
     validation=Rows.of(bank.isel(curve=validation), posterior, device),
-    settings=training,
+    settings=RECIPE | training,
     seed=seed,
     checkpoint=Checkpoint(
         checkpoint_of(output.model, ".pt"), fingerprint(made_from, snakemake.input.code)

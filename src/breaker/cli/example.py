@@ -35,6 +35,7 @@ def run(options: argparse.Namespace) -> int:
         os.path.isdir(options.folder) and not os.listdir(options.folder)
     ):
         raise FileExistsError(f"{options.folder} is there, and is not replaced; name another")
+    from breaker.configuration.definitions import simulated_test
     from breaker.drive.simulation.endurance_rig import Rig
     from breaker.drive.simulation.rack_exports import write_exports
 
@@ -45,7 +46,7 @@ def run(options: argparse.Namespace) -> int:
         os.makedirs(options.folder, exist_ok=True)
         say(f"{write_visits(config, Path(options.folder))} files written to {options.folder}")
         return 0
-    settings = config["rig"]
+    settings = simulated_test(config)
     rig, life = Rig.from_settings(settings, _SEED), settings["operations"]
     first = max(1, life - count + 1) if options.worn else 1
     drive = rig.worn(life, scatter=False) if options.worn else rig.new

@@ -29,7 +29,7 @@ def run(options: argparse.Namespace) -> int:
     config = settings_of(options.config)
     limits = limits_of(config, options.config)
     # Imported here, so that --help and wrong options answer at once.
-    from breaker.configuration.loading import check, merge, read
+    from breaker.configuration.loading import check, defaults, merge
     from breaker.documents.terminal import text_of
     from breaker.drive.answers.prior_checks import check_fitted
     from breaker.drive.answers.prior_report import overlay_of, overlay_text, words_of_prior
@@ -37,11 +37,10 @@ def run(options: argparse.Namespace) -> int:
     from breaker.model.limits import from_list
     from breaker.model.parameters import Size
     from breaker.model.quantities import speeds_of
-    from breaker.shipped import DEFAULTS
 
     seed = config["seed"]
     recorded, fitted = _fitted(options, config)
-    usual = read(DEFAULTS)
+    usual = defaults()
     format_settings = config["endurance"]["format"].items()
     given = {k: v for k, v in format_settings if v != usual["endurance"]["format"][k]}
 
@@ -58,7 +57,7 @@ def run(options: argparse.Namespace) -> int:
     own = merge(config, overlay)
     speeds = speeds_of(own["speeds"], Size(**own["size"]))
     limits = [e for e in from_list(limits, recorded.motions, speeds) if e.of == "model"]
-    checks = check_fitted(fitted, recorded, limits, seed, config["fleet"]["evidence"])
+    checks = check_fitted(fitted, recorded, limits, seed)
     text = overlay_text(overlay, recorded, checks)
     lines = "The lines of configuration:\n\n" + text.removesuffix("\n")
     written = [write_lines(options.output, text) if options.output else lines]
@@ -73,11 +72,13 @@ def run(options: argparse.Namespace) -> int:
 
 def _fitted(options: argparse.Namespace, config: Mapping) -> tuple:
     """The records of some breakers, and the prior fitted to them."""
+    from breaker.configuration.definitions import family_of
     from breaker.drive.answers.assessment import Assessment
     from breaker.drive.answers.named_records import each_once
     from breaker.drive.answers.type_prior import fit_type, wear_allowance
     from breaker.drive.answers.type_records import list_breakers, read_breakers
+    from breaker.shipped import HELD_BACK
 
     listed = list_breakers(each_once(options.folders), config["motions"], options.type)
     recorded = read_breakers(listed, Assessment(config))
-    return recorded, fit_type(recorded, wear_allowance(config["rigs"]["wear"]["change"]))
+    return recorded, fit_type(recorded, wear_allowance(family_of(HELD_BACK)["wear"]["change"]))

@@ -5,8 +5,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from breaker.configuration.loading import load, read
-from breaker.shipped import DEFAULTS
+from breaker.configuration.loading import defaults, load, read
 
 if TYPE_CHECKING:
     from breaker.drive.answers.evidence import DriveRecord
@@ -24,16 +23,16 @@ def settings_of(overlays: Sequence[str]) -> dict:
 
     The defaults alone are not checked: tests do that, and it takes a tenth of the first answer.
     """
-    own = [ADVANCED if ADVANCED.exists() else DEFAULTS, PROJECT] if PROJECT.exists() else [DEFAULTS]
+    own = [ADVANCED] * ADVANCED.exists() + [PROJECT] if PROJECT.exists() else []
     files = [*own, *overlays]
     # Commands name the folders of records themselves.
-    return load(files, curves=False) if len(files) > 1 else read(DEFAULTS)
+    return load(files, curves=False) if files else defaults()
 
 
 def limits_of(config: Mapping, overlays: Sequence[str]) -> list:
     """Return the limits of the drive: the shipped ones are an example, and count only by name."""
     named = any("limits" in read(path) for path in overlays)
-    return config["limits"] if named or config["limits"] != read(DEFAULTS)["limits"] else []
+    return config["limits"] if named or config["limits"] != defaults()["limits"] else []
 
 
 # ---- options -------------------------------------------------------------------------------------

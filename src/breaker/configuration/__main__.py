@@ -5,9 +5,7 @@ A message names the file and the line of each wrong value, which a workflow does
 
 import sys
 
-from breaker.configuration.loading import load
-from breaker.configuration.yaml_sources import ConfigurationError
-from breaker.shipped import DEFAULTS
+from breaker.configuration.loading import ConfigurationError, load
 
 
 def main(*files: str) -> int:
@@ -16,7 +14,7 @@ def main(*files: str) -> int:
         print("usage: python -m breaker.configuration FILE...", file=sys.stderr)
         return 2
     try:
-        load([DEFAULTS, *files])
+        load(files)
     except ConfigurationError as error:
         print(error, file=sys.stderr)
         return 1

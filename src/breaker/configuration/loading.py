@@ -1,47 +1,51 @@
-"""Configuration of the workflow: merged from files, checked, and explained where it is wrong.
+"""The configuration: the defaults, with files of one's own laid over them, and checked.
 
-Every default stands in ``config/config.yaml`` or, if hardly any user turns it, in
-``config/advanced.yaml``; an overlay holds only what differs. ``breaker.configuration.schema``
-makes the JSON schema of allowed keys and values, of the defaults and of ``schema.yaml`` in
-``breaker.shipped``. The table ``RULES`` of ``breaker.configuration.rules`` defines which keys must
-be consistent with each other.
+The classes in ``settings`` hold every default; an overlay holds only what differs. A configuration
+is a nested dictionary of plain values.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
-from functools import reduce
-from operator import getitem
+from collections.abc import Mapping, Sequence
+from copy import deepcopy
+from functools import cache, reduce
 from pathlib import Path
 from typing import Any
 
-from breaker.configuration.yaml_sources import (
-    ConfigurationError,
-    Sources,
-    parse,
-    place,
-    repeated,
-)
+from breaker.configuration.yaml_sources import ConfigurationError, parse, place, repeated
 
-_SHOWN = 20  # problems that a message lists
+UNLIKE = 30.0
+"""Times the reference drive's that a median may be: less than the root of a slip of 1,000."""
+
+_SHOWN = 20  # problems that a message lists, about a screen
 
 
-def load(paths: Sequence[str | Path], *, curves: bool = True) -> dict[str, Any]:
-    """Read a configuration, each file laid over those before it, and check it.
+def load(paths: Sequence[str | Path] = (), *, curves: bool = True) -> dict[str, Any]:
+    """Read YAML files, each laid over the defaults and the files before it, and check the result.
 
     Args:
-        paths: YAML files; the first ones hold the defaults.
         curves: Whether ``endurance.curves`` is the folder in question: as of ``check``.
 
     Raises:
         ConfigurationError: If a file cannot be read or the configuration is wrong.
 
     Example:
-        >>> files = ["config/advanced.yaml", "config/config.yaml", "config/paper.yaml"]
-        >>> load(files)["sensor"]["zero_sd"]
+        >>> load(["config/paper.yaml"])["sensor"]["zero_sd"]
         0.0
     """
-    config = reduce(merge, map(read, paths), {})
+    config = reduce(merge, map(read, paths), defaults())
     check(config, files=tuple(reversed(paths)), curves=curves)
     return config
+
+
+def defaults() -> dict[str, Any]:
+    """Return the defaults: a configuration without any file."""
+    return deepcopy(_defaults())
+
+
+@cache
+def _defaults() -> dict[str, Any]:
+    from breaker.configuration import settings  # pydantic: a fifth of a second
+
+    return settings.defaults()
 
 
 def read(path: str | Path) -> dict[str, Any]:
@@ -71,69 +75,46 @@ def merge(base: Mapping[str, Any], overlay: Mapping[str, Any]) -> dict[str, Any]
     return merged
 
 
-def chosen_network(settings: Mapping[str, Mapping[str, Any]]) -> dict[str, dict[str, Any]]:
-    """Return the settings of the networks that are chosen, without those of the other kinds.
+def of_motion(config: Mapping[str, Any], motion: str) -> dict[str, dict[str, Any]]:
+    """Return the sections ``network`` and ``training`` with what ``by_motion`` changes in them.
 
-    Args:
-        settings: A section ``network.MOTION``, in which each of ``summary`` and ``inference``
-            has its ``kind``, what all kinds have in common, and a section for every kind.
-
-    Returns:
-        ``{"summary": {"kind", ...}, "inference": {"kind", ...}}``, each flat: what is in common
-        and what is in the section of its kind. So models are built, and so their files keep it.
-
-    Example:
-        >>> chosen_network({"summary": {"kind": "a", "features": 3, "a": {"width": 1}, "b": {}}})
-        {'summary': {'kind': 'a', 'features': 3, 'width': 1}}
+    Of the inference networks, only the chosen kind is kept: ``{"kind", ...}``, flat, so that no
+    model depends on the others.
     """
-    chosen = {}
-    for role, section in settings.items():
-        common = {key: value for key, value in section.items() if not isinstance(value, Mapping)}
-        chosen[role] = common | section[section["kind"]]
-    return chosen
+    both = {key: config[key] for key in ("network", "training")}
+    found = merge(both, config["by_motion"].get(motion, {}))
+    inference = found["network"]["inference"]
+    chosen = {"kind": inference["kind"], **inference[inference["kind"]]}
+    found["network"] = {"summary": found["network"]["summary"], "inference": chosen}
+    return found
 
 
 def check(
-    config: Mapping[str, Any], *, files: Iterable[str | Path] = (), curves: bool = True
+    config: Mapping[str, Any], *, files: Sequence[str | Path] = (), curves: bool = True
 ) -> None:
     """Check a merged configuration: keys, types, ranges, and keys that must fit each other.
 
     Args:
         config: The merged configuration.
-        files: Files it came from, if known, the last overlay first. A message names the first one
-            with the value in question, and the line. A key that stands twice in a file is a
-            problem too: YAML drops one.
+        files: Files it came from, if known, the last overlay first. A message names the file and
+            line of a value. A key that stands twice in a file is a problem too: YAML drops one.
         curves: Whether to look at the folder ``endurance.curves``, and what must fit it.
 
     Raises:
         ConfigurationError: If anything is wrong; the message lists all of it.
     """
-    # Here, as it takes longer than the check: jobs run on what was checked before the first one.
-    from breaker.configuration.rules import RULES
-    from breaker.configuration.schema import configuration_schema, dotted, problems
+    from breaker.configuration.checking import dotted, found_in
     from breaker.reading.files.folder_listing import list_once
 
     list_once.cache_clear()
-    sources: Sources = {Path(path): parse(path) for path in files}
-    lines, wrong = [], []
-    for key, text in problems(config, configuration_schema()):
-        lines.append(f"{place(config, [key], sources)}{dotted(key)} {text}")
-        wrong.append(key)
-    for names, complaint in RULES:
-        if not curves and "endurance.curves" in names:
-            continue
-        keys = [tuple(name.split(".")) for name in names]
-        if any(bad[: len(key)] == key[: len(bad)] for key in keys for bad in wrong):
-            continue  # a rule is about keys that are right by themselves
-        if text := " ".join(complaint(*(reduce(getitem, key, config) for key in keys))):
-            lines.append(f"{place(config, keys, sources)}{names[0]} {text}")
+    sources = {Path(path): parse(path) for path in files}
+    found = found_in(config, curves=curves)
+    lines = [f"{place(key, sources)}{dotted(key)} {text}" for key, text in found]
     for path, (_, node) in sources.items():
         lines += [f"{path}, {text}" for text in repeated(node)]
-    lines = list(dict.fromkeys(lines))  # both motions may have the same to say of the bank
+    lines = list(dict.fromkeys(lines))  # a table of operations may be wrong for both motions
     if lines:
         count = "a problem" if len(lines) == 1 else f"{len(lines)} problems"
         more = [f"and {len(lines) - _SHOWN} more"] if len(lines) > _SHOWN else []
-        raise ConfigurationError(
-            "\n  ".join([f"The configuration has {count}:", *lines[:_SHOWN], *more])
-            + "\nEvery key is explained in config/config.yaml or config/advanced.yaml."
-        )
+        text = "\n  ".join([f"The configuration has {count}:", *lines[:_SHOWN], *more])
+        raise ConfigurationError(f"{text}\ndocs/settings.md explains every key.")

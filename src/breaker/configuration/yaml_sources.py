@@ -1,7 +1,7 @@
 """The YAML files of a configuration: read, and searched for where a value stands."""
 
 import json
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from copy import deepcopy
 from functools import lru_cache, reduce
 from operator import getitem
@@ -16,22 +16,25 @@ _Loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)  # the same in C, where 
 # Errors that PyYAML lets through where a value is not what its tag or its shape promises.
 _UNREADABLE = (ValueError, ArithmeticError, LookupError, TypeError, AttributeError, RecursionError)
 
-Sources = Mapping[Path, tuple[Any, yaml.Node | None]]
-"""What each file holds, and its nodes, which know their lines; the last overlay first."""
-
 
 class ConfigurationError(ValueError):
     """What is wrong with a configuration; the text has one line for each problem."""
 
 
 def parse(path: str | Path) -> tuple[Any, yaml.Node | None]:
-    """Return what a YAML file holds, and the nodes it is made of.
+    """Return what a YAML file holds, and the nodes it is made of, which know their lines.
 
     Raises:
         ConfigurationError: If it cannot be read, or is not YAML.
     """
     path = Path(path)
-    content, node = _parsed(path, _text(path))
+    try:
+        text = read_bytes(path).decode("utf-8")
+    except RejectedCurveError as error:
+        raise ConfigurationError(str(error)) from error
+    except UnicodeDecodeError as error:
+        raise ConfigurationError(f"{path}: is not UTF-8 text; save it as UTF-8") from error
+    content, node = _parsed(path, text)
     return deepcopy(content), node
 
 
@@ -63,29 +66,26 @@ def repeated(node: yaml.Node | None) -> Iterator[str]:
         yield from repeated(value)
 
 
-def place(config: Mapping[str, Any], keys: Sequence[Sequence], sources: Sources) -> str:
-    """Return the file and line of values as the start of a message.
+def place(key: tuple, sources: Mapping[Path, tuple[Any, yaml.Node | None]]) -> str:
+    """Return the file and line of a value, or of the section around it, as the start of a message.
 
-    Where there are several keys, those of the one that an overlay has changed, the last one.
+    Args:
+        key: Keys of sections and numbers of list entries.
+        sources: What ``parse`` returns for each file, the last overlay first.
     """
-    found = [_found(config, key, sources) for key in keys]
-    _, where = min(found, key=lambda each: each[0])
-    return where
-
-
-# ---- reading ---------------------------------------------------------------------------------
-
-
-def _text(path: Path) -> str:
-    try:
-        return read_bytes(path).decode("utf-8")
-    except RejectedCurveError as error:
-        raise ConfigurationError(str(error)) from error
-    except UnicodeDecodeError as error:
-        raise ConfigurationError(f"{path}: is not UTF-8 text; save it as UTF-8") from error
-
-
-# ---- places ----------------------------------------------------------------------------------
+    while key:
+        for path, (content, node) in sources.items():
+            try:
+                reduce(getitem, key, content)
+            except (KeyError, IndexError, TypeError):
+                continue
+            line = 0
+            for part in key:  # a key that <<: merges has no line in its section
+                found = [each for each in _entries(node) if each[0] == str(part)]
+                _, line, node = found[-1] if found else (part, line, None)
+            return f"{path}, line {line}: "
+        key = key[:-1]
+    return ""
 
 
 def _entries(node: yaml.Node | None) -> list[tuple[str, int, yaml.Node]]:
@@ -95,32 +95,3 @@ def _entries(node: yaml.Node | None) -> list[tuple[str, int, yaml.Node]]:
     if isinstance(node, yaml.SequenceNode):
         return [(str(i), value.start_mark.line + 1, value) for i, value in enumerate(node.value)]
     return []
-
-
-def _found(config: Mapping[str, Any], key: Sequence, sources: Sources) -> tuple[int, str]:
-    """Return the number of the file that a value comes from, and the file and line in words."""
-    try:
-        value = reduce(getitem, key, config)
-    except (KeyError, IndexError):
-        return _found(config, key[:-1], sources)  # a key that is missing: that of its section
-    for number, (path, (content, node)) in enumerate(sources.items()):
-        try:
-            own = reduce(getitem, key, content)
-        except (KeyError, IndexError, TypeError):
-            continue
-        # As text: NaN is not equal to itself, and True is equal to 1.
-        if isinstance(value, Mapping) or repr(own) == repr(value):
-            line = _line(node, key)
-            return number, f"{path}, line {line}: " if line else f"{path}: "
-    return -1, ""
-
-
-def _line(node: yaml.Node | None, key: Sequence) -> int | None:
-    """Return the line of a key, or of the last section above it that has one."""
-    line = None
-    for part in key:
-        below = {name: (line, value) for name, line, value in _entries(node)}
-        if str(part) not in below:
-            break
-        line, node = below[str(part)]
-    return line

@@ -30,6 +30,16 @@ from breaker.paper.joint_model import Model
 if TYPE_CHECKING:  # corrections need a model alone: torch is not loaded for them
     from breaker.paper.posterior import Posterior
 
+CORRECTION = {
+    "round_draws": 500,  # of a round of adaptation: five times what a fit requires
+    "efficiency": 0.4,  # effective size over draws at which the map of a round is accepted
+    "fit_size": 100,  # effective size that a fit requires: a map of eight outputs has 44 numbers
+    "draws": 2000,  # fresh draws from the last map: the result, judged by their weights
+    "smallest_size": 400,  # effective size of the result: means are known to 5 % of an sd
+    "largest_k": 0.7,  # Pareto k of the result, above which weights do not settle (Vehtari et al.)
+}
+"""Settings of ``correct``, but for the largest number of ``rounds``."""
+
 _FEWEST = 25  # draws of weight above zero from which a tail is fitted
 
 
@@ -303,7 +313,7 @@ def correct(
         record: Record on the sensor's grid, ``(t,)``, mm; nan where a sample is missing.
         draws: The network's draws, ``(d, q)``, physical units. Only their rough place and spread
             matter.
-        settings: The section ``correction`` of the configuration.
+        settings: ``CORRECTION``, and the largest number of ``rounds``.
         rng: Generator of maps' draws and resampling.
     """
 
@@ -421,7 +431,7 @@ def correct_validation(
 
     Args:
         data: What ``amortised.validate`` returns.
-        settings: The section ``correction`` of the configuration.
+        settings: ``CORRECTION``, and the largest number of ``rounds``.
 
     Returns:
         ``data`` with corrected ``draws`` and, over ``curve``, how each came about: ``resolved``,

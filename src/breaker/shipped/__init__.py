@@ -1,25 +1,24 @@
-"""Files that ship with the package: every default, their schema, and models trained with them.
+"""Files that ship with the package: families of drives, networks trained on them, and other data.
 
-``defaults.yaml`` is made from the project's ``config`` (``make defaults``); the networks are those
-of its families of drives (``make ship``). Tests compare them.
+The networks are those of the families here (``make ship``); a test compares them.
 """
 
 import json
 from pathlib import Path
-
-__all__ = ["CARD", "DEFAULTS", "FAMILIES", "KINDS", "SCHEMA", "model_file", "widening"]
 
 _HERE = Path(__file__).parent
 
 CARD = _HERE / "MODEL_CARD.md"
 """What the models are, for whom, and how good."""
 
-DEFAULTS = _HERE / "defaults.yaml"
-"""Every setting with its default."""
+ADVICE = _HERE / "advice.yaml"
+"""Where to look first, by quantity."""
 
-SCHEMA = _HERE / "schema.yaml"
-"""What a setting may be, beside what its default says."""
+SIMULATED_TEST = _HERE / "simulated_test.yaml"
+"""Drive, wear and sensor of the simulated endurance test."""
 
+HELD_BACK = "held_back"
+"""Family that no network is trained on."""
 
 FAMILIES = ("medium_voltage", "any")
 """Families of drives, in the order in which they are tried."""
@@ -36,6 +35,11 @@ def model_file(family: str, kind: str) -> Path:
         'medium_voltage_levels.safetensors'
     """
     return _HERE / f"{family}_{kind}.safetensors"
+
+
+def family_file(name: str) -> Path:
+    """Return the file with the definition of a family."""
+    return _HERE / "families" / f"{name}.yaml"
 
 
 def widening(family: str) -> dict[int, dict[str, float]]:

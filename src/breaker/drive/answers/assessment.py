@@ -12,7 +12,8 @@ import numpy as np
 
 from breaker.common.numerals import in_digits
 from breaker.common.randomness import generator
-from breaker.configuration.loading import read
+from breaker.configuration.definitions import advice_of
+from breaker.configuration.loading import defaults
 from breaker.drive.answers.drive_records import read_operations
 from breaker.drive.answers.evidence import FACTS, Answer, AnswerSettings, DriveRecord, Given
 from breaker.drive.answers.inference import infer_drive, infer_means
@@ -25,7 +26,6 @@ from breaker.model.parameters import MOTIONS, Size
 from breaker.model.quantities import OF_STROKE, Speed, speeds_at
 from breaker.reading.files.guards import Files
 from breaker.reading.files.operations_table import Operation
-from breaker.shipped import DEFAULTS
 
 if TYPE_CHECKING:
     from breaker.drive.answers.visit_document import VisitDocument
@@ -120,7 +120,11 @@ class Assessment:
         from breaker.drive.answers.visit_comparison import compared
 
         speeds = self.speeds_of(each for records in visits.values() for each in records)
-        about = {"beyond": beyond, "limits": self.limits, "advice": self.config["advice"]}
+        about = {
+            "beyond": beyond,
+            "limits": self.limits,
+            "advice": advice_of(self.config["advice"]),
+        }
         return compared(visits, speeds, self.settings, **about)
 
 
@@ -148,8 +152,8 @@ def given_by(
         )
     told = "moving mass given: {} kg with an sd of {}"
     words = [told.format(*(in_digits(each, 4) for each in mass))] if mass else []
-    defaults = read(DEFAULTS)
-    if all(config[key] == defaults[key] for key in ("prior", "size", "contact_lag")):
+    usual = defaults()
+    if all(config[key] == usual[key] for key in ("prior", "size", "contact_lag")):
         if not size:
             return Given(known=known, mass=mass), words
         said = "size given: lengths {} and times {} times those of the reference drive"

@@ -10,8 +10,8 @@ import numpy as np
 
 from breaker.common.numerals import in_digits, in_p
 from breaker.common.randomness import generator
-from breaker.configuration.magnitudes import UNLIKE
-from breaker.drive.answers.type_model import FEWEST
+from breaker.configuration.loading import UNLIKE
+from breaker.drive.answers.type_model import FEWEST, ODD
 from breaker.drive.answers.type_prior import SWINGING, FittedPrior, swings_back
 from breaker.drive.answers.type_records import Recorded
 from breaker.model.equations import PRESSED
@@ -35,14 +35,12 @@ def check_fitted(
     recorded: Recorded,
     limits: Sequence[Limit],
     seed: int,
-    evidence: float,
 ) -> dict[str, list[Finding]]:
     """Return what checks of a fitted prior find, by what is checked.
 
     Args:
         recorded: The records that it was made from.
         limits: Limits on the state of the drive, of these motions; none are not checked.
-        evidence: From which on a breaker is odd, nats.
     """
     rng = generator(seed, "fit-prior checks")
     theta = fitted.prior.sample(_DRAWS, rng)
@@ -50,7 +48,7 @@ def check_fitted(
         "breakers": [*_breakers(fitted), *_bounded(fitted)],
         "limits": _far_limits(limits, theta),
         "records in the family": _in_family(recorded),
-        "each breaker beside the others": _odd(fitted, evidence),
+        "each breaker beside the others": _odd(fitted),
         f"contact pressed, {PRESSED}": [_support(fitted)],
         "openings of the two-spring model": [_stopped(fitted, recorded, seed)],
     }
@@ -128,7 +126,7 @@ def _in_family(recorded: Recorded) -> list[Finding]:
     return findings
 
 
-def _odd(fitted: FittedPrior, least: float) -> list[Finding]:
+def _odd(fitted: FittedPrior) -> list[Finding]:
     """Of each breaker the parameter in which it is farthest off its type, as in a fleet."""
     if len(fitted.names) < FEWEST:
         return [Finding(f"needs {FEWEST} breakers or more, of which one may be odd")]
@@ -141,7 +139,7 @@ def _odd(fitted: FittedPrior, least: float) -> list[Finding]:
             f"{name}: farthest off is {NAMES[k]}, by {100.0 * off[k]:+.0f} %; evidence that it is "
             f"odd {evidence[k]:.1f} nats"
         )
-        odd = evidence[k] >= least
+        odd = evidence[k] >= ODD
         said = f"{text}: is it of this type, and in order?" if odd else text
         findings.append(Finding(said, good=not odd))
     return findings

@@ -7,17 +7,15 @@ import numpy as np
 import yaml
 
 from breaker.common.numerals import in_digits
-from breaker.configuration.loading import read
+from breaker.configuration.loading import defaults
 from breaker.documents.parts import Document, Remark, Section, Table
 from breaker.documents.terminal import text_of
 from breaker.drive.answers.prior_checks import Finding
 from breaker.drive.answers.type_prior import FittedPrior
 from breaker.drive.answers.type_records import Recorded, Span
 from breaker.drive.family.level_network import Levels
-from breaker.drive.family.training_origin import drives_of
 from breaker.model.parameters import MOTIONS, NAMES, PARAMETERS, Parameter
 from breaker.model.sensor import Sensor
-from breaker.shipped import DEFAULTS
 
 # mm of the reference drive, sd of what a model leaves out of records of little noise, at the least.
 _LEFT_OUT = 0.02
@@ -104,19 +102,8 @@ def grid_within(span: Span, usual: Sensor) -> Sensor:
 
 def _family_settings(levels: Levels) -> dict:
     """The section ``family`` of drives that the records are like, where it is not the default."""
-    usual, drives = read(DEFAULTS)["family"], drives_of(levels.settings)
-    of_bank = {key: usual[key] for key in ("drives", "shards")}
-    changed = _changed(drives | of_bank, usual)
-    return {"family": changed} if changed else {}
-
-
-def _changed(section: Mapping, usual: Mapping) -> dict:
-    """What of a section is not as usual, at any depth."""
-    return {
-        key: _changed(value, usual[key]) if isinstance(value, Mapping) else value
-        for key, value in section.items()
-        if value != usual[key]
-    }
+    name = levels.settings["family"]
+    return {} if name == defaults()["family"]["name"] else {"family": {"name": name}}
 
 
 def _rounded(value: float, digits: int) -> float:

@@ -34,6 +34,9 @@ _LAG, _LAG_KNOWN = 0.15, 8.0
 FEWEST = 5
 """Drives of a type from which one may be told as odd."""
 
+ODD = 7.0
+"""Evidence that a drive is odd, nats: odds of 1,100, as a fleet has hundreds of drives."""
+
 
 class TypeDraws(NamedTuple):
     """Draws of the drives of a type.

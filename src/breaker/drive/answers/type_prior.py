@@ -6,8 +6,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from breaker.common.randomness import generator
-from breaker.configuration.loading import read
-from breaker.configuration.magnitudes import UNLIKE
+from breaker.configuration.loading import UNLIKE, defaults
 from breaker.drive.answers.type_model import (
     TypeDraws,
     TypeOfBreaker,
@@ -20,7 +19,6 @@ from breaker.model.curves import travel
 from breaker.model.parameters import NAMES, Size
 from breaker.model.prior import Prior
 from breaker.model.sensor import Sensor
-from breaker.shipped import DEFAULTS
 
 SWINGING = 0.2
 """Share of openings that may swing back where the workflow simulates openings at all."""
@@ -129,7 +127,7 @@ def fit_type(recorded: Recorded, room: np.ndarray) -> FittedPrior:
             + " | ".join(f"{name}: {recorded.fit_in_words(name)}" for name in recorded.tried)
             + "): look at one (`breaker infer FILE --plot PNG`), and at endurance.format"
         )
-    drawn, default = TypeDraws.of(found.values()), Prior.from_settings(read(DEFAULTS)["prior"])
+    drawn, default = TypeDraws.of(found.values()), Prior.from_settings(defaults()["prior"])
     learned, usual = learn_type(drawn, default.log_sds), default.sized(recorded.size).medians
     medians = np.clip(learned.medians, usual / _LIKE, usual * _LIKE)
     return FittedPrior(
@@ -149,7 +147,7 @@ def swings_back(prior: Prior, size: Size, seed: int) -> float:
 
     Of drives that dampers stop, friction is low, and the two-spring model has nothing else to stop.
     """
-    usual = Sensor(**read(DEFAULTS)["sensor"]).sized(size).times
+    usual = Sensor(**defaults()["sensor"]).sized(size).times
     theta = prior.sample(_OPENINGS, generator(seed, "fit-prior openings"))
     time, begin = usual[usual >= 0.0], np.zeros(_OPENINGS)
     ways = travel(theta, time, "opening", onset=begin).travel
@@ -165,7 +163,7 @@ def wear_allowance(change: Mapping[str, tuple[float, float]]) -> np.ndarray:
     """Return the room that a prior needs for wear, log-sds, ``(p,)``.
 
     Args:
-        change: The section ``rigs.wear.change`` of the configuration: ranges of changes, shares.
+        change: Ranges of changes of a family that wears, shares.
 
     Example:
         >>> wear_allowance({"L": (0.005, 0.12)}).round(3)  # 12 % is three times this

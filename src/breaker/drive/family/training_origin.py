@@ -5,33 +5,48 @@ from pathlib import Path
 from typing import Any
 
 from breaker.common.tensor_file import settings_of
-
-_SIZES = {"drives", "shards"}  # of a bank, not of its drives
-_FORMER = "simulator"  # a setting of earlier networks, always empty
+from breaker.configuration.definitions import family_of
 
 
-def trained_on(path: str | Path, prior: Mapping, family: Mapping) -> bool:
-    """Say whether a network was trained on drives of this prior and family, whatever the bank's
-    size.
+def header_of(config: Mapping[str, Any], kind: str) -> dict[str, Any]:
+    """Return the settings in the header of a network of "levels" or "changes"."""
+    family = config["family"]
+    # No weight depends on the number of workers.
+    training = {name: each for name, each in family["training"].items() if name != "workers"}
+    return {
+        "kind": kind,
+        "family": family["name"],
+        "definition": family_of(family["name"]),
+        "bank": {key: family[key] for key in ("drives", "shards")},
+        **{key: config[key] for key in ("seed", "prior")},
+        "network": family["network"],
+        "training": training,
+    }
+
+
+def unfit(path: str | Path, config: Mapping[str, Any], kind: str) -> list[str]:
+    """Return where the drives of a network are not those of a configuration: prior and family.
 
     Raises:
         FileNotFoundError: If there is no such file.
         ModelFileError: If it is no model file.
     """
-
-    def drives(family: Mapping) -> dict:
-        return {name: value for name, value in family.items() if name not in _SIZES}
-
-    known = settings_of(path)
-    return known["prior"] == prior and drives(drives_of(known)) == drives(family)
+    found, wanted = settings_of(path), header_of(config, kind)
+    parts = ("family", "definition", "prior")
+    return differing(*({key: each.get(key) for key in parts} for each in (found, wanted)))
 
 
-def drives_of(settings: Mapping) -> dict:
-    """Return the section ``family`` that a network was trained on, by its settings."""
-    return {name: each for name, each in settings["drives"].items() if name != _FORMER}
+def differing(found: Any, wanted: Any, key: str = "") -> list[str]:
+    """Return where settings differ, as ``key: found, not wanted``.
 
-
-def deciding(networks: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the section ``family_networks`` without settings on which no weight depends."""
-    training = {name: each for name, each in networks["training"].items() if name != "workers"}
-    return {**networks, "training": training}
+    Example:
+        >>> differing({"seed": 1, "prior": {"f": 2}}, {"seed": 1, "prior": {"f": 3}})
+        ['prior.f: 2, not 3']
+    """
+    if not (isinstance(found, Mapping) and isinstance(wanted, Mapping)):
+        return [] if found == wanted else [f"{key}: {found}, not {wanted}"]
+    lines = []
+    for name in sorted(found.keys() | wanted.keys()):
+        pair = (each.get(name, "nothing") for each in (found, wanted))
+        lines += differing(*pair, f"{key}.{name}".removeprefix("."))
+    return lines

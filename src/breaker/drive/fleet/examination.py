@@ -13,7 +13,7 @@ import xarray as xr
 
 from breaker.common.numerals import in_digits
 from breaker.common.plain_values import to_json
-from breaker.configuration.loading import read
+from breaker.configuration.loading import defaults
 from breaker.drive.answers.assessment import Assessment
 from breaker.drive.answers.evidence import Answer
 from breaker.drive.answers.limit_verdicts import VERDICTS, Verdict
@@ -42,7 +42,6 @@ from breaker.reading.files.word_meanings import bare
 from breaker.reading.inspection.preparation import Prepared
 from breaker.reading.records.curve_reader import read_curves
 from breaker.reading.records.model_grid import Grid
-from breaker.shipped import DEFAULTS
 
 _MOST = 20  # operations of a visit that are read: more say no more of the drive
 _STILL = 0.05  # probability of no change, below which a parameter has changed
@@ -126,7 +125,7 @@ def stored(examined: Sequence[Examined]) -> xr.Dataset:
 def _limits_of(member: Member, config: Mapping) -> list:
     """Entries of limits by which a drive is judged: those of any of the fleet, and of its type."""
     limits, speeds = config["limits"], every_speed(config["speeds"])
-    shipped = limits == read(DEFAULTS)["limits"]
+    shipped = limits == defaults()["limits"]
     found = [e for e in limits if not shipped or e.get("of") == "change"]
     for name, ranges in config["limits_by_type"].items():
         found += entries_of_type(ranges, speeds) if bare(name) == bare(member.type) else []
@@ -274,7 +273,7 @@ def _followed(member: Member, used: Sequence[Answer], assessment: Assessment) ->
     life = follow_curves(
         curves,
         assessment.limits_on(used, curves),
-        {"wear_model": config["wear_model"], "seed": config["seed"]}
+        {"trend": config["trend"], "seed": config["seed"]}
         | {"misfit_p_value": config["endurance"]["misfit_p_value"]},
         events=Event.by_operation(texts, config["endurance"]["events"]),
         conditions=conditions,

@@ -8,7 +8,7 @@ import pandas as pd
 import xarray as xr
 
 from breaker.common.numerals import first_of, in_digits
-from breaker.drive.answers.type_model import TypeDraws, TypeOfBreaker, learn_type
+from breaker.drive.answers.type_model import ODD, TypeDraws, TypeOfBreaker, learn_type
 from breaker.drive.family.network_files import shipped_levels
 from breaker.drive.family.untold import UNLIKE
 from breaker.drive.fleet.drive_document import (
@@ -77,14 +77,13 @@ def type_table(types: Mapping[str, tuple[np.ndarray, TypeOfBreaker]]) -> pd.Data
 
 
 def fleet_table(
-    drives: xr.Dataset, types: Mapping[str, tuple[np.ndarray, TypeOfBreaker]], least: float
+    drives: xr.Dataset, types: Mapping[str, tuple[np.ndarray, TypeOfBreaker]]
 ) -> pd.DataFrame:
     """Return the table of a fleet, with the columns ``FLEET``, the most urgent drive first.
 
     Args:
         drives: Chunks of ``stored``, one after the other.
         types: What ``learn_types`` returns.
-        least: Evidence from which a drive is odd, nats.
     """
     documents = _documents(drives)
     rows = [FleetRow(document) for document in documents]
@@ -97,7 +96,7 @@ def fleet_table(
             theta = drives.theta.values[i].astype(float)
             weights = learned.weights(theta, families[documents[i].family])
             rows[i].parameters = _parameters(theta, weights)
-            _judge(rows[i], learned.evidence[k], learned.off[k], least)
+            _judge(rows[i], learned.evidence[k], learned.off[k])
         _show([rows[i] for i in where])
     compare_poles(rows)
     for row in rows:
@@ -123,11 +122,11 @@ def _parameters(theta: np.ndarray, weights: np.ndarray) -> dict[str, float]:
     return found
 
 
-def _judge(row: FleetRow, evidence: np.ndarray, off: np.ndarray, least: float) -> None:
+def _judge(row: FleetRow, evidence: np.ndarray, off: np.ndarray) -> None:
     """Put down in which parameter a drive is unlike its type: the one with most evidence for it."""
     k = int(evidence.argmax())
     row.evidence = float(evidence[k]) if np.isfinite(evidence[k]) else np.nan
-    if evidence[k] >= least:
+    if evidence[k] >= ODD:
         row.odd, row.off = NAMES[k], float(off[k])
 
 

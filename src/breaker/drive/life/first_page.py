@@ -30,7 +30,7 @@ def since_new(changes: pd.DataFrame, life: xr.Dataset) -> str:
         return "Since new: parameters are withheld, see trust; what is measured holds."
     if row.noticed < life.attrs["told"]:
         records = f"{life.attrs['needed']:,}, and there are {life.sizes['operation']:,}"
-        return f"Since new: nothing is told before record {records} (wear_model.reference, settle)."
+        return f"Since new: nothing is told before record {records} (trend.reference, settle)."
     names = [str(name) for name in life.parameter.values]
     if math.isnan(row[names[0]]):
         return f"Since new: {BEYOND}."

@@ -1,7 +1,7 @@
 """How long a drive may go on: when its path is beyond a limit, if the wear goes on as it does.
 
 The rate drifts with each draw of the path (``drift``), and may become another one at once. How
-likely that is, and by how much, was learned from lives (``wear_model.future``): as likely each time
+likely that is, and by how much, was learned from lives (``Future``): as likely each time
 that the drive has become a tenth older. The probability to be beyond a limit after so many
 operations is that of the path so much further on, over all the changes that there may be. A change
 that is noticed ends in a service; draws are then followed until then.
@@ -49,8 +49,8 @@ class Future(NamedTuple):
 
     @classmethod
     def from_settings(cls, settings: Mapping) -> Self:
-        """Build from the section ``wear_model`` of the configuration."""
-        return cls(settings["horizon"], **settings["future"])
+        """Build from the section ``trend`` of the configuration."""
+        return cls(settings["horizon"])
 
     def ahead(self) -> np.ndarray:
         """Return operations ahead at which it is asked, ``(h,)``; the first is 0."""

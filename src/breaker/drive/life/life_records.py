@@ -157,7 +157,7 @@ def series_of(
     motions = {m: _motion(m, whole[m], usable[m], new, followed.get(m, ())) for m in whole}
     motions = {motion: each for motion, each in motions.items() if each is not None}
     if not motions:
-        raise ValueError("no operation that counts as new has a record: see wear_model.reference")
+        raise ValueError("no operation that counts as new has a record: see trend.reference")
     return Series(operations, motions, new, done, known)
 
 

@@ -33,10 +33,10 @@ def follow_curves(
 
     Args:
         data, events, conditions: As of ``series_of``, which may raise.
-        settings: ``wear_model``, that section of the configuration, ``misfit_p_value`` and
+        settings: ``trend``, that section of the configuration, ``misfit_p_value`` and
             ``seed``.
     """
-    wear_model = settings["wear_model"]
+    trend = settings["trend"]
     names: dict[str, list[str]] = {motion: [] for motion in data}
     for limit in limits:
         if limit.of == "record":
@@ -44,7 +44,7 @@ def follow_curves(
     followed = {motion: list(dict.fromkeys(each)) for motion, each in names.items()}
     series = series_of(
         data,
-        wear_model["reference"],
+        trend["reference"],
         followed=followed,
         events=events,
         conditions=conditions,
@@ -53,12 +53,12 @@ def follow_curves(
     readout = Readout.of(
         series,
         list(shipped_networks(*KINDS)),
-        draws=wear_model["draws"],
+        draws=trend["draws"],
         seed=settings["seed"],
         misfit_p_value=settings["misfit_p_value"],
     )
-    tracker = Tracker.from_settings(wear_model)
-    future = Future.from_settings(wear_model)
+    tracker = Tracker.from_settings(trend)
+    future = Future.from_settings(trend)
     return follow_life(readout, tracker, limits, future)
 
 

@@ -169,7 +169,7 @@ class Readout:
         """Return the largest change that the family's wear makes of each parameter, percent."""
         if self.changes is None:
             return np.ones(len(NAMES))
-        ranges = self.changes.settings["drives"]["wear"]["change"]
+        ranges = self.changes.settings["definition"]["wear"]["change"]
         ends = [np.abs(ranges.get(name, [0.0])).max() for name in NAMES]
         return 100.0 * np.where(np.array(ends) > 0.0, ends, np.inf)
 

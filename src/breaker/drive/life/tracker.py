@@ -12,7 +12,7 @@ change becomes part of the path, and is placed anew until enough records have fo
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import NamedTuple, Self
 
 import numpy as np
@@ -279,8 +279,8 @@ class Tracker:
 
     @classmethod
     def from_settings(cls, settings: Mapping) -> Self:
-        """Build from the section ``wear_model`` of the configuration."""
-        return cls(**{each.name: settings[each.name] for each in fields(cls)})
+        """Build from the section ``trend`` of the configuration."""
+        return cls(settings["reference"], settings["settle"], settings["threshold"])
 
     def follow(
         self,

@@ -36,8 +36,7 @@ class Family:
 
     Attributes:
         prior: Prior of the parameters.
-        settings: The section ``rigs`` or ``family`` of the configuration: elements of drives of
-            size 1.
+        settings: Definition of the family (``definitions.family_of``), of drives of size 1.
     """
 
     prior: Prior
@@ -58,8 +57,8 @@ class Family:
             if (drive := self._proposed(contact, rng)) is not None:
                 return drive
         raise RuntimeError(
-            f"none of {_TRIES} drives of the family holds a closed position; lower the preloads in "
-            "rigs.elements, or rigs.strength"
+            f"none of {_TRIES} drives of the family holds a closed position; lower the preloads or "
+            "the strength in its file"
         )
 
     def _proposed(self, contact: str, rng: np.random.Generator) -> Drive | None:
@@ -68,10 +67,7 @@ class Family:
         """
         settings = self.settings
         theta = tuple(self.prior.sample(1, rng)[0].tolist())
-        ranges = dict(settings["elements"])
-        for name, more in settings.get("more", {}).items():
-            ranges[name] = {**ranges[name], **more} if isinstance(more, Mapping) else more
-        elements = Elements.from_settings(_draw_all(ranges, Elements, rng))
+        elements = Elements.from_settings(_draw_all(settings["effects"], Elements, rng))
         drive = Drive(theta, elements.scaled(self._strength(rng)))
         if contact:
             preload = float(rng.uniform(*settings["held_preload"]))
@@ -113,7 +109,7 @@ class Family:
                 return worn
         raise RuntimeError(
             f"in none of {_TRIES} worn conditions does a drive hold a closed position; narrow the "
-            f"ranges in rigs.wear.change: {drive}"
+            f"ranges of wear in the file of the family: {drive}"
         )
 
     def wear(self, rng: np.random.Generator, kind: str = "") -> dict[str, float]:

@@ -20,8 +20,8 @@ from breaker.reading.instruments.export import write_curve
 
 @dataclass(frozen=True)
 class Rig:
-    """The rig, its wear and its sensor; ``settings`` is the section ``rig``, ``seed`` the
-    configuration's.
+    """The rig, its wear and its sensor; ``settings`` is what
+    ``definitions.simulated_test`` returns, ``seed`` that of the configuration.
     """
 
     new: Drive
@@ -30,18 +30,18 @@ class Rig:
 
     @classmethod
     def from_settings(cls, settings: Mapping, seed: int) -> "Rig":
-        """Build the rig from the section ``rig`` of the configuration.
+        """Build the rig from what ``definitions.simulated_test`` returns.
 
         Raises:
             ValueError: If the drive has no closed position, new or at the end of its life.
         """
         theta = tuple(float(settings["parameters"][name]) for name in NAMES)
-        rig = cls(Drive(theta, Elements.from_settings(settings["elements"])), settings, seed)
+        rig = cls(Drive(theta, Elements.from_settings(settings["effects"])), settings, seed)
         for operation in (1, settings["operations"]):
             if not rig.worn(operation, scatter=False).holds:
                 raise ValueError(
-                    f"rig.parameters: at operation {operation} the closing force does not press "
-                    "the contact, or presses it past the lever's dead centre; change f, k_a or L"
+                    f"at operation {operation} of the simulated test, the closing force does not "
+                    "press the contact, or presses it past the dead centre; change f, k_a or L"
                 )
         return rig
 

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from breaker.common.randomness import generator
+from breaker.configuration.definitions import simulated_test
 from breaker.drive.simulation.endurance_rig import Rig
 from breaker.drive.simulation.rich_drive import Drive
 from breaker.model.parameters import GAP, NAMES
@@ -24,17 +25,16 @@ def write_visits(settings: Mapping, folder: Path) -> int:
     """Write the exports of the rig of a configuration into a folder, and return how many they are.
 
     Example:
-        >>> from breaker.configuration.loading import read
-        >>> from breaker.shipped import DEFAULTS
+        >>> from breaker.configuration.loading import defaults
         >>> import tempfile
         >>> with tempfile.TemporaryDirectory() as name:
-        ...     write_visits(read(DEFAULTS), Path(name))
+        ...     write_visits(defaults(), Path(name))
         3
     """
-    rig = Rig.from_settings(settings["rig"], settings["seed"])
+    rig = Rig.from_settings(simulated_test(settings), settings["seed"])
     for date, share in _VISITS.items():
         rng = generator(settings["seed"], "example", date)
-        drive = rig.worn(round(share * settings["rig"]["operations"]), scatter=False)
+        drive = rig.worn(round(share * settings["simulated_test"]["operations"]), scatter=False)
         columns = _record(drive, rng)
         rows = [";".join(row) for row in zip(*columns.values(), strict=True)]
         lines = [_STATED.format(date=date), "", ";".join(columns), *rows, ""]

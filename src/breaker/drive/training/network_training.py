@@ -17,6 +17,16 @@ from breaker.model.parameters import MOTIONS
 if TYPE_CHECKING:
     from breaker.networks.training import Checkpoint
 
+RECIPE = {
+    "optimiser": "muon",
+    "learning_rate": 0.002,  # highest one with which no training diverged
+    "warm_up": 0.03,  # share of the steps with rising learning rate, as in the paper's networks
+    "weight_decay": 0.01,  # decoupled: drives of a bank are seen many times
+    "clip": 5.0,  # norm of the gradient: mixtures have rare steep ones
+    "ema": 0.998,  # averages the last 500 steps
+}
+"""Settings of a training that are not in the configuration."""
+
 _LEVELS = np.geomspace(1e-4, 3e-2, 8)  # of the noise, at which membership is judged
 
 
@@ -34,7 +44,8 @@ def train_network(
     Args:
         rows: Of a bank, from ``rows_of``; its last ``validation_curves`` drives judge the training.
         held_out: Drives that show what records of members look like.
-        settings: The section ``family_networks`` of the configuration.
+        settings: The sections ``network`` and ``training`` of the section ``family``, and the
+            ``device``.
         workers: As of ``FamilyRows``; no weight depends on them.
         checkpoint: As of ``training.Trainer``.
 
@@ -46,14 +57,14 @@ def train_network(
     from breaker.networks.training import Trainer, choose_device  # loads torch
 
     rows.freeze(generator(seed, "family", rows.kind, "scales"))
-    device = choose_device(settings["training"]["device"])
+    device = choose_device(settings["device"])
     network = FamilyNetwork(settings["network"], rows.kind, rows.sizes, atoms=rows.atoms, seed=seed)
     aside = len(rows) - settings["training"]["validation_curves"]
     history = Trainer(
         posterior=network.to(device),
         rows=FamilyRows(np.arange(aside), rows.rows, device, workers),
         validation=FamilyRows(np.arange(aside, len(rows)), rows.rows, device),
-        settings=settings["training"],
+        settings=RECIPE | settings["training"],
         seed=seed,
         checkpoint=checkpoint,
     ).run()

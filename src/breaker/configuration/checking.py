@@ -1,0 +1,152 @@
+"""What is wrong with a configuration: each problem by its key, with what is allowed and the remedy.
+
+Types and bounds are those of the classes in ``settings``; ``conditions`` has what several sections
+must fulfil together. Only a check imports these modules, and with them pydantic.
+"""
+
+import difflib
+import json
+import re
+from collections.abc import Iterator, Mapping
+from contextlib import suppress
+from datetime import date
+from typing import Any
+
+import yaml
+from pydantic import ValidationError
+
+from breaker.configuration.settings import Limit, Network, Section, Settings, Training, defaults
+from breaker.model.parameters import MOTIONS
+
+Key = tuple[str | int, ...]
+"""Where a value stands: keys of sections and numbers of list entries, outermost first."""
+
+_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d{1,2})?", re.IGNORECASE)
+_WORDS = {
+    "a valid integer": "a whole number",
+    "a valid number": "a number",
+    "a valid string": "a text",
+    "a valid boolean": "true or false",
+    "a valid list": "a list",
+    "a valid dictionary": "a section",
+    " after validation": "",
+    "or equal to ": "",
+}
+_NAMELESS = "is not a known key: YAML reads a number or a date, not a text. Quote it."
+
+
+class OfMotion(Section):
+    """What ``by_motion`` makes of the settings of one motion."""
+
+    network: Network
+    training: Training
+
+
+def problems(section: type[Section], content: Any) -> dict[Key, str]:
+    """Return what is wrong with the content of a section: by key, a text that goes on after it."""
+    found: dict[Key, str] = {}
+    try:
+        section.model_validate(content)
+    except ValidationError as error:
+        for each in error.errors(include_url=False):
+            key, text = _problem(each, content)
+            # A value that may be of two types has an error for each of them.
+            found[key] = (
+                f"{found[key]} Or it {text.partition(', but ')[2]}" if key in found else text
+            )
+    return found
+
+
+def dotted(key: Key) -> str:
+    """Write a key as ``network.summary.kernels[0]``.
+
+    Example:
+        >>> dotted(("motions", 0))
+        'motions[0]'
+    """
+    parts = (f"[{part}]" if type(part) is int else f".{part}" for part in key)
+    return "".join(parts).removeprefix(".").removesuffix(".[key]")
+
+
+def leaves(section: Mapping, above: Key = ()) -> Iterator[Key]:
+    """Yield the key of every value of nested sections; an empty section is a value."""
+    for name, value in section.items():
+        inner = isinstance(value, Mapping) and value
+        yield from leaves(value, (*above, name)) if inner else [(*above, name)]
+
+
+def _problem(error: Mapping, content: Any) -> tuple[Key, str]:
+    """Return the key that an error of pydantic is about, and what to say of its value."""
+    place, about, kind = error["loc"], error.get("ctx", {}), error["type"]
+    if kind == "contradiction":
+        return (*place, about["key"]), about["text"]
+    key: Key = ()
+    value = content
+    for part in place:  # after the key, pydantic names the type that it has tried
+        with suppress(KeyError, IndexError, TypeError):
+            key, value = (*key, part), value[part]
+    if kind == "missing":
+        return place, "is missing."
+    words = error["msg"].partition("should")[2]
+    for technical, plain in _WORDS.items():
+        words = words.replace(technical, plain)
+    if kind == "extra_forbidden":
+        return place, _unknown(place)
+    if kind == "invalid_key" or place[-1:] == ("[key]",):
+        nameless = kind in ("invalid_key", "string_type")
+        return place, _NAMELESS if nameless else f"is not a known key; it must{words}."
+    shown = json.dumps(value, ensure_ascii=False, default=str, skipkeys=True)
+    shown = "empty" if value is None else shown
+    shown = f"{shown[:57]}..." if len(shown) > 60 else shown
+    if kind == "value_error":
+        return key, f"is {shown}, but {about['error']}."
+    return key, f"is {shown}, but must{words}.{_hint(value, kind)}"
+
+
+def _unknown(key: Key) -> str:
+    """Say that a key is unknown, and which one was probably meant."""
+    if key[0] in ("network", "training") and key[-1] in MOTIONS:
+        return f"is not a known key. Did you mean by_motion.{key[-1]}.{key[0]}?"
+    known = [*leaves(defaults())]
+    if key[0] == "limits":
+        known = [(*key[:2], name) for name in Limit.model_fields]
+    inside = {path[: len(key)] for path in known if path[: len(key) - 1] == key[:-1]}
+    siblings = [path[-1] for path in sorted(inside)]
+    meant = [(*key[:-1], name) for name in difflib.get_close_matches(key[-1], siblings, n=1)]
+    meant = meant or [path for path in known if path[-1] == key[-1]]
+    if meant:
+        return f"is not a known key. Did you mean {' or '.join(map(dotted, meant))}?"
+    return f"is not a known key. Known here: {', '.join(siblings)}."
+
+
+def _hint(value: Any, kind: str) -> str:
+    """Return the remedy where YAML reads a text as a number or a date, or a number as a text."""
+    if kind == "string_type" and type(value) in (int, float, date):
+        return f' Quote it: "{value}".'
+    if kind not in ("int_type", "float_type") or not isinstance(value, str):
+        return ""
+    if not _NUMBER.fullmatch(value):
+        return ""
+    number = float(value)
+    number = int(number) if kind == "int_type" and number.is_integer() else number
+    return f" YAML reads {value} as a text; write {yaml.safe_dump(number).split()[0]}."
+
+
+def found_in(config: Mapping[str, Any], *, curves: bool) -> list[tuple[Key, str]]:
+    """Return all problems of a merged configuration: keys, and texts that go on after them.
+
+    Args:
+        config: The merged configuration.
+        curves: Whether to look at the folder ``endurance.curves``.
+    """
+    from breaker.configuration.conditions import broken
+    from breaker.configuration.loading import merge
+
+    found = problems(Settings, config)
+    if not any(key[0] in ("network", "training", "by_motion") for key in found):
+        for motion, own in config["by_motion"].items():
+            merged = merge({key: config[key] for key in ("network", "training")}, own)
+            of_motion = problems(OfMotion, merged).items()
+            found |= {("by_motion", motion, *key): text for key, text in of_motion}
+    wrong = {key[0] for key in found}
+    return [*found.items(), *broken(config, wrong, curves=curves)]

@@ -1,0 +1,169 @@
+"""Conditions on several sections of a configuration, and on the files that it names.
+
+The arguments of a condition are the sections that it compares. It yields a key, and what is wrong
+with its value; ``broken`` calls those whose sections are right by themselves.
+"""
+
+import inspect
+import math
+from collections.abc import Callable, Collection, Iterator, Mapping
+from contextlib import suppress
+from typing import Any
+
+from breaker.configuration.definitions import ADVICE, advice_of, family_of
+from breaker.configuration.loading import UNLIKE, of_motion
+from breaker.configuration.settings import defaults
+from breaker.model.equations import PRESSED, pressed_half_space
+from breaker.model.limits import entries_of_type, from_list
+from breaker.model.parameters import MOTIONS, NAMES, PARAMETERS, Size
+from breaker.model.quantities import check_fact, check_quantity, every_speed, speeds_of
+from breaker.reading.files.folder_listing import list_breakers, list_fleet, list_once
+from breaker.reading.files.format_settings import FORMAT, complete, lacking
+from breaker.reading.files.operations_table import event_words
+from breaker.reading.files.word_meanings import bare
+
+Found = Iterator[tuple[tuple[str | int, ...], str]]
+
+_SUPPORT = 0.01  # least share of the prior in which the contact stays pressed
+
+
+def broken(config: Mapping[str, Any], wrong: Collection[str], *, curves: bool) -> Found:
+    """Yield what is wrong with sections together, but for those that are ``wrong`` by themselves.
+
+    Args:
+        curves: Whether to look at the folder ``endurance.curves``.
+    """
+    for condition in (*_OF_SETTINGS, *(_OF_FOLDERS if curves else ())):
+        names = inspect.signature(condition).parameters
+        if not {*names} & {*wrong}:
+            yield from condition(*(config[name] for name in names))
+
+
+def _refused(key: tuple, build: Callable, *given: Any) -> Found:
+    """Yield why something cannot be built of values, if it cannot."""
+    try:
+        build(*given)
+    except (OSError, ValueError) as error:
+        yield key, f"cannot be used: {str(error).rstrip('.')}."
+
+
+def _trainings(network, training, by_motion, bank, sensor) -> Found:
+    curves = bank["shards"] * bank["curves_per_shard"]
+    for motion in MOTIONS:
+        config = {"network": network, "training": training, "by_motion": by_motion}
+        own = of_motion(config, motion)
+        keys = ("batch", "validation_curves", "held_out_curves")
+        needs = sum(own["training"][key] for key in keys)
+        if curves < needs:
+            yield (
+                ("bank",),
+                f"has {curves} curves (shards times curves_per_shard), but the training of "
+                f"{motion} needs {needs} ({' + '.join(keys)}). Raise the former or lower these.",
+            )
+        components = own["network"]["summary"]["components"]
+        if components > sensor["samples"]:
+            yield (
+                ("network", "summary", "components"),
+                f"is {components} for {motion}, but must not exceed sensor.samples "
+                f"({sensor['samples']}). Lower it, or raise sensor.samples.",
+            )
+
+
+def _prior(prior, size) -> Found:
+    """A unit that is wrong by 1,000, a drive of another size, or a contact that never closes."""
+    for each in PARAMETERS:
+        median = prior[each.name]["median"]
+        usual = defaults()["prior"][each.name]["median"] * Size(**size).factor(each.unit)
+        if not 1 / UNLIKE <= median / usual <= UNLIKE:
+            yield (
+                ("prior", each.name, "median"),
+                f"is {median:g}, {median / usual:,.4g} times that of the reference drive at this "
+                f"size ({usual:.3g}). Its unit is {each.unit}. For another size, set size.",
+            )
+    columns = ([prior[name][key] for name in NAMES] for key in ("median", "log_sd"))
+    slope, offset = pressed_half_space(*columns)
+    share = 0.5 * math.erfc(-offset / math.hypot(*slope) / math.sqrt(2))
+    if share < _SUPPORT:
+        yield (
+            ("prior",),
+            f"leaves the contact pressed ({PRESSED}) in {share:.1e} of its draws; {_SUPPORT:g} is "
+            f"needed. Raise prior.f.median, or lower that of k_a or L.",
+        )
+
+
+def _limits(limits, limits_by_type, motions, speeds) -> Found:
+    defined = every_speed(speeds)
+    for number, entry in enumerate(limits):
+        yield from _refused(("limits", number), from_list, [entry], MOTIONS, defined)
+    names = [entry.get("name") for entry in limits]
+    for name in sorted({each for each in names if each and names.count(each) > 1}):
+        yield ("limits",), f"has two limits of the name {name}. Give one another name."
+    if not any(entry.get("motion", motions[0]) in motions for entry in limits):
+        yield ("limits",), f"has no limit of {' or '.join(motions)} (motions). Add one."
+    spelt: dict[str, str] = {}
+    for name, ranges in limits_by_type.items():
+        if not bare(name) or spelt.setdefault(bare(name), name) != name:
+            text = f"has {name!r}, which is no type, or one that is there. Rename it."
+            yield ("limits_by_type",), text
+        yield from _refused(("limits_by_type", name), entries_of_type, ranges, defined)
+
+
+def _known(known, speeds) -> Found:
+    for name, fact in known.items():
+        complaints = [check_quantity(name, motion, speeds_of(speeds)) for motion in MOTIONS]
+        if name != "mass" and all(complaints):
+            yield ("known", name), f"cannot be used. {' '.join(complaints)}"
+        if complaint := check_fact(name, *fact):
+            yield ("known", name), f"is {fact}, which {complaint}"
+
+
+def _files(family, advice) -> Found:
+    yield from _refused(("family", "name"), family_of, family["name"])
+    if unknown := [name for name in advice if name not in advice_of()]:
+        yield ("advice",), f"has {', '.join(unknown)}, but must name entries of {ADVICE.name}."
+
+
+def _format(endurance) -> Found:
+    yield from _refused(("endurance", "format"), complete, endurance["format"])
+    seen: dict[str, str] = {}
+    for name in endurance["events"]:
+        words = event_words(name)
+        if not words or any(seen.setdefault(word, name) != name for word in words):
+            text = f"has {name!r}, which is no event, or one that is there. Rename it."
+            yield ("endurance", "events"), text
+
+
+def _folder(endurance, motions, known) -> Found:
+    curves, stated = endurance["curves"], [{}]
+    for key in ("breaker", "phase"):
+        if endurance[key] is not None and curves is None:
+            text = "needs endurance.curves: the simulated test has one breaker. Set it to null."
+            yield ("endurance", key), text
+    if curves is not None:
+        which = (curves, endurance["breaker"], endurance["phase"], endurance["events"])
+        stated = []
+        for motion in motions:
+            yield from _refused(("endurance", "curves"), listed, *which, [motion])
+            with suppress(OSError, ValueError):
+                stated += [each.settings for each in listed(*which, [motion])]
+    for text in {lacking({**FORMAT, **endurance["format"], **each}) for each in stated} - {""}:
+        yield ("endurance", "format"), f"cannot be used: {text}."
+    if known:
+        text = "is not used by the workflow: give known values to `breaker infer`. Leave it empty."
+        yield ("known",), text
+
+
+def listed(curves: str, breaker: str | None, phase: str | None, events: Mapping, motions) -> list:
+    """List the operations that are worked on: of one breaker some motions, or all of several."""
+    if breaker is None and len(list_breakers(curves)) > 1:
+        fleet = list_fleet(curves, phase=phase, events=events)
+        return [each for some in fleet.values() for _, each in some]
+    return [
+        each
+        for motion in motions
+        for each in list_once(curves, motion, breaker, phase, *sorted(events))
+    ]
+
+
+_OF_SETTINGS = (_trainings, _prior, _limits, _known, _files, _format)
+_OF_FOLDERS = (_folder,)

@@ -1,0 +1,53 @@
+"""Data files that the configuration names: families of drives, the simulated test, advice.
+
+Ranges and values are data, with units and reasons beside them. A file is checked when it is read.
+"""
+
+from collections.abc import Mapping
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+from breaker.configuration.loading import read
+from breaker.configuration.yaml_sources import ConfigurationError
+from breaker.shipped import ADVICE, SIMULATED_TEST, family_file
+
+
+def family_of(name: str) -> dict[str, Any]:
+    """Return the definition of a family: strengths and ranges of its effects, contacts and wear.
+
+    Args:
+        name: That of a family in ``breaker.shipped``, or a YAML file.
+
+    Raises:
+        ConfigurationError: If there is no such family, or its file is wrong.
+    """
+    file = Path(name) if name.endswith((".yaml", ".yml")) else family_file(name)
+    return _checked(file, "FamilyFile")
+
+
+def simulated_test(config: Mapping[str, Any]) -> dict[str, Any]:
+    """Return drive, wear and sensor of the simulated endurance test, and its operations."""
+    return _checked(SIMULATED_TEST, "SimulatedTestFile") | config["simulated_test"]
+
+
+def advice_of(own: Mapping[str, str] = MappingProxyType({})) -> dict[str, str]:
+    """Return where to look first, by quantity: the words that ship, or one's own instead."""
+    return {**read(ADVICE), **own}
+
+
+def _checked(file: Path, kind: str) -> dict[str, Any]:
+    """Return what a data file holds.
+
+    Raises:
+        ConfigurationError: If there is no such file, or a key or value in it is wrong.
+    """
+    from breaker.configuration import settings
+    from breaker.configuration.checking import dotted, problems
+
+    content = read(file)
+    found = problems(getattr(settings, kind), content)
+    if found:
+        lines = [f"{file}: {dotted(key)} {text}" for key, text in found.items()]
+        raise ConfigurationError("\n  ".join(lines))
+    return content
