@@ -66,7 +66,8 @@ def code(script):
     )
     named = MODEL.values() if any("joint_model" in each for each in files) else []
     if any(each.endswith("paper/posterior.py") for each in files):
-        named = [*named, *(config["network"][motion]["summary"]["kind"] for motion in MOTIONS)]
+        networks = [of_motion(config, motion)["network"] for motion in MOTIONS]
+        named = [*named, *(each["summary"]["kind"] for each in networks)]
     own = {str(file_of(each)) for each in named if each and ":" in each}
     return [local(each) for each in (*files, *sorted(own))]
 
