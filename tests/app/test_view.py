@@ -361,7 +361,7 @@ def test_no_request_leaves_the_machine(folder, tmp_path):
         page = Outside(process.line)
         for path in (
             *("/", "/?look=9", f"/visit?{TODAY}", f"/answer?{TODAY}", f"/curves?{TODAY}"),
-            *(f"/marks?{TODAY}", f"/sheet.html?{TODAY}", "/life"),
+            *(f"/marks?{TODAY}", f"/sheet.html?{TODAY}"),
             *("/static/page.js", "/static/bokeh.min.js"),
         ):
             assert page.get(path).status in (200, 404)

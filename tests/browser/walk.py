@@ -1,9 +1,9 @@
 """Walks through `breaker view` in a real browser: `make test-browser`.
 
-Six journeys: an unknown export to a sheet, in two clicks; a wrong setting, said and mended by
-keyboard alone; two visits with a reference; poles in files of their own; a life; a fleet. Each page
-is checked by axe, and pictures of each, at 1280 and 1920 pixels and in dark mode, go into
-``build/browser/``, to be looked at.
+Four journeys: an unknown export to a sheet, in two clicks; a wrong setting, said and mended by
+keyboard alone; two visits with a reference; poles in files of their own. Each page is checked by
+axe, and pictures of each, at 1280 and 1920 pixels and in dark mode, go into ``build/browser/``, to
+be looked at.
 """
 
 import os
@@ -14,13 +14,9 @@ import tempfile
 from contextlib import contextmanager
 from pathlib import Path
 
-import numpy as np
-
 from breaker.cli import main
-from tests.app.run_folders import write_fleet, write_life
 from tests.browser.chromium import ENTER, TAB, Browser
 from tests.exports import pole, write
-from tests.lives import a_life
 
 ALL = "\ue009a\ue000"  # Ctrl-A, and all keys up again
 PICTURES = Path("build/browser")
@@ -125,29 +121,6 @@ def pole_files(browser: Browser, folder: Path, name: str) -> None:
         sound(browser, address)
 
 
-def a_run(browser: Browser, project: Path, name: str) -> None:
-    """The life and the fleet that a run has left."""
-    with viewed(project) as address:
-        browser.open(address)
-        browser.click('a[href="/life"]')
-        browser.find("#life > *")
-        browser.until(lambda: browser.run("return document.body.dataset.took"), "the life")
-        browser.reach("#limit")
-        browser.press("stiff")
-        browser.until(lambda: "limit=stiff" in browser.run("return location.href"), "the limit")
-        browser.find("#life > *")
-        accessible(browser, "the life")
-        browser.picture(PICTURES / f"life-{name}.png", 2700)
-        browser.click("header a")
-        browser.click('a[href="/fleet"]')
-        browser.reach("#wanted")
-        browser.press(f"Bay 17{ENTER}")
-        browser.until(lambda: "11 of them" in browser.text("#find"), "the drives")
-        accessible(browser, "the fleet")
-        browser.picture(PICTURES / f"fleet-{name}.png", 1500)
-        sound(browser, address)
-
-
 def accessible(browser: Browser, what: str) -> None:
     """No finding of axe is serious; the others are said."""
     if not AXE.exists():
@@ -192,9 +165,6 @@ def walk() -> None:
         poles.mkdir()
         for k, phase in enumerate("RYB"):
             pole(poles / f"pole_{k}.csv", phase, k, clock=f"10:42:1{k}", trip=30.0 + 6.0 * k)
-        project = Path(place, "project")
-        write_life(project / "results", a_life((1900.0, np.inf), operations=np.arange(1, 2001)))
-        write_fleet(project / "results", 250)
         for width, dark in ((1280, False), (1920, False), (1280, True)):
             downloads = Path(place, f"{width}-{dark}")
             downloads.mkdir()
@@ -216,7 +186,6 @@ def walk() -> None:
                     browser.picture(PICTURES / f"list-{name}.png", 1500)
                     sound(browser, address)
                     pole_files(browser, poles, name)
-                    a_run(browser, project, name)
                 finally:
                     browser.end()
     print(f"all journeys were walked; look at {PICTURES}/")

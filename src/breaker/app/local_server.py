@@ -31,9 +31,6 @@ from breaker.app.page_text import (
     cursor_page,
     curves_of,
     error_page,
-    fleet_part,
-    life_curves,
-    life_page,
     list_page,
     marks_for,
     visit_page,
@@ -295,21 +292,6 @@ class _Sheet(_Handler):
         self.finish(content)
 
 
-class _Life(_Handler):
-    """The life of a run, or its pictures."""
-
-    async def get(self, curves: str) -> None:
-        limit, session = self.query.get("limit", [""])[-1], self.page.session
-        find = life_curves if curves else life_page
-        self.finish(await self.worked(lambda: find(session, limit)))
-
-
-class _Fleet(_Handler):
-    async def get(self) -> None:
-        number, wanted = (self.query.get(name, [""])[-1] for name in ("page", "find"))
-        self.finish(await self.worked(lambda: fleet_part(self.page.session, number, wanted)))
-
-
 class _Save(_Handler):
     async def post(self) -> None:
         choices = self.choices()
@@ -351,8 +333,6 @@ _ROUTES = [
     ("/curves", _Curves),
     ("/cursors", _Cursors),
     (r"/sheet\.(pdf|html)", _Sheet),
-    ("/life(/curves)?", _Life),
-    ("/fleet", _Fleet),
     ("/save", _Save),
     ("/drop", _Drop),
     (r"/static/([\w.-]+)", _Static),

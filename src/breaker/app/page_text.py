@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
-from urllib.parse import urlencode
 
 import jinja2
 import numpy as np
@@ -15,7 +14,7 @@ from markupsafe import Markup
 
 from breaker.app.curve_traces import AtCursors, Mark, at_cursors, plain, thinned
 from breaker.app.page_choices import WHOLE, Choices, name_of
-from breaker.app.view_session import SHOWN, Answered, MissingError, Session, Shown
+from breaker.app.view_session import SHOWN, Answered, Session, Shown
 from breaker.common.numerals import in_digits
 from breaker.common.visible_text import visible_text
 from breaker.documents.html_page import html_page
@@ -68,7 +67,6 @@ def list_page(session: Session, number: str, look: str) -> str:
         page=page,
         pages=pages,
         whole=WHOLE if session.whole else "",
-        results=session.results,
         most=LARGEST,
     )
 
@@ -113,60 +111,6 @@ def answer_part(session: Session, choices: Choices, state: str) -> str:
         before=Markup(html_page(before, inner="before")) if answered.before.rows else "",
         address=session.shown(choices, state).address,
         pdf=importlib.util.find_spec("weasyprint") is not None,
-    )
-
-
-def life_page(session: Session, limit: str) -> str:
-    """Return the page of a life, with the curves of one of its limits."""
-    life, chosen = session.life(), _chosen(session, limit)
-    first, *others = life.document.summary
-    rest = replace(life.document, title="Limits, plan and changes", summary=())
-    return _page(
-        "life.html",
-        folder=printable(os.path.abspath(session.named)),
-        summary=[(first, tone_of(first)), *((each, "") for each in others)],
-        limits=life.limits,
-        chosen=chosen,
-        address=urlencode({"limit": chosen}),
-        values=Markup(html_page(rest, inner="report")),
-    )
-
-
-def life_curves(session: Session, limit: str) -> dict:
-    """Return the pictures of a life, for JSON."""
-    return {"panels": session.life().pictures(_chosen(session, limit))}
-
-
-def _chosen(session: Session, limit: str) -> str:
-    """A limit of a life; without a name the one that is due first."""
-    names = session.life().limits
-    if limit and limit not in names:
-        raise MissingError(f"the life has no limit {printable(limit)}; choose one of its list")
-    return limit or next(iter(names), "")
-
-
-def fleet_part(session: Session, number: str, wanted: str) -> str:
-    """Return the page of a fleet: drives in their ranks, a part at a time, and of these those that
-    have a text in their row.
-    """
-    document = session.fleet()
-    ranked, *others = document.parts
-    rows = [row for row in ranked.rows if wanted.casefold() in " ".join(row).casefold()]
-    pages = max(1, math.ceil(len(rows) / SHOWN))
-    page = min(max(int(number) if number.isdecimal() else 1, 1), pages)
-    shown = replace(ranked, rows=rows[(page - 1) * SHOWN : page * SHOWN])
-    verdict = document.summary[0]
-    whole = replace(document, title="Drives, the most urgent first", parts=[shown, *others])
-    return _page(
-        "fleet.html",
-        folder=printable(os.path.abspath(session.named)),
-        verdict=(verdict, tone_of(verdict)),
-        count=len(rows),
-        wanted=wanted,
-        page=page,
-        pages=pages,
-        more=urlencode({"find": wanted}),
-        values=Markup(html_page(replace(whole, summary=()), inner="report")),
     )
 
 

@@ -13,16 +13,15 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 from urllib.parse import urlencode
 
 from breaker.app.curve_traces import Mark, Trace, laid_over, marks_of, record_traces
 from breaker.app.page_choices import WHOLE, Choices, id_of, name_of, overlay_text
 from breaker.app.pole_alignment import aligned
-from breaker.app.result_folders import FLEET, LIFE, RunResults, results_in
 from breaker.app.setting_rows import SettingRow, base_of, rows_of
 from breaker.common.atomic_writes import whole
-from breaker.documents.parts import Document, Table
+from breaker.documents.parts import Table
 from breaker.documents.terminal import text_of
 from breaker.drive.answers.answer_document import document
 from breaker.drive.answers.answer_words import beside_prior, words_of
@@ -38,9 +37,6 @@ from breaker.reading.files.operations_table import MANIFEST
 from breaker.reading.inspection.file_contents import Layout, look_into
 from breaker.reading.inspection.file_description import describe_file
 from breaker.reading.inspection.setting_proposal import Proposal, inspect_file
-
-if TYPE_CHECKING:
-    from breaker.app.run_results import Life
 
 SHOWN = 100
 """Files of a list that are looked into at a time."""
@@ -191,8 +187,6 @@ class Session:
                 f"the folder {printable(self.named)} is not there any more: was it renamed, or is "
                 "its disk not connected? Put it back and load this page again"
             )
-        elif self.results.alone:
-            found = {}  # its tables are of no record
         else:
             found = self._of_folder()
         dropped = record_files(self.own / "dropped")
@@ -223,34 +217,6 @@ class Session:
             most -= new
             lines.append(_listed(each, seen))
         return lines
-
-    # ---- what a run left ----
-
-    @property
-    def results(self) -> RunResults:
-        """Folders of results in what is shown, as they are now."""
-        return results_in(self.named) if self.is_folder else RunResults(None, None, alone=False)
-
-    def life(self) -> "Life":
-        """Return the life of a run.
-
-        Raises:
-            MissingError: If there is none.
-            ValueError: If a file of it lacks, or is not as the run wrote it.
-        """
-        if (folder := self.results.life) is None:
-            raise MissingError(f"no run has left a life in {printable(self.named)}")
-        from breaker.app.run_results import read_life
-
-        return self._once(("life", _run_state(folder, LIFE)), lambda: read_life(folder), 1)
-
-    def fleet(self) -> Document:
-        """Return the fleet of a run; raises as ``life``."""
-        if (folder := self.results.fleet) is None:
-            raise MissingError(f"no run has left a fleet in {printable(self.named)}")
-        from breaker.app.run_results import read_fleet
-
-        return self._once(("fleet", _run_state(folder, FLEET)), lambda: read_fleet(folder), 1)
 
     @property
     def whole(self) -> bool:
@@ -529,16 +495,6 @@ def _times(folder: str) -> tuple:
     except OSError:
         return ()
     return found.st_ino, found.st_mtime_ns, found.st_ctime_ns
-
-
-def _run_state(folder: Path, files: Sequence[str]) -> tuple:
-    """Files of a run as they are now, stores by their checksums."""
-    from breaker.common.zarr_store import CHECKSUMS  # which loads xarray
-
-    sums = (
-        folder / each / CHECKSUMS if each.endswith(".zarr") else folder / each for each in files
-    )
-    return tuple(_state(str(each)) for each in sums)
 
 
 def _state(path: str) -> tuple:

@@ -21,10 +21,9 @@ _NEEDED = ("bokeh", "tornado")
 
 def add(view: argparse.ArgumentParser) -> None:
     """Show a folder of exports in the browser of this machine, offline: curves, how they were read,
-    measured values, and the sheet of a visit; of a run's results a life and a fleet. Records are
-    never changed. It ends with Ctrl-C.
+    measured values, and the sheet of a visit. Records are never changed. It ends with Ctrl-C.
     """
-    what = "a folder of exports or of a run's results, or one export (default: the current folder)"
+    what = "a folder of exports, or one export (default: the current folder)"
     add_path(view, "folder", "FOLDER", what, nargs="?")
     view.add_argument("--example", action="store_true", help="show exports of a simulated breaker")
     view.add_argument("--port", type=int, default=0, help="where it listens (default: a free port)")

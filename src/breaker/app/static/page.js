@@ -45,7 +45,6 @@ async function show(address, push) {
   busy("");
   if (focused) byId(focused)?.focus({ preventScroll: true });
   await draw(curves);
-  await drawLife();
   document.body.dataset.took = Math.round(performance.now() - started);
   await complete();
 }
@@ -57,7 +56,6 @@ function prepare() {
     form.addEventListener("change", again);
     form.addEventListener("submit", (event) => { event.preventDefault(); again(); });
   }
-  byId("limit")?.addEventListener("change", (event) => show("/life?" + new URLSearchParams({ limit: event.target.value }), true));
   for (const each of document.querySelectorAll("form.save")) each.addEventListener("submit", save);
   for (const id of ["cursor1", "cursor2"]) byId(id)?.addEventListener("change", readCursors);
   byId("drop")?.addEventListener("change", (event) => drop(event.target.files));
@@ -323,59 +321,8 @@ async function readCursors() {
   }
 }
 
-// ---- a life ----
-
-async function drawLife() {
-  const place = byId("life");
-  const data = await toDraw("/life/curves", place);
-  if (!data) return;
-  const ranges = new Map(); // panels over the same axis move together
-  const drawn = data.panels.filter((each) => each.lines.some((line) => line.x.length));
-  const figures = drawn.map((each) => lifePanel(each, ranges));
-  place.replaceChildren(...data.panels.filter((each) => !drawn.includes(each)).map((each) => {
-    const said = document.createElement("p");
-    said.textContent = each.title;
-    return said;
-  }));
-  await together(figures, place);
-}
-
-function lifePanel(data, ranges) {
-  const { ink, paper, line, colours } = tint();
-  const ends = data.lines.flatMap((each) => [each.x[0], each.x.at(-1)]).filter(Number.isFinite);
-  if (!ranges.has(data.x)) ranges.set(data.x, new Bokeh.Range1d({ start: Math.min(...ends, 0), end: Math.max(...ends, 1) }));
-  const figure = panel(plainly(data.y), 230, ranges.get(data.x));
-  const source = (of) => new Bokeh.ColumnDataSource({ data: of });
-  const items = [], shown = [];
-  data.lines.forEach((each, k) => {
-    const color = colours[k % colours.length];
-    const values = source(points(each));
-    const band = figure.varea({ field: "x" }, { field: "low" }, { field: "high" }, { source: values, fill_color: color, fill_alpha: 0.2 });
-    const glyph = figure.line({ field: "x" }, { field: "y" }, { source: values, line_color: color, line_width: 1.8 });
-    items.push(new Bokeh.LegendItem({ label: { value: plainly(each.name) }, renderers: [glyph, band] }));
-    shown.push(glyph, band);
-  });
-  const across = (kind, list, look) => list.forEach(([name, at], k) => {
-    const field = kind === "hspan" ? "y" : "x";
-    const glyph = figure[kind]({ field }, { source: source({ [field]: [at] }), line_width: 1.6, ...look(k) });
-    items.push(new Bokeh.LegendItem({ label: { value: plainly(name) }, renderers: [glyph] }));
-  });
-  across("hspan", data.levels, (k) => ({ line_color: k ? ink : colours[1], line_dash: k ? "dotted" : "solid" }));
-  across("vspan", data.places, (k) => ({ line_color: colours[(3 + k) % colours.length], line_dash: "dashed" }));
-  const values = data.lines.flatMap((each) => [...each.low, ...each.high]).filter((each) => each !== null);
-  const levels = [...data.levels.map((each) => each[1]), ...data.within];
-  const [low, high] = [Math.min(...values, ...levels), Math.max(...values, ...levels)];
-  const room = 0.06 * (high - low) || 0.5;
-  figure.y_range = new Bokeh.Range1d({ start: low - room, end: high + room });
-  looks(figure, ink, paper, line);
-  figure.xaxis.axis_label = data.x;
-  figure.add_layout(new Bokeh.Title({ text: plainly(data.title), text_color: ink, text_font_size: "13px" }), "above");
-  figure.add_layout(legend(items, ink, paper), "right");
-  return figure;
-}
-
 addEventListener("popstate", () => show(location.href, false));
 addEventListener("dragover", (event) => event.preventDefault());
 addEventListener("drop", (event) => { event.preventDefault(); drop(event.dataTransfer.files); });
 prepare();
-draw().then(drawLife).then(() => { document.body.dataset.took = Math.round(performance.now()); }).then(complete);
+draw().then(() => { document.body.dataset.took = Math.round(performance.now()); }).then(complete);
