@@ -84,14 +84,13 @@ lint: $(INSTALLED)
 	@echo "== lint: ruff, snakefmt, snakemake --lint"
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
-	$(BIN)/snakefmt --check Snakefile workflow studies/Snakefile studies/rules
+	$(BIN)/snakefmt --check Snakefile workflow
 	$(BIN)/snakemake --lint
-	$(BIN)/snakemake --snakefile studies/Snakefile --lint
 
 format: $(INSTALLED)
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
-	$(BIN)/snakefmt Snakefile workflow studies/Snakefile studies/rules
+	$(BIN)/snakefmt Snakefile workflow
 
 environment: $(INSTALLED)
 	@echo "== the environment is ready: source $(VENV)/bin/activate"

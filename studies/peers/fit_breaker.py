@@ -1,5 +1,8 @@
 """breaker: the default network and training, steps fitted to the budget."""
 
+from collections.abc import Mapping
+from copy import deepcopy
+
 import numpy as np
 import xarray as xr
 
@@ -19,9 +22,9 @@ class Breaker:
 
     unit = 50
 
-    def __init__(self, arm: str) -> None:
+    def __init__(self, arm: str, configuration: Mapping | None = None) -> None:
         self.kind = arm.removeprefix("breaker_")
-        self.configuration = read_settings()
+        self.configuration = deepcopy(configuration or read_settings())
         for network in self.configuration["network"].values():
             network["inference"]["kind"] = self.kind
 
@@ -73,7 +76,7 @@ class Breaker:
         values = self.posterior.model.destandardise(z)
         return self.posterior.log_prob(values, measured) - self.posterior.model.log_scaling(values)
 
-    def choose_solver(self, measured: np.ndarray, z: np.ndarray) -> str:
+    def choose_solver(self, measured: np.ndarray, z: np.ndarray | None = None) -> str:
         """Choose the solver's steps as the package does after its training."""
         del z  # draws are compared instead
         convergence(self.posterior, measured, 1)

@@ -1,0 +1,146 @@
+"""Which inference network is the default: coupling flow against flow matching at equal time.
+
+    python -m studies.default_network    # makes docs/default_network.csv: an hour of one core
+
+Both inference networks of the paper, each with the TimeSeriesNetwork, are trained on one bank of a
+motion, with the default sensor and with that of ``config/paper.yaml``. The coupling flow takes the
+steps of the configuration. Flow matching takes as many as fit into the same processor time, found
+by short trainings of both in turn. What is measured is kept, so that the study can be resumed.
+
+- log_density: of the true values of new records, per unit of standardised outputs, nats; ``lost``
+  is that of the coupling flow minus it, curve by curve, so that the interval is narrow;
+- divergence: KL(p | q) of the exact posterior p from the network's q, by importance weights, nats;
+- p_value_1 ...: of the ranks of each output; p_value: of all together (Bonferroni);
+- draws_per_second, training_seconds: of processor time.
+
+An interval contains the mean over all curves with 95 %.
+"""
+
+from collections.abc import Mapping
+from functools import partial
+from pathlib import Path
+from time import process_time
+
+import numpy as np
+import pandas as pd
+import torch
+import xarray as xr
+
+from breaker.common.randomness import generator
+from breaker.configuration.loading import load
+from breaker.model.parameters import MOTIONS
+from breaker.paper.bank import simulate
+from breaker.paper.calibration import calibration_p_values, family_p_value, ranks
+from breaker.paper.correction import importance
+from breaker.paper.inference import validate
+from breaker.paper.joint_model import Model
+from breaker.paper.posterior import Posterior
+from breaker.paper.training import Rows
+from studies.peers.fit_breaker import Breaker
+
+NETWORKS = ("coupling_flow", "flow_matching")
+SENSORS = {"default": [], "paper": ["config/paper.yaml"]}  # files of settings
+DEFAULTS = ["config/advanced.yaml", "config/config.yaml"]
+KEPT, TABLE = Path("results/default_network"), Path("docs/default_network.csv")
+HELD_OUT = 8192  # curves: the standard error of a difference is about 0.003 nats
+JUDGED = 400  # curves whose divergence is estimated: standard error about 0.002 nats
+PACE = 40  # steps of a short training: two seconds
+
+Kept = dict[str, np.ndarray]
+
+
+def main() -> None:
+    torch.set_num_threads(1)
+    KEPT.mkdir(parents=True, exist_ok=True)
+    tables = []
+    for sensor, files in SENSORS.items():
+        config = load([*DEFAULTS, *files])
+        for motion in MOTIONS:
+            kept = compare(config, motion, KEPT / f"{sensor}_{motion}")
+            tables.append(table(f"{motion} curves of the prior, {sensor} sensor", kept))
+    found = pd.concat(tables)
+    print(found.to_string(index=False))
+    found.to_csv(TABLE, index=False, float_format="%.4g")
+
+
+def compare(config: Mapping, motion: str, place: Path) -> dict[str, Kept]:
+    """Return what is measured of each network, now or before."""
+    files = {kind: place.with_name(f"{place.name}_{kind}.npz") for kind in NETWORKS}
+    if not all(file.exists() for file in files.values()):
+        size = config["bank"]["shards"] * config["bank"]["curves_per_shard"]
+        model = Model.from_settings({**config, "motion": motion})
+        bank = simulate(model, size, generator(config["seed"], "bank", motion))
+        begin = partial(train, config, model, bank)
+        steps = config["training"][motion]["steps"]
+        for kind in (kind for kind, file in files.items() if not file.exists()):
+            pace = [begin(each, min(PACE, steps))[1] for each in (NETWORKS[0], kind) * 2]
+            posterior, seconds = begin(kind, round(steps * min(pace[::2]) / min(pace[1::2])))
+            found = measure(posterior, config["validation"], config["seed"])
+            np.savez(files[kind], training_seconds=np.array(seconds), **found)
+    return {kind: dict(np.load(file)) for kind, file in files.items()}
+
+
+def train(
+    config: Mapping, model: Model, bank: xr.Dataset, kind: str, steps: int
+) -> tuple[Posterior, float]:
+    """Train a kind of network; return it and the processor seconds of its training."""
+    arm, start = Breaker(kind, config), process_time()
+    arm.train(bank, model, steps, config["seed"])
+    seconds = process_time() - start
+    arm.choose_solver(model.sensor.corrupt(bank.travel.values[-100:], np.random.default_rng(1)))
+    return arm.posterior, seconds
+
+
+def measure(posterior: Posterior, validation: Mapping, seed: int) -> Kept:
+    """Judge a network by new records."""
+    start, draws = process_time(), validation["draws"]
+    data = validate(posterior, validation["curves"], draws, validation["seed"])
+    seconds, some = process_time() - start, data.isel(curve=slice(JUDGED))
+    return {
+        "draws_per_second": np.array(data.draws[..., 0].size / seconds),
+        "log_density": log_density(posterior, seed),
+        "divergence": divergence(posterior, some.measured.values, some.draws.values),
+        "p_value": calibration_p_values(ranks(data.draws.values, data.truth.values), draws),
+    }
+
+
+@torch.no_grad()
+def log_density(posterior: Posterior, seed: int) -> np.ndarray:
+    """Return the log density of the true values of new records, ``(n,)``."""
+    new = simulate(posterior.model, HELD_OUT, generator(seed, "held out", posterior.motion))
+    rows, rng = Rows.of(new, posterior), torch.Generator().manual_seed(seed)
+    parts = torch.arange(HELD_OUT).split(512)
+    losses = [posterior.validation_loss(*rows.draw(part, rng)) for part in parts]
+    return -torch.cat(losses).numpy()
+
+
+def divergence(posterior: Posterior, measured: np.ndarray, draws: np.ndarray) -> np.ndarray:
+    """Return KL(exact | network) of records ``(n, t)`` from draws ``(n, d, q)``, ``(n,)``."""
+    model, found = posterior.model, []
+    for record, values in zip(measured, draws, strict=True):
+        density = posterior.log_prob(values[None], record[None])[0] - model.log_scaling(values)
+        joint = model.log_joint(model.standardise(values), record)
+        found.append(importance(joint, density).gap)
+    return np.array(found)
+
+
+def table(population: str, kept: Mapping[str, Kept]) -> pd.DataFrame:
+    """Return a row a network and quantity: value, interval and number of curves."""
+    best, rows = kept[NETWORKS[0]]["log_density"], []
+    for network, of in kept.items():
+        n = len(of["divergence"])
+        numbers = {f"p_value_{k}": p for k, p in enumerate(of["p_value"], start=1)}
+        numbers["p_value"] = family_p_value(of["p_value"])
+        numbers |= {name: of[name] for name in ("draws_per_second", "training_seconds")}
+        rows += [(network, name, float(x), None, None, n) for name, x in numbers.items()]
+        means = {name: of[name] for name in ("log_density", "divergence")}
+        for name, each in (means | {"lost": best - of["log_density"]}).items():
+            half, mean = 1.96 * each.std(ddof=1) / len(each) ** 0.5, each.mean()
+            rows.append((network, name, mean, mean - half, mean + half, len(each)))
+    found = pd.DataFrame(rows, columns=["network", "quantity", "value", "low", "high", "n"])
+    found.insert(0, "population", population)
+    return found
+
+
+if __name__ == "__main__":
+    main()

@@ -1,1 +1,0 @@
-"""Networks held against each other, whole records and such with missing samples."""

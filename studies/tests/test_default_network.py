@@ -1,0 +1,63 @@
+"""The study of the default network: tiny trainings, resumed, and rows whose numbers are known."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from studies import default_network as study
+
+
+@pytest.fixture
+def small(tmp_path, monkeypatch):
+    """The study with hardly trained networks, in a folder of its own."""
+    monkeypatch.setattr(study, "DEFAULTS", [*study.DEFAULTS, "config/test.yaml"])
+    monkeypatch.setattr(study, "SENSORS", {"paper": ["config/paper.yaml"]})
+    monkeypatch.setattr(study, "MOTIONS", ("closing",))
+    monkeypatch.setattr(study, "HELD_OUT", 600)
+    monkeypatch.setattr(study, "JUDGED", 5)
+    monkeypatch.setattr(study, "PACE", 5)
+    monkeypatch.setattr(study, "KEPT", tmp_path)
+    monkeypatch.setattr(study, "TABLE", tmp_path / "table.csv")
+    return tmp_path
+
+
+def test_both_networks_are_trained_once_and_judged_by_the_same_curves(small, monkeypatch):
+    study.main()
+    found = pd.read_csv(study.TABLE).set_index(["network", "quantity"])
+    assert found.population.nunique() == 1
+    for network in study.NETWORKS:
+        quantities = found.loc[network]
+        assert {f"p_value_{k}" for k in range(1, 8)} < set(quantities.index)
+        assert "p_value_8" not in quantities.index  # no onset in the paper's setting
+        assert quantities.n[["log_density", "lost", "divergence"]].tolist() == [600, 600, 5]
+        assert (quantities.value[["draws_per_second", "training_seconds"]] > 0).all()
+    lost = found.loc["flow_matching"].loc["lost"]
+    densities = found.xs("log_density", level=1).value
+    assert lost.value == pytest.approx(
+        densities["coupling_flow"] - densities["flow_matching"], abs=0.02
+    )
+    assert lost.low < lost.value < lost.high
+    monkeypatch.delattr(study, "train")  # all is kept: nothing is trained anew
+    study.main()
+
+
+def test_rows_have_means_with_intervals_of_95_percent():
+    rng = np.random.default_rng(1)
+    numbers = {
+        "p_value": np.array([0.5, 0.01]),
+        "steps": np.array(7),
+        "log_density": rng.normal(size=400),
+    }
+    numbers |= {
+        "draws_per_second": np.array(9.0),
+        "training_seconds": np.array(3.0),
+        "divergence": np.full(4, 0.03),
+    }
+    worse = numbers | {"log_density": numbers["log_density"] - 0.25}
+    found = study.table("some", {"coupling_flow": numbers, "flow_matching": worse})
+    rows = found.set_index(["network", "quantity"]).loc["flow_matching"]
+    assert rows.loc["lost", ["value", "low", "high"]].tolist() == pytest.approx([0.25] * 3)
+    assert rows.value["p_value"] == pytest.approx(0.02)
+    assert rows.n["divergence"] == 4
+    density = rows.loc["log_density"]
+    assert density.high - density.low == pytest.approx(2 * 1.96 * 0.05, rel=0.2)
