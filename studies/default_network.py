@@ -73,22 +73,25 @@ def compare(config: Mapping, motion: str, place: Path) -> dict[str, Kept]:
         begin = partial(train, config, model, bank)
         steps = config["training"][motion]["steps"]
         for kind in (kind for kind, file in files.items() if not file.exists()):
-            pace = [begin(each, min(PACE, steps))[1] for each in (NETWORKS[0], kind) * 2]
-            posterior, seconds = begin(kind, round(steps * min(pace[::2]) / min(pace[1::2])))
-            found = measure(posterior, config["validation"], config["seed"])
+            if kind != NETWORKS[0]:
+                pace = [begin(each, min(PACE, steps))[1] for each in (NETWORKS[0], kind) * 2]
+                steps = round(steps * min(pace[::2]) / min(pace[1::2]))
+            arm, seconds = begin(kind, steps)
+            arm.choose_solver(
+                model.sensor.corrupt(bank.travel.values[-100:], generator(1, "solver"))
+            )
+            found = measure(arm.posterior, config["validation"], config["seed"])
             np.savez(files[kind], training_seconds=np.array(seconds), **found)
     return {kind: dict(np.load(file)) for kind, file in files.items()}
 
 
 def train(
     config: Mapping, model: Model, bank: xr.Dataset, kind: str, steps: int
-) -> tuple[Posterior, float]:
+) -> tuple[Breaker, float]:
     """Train a kind of network; return it and the processor seconds of its training."""
     arm, start = Breaker(kind, config), process_time()
     arm.train(bank, model, steps, config["seed"])
-    seconds = process_time() - start
-    arm.choose_solver(model.sensor.corrupt(bank.travel.values[-100:], np.random.default_rng(1)))
-    return arm.posterior, seconds
+    return arm, process_time() - start
 
 
 def measure(posterior: Posterior, validation: Mapping, seed: int) -> Kept:
