@@ -11,13 +11,10 @@ by short trainings of both in turn. What is measured is kept, so that the study 
   is that of the coupling flow minus it, curve by curve, so that the interval is narrow;
 - divergence: KL(p | q) of the exact posterior p from the network's q, by importance weights, nats;
 - p_value_1 ...: of the ranks of each output; p_value: of all together (Bonferroni);
-- draws_per_second, training_seconds: of processor time.
-
-An interval contains the mean over all curves with 95 %.
+- draws_per_second, training_seconds: of processor time. Intervals of means are of 95 %.
 """
 
 from collections.abc import Mapping
-from functools import partial
 from pathlib import Path
 from time import process_time
 
@@ -70,24 +67,21 @@ def compare(config: Mapping, motion: str, place: Path) -> dict[str, Kept]:
         size = config["bank"]["shards"] * config["bank"]["curves_per_shard"]
         model = Model.from_settings({**config, "motion": motion})
         bank = simulate(model, size, generator(config["seed"], "bank", motion))
-        begin = partial(train, config, model, bank)
+        of = (config, model, bank)
         steps = config["training"][motion]["steps"]
         for kind in (kind for kind, file in files.items() if not file.exists()):
             if kind != NETWORKS[0]:
-                pace = [begin(each, min(PACE, steps))[1] for each in (NETWORKS[0], kind) * 2]
+                pace = [train(*of, each, min(PACE, steps))[1] for each in (NETWORKS[0], kind) * 2]
                 steps = round(steps * min(pace[::2]) / min(pace[1::2]))
-            arm, seconds = begin(kind, steps)
-            arm.choose_solver(
-                model.sensor.corrupt(bank.travel.values[-100:], generator(1, "solver"))
-            )
+            arm, seconds = train(*of, kind, steps)
+            some = bank.travel.values[-100:]
+            arm.choose_solver(model.sensor.corrupt(some, generator(1, "solver")))
             found = measure(arm.posterior, config["validation"], config["seed"])
             np.savez(files[kind], training_seconds=np.array(seconds), **found)
     return {kind: dict(np.load(file)) for kind, file in files.items()}
 
 
-def train(
-    config: Mapping, model: Model, bank: xr.Dataset, kind: str, steps: int
-) -> tuple[Breaker, float]:
+def train(config: Mapping, model: Model, bank: xr.Dataset, kind: str, steps: int) -> tuple:
     """Train a kind of network; return it and the processor seconds of its training."""
     arm, start = Breaker(kind, config), process_time()
     arm.train(bank, model, steps, config["seed"])
