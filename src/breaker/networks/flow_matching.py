@@ -25,7 +25,7 @@ import math
 import torch
 from torch import Tensor, nn
 
-from breaker.networks.blocks import GaussianHead, Hidden
+from breaker.networks.blocks import Edge, GaussianHead, Hidden
 
 # Numbers in the tangents of a block of points: few enough for the cache of a CPU's core, and for
 # the memory of a GPU.
@@ -53,12 +53,12 @@ class VelocityField(nn.Module):
         self, dims: int, features: int, *, width: int, blocks: int, frequencies: int = 8
     ) -> None:
         super().__init__()
-        self.enter = nn.Linear(dims, width)
-        self.condition = nn.Linear(features, width * (blocks + 1))
+        self.enter = Edge(dims, width)
+        self.condition = Edge(features, width * (blocks + 1))
         self.time = nn.Linear(2 * frequencies, width * (blocks + 1))
         self.inner = nn.ModuleList(Hidden(width, width) for _ in range(blocks))
         self.outer = nn.ModuleList(Hidden(width, width) for _ in range(blocks))
-        self.leave = nn.Linear(width, dims)
+        self.leave = Edge(width, dims)
         for layer in (*self.outer, self.leave):
             nn.init.zeros_(layer.weight)
             nn.init.zeros_(layer.bias)

@@ -42,7 +42,8 @@ class Batch(NamedTuple):
     Attributes:
         measured: Records, ``(n, t)``, mm.
         z: Standardised outputs, ``(n, q)``.
-        noise, time: Start points ``(n, 1, q)`` and times ``(n, 1, 1)`` of flow matching.
+        noise, time: Start points ``(n, 2, q)`` and times ``(n, 2, 1)`` of flow matching: a point,
+            and its mirror image at the same time, of which most of the gradient's noise cancels.
     """
 
     measured: Tensor
@@ -91,7 +92,8 @@ class Rows(DrawnRows):
         zero = self.zero_sd * torch.randn((n, 1), generator=rng, device=device)
         noise = torch.randn((n, 1, q), generator=rng, device=device)
         time = torch.rand((n, 1, 1), generator=rng, device=device)
-        return Batch(travel + error + zero, self.z[rows], noise, time)
+        pair = torch.cat([noise, -noise], 1)
+        return Batch(travel + error + zero, self.z[rows], pair, time.expand(n, 2, 1))
 
 
 @dataclass
