@@ -143,7 +143,7 @@ def test_one_motion_has_settings_of_its_own(tmp_path, kind):
     (tmp_path / "own.yaml").write_text(yaml.safe_dump({"by_motion": {"closing": own}}))
     config = load([tmp_path / "own.yaml"])
     closing, opening = (of_motion(config, motion) for motion in ("closing", "opening"))
-    assert (closing["training"]["steps"], opening["training"]["steps"]) == (500, 4200)
+    assert (closing["training"]["steps"], opening["training"]["steps"]) == (500, 2850)
     assert opening["network"]["inference"]["kind"] == defaults()["network"]["inference"]["kind"]
     _, inference = built(build, closing["network"], samples=151, dims=8)
     assert type(inference) is INFERENCE_NETWORKS[kind]

@@ -262,7 +262,7 @@ class Network(Section):
 class Training(Section):
     """Training of the networks of both motions."""
 
-    steps: int = _f(3400, "Optimiser steps.", 1, 10_000_000)
+    steps: int = _f(2300, "Optimiser steps.", 1, 10_000_000)
     batch: int = _f(1024, "Curves in a step.", 1, 50_000)
     optimiser: Optimiser = _f("muon_edges", "Of hidden matrices; muon_edges: of all matrices.")
     learning_rate: float = _f(0.003, "Highest learning rate.", high=1, gt=0)
@@ -465,7 +465,7 @@ class Settings(Section):
     network: Network
     training: Training
     by_motion: dict[Motion, dict[Literal["network", "training"], dict[str, Any]]] = _f(
-        {"opening": {"training": {"steps": 4200}}},
+        {"opening": {"training": {"steps": 2850}}},
         "Settings of network and training that differ for one motion: the posterior of an opening "
         "is sharper, so that its training takes more steps.",
     )
