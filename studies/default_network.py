@@ -24,7 +24,7 @@ import torch
 import xarray as xr
 
 from breaker.common.randomness import generator
-from breaker.configuration.loading import load
+from breaker.configuration.loading import load, of_motion
 from breaker.model.parameters import MOTIONS
 from breaker.paper.bank import simulate
 from breaker.paper.calibration import calibration_p_values, family_p_value, ranks
@@ -37,7 +37,6 @@ from studies.peers.fit_breaker import Breaker
 
 NETWORKS = ("coupling_flow", "flow_matching")
 SENSORS = {"default": [], "paper": ["config/paper.yaml"]}  # files of settings
-DEFAULTS = ["config/advanced.yaml", "config/config.yaml"]
 KEPT, TABLE = Path("results/default_network"), Path("docs/default_network.csv")
 HELD_OUT = 8192  # curves: the standard error of a difference is about 0.003 nats
 JUDGED = 400  # curves whose divergence is estimated: standard error about 0.002 nats
@@ -51,7 +50,7 @@ def main() -> None:
     KEPT.mkdir(parents=True, exist_ok=True)
     tables = []
     for sensor, files in SENSORS.items():
-        config = load([*DEFAULTS, *files])
+        config = load(files)
         for motion in MOTIONS:
             kept = compare(config, motion, KEPT / f"{sensor}_{motion}")
             tables.append(table(f"{motion} curves of the prior, {sensor} sensor", kept))
@@ -68,7 +67,7 @@ def compare(config: Mapping, motion: str, place: Path) -> dict[str, Kept]:
         model = Model.from_settings({**config, "motion": motion})
         bank = simulate(model, size, generator(config["seed"], "bank", motion))
         of = (config, model, bank)
-        steps = config["training"][motion]["steps"]
+        steps = of_motion(config, motion)["training"]["steps"]
         for kind in (kind for kind, file in files.items() if not file.exists()):
             if kind != NETWORKS[0]:
                 pace = [train(*of, each, min(PACE, steps))[1] for each in (NETWORKS[0], kind) * 2]

@@ -25,8 +25,7 @@ class Breaker:
     def __init__(self, arm: str, configuration: Mapping | None = None) -> None:
         self.kind = arm.removeprefix("breaker_")
         self.configuration = deepcopy(configuration or read_settings())
-        for network in self.configuration["network"].values():
-            network["inference"]["kind"] = self.kind
+        self.configuration["network"]["inference"]["kind"] = self.kind
 
     def settings(self) -> dict:
         """Return what a table has to say about the arm."""

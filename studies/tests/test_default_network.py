@@ -10,9 +10,8 @@ from studies import default_network as study
 @pytest.fixture
 def small(tmp_path, monkeypatch):
     """The study with hardly trained networks, in a folder of its own."""
-    monkeypatch.setattr(study, "DEFAULTS", [*study.DEFAULTS, "config/test.yaml"])
-    monkeypatch.setattr(study, "SENSORS", {"paper": ["config/paper.yaml"]})
-    monkeypatch.setattr(study, "MOTIONS", ("closing",))
+    monkeypatch.setattr(study, "SENSORS", {"paper": ["config/test.yaml", "config/paper.yaml"]})
+    monkeypatch.setattr(study, "MOTIONS", ("opening",))
     monkeypatch.setattr(study, "HELD_OUT", 600)
     monkeypatch.setattr(study, "JUDGED", 5)
     monkeypatch.setattr(study, "PACE", 5)
