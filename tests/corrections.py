@@ -1,14 +1,10 @@
-"""What tests of corrected posteriors share: default settings, and how results are judged."""
+"""What tests of corrected posteriors share: how results are judged."""
 
 import numpy as np
 from scipy.stats import chi2
 from scipy.stats import t as student
 
-from breaker.paper.correction import CORRECTION
-
-__all__ = ["SETTINGS", "errors_p_value", "from_prior", "means_p_value"]
-
-SETTINGS = CORRECTION | {"rounds": 20}
+__all__ = ["errors_p_value", "from_prior", "means_p_value"]
 
 
 def from_prior(model, n, rng):

@@ -9,7 +9,7 @@ network of any arm has a part in it. What proposes the draws does not bias the e
 import numpy as np
 
 from breaker.common.randomness import generator
-from breaker.paper.correction import CORRECTION, correct
+from breaker.paper.correction import correct
 from studies.peers.common import held_out, parser, read_settings, restart, write_json
 from studies.peers.mode import approximate
 
@@ -24,14 +24,12 @@ def main() -> None:
     restart(given.threads)
 
     configured = read_settings()
-    rounds = configured["validation"]["correction_rounds"]
-    settings = {**CORRECTION, "rounds": rounds, "draws": given.draws}
     data = held_out(given.motion, configured, given.curves)
     rng = generator(given.seed, "exact", given.motion)
     found = []
     for measured in data.measured:
         start = approximate(data.model, measured, _START, rng)
-        found.append(correct(data.model, measured, start, settings, rng))
+        found.append(correct(data.model, measured, start, rng, result_draws=given.draws))
     judged = [corrected.importance for corrected in found]
     record = {
         "curves": given.curves,

@@ -9,7 +9,7 @@ from breaker.common.randomness import generator
 from breaker.model.parameters import MOTIONS, NAMES, Size
 from breaker.paper.correction import correct
 from studies.peers.mode import approximate, mode
-from tests.corrections import SETTINGS, from_prior
+from tests.corrections import from_prior
 
 RECORDS = 6
 
@@ -63,7 +63,7 @@ def test_a_mode_on_the_border_of_the_support_is_inside(models):
     for record in simulated(model)[1]:
         highest, _ = mode(model, record)
         assert slope @ highest[: len(slope)] + offset > 0
-        found = correct(model, record, approximate(model, record, 200, rng), SETTINGS, rng)
+        found = correct(model, record, approximate(model, record, 200, rng), rng)
         assert found.resolved, found.reason
 
 

@@ -15,7 +15,7 @@ from breaker.model.sensor import Sensor
 from breaker.paper.correction import correct, correct_validation, importance, judge
 from breaker.paper.joint_model import Model
 from breaker.paper.validation import summary
-from tests.corrections import SETTINGS, errors_p_value, from_prior, means_p_value
+from tests.corrections import errors_p_value, from_prior, means_p_value
 
 Q, SAMPLES = 8, 15
 SLOPES = 0.12 * generator(1, "test exactness", "slopes").standard_normal((SAMPLES, Q))
@@ -111,7 +111,7 @@ def evidence_p_value(data):
 def test_draws_that_are_off_are_brought_back(missing):
     """Moments and evidence: false alarm 1e-3 each. Uncorrected, the same test fails."""
     data = validation(30, f"shifted {missing}", missing=missing, shift=1.0, width=1.4)
-    corrected = correct_validation(MODEL, data, SETTINGS, seed=1)
+    corrected = correct_validation(MODEL, data, seed=1)
     assert corrected.resolved.values.all()
     assert moments_p_value(corrected) > 1e-3
     assert evidence_p_value(corrected) > 1e-3
@@ -128,7 +128,7 @@ def shifted():
 
 @pytest.fixture(scope="module")
 def corrected(shifted):
-    return correct_validation(MODEL, shifted, SETTINGS, seed=1)
+    return correct_validation(MODEL, shifted, seed=1)
 
 
 def test_what_is_added_and_what_stays(shifted, corrected):
@@ -147,29 +147,27 @@ def test_what_is_added_and_what_stays(shifted, corrected):
 
 def test_a_record_does_not_depend_on_those_beside_it(shifted, corrected):
     """Bit for bit; and the same again, but not with another seed."""
-    part = correct_validation(MODEL, shifted.isel(curve=slice(4)), SETTINGS, seed=1)
+    part = correct_validation(MODEL, shifted.isel(curve=slice(4)), seed=1)
     xr.testing.assert_identical(part, corrected.isel(curve=slice(4)))
-    again = correct_validation(MODEL, shifted, SETTINGS, seed=1)
+    again = correct_validation(MODEL, shifted, seed=1)
     xr.testing.assert_identical(again, corrected)
-    other = correct_validation(MODEL, shifted.isel(curve=[0]), SETTINGS, seed=2)
+    other = correct_validation(MODEL, shifted.isel(curve=[0]), seed=2)
     assert not np.any(other.draws.values == corrected.draws.values[:1])
     # Another motion has generators of its own.
     motion = Linear(MODEL.prior, SENSOR, "opening")
-    opening = correct_validation(motion, shifted.isel(curve=[0]), SETTINGS, seed=1)
+    opening = correct_validation(motion, shifted.isel(curve=[0]), seed=1)
     assert not np.any(opening.draws.values == corrected.draws.values[:1])
 
 
 def test_an_error_is_the_reason_of_its_record_and_stops_no_other(shifted, corrected, monkeypatch):
-    def fails(model, record, *rest):
+    def fails(model, record, *rest, **more):
         if np.array_equal(record, shifted.measured.values[1]):
             raise ZeroDivisionError("a planted fault")
-        return correct(model, record, *rest)
+        return correct(model, record, *rest, **more)
 
     monkeypatch.setattr("breaker.paper.correction.correct", fails)
-    found = correct_validation(MODEL, shifted, SETTINGS, seed=1)
-    assert found.why_unresolved.values[1] == (
-        "no exact posterior: ZeroDivisionError: a planted fault"
-    )
+    found = correct_validation(MODEL, shifted, seed=1)
+    assert "a planted fault" in found.why_unresolved.values[1]
     assert not found.resolved.values[1]
     assert np.isnan(found.draws.values[1]).all()
     others = [0, 2, 3, 4, 5]

@@ -15,7 +15,7 @@ from breaker.common.randomness import generator, seed_integer
 from breaker.model.curves import travel
 from breaker.model.parameters import MOTIONS
 from breaker.paper.correction import correct
-from tests.corrections import SETTINGS, from_prior
+from tests.corrections import from_prior
 
 CURVES = 3  # of each motion
 WALKERS, BURN_IN, STEPS = 160, 80, 320  # autocorrelation times are about 25 steps
@@ -46,7 +46,7 @@ def by_correction(model, record, start, rng):
 
     The errors are those of the weights and of the resampling to d draws together.
     """
-    result = correct(model, record, start, SETTINGS, rng)
+    result = correct(model, record, start, rng)
     assert result.resolved, result.reason
     size = 1 / (1 / result.importance.size + 1 / len(start))
     return result.draws, of_draws(result.draws, size)

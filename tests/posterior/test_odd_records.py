@@ -6,7 +6,6 @@ import torch
 
 from breaker.paper.correction import correct_validation
 from breaker.paper.inference import infer, predict_stages, summaries
-from tests.corrections import SETTINGS
 from tests.networks_fixtures import (
     COMBINATIONS,
     curved_model,
@@ -73,9 +72,8 @@ def test_no_odd_record_stops_the_others():
     np.testing.assert_array_equal(found.draws[[0, -1]], ends.draws)
     predict_stages(posterior.model, found, stages=len(records), seed=1)
     # The judge, too: what it cannot correct has a reason.
-    settings = SETTINGS | {"rounds": 3, "round_draws": 200, "draws": 500}
     some = found.isel(operation=found.accepted.values).rename(operation="curve", travel="measured")
-    exact = correct_validation(posterior.model, some, settings, seed=1)
+    exact = correct_validation(posterior.model, some, rounds=3, seed=1)
     assert (exact.resolved.values == (exact.why_unresolved.values == "")).all()
 
 

@@ -6,22 +6,16 @@ from breaker.common.zarr_store import open_store
 from breaker.drive.simulation.failure_times import failures
 from breaker.model.limits import from_list
 from breaker.model.quantities import speeds_of
-from breaker.paper.run_numbers import (
-    MotionResults,
-    numbers_of_all,
-    numbers_of_life,
-    numbers_of_motion,
-)
+from breaker.paper.run_numbers import numbers_of_life, numbers_of_motion
 from breaker.workflow.jobs import start
 
 log = start(snakemake)
 params, files = snakemake.params, snakemake.input
 
-tables = [pd.read_csv(file) for file in files.quality]
-found = numbers_of_all(pd.concat(tables))
+found = {}
 for i, motion in enumerate(params.motions):
-    results = MotionResults(
-        quality=tables[i],
+    numbers = numbers_of_motion(
+        quality=pd.read_csv(files.quality[i]),
         exactness=pd.read_csv(files.exactness[i]),
         prior=open_store(files.prior[i]),
         validation=open_store(files.validation[i]),
@@ -30,7 +24,6 @@ for i, motion in enumerate(params.motions):
         predictive=open_store(files.predictive[i]),
         truth=open_store(files.truth).sel(motion=motion) if files.truth else None,
     )
-    numbers = numbers_of_motion(results)
     found |= {f"{motion}.{name}": value for name, value in numbers.items()}
 
 limits = from_list(params.limits, params.motions, speeds_of(params.speeds))

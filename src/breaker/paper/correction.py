@@ -1,17 +1,19 @@
-"""From a network's draws to the exact posterior, record by record, without the network's density.
+"""From a network's draws to the exact posterior of each record: what the paper does not have.
 
-Adaptive importance sampling. A map is fitted to the network's draws, draws from it are weighed by
-the exact joint density, and the map is fitted again to all of them, each weighed by the mixture of
-the maps that they came from (Cornuet et al., 2012, "Adaptive multiple importance sampling"), until
-a round's efficiency is good. Then fresh draws from the last map are weighed by its density alone:
-they make the result, so that the weights do not depend on the fit. Where their weights are still
-poor, the adaptation goes on from them. A record whose weights stay poor is marked *unresolved*.
+The likelihood of the paper's drive is tractable (``joint_model``), so the exact posterior can be
+had, without the network's density, by adaptive importance sampling. A map is fitted to the
+network's draws, draws from it are weighed by the exact joint density, and the map is fitted again
+to all of them, each weighed by the mixture of the maps that they came from (Cornuet et al., 2012,
+"Adaptive multiple importance sampling"), until a round's efficiency is good. Then fresh draws from
+the last map are weighed by its density alone: they make the result, so that the weights do not
+depend on the fit. Where their weights are still poor, the adaptation goes on from them. A record
+whose weights stay poor is *unresolved*. While the weights are few, they are tempered: raised to the
+largest power below one that leaves an effective size to fit to.
 
-While the weights are few, they are tempered: raised to the largest power below one that leaves an
-effective size to fit to.
+``judge`` measures the divergence of a network from the exact posterior.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from math import lgamma, log, pi
@@ -30,17 +32,15 @@ from breaker.paper.joint_model import Model
 if TYPE_CHECKING:  # corrections need a model alone: torch is not loaded for them
     from breaker.paper.posterior import Posterior
 
-CORRECTION = {
-    "round_draws": 500,  # of a round of adaptation: five times what a fit requires
-    "efficiency": 0.4,  # effective size over draws at which the map of a round is accepted
-    "fit_size": 100,  # effective size that a fit requires: a map of eight outputs has 44 numbers
-    "draws": 2000,  # fresh draws from the last map: the result, judged by their weights
-    "smallest_size": 400,  # effective size of the result: means are known to 5 % of an sd
-    "largest_k": 0.7,  # Pareto k of the result, above which weights do not settle (Vehtari et al.)
-}
-"""Settings of ``correct``, but for the largest number of ``rounds``."""
+_SMALLEST_SIZE = 400  # of the result's 2000 draws: means are known to 5 % of a posterior sd
+_LARGEST_K = 0.7  # above it errors of importance sampling are not reliable (Vehtari et al., 2024)
+_EFFICIENCY = 0.4  # of a round: twice what the result needs
+_FIT_SIZE = 100  # effective size that a fit is made to: twice the coefficients of one coordinate
+_FREEDOM = 5.0  # of the maps' Student-t: heavy enough for tails that a fit has not seen
+_RIDGE = {"linear": 2.0, "quadratic": 8.0}  # prior of coefficients, worth so many draws
 
-_FEWEST = 25  # draws of weight above zero from which a tail is fitted
+
+# ---- importance weights --------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)
@@ -50,8 +50,8 @@ class Importance:
     Attributes:
         log_weights: Normalised so that their exponentials sum to 1, ``(d,)``.
         size: Effective sample size.
-        log_evidence: Log of the probability density of the record, standard error beside it.
-        log_evidence_se: By the delta method, ``sqrt(1 / size - 1 / d)``.
+        log_evidence: Log of the probability density of the record.
+        log_evidence_se: Its standard error by the delta method, ``sqrt(1 / size - 1 / d)``.
         gap: Estimate of ``KL(p | q)``, nats.
         faulty: Number of weights that are nan or infinite; if any, all else is nan.
     """
@@ -63,7 +63,7 @@ class Importance:
     gap: float
     faulty: int
 
-    @cached_property  # asked for of the last weights alone
+    @cached_property  # needed for the last weights alone
     def pareto_k(self) -> float:
         """Shape of the largest weights' tail; nan if there are too few."""
         return _pareto_k(self.log_weights[self.log_weights > -np.inf])
@@ -78,6 +78,17 @@ class Importance:
         """Accuracy of the best classifier of these draws and exact ones, 0.5 to 1."""
         ratio = self.log_weights.size * np.exp(self.log_weights)
         return 0.5 + 0.25 * float(np.abs(ratio - 1.0).mean())
+
+    @property
+    def fault(self) -> str:
+        """Reason why the weights are not good enough, in words; empty if they are."""
+        if self.faulty:
+            return f"{self.faulty} weights are not finite"
+        if not self.size >= _SMALLEST_SIZE:
+            return f"effective size {self.size:.0f}, {_SMALLEST_SIZE} are needed"
+        if not self.pareto_k < _LARGEST_K:
+            return f"Pareto k {self.pareto_k:.2f}, below {_LARGEST_K} is needed"
+        return ""
 
 
 def importance(log_joint: np.ndarray, log_density: np.ndarray) -> Importance:
@@ -112,7 +123,7 @@ def importance(log_joint: np.ndarray, log_density: np.ndarray) -> Importance:
 
 
 def _pareto_k(log_weights: np.ndarray) -> float:
-    if log_weights.size < _FEWEST:
+    if log_weights.size < 25:  # five in the tail, the fewest that a shape is fitted to
         return np.nan
     # The largest weights, and the one below them.
     n = log_weights.size
@@ -154,11 +165,7 @@ def resample(log_weights: np.ndarray, n: int, rng: np.random.Generator) -> np.nd
     return systematic(np.exp(log_weights), n, 1.0 - rng.random(), rng)
 
 
-# ---- transport ----
-
-
-_FREEDOM = 5.0  # of the Student-t: heavy enough for tails that the fit has not seen
-_LINEAR, _QUADRATIC = 2.0, 8.0  # ridge of the regression, in draws of unit variance
+# ---- the map -------------------------------------------------------------------------------------
 
 
 def _prefix(k: int) -> int:
@@ -222,8 +229,8 @@ class TriangularMap:
 
         features = _features(y[:-1])
         weighted = features * weights
-        ridge = np.full(len(features), _QUADRATIC)
-        ridge[[_prefix(j) for j in range(q - 1)]] = _LINEAR
+        ridge = np.full(len(features), _RIDGE["quadratic"])
+        ridge[[_prefix(j) for j in range(q - 1)]] = _RIDGE["linear"]
         ridge[0] = 0.0
         gram = weighted @ features.T + np.diag(ridge * (weights @ weights))
         # The features of each coordinate are the first few: one factor serves all regressions.
@@ -265,10 +272,7 @@ class TriangularMap:
         return constant - (_FREEDOM + q) / 2 * np.log1p(square / _FREEDOM) - log_volume
 
 
-# ---- exact correction ----
-
-
-_NOTHING = Importance(np.full(1, np.nan), *[np.nan] * 4, 0)  # before there are weights
+# ---- correction ----------------------------------------------------------------------------------
 
 
 class _Draws(NamedTuple):
@@ -304,8 +308,11 @@ def correct(
     model: Model,
     record: np.ndarray,
     draws: np.ndarray,
-    settings: Mapping,
     rng: np.random.Generator,
+    *,
+    rounds: int = 20,
+    round_draws: int = 500,
+    result_draws: int = 2000,
 ) -> Corrected:
     """Correct the draws of one record.
 
@@ -313,8 +320,13 @@ def correct(
         record: Record on the sensor's grid, ``(t,)``, mm; nan where a sample is missing.
         draws: The network's draws, ``(d, q)``, physical units. Only their rough place and spread
             matter.
-        settings: ``CORRECTION``, and the largest number of ``rounds``.
         rng: Generator of maps' draws and resampling.
+        rounds: Most rounds of adaptation; one is enough for 99 % of the default run's records.
+        round_draws: Draws of a round, a few times the effective size that a fit needs.
+        result_draws: Draws that make the result, and their weights.
+
+    Raises:
+        ValueError: If the density of the model is not known.
     """
 
     def draw(n: int) -> _Draws:
@@ -322,36 +334,41 @@ def correct(
         log_joint = model.log_joint(z, record)
         return _Draws(proposal, z, log_joint, importance(log_joint, proposal.log_prob(z)))
 
-    unknown = np.full(draws.shape, np.nan)
     drawn: list[_Draws] = []  # all so far, adaptation and result
-    result, rounds, failure = None, 0, ""
+    result, done, failure = None, 0, ""
     try:
         with np.errstate(divide="ignore"):  # a draw of 0 makes no map
             z = model.standardise(draws)
         proposal = TriangularMap.fit(z)
-        while rounds < settings["rounds"] and (not result or poor(result.weights, settings)):
-            drawn.append(draw(settings["round_draws"]))
-            proposal = _refit(drawn, settings["fit_size"])
-            rounds += 1
-            efficient = drawn[-1].weights.efficiency >= settings["efficiency"]
-            if efficient or rounds == settings["rounds"]:
-                drawn.append(draw(settings["draws"]))
-                if poor(drawn[-1].weights, settings):
-                    proposal = _refit(drawn, settings["fit_size"])
+        while done < rounds and (result is None or result.weights.fault):
+            drawn.append(draw(round_draws))
+            proposal = _refit(drawn)
+            done += 1
+            if drawn[-1].weights.efficiency >= _EFFICIENCY or done == rounds:
+                drawn.append(draw(result_draws))
+                if drawn[-1].weights.fault:
+                    proposal = _refit(drawn)
                 result = drawn[-1]
     except np.linalg.LinAlgError as error:
         failure = f"no map: {error}"
     if result is None:
-        weights = drawn[-1].weights if drawn else _NOTHING
-        return Corrected(unknown, weights, rounds, False, failure)
-    weights, reason = result.weights, failure or poor(result.weights, settings)
+        return _nothing(draws, failure, drawn[-1].weights if drawn else None, done)
+    weights, reason = result.weights, failure or result.weights.fault
     if weights.size == 0:
-        return Corrected(unknown, weights, rounds, False, reason)
+        return _nothing(draws, reason, weights, done)
     chosen = result.z[resample(weights.log_weights, len(draws), rng)]
-    return Corrected(model.destandardise(chosen), weights, rounds, not reason, reason)
+    return Corrected(model.destandardise(chosen), weights, done, not reason, reason)
 
 
-def _refit(drawn: Sequence[_Draws], size: float) -> TriangularMap:
+def _nothing(
+    draws: np.ndarray, reason: str, weights: Importance | None = None, rounds: int = 0
+) -> Corrected:
+    """Return the result of a record without a posterior."""
+    weights = weights or Importance(np.full(1, np.nan), *[np.nan] * 4, 0)
+    return Corrected(np.full(draws.shape, np.nan), weights, rounds, False, reason)
+
+
+def _refit(drawn: Sequence[_Draws]) -> TriangularMap:
     """Fit a map to all draws so far, weighed by the mixture of all maps so far.
 
     While too few of them are in the prior's support, more are drawn from the last map.
@@ -360,9 +377,9 @@ def _refit(drawn: Sequence[_Draws], size: float) -> TriangularMap:
     densities = [each.proposal.log_prob(z) + np.log(len(each.z) / len(z)) for each in drawn]
     log_joint = np.concatenate([each.log_joint for each in drawn])
     log_ratio = log_joint - np.logaddexp.reduce(densities)
-    if np.sum(log_ratio > -np.inf) < size and np.all(log_ratio < np.inf):
+    if np.sum(log_ratio > -np.inf) < _FIT_SIZE and np.all(log_ratio < np.inf):
         return drawn[-1].proposal
-    return TriangularMap.fit(z, temper(log_ratio, size))
+    return TriangularMap.fit(z, temper(log_ratio, _FIT_SIZE))
 
 
 def temper(log_ratio: np.ndarray, size: float) -> np.ndarray:
@@ -396,82 +413,60 @@ def temper(log_ratio: np.ndarray, size: float) -> np.ndarray:
     return weights / weights.sum()
 
 
-def poor(judged: Importance, settings: Mapping) -> str:
-    """Say what is wrong with weights, if anything, by the section ``correction``."""
-    if judged.faulty:
-        return f"{judged.faulty} weights are not finite"
-    if not judged.size >= settings["smallest_size"]:
-        return f"effective size {judged.size:.0f}, {settings['smallest_size']} are needed"
-    if not judged.pareto_k < settings["largest_k"]:
-        return f"Pareto k {judged.pareto_k:.2f}, below {settings['largest_k']} is needed"
-    return ""
-
-
-# ---- exact judge ----
-
-
-# How the correction of a record came about, and what stands where there was none.
-_ABSENT = {
-    "resolved": False,
-    "why_unresolved": "",
-    "rounds": 0,
-    "effective_size": np.nan,
-    "efficiency": np.nan,
-    "pareto_k": np.nan,
-    "faulty_weights": 0,
-    "log_evidence": np.nan,
-    "log_evidence_se": np.nan,
-}
+# ---- all records of a validation -----------------------------------------------------------------
 
 
 def correct_validation(
-    model: Model, data: xr.Dataset, settings: Mapping, *, seed: int
+    model: Model, data: xr.Dataset, *, seed: int, rounds: int = 20
 ) -> xr.Dataset:
     """Correct the draws of simulated records.
 
     Args:
-        data: What ``amortised.validate`` returns.
-        settings: ``CORRECTION``, and the largest number of ``rounds``.
+        data: What ``inference.validate`` returns.
+        rounds: Most rounds of adaptation of a record.
 
     Returns:
         ``data`` with corrected ``draws`` and, over ``curve``, how each came about: ``resolved``,
         ``why_unresolved``, ``rounds`` of adaptation, ``effective_size``, ``efficiency`` and
         ``pareto_k`` of the last weights, ``faulty_weights``, and ``log_evidence`` with its
         standard error ``log_evidence_se``.
+
+    Raises:
+        ValueError: If the density of the model is not known.
     """
-    rows = [dict(_ABSENT) for _ in range(data.sizes["curve"])]
-    values = np.full(data.draws.shape, np.nan)
-    records = zip(data.measured.values, data.draws.values, strict=True)
-    progress = tqdm(records, "correcting", len(rows), mininterval=5, unit="curve")
-    for i, (record, draws) in enumerate(progress):
+    model.check_exact()
+    found = []
+    records = list(zip(data.measured.values, data.draws.values, strict=True))
+    for i, (record, draws) in enumerate(tqdm(records, "correcting", mininterval=5, unit="curve")):
         rng = generator(seed, "correction", model.motion, i)
         try:
-            found = correct(model, record, draws, settings, rng)
+            found.append(correct(model, record, draws, rng, rounds=rounds))
         except (ArithmeticError, RuntimeError, ValueError) as error:
             # One strange record must not end the job of all others.
-            rows[i]["why_unresolved"] = f"no exact posterior: {type(error).__name__}: {error}"
-            continue
-        values[i], weights = found.draws, found.importance
-        rows[i] = {
-            "resolved": found.resolved,
-            "why_unresolved": found.reason,
-            "rounds": found.rounds,
-            "effective_size": weights.size,
-            "efficiency": weights.efficiency,
-            "pareto_k": weights.pareto_k,
-            "faulty_weights": weights.faulty,
-            "log_evidence": weights.log_evidence,
-            "log_evidence_se": weights.log_evidence_se,
-        }
-    by_curve = {name: ("curve", np.array([row[name] for row in rows])) for name in _ABSENT}
-    return data.assign(by_curve | {"draws": (data.draws.dims, values)})
+            reason = f"no exact posterior: {type(error).__name__}: {error}"
+            found.append(_nothing(draws, reason))
+    weights = [each.importance for each in found]
+    columns = {
+        "resolved": [each.resolved for each in found],
+        "why_unresolved": [each.reason for each in found],
+        "rounds": [each.rounds for each in found],
+        "effective_size": [each.size for each in weights],
+        "efficiency": [each.efficiency for each in weights],
+        "pareto_k": [each.pareto_k for each in weights],
+        "faulty_weights": [each.faulty for each in weights],
+        "log_evidence": [each.log_evidence for each in weights],
+        "log_evidence_se": [each.log_evidence_se for each in weights],
+    }
+    by_curve = {name: ("curve", np.array(column)) for name, column in columns.items()}
+    draws = data.draws.dims, np.stack([each.draws for each in found])
+    return data.assign(by_curve | {"draws": draws})
 
 
 def judge(posterior: "Posterior", data: xr.Dataset, corrected: xr.Dataset) -> xr.Dataset:
     """Judge a network's draws by its own density against the exact posterior.
 
     Args:
-        data: What ``amortised.validate`` returns: its draws, as many curves as are to be judged.
+        data: What ``inference.validate`` returns, as many curves as are to be judged.
         corrected: What ``correct_validation`` made of the same curves; gives the evidence.
 
     Returns:
@@ -484,14 +479,13 @@ def judge(posterior: "Posterior", data: xr.Dataset, corrected: xr.Dataset) -> xr
         outputs, and ``resolved``, whether the evidence can be relied on.
 
     Raises:
-        ValueError: If the corrected curves are others.
+        ValueError: If the corrected curves are others, or the density of the model is not known.
     """
-    model, rows = posterior.model, []
-    n = data.sizes["curve"]
+    model, n = posterior.model, data.sizes["curve"]
     if not np.array_equal(corrected.truth.values[:n], data.truth.values):
-        raise ValueError("the corrected curves are not those to be judged: validate both anew")
-    progress = tqdm(range(n), desc=f"judging {model.motion}", mininterval=5, unit="curve")
-    for i in progress:
+        raise ValueError("the corrected curves are not those to be judged; validate both again")
+    evidence, rows = corrected.log_evidence.values, []
+    for i in tqdm(range(n), desc=f"judging {model.motion}", mininterval=5, unit="curve"):
         record = data.measured.values[i]
         # The truth goes along as one more point.
         values = np.concatenate([data.draws.values[i], data.truth.values[i : i + 1]])
@@ -507,9 +501,9 @@ def judge(posterior: "Posterior", data: xr.Dataset, corrected: xr.Dataset) -> xr
                 "c2st": weights.c2st,
                 "log_evidence": weights.log_evidence,
                 "truth_log_density": log_density[-1],
-                "gap": log_joint[-1] - corrected.log_evidence.values[i] - log_density[-1],
+                "gap": log_joint[-1] - evidence[i] - log_density[-1],
             }
         )
     judged = {name: ("curve", np.array([row[name] for row in rows])) for name in rows[0]}
-    resolved = ("curve", corrected.resolved.values[: len(rows)])
+    resolved = ("curve", corrected.resolved.values[:n])
     return xr.Dataset(judged | {"resolved": resolved}, attrs={"motion": model.motion})
