@@ -1,0 +1,97 @@
+"""A simulator of one's own, with its prior: what `all` makes of it, and what an edit runs again."""
+
+import os
+import re
+import shutil
+
+import pytest
+import yaml
+
+from tests.workflow.conftest import ROOT, snakemake
+
+OWN = """
+import numpy as np
+
+
+class Prior:
+    names = ("stroke", "rate", "delay")
+
+    def sample(self, n, rng):
+        z = rng.standard_normal((n, 3))
+        return np.array([10.0, 0.2, 5.0]) * np.exp([0.1, 0.2, 0.3] * z)
+
+
+def simulate(theta, times, motion, rng):
+    stroke, rate, delay = theta.T[:, :, None]
+    way = 1.0 - np.exp(-rate * np.maximum(times - delay, 0.0))
+    return stroke * (way if motion == "closing" else 1.0 - way)
+"""
+MINE = {
+    "model": {"simulator": "own:simulate", "prior": "own:Prior"},
+    "sensor": {"onset_sd": 0.0},
+    "motions": ["closing"],
+}
+FIGURES = ["contraction", "loss", "pairs", "posterior_predictive", "prior_predictive"]
+FIGURES += ["recovery", "sbc"]
+RULES = {"prior_predictive", "bank_shard", "train", "validate", "posterior_predictive", "all"}
+RULES |= {f"figure_{name}" for name in ("loss", "validation", "prior_predictive")}
+RULES |= {"figure_posterior_predictive"}
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """A project with a simulator and a prior beside its configuration."""
+    place = tmp_path_factory.mktemp("own") / "project"
+    for part in ("config", "envs", "profiles", "workflow"):
+        shutil.copytree(ROOT / part, place / part)
+    shutil.copy(ROOT / "Snakefile", place)
+    (place / "own.py").write_text(OWN, encoding="utf-8")
+    (place / "my.yaml").write_text(yaml.dump(MINE), encoding="utf-8")
+    return place
+
+
+def run(folder, *arguments):
+    """Run Snakemake at a small size; return what it says, and its rules."""
+    where = ["--configfile", "config/test.yaml", "my.yaml"]
+    text = snakemake(*arguments, "all", *where, folder=folder)
+    return text, set(re.findall(r"^(?:local)?rule (\w+):", text, re.M))
+
+
+def test_all_makes_what_needs_no_density_and_says_what_is_left_out(folder):
+    text, rules = run(folder, "-c1")
+    assert rules == RULES
+    assert "left out" in text
+    made = {file.name for file in (folder / "figures").iterdir()}
+    assert made == {f"{name}_closing.png" for name in FIGURES}
+
+
+def test_an_edit_of_its_file_runs_all_again_and_a_touch_nothing(folder):
+    os.utime(folder / "own.py")
+    assert run(folder, "-n")[1] == set()
+    with (folder / "own.py").open("a", encoding="utf-8") as file:
+        file.write("# an edit\n")
+    assert run(folder, "-n")[1] == RULES
+
+
+def test_measured_curves_are_inferred_and_a_prior_with_a_density_leaves_out_nothing(folder):
+    (folder / "curves/closing").mkdir(parents=True)
+    (folder / "curves/closing/closing_00001.csv").write_text("time,travel\n", encoding="utf-8")
+    said = snakemake(
+        "-n",
+        "all",
+        "--configfile",
+        "my.yaml",
+        "--config",
+        "endurance={'curves': 'curves'}",
+        folder=folder,
+    )
+    assert {"infer", "gather"} < set(re.findall(r"^(?:local)?rule (\w+):", said, re.M))
+    exact = "own:exact"
+    with (folder / "own.py").open("a", encoding="utf-8") as file:
+        file.write(
+            "def exact():\n    prior = Prior()\n    prior.log_prob = None\n    return prior\n"
+        )
+    model = {"model": {"prior": exact}}
+    (folder / "exact.yaml").write_text(yaml.dump(model), encoding="utf-8")
+    said = snakemake("-n", "all", "--configfile", "exact.yaml", folder=folder)
+    assert {"correct_validation", "life"} < set(re.findall(r"^(?:local)?rule (\w+):", said, re.M))
