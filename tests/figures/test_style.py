@@ -93,10 +93,8 @@ def test_names_of_limits_are_no_mathematics():
     assert axis.get_title("left") == (r"50 \\$ or \$x^{ <b>`*ü: closing force $f$ below 1")
 
 
-def test_spans_end_halfway_to_the_neighbours():
-    operation = np.array([1, 3, 5, 6, 7, 9])
-    assert panels.edges(operation).tolist() == [0, 2, 4, 5.5, 6.5, 8, 10]
-    assert panels.edges(np.array([4])).tolist() == [3.5, 4.5]
-    inside = np.array([True, False, True, True, False, True])
-    assert panels.spans(operation, inside) == [(0, 2), (4, 6.5), (8, 10)]
-    assert panels.spans(operation, np.zeros(6, dtype=bool)) == []
+def test_a_state_lasts_until_the_next():
+    _, (axis,) = panels.panels(1)
+    panels.state_strip(axis, np.array([1, 3, 5, 6]), np.array([1, 1, 3, 1]))
+    spans = [(patch.get_x(), patch.get_width()) for patch in axis.patches]
+    assert spans == [(1, 4), (5, 1), (6, 1)]

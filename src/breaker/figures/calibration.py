@@ -1,4 +1,7 @@
-"""Calibration, contraction and recovery on simulated curves (paper, Figs. 4, 5, 6)."""
+"""Calibration, contraction and recovery on simulated curves (paper, Figs. 4, 5, 6).
+
+``names`` are those of the ``q`` outputs, ``about`` states motion, posterior and drives.
+"""
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
@@ -17,13 +20,7 @@ if TYPE_CHECKING:
 
 @style.styled
 def sbc(calibration: "Calibration", names: Sequence[str], *, about: str) -> Figure:
-    """Draw the ECDF difference of the ranks in its simultaneous band (paper, Fig. 4).
-
-    Args:
-        calibration: From ``calibration.judge_draws``.
-        names: Names of the ``q`` outputs.
-        about: Motion, posterior and drives that are judged.
-    """
+    """Draw the ECDF difference of the ranks in its simultaneous band (paper, Fig. 4)."""
     figure, axes = p.panels(len(names), sharex=True, sharey=True)
     band = calibration.band
     for i, (axis, name) in enumerate(zip(axes, names, strict=True)):
@@ -58,11 +55,7 @@ def contraction(
 ) -> Figure:
     """Draw z-score against contraction, one dot per curve (paper, Fig. 5).
 
-    Args:
-        scores: From ``validation.scores``.
-        names: Names of the ``q`` outputs.
-        about: Motion, posterior and drives that are judged.
-        limit: Mean contraction of the exact posterior, linearised, ``(q,)``, if known.
+    ``limit`` is the mean contraction of the exact posterior, linearised, ``(q,)``, if known.
     """
     figure, axes = p.panels(len(names), sharex=True, sharey=True)
     mean = scores.mean_contraction
@@ -104,13 +97,7 @@ def contraction(
 
 @style.styled
 def recovery(summary: "Recovery", names: Sequence[str], *, about: str) -> Figure:
-    """Draw posterior median and 95 % interval against the truth (paper, Fig. 6).
-
-    Args:
-        summary: From ``validation.recovery``.
-        names: Names of the ``q`` outputs.
-        about: Motion, posterior and drives that are judged.
-    """
+    """Draw posterior median and 95 % interval against the truth (paper, Fig. 6)."""
     figure, axes = p.panels(len(names), height=3.7)
     for i, (axis, name) in enumerate(zip(axes, names, strict=True)):
         truth, low, high = summary.truth[:, i], *summary.interval_95[:, i].T

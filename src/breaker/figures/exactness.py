@@ -1,6 +1,6 @@
 """How far a network is from the exact posterior, and what a curve determines at all."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 import xarray as xr
@@ -31,24 +31,53 @@ def exactness(
     """Draw efficiency, tail, divergence and rounds over curves, and three curves' posteriors.
 
     Args:
-        judged: Over ``curve``: ``efficiency``, ``pareto_k`` and ``divergence`` (nats) of the
-            network's own draws, from ``correction.judge``.
-        corrected: Over ``curve``: ``efficiency``, ``pareto_k``, ``rounds`` and ``resolved``.
+        judged, corrected: Over ``curve``, from ``correction``: the network's own draws, and these
+            corrected.
         examples: From ``validation.examples``; without any, their row is left out.
-        summary: The row of ``inference.summary``.
+        summary: The row of ``validation.summary``.
     """
     count = examples.sizes["example"]
     figure = style.new_figure(14.0, 10.2 if count else 5.0)
     rows = figure.subfigures(2 if count else 1, 1, height_ratios=(1.0, 1.3)[: 1 + bool(count)])
     above, *below = np.atleast_1d(rows)
-    efficiency, tail, divergence, rounds = above.subplots(1, 4)
-    for data, colour, words, key in (
-        (judged, style.AMORTISED, "network", "efficiency_median"),
-        (corrected, style.CORRECTED, "correction", "corrected_efficiency_median"),
-    ):
-        label = f"{words}: median {p.percent(summary[key])}"
-        _shares(efficiency, 100 * data["efficiency"].values, colour, label, above=True)
+    efficiency, tail, divergence = above.subplots(1, 3)
+    medians = summary["efficiency_median"], summary["corrected_efficiency_median"]
+    _weights(efficiency, tail, (judged, corrected), medians)
+    _divergence(divergence, judged, summary)
+    for axis in above.axes:
+        look = {"bbox_to_anchor": (-0.02, 0.99), "fontsize": 9, "labelspacing": 0.2}
+        axis.legend(loc="lower left", **look)
+        axis.set_title(axis.get_title(), pad=44.0)  # room for the legend's three lines
+    for place in below:
+        grid = place.subplots(1, count, sharey=True, squeeze=False)
+        for i, axis in enumerate(grid.flat):
+            _example(axis, examples.isel(example=i))
+    gap = _nats(summary["gap_nats"], summary["gap_se"])
+    resolved = corrected["resolved"].values.astype(bool)
+    counts = zip(*np.unique(corrected["rounds"].values[resolved], return_counts=True), strict=True)
+    about = (
+        f"{p.SOURCES[motion]}: the network against the exact posterior\nThe correction resolves "
+    )
+    about += f"{resolved.sum()} of {resolved.size} curves; rounds: curves "
+    about += ", ".join(f"{kind}: {count}" for kind, count in counts)
+    style.title(figure, f"Mean divergence of the network from the exact posterior: {gap}", about)
+    keys = [
+        p.line_key("amortised: the network alone", style.AMORTISED, lw=3),
+        p.line_key("corrected by importance sampling", style.CORRECTED, lw=3),
+        p.dot_key("truth", style.MEASURED, "|", ms=13, mew=1.8),
+        p.line_key("posterior median, 50 % and 95 % interval", marker="o", lw=2.5),
+    ]
+    p.legend_below(figure, *keys)
+    return figure
+
+
+def _weights(efficiency: Axes, tail: Axes, both: Sequence, medians: Sequence[float]) -> None:
+    """Draw the relative effective sample size of weights, and how heavy their tail is."""
+    looks = (style.AMORTISED, "network"), (style.CORRECTED, "correction")
+    for data, (colour, words), median in zip(both, looks, medians, strict=True):
         k = data["pareto_k"].values
+        label = f"{words}: median {p.percent(median)}"
+        _shares(efficiency, 100 * data["efficiency"].values, colour, label, above=True)
         label = f"{words}: {np.sum(k < _LARGEST_K)} of {k.size} below {_LARGEST_K}"
         _shares(tail, k, colour, label)
     low, high = tail.get_xlim()
@@ -59,29 +88,6 @@ def exactness(
     efficiency.set(xlim=(0, 100), title="relative effective sample size")
     tail.set(xlabel="Pareto k", ylabel="curves at or below (%)", title="tail of the weights")
     tail.set_xlim(low, high)
-    _divergence(divergence, judged, summary)
-    _rounds(rounds, corrected)
-    for axis in above.axes:
-        look = {"bbox_to_anchor": (-0.02, 0.99), "fontsize": 9, "labelspacing": 0.2}
-        axis.legend(loc="lower left", **look)
-        axis.set_title(axis.get_title(), pad=44.0)  # room for the legend's three lines
-    for place in below:
-        grid = place.subplots(1, count, sharey=True, squeeze=False)
-        for i, axis in enumerate(grid.flat):
-            _example(axis, examples.isel(example=i))
-    gap = _nats(summary["gap_nats"], summary["gap_se"])
-    resolved = round(summary["resolved"] * summary["corrected_curves"])
-    about = f"{p.SOURCES[motion]}: the network against the exact posterior; the correction "
-    about += f"resolves {resolved} of {summary['corrected_curves']} curves"
-    style.title(figure, f"Mean divergence of the network from the exact posterior: {gap}", about)
-    keys = [
-        p.line_key("amortised: the network alone", style.AMORTISED, lw=3),
-        p.line_key("corrected by importance sampling", style.CORRECTED, lw=3),
-        p.dot_key("truth", style.MEASURED, "|", ms=13, mew=1.8),
-        p.line_key("posterior median, 50 % and 95 % interval", marker="o", lw=2.5),
-    ]
-    p.legend_below(figure, *keys)
-    return figure
 
 
 def _nats(mean: float, error: float) -> str:
@@ -106,25 +112,6 @@ def _divergence(axis: Axes, judged: xr.Dataset, summary: Mapping) -> None:
     axis.set_xlim(right=1.2 * max(x for x in shown if np.isfinite(x)))
     axis.set(xlabel="divergence (nats)", ylabel="curves at or below (%)")
     axis.set_title("divergence from the exact posterior")
-
-
-def _rounds(axis: Axes, corrected: xr.Dataset) -> None:
-    """Count the curves by the rounds that they took, and those that are not resolved."""
-    resolved = corrected["resolved"].values.astype(bool)
-    kinds, counts = np.unique(corrected["rounds"].values[resolved], return_counts=True)
-    places = np.arange(len(kinds) + 1)
-    for at, values, colour, words in (
-        (places[:-1], counts, style.CORRECTED, "resolved"),
-        (places[-1:], [np.sum(~resolved)], style.WARNING, "not resolved"),
-    ):
-        label = f"{words}: {np.sum(values):.0f} of {resolved.size}"
-        bars = axis.bar(at, values, color=colour, width=0.7, label=label)
-        axis.bar_label(bars, padding=2, color=colour)
-    axis.set_xticks(places, [*(str(kind) for kind in kinds), "not\nresolved"])
-    axis.margins(y=0.12)
-    axis.yaxis.get_major_locator().set_params(integer=True)
-    axis.grid(axis="x", visible=False)
-    axis.set(xlabel="rounds of adaptation", ylabel="curves", title="rounds of the correction")
 
 
 def _shares(
@@ -174,20 +161,20 @@ def identifiability(reached: xr.Dataset, *, motion: str) -> Figure:
         reached: From ``validation.reached``; outputs are drawn in its order.
     """
     names = [str(name) for name in reached["output"].values]
-    figure = style.new_figure(14.6, 0.56 * len(names) + 2.8)
-    axis, table = figure.subplots(1, 2, sharey=True, width_ratios=(1.6, 1.2))
+    figure = style.new_figure(14.6, 0.56 * len(names) + 3.0)
+    axis = figure.subplots()
     rows, limit = np.arange(len(names)), reached.sel(source="limit")
     width = limit["upper"] - limit["lower"]
-    axis.barh(rows, width, 0.72, left=limit["lower"], color=style.PRIOR, alpha=0.35, lw=0)
-    axis.vlines(limit["mean"], rows - 0.36, rows + 0.36, color=style.MEASURED, lw=1.6, ls="--")
-    for least in (0.5, 0.8):
-        axis.axvline(least, color=style.REFERENCE, lw=0.9, ls=":")
     count = dict(zip(reached["source"].values.tolist(), reached["curves"].values, strict=True))
-    keys = [
-        p.band_key(f"limit: 90 % of {count['limit']} draws of the prior", style.PRIOR, 0.35),
-        p.line_key("linearised limit: mean", style.MEASURED, "--", lw=1.6),
-        p.line_key("0.5 and 0.8: from partly known on, from known on", ls=":", lw=0.9),
-    ]
+    look = {"color": style.PRIOR, "alpha": 0.35, "lw": 0}
+    look["label"] = f"linearised limit: 90 % of {count['limit']} draws of the prior"
+    axis.barh(rows, width, 0.72, left=limit["lower"], **look)
+    look = {"color": style.MEASURED, "lw": 1.6, "ls": "--", "label": "linearised limit: mean"}
+    axis.vlines(limit["mean"], rows - 0.36, rows + 0.36, **look)
+    for least in (0.5, 0.8):  # of validation.KNOWLEDGE
+        label = "0.5 and 0.8: from partly known on, from known on"
+        axis.axvline(least, color=style.REFERENCE, lw=0.9, ls=":", label=label)
+    keys = []
     for source in (each for each in _POSTERIORS if each in count):
         shift, marker, color = _POSTERIORS[source]
         one = reached.sel(source=source)
@@ -195,33 +182,17 @@ def identifiability(reached: xr.Dataset, *, motion: str) -> Figure:
         p.draw_intervals(axis, rows + shift, ends, color=color, marker=marker, lw=1.4)
         label = f"{source} posterior: mean and 90 % of {count[source]} simulated curves"
         keys.append(p.line_key(label, color, marker=marker, ms=7, mec="white"))
-    axis.set_yticks(rows, [p.named(name) for name in names])
-    axis.tick_params(axis="y", labelsize=10, length=0)
-    axis.set(xlim=(min(0.0, axis.get_xlim()[0]), 1.0), ylim=(len(rows) - 0.45, -1.0))
-    axis.grid(axis="y", visible=False)
-    axis.set_xlabel("contraction   (0: nothing learnt, the prior stays;  1: known exactly)")
-    _table(table, rows, reached)
     known = reached["known"].values.tolist()
+    values = zip(reached["mean"].transpose("output", "source").values, known, strict=True)
+    texts = [f"{'  '.join(f'{each:.3f}' for each in means)}   {words}" for means, words in values]
+    p.rows_of_words(axis, [*map(p.named, names)], texts)
+    axis.set(xlim=(min(0.0, axis.get_xlim()[0]), 1.0))
+    axis.set_xlabel("contraction   (0: nothing learnt, the prior stays;  1: known exactly)")
     prior = [p.word(name) for name, words in zip(names, known, strict=True) if "prior" in words]
     partly = [p.word(name) for name, words in zip(names, known, strict=True) if "partly" in words]
     finding = f"The prior decides {first_of(prior, 4) or 'no parameter'}"
     finding += f"; partly known: {first_of(partly, 4)}" if partly else ""
-    style.title(figure, finding, f"{p.SOURCES[motion]}: what a curve determines, over the prior")
+    about = f"{p.SOURCES[motion]}: what a curve determines, over the prior. On the right: mean "
+    style.title(figure, finding, f"{about} contraction of {', '.join(count)}")
     p.legend_below(figure, *keys, columns=2)
     return figure
-
-
-def _table(axis: Axes, rows: np.ndarray, reached: xr.Dataset) -> None:
-    """Write mean contractions beside each row, and what the limit means."""
-    axis.set_axis_off()
-    axis.set_xlim(0, 1)
-    for source, x in {"limit": 0.05, "amortised": 0.23, "corrected": 0.44}.items():
-        if source not in reached["source"].values:
-            continue
-        color = _POSTERIORS[source][2] if source in _POSTERIORS else style.MEASURED
-        axis.text(x, -0.8, source, ha="center", va="center", color=color, weight="bold")
-        for row, value in zip(rows, reached["mean"].sel(source=source).values, strict=True):
-            axis.text(x, row, f"{value:.3f}", ha="center", va="center")
-    axis.text(0.64, -0.8, "over the prior", va="center", weight="bold")
-    for row, words in zip(rows, reached["known"].values, strict=True):
-        axis.text(0.64, row, str(words), va="center")

@@ -4,7 +4,6 @@ They draw what ``life_results.follow_life`` returns, ``life``, and what ``limit_
 makes of it, ``standing``.
 """
 
-from collections.abc import Sequence
 from textwrap import wrap
 
 import numpy as np
@@ -24,64 +23,38 @@ _KINDS = {
     "event": "known work",
 }
 _FLAT = 0.1  # services, within which an operation is as good as the best
-_UNKNOWN, _PLAN = 0, 2  # numbers of these states
 
 
 @style.styled
 def health(life: xr.Dataset, standing: xr.Dataset) -> Figure:
-    """Draw one panel per limit: how probably it is exceeded, and its state in a strip below.
-
-    The operations shown begin a little before anything happens; all of them, if nothing does.
-    """
-    operation, first = standing["operation"].values, _begin(life, standing)
-    shown = standing.isel(operation=slice(first, None))
-    titles = [str(words) for words in life["words"].values]
-    look = {"sharex": True, "sharey": True}
-    figure, axes = p.limit_panels(shown, titles, height=2.5, above=1, **look)
+    """Draw one panel per limit: how probably it is exceeded, and its state in a strip below."""
+    operation, titles = standing["operation"].values, []
+    for j, words in enumerate(life["words"].values):
+        one = standing.isel(limit=j, operation=-1)
+        name, beyond = [*p.STATES][one["state"].item()], one["beyond"].item()
+        now = f"{name}: {in_percent(beyond)} beyond it" if np.isfinite(beyond) else name
+        if np.isfinite(one["certain"].item()):
+            now = exceeded(one["certain"].item(), one["crossed"].item())
+        titles.append(f"{words}\n{now}")
+    figure, axes = p.limit_panels(standing, titles, height=2.5, sharex=True, sharey=True)
     for j, axis in enumerate(axes):
-        _health(axis, shown.isel(limit=j))
+        one = standing.isel(limit=j)
+        look = {"lw": 1.8, "ms": 2.0, "mew": 0, "label": "probability"}
+        axis.plot(operation, one["beyond"], ".-", color=style.MODEL, **look)
+        p.state_strip(axis, operation, one["state"].values)
+        if np.isfinite(one["certain"].item()):
+            look = {"color": style.WARNING, "lw": 1.4}
+            label = "crossed: likelier than not from here on"
+            axis.axvline(one["crossed"].item(), ls=":", label=label, **look)
+            axis.axvline(one["certain"].item(), label="certain from here on", **look)
     axes[0].set(ylim=(-0.13, 1.05), yticks=np.linspace(0.0, 1.0, 6))
     p.label_outer(axes, "operation", "probability")
     over = int(standing["certain"].notnull().sum())
     count = f"{over} of {len(axes)} limits are exceeded" if over else "No limit is exceeded"
     shows = "probability that each limit is exceeded"
-    shows += f"; nothing happened before operation {operation[first]:,}" if first else ""
     style.title(figure, f"{count} after operation {operation[-1]:,}", shows, failed=over > 0)
     p.legend_below(figure, columns=4)
     return figure
-
-
-def _begin(life: xr.Dataset, standing: xr.Dataset) -> int:
-    """Return the index of the operation from which on to draw: half as many before something
-    happens as there are after it. A probability that crosses 25 or 75 %, or a plan, is something.
-    """
-    operation = standing["operation"].values
-    told = operation >= life.attrs["told"]
-    quarter = np.digitize(standing["beyond"].fillna(0.0), (0.25, 0.75))
-    stirs = (quarter != quarter[told.argmax()]) | (standing["state"].values >= _PLAN)
-    stirs = stirs.any(axis=1) & told
-    if not stirs.any():
-        return 0
-    begin, count = int(stirs.argmax()), len(operation)
-    return max(0, round(begin - max(0.5 * (count - begin), 0.05 * count)))
-
-
-def _health(axis: Axes, one: xr.Dataset) -> None:
-    """Draw probability, state, and since when the limit is exceeded."""
-    operation, state = one["operation"].values, one["state"].values
-    look = {"lw": 1.8, "ms": 2.0, "mew": 0, "label": "probability"}
-    axis.plot(operation, one["beyond"], ".-", color=style.MODEL, **look)
-    p.state_strip(axis, operation, state)
-    certain, crossed = one["certain"].item(), one["crossed"].item()
-    name, beyond = list(p.STATES)[state[-1]], one["beyond"].values[-1]
-    words = f"{name}: {in_percent(beyond)} beyond it" if np.isfinite(beyond) else name
-    if np.isfinite(certain):
-        look = {"color": style.WARNING, "lw": 1.4}
-        axis.axvline(crossed, ls=":", label="crossed: likelier than not from here on", **look)
-        axis.axvline(certain, label="certain from here on", **look)
-        words = exceeded(certain, crossed)
-    above = {"xycoords": "axes fraction", "xytext": (0, 5), "textcoords": "offset points"}
-    axis.annotate(words, (0.0, 1.0), color=p.STATES[name], weight="bold", **above)
 
 
 @style.styled
@@ -136,19 +109,18 @@ def _flat(one: xr.Dataset) -> tuple[float, float]:
 
 
 def _cost_words(one: xr.Dataset) -> str:
-    """Say where the least is, how flat, what operations cost then, and whether it is due."""
-    ahead, (low, high), best = one["ahead"].values, _flat(one), _best(one)
-    now, by = float(one["operation"]), one["service_by"].item()
-    due = f"due since {by:,.0f}" if by <= now else ""
+    """Say where the least is, how flat it is, and since when the service is due."""
+    (low, high), best, by = _flat(one), _best(one), one["service_by"].item()
+    now = float(one["operation"])
+    due = f"\ndue since {by:,.0f}" if by <= now else ""
     if one["left"].values[0] == 0.0:  # exceeded already with 5 %, whatever waiting costs
-        return f"perhaps exceeded already, so service now\n{due}"
+        return f"perhaps exceeded already, so service now{due}"
     if np.isinf(best):
         return "nothing leads to it within the horizon"
     words = f"least at {now + best:,.0f}"
-    if high < ahead[-1]:
+    if high < one["ahead"].values[-1]:
         words += f"; {now + low:,.0f} to {now + high:,.0f} cost at most {_FLAT:g} more"
-    rate = f"{1000.0 * one['rate'].item():.2g} services per 1,000 operations"
-    return f"{words}\n{'; '.join(filter(None, [due, rate]))}"
+    return f"{words}{due}"
 
 
 def _cost(axis: Axes, one: xr.Dataset) -> None:
@@ -177,13 +149,10 @@ def remaining_life(
     """Draw one panel per limit: operations left, by when to service, and the true ones.
 
     Args:
-        truth: Of a simulated life, ``failure`` and ``failure_without`` ``(limit)``, the operation
-            at which the drive is first beyond the limit, nan if it is not, and at which it would be
-            without the change of its wear, nan where that is the same, and ``changed``, the
-            operation of that change, nan without one, and ``held`` ``(limit)``, what
-            ``failure_times.held`` returns; None for real measurements.
+        truth: Of a simulated life, what ``failure_times.true_lives`` returns, ``(limit)``, and
+            ``held``, what ``failure_times.held`` does; None for real measurements.
     """
-    known = (standing["state"] > _UNKNOWN).any("operation").values
+    known = (standing["state"] > [*p.STATES].index("unknown")).any("operation").values
     vague = ", ".join(p.spoken(name) for name in standing["limit"].values[~known])
     note = f"Too little is known to draw: {vague}." if vague else ""
     if not known.any():
@@ -193,7 +162,10 @@ def remaining_life(
     titles = told["words"].values.astype(object)
     if truth is not None:
         truth = truth.sel(limit=told["limit"].values)
-        titles += [_held(truth.isel(limit=j)) for j in range(len(titles))]
+        for j, share in enumerate(truth["held"].values):
+            if np.isfinite(share):
+                share = in_percent(share)
+                titles[j] += f"\nthe interval contains the truth at {share} of the operations"
     figure, axes = p.limit_panels(told, titles, height=3.0, sharex=True)
     for j, axis in enumerate(axes):
         lines = [] if truth is None else _truths(truth.isel(limit=j), life["operation"].values)
@@ -203,16 +175,6 @@ def remaining_life(
     style.title(figure, _next(standing.isel(operation=-1), truth), shows)
     p.legend_below(figure, columns=4)
     return figure
-
-
-def _held(one: xr.Dataset) -> str:
-    """Say how often the interval of a limit contains the truth."""
-    if np.isnan(one["failure"].item()):
-        return "; in truth not reached"
-    if np.isnan(one["held"].item()):
-        return "\nexceeded before anything is reported"
-    share = in_percent(one["held"].item())
-    return f"\nthe interval contains the truth at {share} of the operations"
 
 
 def _next(last: xr.Dataset, truth: xr.Dataset | None) -> str:
@@ -232,10 +194,11 @@ def _next(last: xr.Dataset, truth: xr.Dataset | None) -> str:
 def _truths(one: xr.Dataset, operation: np.ndarray) -> list[tuple[np.ndarray, np.ndarray, dict]]:
     """Return operations, what was left then, and looks: with the change, and without until it."""
     failure, without = one["failure"].item(), one["failure_without"].item()
-    looks = {"ls": "--", "label": "truth"}, {"ls": ":", "label": "truth without the change"}
-    each = zip((failure, without), (failure + 1, one["changed"].item()), looks, strict=True)
-    there = [(end, operation[operation < to], look) for end, to, look in each if np.isfinite(end)]
-    return [(before, end - before, look) for end, before, look in there]
+    before, until = operation[operation <= failure], operation[operation < one["changed"].item()]
+    both = [(before, failure - before, {"ls": "--", "label": "truth"})]
+    if np.isfinite(without):
+        both.append((until, without - until, {"ls": ":", "label": "truth without the change"}))
+    return both if np.isfinite(failure) else both[1:]
 
 
 def _left(axis: Axes, told: xr.DataArray, standing: xr.Dataset, truths: list) -> None:
@@ -261,41 +224,33 @@ def _left(axis: Axes, told: xr.DataArray, standing: xr.Dataset, truths: list) ->
     axis.set_ylim(-0.06 * top, top)
     axis.yaxis.set_major_formatter("{x:,.0f}")
     if not np.isfinite(middle).any() and not truths:
-        axis.set_yticks([])
-        place = {"transform": axis.transAxes, "ha": "center", "color": style.REFERENCE}
-        axis.text(0.5, 0.5, "beyond the horizon, or not known, at all operations", **place)
+        axis.text(0.5, 0.5, "beyond the horizon", transform=axis.transAxes, ha="center")
 
 
 @style.styled
 def changepoint(life: xr.Dataset) -> Figure:
-    """Draw parameters that moved, the evidence for a change, weights of records, and changes."""
-    figure = style.new_figure(14.4, 8.2)
-    grid = figure.add_gridspec(3, 2, height_ratios=(1.2, 1.2, 0.8), width_ratios=(3.2, 1.0))
-    top = figure.add_subplot(grid[0, 0])
-    evidence, weight = (figure.add_subplot(grid[i, 0], sharex=top) for i in (1, 2))
-    _moved(top, life)
+    """Draw the evidence for a change, weights of records, and the changes in words."""
+    figure = style.new_figure(14.4, 6.0)
+    grid = figure.add_gridspec(2, 2, height_ratios=(1.5, 1.0), width_ratios=(3.2, 1.0))
+    evidence = figure.add_subplot(grid[0, 0])
+    weight = figure.add_subplot(grid[1, 0], sharex=evidence)
     _evidence(evidence, life)
     operation = life["operation"].values
     weight.plot(operation, life["weight"], "o", color=style.MODEL, ms=2.2, mew=0, alpha=0.6)
     weight.set(ylim=(0.0, None), ylabel="weight", xlabel="operation")
     weight.set_title("weight of each record: low where it is off the trend", loc="left")
-    for axis in (top, evidence, weight):
+    for axis in (evidence, weight):
         p.change_lines(axis, life)
-    for k, start in enumerate(life["start"].values):
-        place = {"xycoords": top.get_xaxis_transform(), "ha": "center", "va": "bottom"}
-        top.annotate(f"{k + 1}", (start, 1.0), weight="bold", **place)
-    ends = p.edges(operation)
-    top.set_xlim(ends[0], ends[-1])
-    top.xaxis.set_major_formatter("{x:,.0f}")
-    for axis in (top, evidence):
-        axis.tick_params(labelbottom=False)
+        axis.xaxis.set_major_formatter("{x:,.0f}")
+    evidence.margins(x=0.01)
+    evidence.tick_params(labelbottom=False)
     _list(figure.add_subplot(grid[:, 1]), life)
     found = life.isel(change=(life["certainty"] >= 0.0).values & (life["kind"] != "event").values)
     finding = f"No change is found in {operation.size:,} operations"
     if count := found.sizes["change"]:
         last = found.isel(change=-1)
-        words = f"{_KINDS[last['kind'].item()]} at operation {last['start'].item():,}"
-        finding = words if count == 1 else f"{count} changes are found, the last: {words}"
+        finding = f"{_KINDS[last['kind'].item()]} at operation {last['start'].item():,}"
+        finding = f"{count} changes are found, the last: {finding}" if count > 1 else finding
     style.title(
         figure, finding[0].upper() + finding[1:], "changes of the drive that nobody knew of"
     )
@@ -312,28 +267,6 @@ def _untold(life: xr.Dataset) -> str:
     return f"{as_sentence(why)}: changes of the parameters are not reported."
 
 
-def _sure(life: xr.Dataset) -> np.ndarray:
-    """Return which parameters have changed by their 90 % intervals at the end, the most first."""
-    low, middle, high = life["changed"].isel(asked=-1).transpose("quantile", ...).values
-    sure = np.flatnonzero(low * high > 0.0)
-    return sure[np.argsort(-np.abs(middle[sure]))]
-
-
-def _moved(axis: Axes, life: xr.Dataset) -> None:
-    """Draw the medians of the parameters whose 90 % interval is off zero at the end."""
-    axis.set_title("parameters that changed for sure", loc="left", pad=16.0)
-    axis.set_ylabel("% since new")
-    moved = life["parameter"].values[np.sort(_sure(life))]
-    for name in moved:
-        one = life["changed"].sel(parameter=name).isel(quantile=1)
-        axis.plot(life["asked"], one, color=p.OUTPUTS[name].colour)
-    if len(moved):
-        axis.legend(axis.lines, [*map(p.named, moved)], loc="upper left", ncols=len(moved))
-        return
-    words = _untold(life.isel(asked=[-1])) or "No parameter changed for sure."
-    axis.text(0.5, 0.5, words, transform=axis.transAxes, ha="center", fontsize=11)
-
-
 def _evidence(axis: Axes, life: xr.Dataset) -> None:
     """Draw the evidence for a change, linear up to the threshold and logarithmic from there."""
     threshold = life.attrs["threshold"]
@@ -347,36 +280,30 @@ def _evidence(axis: Axes, life: xr.Dataset) -> None:
     axis.set_ylim(top=max(2.0 * threshold, 1.2 * life["evidence"].max().item()))
     axis.yaxis.set_major_formatter("{x:g}")
     axis.set_ylabel("evidence (nats)")
-    axis.set_title("evidence for a change that is not noticed yet", loc="left")
+    axis.set_title("evidence for a change that is not noticed yet", loc="left", pad=16.0)
+    for k, start in enumerate(life["start"].values, start=1):
+        look = {"transform": axis.get_xaxis_transform(), "weight": "bold", "ha": "center"}
+        axis.text(start, 1.01, k, **look)
 
 
 def _list(axis: Axes, life: xr.Dataset) -> None:
     """Write the changes in words, the first ones where there are many."""
     axis.set_axis_off()
-    told = [_change_words(life.isel(change=k), k + 1) for k in range(life.sizes["change"])]
-    shown = int((np.cumsum([len(each) for each in told]) <= 34).sum())  # lines of this panel
-    lines = [line for each in told[:shown] for line in each] or ["No change is found."]
-    if shown < len(told):
-        lines.append(f"and {len(told) - shown} more")
-    place = {"xycoords": "axes fraction", "textcoords": "offset points", "va": "top"}
-    for i, line in enumerate(lines):
-        weight = "normal" if line.startswith(" ") else "bold"
-        axis.annotate(line, (0.0, 1.0), xytext=(0, -13.5 * i), weight=weight, fontsize=9, **place)
-
-
-def _change_words(change: xr.Dataset, number: int) -> Sequence[str]:
-    """Describe a change, line by line: when, of which kind and of what, and when noticed."""
-    start, earliest, latest, noticed = (
-        f"{change[name].item():,}" for name in ("start", "earliest", "latest", "noticed")
-    )
-    kind, names = change["kind"].item(), change["change_names"].item()
-    what = f"{_KINDS[kind]}: {names}" if names else _KINDS[kind]
-    lines = [f"{number}  operation {start}", *wrap(p.spoken(what), 42)]
-    if kind != "event":
-        lines += [f"90 %: {earliest} to {latest}", f"noticed at {noticed}"]
-    if change["certainty"].item() < 0.0:
-        lines.append("taken back by later records")
-    return [lines[0], *(f"    {line}" for line in lines[1:])]
+    lines = []
+    for k in range(life.sizes["change"]):
+        one = life.isel(change=k)
+        start, earliest, latest, noticed = (
+            f"{one[name].item():,}" for name in ("start", "earliest", "latest", "noticed")
+        )
+        what = ": ".join(filter(None, [_KINDS[one["kind"].item()], one["change_names"].item()]))
+        lines += [f"{k + 1}  operation {start}", *wrap(p.spoken(what), 42)]
+        if one["kind"].item() != "event":
+            lines.append(f"90 %: {earliest} to {latest}; noticed at {noticed}")
+        if one["certainty"].item() < 0.0:
+            lines.append("taken back by later records")
+        lines.append("")
+    lines = lines if len(lines) <= 34 else [*lines[:34], "and more"]  # as many as there is room for
+    axis.text(0.0, 1.0, "\n".join(lines or ["No change is found."]), va="top", fontsize=9)
 
 
 @style.styled
@@ -394,14 +321,12 @@ def changes(life: xr.Dataset, truth: xr.DataArray | None = None) -> Figure:
     for axis, name in zip(axes, names, strict=True):
         _change(axis, life.sel(parameter=name), name, truth)
         p.change_lines(axis, life)
-    ends = p.edges(life["operation"].values)
-    axes[0].set_xlim(ends[0], ends[-1])
+    axes[0].margins(x=0.01)
     axes[0].xaxis.set_major_formatter("{x:,.0f}")
     p.label_outer(axes, "operation", "% since new")
-    middle = life["changed"].isel(asked=-1, quantile=1).values
-    moved = [
-        f"{p.word(names[k])} {p.signed(in_digits(middle[k], 2, sign=True))} %" for k in _sure(life)
-    ]
+    low, middle, high = life["changed"].isel(asked=-1).transpose("quantile", ...).values
+    sure = [k for k in np.argsort(-np.abs(middle)) if low[k] * high[k] > 0.0]
+    moved = [f"{p.word(names[k])} {p.signed(in_digits(middle[k], 2, sign=True))} %" for k in sure]
     finding = f"Since new: {first_of(moved, 4) or 'no parameter has changed for sure'}"
     style.title(figure, finding, "changes of the parameters, percent since new")
     keys = [p.line_key("median", lw=1.6), p.band_key("90 % interval", style.REFERENCE, 0.3)]

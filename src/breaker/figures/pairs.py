@@ -23,35 +23,20 @@ def pairs(
     """Draw regions pair by pair below the diagonal, marginals on it, correlations above it.
 
     Args:
-        case: Draws of the posterior, ``draws (draw, output)``, and the values that made the curve,
-            ``truth (output)``, physical units.
+        case: Posterior ``draws (draw, output)`` and ``truth (output)``, physical units.
         prior: Draws of the prior, ``(m, q)``, of the same outputs.
         about: Motion and drive of the record.
-        correlation: Correlation of the posterior draws, ``(q, q)``, from
-            ``validation.correlation``.
-        regions: Where these draws are densest, from ``validation.regions``: 90 % and 50 %.
+        correlation: Correlation of the posterior draws, ``(q, q)``.
+        regions: Where these draws are densest, from ``validation.regions``.
     """
     posterior, truth, names = (case[name].values for name in ("draws", "truth", "output"))
     q = len(names)
     figure = style.new_figure(1.6 * q + 0.6, 1.5 * q + 1.0)
     grid = figure.subplots(q, q, sharex="col", squeeze=False)
-    for (row, column), axis in np.ndenumerate(grid):
-        if row < column:
-            _coefficient(axis, correlation[row, column])
-            continue
-        axis.axvline(truth[column], color=style.MEASURED, lw=0.9, ls="--")
-        if row == column:
-            colour = p.OUTPUTS[names[row]].colour
-            axis.hist(prior[:, row], bins=30, density=True, color=style.PRIOR, alpha=0.5)
-            axis.hist(posterior[:, row], bins=20, density=True, color=colour, alpha=0.75)
-            axis.set_title(p.named(names[row]).replace(" $", "\n$"), fontsize=11)
-            continue
-        dots = {"mew": 0, "ms": 1.4, "rasterized": True}
-        axis.plot(*prior[:, [column, row]].T, "o", color=style.PRIOR, alpha=0.35, **dots)
-        axis.plot(*posterior[:, [column, row]].T, "o", color=style.MODEL, alpha=0.22, **dots)
-        axis.axhline(truth[row], color=style.MEASURED, lw=0.9, ls="--")
-        if (column, row) in regions:
-            axis.contour(*regions[column, row], colors=style.MODEL, linewidths=(0.9, 1.5))
+    for at, axis in np.ndenumerate(grid):
+        _panel(axis, *at, case, prior, correlation[at])
+        if at[::-1] in regions:
+            axis.contour(*regions[at[::-1]], colors=style.MODEL, linewidths=(0.9, 1.5))
     _frame(grid, np.concatenate([prior, posterior, truth[None]]), names)
     low, high = np.quantile(posterior, [0.025, 0.975], axis=0)
     inside = int(((truth >= low) & (truth <= high)).sum())
@@ -73,12 +58,28 @@ def pairs(
     return figure
 
 
-def _coefficient(axis: Axes, value: float) -> None:
-    """Print a correlation, the darker the stronger."""
-    axis.set_axis_off()
-    look = {"color": style.MODEL, "alpha": 0.3 + 0.7 * min(1.0, abs(value)), "fontsize": 13}
-    place = {"transform": axis.transAxes, "ha": "center", "va": "center"}
-    axis.text(0.5, 0.5, p.signed(f"{value:+.2f}"), **place, **look)
+def _panel(
+    axis: Axes, row: int, column: int, case: xr.Dataset, prior: np.ndarray, correlation: float
+) -> None:
+    """Draw a marginal or a pair; above the diagonal print a correlation, darker if stronger."""
+    posterior, truth = case["draws"].values, case["truth"].values
+    if row < column:
+        look = {"alpha": 0.3 + 0.7 * min(1.0, abs(correlation)), "fontsize": 13}
+        place = {"transform": axis.transAxes, "ha": "center", "va": "center"}
+        axis.text(0.5, 0.5, p.signed(f"{correlation:+.2f}"), color=style.MODEL, **place, **look)
+        axis.set_axis_off()
+        return
+    axis.axvline(truth[column], color=style.MEASURED, lw=0.9, ls="--")
+    if row == column:
+        output = p.OUTPUTS[case["output"].values[row]]
+        axis.hist(prior[:, row], bins=30, density=True, color=style.PRIOR, alpha=0.5)
+        axis.hist(posterior[:, row], bins=20, density=True, color=output.colour, alpha=0.75)
+        axis.set_title(p.named(output.name).replace(" $", "\n$"), fontsize=11)
+        return
+    dots = {"mew": 0, "ms": 1.4, "rasterized": True}
+    axis.plot(*prior[:, [column, row]].T, "o", color=style.PRIOR, alpha=0.35, **dots)
+    axis.plot(*posterior[:, [column, row]].T, "o", color=style.MODEL, alpha=0.22, **dots)
+    axis.axhline(truth[row], color=style.MEASURED, lw=0.9, ls="--")
 
 
 def _frame(grid: np.ndarray, drawn: np.ndarray, names: Sequence[str]) -> None:

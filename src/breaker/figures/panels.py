@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Sequence
+from itertools import pairwise
 from textwrap import fill
 
 import numpy as np
@@ -22,7 +23,7 @@ class _Outputs(dict):
     """Parameters by name; one of a model of your own has its name alone."""
 
     def __missing__(self, name: str) -> Parameter:
-        return Parameter(name, "1", "", word=name, symbol=style.literal(name), colour=style.MODEL)
+        return Parameter(name, "1", name, symbol=spoken(name), colour=style.MODEL)
 
 
 OUTPUTS = _Outputs({each.name: each for each in (*PARAMETERS, ONSET)})
@@ -37,12 +38,12 @@ _NAMES = re.compile(rf"\b({'|'.join(OUTPUTS)})\b")
 
 def word(name: str) -> str:
     """Return what an output is called in a sentence."""
-    return OUTPUTS[name].word or "start of motion"
+    return "start of motion" if name == ONSET.name else OUTPUTS[name].word or spoken(name)
 
 
 def named(name: str) -> str:
     """Return what an output is called, with its symbol."""
-    return f"{word(name)} {OUTPUTS[name].symbol}"
+    return f"{word(name)} {OUTPUTS[name].symbol}" if name in OUTPUTS else word(name)
 
 
 def spoken(text: object) -> str:
@@ -106,19 +107,18 @@ def label_outer(axes: Sequence[Axes], xlabel: str, ylabel: str | None = None) ->
 
 
 def limit_panels(
-    data: xr.Dataset, titles: Sequence[str], *, height: float, above: int = 0, **shared: bool
+    data: xr.Dataset, titles: Sequence[str], *, height: float, **shared: bool
 ) -> tuple[Figure, list[Axes]]:
     """Return a figure with one panel per limit of ``data``, over the operations.
 
-    ``titles`` follow the names of the limits, ``above`` lines are kept free below them, and
-    ``height`` is inches per panel.
+    ``titles`` follow the names of the limits, and ``height`` is inches per panel.
     """
     count = len(titles)
     columns, width = (2, 6.4) if count > 1 else (1, 10.0)
     figure, axes = panels(count, columns=columns, width=width, height=height, **shared)
     for axis, limit, words in zip(axes, data["limit"].values, titles, strict=True):
         lines = spoken(limit) + ": " + "\n".join(spoken(each) for each in words.splitlines())
-        axis.set_title(style.within(lines, width - 0.8), loc="left", pad=6.0 + 14.0 * above)
+        axis.set_title(style.within(lines, width - 0.8), loc="left")
         axis.margins(x=0.01)
         axis.xaxis.set_major_formatter("{x:,.0f}")
     label_outer(axes, "operation")
@@ -169,6 +169,16 @@ def draw_intervals(
     axis.plot(middle, rows, marker, color=color, mec="white", mew=0.8, ms=7)
 
 
+def rows_of_words(axis: Axes, left: Sequence[str], right: Sequence[str]) -> Axes:
+    """Name the rows of a panel on both sides, from the top down; return the axes of the right."""
+    other = axis.twinx()
+    for each, words in ((axis, left), (other, right)):
+        each.set(yticks=range(len(words)), yticklabels=words, ylim=(len(words) - 0.45, -0.6))
+        each.tick_params(axis="y", labelsize=10, length=0, pad=9)
+        each.grid(axis="y", visible=False)
+    return other
+
+
 def change_lines(axis: Axes, life: xr.Dataset) -> None:
     """Draw the changes of a life with their 90 % intervals."""
     for k in range(life.sizes["change"]):
@@ -183,24 +193,10 @@ def change_lines(axis: Axes, life: xr.Dataset) -> None:
 
 
 def state_strip(axis: Axes, operation: np.ndarray, state: np.ndarray) -> None:
-    """Colour the foot of a panel by the numbers of the states ``(o,)``."""
-    for k, (name, color) in enumerate(STATES.items()):
-        for start, stop in spans(operation, state == k):
-            axis.axvspan(
-                start, stop, ymax=0.05, color=color, label=f"state: {name}", lw=0, zorder=3
-            )
-
-
-def spans(operation: np.ndarray, inside: np.ndarray) -> list[tuple[float, float]]:
-    """Return where runs of the operations ``(o,)`` inside begin and end, halfway to neighbours."""
-    ends = edges(operation)
-    turns = np.flatnonzero(np.diff(np.concatenate([[False], inside, [False]]).astype(int)))
-    return [(ends[i], ends[j]) for i, j in turns.reshape(-1, 2)]
-
-
-def edges(operation: np.ndarray) -> np.ndarray:
-    """Return the edges ``(o + 1,)`` of cells around operations ``(o,)``."""
-    operation = np.asarray(operation, dtype=float)
-    half = np.diff(operation) / 2 if operation.size > 1 else np.array([0.5])
-    inner = operation[:-1] + half if operation.size > 1 else []
-    return np.concatenate([operation[:1] - half[:1], inner, operation[-1:] + half[-1:]])
+    """Colour the foot of a panel by the numbers of the states ``(o,)``, each until the next."""
+    ends = np.append(operation, operation[-1] + 1)
+    turns = [0, *np.flatnonzero(np.diff(state)) + 1, len(state)]
+    for first, last in pairwise(turns):
+        name, color = [*STATES.items()][state[first]]
+        look = {"color": color, "label": f"state: {name}", "lw": 0, "zorder": 3}
+        axis.axvspan(ends[first], ends[last], ymax=0.05, **look)

@@ -27,8 +27,7 @@ def prior_predictive(
     Args:
         curves: Prior predictive curves: ``travel (curve, time)`` in mm, coordinate ``time`` in ms.
         check: Comparison of all operations with these curves, ``validation.prior_check``.
-        measured: A few operations: ``travel (operation, time)``, coordinates ``operation`` and
-            ``time``; None if nothing is measured.
+        measured: A few operations, ``travel (operation, time)``; None if nothing is measured.
     """
     figure = style.new_figure(9.0, 5.8)
     axis = figure.subplots()
@@ -62,10 +61,8 @@ def posterior_predictive(predictive: xr.Dataset, *, motion: str) -> Figure:
     """Draw simulated curves and what their own posteriors predict (paper, Fig. 8).
 
     Args:
-        predictive: ``measured``, ``median``, ``lower``, ``upper``, each ``(curve, time)`` in mm,
-            the bounds pointwise 95 % of noisy predicted curves; ``share_inside (curve)``, the
-            share of the samples inside; coordinate ``time`` in ms; attribute ``noise_sd``, that of
-            a sample, mm: the unit of the residuals.
+        predictive: ``measured`` and predicted ``median``, ``lower``, ``upper``, each ``(curve,
+            time)`` in mm; ``share_inside (curve)``; attribute ``noise_sd``, mm.
     """
     data = predictive.rename(curve="panel", measured="record")
     shares = data["share_inside"].values
@@ -84,10 +81,8 @@ def endurance_predictive(predictive: xr.Dataset, *, motion: str) -> Figure:
     """Draw records at stages of the life and what is predicted for them (paper, Fig. 9).
 
     Args:
-        predictive: ``travel``, ``median``, ``lower``, ``upper``, each ``(stage, time)`` in mm, as
-            in :func:`posterior_predictive`; over ``stage`` ``share_inside``, the share of the main
-            motion inside the band, ``main_motion_end`` in ms, ``p_value`` and the flag ``misfit``;
-            coordinates ``time`` in ms and ``operation (stage)``.
+        predictive: As in :func:`posterior_predictive`, over ``stage`` instead of ``curve``, with
+            ``main_motion_end`` in ms, ``p_value``, the flag ``misfit`` and ``operation``.
     """
     data = predictive.rename(stage="panel", travel="record")
     titles = []
@@ -100,9 +95,9 @@ def endurance_predictive(predictive: xr.Dataset, *, motion: str) -> Figure:
         )
     figure = _checks(data, titles, "record of the endurance test")
     flagged, count = int(data["misfit"].sum()), len(titles)
-    finding = f"{flagged or 'None'} of {count} records of the endurance test "
-    finding += "does NOT fit the model" if flagged == 1 else "do NOT fit the model"
-    finding = finding if flagged else f"All {count} records of the endurance test fit the model"
+    finding = f"All {count} records of the endurance test fit the model"
+    if flagged:
+        finding = f"NOT fitting the model: {flagged} of {count} records of the endurance test"
     about = f"{p.SOURCES[motion]}: posterior predictive check, posterior of the paper's network"
     style.title(figure, finding, about, failed=flagged > 0)
     return figure

@@ -35,120 +35,83 @@ def record(proposal: "Proposal") -> Figure:
     the file.
     """
     read = [each for each in proposal.motions if each.record]
-    name = style.literal(proposal.layout.file.name)
+    name = style.literal(f"record {proposal.layout.file.name}")
     if not read:
-        return _raw(proposal, name)
+        figure = style.new_figure(11.0, 4.0)
+        axis = figure.subplots()
+        for each in proposal.travels:
+            axis.plot(proposal.layout.columns[each.place], color=style.MEASURED, lw=0.8)
+        axis.set(xlabel="sample", ylabel=f"travel ({each.unit or 'no unit'})")
+        style.title(figure, "No motion could be read", name, failed=True)
+        return figure
     first = [each for each in read if each.column == read[0].column]
-    shown, one = first[:2], first[0].record
+    one, shown = first[0].record, first[:2]
     figure = style.new_figure(11.0, 9.4)
     grid = figure.add_gridspec(3, len(shown) + 1, height_ratios=[1.5, 0.9, 1.1])
     entire = figure.add_subplot(grid[0, :])
     speed = figure.add_subplot(grid[1, :], sharex=entire)
-    _entire(entire, read, first)
+    for column, channel in {each.column: each.record for each in read}.items():
+        main = column == first[0].column
+        look = {"color": style.MEASURED, "lw": 1.4} if main else {"color": style.PRIOR, "lw": 0.7}
+        entire.plot(channel.time, channel.sure, zorder=3 if main else 2, **look)
     duration = min(each.arrives - each.begins for each in first)
     speed.plot(one.time, speed_along(one.time, one.sure, duration), color=style.MEASURED, lw=1.0)
     for each in first:
-        speed.axvspan(each.record.moves, each.arrives, color=MOTIONS[each.motion], alpha=0.15, lw=0)
-        speed.axvline(each.record.moves, color=MOTIONS[each.motion], lw=1.2)
-    if (touch := _touch(first)) is not None:
-        label = "bend of the speed, near the contact touch"
-        speed.axvline(touch, color=style.REFERENCE, lw=1.0, ls=":", label=label)
+        _motion(entire, speed, each)
+    entire.set(ylabel=style.TRAVEL, xlim=one.time[[0, -1]])
     speed.set_ylabel("speed (m/s)")
-    entire.tick_params(labelbottom=False)
     for k, each in enumerate(shown):
-        _start(figure.add_subplot(grid[2, k]), each)
-    _noise(figure.add_subplot(grid[2, -1]), shown[0])
-    for axis in figure.axes[1:]:
-        axis.set_xlabel("time of the record (ms)")
+        reach = max(4.0, 0.15 * (each.arrives - each.begins))
+        axis = figure.add_subplot(grid[2, k])
+        _near(axis, each, -reach, reach, f"{each.motion} begins at {each.record.moves:.1f} ms")
+        axis.axvline(each.record.moves, color=MOTIONS[each.motion], lw=1.2)
+    axis, sd = figure.add_subplot(grid[2, -1]), one.noise.sd
+    words = [f"at rest: sd {in_digits(sd, 2)} mm"]
+    words += [f"steps of {in_digits(one.quantum, 2)} mm"] if one.quantum else []
+    words += [f"correlation {one.noise.colour:.2f}"] if np.isfinite(one.noise.colour) else []
+    _near(axis, shown[0], -50.0, -1.0, ", ".join(words))
+    axis.axhspan(one.segment.before - sd, one.segment.before + sd, **BAND)
     doubts = sum(int((each.record.doubts != "").sum()) for each in read)
-    count = f"{len(read)} motions" if len(read) > 1 else "one motion"
-    finding = f"{count[0].upper()}{count[1:]} found, {doubts or 'no'} doubtful samples"
-    style.title(figure, finding, f"record {name}")
-    keys = [p.band_key(f"{m}, to its rest", MOTIONS[m], 0.15) for m in {e.motion: 0 for e in first}]
-    lines = p.line_key("first detected motion", lw=1.2), p.line_key("rest position", ls="--")
-    p.legend_below(figure, *keys, *lines, columns=4)
+    count = "One motion" if len(read) == 1 else f"{len(read)} motions"
+    style.title(figure, f"{count} found, {doubts or 'no'} doubtful samples", name)
+    p.legend_below(figure, columns=4)
     return figure
 
 
-def _raw(proposal: "Proposal", name: str) -> Figure:
-    """Draw the columns of travel as they are, where no motion could be read."""
-    travel, layout = proposal.travels[0], proposal.layout
-    figure = style.new_figure(11.0, 4.0)
-    axis = figure.subplots()
-    for each in proposal.travels:
-        axis.plot(layout.columns[each.place], color=style.MEASURED, lw=0.8)
-    label = f"{layout.column(travel.place)} ({travel.unit or 'no unit'})"
-    axis.set(xlabel="sample", ylabel=style.literal(label))
-    axis.margins(x=0)
-    style.title(figure, "No motion could be read", f"record {name}", failed=True)
-    return figure
-
-
-def _entire(axis: Axes, read: Sequence, first: Sequence["InspectedMotion"]) -> None:
-    """Draw all channels; motions and rest positions of the first one."""
-    channels = {each.column: each.record for each in read}
-    for channel, one in channels.items():
-        main = channel == first[0].column
-        look = {"color": style.MEASURED, "lw": 1.4} if main else {"color": style.PRIOR, "lw": 0.7}
-        axis.plot(one.time, one.sure, zorder=3 if main else 2, **look)
-    for each in first:
-        one, colour = each.record, MOTIONS[each.motion]
-        axis.axvspan(one.moves, each.arrives, color=colour, alpha=0.15, lw=0)
-        axis.axvline(one.moves, color=colour, lw=1.2)
-        begin, end = one.time[one.segment.begin], one.time[one.segment.end - 1]
-        look = {"color": colour, "ls": "--", "lw": 1.2, "zorder": 4}
-        axis.hlines([one.segment.before], begin, one.moves, **look)
-        axis.hlines([one.segment.after], each.arrives, end, **look)
-        doubtful = one.doubts != ""
-        inside = np.clip(one.whole[doubtful], *axis.get_ylim())
-        _doubtful(axis, one.time[doubtful], inside)
-    axis.set_ylabel(style.TRAVEL)
-    axis.set_xlim(first[0].record.time[[0, -1]])
-    others = f", {len(channels) - 1} other channels in grey" if len(channels) > 1 else ""
-    axis.set_title(style.within(style.literal(f"{first[0].column}{others}"), 11.0), loc="left")
-
-
-def _doubtful(axis: Axes, time: np.ndarray, travel: np.ndarray) -> None:
-    label = "doubtful sample" if len(time) else None
-    axis.plot(time, travel, "x", color=style.WARNING, ms=6, zorder=5, label=label)
-
-
-def _touch(first: Sequence["InspectedMotion"]) -> float | None:
-    """Return the time at which the contact touches in the first closing, ms, if it is seen."""
-    for each in (each for each in first if each.motion == "closing"):
-        one = each.record
-        part = slice(*np.searchsorted(one.time, [each.begins, each.arrives]))
-        return seen_touch(one.time[part], one.sure[part])
-    return None
-
-
-def _start(axis: Axes, each: "InspectedMotion") -> None:
-    """Draw the beginning of a motion, samples one by one."""
+def _motion(entire: Axes, speed: Axes, each: "InspectedMotion") -> None:
+    """Mark a motion, its rest positions, doubtful samples, and the contact touch of a closing."""
     one, colour = each.record, MOTIONS[each.motion]
-    reach = max(4.0, 0.15 * (each.arrives - each.begins))
-    near = np.abs(one.time - one.moves) <= reach
+    for axis in (entire, speed):
+        label = f"{each.motion}, to its rest"
+        axis.axvspan(one.moves, each.arrives, color=colour, alpha=0.15, lw=0, label=label)
+        axis.axvline(one.moves, color=colour, lw=1.2, label=f"{each.motion}: first motion")
+    begin, end = one.time[one.segment.begin], one.time[one.segment.end - 1]
+    look = {"color": colour, "ls": "--", "lw": 1.2, "zorder": 4, "label": "rest position"}
+    entire.hlines([one.segment.before], begin, one.moves, **look)
+    entire.hlines([one.segment.after], each.arrives, end, **look)
+    doubtful = one.doubts != ""
+    if doubtful.any():
+        inside = np.clip(one.whole[doubtful], *entire.get_ylim())
+        look = {"color": style.WARNING, "ms": 6, "zorder": 5, "label": "doubtful sample"}
+        entire.plot(one.time[doubtful], inside, "x", **look)
+    if each.motion == "closing":
+        part = slice(*np.searchsorted(one.time, [each.begins, each.arrives]))
+        if (touch := seen_touch(one.time[part], one.sure[part])) is not None:
+            label = "bend of the speed, near the contact touch"
+            speed.axvline(touch, color=style.REFERENCE, lw=1.0, ls=":", label=label)
+
+
+def _near(axis: Axes, each: "InspectedMotion", low: float, high: float, title: str) -> None:
+    """Draw samples one by one, from so many ms after the first motion to so many."""
+    one = each.record
+    near = (one.time >= one.moves + low) & (one.time <= one.moves + high)
     fine, doubtful = near & (one.doubts == ""), near & (one.doubts != "")
     axis.plot(one.time[fine], one.whole[fine], ".", color=style.MEASURED, ms=3)
-    _doubtful(axis, one.time[doubtful], one.whole[doubtful])
-    axis.axvline(one.moves, color=colour, lw=1.2)
-    axis.axhline(one.segment.before, color=colour, ls="--", lw=1.2)
-    axis.set_ylabel(style.TRAVEL)
-    axis.set_title(f"{each.motion} begins at {one.moves:.1f} ms", loc="left")
-
-
-def _noise(axis: Axes, each: "InspectedMotion") -> None:
-    """Draw the 50 ms of rest before a motion, and the standard deviation of its noise."""
-    one = each.record
-    before = (one.time >= one.moves - 50.0) & (one.time <= one.moves - 1.0)
-    rest = before & (one.doubts == "")
-    low, high = one.segment.before - one.noise.sd, one.segment.before + one.noise.sd
-    axis.axhspan(low, high, color=style.PRIOR, alpha=0.3, lw=0)
-    axis.plot(one.time[rest], one.whole[rest], ".", color=style.MEASURED, ms=3)
-    axis.set_ylabel(style.TRAVEL)
-    said = [f"steps of {in_digits(one.quantum, 2)} mm"] if one.quantum else []
-    said += [f"correlation {one.noise.colour:.2f}"] if np.isfinite(one.noise.colour) else []
-    words = f"at rest: sd {in_digits(one.noise.sd, 2)} mm\n{', '.join(said)}"
-    axis.set_title(words, loc="left")
+    if high > 0.0:
+        axis.plot(one.time[doubtful], one.whole[doubtful], "x", color=style.WARNING, ms=6)
+    axis.axhline(one.segment.before, color=MOTIONS[each.motion], ls="--", lw=1.2)
+    axis.set(xlabel="time of the record (ms)", ylabel=style.TRAVEL)
+    axis.set_title(style.within(title, 3.2), loc="left")
 
 
 @style.styled
@@ -277,31 +240,16 @@ def _densities(axis: Axes, posteriors: Mapping[str, Sequence], prior: np.ndarray
     """Draw densities of a parameter or time: of operations, and of the prior."""
     axis.set(yticks=[])
     every = [draws for some in posteriors.values() for draws in some]
-    every = every or [each for each in [prior] if each is not None]
-    if not every:
+    if not every and prior is None:
         axis.text(0.5, 0.5, "not inferred", ha="center", transform=axis.transAxes)
         return
-    low, high = np.quantile(np.concatenate(every), [0.001, 0.999])
-    left, right = low, high
+    low, high = np.quantile(np.concatenate(every or [prior]), [0.001, 0.999])
     if prior is not None:  # shown as far as the posterior is wide, on either side
-        ends = np.quantile(prior, [0.005, 0.995])
-        left = max(min(ends[0], low), 2.0 * low - high)
-        right = min(max(ends[1], high), 2.0 * high - low)
-    at = np.linspace(left, right, 200)
-    if prior is not None:
-        axis.fill_between(at, _density(prior, at), **BAND)
+        wide = np.quantile(prior, [0.005, 0.995])
+        low, high = max(min(wide[0], low), 2 * low - high), min(max(wide[1], high), 2 * high - low)
+        axis.hist(prior, bins=40, range=(low, high), density=True, **BAND)
     for of, some in posteriors.items():
         for i, draws in enumerate(some):
-            look = {"lw": 1.8} if i == 0 else {"lw": 0.6, "alpha": 0.6}
-            axis.plot(at, _density(draws, at), color=MOTIONS.get(of, style.MODEL), **look)
-    axis.set(xlim=(left, right), ylim=(0.0, None))
-
-
-def _density(draws: np.ndarray, at: np.ndarray) -> np.ndarray:
-    """Return a density at points from draws, by Gaussian kernels of Scott's width.
-
-    As ``scipy.stats.gaussian_kde``, which takes a third of a command to load.
-    """
-    width = draws.std(ddof=1) * draws.size**-0.2
-    kernels = np.exp(-0.5 * np.square((at[:, None] - draws) / width))
-    return kernels.mean(axis=1) / (width * np.sqrt(2.0 * np.pi))
+            look = {"lw": 0.6 if i else 1.8, "color": MOTIONS.get(of, style.MODEL)}
+            axis.hist(draws, bins=40, range=(low, high), density=True, histtype="step", **look)
+    axis.set_xlim(low, high)

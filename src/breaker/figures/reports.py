@@ -34,101 +34,72 @@ def visits(document: "VisitDocument") -> Figure:
     change with its 90 % interval, and how probable it is that there is none, that it is beyond the
     share, and that it is beyond it to the worse. Of what is measured also the values.
     """
-    share, rows = 100.0 * document.settings.share, document.changes
-    first = len(document.measured)
-    places = {y + 1 + (y >= first): row for y, row in enumerate(rows)}
-    inferred = {
-        "told": "inferred",
-        "apart": "inferred of each motion alone; they contradict each other",
-        "withheld": f"parameters are withheld: {WITHHELD}",
-    }.get(document.parameters, "no parameter is reported")
+    share = 100.0 * document.settings.share
     said, about = visits_said(document)
     doubts = len(document.warnings)  # with names that users gave, as they are
     said = [*map(style.literal, said[:doubts]), *map(p.spoken, said[doubts:])]
     headline = "\n".join(style.within(each, 11.3, 12.0) for each in said)
     trust = "\n".join(style.within(style.literal(each), 11.3, 9.0) for each in about)
     head = 0.19 * headline.count("\n") + 0.16 * trust.count("\n") + 0.52  # inches
-    body = 0.29 * (len(rows) + 4.0) + 0.9
+    body = 0.29 * (len(document.changes) + 2.0) + 1.0
     figure = style.new_figure(11.5, head + body)
     above, below = figure.subfigures(2, 1, height_ratios=[head, body])
     above.text(0.01, 0.97, headline, va="top", weight="bold", fontsize=10.5)
     above.text(0.01, 0.03, trust, va="bottom", fontsize=9)
-    left, middle, right = below.subplots(1, 3, width_ratios=[1.9, 2.2, 0.9])
-    for axis in (left, middle, right):
-        axis.set(yticks=[], ylim=(len(rows) + 1.6, -1.6))
-    for axis in (left, right):
-        axis.set(xlim=(0.0, 1.0), xticks=[])
-        axis.spines[:].set_visible(False)
-    for y, words in {0: "measured", first + 1: inferred}.items():
-        left.text(0.0, y, words, va="center", weight="bold")
-        for axis in (left, middle, right):
-            axis.axhline(y - 0.5, color=style.REFERENCE, lw=0.6)
-    _compared(middle, places, share)
-    _columns(left, right, places, share)
-    middle.set_xlabel("change since the first inspection (%)")
-    within = f"within {in_digits(share, 4)} %"
-    p.legend_below(figure, p.band_key(within, style.PRIOR, 0.15), columns=5)
+    axis = below.subplots()
+    beyond = f"P>{in_digits(share, 4)} %"
+    labels, numbers = ["before → today"], [f"P same {beyond:>8}  P worse"]
+    farthest = 1.08 * max((abs(x) for row in document.changes for x in row.change), default=0.0)
+    extent = min(max(farthest, 4.0 * share), max(40.0, 4.0 * share))
+    for y, row in enumerate(document.changes, start=1):
+        _change(axis, y, row, extent)
+        words = f"{row.name}{f', {row.of}' if row.of else ''}"
+        if row.measured:
+            before, today = in_digits(row.before, 4), in_digits(row.today, 4)
+            words += f" ({row.unit})   {before} → {today}"
+        labels.append(p.spoken(words))
+        values = (row.unchanged, row.beyond, row.worse)
+        texts = ("" if each is None else f"{each:.2f}" for each in values)
+        numbers.append("{:>6} {:>8}  {:>7}".format(*texts))
+    axis.axvspan(-share, share, color=style.PRIOR, alpha=0.15, lw=0, label=f"within {share:g} %")
+    axis.axvline(0.0, color=style.REFERENCE, lw=0.8)
+    axis.axhline(len(document.measured) + 0.5, color=style.REFERENCE, lw=0.6)
+    for text in p.rows_of_words(axis, labels, numbers).get_yticklabels():
+        text.set_fontfamily("DejaVu Sans Mono")
+    axis.set(xlim=(-extent, extent), xlabel="change since the first inspection (%)")
+    inferred = {"told": "", "apart": "each motion alone; they contradict each other"}
+    inferred["withheld"] = f"parameters are withheld: {WITHHELD}"
+    axis.set_title(inferred.get(document.parameters, "no parameter is reported"), fontsize=10)
+    p.legend_below(figure, columns=5)
     return figure
 
 
-def _compared(axis: Axes, places: Mapping[int, "QuantityChange"], share: float) -> None:
-    """Draw changes with their intervals; what is beyond the axis is pointed to and written."""
-    axis.axvspan(-share, share, color=style.PRIOR, alpha=0.15, lw=0)
-    axis.axvline(0.0, color=style.REFERENCE, lw=0.8)
-    farthest = 1.08 * max((abs(x) for row in places.values() for x in row.change), default=0.0)
-    extent = min(max(farthest, 4.0 * share), max(40.0, 4.0 * share))
-    for y, row in places.items():
-        low, middle, high = np.clip(row.change, -extent, extent)
-        label, colour = "did not change", style.CORRECTED
-        if row.verdict == "not told":
-            label, colour = "inconclusive", style.PRIOR
-        elif row.sure and (row.worse or 0.0) > 0.5:
-            label, colour = "changed for the worse", style.WARNING
-        elif row.sure:
-            label, colour = "changed", style.CHANGED
-        axis.hlines(y, low, high, color=colour, lw=2.4, label=label)
-        if abs(row.change[1]) <= extent:
-            hollow = _alone(row) or label == "inconclusive"
-            look = {"mfc": "white"} if hollow else {"mec": "white"}
-            axis.plot(middle, y, "s" if row.measured else "o", color=colour, ms=7, **look)
-        sides = [-1] * (row.change[0] < -extent) + [1] * (row.change[2] > extent)
-        for side in sides:
-            look = {"marker": "<" if side < 0 else ">", "ls": "", "ms": 8, "clip_on": False}
-            axis.plot(side * extent, y, color=colour, zorder=3, **look)
-        if sides:
-            at = sides[-1] if row.change[1] > 0.0 else sides[0]
-            low, middle, high = (f"{each:+.0f}" for each in row.change)
-            place = {"xytext": (-7 * at, 4), "textcoords": "offset points", "fontsize": 8}
-            place["ha"] = "left" if at < 0 else "right"
-            axis.annotate(p.signed(f"{middle} % ({low} to {high})"), (at * extent, y), **place)
-    axis.set_xlim(-extent, extent)
-
-
-def _alone(row: "QuantityChange") -> bool:
-    """Whether a parameter is of one motion, which the other contradicts."""
-    return row.kind == "parameter" and bool(row.motion)
-
-
-def _columns(left: Axes, right: Axes, places: Mapping, share: float) -> None:
-    """Write names and values on the left, probabilities on the right."""
-    values = {"before": 0.76, "today": 0.98}
-    beyond = f"P>{in_digits(share, 4)} %"
-    chances = {"unchanged": (0.28, "P same"), "beyond": (0.6, beyond), "worse": (1.0, "P worse")}
-    look = {"va": "center", "fontsize": 9}
-    for name, x in values.items():
-        left.text(x, -1, name, ha="right", weight="bold", **look)
-    for x, words in chances.values():
-        right.text(x, -1, words, ha="right", weight="bold", **look)
-    for y, row in places.items():
-        weight = "bold" if row.sure and not _alone(row) else "normal"
-        words = f"{row.name}{f', {row.of}' if row.of else ''}"
-        words += f" ({row.unit})" if row.measured else ""
-        left.text(0.03, y, p.spoken(words), weight=weight, **look)
-        for name, x in values.items() if row.measured else ():
-            left.text(x, y, in_digits(getattr(row, name), 4), ha="right", **look)
-        for name, (x, _) in chances.items():
-            if (value := getattr(row, name)) is not None:
-                right.text(x, y, f"{value:.2f}", ha="right", weight=weight, **look)
+def _change(axis: Axes, y: int, row: "QuantityChange", extent: float) -> None:
+    """Draw a change with its interval; what is beyond the axis is pointed to and written."""
+    low, middle, high = np.clip(row.change, -extent, extent)
+    label, colour = "did not change", style.CORRECTED
+    if row.verdict == "not told":
+        label, colour = "inconclusive", style.PRIOR
+    elif row.sure:
+        worse = (row.worse or 0.0) > 0.5
+        label = "changed for the worse" if worse else "changed"
+        colour = style.WARNING if worse else style.CHANGED
+    axis.hlines(y, low, high, color=colour, lw=2.4, label=label)
+    contradicted = row.kind == "parameter" and bool(row.motion)
+    hollow = contradicted or label == "inconclusive"
+    if abs(row.change[1]) <= extent:
+        look = {"mfc": "white"} if hollow else {"mec": "white"}
+        axis.plot(middle, y, "s" if row.measured else "o", color=colour, ms=7, **look)
+    sides = [-1] * (row.change[0] < -extent) + [1] * (row.change[2] > extent)
+    for side in sides:
+        look = {"marker": "<" if side < 0 else ">", "ls": "", "ms": 8, "clip_on": False}
+        axis.plot(side * extent, y, color=colour, zorder=3, **look)
+    if sides:
+        at = sides[-1] if row.change[1] > 0.0 else sides[0]
+        low, middle, high = (f"{each:+.0f}" for each in row.change)
+        place = {"xytext": (-7 * at, 4), "textcoords": "offset points", "fontsize": 8}
+        place["ha"] = "left" if at < 0 else "right"
+        axis.annotate(p.signed(f"{middle} % ({low} to {high})"), (at * extent, y), **place)
 
 
 def curves(panels: Sequence["Panel"]) -> Iterator[Figure]:
@@ -177,13 +148,10 @@ def _picture(panel: "Panel", colours: Mapping[str, str]) -> Figure:
     for axis in figure.axes:
         axis.margins(x=0)
     figure.axes[-1].set_xlabel("time of the record (ms)")
-    longest = max(len(each) for axis in figure.axes for each in _labels(axis))
+    labels = [label for axis in figure.axes for label in axis.get_legend_handles_labels()[1]]
+    longest = max(map(len, labels))
     p.legend_below(figure, columns=max(1, 98 // (longest + 8)), fontsize=9)
     return figure
-
-
-def _labels(axis: Axes) -> list[str]:
-    return axis.get_legend_handles_labels()[1]
 
 
 def _channel(axis: Axes, data: "Marked", colour: str, event: str) -> None:

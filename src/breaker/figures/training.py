@@ -23,14 +23,10 @@ def loss(history: xr.Dataset, solver: xr.Dataset, *, motion: str) -> Figure:
     other on its negative log density, the scale of the validation, and both are in one panel.
 
     Args:
-        history: ``training_loss (step)``, ``learning_rate (step)``, coordinate ``step``, and
-            ``validation_loss (evaluation)``, the negative log density of the EMA weights in nats
-            per curve, at ``evaluation_step (evaluation)``; attributes ``best_step``,
-            ``held_out_log_density`` and ``held_out_log_density_se`` in nats per curve.
-        solver: ``mean_difference (solver_steps)`` and ``max_difference (solver_steps)`` from the
-            finest solution, in posterior sd, ``density_difference (solver_steps)`` in nats;
-            attributes ``chosen_steps``, ``chosen_density_steps`` and ``reference_steps``, those of
-            the finest; only ``solves``, 0, for a network without a solver.
+        history: Losses and learning rate by ``step``, nats per curve; the validation at
+            ``evaluation_step``; attributes ``best_step``, ``held_out_log_density`` and its ``_se``.
+        solver: Differences from the finest solution by ``solver_steps``, in posterior sd and nats,
+            and the chosen numbers of steps; attribute ``solves``, 0 for a network without solver.
     """
     if solver.attrs["solves"]:
         figure = style.new_figure(11.5, 7.0)
@@ -53,17 +49,12 @@ def loss(history: xr.Dataset, solver: xr.Dataset, *, motion: str) -> Figure:
     for axis in (axes[name] for name in ("loss", "density") if name in axes):
         axis.sharex(rate)
         axis.tick_params(labelbottom=False)
-    density, error = _held_out(history)
+    density, error = (history.attrs[f"held_out_log_density{end}"] for end in ("", "_se"))
     finding = f"Log density of held-out curves: {density:.3f} ± {error:.3f} nats per curve"
     best, last = history.attrs["best_step"], history["step"].values[-1]
     about = f"{p.SOURCES[motion]}: training. The best weights are those of step {best} of {last}"
     style.title(figure, finding, about)
     return figure
-
-
-def _held_out(history: xr.Dataset) -> tuple[float, float]:
-    """Return the log density of held-out curves and its standard error."""
-    return history.attrs["held_out_log_density"], history.attrs["held_out_log_density_se"]
 
 
 def _training(axis: Axes, history: xr.Dataset) -> None:
@@ -78,18 +69,18 @@ def _training(axis: Axes, history: xr.Dataset) -> None:
 
 def _validation(axis: Axes, history: xr.Dataset) -> None:
     """Draw the validation, on an axis that reaches at least as far as it did before."""
+    low, high = axis.get_ylim() if axis.lines else (np.inf, -np.inf)
     values, at = history["validation_loss"].values, history["evaluation_step"].values
     axis.plot(at, values, "o-", color=style.MODEL, ms=3, label="validation curves, EMA weights")
     best = int(history.attrs["best_step"])
     value = values[at == best][0]
     axis.plot(best, value, "*", color=style.CORRECTED, ms=13, label=f"best, kept: {value:.3f}")
-    density, error = _held_out(history)
-    axis.axhspan(-density - error, -density + error, color=style.PRIOR, alpha=0.4, lw=0)
-    label = "held-out curves, ± 1 s.e."
-    axis.axhline(-density, color=style.REFERENCE, lw=1.0, ls="--", label=label)
-    low, high = axis.get_ylim()
-    room = 0.05 * (high - low)
-    lowest, highest = min(values.min(), -density - error), max(values.max(), -density + error)
+    loss, error = -history.attrs["held_out_log_density"], history.attrs["held_out_log_density_se"]
+    axis.axhspan(loss - error, loss + error, color=style.PRIOR, alpha=0.4, lw=0)
+    look = {"lw": 1.0, "ls": "--", "label": "held-out curves, ± 1 s.e."}
+    axis.axhline(loss, color=style.REFERENCE, **look)
+    lowest, highest = min(values.min(), loss - error), max(values.max(), loss + error)
+    room = 0.05 * (highest - lowest)
     axis.set_ylim(min(low, lowest - room), max(high, highest + room))
     axis.set(title="negative log density", ylabel="nats per curve")
     axis.legend(loc="upper right")

@@ -35,40 +35,31 @@ def verdict(life: xr.Dataset, standing: xr.Dataset, sentences: Sequence[str]) ->
     look = {"weight": "bold", "color": p.STATES[states[now["drive_state"].item()]]}
     above.text(0.01, 1.0 - 0.1 / head, action, va="top", fontsize=13, **look)
     above.text(0.01, 0.12 / head, others, va="bottom", fontsize=10)
-    left, right = below.subplots(1, 2, sharey=True, width_ratios=[1.75, 1.0])
+    axis = below.subplots()
     high = ways[np.isfinite(ways)].max(initial=0.0) + 5.0
-    left.set_xlim(-20.0, float(np.clip(high, 130.0, 220.0)))
-    labels = []
+    axis.set_xlim(-20.0, float(np.clip(high, 130.0, 220.0)))
+    labels, words = [], []
     for row, (way, part) in enumerate(zip(ways, parts, strict=True)):
         one, state = now.isel(limit=row), states[now["state"].values[row]]
-        _way(left, row, way, p.STATES[state])
-        _values(left, row, way, life.isel(asked=-1, part=part))
-        action, *others = _words(state, one)
-        place = {"textcoords": "offset points", "annotation_clip": False}
-        look = {"color": p.STATES[state], "weight": "bold", "va": "center"}
-        right.annotate(action, (0.0, row), xytext=(0, 14), **look, **place)
-        text = "\n".join(others)
-        right.annotate(text, (0.0, row), xytext=(0, 5), va="top", fontsize=9, **place)
-        words = fill(p.spoken(life["words"].values[row]), 38)
-        labels.append(f"{p.spoken(life['limit'].values[row])}\n{words}")
-    left.set_yticks(np.arange(len(labels)), labels)
-    left.tick_params(axis="y", labelsize=10, length=0, pad=9)
-    left.axvspan(100.0, left.get_xlim()[1], color=style.WARNING, alpha=0.08, lw=0)
-    left.axvline(100.0, color=style.WARNING, lw=1.4)
-    left.axvline(0.0, color=style.MEASURED, lw=1.0)
-    left.set_ylim(len(labels) - 0.5, -0.5)
-    left.set_xticks([0, 25, 50, 75, 100], ["new", "25 %", "50 %", "75 %", "limit"])
-    left.set_xlabel("from new to the limit: median and 90 % interval (arrow: goes on)")
-    left.grid(axis="y", visible=False)
-    right.set_axis_off()
+        _way(axis, row, way, p.STATES[state])
+        _values(axis, row, way, life.isel(asked=-1, part=part))
+        limit = fill(p.spoken(life["words"].values[row]), 38)
+        labels.append(f"{p.spoken(life['limit'].values[row])}\n{limit}")
+        words.append((_words(state, one), p.STATES[state]))
+    axis.axvspan(100.0, axis.get_xlim()[1], color=style.WARNING, alpha=0.08, lw=0)
+    axis.axvline(100.0, color=style.WARNING, lw=1.4)
+    axis.axvline(0.0, color=style.MEASURED, lw=1.0)
+    axis.set_xticks([0, 25, 50, 75, 100], ["new", "25 %", "50 %", "75 %", "limit"])
+    axis.set_xlabel("from new to the limit: median and 90 % interval (arrow: goes on)")
+    actions = p.rows_of_words(axis, labels, [text for text, _ in words])
+    for text, (_, color) in zip(actions.get_yticklabels(), words, strict=True):
+        text.set_color(color)
     return figure
 
 
 def _ways(life: xr.Dataset) -> tuple[np.ndarray, np.ndarray]:
-    """Return how near each limit is ``(limit, quantile)``: 0 when new, 100 at the limit.
-
-    Of several parts, all of which a limit needs, the one that is farthest from its bound counts,
-    which is returned, too, ``(limit,)``; inf where the bound was passed when new.
+    """Return how near each limit is ``(limit, quantile)``: 0 when new, 100 at the limit, inf where
+    it was passed when new; and the part of each that counts, the one farthest from its bound.
     """
     new, whole = life["new"].values, life["part_bound"].values - life["new"].values
     ahead = np.where(life["part_upper"], whole, -whole) > 0.0
@@ -81,9 +72,7 @@ def _ways(life: xr.Dataset) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _known(way: np.ndarray) -> bool:
-    """Whether a way is known well enough to draw: less wide than all of it; or begun for sure, and
-    past the limit by its median.
-    """
+    """Whether a way is less wide than all of it, or begun for sure and past the limit."""
     past = way[1] >= 100.0 and way[0] > 0.0
     return bool(np.isfinite(way).all() and (way[2] - way[0] <= 100.0 or past))
 
@@ -95,16 +84,13 @@ def _way(axis: Axes, row: int, way: np.ndarray, colour: str) -> None:
         words = "beyond the limit when new" if np.isinf(way[0]) else "not known well enough"
         axis.text(50.0, row, words, ha="center", va="center", color=style.REFERENCE)
         return
-    least, most = axis.get_xlim()
-    low, middle, high = np.clip(way, least, most)
+    low, middle, high = np.clip(way, *axis.get_xlim())
     axis.barh(row, middle, 0.26, color=colour, alpha=0.35, lw=0)
     axis.hlines(row, low, high, color=colour, lw=4)
-    look = {"color": colour, "ls": "", "clip_on": False, "zorder": 3}
-    if middle == way[1]:
-        axis.plot(middle, row, "o", mec="white", ms=11, **look)
-    for end, marker, outside in ((least, "<", low > way[0]), (most, ">", high < way[2])):
-        if outside:
-            axis.plot(end, row, marker, ms=9, **look)
+    for shown, value, marker in zip((low, middle, high), way, "<o>", strict=True):
+        if (marker == "o") == (shown == value):
+            look = {"mec": "white", "ms": 11, "clip_on": False, "zorder": 3}
+            axis.plot(shown, row, marker, color=colour, **look)
 
 
 def _values(axis: Axes, row: int, way: np.ndarray, part: xr.Dataset) -> None:
@@ -116,11 +102,9 @@ def _values(axis: Axes, row: int, way: np.ndarray, part: xr.Dataset) -> None:
         p.signed(in_digits(each, 3 if change else 4, sign=bool(change and each))) for each in values
     )
     unit = "" if unit == "1" else f" {unit}"
-    white = {"fc": "white", "ec": "none", "alpha": 0.75, "pad": 0.5}
-    place = {"textcoords": "offset points", "ha": "center", "bbox": white}
-    look = {"xytext": (0, -11), "va": "top", "fontsize": 9, "color": style.REFERENCE}
-    axis.annotate(f"new {new}{unit}", (0.0, row), **place, **look)
-    axis.annotate(f"limit {bound}{unit}", (100.0, row), **place, **look)
+    place = {"textcoords": "offset points", "ha": "center"}
+    for x, text in ((0.0, f"new {new}{unit}"), (100.0, f"limit {bound}{unit}")):
+        axis.annotate(text, (x, row), xytext=(0, -11), va="top", fontsize=9, **place)
     if _known(way):
         least, most = axis.get_xlim()
         room = 0.17 * (most - least)  # that half of the text takes
@@ -128,23 +112,22 @@ def _values(axis: Axes, row: int, way: np.ndarray, part: xr.Dataset) -> None:
         axis.annotate(f"now {middle}{unit} ({low} to {high})", (at, row), xytext=(0, 10), **place)
 
 
-def _words(state: str, one: xr.Dataset) -> list[str]:
+def _words(state: str, one: xr.Dataset) -> str:
     """Return what to do about a limit, then why, how sure, and since when."""
     low, middle, high = one["left"].values
     by, since, certain = (one[name].item() for name in ("service_by", "since", "certain"))
-    probable = f"P {in_percent(one['beyond'].item())} that it is exceeded"
-    left = f"operations left: {about(middle)} ({span(low, high)})"
-    if np.isinf(low):
-        left = "operations left: beyond the horizon"
     if np.isfinite(certain):
-        told = f"service was recommended since {since:,.0f}, at last by {by:,.0f}"
-        told = told if since < certain else "no service was recommended before"
         crossed = one["crossed"].item()
-        return ["now: exceeded", f"certain at {certain:,.0f}, crossed about {crossed:,.0f}", told]
+        told = f"recommended since {since:,.0f}, at last by {by:,.0f}"
+        told = told if since < certain else "no service was recommended before"
+        return f"now: exceeded\ncertain at {certain:,.0f}, crossed about {crossed:,.0f}\n{told}"
+    chance = one["beyond"].item()
+    probable = f"P {in_percent(chance)} that it is exceeded" if np.isfinite(chance) else ""
     if state == "unknown":
-        return ["unknown", *[probable] * bool(np.isfinite(one["beyond"]))]
+        return f"unknown\n{probable}"
+    left = "beyond the horizon" if np.isinf(low) else f"{about(middle)} ({span(low, high)})"
+    left = f"operations left: {left}"
     if state == "healthy":
-        return ["healthy: no service is planned", left, probable]
+        return f"healthy: no service is planned\n{left}\n{probable}"
     due = "now: service is due" if state == "now" else f"plan: service by operation {by:,.0f}"
-    told = f"recommended since {since:,.0f}" + (f", by {by:,.0f}" if state == "now" else "")
-    return [due, left, f"{probable}; {told}"]
+    return f"{due}\n{left}\n{probable}; recommended since {since:,.0f}"
