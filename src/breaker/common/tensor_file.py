@@ -13,9 +13,8 @@ import json
 import math
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from breaker import __version__
 from breaker.common.lazy_numpy import np
@@ -35,8 +34,7 @@ class ModelFileError(ValueError):
         return cls(f"its settings do not describe a model ({reason})")
 
 
-@dataclass(frozen=True, eq=False)
-class SavedModel:
+class SavedModel(NamedTuple):
     """A model file: the settings that made the model, and its weights by their names."""
 
     settings: dict
@@ -48,12 +46,7 @@ class SavedModel:
         return {name: each.shape for name, each in self.arrays.items()}
 
     def weight(self, name: str, dtype: str) -> np.ndarray:
-        """Return a tensor of the weights.
-
-        Raises:
-            ModelFileError: If it is of another type than ``dtype``, or has numbers that are not
-                finite.
-        """
+        """Return a tensor of the weights; refuse another type, and numbers that are not finite."""
         found = np.array(self.arrays[name])  # which may be changed, unlike that of the file
         if found.dtype != dtype:
             raise ModelFileError(f"tensor {name} is of {found.dtype}, not {dtype}")
@@ -85,9 +78,7 @@ def open_model(path: str | Path) -> Iterator[SavedModel]:
             raise ModelFileError(f"its checksum {what}: it was changed after it was written")
         yield SavedModel(settings, arrays)
     except (SafetensorError, KeyError) as error:  # KeyError: a type that numpy does not have
-        raise ModelFileError(
-            f"{path} is not a model file of breaker ({error}); {_REMEDY}"
-        ) from error
+        raise _not_a_model(path, error) from error
     except ModelFileError as error:
         raise ModelFileError(f"{path}: {error}; {_REMEDY}") from error
 
@@ -98,9 +89,7 @@ def settings_of(path: str | Path) -> dict:
     try:
         return _settings(_parts(content)[0]["__metadata__"])
     except (KeyError, TypeError, ValueError) as error:  # such as a ModelFileError
-        raise ModelFileError(
-            f"{path} is not a model file of breaker ({error}); {_REMEDY}"
-        ) from error
+        raise _not_a_model(path, error) from error
 
 
 def write_model(path: str | Path, settings: Mapping, weights: Mapping[str, np.ndarray]) -> None:
@@ -111,6 +100,10 @@ def write_model(path: str | Path, settings: Mapping, weights: Mapping[str, np.nd
     header["settings"] = json.dumps(settings, sort_keys=True)
     arrays = {name: each.copy(order="C") for name, each in weights.items()}
     Path(path).write_bytes(_finished(save(arrays, metadata=header)))
+
+
+def _not_a_model(path: str | Path, error: Exception) -> ModelFileError:
+    return ModelFileError(f"{path} is not a model file of breaker ({error}); {_REMEDY}")
 
 
 def _content(path: str | Path) -> bytes:
@@ -127,7 +120,6 @@ def _parts(content: bytes) -> tuple[dict[str, Any], bytes]:
 
 
 def _checksum(tensors: bytes, about: Mapping[str, str]) -> str:
-    """Return the hash of the hash of all tensors and of the settings."""
     found = hashlib.sha256(tensors).hexdigest() + about["settings"]
     return hashlib.sha256(found.encode()).hexdigest()
 

@@ -36,9 +36,9 @@ def describe(dataset: xr.Dataset, title: str, **settings: object) -> xr.Dataset:
 def save(dataset: xr.Dataset, path: str | Path) -> None:
     """Write a dataset as one Zarr store, in place of what is there.
 
-    The time of writing is not stored, so the same dataset gives the same bytes. How an array was
-    stored where it was read from is forgotten: a text would keep the length that it had there. The
-    checksums are written last, so a store whose writing was interrupted has none.
+    The same dataset gives the same bytes, as no time is stored. Encodings are dropped: a text would
+    keep the length that it had where it was read from. The checksums are written last, so a store
+    whose writing was interrupted has none.
     """
     path = Path(path)
     if path.is_dir():
@@ -51,9 +51,8 @@ def save(dataset: xr.Dataset, path: str | Path) -> None:
 def write_zarr(content: xr.Dataset | xr.DataTree, folder: Path) -> None:
     """Write a dataset or a tree of datasets into a new folder, in Zarr's format 2.
 
-    Format 3 does not specify text yet. Zarr fills memory, and the files are written one after the
-    other: after an error, the threads of Zarr would go on to write into a folder that its owner
-    removes.
+    Format 3 does not specify text yet. Zarr fills memory alone: after an error, its threads would
+    go on to write into a folder that its owner removes.
     """
     from zarr.storage import MemoryStore  # here, as those who write no store need no Zarr
 
