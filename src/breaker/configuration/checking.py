@@ -30,7 +30,8 @@ _WORDS = {
     "a valid list": "a list",
     "a valid dictionary": "a section",
     " after validation": "",
-    "or equal to ": "",
+    "greater than or equal to": "at least",
+    "less than or equal to": "at most",
 }
 _NAMELESS = "is not a known key: YAML reads a number or a date, not a text. Quote it."
 
@@ -78,8 +79,6 @@ def leaves(section: Mapping, above: Key = ()) -> Iterator[Key]:
 def _problem(error: Mapping, content: Any) -> tuple[Key, str]:
     """Return the key that an error of pydantic is about, and what to say of its value."""
     place, about, kind = error["loc"], error.get("ctx", {}), error["type"]
-    if kind == "contradiction":
-        return (*place, about["key"]), about["text"]
     key: Key = ()
     value = content
     for part in place:  # after the key, pydantic names the type that it has tried
@@ -123,9 +122,8 @@ def _hint(value: Any, kind: str) -> str:
     """Return the remedy where YAML reads a text as a number or a date, or a number as a text."""
     if kind == "string_type" and type(value) in (int, float, date):
         return f' Quote it: "{value}".'
-    if kind not in ("int_type", "float_type") or not isinstance(value, str):
-        return ""
-    if not _NUMBER.fullmatch(value):
+    a_number = isinstance(value, str) and _NUMBER.fullmatch(value)
+    if kind not in ("int_type", "float_type") or not a_number:
         return ""
     number = float(value)
     number = int(number) if kind == "int_type" and number.is_integer() else number

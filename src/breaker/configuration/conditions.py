@@ -11,6 +11,7 @@ from contextlib import suppress
 from typing import Any
 
 from breaker.configuration.definitions import ADVICE, advice_of, family_of
+from breaker.configuration.inspection_interval import interval_of
 from breaker.configuration.loading import UNLIKE, of_motion
 from breaker.configuration.settings import defaults
 from breaker.model.equations import PRESSED, pressed_half_space
@@ -52,6 +53,8 @@ def _trainings(network, training, by_motion, bank, sensor) -> Found:
     for motion in MOTIONS:
         config = {"network": network, "training": training, "by_motion": by_motion}
         own = of_motion(config, motion)
+        place = ("by_motion", motion, "training") if motion in by_motion else ("training",)
+        yield from _at_most(own["training"], place, "evaluate_every", "steps")
         keys = ("batch", "validation_curves", "held_out_curves")
         needs = sum(own["training"][key] for key in keys)
         if curves < needs:
@@ -67,6 +70,29 @@ def _trainings(network, training, by_motion, bank, sensor) -> Found:
                 f"is {components} for {motion}, but must not exceed sensor.samples "
                 f"({sensor['samples']}). Lower it, or raise sensor.samples.",
             )
+
+
+def _validation(validation) -> Found:
+    yield from _at_most(validation, ("validation",), "judged_curves", "curves")
+
+
+def _at_most(section: Mapping, place: tuple, key: str, limit: str) -> Found:
+    value, most = section[key], section[limit]
+    if value > most:
+        yield (
+            (*place, key),
+            f"is {value}, but must not exceed {limit} ({most}). Change one of them.",
+        )
+
+
+def _planning(planning) -> Found:
+    service, failure = planning["service_cost"], planning["failure_cost"]
+    if not service:
+        yield ("planning", "service_cost"), "is 0, so a service is always due. State a cost."
+    if failure <= service:
+        text = f"is {failure:g}, so no service pays. Raise it above service_cost."
+        yield ("planning", "failure_cost"), text
+    yield from _refused(("planning", "inspection"), interval_of, planning["inspection"])
 
 
 def _prior(prior, size) -> Found:
@@ -165,5 +191,5 @@ def listed(curves: str, breaker: str | None, phase: str | None, events: Mapping,
     ]
 
 
-_OF_SETTINGS = (_trainings, _prior, _limits, _known, _files, _format)
+_OF_SETTINGS = (_trainings, _validation, _planning, _prior, _limits, _known, _files, _format)
 _OF_FOLDERS = (_folder,)

@@ -23,31 +23,21 @@ def family_of(name: str) -> dict[str, Any]:
         ConfigurationError: If there is no such family, or its file is wrong.
     """
     file = Path(name) if name.endswith((".yaml", ".yml")) else family_file(name)
-    return _checked(file, "FamilyFile")
+    from breaker.configuration.checking import dotted, problems
+    from breaker.configuration.settings import FamilyFile
+
+    content = read(file)
+    if found := problems(FamilyFile, content):
+        lines = [f"{file}: {dotted(key)} {text}" for key, text in found.items()]
+        raise ConfigurationError("\n  ".join(lines))
+    return content
 
 
 def simulated_test(config: Mapping[str, Any]) -> dict[str, Any]:
     """Return drive, wear and sensor of the simulated endurance test, and its operations."""
-    return _checked(SIMULATED_TEST, "SimulatedTestFile") | config["simulated_test"]
+    return read(SIMULATED_TEST) | config["simulated_test"]
 
 
 def advice_of(own: Mapping[str, str] = MappingProxyType({})) -> dict[str, str]:
     """Return where to look first, by quantity: the words that ship, or one's own instead."""
     return {**read(ADVICE), **own}
-
-
-def _checked(file: Path, kind: str) -> dict[str, Any]:
-    """Return what a data file holds.
-
-    Raises:
-        ConfigurationError: If there is no such file, or a key or value in it is wrong.
-    """
-    from breaker.configuration import settings
-    from breaker.configuration.checking import dotted, problems
-
-    content = read(file)
-    found = problems(getattr(settings, kind), content)
-    if found:
-        lines = [f"{file}: {dotted(key)} {text}" for key, text in found.items()]
-        raise ConfigurationError("\n  ".join(lines))
-    return content

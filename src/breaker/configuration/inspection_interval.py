@@ -23,7 +23,7 @@ def interval_of(text: str) -> tuple[float, str]:
         often = float(number)
     if unit not in (OPERATIONS, YEARS) or not 0.0 < often < 1e9:
         raise ValueError(
-            f'is "{text}", which is no interval of inspection. Write a number of years or '
+            f'"{text}" is no interval of inspection. Write a number of years or '
             f'operations, such as "1 year" or "100 operations", or "{EVERY}".'
         )
     return often, unit

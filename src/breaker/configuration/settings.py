@@ -7,10 +7,8 @@ these classes, and ``checking`` compares a configuration with them.
 from copy import deepcopy
 from typing import Annotated, Any, Literal, get_args
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
-from pydantic_core import PydanticCustomError
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field
 
-from breaker.configuration.inspection_interval import interval_of
 from breaker.model.parameters import NAMES
 from breaker.model.quantities import speeds_of
 
@@ -26,20 +24,9 @@ class Section(BaseModel):
     )
 
 
-def problem(key: str, text: str) -> PydanticCustomError:
-    """Return the error of a value that contradicts another one of its section."""
-    return PydanticCustomError("contradiction", "{text}", {"key": key, "text": text})
-
-
 def _f(default: Any, text: str, low: float | None = None, high: float | None = None, **more: Any):
     """Return a setting: default, description, smallest and largest value, and other bounds."""
     return Field(default, description=text, ge=low, le=high, **more)
-
-
-def _at_most(section: Section, key: str, limit: str) -> None:
-    value, most = getattr(section, key), getattr(section, limit)
-    if value > most:
-        raise problem(key, f"is {value}, but must not exceed {limit} ({most}). Change one of them.")
 
 
 def _text(most: int = 1000, **more: Any) -> Any:
@@ -109,9 +96,7 @@ Renewed = Literal[("all", "transducer", *NAMES)]
 class Model(Section):
     """Functions of your own in place of the simulator or the prior."""
 
-    simulator: Function | None = _f(
-        None, "module:function of a simulator; null: the paper's drive."
-    )
+    simulator: Function | None = _f(None, "module:function of a simulator; null: paper's drive.")
     prior: Function | None = _f(None, "module:function of a prior; null: the prior below.")
 
 
@@ -175,14 +160,10 @@ class Format(Section):
     time_unit: Literal["s", "ms", "us"] = _f("s", "Unit of the time.")
     rate: float | None = _f(None, "kHz, sampling rate; required without a time column.", 0.95, 1000)
     travel_column: Column = _f("travel", "Name or number of the travel column.")
-    travel_unit: Unit = _f(
-        "mm", "Unit of the travel; deg, rad, V, counts and % need a ratio or table."
-    )
+    travel_unit: Unit = _f("mm", "Unit of the travel; all but lengths need ratio or table.")
     ratio: float | None = _f(None, "mm per travel_unit, such as the ratio of a lever.", 1e-6, 1e6)
     table: Text | None = _f(None, "CSV file of two columns, reading in travel_unit and mm.")
-    zero: Amount | Literal["rest"] = _f(
-        0.0, "Reading of the open breaker; rest: that of each record."
-    )
+    zero: Amount | Literal["rest"] = _f(0.0, "Reading of the open breaker; rest: of each record.")
     sign: Literal[1, -1] = _f(1, "1 if the reading grows towards closed, -1 if it falls.")
     quantum: float | None = _f(None, "mm, step of the reading; null finds it.", 0, 10)
     samples: int | None = _f(None, "Usual number of samples; others get a remark.", 2, 10_000_000)
@@ -273,11 +254,6 @@ class Training(Section):
     threads: int = _f(1, "CPU threads, of each training.", 1, 1024)
     device: Literal["auto", "cpu", "cuda"] = _f("auto", "Device; auto is CUDA if available.")
 
-    @model_validator(mode="after")
-    def _fit(self):
-        _at_most(self, "evaluate_every", "steps")
-        return self
-
 
 class Bank(Section):
     """Training bank of each motion: curves without noise, one Zarr store and one job a shard."""
@@ -308,8 +284,6 @@ class FamilyTraining(Section):
     held_out_curves: int = _f(5000, "Drives of the membership test, and to judge by.", 1, 1_000_000)
     workers: int = _f(0, "Processes that make batches ahead; no weight depends on them.", 0, 1024)
 
-    _fit = model_validator(mode="after")(Training._fit)
-
 
 class Family(Section):
     """Family of drives with effects that the model lacks, and the networks trained on it."""
@@ -334,11 +308,6 @@ class Validation(Section):
     prior_curves: int = _f(2000, "Curves of the prior predictive figure.", 20, 50_000)
     limit_curves: int = _f(1000, "Prior draws of the exact limit of contraction.", 10, 100_000)
     correction_rounds: int = _f(20, "Largest number of rounds of the correction.", 1, 1000)
-
-    @model_validator(mode="after")
-    def _fit(self):
-        _at_most(self, "judged_curves", "curves")
-        return self
 
 
 class SimulatedTest(Section):
@@ -388,19 +357,6 @@ class Planning(Section):
     inspection_cost: float = _f(0.1, "Cost of an inspection; none under monitoring.", 0, 1e12)
     inspection: _text(40) = _f("every operation", "Or 1 year, 100 operations: their interval.")
     sudden_failures: float = _f(0.0015, "Sudden failures of a drive per year; 0: none.", 0, 10)
-
-    @model_validator(mode="after")
-    def _fit(self):
-        if not self.service_cost:
-            raise problem("service_cost", "is 0, so a service is always due. State a cost.")
-        if self.failure_cost <= self.service_cost:
-            text = f"is {self.failure_cost:g}, so no service pays. Raise it above service_cost."
-            raise problem("failure_cost", text)
-        try:
-            interval_of(self.inspection)
-        except ValueError as error:
-            raise problem("inspection", str(error)) from error
-        return self
 
 
 class Simultaneity(Section):
@@ -534,7 +490,7 @@ Worn = Literal[(*NAMES, *get_args(Effect), "closing_stop.damping", "opening_stop
 
 
 class Wear(Section):
-    """How many parameters and effects of a drive change, and ranges of the changes."""
+    """How many parameters and effects of a drive change."""
 
     share: float = 1.0
     parameters: Numbers = [0, 0]
@@ -558,12 +514,3 @@ class FamilyFile(Section):
     touch: Range = [0.0, 1.0]
     effects: dict[Effect | Stop, Range | StopRanges]
     wear: Wears
-
-
-class SimulatedTestFile(Section):
-    """Drive, wear and sensor of the simulated endurance test."""
-
-    parameters: dict[Literal[NAMES], float]
-    effects: dict[Effect | Stop, float | dict[str, float]]
-    wear: dict[str, float | dict[Worn, float]]
-    sensor: dict[str, float]
