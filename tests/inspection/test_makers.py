@@ -113,17 +113,6 @@ def test_what_is_proposed_for_a_maker_reads_its_export(tmp_path, maker):
         assert record.segment.stroke == pytest.approx(178.0, abs=0.5)
 
 
-@pytest.mark.parametrize(
-    "clock",
-    [lambda t: f"00:{t / 1e3:07.4f}", lambda t: f"2024-03-02 10:11:{12 + t / 1e3:09.6f}"],
-    ids=["minutes and seconds", "dates and times"],
-)
-def test_a_rate_is_read_from_times_of_the_day(tmp_path, clock):
-    head = "Time,Travel 1 (mm),Travel 2 (mm),Contact"
-    file = put(tmp_path / "a.csv", head, ",", ".", 10.0, before=clock)
-    assert inspect_file(file, SENSOR).settings["rate"] == 10.0
-
-
 def test_a_ratio_may_have_its_unit_and_stays_to_be_filled_in(tmp_path):
     head = "fs = 10k\nÜbersetzung: 1,64 mm/°\nDrehwinkel L1 [°];Drehwinkel L2 [°];K"
     proposal = inspect_file(put(tmp_path / "a.csv", head, ";", ",", 10.0), SENSOR)

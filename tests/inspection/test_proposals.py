@@ -151,18 +151,6 @@ def test_a_layout_is_told(put, closing, name):
     assert_read(proposal, closing)
 
 
-def test_times_of_the_day_give_a_rate(put, closing):
-    time, travel = closing
-    # More samples than cells that are looked at.
-    time, travel = np.arange(0.0, 1000.0, 0.1), np.append(travel, np.resize(travel[-100:], 10_000))
-    travel = travel[: time.size]
-    day = [f"23:59:{59 + t / 1e3:07.4f}" for t in time]
-    proposal = inspect_file(put("Clock,Travel (mm)", *rows(day, cells(travel))), SENSOR)
-    assert proposal.settings["time_column"] is None
-    assert proposal.settings["rate"] == 10.0
-    assert_read(proposal, (time, travel))
-
-
 def test_without_a_rate_it_asks(put, closing):
     _, travel = closing
     count = [str(i) for i in range(travel.size)]
@@ -171,13 +159,13 @@ def test_without_a_rate_it_asks(put, closing):
     assert yaml.safe_load(overlay_of(proposal))["endurance"]["format"]["rate"] is None
 
 
-def test_times_printed_in_whole_milliseconds_give_the_mean_rate(put, closing):
+def test_times_in_uneven_steps_are_named_and_the_rate_is_asked_for(put, closing):
     time, travel = closing
     lines = rows([f"{int(t)}" for t in time], cells(travel))
     proposal = inspect_file(put("time_ms,travel_mm", *lines), SENSOR)
     assert proposal.settings["time_column"] is None
-    assert proposal.settings["rate"] == pytest.approx(10.0, rel=0.01)
-    assert any("too coarse" in remark for remark in proposal.remarks)
+    assert list(proposal.lacking) == ["rate"]
+    assert any("'time'" in remark for remark in proposal.remarks)
 
 
 def test_volts_leave_the_ratio_to_fill_in(put, closing):

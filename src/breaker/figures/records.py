@@ -12,7 +12,7 @@ from breaker.figures import panels as p
 from breaker.figures import style
 from breaker.model.parameters import PARAMETERS
 from breaker.model.quantities import EVENTS
-from breaker.reading.inspection.bends import seen_touch, speed_along
+from breaker.reading.records.curve_fits import filled
 
 if TYPE_CHECKING:
     from breaker.drive.answers.picture_data import PictureCurve, Shown
@@ -55,7 +55,7 @@ def record(proposal: "Proposal") -> Figure:
         look = {"color": style.MEASURED, "lw": 1.4} if main else {"color": style.PRIOR, "lw": 0.7}
         entire.plot(channel.time, channel.sure, zorder=3 if main else 2, **look)
     duration = min(each.arrives - each.begins for each in first)
-    speed.plot(one.time, speed_along(one.time, one.sure, duration), color=style.MEASURED, lw=1.0)
+    speed.plot(one.time, _speed(one.time, one.sure, duration), color=style.MEASURED, lw=1.0)
     for each in first:
         _motion(entire, speed, each)
     entire.set(ylabel=style.TRAVEL, xlim=one.time[[0, -1]])
@@ -79,7 +79,7 @@ def record(proposal: "Proposal") -> Figure:
 
 
 def _motion(entire: Axes, speed: Axes, each: "InspectedMotion") -> None:
-    """Mark a motion, its rest positions, doubtful samples, and the contact touch of a closing."""
+    """Mark a motion, its rest positions, doubtful samples."""
     one, colour = each.record, MOTIONS[each.motion]
     for axis in (entire, speed):
         label = f"{each.motion}, to its rest"
@@ -94,11 +94,17 @@ def _motion(entire: Axes, speed: Axes, each: "InspectedMotion") -> None:
         inside = np.clip(one.whole[doubtful], *entire.get_ylim())
         look = {"color": style.WARNING, "ms": 6, "zorder": 5, "label": "doubtful sample"}
         entire.plot(one.time[doubtful], inside, "x", **look)
-    if each.motion == "closing":
-        part = slice(*np.searchsorted(one.time, [each.begins, each.arrives]))
-        if (touch := seen_touch(one.time[part], one.sure[part])) is not None:
-            label = "bend of the speed, near the contact touch"
-            speed.axvline(touch, color=style.REFERENCE, lw=1.0, ls=":", label=label)
+
+
+def _speed(time: np.ndarray, travel: np.ndarray, duration: float) -> np.ndarray:
+    """Return the speed, ``(t,)``, mm/ms, by parabolas through an eighth of a motion."""
+    from scipy.signal import savgol_filter
+
+    step = (time[-1] - time[0]) / (len(time) - 1)
+    window = 2 * max(2, round(0.06 * duration / step)) + 1
+    if window > travel.size:
+        return np.full(travel.size, np.nan)
+    return savgol_filter(filled(travel), window, polyorder=2, deriv=1, delta=step)
 
 
 def _near(axis: Axes, each: "InspectedMotion", low: float, high: float, title: str) -> None:

@@ -33,7 +33,6 @@ STATED = _words(_DATA["stated"])
 RATE_WORDS = _words(_DATA["rate_words"])
 RESULTS = _words(_DATA["results"])
 RESULT_HEADS = _words(_DATA["result_heads"])
-ONE_LETTER_SHORT = tuple(_DATA["one_letter_short"])
 UNITS = _words(_DATA["units"])
 OTHER_UNITS = _DATA["other_units"]
 AMPERES = _DATA["amperes"]

@@ -4,12 +4,11 @@ Pairs in cells of their own, several in a line, pairs in one cell, and rows of a
 """
 
 import re
-from collections import Counter
 from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 from breaker.reading.files.date_text import moments
-from breaker.reading.files.lexicon import BEFORE_COLON, ONE_LETTER_SHORT
+from breaker.reading.files.lexicon import BEFORE_COLON
 from breaker.reading.files.word_meanings import split_unit
 
 _SIGN = re.compile(r"\s*(?:(?<!\d)[:=：]|[:=：](?!\d))\s*")
@@ -23,12 +22,6 @@ _VALUE = re.compile(rf"({_NUMBER}|[-+]?[.,]\d+)[.,]?\s*([^\d\s:,;.]\S{{0,11}})?"
 _BEHIND = re.compile(rf"(.*?\D)[\s,]+((?:1\s?:\s?)?{_NUMBER}\s*[^\d\s]{{0,11}})")
 _NAMED = re.compile(r"[^\d\W].*?[:=：]")
 _LABEL = re.compile(r"[A-Za-z]{1,3}[\W_]?\d{1,2}")  # of a channel, in a bracket beside the unit
-_DIGIT = "\0"  # stands for them: no name has it
-_DIGITS, _LONG = re.compile(r"\d+"), 8  # signs of a name that may have lost one
-_USUAL = {
-    word[:i].lower() + word[i + 1 :]: word for word in ONE_LETTER_SHORT for i in range(len(word))
-}
-_WORDS = re.compile(r"[^\W\d_]{5,}")
 _UNIT = re.compile(r"\s*[\[(]([^\[\]()]{1,12})[\])]\s*")
 
 
@@ -105,40 +98,7 @@ def pairs_of(rows: Iterable[Sequence[str]]) -> list[Pair]:
                 values.append(cell)
         if name:
             found.append(_pair(name, values, place))
-    return _respelled(found)
-
-
-def _respelled(pairs: Sequence[Pair]) -> list[Pair]:
-    """Pairs, with names that lack one letter of those of other channels as these have them, or of
-    a usual word.
-
-    >>> names = ["Mechanism Travel T1", "Mehanism Travel T2", "CB Srial No", "Aerial"]
-    >>> [pair.name for pair in _respelled([Pair(name, "", ("1",), 0) for name in names])]
-    ['Mechanism Travel T1', 'Mehanism Travel T2', 'CB Serial No', 'Aerial']
-    """
-    kinds = Counter(_DIGITS.sub(_DIGIT, pair.name) for pair in pairs)
-    usual = [kind for kind, count in kinds.items() if count > 1 and _DIGIT in kind]
-    meant = {
-        kind: near
-        for kind, count in kinds.items()
-        if count == 1 and len(kind) >= _LONG
-        for near in usual
-        if len(near) == len(kind) + 1 and _lacks_one(kind, near)
-    }
-    found = []
-    for pair in pairs:
-        digits = iter(_DIGITS.findall(pair.name))
-        near = meant.get(_DIGITS.sub(_DIGIT, pair.name))
-        name = re.sub(_DIGIT, lambda _, left=digits: next(left), near) if near else pair.name
-        name = _WORDS.sub(lambda word: _USUAL.get(word[0].lower(), word[0]), name)
-        found.append(pair._replace(name=name))
     return found
-
-
-def _lacks_one(short: str, long: str) -> bool:
-    """Whether a text is another one without one of its letters."""
-    first = next((i for i, sign in enumerate(short) if sign != long[i]), len(short))
-    return long[first].isalpha() and short[first:] == long[first + 1 :]
 
 
 def _pair(name: str, values: Sequence[str], row: int) -> Pair:

@@ -11,7 +11,7 @@ import io
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cache, cached_property
 from itertools import islice, pairwise, zip_longest
 from pathlib import Path
@@ -73,8 +73,6 @@ class Layout:
         names: Name of each column, empty where it has none.
         units: Unit of each column as the settings call it; None where none is known.
         columns: Numbers of each column, ``(t,)``, NaN where a cell is empty or no number.
-        texts: Cells of columns without any number, by place, of some of the samples.
-        every: How many samples lie from one of these cells to the next.
         kind: What kind of file it is.
         file: The file.
     """
@@ -84,8 +82,6 @@ class Layout:
     names: list[str]
     units: list[str | None]
     columns: list[np.ndarray]
-    texts: dict[int, list[str]] = field(default_factory=dict)
-    every: int = 1
     kind: str = "a text"
     file: Path = Path()
 
@@ -138,9 +134,6 @@ def layout_of_lines(
     samples = _filled(lines[first:], delimiter)
     check_size(file, len(samples), width)
     columns = _numbers(samples, delimiter, settings["decimal"], numeric)
-    every = max(1, len(samples) // _SAMPLE)
-    some = (cells_of(line, delimiter) for line in samples[::every])
-    cells = dict(enumerate(zip_longest(*some, fillvalue="")))
     named, units_at = _head(above, width)
     names = [] if named is None else [above[named][0].lstrip("#%! "), *above[named][1:]]
     units = [split_unit(name)[1] for name in names]
@@ -155,8 +148,6 @@ def layout_of_lines(
         names=[*names, *[""] * width][:width],
         units=[*units, *[None] * width][:width],
         columns=columns,
-        texts={i: list(cells.get(i, ())) for i in range(width) if np.isnan(columns[i]).all()},
-        every=every,
         file=Path(file),
     )
 
@@ -375,11 +366,7 @@ def encoding_of(content: bytes) -> str:
     western = telling.decode("cp1252", errors="replace")
     if not _FOREIGN.search(western):  # else letters stand in pairs or words of their own
         return "cp1252"
-    from charset_normalizer import from_bytes  # here, as it is rarely needed
-
-    best = from_bytes(telling, cp_isolation=_CODES).best()
-    alike = best.could_be_from_charset if best else []
-    return next((code for code in _CODES if code in alike), "latin-1")
+    return "latin-1"
 
 
 def _signs(lines: Sequence[str]) -> tuple[str, str]:

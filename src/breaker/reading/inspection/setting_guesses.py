@@ -8,14 +8,12 @@ import math
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from pathlib import Path
 
 import numpy as np
 
 from breaker.common.numerals import in_digits
 from breaker.reading.files.format_settings import TO_MM
 from breaker.reading.files.word_meanings import (
-    LISTED,
     MOTION_OF,
     holds,
     motion_of,
@@ -126,7 +124,7 @@ def guess_direction(layout: Layout, travels: Sequence[Travel]) -> Guess:
     said = _FIRST.get(layout.stated.operation[:1].lower()) or next(
         filter(None, [*map(_first_in, texts), _first_coil(layout, travel)]), ""
     )
-    signs = _signs_of_first(travel, "" if _is_phase_c(file) else LISTED.sub(" ", file.stem))
+    signs = _signs_of_first(travel)
     if switched := closes_by_resistance(layout, travel):
         falls = "fall" if switched > 0.0 else "rise"
         signs.append((_RESISTANCES * switched, f"resistances of contacts {falls} in it"))
@@ -164,14 +162,7 @@ def _first_coil(layout: Layout, travel: Travel) -> str:
     return said.pop() if len(said) == 1 else ""
 
 
-def _is_phase_c(file: Path) -> bool:
-    """Whether the C in a file's name is a pole's: files of A and B stand beside it."""
-    found = re.search(r"(?<![A-Za-z])C(?![A-Za-z])", file.stem)
-    names = [found and f"{file.stem[: found.start()]}{p}{file.stem[found.end() :]}" for p in "AB"]
-    return bool(found) and any((file.parent / f"{name}{file.suffix}").exists() for name in names)
-
-
-def _signs_of_first(travel: Travel, stem: str) -> list[tuple[float, str]]:
+def _signs_of_first(travel: Travel) -> list[tuple[float, str]]:
     """What speaks for a closing as the first motion, by its weight, below 0 for an opening, and
     why: makers mostly have the open breaker at 0, but not all.
     """
@@ -180,9 +171,6 @@ def _signs_of_first(travel: Travel, stem: str) -> list[tuple[float, str]]:
         where = "before" if before < after else "after"
         weight = 1.5 if before < after else -1.5
         found.append((weight, f"the reading is nearer to 0 {where} the first motion"))
-    if len(letters := set(re.findall(r"(?<![A-Za-z])[CO](?![A-Za-z])", stem))) == 1:
-        (letter,) = letters
-        found.append((2.0 if letter == "C" else -2.0, f"the file's name has {letter!r}"))
     own = travel.rises == travel.rises[0]
     if not own.all():
         weight, usual = (1.0, "C-O") if own.size == 2 else (-1.4, "O-C-O")

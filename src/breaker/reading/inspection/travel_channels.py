@@ -31,9 +31,6 @@ from breaker.reading.records.motion import Course
 
 _USUAL = 10.0  # kHz
 _OFF = 0.02  # share by which a stated rate may differ from that of the times
-_NICE = 1e-3  # share by which a rate may be off a round number that it is then taken for
-
-_CLOCK = re.compile(r"(?<![\d:])(?:(\d{1,2}):)?(\d{1,2}):(\d{2}(?:[.,]\d+)?)(?!:)")
 
 _TRAVEL_UNITS = frozenset([*TO_MM, "deg", "rad", "V", "counts", "%"])
 
@@ -80,27 +77,29 @@ def find_clock(layout: Layout) -> Clock:
     """Find the column of the time, or the rate that stands for it."""
     stated = layout.stated
     found = [clock for i in range(len(layout.columns)) if (clock := _time_in(layout, i))]
-    if found:
-        clock = max(found, key=lambda clock: _likely_time(layout, clock))
-    elif not (clock := _wall_clock(layout)):
-        doubt = f"the rate is doubtful: {stated.rate_doubt}"
-        return Clock(None, None, stated.rate, (doubt,) if stated.rate_doubt else ())
-    off = abs(stated.rate / clock.rate - 1.0)
-    if not off > _OFF:
-        # A mean of times that are not read is no better than what the text says.
-        exact = clock.place is not None or np.isnan(stated.rate)
-        return clock if exact else Clock(None, None, stated.rate, clock.remarks)
+    if not found:
+        said = [f"the rate is doubtful: {stated.rate_doubt}"] if stated.rate_doubt else []
+        said += _unread_times(layout)
+        return Clock(None, None, stated.rate, tuple(said))
+    clock = max(found, key=lambda clock: _likely_time(layout, clock))
+    if not abs(stated.rate / clock.rate - 1.0) > _OFF:
+        return clock
     said, seen = (in_digits(rate, 6) for rate in (stated.rate, clock.rate))
     both = f"the text states {said} kHz, but the times are those of {seen} kHz"
-    rate = np.nan if clock.place is None else clock.rate
-    return replace(clock, rate=rate, remarks=(*clock.remarks, both))
+    return replace(clock, remarks=(*clock.remarks, both))
 
 
-def _likely_time(layout: Layout, clock: Clock) -> tuple[bool, bool, bool]:
-    """Whether a clock is a column, has a unit, and has a name of the time: the more, the better."""
-    at = clock.place or 0
-    there, named = clock.place is not None, holds(layout.names[at], "time")
-    return there, there and layout.units[at] in TO_MS, there and named
+def _unread_times(layout: Layout) -> list[str]:
+    """What to say of columns that are called times and do not rise as these do."""
+    pairs = enumerate(zip(layout.names, layout.units, strict=True))
+    named = [i for i, (name, unit) in pairs if unit in TO_MS or holds(name, "time")]
+    columns = ", ".join(repr(layout.column(i)) for i in named)
+    return [f"the times of {columns} do not rise in even steps: not read"] if named else []
+
+
+def _likely_time(layout: Layout, clock: Clock) -> tuple[bool, bool]:
+    """Whether a clock has a unit, and a name of the time: the more, the better."""
+    return layout.units[clock.place] in TO_MS, holds(layout.names[clock.place], "time")
 
 
 def _time_in(layout: Layout, place: int) -> Clock | None:
@@ -114,26 +113,13 @@ def _time_in(layout: Layout, place: int) -> Clock | None:
     timely = unit is not None or holds(name, "time")
     if values[-1] <= values[0] or (steps < 0).mean() > 0.01:
         return None
-    if step > 0 and (np.abs(steps - step) <= 0.2 * step).mean() > 0.9:
-        if step == 1 and not timely:
-            return None  # it counts the samples
-        units = [unit] if unit else _units_of(step)
-        if not units:
-            return None
-        how = (
-            f"the time's unit is not stated; steps of {in_digits(step, 4)} are those of {units[0]}"
-        )
-        return Clock(place, units[0], 1.0 / (step * TO_MS[units[0]]), () if unit else (how,))
-    digits = steps[steps > 0].min()
-    mean, start = np.polyfit(np.arange(values.size), values, 1)
-    even = start + mean * np.arange(values.size)
-    units = [unit] if unit else _units_of(float(mean))
-    if not (timely and units and np.abs(values - even).max() <= 1.5 * digits):
+    if not (step > 0 and (np.abs(steps - step) <= 0.2 * step).mean() > 0.9):
         return None
-    rate = _nice(1.0 / (mean * TO_MS[units[0]]))
-    how = f"the time is printed in steps of {in_digits(digits, 6)} {units[0]}, too coarse to tell "
-    how += f"its samples apart; the rate on average is {in_digits(rate, 6)} kHz"
-    return Clock(None, None, rate, (how,))
+    units = [unit] if unit else _units_of(step)
+    if not units or (step == 1 and not timely):  # it counts the samples
+        return None
+    how = f"the time's unit is not stated; steps of {in_digits(step, 4)} are those of {units[0]}"
+    return Clock(place, units[0], 1.0 / (step * TO_MS[units[0]]), () if unit else (how,))
 
 
 def falling_times(layout: Layout) -> str | int | None:
@@ -146,34 +132,6 @@ def falling_times(layout: Layout) -> str | int | None:
 def _units_of(step: float) -> list[str]:
     """The unit of time in which a step is one of a recorder; one or none."""
     return [u for u, ms in TO_MS.items() if RATES[0] <= 1.0 / (step * ms) <= RATES[1]][:1]
-
-
-def _nice(rate: float) -> float:
-    """A rate, rounded to two digits if it is nearly that."""
-    rounded = float(f"{rate:.2g}")
-    return rounded if abs(rounded - rate) <= _NICE * rate else float(f"{rate:.6g}")
-
-
-def _wall_clock(layout: Layout) -> Clock | None:
-    """The rate by a column of times of the day, which settings cannot name."""
-    for place, cells in layout.texts.items():
-        found = [(i, match) for i, cell in enumerate(cells) if (match := _CLOCK.search(cell))]
-        if len(found) < max(20, 0.9 * len(cells)):
-            continue
-        (begin, first), (end, last) = found[0], found[-1]
-        steps, lasts = layout.every * (end - begin), 1e3 * (_seconds(last) - _seconds(first))
-        lasts %= 86_400_000
-        what = f"column {layout.column(place)!r} has times of the day, which are not read"
-        if not (lasts > 0 and RATES[0] <= steps / lasts <= RATES[1]):
-            return Clock(None, None, np.nan, (what,))
-        rate = _nice(steps / lasts)
-        return Clock(None, None, rate, (f"{what}; their mean rate is {in_digits(rate, 6)} kHz",))
-    return None
-
-
-def _seconds(time: re.Match) -> float:
-    """Seconds of the day."""
-    return 3600 * int(time[1] or 0) + 60 * int(time[2]) + float(time[3].replace(",", "."))
 
 
 class InspectionError(ValueError):
