@@ -32,7 +32,7 @@ SETTINGS = """
 breaker:
   motions: [closing]
   validation: {prior_curves: 20}
-  rig: {operations: 8}
+  simulated_test: {operations: 8}
   endurance: {operations_per_job: 20}
 """
 FIGURE = "drive/figures/prior_predictive_closing.png"
