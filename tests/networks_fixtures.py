@@ -49,13 +49,10 @@ TRAINING = {
     "batch": 16,
     "optimiser": "muon",
     "learning_rate": 5e-3,
-    "warm_up": 0.2,
-    "weight_decay": 0.01,
-    "clip": 1.0,
-    "ema": 0.6,
     "evaluate_every": 5,
     "checkpoint_every": 4,
 }
+CONSTANTS = {"warm_up": 0.2, "weight_decay": 0.01, "clip": 1.0, "ema": 0.6}
 
 
 def settings(*, motion="closing", onset=True, network=NETWORK):
@@ -132,18 +129,19 @@ def new_trainer(
     rows, validation = training_rows()
     freeze_inputs(posterior, rows, generator(seed, "components"))
     return kind(
-        posterior=posterior.to(device),
+        network=posterior.to(device),
         rows=Rows.of(rows, posterior, device),
         validation=Rows.of(validation, posterior, device),
-        settings=TRAINING | changes,
+        settings=TRAINING | {name: changes[name] for name in changes.keys() & TRAINING},
         seed=seed,
         checkpoint=Checkpoint(folder / "checkpoints" / "closing.pt", mark),
+        **CONSTANTS | {name: changes[name] for name in changes.keys() & CONSTANTS},
     )
 
 
 def weights(training):
     """Copy of all weights and buffers, by name."""
-    return {name: value.clone() for name, value in training.posterior.state_dict().items()}
+    return {name: value.clone() for name, value in training.network.state_dict().items()}
 
 
 def same(one, other):

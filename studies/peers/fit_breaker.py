@@ -11,7 +11,7 @@ from breaker.configuration.loading import of_motion
 from breaker.networks.training import Trainer
 from breaker.paper.joint_model import Model
 from breaker.paper.posterior import Posterior
-from breaker.paper.training import RECIPE, Rows, convergence, freeze_inputs, split
+from breaker.paper.training import Rows, convergence, freeze_inputs, split
 from studies.peers.common import read_settings
 
 __all__ = ["Breaker"]
@@ -29,11 +29,11 @@ class Breaker:
 
     def settings(self) -> dict:
         """Return what a table has to say about the arm."""
-        used = RECIPE | self.configuration["training"]
+        used = self.configuration["training"]
         return {
             "estimator": f"{self.kind.replace('_', ' ')}, config/advanced.yaml",
             "optimiser": f"{used['optimiser']} {used['learning_rate']}, warm-up, cosine over the "
-            f"budget, clip {used['clip']}, EMA {used['ema']}",
+            f"budget, clip {Trainer.clip:g}, EMA {Trainer.ema}",
             "batch": used["batch"],
             "deviations": "none but the number of steps",
         }
@@ -44,7 +44,7 @@ class Breaker:
         """Train on a bank for so many steps."""
         motion = model.motion
         own = of_motion(self.configuration, motion)
-        network, training = own["network"], {**RECIPE, **own["training"], "steps": steps}
+        network, training = own["network"], {**own["training"], "steps": steps}
         made_from = {key: self.configuration[key] for key in ("prior", "sensor")}
         made_from |= {"motion": motion, "network": network, "training": training, "seed": seed}
         parts = split(bank.sizes["curve"], training["validation_curves"])

@@ -5,8 +5,7 @@ import pytest
 import torch
 
 from breaker.networks.blocks import ResidualMLP
-from breaker.networks.build import build
-from breaker.networks.summary import TimeSeriesNetwork
+from breaker.networks.summary import OwnNetwork, TimeSeriesNetwork, build
 from tests.networks_fixtures import (
     NETWORK,
     arrays,
@@ -143,3 +142,24 @@ def test_an_unknown_kind_is_named(role):
     wrong = {**NETWORK, role: {**NETWORK[role], "kind": "oracle"}}
     with pytest.raises(ValueError, match=f"unknown {role} network 'oracle'; known: "):
         build(wrong, samples=31, dims=5)
+
+
+def own(samples, features):
+    """A summary network of a user, as the configuration names it."""
+    return torch.nn.Linear(samples, features)
+
+
+def test_an_own_network_sees_centred_and_scaled_series():
+    wanted = {"kind": "tests.networks.test_summary:own", "features": 12, "components": 8}
+    settings = {**NETWORK, "summary": wanted}
+    summary, inference = built(build, settings, samples=SAMPLES, dims=5)
+    x, centre = torch.randn(6, SAMPLES), torch.randn(SAMPLES)
+    summary.freeze(centre, torch.tensor(1.7), torch.ones(SAMPLES, 8))
+    expected = summary.network((x - centre) / 1.7)
+    torch.testing.assert_close(summary(x), expected, rtol=0, atol=1e-6)
+    assert inference.head.in_features == 12
+
+
+def test_an_own_network_of_another_shape_is_refused():
+    with pytest.raises(ValueError, match=r"maps \(2, 23\) to \(2, 5\), not to \(2, 7\)"):
+        OwnNetwork(torch.nn.Linear(SAMPLES, 5), SAMPLES, 7)

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 import torch
 
-from breaker.drive.training.family_density import FamilyNetwork, FamilyRows
-from breaker.networks.training import Checkpoint, Trainer
-from tests.networks_fixtures import TRAINING, same, weights
+from breaker.drive.training.network_training import FamilyNetwork
+from breaker.networks.training import Checkpoint, MadeRows, Trainer
+from tests.networks_fixtures import CONSTANTS, TRAINING, same, weights
 
 SIZES = {"width": 12, "blocks": 1, "features": 6, "components": 3, "head": 5}
 # Of Python on systems with more cores or fewer than this test takes.
@@ -25,12 +25,13 @@ def make(drives, rng):
 def training(folder, workers=0, *, device="cpu", make=make, **changes):
     network = FamilyNetwork(SIZES, "levels", (4, 3), atoms=(True, False, True), seed=1)
     return Trainer(
-        posterior=network.to(device),
-        rows=FamilyRows(np.arange(80), make, device, workers),
-        validation=FamilyRows(np.arange(80, 100), make, device),
+        network=network.to(device),
+        rows=MadeRows(np.arange(80), make, device, workers),
+        validation=MadeRows(np.arange(80, 100), make, device),
         settings=TRAINING | changes,
         seed=1,
         checkpoint=Checkpoint(folder / "levels.pt", "this one"),
+        **CONSTANTS,
     )
 
 

@@ -96,5 +96,5 @@ def test_every_network_trains(tmp_path, name):
     training = new_trainer(tmp_path, network=COMBINATIONS[name], **settings)
     batch = training.fixed_batch
     with torch.no_grad():
-        start = training.posterior.validation_loss(*batch).mean().item()
+        start = training.network.validation_loss(*batch).mean().item()
     assert start - float(training.run().validation_loss[-1]) > 1.0

@@ -4,7 +4,9 @@ import torch
 
 from breaker.networks.blocks import Hidden, ResidualMLP
 from breaker.networks.training import full_width, optimisers, orthogonal
-from tests.networks_fixtures import TRAINING, normal
+from tests.networks_fixtures import normal
+
+RATES = {"learning_rate": 5e-3, "weight_decay": 0.01}
 
 
 def test_a_step_is_nearly_orthogonal():
@@ -19,17 +21,17 @@ def test_a_step_is_nearly_orthogonal():
 
 def test_matrices_between_hidden_layers_take_them():
     network = ResidualMLP(4, 16, 3, blocks=2)
-    adamw, muon = optimisers(network, TRAINING)
+    adamw, muon = optimisers(network, "muon", **RATES)
     of_muon = {id(weight) for weight in muon.param_groups[0]["params"]}
     hidden = [layer for layer in network.modules() if isinstance(layer, Hidden)]
     assert of_muon == {id(layer.weight) for layer in hidden}
     others = {id(weight) for weight in adamw.param_groups[0]["params"]}
     assert of_muon | others == {id(weight) for weight in network.parameters()}
     assert not of_muon & others
-    _, edges = optimisers(network, TRAINING | {"optimiser": "muon_edges"})
+    _, edges = optimisers(network, "muon_edges", **RATES)
     matrices = {id(weight) for weight in network.parameters() if weight.ndim == 2}
     assert {id(weight) for weight in edges.param_groups[0]["params"]} == matrices > of_muon
-    (alone,) = optimisers(network, TRAINING | {"optimiser": "adamw"})
+    (alone,) = optimisers(network, "adamw", **RATES)
     assert len(alone.param_groups[0]["params"]) == len([*network.parameters()])
 
 

@@ -97,10 +97,10 @@ def test_moving_average_by_hand(trainer):
     training.optimisers[-1].register_step_post_hook(follow)
     training.run()
     assert count == 6
-    for mean, weight in zip(expected, training.ema, strict=True):
+    for mean, weight in zip(expected, training.means, strict=True):
         torch.testing.assert_close(weight, mean, rtol=1e-5, atol=1e-6)
     # The only evaluation is at the end, so that the average is what is kept.
-    assert all(map(torch.equal, training.weights, training.ema))
+    assert all(map(torch.equal, training.weights, training.means))
 
 
 def test_the_best_average_is_kept(trainer):
@@ -108,7 +108,7 @@ def test_the_best_average_is_kept(trainer):
     training = trainer(steps=8, learning_rate=0.1, warm_up=0.9, evaluate_every=1, clip=100.0)
     averages = {}
     training.optimisers[0].register_step_pre_hook(
-        lambda *_: averages.update({training.step: [w.clone() for w in training.ema]})
+        lambda *_: averages.update({training.step: [w.clone() for w in training.means]})
     )
     history = training.run()
     losses = history.validation_loss.values
@@ -118,7 +118,7 @@ def test_the_best_average_is_kept(trainer):
     assert history.attrs["best_validation_loss"] == losses[best]
     assert all(map(torch.equal, training.weights, averages[best + 1]))
     with torch.no_grad():
-        loss = training.posterior.validation_loss(*training.fixed_batch)
+        loss = training.network.validation_loss(*training.fixed_batch)
     assert loss.mean().item() == losses[best]
 
 
@@ -129,7 +129,7 @@ def test_an_evaluation_leaves_the_training_alone(trainer):
         training.run()
         training.checkpoint.file.unlink()
     assert often.losses == seldom.losses
-    assert all(map(torch.equal, often.ema, seldom.ema))
+    assert all(map(torch.equal, often.means, seldom.means))
 
 
 # ---- faults -------------------------------------------------------------------------------------

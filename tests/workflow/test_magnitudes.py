@@ -13,7 +13,7 @@ from breaker.configuration.definitions import simulated_test
 from breaker.configuration.loading import ConfigurationError, check, defaults, of_motion
 from breaker.drive.simulation.endurance_rig import Rig
 from breaker.model.parameters import MOTIONS
-from breaker.networks.build import build
+from breaker.networks.summary import build
 from breaker.paper.joint_model import Model
 from tests.networks_fixtures import built
 

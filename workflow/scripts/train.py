@@ -6,7 +6,6 @@ from breaker.networks.training import Checkpoint, Trainer, choose_device, finger
 from breaker.paper.bank import open_bank
 from breaker.paper.posterior import Posterior
 from breaker.paper.training import (
-    RECIPE,
     OnlineRows,
     Rows,
     convergence,
@@ -35,10 +34,10 @@ online = params.bank["online"]
 rows = OnlineRows(posterior, device) if online else Rows.of(curves, posterior, device)
 del curves
 trainer = Trainer(
-    posterior=posterior,
+    network=posterior,
     rows=rows,
     validation=Rows.of(bank.isel(curve=validation), posterior, device),
-    settings=RECIPE | training,
+    settings=training,
     seed=seed,
     checkpoint=Checkpoint(
         checkpoint_of(output.model, ".pt"), fingerprint(made_from, snakemake.input.code)

@@ -1,4 +1,12 @@
-"""Neural networks: summary networks and conditional densities. They know nothing of breakers.
+"""Neural networks: summary networks, conditional densities, and their trainer.
 
-``build`` makes them, and says what each kind has.
+They know nothing of breakers: records are rows ``(n, t)``, and what is inferred are standardised
+numbers ``(n, q)``. ``summary.build`` makes the two networks of a posterior from their settings:
+
+- A summary network maps records ``(n, t)`` to features ``(n, s)``. ``freeze`` sets, once, by what
+  numbers its input is scaled.
+- An inference network is a density of ``(n, q)`` given features, with ``loss``, ``sample`` and
+  ``log_prob`` as those of ``FlowMatching``. ``solves`` says whether solver steps matter.
+
+``mixture`` has the density of the family's networks; ``training`` trains any of them.
 """

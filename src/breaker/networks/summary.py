@@ -1,22 +1,106 @@
-"""Summary networks: a time series ``(n, t)`` in, features ``(n, s)`` out."""
+"""Summary networks, and both networks of a posterior from their settings.
 
-from collections.abc import Sequence
+A summary network compresses a time series ``(n, t)`` to features ``(n, s)`` (Fig. 2 of the paper,
+whose TimeSeriesNetwork is that of BayesFlow, an LSTNet, too).
+"""
+
+from collections.abc import Mapping, Sequence
 
 import torch
 from torch import Tensor, nn
 
+from breaker.common.functions import load
 from breaker.networks.blocks import ResidualMLP
+from breaker.networks.coupling_flow import CouplingFlow
+from breaker.networks.flow_matching import FlowMatching
+
+INFERENCE_NETWORKS = {"flow_matching": FlowMatching, "coupling_flow": CouplingFlow}
 
 
-class TimeSeriesNetwork(nn.Module):
+def build(
+    settings: Mapping[str, Mapping], *, samples: int, dims: int
+) -> tuple[nn.Module, nn.Module]:
+    """Build a summary and an inference network from their settings.
+
+    Args:
+        settings: ``{"summary": {"kind": ..., **sizes}, "inference": {"kind": ..., **sizes}}``. The
+            kind of a summary network is "time_series" or ``module:function``: see ``OwnNetwork``.
+        samples: Length t of a series.
+        dims: Number q of dimensions of what is inferred.
+
+    Raises:
+        ValueError: If a kind is unknown or its sizes do not fit together.
+    """
+    sizes, inference = dict(settings["summary"]), dict(settings["inference"])
+    kind, features = sizes.pop("kind"), sizes["features"]
+    if ":" in kind:
+        summary = OwnNetwork(load(kind)(samples, features), samples, features)
+    elif kind == "time_series":
+        summary = TimeSeriesNetwork(samples, **sizes)
+    else:
+        raise ValueError(f"unknown summary network {kind!r}; known: time_series, module:function")
+    kind = inference.pop("kind")
+    if kind not in INFERENCE_NETWORKS:
+        known = ", ".join(INFERENCE_NETWORKS)
+        raise ValueError(f"unknown inference network {kind!r}; known: {known}")
+    return summary, INFERENCE_NETWORKS[kind](dims, features, **inference)
+
+
+class SummaryNetwork(nn.Module):
+    """Summary network whose input is scaled by frozen numbers, never by running moments."""
+
+    def __init__(self, samples: int) -> None:
+        super().__init__()
+        self.register_buffer("centre", torch.zeros(samples))
+        self.register_buffer("scale", torch.ones(()))
+
+    @torch.no_grad()
+    def freeze(self, centre: Tensor, scale: Tensor, components: Tensor) -> None:
+        """Set by what the input is scaled: centre ``(t,)`` and scale ``()``.
+
+        Args:
+            components: Principal components of centred series, ``(t, c)``, for networks that
+                start with them.
+        """
+        del components
+        self.centre.copy_(centre)
+        self.scale.copy_(scale)
+
+
+class OwnNetwork(SummaryNetwork):
+    """Summary network that a function of the user makes, on series that are centred and scaled.
+
+    Args:
+        network: Module that maps ``(n, t)`` to ``(n, s)``; without dropout or batch normalisation,
+            as a training that was killed resumes from weights and the random state of its batches.
+
+    Raises:
+        ValueError: If the features have another shape.
+    """
+
+    def __init__(self, network: nn.Module, samples: int, features: int) -> None:
+        super().__init__(samples)
+        self.network = network
+        with torch.no_grad():
+            shape = tuple(network(torch.zeros(2, samples)).shape)
+        if shape != (2, features):
+            raise ValueError(
+                f"network.summary.kind: the network maps (2, {samples}) to {shape}, not to "
+                f"(2, {features}); let its last layer have the number of features it is called with"
+            )
+
+    def forward(self, x: Tensor) -> Tensor:
+        """Map ``(n, t)`` to ``(n, s)``."""
+        return self.network((x - self.centre) / self.scale)
+
+
+class TimeSeriesNetwork(SummaryNetwork):
     """Strided convolutions, GRU, skip GRU and a linear highway, after LSTNet.
 
     Lai, Chang, Yang & Liu (2018), "Modeling long- and short-term temporal patterns with deep
     neural networks", whose recurrent-skip layer joins hidden states ``skip`` steps apart, and
     whose linear part runs beside the non-linear one. Here the highway is a linear map of the
     whole series, and a residual network joins the parts.
-
-    Inputs are scaled by frozen numbers, never by running moments: see ``freeze``.
 
     Args:
         samples: Length t of a series.
@@ -48,7 +132,7 @@ class TimeSeriesNetwork(nn.Module):
         width: int,
         blocks: int,
     ) -> None:
-        super().__init__()
+        super().__init__(samples)
         if not len(channels) == len(kernels) == len(strides):
             raise ValueError("channels, kernels and strides need one entry for each convolution")
         steps, layers = samples, []
@@ -66,18 +150,11 @@ class TimeSeriesNetwork(nn.Module):
         self.highway = nn.Linear(samples, components)
         parts = components + gru_width + skip * skip_width
         self.join = ResidualMLP(parts, width, features, blocks=blocks)
-        self.register_buffer("centre", torch.zeros(samples))
-        self.register_buffer("scale", torch.ones(()))
 
     @torch.no_grad()
     def freeze(self, centre: Tensor, scale: Tensor, components: Tensor) -> None:
-        """Set the input's frozen centre ``(t,)`` and scale ``()``, and where the highway starts.
-
-        Args:
-            components: First weights of the highway, ``(t, components)``, for centred input.
-        """
-        self.centre.copy_(centre)
-        self.scale.copy_(scale)
+        """Scale the input, and start the highway with components ``(t, components)``."""
+        super().freeze(centre, scale, components)
         self.highway.weight.copy_(components.T)
         self.highway.bias.zero_()
 

@@ -1,23 +1,22 @@
-"""Training of a posterior on a bank of simulated operations.
+"""Training of networks by stochastic gradients: optimisers, batches, checkpoints, the trainer.
 
-Every batch gets a fresh zero, fresh noise and, where the summary network takes missing samples,
-fresh gaps; the rows for validation got theirs once. The exponential moving average (EMA) of the
-weights is judged and kept, by the mean negative log density of the validation rows. The loss
-that is trained on does not rank weights: flow matching is scored in coordinates that the base
-whitens, so its value falls where the base is too wide. The learning rate warms up linearly and
-falls to zero by a cosine over a fixed budget of steps.
+The exponential moving average (EMA) of the weights is evaluated and kept, by the mean negative
+log density of a fixed batch. The loss that is trained on does not rank weights: flow matching is
+scored in coordinates that its base whitens, so its value falls where the base is too wide. The
+learning rate warms up linearly and falls to zero by a cosine over a fixed number of steps.
 
 All randomness of the batches comes from one generator, whose state is in the checkpoint, or from
-its seed and the step: a training that was killed goes on where it was and ends with the weights of
-an uninterrupted one.
+its seed and the step. So a training that was killed continues where it was and ends with the
+weights of an uninterrupted one.
 """
 
 import hashlib
 import json
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from pickle import UnpicklingError
 from typing import NamedTuple, Protocol
@@ -26,59 +25,64 @@ import numpy as np
 import torch
 import xarray as xr
 from torch import Tensor, nn
+from torch.utils.data import DataLoader
 from tqdm import tqdm
 
 from breaker.common.randomness import seed_integer
 from breaker.networks.blocks import Edge, Hidden
 
-_COEFFICIENTS = (3.4445, -4.7750, 2.0315)  # of a polynomial steep at 0, as of Jordan et al.
+# ---- optimisers ----
+
+# Layers whose matrices Muon moves, by the name of the optimiser; AdamW moves all other weights.
+_MOVED = {"adamw": (), "muon": (Hidden,), "muon_edges": (Hidden, Edge)}
+# Jordan's polynomial: the steepest at 0 whose values stay near 1, so that five rounds bring
+# singular values from 1e-3 of the largest up to 0.7.
+_COEFFICIENTS = (3.4445, -4.7750, 2.0315)
 _ROUNDS = 5
-_MOVED = {"adamw": (), "muon": (Hidden,), "muon_edges": (Hidden, Edge)}  # by Muon, by optimiser
 
 
-def optimisers(network: nn.Module, settings: Mapping) -> list[torch.optim.Optimizer]:
+def optimisers(
+    network: nn.Module, kind: str, *, learning_rate: float, weight_decay: float
+) -> list[torch.optim.Optimizer]:
     """Return the optimisers of a network's weights, one or two.
 
     Args:
-        settings: The section ``training`` of the configuration.
+        kind: "adamw"; "muon", which moves the matrices of ``Hidden`` layers by Muon; or
+            "muon_edges", which moves those of ``Edge`` layers by Muon, too.
     """
-    options = {"lr": settings["learning_rate"], "weight_decay": settings["weight_decay"]}
-    kinds = _MOVED[settings["optimiser"]]
-    hidden = [layer.weight for layer in network.modules() if isinstance(layer, kinds)]
-    if not hidden:
+    options = {"lr": learning_rate, "weight_decay": weight_decay}
+    moved = [layer.weight for layer in network.modules() if isinstance(layer, _MOVED[kind])]
+    if not moved:
         return [torch.optim.AdamW(network.parameters(), **options)]
-    apart = {id(weight) for weight in hidden}
+    apart = {id(weight) for weight in moved}
     others = [weight for weight in network.parameters() if id(weight) not in apart]
-    return [torch.optim.AdamW(others, **options), Muon(hidden, **options)]
+    return [torch.optim.AdamW(others, **options), Muon(moved, **options)]
 
 
 class Muon(torch.optim.Optimizer):
-    """Momentum made orthogonal, for matrices.
+    """Momentum made orthogonal, for matrices (Jordan et al., 2024).
 
     A step's root mean square is that of AdamW (Liu et al., 2025, "Muon is scalable for LLM
-    training"), so that both take the same learning rate.
+    training"), so that both optimisers take the same learning rate. ``torch.optim.Muon`` computes
+    one matrix at a time and only in bfloat16: on small networks it takes a third longer, and on a
+    processor that has no instructions for bfloat16 more than twenty times as long.
 
     Args:
         weights: Matrices.
         lr: Learning rate.
         weight_decay: Decoupled weight decay.
-        momentum: Of the gradient's moving average, which Nesterov's step looks ahead of.
+        momentum: Decay of the gradient's moving average, which Nesterov's step looks ahead of.
     """
 
     def __init__(
-        self,
-        weights: Iterable[Tensor],
-        *,
-        lr: float,
-        weight_decay: float = 0.0,
-        momentum: float = 0.95,
+        self, weights: Iterable[Tensor], *, lr: float, weight_decay: float, momentum: float = 0.95
     ) -> None:
         super().__init__(weights, {"lr": lr, "weight_decay": weight_decay, "momentum": momentum})
 
     @torch.no_grad()
     def step(self, closure: None = None) -> None:
         """Move all weights that have a gradient."""
-        del closure  # the loss is not asked for again
+        del closure  # the loss is not evaluated again
         for group in self.param_groups:
             alike: dict[torch.Size, list[Tensor]] = {}
             for weight in group["params"]:
@@ -95,14 +99,15 @@ class Muon(torch.optim.Optimizer):
                 steps = orthogonal(torch.stack(ahead)).unbind()
                 if group["weight_decay"]:
                     torch._foreach_mul_(weights, 1.0 - group["lr"] * group["weight_decay"])
+                # 0.2 is the usual root mean square of AdamW's step (Liu et al., 2025).
                 torch._foreach_add_(weights, steps, alpha=-0.2 * max(shape) ** 0.5 * group["lr"])
 
 
 def orthogonal(matrices: Tensor) -> Tensor:
     """Return about the nearest matrices of orthogonal rows or columns, by Newton and Schulz.
 
-    Singular values end between 0.7 and 1.2, which is near enough for a step. Matrices of a shape
-    go together, for those of a network are so small that each product costs its start.
+    Singular values end between 0.7 and 1.2, which is near enough for a step. Matrices of one
+    shape go together: those of a network are so small that each call costs more than its product.
 
     Args:
         matrices: ``(k, m, n)``.
@@ -111,25 +116,21 @@ def orthogonal(matrices: Tensor) -> Tensor:
     tall = matrices.shape[1] > matrices.shape[2]
     wide = matrices.mT if tall else matrices
     norms = torch.linalg.vector_norm(wide, dim=(1, 2), keepdim=True).clamp_min(1e-7)
-    x = (wide / norms).to(_precision(matrices.device.type))
+    # The direction of a step may be rounded to bfloat16 where the processor multiplies it faster.
+    fast = matrices.device.type == "cuda" or torch.cpu.get_capabilities().get("avx512_bf16", False)
+    x = (wide / norms).to(torch.bfloat16 if fast else torch.float32)
     for _ in range(_ROUNDS):
         gram = x @ x.mT
         x = torch.baddbmm(x, torch.baddbmm(gram, gram, gram, beta=b, alpha=c), x, beta=a)
     return (x.mT if tall else x).to(matrices.dtype)
 
 
-def _precision(device: str) -> torch.dtype:
-    """Half of float32 where the processor multiplies it faster, which a step's direction bears."""
-    fast = device == "cuda" or torch.cpu.get_capabilities().get("avx512_bf16", False)
-    return torch.bfloat16 if fast else torch.float32
-
-
 @contextmanager
 def full_width() -> Iterator[None]:
-    """Multiply matrices of float32 on the whole width of an AMD processor, as exactly as before.
+    """Multiply matrices of float32 on the whole width of an AMD processor, without rounding.
 
-    MKL uses half of it. oneDNN, twice as fast there, is taken by torch only where it may round to
-    bfloat16, which it does on processors with tiles for matrices (AMX), and not on others.
+    MKL uses half of it. oneDNN is twice as fast there, but torch takes it only where it may round
+    to bfloat16, which oneDNN does on processors with tiles for matrices (AMX), and not on others.
     """
     able, matmul = torch.cpu.get_capabilities(), torch.backends.mkldnn.matmul
     exact = able.get("avx512_bf16", False) and not able.get("amx_bf16", False)
@@ -141,14 +142,6 @@ def full_width() -> Iterator[None]:
         matmul.fp32_precision = before
 
 
-# ---- training ----
-
-
-# Of the state of a training, in its checkpoint.
-_NUMBERS = ("step", "best_step", "best_loss", "losses", "evaluations")
-_WEIGHTS = ("weights", "ema", "best")
-
-
 def choose_device(name: str) -> torch.device:
     """Return the device called ``name``; "auto" is CUDA where there is one."""
     if name == "auto":
@@ -156,13 +149,7 @@ def choose_device(name: str) -> torch.device:
     return torch.device(name)
 
 
-def fingerprint(settings: Mapping, code: Sequence[str | Path]) -> str:
-    """Return a hash of the settings and the code of a training, which identifies it."""
-    digest = hashlib.sha256(json.dumps(settings, sort_keys=True).encode())
-    for file in code:
-        digest.update(Path(file).read_bytes())
-    digest.update(torch.__version__.encode())
-    return digest.hexdigest()
+# ---- batches ----
 
 
 class Batches(Protocol):
@@ -182,52 +169,177 @@ class DrawnRows:
         return self.draw(torch.randint(len(self), (n,), generator=rng, device=rng.device), rng)
 
 
-class Checkpoint(NamedTuple):
-    """Where the state of a training is kept.
+@dataclass
+class MadeRows(DrawnRows):
+    """Rows that a function makes anew for each batch, in other processes if wanted.
+
+    A batch follows from the seed of the training and the step alone. So other processes may make
+    batches ahead, and a training that was killed ends with the same weights.
 
     Attributes:
-        file: Its file.
-        fingerprint: What the state must have been made with; that of another training is left
-            alone and written over.
+        numbers: Numbers of the rows, ``(n,)``.
+        make: Function that takes numbers ``(n,)`` and a generator, and returns arrays ``(n, ...)``.
+        device: Device of the training.
+        workers: Forked processes that make batches ahead; 0 makes a batch when it is needed.
+    """
+
+    numbers: np.ndarray
+    make: Callable[[np.ndarray, np.random.Generator], tuple[np.ndarray, ...]]
+    device: torch.device | str = "cpu"
+    workers: int = 0
+    _next: int = field(default=-1, init=False)
+    _ahead: Iterator[list[Tensor]] = field(default=iter(()), init=False)
+
+    def __len__(self) -> int:
+        return len(self.numbers)
+
+    def batch(self, step: int, n: int, rng: torch.Generator) -> list[Tensor]:
+        """Return the batch of ``n`` rows of a step of a training.
+
+        Raises:
+            ValueError: If there are to be workers, and the system does not fork processes.
+        """
+        if step != self._next:
+            steps = range(step, 2**62)  # without an end: the training takes what it needs
+            loader = DataLoader(
+                steps,
+                batch_size=None,  # an item is a batch
+                collate_fn=partial(self._batch_of, n, rng.initial_seed()),
+                num_workers=self.workers,
+                multiprocessing_context="fork" if self.workers else None,
+                pin_memory=torch.device(self.device).type == "cuda",
+                generator=torch.Generator(),  # torch's global generator stays as it is
+            )
+            self._ahead = iter(loader)
+        self._next = step + 1
+        return [each.to(self.device, non_blocking=True) for each in next(self._ahead)]
+
+    def draw(self, rows: Tensor, rng: torch.Generator) -> list[Tensor]:
+        """Return rows by their places ``(n,)`` among the numbers."""
+        seed = torch.randint(2**62, (), generator=rng, device=rng.device).item()
+        made = self._made(self.numbers[rows.cpu().numpy()], np.random.default_rng(seed))
+        return [each.to(self.device) for each in made]
+
+    def _batch_of(self, n: int, seed: int, step: int) -> list[Tensor]:
+        rng = np.random.default_rng([seed, step])
+        return self._made(rng.choice(self.numbers, n), rng)
+
+    def _made(self, numbers: np.ndarray, rng: np.random.Generator) -> list[Tensor]:
+        return [torch.as_tensor(each, dtype=torch.float32) for each in self.make(numbers, rng)]
+
+
+# ---- checkpoints ----
+
+
+class Checkpoint(NamedTuple):
+    """File of the state of a training.
+
+    Attributes:
+        file: Path of the file.
+        fingerprint: What the state must have been made with; the state of another training is
+            not read, and written over.
     """
 
     file: Path
     fingerprint: str
 
+    def write(self, state: dict) -> None:
+        """Write a state, as a whole or not at all."""
+        self.file.parent.mkdir(parents=True, exist_ok=True)
+        partial_file = self.file.with_suffix(".partial")
+        torch.save(state | {"fingerprint": self.fingerprint}, partial_file)
+        partial_file.replace(self.file)
+
+    def read(self) -> dict | None:
+        """Return the state, None if there is none of this training.
+
+        Raises:
+            ValueError: If the file cannot be read.
+        """
+        if not self.file.exists():
+            return None
+        try:
+            # weights_only: a checkpoint is data, whoever wrote it. On the processor, as optimisers
+            # count their steps there, and move all else to the weights.
+            state = torch.load(self.file, weights_only=True, map_location="cpu")
+            found = state["fingerprint"]
+        except (EOFError, KeyError, RuntimeError, UnpicklingError) as error:
+            raise ValueError(
+                f"{self.file} cannot be read ({type(error).__name__}); delete it to train from the "
+                "start"
+            ) from error
+        if found != self.fingerprint:
+            tqdm.write(f"{self.file} is of another training; starting anew")
+            return None
+        tqdm.write(f"going on from step {state['step']} of {self.file}")
+        return state
+
+
+def fingerprint(settings: Mapping, code: Sequence[str | Path]) -> str:
+    """Return a hash of the settings and the code of a training, which identifies it."""
+    digest = hashlib.sha256(json.dumps(settings, sort_keys=True).encode())
+    for file in code:
+        digest.update(Path(file).read_bytes())
+    digest.update(torch.__version__.encode())
+    return digest.hexdigest()
+
+
+# ---- training ----
+
+# Attributes of a training that are in its checkpoint.
+_NUMBERS = ("step", "best_step", "best_loss", "losses", "evaluations")
+_WEIGHTS = ("weights", "means", "best")
+
 
 @dataclass
 class Trainer:
-    """A training and its state.
+    """Training of one network, ready to run.
 
-    Args:
-        posterior: The network on its device, with a ``name``, and ``loss`` and ``validation_loss``
-            of a batch; its weights are the best EMA weights at the end.
-        rows: Rows to train on, with ``batch(step, n, rng)``.
-        validation: Rows to judge on, not among ``rows``.
-        settings: The section ``training`` of the configuration, for this motion.
+    Attributes:
+        network: Network on the device of its training, with a ``name``. ``loss(*batch)`` is
+            trained on; ``validation_loss(*batch)`` is the negative log density. Both are ``(n,)``.
+        rows: Rows to train on.
+        validation: Rows to evaluate on, not among ``rows``; they are drawn once.
+        settings: ``steps``, ``batch``, ``optimiser``, ``learning_rate``, ``evaluate_every``,
+            ``checkpoint_every``.
         seed: Seed of the configuration.
-        checkpoint: The state, written as the training goes and read if its file is there; None for
-            a training too short to be killed.
+        checkpoint: Where the state is kept; None for a training too short to be killed.
+        warm_up: Share of the steps in which the learning rate rises, as the first averages of
+            the gradient are noisy.
+        weight_decay: Decoupled weight decay. Batches with fresh noise need none.
+        clip: Largest norm of the gradient. The default acts on extreme batches alone: less costs
+            held-out density of the paper's networks (0.03 nats).
+        ema: Decay of the moving average of the weights: the last 1 / (1 - ema) steps count, a
+            third of the paper's training.
     """
 
-    posterior: nn.Module
+    network: nn.Module
     rows: Batches
     validation: DrawnRows
     settings: Mapping
     seed: int
     checkpoint: Checkpoint | None = None
-    step: int = 0
-    best_step: int = 0
-    best_loss: float = math.inf
-    losses: list[float] = field(default_factory=list)
-    evaluations: list[tuple[int, float]] = field(default_factory=list)
+    warm_up: float = 0.03
+    weight_decay: float = 0.0
+    clip: float = 1000.0
+    ema: float = 0.999
+    step: int = field(default=0, init=False)
+    best_step: int = field(default=0, init=False)
+    best_loss: float = field(default=math.inf, init=False)
 
     def __post_init__(self) -> None:
-        name = self.posterior.name
-        self.weights = list(self.posterior.parameters())
-        self.ema = [weight.detach().clone() for weight in self.weights]
-        self.best = [weight.clone() for weight in self.ema]
-        self.optimisers = optimisers(self.posterior, self.settings)
+        name = self.network.name
+        self.losses: list[float] = []
+        self.evaluations: list[tuple[int, float]] = []
+        self.weights = list(self.network.parameters())
+        self.means = [weight.detach().clone() for weight in self.weights]
+        self.best = [weight.clone() for weight in self.means]
+        self.optimisers = optimisers(
+            self.network,
+            self.settings["optimiser"],
+            learning_rate=self.settings["learning_rate"],
+            weight_decay=self.weight_decay,
+        )
         device = self.weights[0].device
         self.rng = torch.Generator(device).manual_seed(seed_integer(self.seed, "training", name))
         fixed = torch.Generator(device).manual_seed(seed_integer(self.seed, "validation", name))
@@ -235,17 +347,22 @@ class Trainer:
         self.fixed_batch = self.validation.draw(rows, fixed)
 
     def run(self) -> xr.Dataset:
-        """Train to the end of the budget, put the best weights in place, return the history.
+        """Train to the last step, put the best weights in place, return the history.
+
+        Returns:
+            Dataset with ``training_loss`` and ``learning_rate`` over ``step``, and
+            ``validation_loss`` and ``evaluation_step`` over ``evaluation``.
 
         Raises:
             FloatingPointError: If a loss is not finite.
         """
-        self._resume()
+        if self.checkpoint and (state := self.checkpoint.read()):
+            self._restore(state)
         total = self.settings["steps"]
         bar = tqdm(
             total=total,
             initial=self.step,
-            desc=f"training {self.posterior.name}",
+            desc=f"training {self.network.name}",
             mininterval=5.0,
             unit="step",
         )
@@ -256,100 +373,71 @@ class Trainer:
                     self._evaluate()
                     bar.set_postfix(loss=f"{self.losses[-1]:.2f}", best=f"{self.best_loss:.3f}")
                 if self.checkpoint and self.step % self.settings["checkpoint_every"] == 0:
-                    self._save()
+                    self.checkpoint.write(self._state())
                 bar.update()
-        self._copy(self.best, self.weights)
+        _copy(self.best, self.weights)
         return self._history()
 
     def learning_rate(self, step: int) -> float:
         """Learning rate of a step, from 0: linear warm-up times a cosine."""
         total = self.settings["steps"]
-        warm_up = max(1.0, self.settings["warm_up"] * total)
+        warm_up = max(1.0, self.warm_up * total)
         cosine = 0.5 * (1.0 + math.cos(math.pi * step / total))
         return self.settings["learning_rate"] * min(1.0, (step + 1) / warm_up) * cosine
 
     def _advance(self) -> None:
         batch = self.rows.batch(self.step, self.settings["batch"], self.rng)
-        loss = self.posterior.loss(*batch).mean()
+        loss = self.network.loss(*batch).mean()
         self.losses.append(loss.item())
         self._check("loss", self.losses[-1])
-        self.posterior.zero_grad()
+        self.network.zero_grad()
         loss.backward()
-        torch.nn.utils.clip_grad_norm_(self.weights, self.settings["clip"])
+        torch.nn.utils.clip_grad_norm_(self.weights, self.clip)
         for optimiser in self.optimisers:
             for group in optimiser.param_groups:
                 group["lr"] = self.learning_rate(self.step)
             optimiser.step()
         self.step += 1
         # Early on the average spans the steps so far, so that it forgets the start.
-        decay = min(self.settings["ema"], self.step / (self.step + 10))
+        decay = min(self.ema, self.step / (self.step + 10))
         with torch.no_grad():
-            torch._foreach_lerp_(self.ema, self.weights, 1.0 - decay)
+            torch._foreach_lerp_(self.means, self.weights, 1.0 - decay)
 
     @torch.no_grad()
     def _evaluate(self) -> None:
         kept = [weight.detach().clone() for weight in self.weights]
-        self._copy(self.ema, self.weights)
-        loss = self.posterior.validation_loss(*self.fixed_batch).mean().item()
-        self._copy(kept, self.weights)
+        _copy(self.means, self.weights)
+        loss = self.network.validation_loss(*self.fixed_batch).mean().item()
+        _copy(kept, self.weights)
         self.evaluations.append((self.step, loss))
         self._check("validation loss", loss)
         if loss < self.best_loss:
             self.best_step, self.best_loss = self.step, loss
-            self._copy(self.ema, self.best)
+            _copy(self.means, self.best)
 
     def _check(self, name: str, loss: float) -> None:
         if not math.isfinite(loss):
             raise FloatingPointError(
-                f"the {name} of {self.posterior.name} is {loss} at step {self.step}; "
+                f"the {name} of {self.network.name} is {loss} at step {self.step}; "
                 "lower training.learning_rate"
             )
 
-    @staticmethod
-    @torch.no_grad()
-    def _copy(source: list[Tensor], target: list[Tensor]) -> None:
-        torch._foreach_copy_(target, source)
-
     def _state(self) -> dict:
         return {
-            "fingerprint": self.checkpoint.fingerprint,
             **{name: getattr(self, name) for name in _NUMBERS},
             **{name: [each.detach() for each in getattr(self, name)] for name in _WEIGHTS},
             "optimisers": [optimiser.state_dict() for optimiser in self.optimisers],
             "rng": self.rng.get_state(),
         }
 
-    def _save(self) -> None:
-        file = self.checkpoint.file
-        file.parent.mkdir(parents=True, exist_ok=True)
-        partial = file.with_suffix(".partial")
-        torch.save(self._state(), partial)
-        partial.replace(file)  # whole or not at all
-
-    def _resume(self) -> None:
-        if self.checkpoint is None or not self.checkpoint.file.exists():
-            return
-        file, fingerprint = self.checkpoint
-        # weights_only: a checkpoint is data, whoever wrote it.
-        try:
-            # Optimisers count steps on the processor, and move all else to the weights.
-            state = torch.load(file, weights_only=True, map_location="cpu")
-            found = state["fingerprint"]
-        except (EOFError, KeyError, RuntimeError, UnpicklingError) as error:
-            raise ValueError(
-                f"{file} cannot be read ({type(error).__name__}); delete it to train from the start"
-            ) from error
-        if found != fingerprint:
-            tqdm.write(f"{file} is of another training; starting anew")
-            return
+    def _restore(self, state: dict) -> None:
         for name in _NUMBERS:
             setattr(self, name, state[name])
         for name in _WEIGHTS:
-            self._copy(state[name], getattr(self, name))
+            _copy(state[name], getattr(self, name))
         for optimiser, kept in zip(self.optimisers, state["optimisers"], strict=True):
             optimiser.load_state_dict(kept)
         self.rng.set_state(state["rng"])
-        tqdm.write(f"going on from step {self.step} of {file}")
 
     def _history(self) -> xr.Dataset:
         steps, losses = zip(*self.evaluations, strict=True)
@@ -364,3 +452,8 @@ class Trainer:
             coords={"step": ("step", np.arange(1, self.step + 1))},
             attrs={"best_step": self.best_step, "best_validation_loss": self.best_loss},
         )
+
+
+@torch.no_grad()
+def _copy(source: list[Tensor], target: list[Tensor]) -> None:
+    torch._foreach_copy_(target, source)

@@ -17,7 +17,7 @@ from breaker.common.randomness import seed_integer
 from breaker.common.tensor_file import ModelFileError, SavedModel, open_model, write_model
 from breaker.model.parameters import Parameter
 from breaker.model.sensor import Sensor
-from breaker.networks.build import build
+from breaker.networks.summary import build
 from breaker.paper.bank import distance, excess
 from breaker.paper.joint_model import Model
 

@@ -19,14 +19,6 @@ from breaker.networks.training import DrawnRows
 from breaker.paper.bank import distance, excess, principal_components, simulate, truth
 from breaker.paper.posterior import Posterior
 
-RECIPE = {
-    "warm_up": 0.03,  # share of the steps with rising learning rate, which the first moments need
-    "weight_decay": 0.0,  # batches have fresh noise, so that nothing is fitted twice
-    "clip": 1000.0,  # norm of the gradient: against rare extreme gradients only
-    "ema": 0.999,  # averages the last thousand steps, a third of the budget
-}
-"""Settings of a training that are not in the configuration."""
-
 _ROWS_FOR_COMPONENTS = 65536  # more rows change no weight visibly
 
 

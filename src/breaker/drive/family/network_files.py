@@ -43,7 +43,7 @@ def write_network(
     Args:
         settings: ``kind``, "levels" or "changes", ``family``, its name, ``prior``, that of drives
             of size 1, and how it was made.
-        weights: Those of ``family_density.FamilyNetwork``.
+        weights: Those of ``network_training.FamilyNetwork``.
         frozen: What ``Levels`` or ``Changes`` have beside the network: ``usual``, ``centre``,
             ``scale``, and by motion ``bases``, ``change_bases`` and ``members``.
     """

@@ -16,7 +16,7 @@ class Network:
     """Residual network and autoregressive mixture on top of it.
 
     Args:
-        arrays: Weights by their names in ``family_density.FamilyNetwork``.
+        arrays: Weights by their names in ``network_training.FamilyNetwork``.
         atoms: Which outputs may be exactly 0, ``(q,)`` of bool.
     """
 

@@ -1,33 +1,71 @@
 """A network of a family, trained on its bank, with what records of its drives look like."""
 
-from collections.abc import Mapping
-from typing import TYPE_CHECKING
+from collections.abc import Mapping, Sequence
 
 import numpy as np
+import torch
 import xarray as xr
+from torch import Tensor, nn
 
-from breaker.common.randomness import generator
+from breaker.common.randomness import generator, seed_integer
 from breaker.drive.family.membership import Membership
 from breaker.drive.family.network_inputs import Basis, NormalisedRecords
 from breaker.drive.training.family_bank import shapes
 from breaker.drive.training.family_records import record_shapes
 from breaker.drive.training.level_rows import BankRows
 from breaker.model.parameters import MOTIONS
-
-if TYPE_CHECKING:
-    from breaker.networks.training import Checkpoint
-
-RECIPE = {
-    "optimiser": "muon",
-    "learning_rate": 0.002,  # highest one with which no training diverged
-    "warm_up": 0.03,  # share of the steps with rising learning rate, as in the paper's networks
-    "weight_decay": 0.01,  # decoupled: drives of a bank are seen many times
-    "clip": 5.0,  # norm of the gradient: mixtures have rare steep ones
-    "ema": 0.998,  # averages the last 500 steps
-}
-"""Settings of a training that are not in the configuration."""
+from breaker.networks.blocks import ResidualMLP
+from breaker.networks.mixture import AutoregressiveMixture
+from breaker.networks.training import Checkpoint, MadeRows, Trainer, choose_device
 
 _LEVELS = np.geomspace(1e-4, 3e-2, 8)  # of the noise, at which membership is judged
+
+# The highest learning rate with which no training diverged; edges by Muon fare worse here.
+_OPTIMISER = {"optimiser": "muon", "learning_rate": 0.002}
+# What differs from the defaults of the trainer: drives of a bank are seen many times, so weights
+# decay; mixtures have rare steep gradients; and the average is of the last 500 steps.
+_TRAINING = {"weight_decay": 0.01, "clip": 5.0, "ema": 0.998}
+
+
+class FamilyNetwork(nn.Module):
+    """Residual network and autoregressive mixture, of ``trained_network.Network`` with torch.
+
+    Args:
+        settings: Sizes: ``width``, ``blocks``, ``features``, ``components`` and ``head``.
+        name: What it is of, for messages.
+        sizes: Numbers of inputs and outputs.
+    """
+
+    def __init__(
+        self,
+        settings: Mapping,
+        name: str,
+        sizes: tuple[int, int],
+        *,
+        atoms: Sequence[bool],
+        seed: int,
+    ) -> None:
+        super().__init__()
+        self.name, features = name, settings["features"]
+        inputs, outputs = sizes
+        with torch.random.fork_rng(devices=[]):
+            torch.manual_seed(seed_integer(seed, "first weights", name))
+            self.summary = ResidualMLP(
+                inputs, settings["width"], features, blocks=settings["blocks"]
+            )
+            self.inference = AutoregressiveMixture(
+                outputs,
+                features,
+                atoms=atoms,
+                components=settings["components"],
+                width=settings["head"],
+            )
+
+    def loss(self, x: Tensor, y: Tensor, there: Tensor) -> Tensor:
+        """Minus the log density of rows ``(n, i)``, ``(n, q)``, ``(n, q)``, ``(n,)``."""
+        return -self.inference.log_prob(y, self.summary(x), there).sum(dim=1)
+
+    validation_loss = loss
 
 
 def train_network(
@@ -37,7 +75,7 @@ def train_network(
     seed: int,
     *,
     workers: int = 0,
-    checkpoint: "Checkpoint | None" = None,
+    checkpoint: Checkpoint | None = None,
 ) -> tuple[xr.Dataset, dict[str, np.ndarray], dict]:
     """Train a network of "levels" or "changes" on the drives of a bank.
 
@@ -46,27 +84,25 @@ def train_network(
         held_out: Drives that show what records of members look like.
         settings: The sections ``network`` and ``training`` of the section ``family``, and the
             ``device``.
-        workers: As of ``FamilyRows``; no weight depends on them.
-        checkpoint: As of ``training.Trainer``.
+        workers: Processes that make batches ahead; no weight depends on them.
+        checkpoint: Where the state of the training is kept.
 
     Returns:
         The history of the training; weights by name, and what inputs and outputs are scaled by,
         both as ``network_files.write_network`` takes them.
     """
-    from breaker.drive.training.family_density import FamilyNetwork, FamilyRows
-    from breaker.networks.training import Trainer, choose_device  # loads torch
-
     rows.freeze(generator(seed, "family", rows.kind, "scales"))
     device = choose_device(settings["device"])
     network = FamilyNetwork(settings["network"], rows.kind, rows.sizes, atoms=rows.atoms, seed=seed)
     aside = len(rows) - settings["training"]["validation_curves"]
     history = Trainer(
-        posterior=network.to(device),
-        rows=FamilyRows(np.arange(aside), rows.rows, device, workers),
-        validation=FamilyRows(np.arange(aside, len(rows)), rows.rows, device),
-        settings=RECIPE | settings["training"],
+        network=network.to(device),
+        rows=MadeRows(np.arange(aside), rows.rows, device, workers),
+        validation=MadeRows(np.arange(aside, len(rows)), rows.rows, device),
+        settings=_OPTIMISER | settings["training"],
         seed=seed,
         checkpoint=checkpoint,
+        **_TRAINING,
     ).run()
     frozen = rows.frozen
     if rows.kind == "levels":
