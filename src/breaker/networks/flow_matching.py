@@ -27,8 +27,8 @@ from torch import Tensor, nn
 
 from breaker.networks.blocks import Edge, GaussianHead, Hidden
 
-# Numbers in the tangents of a block of points: few enough for the cache of a CPU's core, and for
-# the memory of a GPU.
+# Numbers in the tangents of a block of points: 256 kB, a part of the cache of a processor's core;
+# and 64 MB, few enough for the memory of any GPU.
 _TANGENTS = {"cpu": 2**16, "cuda": 2**24}
 
 

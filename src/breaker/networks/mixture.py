@@ -18,8 +18,8 @@ from collections.abc import Sequence
 import torch
 from torch import Tensor, nn
 
-_CLIP = 5.0  # residuals that a later dimension sees
-_WIDEST = 7.0  # of the logarithm of a scale, and of a width
+_CLIP = 5.0  # of residuals as inputs: one far outlier must not drive a network of later dimensions
+_WIDEST = 7.0  # largest logarithm of a scale or width, 1100 times the unit: exp stays finite
 
 
 class AutoregressiveMixture(nn.Module):
