@@ -4,9 +4,9 @@ import re
 from collections.abc import Sequence
 from itertools import pairwise
 from textwrap import fill
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -17,6 +17,9 @@ from numpy.typing import ArrayLike
 from breaker.common.numerals import in_digits
 from breaker.figures import style
 from breaker.model.parameters import ONSET, PARAMETERS, Parameter
+
+if TYPE_CHECKING:  # pictures of `breaker infer` are drawn without it
+    import xarray as xr
 
 
 class _Outputs(dict):
@@ -107,7 +110,7 @@ def label_outer(axes: Sequence[Axes], xlabel: str, ylabel: str | None = None) ->
 
 
 def limit_panels(
-    data: xr.Dataset, titles: Sequence[str], *, height: float, **shared: bool
+    data: "xr.Dataset", titles: Sequence[str], *, height: float, **shared: bool
 ) -> tuple[Figure, list[Axes]]:
     """Return a figure with one panel per limit of ``data``, over the operations.
 
@@ -179,7 +182,7 @@ def rows_of_words(axis: Axes, left: Sequence[str], right: Sequence[str]) -> Axes
     return other
 
 
-def change_lines(axis: Axes, life: xr.Dataset) -> None:
+def change_lines(axis: Axes, life: "xr.Dataset") -> None:
     """Draw the changes of a life with their 90 % intervals."""
     for k in range(life.sizes["change"]):
         change = life.isel(change=k)
