@@ -93,6 +93,7 @@ def measure(posterior: Posterior, validation: Mapping, seed: int) -> Kept:
     data = validate(posterior, validation["curves"], draws, validation["seed"])
     seconds, some = process_time() - start, data.isel(curve=slice(JUDGED))
     return {
+        "curves": np.array(data.sizes["curve"]),
         "draws_per_second": np.array(data.draws[..., 0].size / seconds),
         "log_density": log_density(posterior, seed),
         "divergence": divergence(posterior, some.measured.values, some.draws.values),
@@ -124,7 +125,7 @@ def table(population: str, kept: Mapping[str, Kept]) -> pd.DataFrame:
     """Return a row a network and quantity: value, interval and number of curves."""
     best, rows = kept[NETWORKS[0]]["log_density"], []
     for network, of in kept.items():
-        n = len(of["divergence"])
+        n = int(of["curves"])
         numbers = {f"p_value_{k}": p for k, p in enumerate(of["p_value"], start=1)}
         numbers["p_value"] = family_p_value(of["p_value"])
         numbers |= {name: of[name] for name in ("draws_per_second", "training_seconds")}
