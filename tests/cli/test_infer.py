@@ -91,10 +91,11 @@ def test_a_record_out_of_the_family_has_measured_quantities_alone(folder, capsys
 
 def test_the_size_may_be_given_and_a_fact_narrows(folder, capsys):
     """A fact of the command goes before one of the configuration."""
-    (folder / "facts.yaml").write_text("known: {mu: [4.0, 0.02]}")
-    size = ["--size", "1", "1.001"]
+    size = "size: {lengths: 1.0, times: 1.001}\n"
+    (folder / "size.yaml").write_text(size)
+    (folder / "facts.yaml").write_text(f"{size}known: {{mu: [4.0, 0.02]}}")
     fact = ["--known", "mu=2.0:0.02", "--config", "facts.yaml"]
-    found = [answered(capsys, "a.csv", *more) for more in ([], size, [*size, *fact])]
+    found = [answered(capsys, "a.csv", *more) for more in ([], ["--config", "size.yaml"], fact)]
     assert found[1]["drive"]["size"] == {"lengths": 1.0, "times": 1.001}
     unknown, plain, known = (each["records"][0]["parameters"] for each in found)
 
@@ -234,7 +235,6 @@ FOOT = "endurance:\n  format:\n    travel_unit: foot\n"
             (f"--known {name}=2.0:0.1", "", rf"{name} is not inferred.*L, wipe, touch_time, part")
             for name in ("weight", "closing_speed", "stroke")
         ),
-        ("--size 1 1", OWN_PRIOR, "--size is of drives with the default prior"),
         ("", FOOT, "own.yaml, line 3: endurance.format"),
         ("--config gone.yaml", "", "gone.yaml: is not there"),
     ],
@@ -266,10 +266,6 @@ def test_the_configuration_of_the_project_counts(folder, capsys):
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (["--size", "1"], "--size"),
-        (["--size", "0", "1"], "from 0.01 to 100"),
-        (["--size", "nan", "1"], "from 0.01 to 100"),
-        (["--size", "1e300", "1"], "from 0.01 to 100"),
         (["--known", "mu"], "is not NAME=VALUE:SD"),
         (["--known", "mu=2.0"], "is not NAME=VALUE:SD"),
         (["--known", "mu=2.0:-1"], "standard deviation -1"),

@@ -22,7 +22,7 @@ COMMANDS = [
     "inspect records",
     "inspect records --config own.yaml",
     "fit-prior records --config own.yaml",
-    "infer {file} --size {nasty} 1",
+    "infer {file} --known mu={nasty}",
     "learn {nasty}",
     "infer {nasty}.csv",
 ]

@@ -40,9 +40,8 @@ def test_health_shows_probability_state_and_since_when(life, standing):
 
 
 def test_operations_left_services_and_truths_are_drawn(life, standing):
-    true = {"failure": ("limit", [180.0, 300, np.nan, 1]), "changed": ((), 80.0)}
+    true = {"failure": ("limit", [180.0, 300, np.nan, 1])}
     true |= {"held": ("limit", [0.9, 0.72, np.nan, np.nan])}
-    true |= {"failure_without": ("limit", [220.0, np.nan, np.nan, np.nan])}
     truth = xr.Dataset(true, {"limit": list(LIMITS)})
     assert_drawn(remaining_life(life, standing, truth))
     assert "72 % to 90 %" in words(remaining_life(life, standing, truth))

@@ -7,7 +7,7 @@ import pytest
 
 from breaker.configuration.definitions import simulated_test
 from breaker.drive.simulation.endurance_rig import Rig
-from breaker.drive.simulation.failure_times import failures, true_lives
+from breaker.drive.simulation.failure_times import failures
 from breaker.drive.simulation.rig_truth import truth_of
 from breaker.model.curves import travel
 from breaker.model.limits import Limit, from_list
@@ -127,21 +127,6 @@ def test_truth_of_what_records_show(rig, truth):
         assert (wipe.sel(motion=motion) > 0.5).all()
     never = Limit("latch", "closing", (("latch_time", 1.0, True),), of="record")
     assert np.isnan(failures(truth, [never])["latch"])
-
-
-def test_lives_without_the_change_are_longer_as_the_wear_is_slower(rig, truth, defaults):
-    """Each share of the wear after the knee takes ``faster`` times as many operations."""
-    wear, limits = rig.settings["wear"], from_list(defaults["limits"], list(MOTIONS))
-    knee = wear["knee"] * rig.settings["operations"]
-    end, without, changed = (values for _, values in true_lives(truth, limits).values())
-    assert changed == knee + 1  # the first operation after it
-    expected = knee + wear["faster"] * (np.array(end) - knee)
-    np.testing.assert_allclose(without, expected, atol=wear["faster"])
-    drive = rig.worn(rig.life_without_change, scatter=False, changes=False)
-    np.testing.assert_allclose(drive.theta, rig.worn(2000, scatter=False).theta, rtol=1e-9)
-    early = from_list([{"name": "x", "motion": "closing", "upper": {"L": 0.1}}], list(MOTIONS))
-    assert true_lives(truth, early)["failure"][1] == [1.0]
-    assert np.isnan(true_lives(truth, early)["failure_without"][1]).all()
 
 
 @pytest.mark.parametrize("motion", MOTIONS)

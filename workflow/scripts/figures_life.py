@@ -6,7 +6,7 @@ from pathlib import Path
 import xarray as xr
 
 from breaker.common.zarr_store import open_store
-from breaker.drive.simulation.failure_times import held, true_lives
+from breaker.drive.simulation.failure_times import failures, held
 from breaker.figures.life import changepoint, changes, health, remaining_life, service_cost
 from breaker.figures.style import save
 from breaker.figures.verdict import verdict
@@ -25,9 +25,10 @@ if files.truth:  # of the simulated test; a measured one has none
     new = {"operation": slice(None, life.asked.values[0])}  # until the reference is full
     true_changes = 100.0 * (truth.value / truth.value.sel(new).mean("operation") - 1.0)
     limits = from_list(params.limits, params.motions, speeds_of(params.speeds))
-    names = [limit.name for limit in limits]
-    true_life = xr.Dataset(true_lives(truth, limits), {"limit": names})
-    true_life = true_life.sel(limit=life.limit.values)
+    failure = failures(truth, limits)
+    names = life.limit.values
+    true_life = xr.Dataset({"failure": ("limit", [failure[name] for name in names])})
+    true_life = true_life.assign_coords(limit=names)
     true_life["held"] = "limit", held(life, true_life.failure.values)
 
 save(verdict(life, standing, words["sentences"]), output.verdict)

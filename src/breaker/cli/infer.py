@@ -25,8 +25,6 @@ if TYPE_CHECKING:
     from breaker.drive.answers.evidence import Answer, Given
     from breaker.drive.answers.reference_curve import Overlay
 
-_FACTORS = (0.01, 100.0)  # of a size, as in the configuration
-
 
 def add(infer: argparse.ArgumentParser) -> None:
     """Infer the drive in curve files, all of one breaker: parameters, times, speeds and ways with
@@ -36,13 +34,6 @@ def add(infer: argparse.ArgumentParser) -> None:
     """
     add_path(infer, "files", "FILE", "a record, or a folder of records of one breaker", nargs="+")
     add_choice(infer)
-    infer.add_argument(
-        "--size",
-        nargs=2,
-        type=_factor,
-        metavar=("LENGTHS", "TIMES"),
-        help="the drive's size beside that of the reference drive, if it is known",
-    )
     what = (
         "what is known of a parameter, the wipe, or the time of touch or parting, such as "
         "mu=2.4:0.07 or wipe=3.5:0.3; mass=12:0.5, the moving mass of the drive in kg, adds forces "
@@ -50,21 +41,11 @@ def add(infer: argparse.ArgumentParser) -> None:
     )
     infer.add_argument("--known", type=_fact, metavar="NAME=VALUE:SD", help=what, **SEVERAL)
     add_path(infer, "--model", "FILE", "a network of another family, trained by the workflow")
-    what = "say where in the record each number is read, to be checked against the analyser"
-    infer.add_argument("--explain", action="store_true", help=what)
     infer.add_argument("--json", action="store_true", help="print one JSON document")
     add_path(infer, "--output", "CSV", "write a table there, with all columns")
     add_path(infer, "--plot", "PNG", "draw the answer there, or with --reference the overlay")
     add_reference(infer)
     add_path(infer, "--draws", "ZARR", "write all draws there, for ArviZ")
-
-
-def _factor(text: str) -> float:
-    """Return a factor of a size."""
-    value, (least, most) = _number(text), _FACTORS
-    if value is None or not least <= value <= most:
-        raise argparse.ArgumentTypeError(f"{text!r} is no number from {least} to {most:.0f}")
-    return value
 
 
 def _fact(text: str) -> tuple[str, list[float]]:
@@ -111,7 +92,7 @@ def run(options: argparse.Namespace) -> int:
     from breaker.drive.answers.assessment import Assessment, given_by
     from breaker.drive.answers.named_records import read_records
 
-    given, words = given_by(config, options.size, dict(options.known))
+    given, words = given_by(config, dict(options.known))
     assessment = Assessment(config, limits, given, families=_families(options.model))
     choice = choice_of(options)
     records = read_records(options.files, assessment, **choice)
@@ -125,8 +106,7 @@ def run(options: argparse.Namespace) -> int:
     known = dict(given.known) | ({"mass": given.mass} if given.mass else {})
     settings = vars(assessment.settings) | {"known": known}
     means, verdicts = assessment.infer_means(answers), assessment.judge(answers)
-    more = {"explain": options.explain, "mass": assessment.mass}
-    found = document(answers, verdicts, about, settings, means, **more)
+    found = document(answers, verdicts, about, settings, means, mass=assessment.mass)
     if overlays:
         found = replace(found, reference=[each.values for each in overlays])
     nothing = not any(each.accepted for each in found.records)

@@ -149,8 +149,8 @@ def remaining_life(
     """Draw one panel per limit: operations left, by when to service, and the true ones.
 
     Args:
-        truth: Of a simulated life, what ``failure_times.true_lives`` returns, ``(limit)``, and
-            ``held``, what ``failure_times.held`` does; None for real measurements.
+        truth: Of a simulated life, ``failure (limit)``, when a limit is first exceeded, and
+            ``held``, what ``failure_times.held`` returns; None for real measurements.
     """
     known = (standing["state"] > [*p.STATES].index("unknown")).any("operation").values
     vague = ", ".join(p.spoken(name) for name in standing["limit"].values[~known])
@@ -168,8 +168,8 @@ def remaining_life(
                 titles[j] += f"\nthe interval contains the truth at {share} of the operations"
     figure, axes = p.limit_panels(told, titles, height=3.0, sharex=True)
     for j, axis in enumerate(axes):
-        lines = [] if truth is None else _truths(truth.isel(limit=j), life["operation"].values)
-        _left(axis, told["remaining"].isel(limit=j), standing.isel(limit=j), lines)
+        failure = np.nan if truth is None else truth["failure"].values[j]
+        _left(axis, told["remaining"].isel(limit=j), standing.isel(limit=j), failure)
         axis.set_ylabel("operations left")
     shows = f"operations left until a limit is exceeded\n{note}"
     style.title(figure, _next(standing.isel(operation=-1), truth), shows)
@@ -191,21 +191,13 @@ def _next(last: xr.Dataset, truth: xr.Dataset | None) -> str:
     return f"Next: {p.spoken(last['limit'].values[k])}, operations left: {left}"
 
 
-def _truths(one: xr.Dataset, operation: np.ndarray) -> list[tuple[np.ndarray, np.ndarray, dict]]:
-    """Return operations, what was left then, and looks: with the change, and without until it."""
-    failure, without = one["failure"].item(), one["failure_without"].item()
-    before, until = operation[operation <= failure], operation[operation < one["changed"].item()]
-    both = [(before, failure - before, {"ls": "--", "label": "truth"})]
-    if np.isfinite(without):
-        both.append((until, without - until, {"ls": ":", "label": "truth without the change"}))
-    return both if np.isfinite(failure) else both[1:]
-
-
-def _left(axis: Axes, told: xr.DataArray, standing: xr.Dataset, truths: list) -> None:
-    """Draw band and median, by when to service, truths, and states at the foot."""
+def _left(axis: Axes, told: xr.DataArray, standing: xr.Dataset, failure: float) -> None:
+    """Draw band and median, by when to service, the truth, and states at the foot."""
+    operation = standing["operation"].values
+    before = operation[operation <= failure]
     low, middle, high = told.transpose("quantile", "asked").values
     usual = np.nanquantile(np.append(middle[np.isfinite(middle)], 1.0), 0.95)
-    top = 1.25 * max(usual, *(left.max(initial=0.0) for _, left, _ in truths), 1.0)
+    top = 1.25 * max(usual, (failure - before).max(initial=0.0), 1.0)
     low, high = (np.minimum(each, 10.0 * top) for each in (low, high))  # goes on past the panel
     look = {"color": style.CORRECTED, "label": "90 % interval", "lw": 0.6, "alpha": 0.25}
     axis.fill_between(told["asked"].values, low, high, **look)
@@ -218,12 +210,13 @@ def _left(axis: Axes, told: xr.DataArray, standing: xr.Dataset, truths: list) ->
     look = {"color": style.SERVICE, "lw": 1.4, "drawstyle": "steps-post"}
     look["label"] = "until the service" if np.isfinite(service).any() else None
     axis.plot(standing["operation"], service, **look)
-    for at, left, line in truths:
-        axis.plot(at, left, color=style.MEASURED, lw=1.2, zorder=2.5, **line)
+    if before.size:
+        look = {"ls": "--", "lw": 1.2, "zorder": 2.5, "label": "truth"}
+        axis.plot(before, failure - before, color=style.MEASURED, **look)
     p.state_strip(axis, standing["operation"].values, standing["state"].values)
     axis.set_ylim(-0.06 * top, top)
     axis.yaxis.set_major_formatter("{x:,.0f}")
-    if not np.isfinite(middle).any() and not truths:
+    if not np.isfinite(middle).any() and not before.size:
         axis.text(0.5, 0.5, "beyond the horizon", transform=axis.transAxes, ha="center")
 
 

@@ -6,7 +6,7 @@ JSON. A number that is not known is None.
 
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -15,7 +15,6 @@ from breaker.drive.answers.evidence import MAY_SLIDE, WITH_CONTACT, Answer
 from breaker.drive.answers.identity import doubts_about
 from breaker.drive.answers.limit_verdicts import NORMAL, VERDICTS, Verdict
 from breaker.drive.answers.moving_mass import MASS_QUANTITIES, with_mass
-from breaker.drive.answers.number_sources import Place, places_of
 from breaker.drive.family.mechanisms import MECHANISMS
 from breaker.model.parameters import MOTIONS, PARAMETERS
 from breaker.model.quantities import (
@@ -27,7 +26,6 @@ from breaker.model.quantities import (
 )
 from breaker.reading.files.guards import printable
 from breaker.reading.files.safe_text import table_text
-from breaker.reading.records.measurements import Reading
 
 _FEWEST = 2  # records that are summed up together
 _LEVELS = (0.5, 0.25, 0.75, 0.025, 0.975)
@@ -35,7 +33,7 @@ _KINDS = {"parameters": "parameter", "mechanisms": "mechanism", "quantities": "q
 _KINDS |= {"with_mass": "with mass"}
 _FIRST = ("motion", "operation", "file", "kind", "output", "unit", "median")
 _FIRST += tuple(f"interval_{of}_{end}" for of in (50, 95) for end in ("lower", "upper"))
-_LEFT_OUT = (*_KINDS, "fit", "limits", "remarks", "places")
+_LEFT_OUT = (*_KINDS, "fit", "limits", "remarks")
 
 
 @dataclass(frozen=True)
@@ -127,7 +125,6 @@ class RecordAnswer(Plain):
     quantities: Mapping[str, QuantityEstimate] | None = None
     with_mass: Mapping[str, Estimate] | None = None  # parameters times a known moving mass
     limits: Sequence[Verdict] | None = None
-    places: Mapping[str, Sequence[Place]] | None = None  # where each quantity is read
 
     @property
     def accepted(self) -> bool:
@@ -221,7 +218,6 @@ def document(
     settings: Mapping[str, object],
     means: Sequence[Sequence[Answer]] = (),
     *,
-    explain: bool = False,
     mass: np.ndarray | None = None,
 ) -> AnswerDocument:
     """Return answers as a document.
@@ -232,7 +228,6 @@ def document(
         drive: What is known of the drive as a whole: goes into the document as it is.
         settings: What the answers were made with: the same.
         means: What ``infer_means`` returns.
-        explain: Whether to say where in its file each measured number is read.
         mass: Draws of the moving mass, kg, as many as of an answer.
     """
     known = [n for n in ABOUT if any(_about(each)[n] is not None for each in answers)]
@@ -240,21 +235,7 @@ def document(
     together = {motion: each for motion in MOTIONS if (each := _together(motion, records))}
     warnings = doubts_about([each.record for each in answers])
     pooled = [mean for pole in means for mean in _means(pole)]
-    found = plainly(AnswerDocument(warnings, drive, settings, records, together, pooled))
-    if not explain:
-        return found
-    pairs = zip(found.records, answers, strict=True)  # of places, all digits count
-    return replace(found, records=[_explained(*pair) for pair in pairs])
-
-
-def _explained(record: RecordAnswer, answer: Answer) -> RecordAnswer:
-    """A record with the places of what is measured of it, if it could be used."""
-    if not record.accepted:
-        return record
-    reading = Reading(answer.record.raw, answer.contact, answer.speeds)
-    known = {n for n, e in record.quantities.items() if e.source and e.source != "inferred"}
-    places = {name: places_of(reading, name) for name in record.quantities if name in known}
-    return replace(record, places={name: some for name, some in places.items() if some})
+    return plainly(AnswerDocument(warnings, drive, settings, records, together, pooled))
 
 
 def _means(answers: Sequence[Answer]) -> list[MeanAnswer]:

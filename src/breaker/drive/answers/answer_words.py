@@ -27,7 +27,6 @@ from breaker.model.quantities import EVENTS
 
 _ROW = "  {:<19} {:>8}  {:<20} {:<7} {}"
 _LIMIT = "  {:<20} {:<9} {:>8}  {:<20} {}"
-_PLACE = "  {:<50} {:<22} {:>8} {:>11}"
 _SHARED = "  {:<19} {:>9}  {:<22} {:>9} {:>12}  {:<7}{}"
 _CELLS, _SHORT = 3, "  {:<32} {:<32} {:<32}"  # of a line of a short section
 _EDGE = 0.02  # p-value, below which a record is at the edge of a family
@@ -85,7 +84,7 @@ def _long(record: RecordAnswer) -> Section:
         parts += [f"inferred{together}", *_inferred(inferred), *_mechanisms(record.mechanisms)]
     if record.with_mass:
         parts += ["with the moving mass", *_inferred(record.with_mass)]
-    parts += limit_tables(record.limits or ()) + _places(record)
+    parts += limit_tables(record.limits or ())
     return Section(_title(record), [*parts, *_ending(record)])
 
 
@@ -106,18 +105,6 @@ def zones_in_words(zones: Iterable[tuple[str, str]]) -> list[str]:
     """Say the zones of speeds, each a name and a zone, once; nothing of none."""
     said = "; ".join(" ".join(pair) for pair in dict.fromkeys(zones))
     return [f"speeds, means of the drive: {said}"] if said else []
-
-
-def _places(record: RecordAnswer) -> list[Table]:
-    """Where numbers of a record are read; nothing where that is not asked for."""
-    rows = []
-    for name, places in (record.places or {}).items():
-        for each in places:
-            until = "" if each.until is None else f" to {each.until:.2f}"
-            way = "" if each.travel is None else f"{each.travel:.3f}"
-            rows.append((f"{name}: {each.what}", f"{each.time:.2f}{until}", each.sample, way))
-    head = ("where it is read", "time of the file, ms", "sample", "travel, mm")
-    return [Table(head, rows, form=_PLACE)] if rows else []
 
 
 def _inferred(some: Mapping[str, Estimate]) -> list[Table]:

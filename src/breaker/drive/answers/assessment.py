@@ -129,19 +129,16 @@ class Assessment:
 
 
 def given_by(
-    config: Mapping,
-    size: Sequence[float] | None = None,
-    facts: Mapping[str, Sequence[float]] | None = None,
+    config: Mapping, facts: Mapping[str, Sequence[float]] | None = None
 ) -> tuple[Given, list[str]]:
     """Return what a configuration gives beside records, and what to say of it.
 
     Args:
         config: The configuration.
-        size: Factors of lengths and times that a command gives.
         facts: Those that a command gives go before those of the configuration.
 
     Raises:
-        ValueError: If a fact is of nothing that is inferred, or a size is given beside a prior.
+        ValueError: If a fact is of nothing that is inferred.
     """
     known = {**config["known"], **(facts or {})}
     mass = known.pop("mass", None)
@@ -154,16 +151,7 @@ def given_by(
     words = [told.format(*(in_digits(each, 4) for each in mass))] if mass else []
     usual = defaults()
     if all(config[key] == usual[key] for key in ("prior", "size", "contact_lag")):
-        if not size:
-            return Given(known=known, mass=mass), words
-        said = "size given: lengths {} and times {} times those of the reference drive"
-        words = [said.format(*(in_digits(e, 4) for e in size)), *words]
-        return Given(Size(*size), None, known, mass), words
-    if size:
-        raise ValueError(
-            "--size is of drives with the default prior, and that of the configuration is another; "
-            "leave it out"
-        )
+        return Given(known=known, mass=mass), words
     from breaker.model.prior import Prior
 
     prior = Prior.from_settings(config["prior"])

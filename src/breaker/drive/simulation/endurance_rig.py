@@ -45,23 +45,16 @@ class Rig:
                 )
         return rig
 
-    @property
-    def life_without_change(self) -> int:
-        """Operations in which the wear before the knee alone would come to the end of life."""
-        knee, faster = (self.settings["wear"][name] for name in ("knee", "faster"))
-        return round(self.settings["operations"] * (knee + faster * (1.0 - knee)))
-
-    def worn(self, operation: int, *, scatter: bool = True, changes: bool = True) -> Drive:
+    def worn(self, operation: int, *, scatter: bool = True) -> Drive:
         """Return the drive at an operation, counted from 1.
 
         Each parameter and element that wears changes linearly up to the knee, and ``faster`` times
-        as fast after it, to its change at the end of life; without ``changes`` it goes on as it
-        began. Operations scatter around that.
+        as fast after it, to its change at the end of life. Operations scatter around that.
         """
         wear = self.settings["wear"]
         life = operation / self.settings["operations"]
         knee, faster = wear["knee"], wear["faster"]
-        way = min(life, knee) + faster * max(0.0, life - knee) if changes else life
+        way = min(life, knee) + faster * max(0.0, life - knee)
         share = way / (knee + faster * (1.0 - knee))
         rng = generator(self.seed, "rig wear", operation)
         changed = {}

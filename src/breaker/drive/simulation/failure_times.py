@@ -66,26 +66,3 @@ def held(life: xr.Dataset, failure: np.ndarray) -> list[float]:
         left, low, high = end - asked[some], values[some, 0], values[some, 2]
         shares.append(float(((low <= left) & (left <= high)).mean()) if some.any() else np.nan)
     return shares
-
-
-def true_lives(
-    truth: xr.Dataset, limits: Sequence[Limit]
-) -> dict[str, tuple[tuple[str, ...], list[float] | float]]:
-    """Return ``failure``, ``failure_without`` and ``changed``, to be assigned to a dataset.
-
-    These are the operations at which the level is first beyond each limit; at which it would be if
-    the wear had gone on as it began (nan where it is the same); and the first one at which the wear
-    does not (nan if it always does). ``truth`` is what ``truth_of`` returns.
-    """
-    ends = failures(truth, limits)
-    longer = {"value": truth.without_change, "measured": truth.measured_without_change}
-    steady = failures(xr.Dataset(longer).rename(longer="operation"), limits)
-    without = [np.nan if steady[name] == end else steady[name] for name, end in ends.items()]
-    steadily = truth.without_change.values[: truth.sizes["operation"]]
-    apart = (truth.value.values[: len(steadily)] != steadily).any(axis=1)
-    changed = float(truth.operation.values[apart.argmax()]) if apart.any() else np.nan
-    return {
-        "failure": (("limit",), list(ends.values())),
-        "failure_without": (("limit",), without),
-        "changed": ((), changed),
-    }

@@ -26,17 +26,12 @@ def truth_of(
         Dataset over ``operation``, ``parameter``, ``motion`` and ``quantity``, all without the
         scatter from operation to operation: ``value (operation, parameter)``; ``measured
         (operation, motion, quantity)``, what a record of the drive shows without noise and with
-        contact timing, nan where it shows nothing; ``without_change`` and
-        ``measured_without_change``, over ``longer``, the same if the wear had gone on as it began;
-        and ``difference (operation, motion)``, the largest of the drive's curve from the model's at
-        ``times``, mm.
+        contact timing, nan where it shows nothing; and ``difference (operation, motion)``, the
+        largest of the drive's curve from the model's at ``times``, mm.
     """
     operations = np.arange(1, rig.settings["operations"] + 1)
     drives = [rig.worn(int(operation), scatter=False) for operation in operations]
     theta = np.array([drive.theta for drive in drives])
-    longer = np.arange(1, rig.life_without_change + 1)
-    steady = [rig.worn(int(each), scatter=False, changes=False).theta for each in longer]
-    without_change = _measured(rig, longer, motions, speeds, changes=False)
     difference = []
     for motion in motions:
         curves = np.stack([drive.travel(motion, times) for drive in drives])
@@ -44,24 +39,14 @@ def truth_of(
     return xr.Dataset(
         {
             "value": (("operation", "parameter"), theta),
-            "without_change": (("longer", "parameter"), np.array(steady)),
             "difference": (("operation", "motion"), np.stack(difference, axis=-1), {"unit": "mm"}),
         },
-        coords={"operation": operations, "longer": longer}
-        | {"parameter": list(NAMES), "motion": list(motions)},
-    ).assign(
-        measured=_measured(rig, operations, motions, speeds),
-        measured_without_change=without_change.rename(operation="longer"),
-    )
+        coords={"operation": operations, "parameter": list(NAMES), "motion": list(motions)},
+    ).assign(measured=_measured(rig, operations, motions, speeds))
 
 
 def _measured(
-    rig: Rig,
-    operations: np.ndarray,
-    motions: Sequence[str],
-    speeds: Sequence[Speed],
-    *,
-    changes: bool = True,
+    rig: Rig, operations: np.ndarray, motions: Sequence[str], speeds: Sequence[Speed]
 ) -> xr.DataArray:
     """What records without noise show, over operation, motion and quantity."""
     sensor, knee = rig.settings["sensor"], rig.settings["wear"]["knee"]
@@ -71,7 +56,7 @@ def _measured(
     names = list(dict.fromkeys(n for m in motions for n in quantities_of(m, speeds, ("record",))))
     seen = np.full((len(stages), len(motions), len(names)), np.nan)
     for i, operation in enumerate(stages.tolist()):
-        drive = rig.worn(operation, scatter=False, changes=changes)
+        drive = rig.worn(operation, scatter=False)
         for j, motion in enumerate(motions):
             curve, switching = drive.operate(motion, times)
             contact = Contact(switching if np.isfinite(switching) else np.nan, 0.0)

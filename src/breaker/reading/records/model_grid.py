@@ -112,7 +112,7 @@ def check_missing(gridded: Gridded, allowed: float) -> None:
     if count < min(_FEWEST, gridded.sampled.size):
         raise UnusableError(
             f"only {count} of the {gridded.sampled.size} times of the model's grid have a sample: "
-            "check the rate, the size (--size, size.times) and the section sensor"
+            "check the rate, size.times and the section sensor"
         )
     missing = int(np.isnan(gridded.travel[gridded.sampled]).sum())
     if missing > allowed * count:
