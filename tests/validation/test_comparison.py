@@ -1,4 +1,4 @@
-"""Two posteriors on one scale, examples, contraction beside its limit, and the words for them."""
+"""Two posteriors on one scale, examples, and contraction beside its limit."""
 
 import numpy as np
 import pytest
@@ -71,6 +71,3 @@ def test_reached_is_sorted_by_the_limit():
             expected = [column.mean(), *np.quantile(column, [0.05, 0.95])]
             found_here = [one[key].item() for key in ("mean", "lower", "upper")]
             assert found_here == pytest.approx(expected)
-    assert comparison.identifiability_words(found) == (
-        r"over the prior: the prior decides $\mu$ and $L$; $k_b$ partly known"
-    )

@@ -10,7 +10,6 @@ from breaker.paper.calibration import judge_draws
 from breaker.paper.validation import (
     family_quality,
     quality,
-    quality_words,
     with_width,
 )
 from tests.validation.made import exact_posteriors
@@ -72,17 +71,16 @@ def test_faults_show_in_their_output_alone(exact, fault, column, low, high):
 
 
 def test_without_a_reader_its_column_is_unknown(exact):
-    """And all others are as they were; the words leave it out."""
+    """And all others are as they were."""
     table = quality(validation(), None, CONTRACTION, prior_sd=PRIOR_SD, log=LOG)
     assert table.columns.tolist() == exact.columns.tolist()
     assert table.calibration_p_reader.isna().all()
     assert table.calibrated_reader.isna().all()
     others = exact.columns.drop(["calibration_p_reader", "calibrated_reader"])
     pd.testing.assert_frame_equal(table[others], exact[others])
-    assert "files" not in quality_words(table)
 
 
-def test_tables_figures_and_words_judge_alike():
+def test_tables_and_figures_judge_alike():
     """One criterion: what leaves the band of all outputs together fails in the table."""
     data = validation(width=0.8)
     found = judge_draws(data.draws.values, data.truth.values)
@@ -91,7 +89,7 @@ def test_tables_figures_and_words_judge_alike():
     np.testing.assert_allclose(table.shortfall, CONTRACTION - table.contraction, atol=1e-15)
     np.testing.assert_array_equal(table.calibrated, ~found.outside)
     np.testing.assert_array_equal(table.calibration_p, found.p_values)
-    assert found.words(NAMES).startswith("NOT calibrated: L outside the band")
+    assert found.outside.tolist() == [False, True, False]
 
 
 # ---- networks of a family ------------------------------------------------------------------------

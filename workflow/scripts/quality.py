@@ -3,7 +3,7 @@
 import pandas as pd
 
 from breaker.common.zarr_store import open_store
-from breaker.paper.validation import quality, quality_words, scale_of
+from breaker.paper.validation import quality, scale_of
 from breaker.reading.files.safe_text import save_frame
 from breaker.workflow.jobs import start
 
@@ -20,7 +20,15 @@ for posterior, data, files in (("amortised", amortised, reader), ("corrected", c
         limit.contraction.mean("curve").values,
         **scale_of(amortised),
     )
-    log.info("%s: %s", posterior, quality_words(table))
+    log.info(
+        "%s: %d of %d outputs calibrated, z-score sd %.3f to %.3f, largest shortfall %.3f",
+        posterior,
+        table.calibrated.sum(),
+        len(table),
+        table.z_sd.min(),
+        table.z_sd.max(),
+        table.shortfall.max(),
+    )
     table.insert(0, "posterior", posterior)
     tables.append(table)
 save_frame(pd.concat(tables), snakemake.output[0], digits=5)

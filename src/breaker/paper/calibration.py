@@ -14,8 +14,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.special import bdtr, gammaln
 
-from breaker.common.numerals import in_digits, in_p
-
 
 def ecdf_difference(ranks: ArrayLike, draws: int) -> np.ndarray:
     """Return the share of ranks below grid point ``i`` minus ``i / (d + 1)``, ``(k, q)``.
@@ -221,16 +219,6 @@ class Calibration:
     excess: np.ndarray
     p_value: float
     alpha: float
-
-    def words(self, symbols: Sequence[str]) -> str:
-        """Return the result in one line; ``symbols`` name the ``q`` outputs."""
-        least = int(np.argmin(self.p_values))
-        p = f"smallest {in_p(self.p_values[least])} of {symbols[least]}, times {len(symbols)}: "
-        p += f"{in_p(self.p_value)}, level {in_digits(self.alpha, 4)}"
-        if not self.outside.any():
-            return f"calibrated: all {len(symbols)} outputs inside the band ({p})"
-        names = [name for name, out in zip(symbols, self.outside, strict=True) if out]
-        return f"NOT calibrated: {', '.join(names)} outside the band ({p})"
 
 
 def judge_ranks(ranks: ArrayLike, draws: int, *, alpha: float = LEVEL) -> Calibration:
