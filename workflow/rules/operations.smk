@@ -88,7 +88,7 @@ BREAKERS = list_breakers(OWN_CURVES) if OWN_CURVES else []
 IS_FLEET = len(BREAKERS) > 1 and config["endurance"]["breaker"] is None
 CHUNKS_OF_BREAKERS = {}
 for place, each in enumerate(BREAKERS):
-    chunk = f"{place // 30:03d}"  # thirty breakers are a job of some minutes
+    chunk = f"{place // config['fleet']['breakers_per_job']:03d}"
     CHUNKS_OF_BREAKERS.setdefault(chunk, []).append(each)
 FLEET = ["results/fleet.csv", "results/fleet.html", "figures/fleet.png"]
 # What jobs of the fleet take from the configuration.

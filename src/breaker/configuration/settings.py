@@ -387,6 +387,7 @@ class Report(Section):
 class Fleet(Section):
     """Many breakers side by side."""
 
+    breakers_per_job: int = _f(30, "Breakers read and evaluated by one job.", 1, 1000)
     followed: int = _f(150, "Number of operations from which a life is followed.", 2, 1_000_000)
 
 
