@@ -137,24 +137,16 @@ def test_a_choice_without_a_table_is_refused(tmp_path):
 # ---- before a plan -------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
-    ("name", "sign"),
-    [
-        ("op_{x}_1.csv", "{ }"),
-        ("op_<x>_1.csv", "< >"),
-        ("op\n_1.csv", r"\\n"),
-        ("a\t1.csv", r"\\t"),
-    ],
-)
+@pytest.mark.parametrize("name", ["op_{x}_1.csv", "op_<x>_1.csv", "op\n_1.csv", "a\t1.csv"])
 @pytest.mark.parametrize("place", ["names", "table", "folder"])
-def test_a_name_that_is_a_pattern_or_a_control_sign_is_refused(tmp_path, name, sign, place):
+def test_a_name_that_is_a_pattern_or_a_control_sign_is_refused(tmp_path, name, place):
     if place == "folder":
         tmp_path, name = tmp_path / name, "1.csv"
     fill(tmp_path, f"closing/{name}")
     if place == "table":
         quoted = f'"closing/{name}"'
         table(tmp_path, f"{quoted},closing,1", head="file,motion,operation")
-    with pytest.raises(ValueError, match=rf"{sign} in its name; rename|cannot be printed") as told:
+    with pytest.raises(ValueError, match=r"sign in its name|cannot be printed") as told:
         list_operations(tmp_path, "closing")
     assert str(told.value).replace("\n", "").isprintable()
 
@@ -205,23 +197,22 @@ def test_each_record_is_read_with_what_its_row_states(tmp_path):
     for name, reading in {"mm": travel, "deg": (90.0 - travel / 0.5)[::2]}.items():
         np.savetxt(tmp_path / f"{name}.csv", reading, fmt="%.3f", header="travel", comments="")
     rows = [
-        "mm.csv,closing,1,10,,,,13 to 15",
-        "deg.csv,closing,2,5,deg,0.5,-1,",
-        "mm.csv,closing,3,,,,,",
-        "deg.csv,closing,4,5,deg,,-1,",
-        "mm.csv,closing,5,10,,,,130 to 150",
+        "mm.csv,closing,1,10,,,",
+        "deg.csv,closing,2,5,deg,0.5,-1",
+        "mm.csv,closing,3,,,,",
+        "deg.csv,closing,4,5,deg,,-1",
     ]
-    table(tmp_path, *rows, head="file,motion,operation,rate,travel_unit,ratio,sign,stroke")
+    table(tmp_path, *rows, head="file,motion,operation,rate,travel_unit,ratio,sign")
     settings = {"time_column": None, "zero": "rest"}
     grid, listed = Grid(np.arange(-2.0, 58.0, 0.4)), list_operations(tmp_path, "closing")
     curves = read_curves(listed, settings, grid, "closing")
-    assert curves.accepted.values.tolist() == [True, True, False, False, False]
+    assert curves.accepted.values.tolist() == [True, True, False, False]
     assert curves.rate.values[:2] == pytest.approx([10.0, 5.0])
     strokes = curves.measured.sel(quantity="stroke").values[:2]
     assert strokes == pytest.approx([14.0, 14.0], abs=0.05)
     for reason, said in zip(
         curves.reason.values[2:],
-        ["column rate of operations.csv", "the column ratio of", "format.stroke allows"],
+        ["column rate of operations.csv", "the column ratio of"],
         strict=True,
     ):
         assert said in reason

@@ -42,37 +42,19 @@ def test_a_table_says_all_there_is_to_say(tmp_path):
     assert third[1].event == ""
 
 
-def test_times_of_contacts_are_those_of_their_motion(tmp_path):
-    found = read(
-        tmp_path,
-        f"{HEAD},touch_time,part_time,timing_sd,trigger\n"
-        "a.csv,closing,1,44.1,,0.2,12\na.csv,opening,1,,231.9,,\na.csv,closing,2,,,,\n",
-    )
-    closing, opening, none = (operation for _, operation in found)
-    assert (closing.switching, closing.settings, closing.trigger) == (
-        44.1,
-        {"timing_sd": 0.2},
-        12.0,
-    )
-    assert opening.switching == 231.9
-    assert all(map(math.isnan, (opening.trigger, none.switching)))
-    assert opening.settings == none.settings == {}
-
-
 def test_a_row_states_settings_of_its_record(tmp_path):
     rows = [
-        "file,motion,operation,rate,ratio,stroke,sign,zero,travel_unit,contact_column,time_column",
-        "a.csv,closing,1,10,1.64,160 to 197,-1,rest,deg,Contact 2,none",
-        'b.csv,closing,2,20,,"[160, 197.5]",,-3,,14,',
-        "c.csv,closing,3,,,160-197,,,,,1",
-        "d.csv,closing,4,,,,,,,,",
+        "file,motion,operation,rate,ratio,sign,zero,travel_unit,contact_column,time_column",
+        "a.csv,closing,1,10,1.64,-1,rest,deg,Contact 2,none",
+        "b.csv,closing,2,20,,,-3,,14,",
+        "c.csv,closing,3,,,,,,,1",
+        "d.csv,closing,4,,,,,,,",
     ]
     settings = [each.settings for _, each in read(tmp_path, "\n".join(rows))]
-    deg = {"travel_unit": "deg", "ratio": 1.64, "zero": "rest", "sign": -1, "stroke": [160, 197]}
+    deg = {"travel_unit": "deg", "ratio": 1.64, "zero": "rest", "sign": -1}
     assert settings[0] == {"rate": 10, "time_column": None, "contact_column": "Contact 2", **deg}
-    assert settings[1] == {"rate": 20, "stroke": [160, 197.5], "zero": -3, "contact_column": 14}
-    assert settings[2:] == [{"stroke": [160, 197], "time_column": 1}, {}]
-    assert [type(each) for each in settings[0]["stroke"]] == [float, float]
+    assert settings[1] == {"rate": 20, "zero": -3, "contact_column": 14}
+    assert settings[2:] == [{"time_column": 1}, {}]
 
 
 @pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig"])
@@ -132,22 +114,14 @@ WRONG = [
     (f"{HEAD},temperature\na.csv,closing,1,2_0", "column temperature: '2_0' is no number"),
     (f"{HEAD},from,to\na.csv,closing,1,20,20", "column to: 20 is not after from, 20"),
     (f"{HEAD},from\na.csv,closing,1,1e246", "column from: 1e246 is not between"),
-    (f"{HEAD},touch_time\na.csv,opening,1,9.5", "column touch_time: is of closing; leave it empty"),
-    (f"{HEAD},part_time\na.csv,closing,1,9.5", "line 2, column part_time: is of opening; leave"),
-    (f"{HEAD},touch_time\na.csv,closing,1,9:5", "column touch_time: '9:5' is no number"),
-    (f"{HEAD},timing_sd\na.csv,closing,1,0", "column timing_sd: 0 is not between 0.01 and 10 ms"),
     (f"{HEAD},rate\na.csv,closing,1,10000", "line 2, column rate: 10000 is not between 0.5 and 1"),
     (f"{HEAD},ratio\na.csv,closing,1,0", "line 2, column ratio: 0 is not between 0.000001 and"),
     (f"{HEAD},ratio\na.csv,closing,1,1:2", "column ratio: '1:2' is no number; write it as 21.5"),
-    (f"{HEAD},stroke\na.csv,closing,1,178", "column stroke: '178' is no range; .* as 160 to 197"),
-    (f"{HEAD},stroke\na.csv,closing,1,197 to 160", "'197 to 160' does not rise; write the least"),
-    (f"{HEAD},stroke\na.csv,closing,1,0 to 160", "column stroke: 0 is not between 0.001 and 1000"),
     (f"{HEAD},sign\na.csv,closing,1,down", "line 2, column sign: 'down' is none of 1, \\+1, -1"),
     (f"{HEAD},zero\na.csv,closing,1,open", "line 2, column zero: 'open' is no number; write"),
     (f"{HEAD},travel_unit\na.csv,closing,1,ft", "travel_unit: 'ft' is none of mm, cm, m, um, in"),
     (f"{HEAD},contact_column\na.csv,closing,1,0", "0 is no number of a column, 1 to 1000"),
     (f"{HEAD},time_column\na.csv,closing,1,{'9' * 30}", "is no number of a column, 1 to 1000"),
-    (f"{HEAD},trigger\na.csv,closing,1,x", "column trigger: 'x' is no number"),
     (f"{HEAD},event\na.csv,closing,1,a\x1b[2J", r"column event: 'a\\x1b\[2J' has signs"),
     (f"{HEAD},event\na.csv,closing,1,{'x' * 201}", "column event: has 201 signs"),
     (f"{HEAD}\nä.csv,closing,1".encode("latin-1"), "line 2: is not UTF-8; save"),

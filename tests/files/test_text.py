@@ -122,23 +122,6 @@ def test_an_exact_name_goes_before_a_near_one(file):
     assert_read(read(file))
 
 
-def test_skip_rows_is_taken_at_its_word(file):
-    put(file, ["made by", "time,travel", "ms,mm", *ROWS])
-    assert_read(read(file, skip_rows=1))
-    assert_read(read(file, skip_rows=1, units_row=True))
-    message = rejection(file, skip_rows=0)
-    assert message.startswith(", line 1: no column 'time' among 'made by'")
-    assert "skip_rows" in message
-    assert "ends before line 91" in rejection(file, skip_rows=90)
-    message = rejection(file, skip_rows=1, units_row=False)
-    assert message.startswith(", line 3: 'time' is 'ms', which is not a number")
-    put(file, ["time,travel", *ROWS])
-    reason = "line 2: the unit of 'time' is '0.0000'; see endurance.format.units_row"
-    assert reason in rejection(file, units_row=True)
-    put(file, ["", "", "time,travel", *ROWS])
-    assert rejection(file, skip_rows=1).startswith(", line 2: is blank, but endurance.format.skip")
-
-
 @pytest.mark.parametrize(
     ("head", "reason"),
     [
@@ -206,7 +189,7 @@ def test_files_without_names_are_read_by_numbers(file):
     assert_read(read(file, time_column=2, travel_column=3), lines=4)
     put(file, ROWS)
     assert_read(read(file, time_column=1, travel_column=2), lines=1)
-    assert_read(read(file, time_column=1, travel_column=2, skip_rows=0), lines=1)
+    assert_read(read(file, time_column=1, travel_column=2), lines=1)
     assert "has no numbers in column 1 and 3" in rejection(file, time_column=1, travel_column=3)
     put(file, ["t;cm", *ROWS])
     assert_read(read(file, time_column=1, travel_column=2), lines=2)

@@ -23,7 +23,7 @@ from breaker.reading.records.record_axes import Scale
 
 STEP, EVERY = 0.1, 4  # ms between samples of a file; samples for one of the model's grid
 HEAD = 6  # lines before the first sample of what write_curve writes
-BARE = FORMAT | {"skip_rows": 0, "units_row": False}  # a line of names, and numbers
+BARE = FORMAT  # a line of names, and numbers
 TO_MS = {"s": 1e3, "ms": 1.0, "us": 1e-3}
 TO_MM = {"mm": 1.0, "cm": 10.0, "m": 1e3, "um": 1e-3, "inch": 25.4}
 

@@ -30,7 +30,7 @@ from breaker.drive.answers.test_report import Report, report_of
 from breaker.drive.answers.visit import Visit
 from breaker.model.parameters import MOTIONS
 from breaker.reading.files.file_facts import Description
-from breaker.reading.files.folder_listing import odd_signs, record_files
+from breaker.reading.files.folder_listing import is_odd, record_files
 from breaker.reading.files.formats import ENDINGS
 from breaker.reading.files.guards import LARGEST, Files, printable
 from breaker.reading.files.operations_table import MANIFEST
@@ -232,7 +232,7 @@ class Session:
             ValueError: If its name is none of a record, or there are too many bytes.
         """
         plain = Path(name.replace("\\", "/")).name
-        if odd_signs(plain) or plain.startswith((".", "~$")) or plain == MANIFEST:
+        if is_odd(plain) or plain.startswith((".", "~$")) or plain == MANIFEST:
             raise ValueError(f"{printable(plain)} is no name of a record; rename it")
         if not plain.lower().endswith((*ENDINGS, ".dat")):
             endings = " ".join(ENDINGS)

@@ -154,8 +154,6 @@ class Format(Section):
     encoding: str = _f("utf-8", "Encoding of the text.", min_length=1, max_length=50)
     delimiter: Literal[",", ";", "\t", "|", " "] = _f(",", "Character between columns.")
     decimal: Literal[".", ","] = _f(".", "Decimal sign of numbers.")
-    skip_rows: int | None = _f(None, "Lines before the names of columns; null: found.", 0, 10_000)
-    units_row: bool | None = _f(None, "Whether a line of units follows; null reads its cells.")
     time_column: Column | None = _f("time", "Name or number of the time column; null without one.")
     time_unit: Literal["s", "ms", "us"] = _f("s", "Unit of the time.")
     rate: float | None = _f(None, "kHz, sampling rate; required without a time column.", 0.95, 1000)
@@ -172,7 +170,6 @@ class Format(Section):
     timing_sd: float = _f(0.1, "ms, sd of the times of contact touch and separation.", 0.01, 10)
     trigger_column: Trigger | None = _f(None, "Column of trigger or coil current; 0: at time 0.")
     motor_column: Column | None = _f(None, "Column of the current of the charging motor.")
-    doubtful: Literal["mask", "reject"] = _f("mask", "What is done with impossible samples.")
     missing: float = _f(0.5, "Largest share of missing samples.", 0, 0.8)
 
 

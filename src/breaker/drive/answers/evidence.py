@@ -11,7 +11,7 @@ from breaker.drive.family.membership import Match
 from breaker.drive.family.network_inputs import NormalisedRecords
 from breaker.model.parameters import GAP, MOTIONS, NAMES, UNIT, Size, powers
 from breaker.model.quantities import ANSWERED, EVENTS, INFERRED, Speed
-from breaker.reading.files.operations_table import SWITCHING, Operation
+from breaker.reading.files.operations_table import Operation
 from breaker.reading.files.preamble import Preamble
 from breaker.reading.records.contact_edges import Contact
 from breaker.reading.records.measurements import Measured
@@ -20,6 +20,9 @@ from breaker.reading.records.raw_record import Raw
 
 if TYPE_CHECKING:
     from breaker.model.prior import Prior
+
+SWITCHING = {"closing": "touch_time", "opening": "part_time"}
+"""Quantity of the time at which the contact touches or parts, by motion."""
 
 FACTS = (*NAMES, "wipe", *SWITCHING.values())
 """What facts may be about: all that is inferred, and the wipe, which follows from the gap."""

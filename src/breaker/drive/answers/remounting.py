@@ -12,9 +12,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from breaker.drive.answers.comparability import Difference
-from breaker.drive.answers.evidence import DriveRecord
+from breaker.drive.answers.evidence import SWITCHING, DriveRecord
 from breaker.drive.answers.visit_changes import QuantityChange
-from breaker.reading.files.operations_table import SWITCHING
 
 _SDS = 4.0  # from which a start has changed, in each motion
 _STAYS, _LITTLE = 2.0, 0.01  # sds and share, up to which the rest of the motion has not

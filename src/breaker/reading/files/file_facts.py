@@ -9,7 +9,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
-from breaker.common.numerals import in_digits, natural
+from breaker.common.numerals import natural
 from breaker.reading.files.file_names import phases_in_names
 from breaker.reading.files.guards import opened_at_once
 from breaker.reading.files.operations_table import FILL_IN
@@ -27,7 +27,6 @@ class Part(NamedTuple):
         ratio: Stated mm for one unit of the reading; NaN where that is a length, or none is stated.
         beside: Columns that go with it, by ``contact_column``,
             ``trigger_column`` and ``motor_column``.
-        others: Columns of contacts that are not taken.
     """
 
     motion: str
@@ -37,7 +36,6 @@ class Part(NamedTuple):
     end: float
     ratio: float
     beside: Mapping[str, str | int] = MappingProxyType({})
-    others: tuple[str | int, ...] = ()
 
 
 class Description(NamedTuple):
@@ -98,25 +96,12 @@ def _copies(folder: Path, paths: Sequence[str]) -> dict[str, str]:
 
 
 def _differences(found: Mapping[str, Description]) -> list[str]:
-    """What to check of the rates and ratios that files state, and of contacts left out."""
+    """What to say of rates that files do not state."""
     lacking = {path: each.preamble for path, each in found.items() if each.lacks_rate}
-    said = []
-    for path, stated in list(lacking.items())[:1]:
+    for path, stated in lacking.items():
         why = stated.rate_doubt or "not stated"
-        said.append(f"the rate of {len(lacking)} files is to be filled in, first {path}: {why}")
-    for what, unit in (("rate", " kHz"), ("ratio", "")):
-        stated = (getattr(each.preamble, what) for each in found.values())
-        values = sorted({value for value in stated if value > 0})
-        if len(values) > 1:
-            listed = ", ".join(in_digits(value, 6) + unit for value in values)
-            said.append(f"files differ in the stated {what}: {listed}")
-    left = (part for each in found.values() for part in each.parts if part.others)
-    return [*said, *dict.fromkeys(map(_left_out, left))]
-
-
-def _left_out(part: Part) -> str:
-    taken, others = part.beside.get("contact_column"), ", ".join(map(repr, part.others))
-    return f"{part.motion} of {part.channel!r}: contact {taken!r} is taken, not {others}"
+        return [f"the rate of {len(lacking)} files is to be filled in, first {path}: {why}"]
+    return []
 
 
 class FoundFile(NamedTuple):

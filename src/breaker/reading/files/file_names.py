@@ -8,8 +8,6 @@ another number the counter.
 
 import re
 from collections.abc import Sequence
-from contextlib import suppress
-from datetime import datetime
 from pathlib import Path
 
 from breaker.reading.files.date_text import moments
@@ -17,12 +15,15 @@ from breaker.reading.files.lexicon import BEHIND_NUMBER, LABELS, SYSTEMS
 from breaker.reading.files.word_meanings import IN_FILE, any_of
 
 LARGEST_COUNTER = 9_999_999
-"""More than any drive operates; what is larger is a date, a stamp or a serial number."""
+"""More than any drive operates."""
 
 _RUN = re.compile("[0-9]+")
-_UNIT = re.compile(rf"[ _-]?(?:{BEHIND_NUMBER})\b")
+_MOST_DIGITS = 5  # of a counter in a name: six are a date or a time, too
+# What belongs to a number, and a number to which it belongs: a unit, a fraction; a channel, a date.
+_UNIT = re.compile(rf"[ _-]?(?:{BEHIND_NUMBER})\b|[^\W\d_]|[%°]|[.,][0-9]")
 _LABEL = re.compile(
-    rf"(?:^|[^a-z])(?:{any_of(LABELS['no counter'])}[ _-]?|{any_of(LABELS['breaker'])})$",
+    rf"(?:^|[^a-z])(?:{any_of(LABELS['no counter'])}[ _-]?|{any_of(LABELS['breaker'])})$"
+    "|[0-9][.,]$",
     re.IGNORECASE,
 )
 _COUNTS = re.compile(
@@ -85,20 +86,10 @@ def _numbers_of_kind(stems: Sequence[str]) -> Sequence[int | str]:
     if len(columns) > 1 and len(varying) != 1:
         return [_ambiguous([str(int(run[0])) for run in each], len(varying)) for each in runs]
     counters = varying[0] if varying else columns[0]
-    digits = [run[0] for run in counters]
-    why = _no_counter(stems, counters) or _date_alone(digits)
-    counted = _COUNTS.search(stems[0][: counters[0].start()])
-    # A counter that passes through 2000 has others, too.
-    if not why and not counted and all(len(d) == 4 and 1950 <= int(d) <= 2060 for d in digits):
-        why = "looks like a year"
-    if why:
-        return [f"has the number {each}, which {why}" for each in digits]
-    return [
-        int(each)
-        if int(each) <= LARGEST_COUNTER
-        else f"has the number {each}, which is too large for a counter of operations"
-        for each in digits
-    ]
+    whys = [_no_counter(stem, run) for stem, run in zip(stems, counters, strict=True)]
+    if why := next(filter(None, whys), "") or _years(stems[0], counters):
+        return [f"has the number {run[0]}, which {why}" for run in counters]
+    return [int(run[0]) for run in counters]
 
 
 def _ambiguous(numbers: list[str], varying: int) -> str:
@@ -107,42 +98,20 @@ def _ambiguous(numbers: list[str], varying: int) -> str:
     return f"has {len(numbers)} numbers, {listed}, and {vary}"
 
 
-def _no_counter(stems: Sequence[str], runs: Sequence[re.Match]) -> str:
-    """Say why a number counts no operations, by what stands around it in the first name that has
-    that; empty if nothing speaks against it."""
-    # A counter beside other numbers looks like a time at times; a time does so always.
-    if all(
-        any(m.start <= run.start() and run.end() <= m.stop for m in moments(stem))
-        for stem, run in zip(stems, runs, strict=True)
-    ):
+def _no_counter(stem: str, run: re.Match) -> str:
+    """Say why a number of a name counts no operations; empty if nothing speaks against it."""
+    before, after = stem[: run.start()], stem[run.end() :]
+    if len(run[0]) > _MOST_DIGITS:
+        return f"has more than {_MOST_DIGITS} digits, as a date or a stamp"
+    if any(m.start <= run.start() and run.end() <= m.stop for m in moments(stem)):
         return "looks like part of a date or time"
-    for stem, run in zip(stems, runs, strict=True):
-        before, after = stem[: run.start()], stem[run.end() :]
-        if _UNIT.match(after) or (after[:1].isalpha() or after[:1] in ("%", "°")):
-            return f"belongs to {after.split('_')[0].strip()!r} after it, such as a unit"
-        if label := _LABEL.search(before):
-            return f"belongs to {label[0].strip(' _-')!r} before it"
-        if re.search("[0-9][.,]$", before) or re.match("[.,][0-9]", after):
-            return "is part of a number with a point, a date or a version"
+    if _UNIT.match(after) or _LABEL.search(before):
+        return "belongs to what stands beside it, such as a unit"
     return ""
 
 
-def _date_alone(digits: Sequence[str]) -> str:
-    """Say so if all numbers of a column look like dates or times without anything between."""
-    wide = [each for each in digits if not each.startswith("0")]
-    if any(len(each) == 6 and _parses(each, "%y%m%d %d%m%y %m%d%y %H%M%S") for each in wide):
-        return "looks like a date or time"
-    if all(len(each) == 6 and _parses(each, "%d%m%y %m%d%y") for each in digits):
-        return "looks like a date"
-    if all(len(each) in (7, 8) and _parses(each, "%Y%j %Y%m%d %d%m%Y %m%d%Y") for each in digits):
-        return "looks like a date"
-    return ""
-
-
-def _parses(digits: str, forms: str) -> bool:
-    """Whether digits are a date of the last decades, or a time, in one of some forms."""
-    for form in forms.split():
-        with suppress(ValueError):
-            if 2005 <= datetime.strptime(digits, form).year <= 2060 or "%H" in form:
-                return True
-    return False
+def _years(stem: str, runs: Sequence[re.Match]) -> str:
+    """Say so if numbers look like years. A counter that passes through 2000 has others, too."""
+    all_years = all(len(run[0]) == 4 and 1950 <= int(run[0]) <= 2060 for run in runs)
+    counted = _COUNTS.search(stem[: runs[0].start()])
+    return "looks like a year" if all_years and not counted else ""

@@ -7,7 +7,6 @@ import gc
 import hashlib
 import math
 import os
-import unicodedata
 from bisect import bisect_left
 from collections.abc import Collection, Iterable, Sequence
 from functools import lru_cache
@@ -265,28 +264,29 @@ def _from_names(folder: Path) -> list[Operation]:
     return [Operation(number, file) for number, file in listed.items()]
 
 
-def odd_signs(path: str | Path) -> str:
-    """Return the signs that no path of a record may have; empty if there are none.
+def is_odd(path: str | Path) -> bool:
+    """Return whether a path has a sign that no path of a record may have.
 
-    Snakemake takes braces and angle brackets for a pattern; control signs are in no table.
+    Snakemake takes braces and angle brackets for a pattern; signs that cannot be printed and
+    backslashes are in no table.
     """
-    if str(path).isprintable() and not any(sign in str(path) for sign in "{}<>"):
-        return ""
-    control = ("Cc", "Zl", "Zp")
-    odd = {sign for sign in str(path) if sign in "{}<>" or unicodedata.category(sign) in control}
-    return " ".join(sorted(map(printable, odd)))
+    text = Path(path).as_posix()
+    return not text.isprintable() or any(sign in text for sign in "{}<>\\")
+
+
+def why_no_record(file: Path) -> str:
+    """Say why a file is none of a record, by its name and kind; empty if it may be one."""
+    if is_odd(file):
+        return "has a sign in its name that a table cannot hold; rename it"
+    return "" if is_store(file) and file.is_dir() else no_file(file)
 
 
 def _require_files(operations: Iterable[Operation]) -> None:
     """Refuse what is no file, and names that stand for something else than themselves."""
-    wrong = []
-    for file in dict.fromkeys(each.file for each in operations):
-        if odd := odd_signs(file):
-            wrong.append(f"{file} has {odd} in its name; rename it")
-        elif not (is_store(file) and file.is_dir()) and (why := no_file(file)):
-            wrong.append(f"{file} {why}; put the file there, or leave it out")
+    files = dict.fromkeys(each.file for each in operations)
+    wrong = [f"{file} {why}" for file in files if (why := why_no_record(file))]
     if wrong:
-        raise ValueError(_first(wrong))
+        raise ValueError(f"{_first(wrong)}; put the file there, or leave it out")
 
 
 def _first(wrong: Sequence[str]) -> str:

@@ -19,8 +19,6 @@ FORMAT = {
     "encoding": "utf-8",
     "delimiter": ",",
     "decimal": ".",
-    "skip_rows": None,
-    "units_row": None,
     "time_column": "time",
     "time_unit": "s",
     "rate": None,
@@ -37,15 +35,13 @@ FORMAT = {
     "timing_sd": 0.1,
     "trigger_column": None,
     "motor_column": None,
-    "doubtful": "mask",
     "missing": 0.5,
 }
 """The default of every setting; so is ``endurance.format`` in config/config.yaml."""
 
 READ_BY = (
-    *("encoding", "delimiter", "decimal", "skip_rows", "units_row", "time_column", "time_unit"),
-    *("travel_column", "travel_unit", "contact_column", "trigger_column"),
-    "motor_column",
+    *("encoding", "delimiter", "decimal", "time_column", "time_unit", "travel_column"),
+    *("travel_unit", "contact_column", "trigger_column", "motor_column"),
 )
 """Settings by which the columns of a file are read; the others say what is made of these."""
 

@@ -4,6 +4,7 @@ Pairs in cells of their own, several in a line, pairs in one cell, and rows of a
 """
 
 import re
+from collections import Counter
 from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
@@ -22,6 +23,8 @@ _VALUE = re.compile(rf"({_NUMBER}|[-+]?[.,]\d+)[.,]?\s*([^\d\s:,;.]\S{{0,11}})?"
 _BEHIND = re.compile(rf"(.*?\D)[\s,]+((?:1\s?:\s?)?{_NUMBER}\s*[^\d\s]{{0,11}})")
 _NAMED = re.compile(r"[^\d\W].*?[:=：]")
 _LABEL = re.compile(r"[A-Za-z]{1,3}[\W_]?\d{1,2}")  # of a channel, in a bracket beside the unit
+_DIGIT, _DIGITS = "\0", re.compile(r"\d+")  # what stands for numbers: no name has it
+_LONG = 8  # signs of a name that may have lost one
 _UNIT = re.compile(r"\s*[\[(]([^\[\]()]{1,12})[\])]\s*")
 
 
@@ -98,6 +101,27 @@ def pairs_of(rows: Iterable[Sequence[str]]) -> list[Pair]:
                 values.append(cell)
         if name:
             found.append(_pair(name, values, place))
+    return _respelled(found)
+
+
+def _respelled(pairs: Sequence[Pair]) -> list[Pair]:
+    """Pairs, with names that lack one letter of those of other channels as these have them.
+
+    >>> names = ["Mechanism Travel T1", "Mechanism Travel T2", "Mehanism Travel T3"]
+    >>> _respelled([Pair(name, "", ("1",), 0) for name in names])[-1].name
+    'Mechanism Travel T3'
+    """
+    kinds = Counter(_DIGITS.sub(_DIGIT, pair.name) for pair in pairs)
+    usual = [kind for kind, count in kinds.items() if count > 1 and _DIGIT in kind]
+    whole = {k[:i] + k[i + 1 :]: k for k in usual for i in range(len(k)) if k[i].isalpha()}
+    found = []
+    for pair in pairs:
+        near = whole.get(_DIGITS.sub(_DIGIT, pair.name), "")
+        if near and len(near) > _LONG and kinds[_DIGITS.sub(_DIGIT, pair.name)] == 1:
+            for number in _DIGITS.findall(pair.name):
+                near = near.replace(_DIGIT, number, 1)
+            pair = pair._replace(name=near)
+        found.append(pair)
     return found
 
 

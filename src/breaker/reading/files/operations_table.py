@@ -26,9 +26,6 @@ MANIFEST = "operations.csv"
 """Name of the table, in the folder of the curve files."""
 
 _REQUIRED = ("file", "motion", "operation")
-SWITCHING = {"closing": "touch_time", "opening": "part_time"}
-"""Column of the time at which the contact touched or parted, by motion."""
-
 FILL_IN = "FILL IN"
 """Cell of what a file does not tell, so that the table is refused until it is filled in."""
 
@@ -71,8 +68,6 @@ class Operation:
         temperature: Of the drive, °C.
         voltage: Of the control circuit, V or % of the rated one.
         event: What was done before this operation, since the one before it: see ``event_words``.
-        switching: When the main contact touched or parted, ms of the file's time; nan if not given.
-        trigger: When the coil was energised, ms of the file's time; nan if not given.
         settings: What the table states in place of keys of ``endurance.format``.
     """
 
@@ -88,8 +83,6 @@ class Operation:
     temperature: float = math.nan
     voltage: float = math.nan
     event: str = ""
-    switching: float = math.nan
-    trigger: float = math.nan
     settings: Mapping[str, Any] = field(default_factory=dict, hash=False)
 
 
@@ -249,18 +242,11 @@ def _row(
     begin, end = read.pop("from", math.nan), read.pop("to", math.nan)
     if begin >= end:
         mistakes.append(f"column to: {in_digits(end, 9)} is not after from, {in_digits(begin, 9)}")
-    switching = {motion: read.pop(name) for motion, name in SWITCHING.items() if name in read}
-    mistakes += [
-        f"column {SWITCHING[of]}: is of {of}; leave it empty in a row of {read['motion']}"
-        for of in switching
-        if of != read.get("motion", of)
-    ]
     if mistakes:
         return None, mistakes
     file, motion, number = (read.pop(name) for name in _REQUIRED)
     read["settings"] = {name: read.pop(name) for name in FORMAT if name in read}
-    read |= {"begin": begin, "end": end, "switching": switching.get(motion, math.nan)}
-    return (motion, Operation(number, folder / file, **read)), []
+    return (motion, Operation(number, folder / file, begin=begin, end=end, **read)), []
 
 
 def event_words(event: str) -> tuple[str, ...]:
@@ -369,17 +355,6 @@ def _zero(cell: str) -> float | str:
     return "rest" if cell.lower() == "rest" else _number(-1e6, 1e6, "units of the travel")(cell)
 
 
-def _stroke(cell: str) -> list[float]:
-    """The least and the largest stroke, mm."""
-    ends = re.split(r"\s+to\s+|\s*-\s*|\s*;\s*|\s*,\s+|\s+", cell.strip("[]() "))
-    if len(ends) != 2:
-        raise ValueError(f"{cell!r} is no range; write the least and the largest, as 160 to 197")
-    least, most = (_number(0.001, 1000.0, "mm")(end) for end in ends)
-    if not least < most:
-        raise ValueError(f"{cell!r} does not rise; write the least and the largest, as 160 to 197")
-    return [least, most]
-
-
 def _text(cell: str) -> str:
     if not cell.isprintable():
         raise ValueError(f"{cell!r} has signs that cannot be printed; remove them")
@@ -426,9 +401,6 @@ READ: dict[str, Callable] = {
     "event": _text,
     "from": _TIME,
     "to": _TIME,
-    "touch_time": _TIME,
-    "part_time": _TIME,
-    "trigger": _TIME,
     # Of endurance.format, for this record alone.
     "encoding": _text,
     "delimiter": _one_of({sign: sign for sign in ",;|"} | {"tab": "\t", "blank": " "}),
@@ -440,9 +412,7 @@ READ: dict[str, Callable] = {
     "ratio": _number(1e-6, 1e6, "mm for one unit of the reading"),
     "zero": _zero,
     "sign": _one_of({"1": 1, "+1": 1, "-1": -1}),
-    "stroke": _stroke,
     "contact_column": _column(1),
-    "timing_sd": _number(0.01, 10.0, "ms"),
     "trigger_column": _column(0),
     "motor_column": _column(1),
 }

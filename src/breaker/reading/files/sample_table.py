@@ -1,13 +1,12 @@
 """The table of samples of a record: where it begins, and its columns of time and travel.
 
 Preambles differ from file to file, so the line with the names is found by the names, and a table
-without names by its numbers. An explicit ``skip_rows`` is taken at its word. A format returns a
-record as ``Columns``, and an unknown file as ``Labelled`` columns or as ``Tables`` of cells.
+without names by its numbers. A format returns a record as ``Columns``, and an unknown file as
+``Labelled`` columns or as ``Tables`` of cells.
 """
 
 from __future__ import annotations
 
-from bisect import bisect_left
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
@@ -284,14 +283,13 @@ def _find_head(table: _SampleTable, channel: str) -> _Head:
     if timeless:
         del wanted["time"]
     numbers = {kind: column - 1 for kind, column in wanted.items() if isinstance(column, int)}
-    unnamed, skip = len(numbers) == len(wanted), table.settings["skip_rows"]
-    names = None if skip is None else _explicit_row(table, skip)
-    if unnamed and (names is None or table.numeric(rows[names], numbers)):
-        first = _first_run(table, numbers) if names is None else names
+    unnamed = len(numbers) == len(wanted)
+    if unnamed:
+        first = _first_run(table, numbers)
         names, units = _above(table, first, numbers)
         places, width = numbers, max(map(len, rows[first : first + _RUN]))
     else:
-        names = _names_row(table, wanted) if names is None else names
+        names = _names_row(table, wanted)
         line = table.lines[names]
         places = {k: place_of(table.file, rows[names], c, line=line) for k, c in wanted.items()}
         first, units = _after_names(table, names, places)
@@ -325,18 +323,6 @@ def _is_timeless(table: _SampleTable) -> bool:
     if not rate or not isinstance(time, str):
         return False
     return not any(places_of(row, time) for row in table.first_rows)
-
-
-def _explicit_row(table: _SampleTable, skip: int) -> int:
-    """The row of the line after those that are skipped."""
-    row = bisect_left(table.lines, skip + 1)
-    if row == len(table.lines):
-        reason = f"ends before line {skip + 1}, where endurance.format.skip_rows puts the names"
-        raise RejectedCurveError(table.file, reason)
-    if table.lines[row] != skip + 1:
-        reason = "is blank, but endurance.format.skip_rows puts the names there"
-        raise RejectedCurveError(table.file, reason, line=skip + 1)
-    return row
 
 
 def _names_row(table: _SampleTable, wanted: Mapping[str, str | int]) -> int:
@@ -398,10 +384,8 @@ def _above(
     """Rows of names and of units above the first sample, where there are such."""
     if first == 0:
         return None, None
-    units = table.settings["units_row"]
-    if units is None:
-        own = _without_beside(places).values()
-        units = all(unit_of(table.cell(first - 1, place)) for place in own)
+    own = _without_beside(places).values()
+    units = all(unit_of(table.cell(first - 1, place)) for place in own)
     return (first - 2 if first > 1 else None, first - 1) if units else (first - 1, None)
 
 
@@ -409,12 +393,11 @@ def _after_names(
     table: _SampleTable, names: int, places: Mapping[str, int]
 ) -> tuple[int, int | None]:
     """Rows of the first sample and of the units, if there is one, below a row of names."""
-    rows, units = table.rows, table.settings["units_row"]
+    rows, units = table.rows, None
     below = (i for i in range(names + 1, len(rows)) if not _is_remark(rows[i]))
     first = next(below, len(rows))
-    if units is None and first < len(rows):
-        units = _are_units(table, first, places)
-    first, units = (next(below, len(rows)), first) if units and first < len(rows) else (first, None)
+    if first < len(rows) and _are_units(table, first, places):
+        first, units = next(below, len(rows)), first
     if first < len(rows) and _is_text(table, rows[first], len(rows[names])):
         with suppress(RejectedCurveError):  # text stands between the names and the samples
             first = _first_run(table, places, first)
@@ -448,9 +431,6 @@ def _check_units(
     remarks: tuple[str, ...] = ()
     for kind, place in _without_beside(places).items():
         text, row = table.cell(units, place), units
-        if row is not None and (table.is_number(text) or (settings["units_row"] and not text)):
-            reason = f"the unit of {labels[kind]} is {text!r}; see endurance.format.units_row"
-            raise RejectedCurveError(file, reason, line=table.lines[row])
         if not text:
             text, row = split_unit(table.cell(names, place))[1] or "", names
         line = None if row is None else table.lines[row]

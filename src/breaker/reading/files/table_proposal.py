@@ -23,9 +23,9 @@ from breaker.reading.files.file_facts import (
     with_phases,
 )
 from breaker.reading.files.file_names import numbers_in
-from breaker.reading.files.folder_listing import odd_signs, record_files
+from breaker.reading.files.folder_listing import record_files, why_no_record
 from breaker.reading.files.format_settings import FORMAT
-from breaker.reading.files.guards import is_store, no_file, printable
+from breaker.reading.files.guards import is_store, printable
 from breaker.reading.files.operations_table import FILL_IN
 from breaker.reading.files.safe_text import table_text
 from breaker.reading.files.word_meanings import motions_in
@@ -237,19 +237,10 @@ def _files(folder: Path) -> tuple[list[FoundFile], list[str]]:
     found, remarks = [], []
     for file in _walk(folder):
         path = file.relative_to(folder).as_posix()
-        why = "" if is_store(file) and file.is_dir() else no_file(file)
-        if odd := odd_signs(path):
-            why = f"has {odd} in its name; rename it"
-        elif any("\ud800" <= sign <= "\udfff" for sign in path):
-            why = "has a name that is not UTF-8; rename it"
-        elif not path.isprintable():
-            why = "has signs that cannot be printed in its name; rename it"
-        elif "\\" in path:
-            why = "has a \\ in its name; rename it"
-        if why:
+        if why := why_no_record(file):
             remarks.append(f"left out: {printable(path)} {why}")
-            continue
-        found.append(_described(file, path, folder.resolve().name))
+        else:
+            found.append(_described(file, path, folder.resolve().name))
     return found, remarks
 
 

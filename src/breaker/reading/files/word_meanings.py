@@ -138,7 +138,7 @@ def place_of(
     found = places_of(row, column)
     if len(found) == 1:
         return found[0]
-    reason = f"no column {column!r} among {listed(row)}; see endurance.format, also its skip_rows"
+    reason = f"no column {column!r} among {listed(row)}; see endurance.format"
     if found:
         numbers = " or ".join(str(place + 1) for place in found)
         reason = f"more than one column {column!r}; give its number, {numbers}, for its name"

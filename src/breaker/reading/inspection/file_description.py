@@ -88,4 +88,4 @@ def _parts(layout: Layout, clock: Clock, travels: Sequence[Travel], sign: int) -
         found, column = each.operation, each.column
         at = (np.nan, np.nan) if np.isnan(clock.rate) else (found.begin, found.end)
         ratio = layout.stated.ratio if column in other else np.nan
-        yield Part(each.motion, str(column), each.phase, *at, ratio, *each.beside)
+        yield Part(each.motion, str(column), each.phase, *at, ratio, each.beside.settings)

@@ -10,11 +10,9 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from breaker.reading.files.operations_table import SWITCHING, Operation
 from breaker.reading.files.word_meanings import label_of
 from breaker.reading.records.curve_fits import running_median
 from breaker.reading.records.motion import Contact, LocatedMotion
-from breaker.reading.records.rejections import UnusableError
 
 _EARLY = 1.0  # ms, by which the first motion may be read late
 _LASTS = 0.2  # ms
@@ -31,33 +29,23 @@ _SLOWEST = 100.0  # ms, from trigger to the first motion: no breaker takes longe
 
 
 def events_of(
-    operation: Operation,
-    settings: Mapping,
-    located: LocatedMotion,
-    channels: Mapping[str, np.ndarray],
+    settings: Mapping, located: LocatedMotion, channels: Mapping[str, np.ndarray]
 ) -> tuple[Contact, list[str]]:
-    """Return contact's time and trigger of a motion: as the operation states, or by channels.
+    """Return contact's time and trigger of a motion, by channels.
 
     Args:
-        operation: What the table of operations says.
         settings: The section ``endurance.format``, complete.
         located: The motion.
         channels: Those of ``"contact"`` and ``"trigger"`` that the record has, ``(n,)``.
 
     Returns:
         Contact and trigger, and what is doubtful about channels, in words.
-
-    Raises:
-        UnusableError: If a time that the table states cannot be one of this motion.
     """
     motion, time, inside, moves = located.motion, located.time, located.inside, located.moves
     said = []
-    switching, trigger, settles = operation.switching, operation.trigger, np.nan
-    trigger_sd, main = 0.0, np.nan
-    sd = settings["timing_sd"]
-    if not np.isnan(switching):
-        _check_stated(SWITCHING[motion], switching, moves - _EARLY, time[inside][-1], moves)
-    elif "contact" in channels:
+    switching = trigger = settles = main = np.nan
+    trigger_sd, sd = 0.0, settings["timing_sd"]
+    if "contact" in channels:
         switching, settles, main = switching_of(
             time[inside], channels["contact"][inside], moves, motion
         )
@@ -65,9 +53,7 @@ def events_of(
         if not switching >= moves - _EARLY:
             said.append(_not_seen("contact", settings, f"switch during the {motion}"))
             switching = settles = main = np.nan
-    if not np.isnan(trigger):
-        _check_stated("trigger", trigger, -np.inf, moves, moves)
-    elif "trigger" in channels:
+    if "trigger" in channels:
         trigger, trigger_sd = trigger_of(time[inside], channels["trigger"][inside], moves)
         if np.isnan(trigger):
             said.append(_not_seen("trigger", settings, f"rise before the {motion}"))
@@ -81,15 +67,6 @@ def events_of(
         trigger = 0.0
     sd = np.nan if np.isnan(switching) else sd
     return Contact(switching, sd, trigger, settles, trigger_sd, main), said
-
-
-def _check_stated(name: str, stated: float, least: float, most: float, moves: float) -> None:
-    """Refuse a time in the table that is not where it must be in the record."""
-    if not least <= stated <= most:
-        raise UnusableError(
-            f"{name} is {stated:g} ms in operations.csv, but the first motion is at {moves:.1f} ms "
-            "of the file's time; state it in that time, or leave it empty"
-        )
 
 
 def _not_seen(kind: str, settings: Mapping, does: str) -> str:

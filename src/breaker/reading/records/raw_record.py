@@ -209,9 +209,9 @@ def _samples(
     columns = read_columns(file, settings, operation.channel)
     try:
         time, place, uneven = even_times(columns.time, columns.lines, settings)
-        whole, lines = np.full(time.size, np.nan), np.zeros(time.size, dtype=int)
-        whole[place], lines[place] = scale.travel(columns.travel), columns.lines
-        found = time, place, uneven, whole, *_doubts(time, whole, lines, settings)
+        whole = np.full(time.size, np.nan)
+        whole[place] = scale.travel(columns.travel)
+        found = time, place, uneven, whole, *_doubts(time, whole, settings)
     except UnusableError as error:
         raise RejectedCurveError(operation.file, str(error), line=error.line) from error
     return _Samples(operation, settings, columns, *found)
@@ -230,7 +230,7 @@ def _raw(samples: _Samples, motion: str) -> Raw:
         moves = first_motion(time[inside], left[inside], motion)
         found = motion, time, whole, doubts, quantum, segment, *moves
         beside = samples.beside
-        contact, odd = events_of(operation, settings, LocatedMotion(*found), beside)
+        contact, odd = events_of(settings, LocatedMotion(*found), beside)
     except UnusableError as error:
         words = doubts_in_words(time, whole, doubts)
         reason = f"{error}; left out: {words}" if words else str(error)
@@ -314,21 +314,15 @@ def _settings_of(operation: Operation, settings: Mapping, *, alone: bool) -> tup
         raise RejectedCurveError(operation.file, said) from error
 
 
-def _doubts(
-    time: np.ndarray, whole: np.ndarray, lines: np.ndarray, settings: Mapping
-) -> tuple[np.ndarray, float]:
+def _doubts(time: np.ndarray, whole: np.ndarray, settings: Mapping) -> tuple[np.ndarray, float]:
     """Kinds of doubtful samples, ``(n,)``, and the quantum, mm.
 
     Raises:
-        UnusableError: If there is hardly a sample, or a doubtful one where these are refused.
+        UnusableError: If there is hardly a sample.
     """
     if (count := int((~np.isnan(whole)).sum())) < 2:
         raise UnusableError(f"has {count} samples")
     given = settings["quantum"]
     quantum = seen_quantum(whole) if given is None else given
     doubts = doubtful_samples(whole, float(time[-1] - time[0]) / (time.size - 1), quantum)
-    found = np.flatnonzero(doubts)
-    if found.size and settings["doubtful"] == "reject":
-        words = doubts_in_words(time, whole, doubts)
-        raise UnusableError(words, line=int(lines[found[0]]))
     return doubts, quantum
