@@ -36,8 +36,7 @@ def add(infer: argparse.ArgumentParser) -> None:
     add_choice(infer)
     what = (
         "what is known of a parameter, the wipe, or the time of touch or parting, such as "
-        "mu=2.4:0.07 or wipe=3.5:0.3; mass=12:0.5, the moving mass of the drive in kg, adds forces "
-        "in N and energies in J, and narrows nothing"
+        "mu=2.4:0.07 or wipe=3.5:0.3"
     )
     infer.add_argument("--known", type=_fact, metavar="NAME=VALUE:SD", help=what, **SEVERAL)
     add_path(infer, "--model", "FILE", "a network of another family, trained by the workflow")
@@ -53,12 +52,10 @@ def _fact(text: str) -> tuple[str, list[float]]:
     from breaker.model.quantities import check_fact
 
     name, _, numbers = text.partition("=")
-    value, between, sd = numbers.partition(":")
-    value, sd = _number(value), 0.0 if name == "mass" and not between else _number(sd)
+    value, sd = map(_number, numbers.partition(":")[::2])
     if not name or value is None or sd is None:
-        such = "such as L=10.8:0.2, or mass=12:0.5 in kg"
-        raise argparse.ArgumentTypeError(f"{text!r} is not NAME=VALUE:SD, {such}")
-    if complaint := check_fact(name, value, sd):
+        raise argparse.ArgumentTypeError(f"{text!r} is not NAME=VALUE:SD, such as L=10.8:0.2")
+    if complaint := check_fact(value, sd):
         raise argparse.ArgumentTypeError(f"{text!r} {complaint}")
     return name, [value, sd]
 
@@ -103,10 +100,9 @@ def run(options: argparse.Namespace) -> int:
     if apart := dict.fromkeys(e.pair or e.name for e in asked if e.of == "change"):
         words = [*words, f"not judged, as of changes between visits: {', '.join(apart)}"]
     about = {"size": given.size and vars(given.size), "words": words}
-    known = dict(given.known) | ({"mass": given.mass} if given.mass else {})
-    settings = vars(assessment.settings) | {"known": known}
+    settings = vars(assessment.settings) | {"known": given.known}
     means, verdicts = assessment.infer_means(answers), assessment.judge(answers)
-    found = document(answers, verdicts, about, settings, means, mass=assessment.mass)
+    found = document(answers, verdicts, about, settings, means)
     if overlays:
         found = replace(found, reference=[each.values for each in overlays])
     nothing = not any(each.accepted for each in found.records)

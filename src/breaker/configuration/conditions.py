@@ -137,9 +137,9 @@ def _limits(limits, limits_by_type, motions, speeds) -> Found:
 def _known(known, speeds) -> Found:
     for name, fact in known.items():
         complaints = [check_quantity(name, motion, speeds_of(speeds)) for motion in MOTIONS]
-        if name != "mass" and all(complaints):
+        if all(complaints):
             yield ("known", name), f"cannot be used. {' '.join(complaints)}"
-        if complaint := check_fact(name, *fact):
+        if complaint := check_fact(*fact):
             yield ("known", name), f"is {fact}, which {complaint}"
 
 

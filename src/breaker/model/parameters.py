@@ -19,8 +19,8 @@ Eq. (5) prints the inverse of mu, with which Eq. (3) does not follow from Eq. (1
 ``equations``.
 
 Few modules know parameters by name or position: this one, ``equations``, ``kernels``, and outside
-the folder the drives with additional effects (``breaker.drive.simulation.integrator``) and
-quantities with the moving mass (``breaker.drive.answers.moving_mass``). Others use ``NAMES``.
+the folder the drives with additional effects (``breaker.drive.simulation.integrator``). Others use
+``NAMES``.
 """
 
 from __future__ import annotations

@@ -361,22 +361,18 @@ _LARGEST = 1e6  # larger values are slips of a unit, and their squares stay fini
 _SHARPEST = 1e-3  # least sd as a share of the value: no instrument measures a drive better
 
 
-def check_fact(name: str, value: float, sd: float) -> str | None:
+def check_fact(value: float, sd: float) -> str | None:
     """Return why a value cannot be known with this sd, with a remedy; None if it can.
 
-    Args:
-        name: A quantity, or "mass", the moving mass in kg, whose normal draws must be positive.
-
     Example:
-        >>> check_fact("stroke", -10.0, 0.1)
+        >>> check_fact(-10.0, 0.1)
         'has the value -10. Give a positive one, at most 1e+06.'
     """
-    is_mass = name == "mass"
-    if not 0 <= value <= _LARGEST or (is_mass and not value):
+    if not 0 <= value <= _LARGEST:
         return f"has the value {value:g}. Give a positive one, at most {_LARGEST:g}."
-    low, high = (0.0, value / 3) if is_mass else (_SHARPEST * value, _LARGEST)
-    if not low <= sd <= high or not (sd or is_mass):
-        return f"has the standard deviation {sd:g}. Give one from {low:g} to {high:g}."
+    least = _SHARPEST * value
+    if not (sd and least <= sd <= _LARGEST):
+        return f"has the standard deviation {sd:g}. Give one from {least:g} to {_LARGEST:g}."
     return None
 
 

@@ -14,7 +14,6 @@ from breaker.common.plain_values import Plain, plainly
 from breaker.drive.answers.evidence import MAY_SLIDE, WITH_CONTACT, Answer
 from breaker.drive.answers.identity import doubts_about
 from breaker.drive.answers.limit_verdicts import NORMAL, VERDICTS, Verdict
-from breaker.drive.answers.moving_mass import MASS_QUANTITIES, with_mass
 from breaker.drive.family.mechanisms import MECHANISMS
 from breaker.model.parameters import MOTIONS, PARAMETERS
 from breaker.model.quantities import (
@@ -30,7 +29,6 @@ from breaker.reading.files.safe_text import table_text
 _FEWEST = 2  # records that are summed up together
 _LEVELS = (0.5, 0.25, 0.75, 0.025, 0.975)
 _KINDS = {"parameters": "parameter", "mechanisms": "mechanism", "quantities": "quantity"}
-_KINDS |= {"with_mass": "with mass"}
 _FIRST = ("motion", "operation", "file", "kind", "output", "unit", "median")
 _FIRST += tuple(f"interval_{of}_{end}" for of in (50, 95) for end in ("lower", "upper"))
 _LEFT_OUT = (*_KINDS, "fit", "limits", "remarks")
@@ -123,7 +121,6 @@ class RecordAnswer(Plain):
     parameters: Mapping[str, Estimate] | None = None
     mechanisms: Mapping[str, Estimate] | None = None
     quantities: Mapping[str, QuantityEstimate] | None = None
-    with_mass: Mapping[str, Estimate] | None = None  # parameters times a known moving mass
     limits: Sequence[Verdict] | None = None
 
     @property
@@ -217,8 +214,6 @@ def document(
     drive: Mapping[str, object],
     settings: Mapping[str, object],
     means: Sequence[Sequence[Answer]] = (),
-    *,
-    mass: np.ndarray | None = None,
 ) -> AnswerDocument:
     """Return answers as a document.
 
@@ -228,10 +223,9 @@ def document(
         drive: What is known of the drive as a whole: goes into the document as it is.
         settings: What the answers were made with: the same.
         means: What ``infer_means`` returns.
-        mass: Draws of the moving mass, kg, as many as of an answer.
     """
     known = [n for n in ABOUT if any(_about(each)[n] is not None for each in answers)]
-    records = [_record(*both, known, mass) for both in zip(answers, limits, strict=True)]
+    records = [_record(*both, known) for both in zip(answers, limits, strict=True)]
     together = {motion: each for motion in MOTIONS if (each := _together(motion, records))}
     warnings = doubts_about([each.record for each in answers])
     pooled = [mean for pole in means for mean in _means(pole)]
@@ -263,9 +257,7 @@ def _about(answer: Answer) -> dict:
     return {n: None if each == "" or each != each else each for n, each in values.items()}
 
 
-def _record(
-    answer: Answer, limits: Sequence[Verdict], known: Sequence[str], mass: np.ndarray | None
-) -> RecordAnswer:
+def _record(answer: Answer, limits: Sequence[Verdict], known: Sequence[str]) -> RecordAnswer:
     """The answer of one record."""
     record, operation = answer.record, answer.record.operation
     part = {"from": operation.begin, "to": operation.end}
@@ -274,7 +266,6 @@ def _record(
         found = {"fit": _fit(answer), "parameters": _parameters(answer)}
         found |= {"mechanisms": _mechanisms(answer), "quantities": _quantities(answer)}
         found["limits"] = limits or None
-        found["with_mass"] = _with_mass(answer, mass)
     return RecordAnswer(
         printable(operation.file),
         operation.number,
@@ -334,15 +325,6 @@ def _parameters(answer: Answer) -> dict[str, Estimate]:
         known |= {name: of[k] for name, of in beside.items() if of is not None}
         found[each.name] = Estimate(each.unit, each.meaning, **known)
     return found
-
-
-def _with_mass(answer: Answer, mass: np.ndarray | None) -> dict[str, Estimate] | None:
-    """What parameters are with a moving mass; None where either is not known."""
-    if mass is None or answer.draws is None:
-        return None
-    drawn = with_mass(answer.draws.theta, answer.record.shape.stroke, mass)
-    about = ((each, drawn[each.name]) for each in MASS_QUANTITIES)
-    return {each.name: Estimate(each.unit, each.meaning, **_drawn(some)) for each, some in about}
 
 
 def _mechanisms(answer: Answer) -> dict[str, Estimate]:

@@ -82,8 +82,6 @@ def _long(record: RecordAnswer) -> Section:
     if record.fit.resolved:
         together = " of both motions together" if len(record.fit.motions) > 1 else ""
         parts += [f"inferred{together}", *_inferred(inferred), *_mechanisms(record.mechanisms)]
-    if record.with_mass:
-        parts += ["with the moving mass", *_inferred(record.with_mass)]
     parts += limit_tables(record.limits or ())
     return Section(_title(record), [*parts, *_ending(record)])
 
@@ -221,8 +219,7 @@ def _both(found: RecordAnswer | Together) -> tuple[dict, dict]:
 def _short(record: RecordAnswer) -> Section:
     """A section of a few lines, what is measured first."""
     parts: list = []
-    groups = *_both(record), record.with_mass or {}
-    for title, some in zip(("", "inferred", "with the moving mass"), groups, strict=True):
+    for title, some in zip(("", "inferred"), _both(record), strict=True):
         cells = [
             f"{n} {_number(e.median)}{'*' * (not title and starred(e))} ±{in_digits(e.half, 2)}"
             for n, e in some.items()

@@ -10,15 +10,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from breaker.common.numerals import in_digits
-from breaker.common.randomness import generator
 from breaker.configuration.definitions import advice_of
 from breaker.configuration.loading import defaults
 from breaker.drive.answers.drive_records import read_operations
 from breaker.drive.answers.evidence import FACTS, Answer, AnswerSettings, DriveRecord, Given
 from breaker.drive.answers.inference import infer_drive, infer_means
 from breaker.drive.answers.limit_verdicts import Verdict, judged
-from breaker.drive.answers.moving_mass import mass_draws
 from breaker.drive.family.level_network import Levels
 from breaker.drive.family.network_files import shipped_levels
 from breaker.model.limits import Limit, from_list
@@ -55,14 +52,6 @@ class Assessment:
         """How answers are drawn."""
         some = self.config["endurance"]
         return AnswerSettings(some["draws"], some["misfit_p_value"], self.config["seed"])
-
-    @property
-    def mass(self) -> np.ndarray | None:
-        """Draws of the moving mass, kg, as many as of an answer; None where it is not given."""
-        if self.given.mass is None:
-            return None
-        rng = generator(self.settings.seed, "moving mass")
-        return mass_draws(*self.given.mass, self.settings.draws, rng)
 
     def read(
         self,
@@ -141,20 +130,17 @@ def given_by(
         ValueError: If a fact is of nothing that is inferred.
     """
     known = {**config["known"], **(facts or {})}
-    mass = known.pop("mass", None)
     if wrong := [name for name in known if name not in FACTS]:
         raise ValueError(
             f"known: {wrong[0]} is not inferred, so no fact narrows it. Known can be: "
-            f"{', '.join(FACTS)}; or mass, in kg"
+            f"{', '.join(FACTS)}"
         )
-    told = "moving mass given: {} kg with an sd of {}"
-    words = [told.format(*(in_digits(each, 4) for each in mass))] if mass else []
     usual = defaults()
     if all(config[key] == usual[key] for key in ("prior", "size", "contact_lag")):
-        return Given(known=known, mass=mass), words
+        return Given(known=known), []
     from breaker.model.prior import Prior
 
     prior = Prior.from_settings(config["prior"])
     own = "prior, size and lag of the contact" if config["contact_lag"] else "prior and size"
-    words = [f"{own} are the configuration's", *words]
-    return Given(Size(**config["size"]), prior, known, mass, config["contact_lag"]), words
+    words = [f"{own} are the configuration's"]
+    return Given(Size(**config["size"]), prior, known, config["contact_lag"]), words

@@ -108,13 +108,11 @@ class Given:
         contact_lag: By how much contacts of the type touch or part later than records lead to
             expect, by motion: mean and sd, in durations from 10 to 50 % of the way. It counts for
             records without a contact.
-        mass: Moving mass of the drive and its sd, kg; None if it is not known. It narrows nothing.
     """
 
     size: Size | None = None
     prior: "Prior | None" = None
     known: Mapping[str, Sequence[float]] = field(default_factory=dict)
-    mass: Sequence[float] | None = None
     contact_lag: Mapping[str, Sequence[float]] = field(default_factory=dict)
 
     def prior_of(self, levels: Levels) -> "Prior":

@@ -308,21 +308,3 @@ def _posterior(each: Estimate) -> Cell:
     low, high = (in_digits(end, 2) for end in each.interval_95)
     both = f"{in_digits(each.median, 3)}\n{low}–{high}"
     return Cell(both, "faint" * is_prior(each))
-
-
-def mass_table(entries: Sequence[RecordAnswer]) -> list[Table]:
-    """Return what parameters of the first operation of each channel are with the moving mass; none
-    where it is not known.
-    """
-    first: dict[str, RecordAnswer] = {}
-    for entry in entries:
-        if entry.with_mass:
-            first.setdefault(entry.phase, entry)
-    if not first:
-        return []
-    rows = []
-    for name, of in next(iter(first.values())).with_mass.items():
-        known = (each.with_mass[name] for each in first.values())
-        rows.append((_label(name, of), of.unit, *map(_posterior, known)))
-    head = ["of the model", "unit", *(phase or "value" for phase in first)]
-    return [Table(head, rows, "With the moving mass")]

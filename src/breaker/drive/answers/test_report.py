@@ -17,7 +17,6 @@ from breaker.drive.answers.limit_verdicts import RESULTS, Verdict
 from breaker.drive.answers.picture_data import Panel, panel_of
 from breaker.drive.answers.report_tables import (
     few,
-    mass_table,
     measured_table,
     model_table,
     named,
@@ -53,7 +52,7 @@ def report_of(
     Raises:
         ValueError: If the logo of the configuration cannot be used.
     """
-    document = document_of(answers, verdicts, {}, {}, mass=visit.assessment.mass)
+    document = document_of(answers, verdicts, {}, {})
     found = document.records
     pairs = [pair for pair in zip(answers, found, strict=True) if pair[1].accepted]
     entries = [entry for _, entry in pairs]
@@ -70,7 +69,7 @@ def report_of(
         tables.append(Table(title="Not read", notes=few([*lines])))
     if changed := visit.changes:
         tables.append(changes_table(changed, phases))
-    tables += [model_table(entries), *mass_table(entries)]
+    tables.append(model_table(entries))
     said = [(phase, w) for phase, each in changed.items() for w in each.warnings]
     warnings = [f"WARNING: {each}" for each in document.warnings]
     warnings += named(said, len(changed))

@@ -14,22 +14,14 @@ from breaker.drive.family.network_inputs import Basis
 from breaker.drive.family.trained_network import Network
 from breaker.model.parameters import MOTIONS, NAMES
 from breaker.model.prior import Prior
-from breaker.reading.records.normalised_shape import SHAPE_TIMES
 from breaker.shipped import FAMILIES, KINDS, model_file, widening
 
 _KINDS = {"levels": Levels, "changes": Changes}
-_OTHER = "it is damaged, or of another version of breaker"
 _TUPLES = {"bases": Basis, "change_bases": Basis, "members": Membership}
-_BASIS = {"directions": "b g", "mean": "g", "variances": "b"}
-_MEMBERS = {"noise": "l", "squares": "l k", "shares": "k", "left": "l 3"}
 _PARTS = {
-    "levels": {"bases": _BASIS, "members": _MEMBERS},
-    "changes": {"bases": _BASIS, "change_bases": _BASIS},
+    "levels": ("bases", "members"),
+    "changes": ("bases", "change_bases"),
 }
-_LAYERS = {"summary.enter": "w i", "summary.leave": "s w", "inference.head": "t s"}
-_LAYERS |= {"inference.project": "p s"}
-_ARRAYS = {"centre": "q", "scale": "q", "usual": "2 2", "network.inference.bias": "q o"}
-_ARRAYS |= {"network.inference.enter": "q r h", "network.inference.leave": "q h o"}
 
 
 def write_network(
@@ -69,7 +61,6 @@ def open_network(path: str | Path) -> Levels | Changes:
         kind = saved.settings.get("kind")
         if kind not in [*_KINDS]:
             raise ModelFileError("it is no network of a family of drives")
-        _check_shapes(saved.shapes, kind)
         weights, arrays = {}, {}
         for name in saved.shapes:
             if name.startswith("network."):
@@ -80,10 +71,10 @@ def open_network(path: str | Path) -> Levels | Changes:
             Prior.from_settings(saved.settings["prior"])
             network = Network(weights, _KINDS[kind].atoms)
             found = {name: arrays[name] for name in ("usual", "centre", "scale")}
-            for name, parts in _PARTS[kind].items():
+            for name in _PARTS[kind]:
+                of = _TUPLES[name]
                 found[name] = {
-                    m: _TUPLES[name](**{part: arrays[f"{name}.{m}.{part}"] for part in parts})
-                    for m in MOTIONS
+                    m: of(*(arrays[f"{name}.{m}.{part}"] for part in of._fields)) for m in MOTIONS
                 }
             if kind == "levels":
                 names, factors = (*NAMES, *EVENTS), widening(saved.settings["family"])
@@ -93,33 +84,6 @@ def open_network(path: str | Path) -> Levels | Changes:
             return _KINDS[kind](settings=saved.settings, network=network, **found)
         except (KeyError, TypeError, ValueError) as error:
             raise ModelFileError.of_settings(error) from error
-
-
-def _check_shapes(shapes: Mapping[str, tuple[int, ...]], kind: str) -> None:
-    """Refuse tensors that do not fit together: their names, dimensions, and sizes."""
-    blocks = (sum(name.startswith("network.summary.inner.") for name in shapes) + 1) // 2
-    within = {f"summary.{of}.{k}": "w w" for of in ("inner", "outer") for k in range(blocks)}
-    wanted = dict(_ARRAYS)
-    for name, dims in (_LAYERS | within).items():
-        wanted[f"network.{name}.weight"] = dims
-        wanted[f"network.{name}.bias"] = dims.split()[0]
-    for name, parts in _PARTS[kind].items():
-        for motion in MOTIONS:
-            own = {"b": f"{name}.{motion}"}
-            for part, dims in parts.items():
-                wanted[f"{name}.{motion}.{part}"] = " ".join(own.get(d, d) for d in dims.split())
-    if odd := sorted(wanted.keys() ^ shapes.keys()):
-        what = "is missing" if odd[0] in wanted else "is not known"
-        raise ModelFileError(f"its tensor {odd[0]} {what}; {_OTHER}")
-    q = len(_KINDS[kind].atoms)
-    sizes = {"2": 2, "3": 3, "g": SHAPE_TIMES.size, "q": q, "r": 2 * q, "t": q * (q + 3) // 2}
-    for name, dims in wanted.items():
-        found, asked = shapes[name], dims.split()
-        pairs = zip(asked, found, strict=False)
-        fits = len(asked) == len(found) and all(n and sizes.setdefault(d, n) == n for d, n in pairs)
-        if not fits or ("p" in sizes and sizes["p"] != q * sizes["h"]):
-            what = f"its tensor {name}, of {' x '.join(map(str, found))}, does not fit the others"
-            raise ModelFileError(f"{what}; {_OTHER}")
 
 
 def shipped_networks(*kinds: str) -> Iterator[tuple[Levels | Changes, ...]]:
