@@ -34,8 +34,8 @@ def fleet(tmp_path, monkeypatch, prior):
             )
             rows.append(f"{file},closing,{visit},{name},R,{year}-03-01")
     Path("curves/operations.csv").write_text("\n".join([HEAD, *rows, ""]), encoding="utf-8")
-    mine = {"endurance": {"curves": "curves"}, "motions": ["closing"]}
-    Path("my.yaml").write_text(yaml.dump(mine), encoding="utf-8")
+    mine = {"endurance": {"curves": "curves"}, "fleet": {"breakers_per_job": 1}}
+    Path("my.yaml").write_text(yaml.dump(mine | {"motions": ["closing"]}), encoding="utf-8")
 
 
 def run(*arguments):
@@ -59,4 +59,5 @@ def test_breakers_of_two_visits_are_answered_and_appended_ones_run_their_chunk(f
         end.write("B_3.csv,closing,3,B,R,2025-03-01\n")
     plan = run("-n", "--", "all")
     assert set(re.findall(r"^(?:local)?rule (\w+):", plan, re.M)) == {"fleet_chunk", "fleet", "all"}
+    assert set(re.findall(r"chunk=(\d+)", plan)) == {"001"}
     assert "fleet_chunk" not in run("-n", "--config", "endurance={'breaker': 'A'}", "--", "all")
