@@ -22,19 +22,23 @@ if TYPE_CHECKING:
 def sbc(calibration: "Calibration", names: Sequence[str], *, about: str) -> Figure:
     """Draw the ECDF difference of the ranks in its simultaneous band (paper, Fig. 4)."""
     figure, axes = p.panels(len(names), sharex=True, sharey=True)
-    band = calibration.band
+    band, share = calibration.band, f"{in_digits(100 * (1 - calibration.alpha), 4)} %"
     for i, (axis, name) in enumerate(zip(axes, names, strict=True)):
-        axis.fill_between(band.grid, band.lower, band.upper, color=style.PRIOR, alpha=0.35, lw=0)
+        look = {"color": style.PRIOR, "alpha": 0.35, "lw": 0}
+        look["label"] = f"simultaneous {share} band, all {len(names)} outputs together"
+        axis.fill_between(band.grid, band.lower, band.upper, **look)
         axis.axhline(0.0, color=style.REFERENCE, lw=0.6)
-        look = {"color": p.OUTPUTS[name].colour, "drawstyle": "steps-post"}
-        axis.plot(band.grid, calibration.difference[:, i], **look)
+        look = {
+            "color": p.OUTPUTS[name].colour,
+            "label": "observed ranks",
+        }
+        axis.plot(band.grid, calibration.difference[:, i], drawstyle="steps-post", **look)
         axis.set(xlim=(0, 1))
         outside = bool(calibration.outside[i])
         words = f"outside by {calibration.excess[i]:.3f}" if outside else "inside"
         words = f"{p.named(name)}\n{words}, {in_p(calibration.p_values[i])}"
         axis.set_title(words, color=style.WARNING if outside else "black")
     p.label_outer(axes, "rank of the truth / (draws + 1)", "ECDF difference")
-    share = f"{in_digits(100 * (1 - calibration.alpha), 4)} %"
     failed = [p.word(name) for name, out in zip(names, calibration.outside, strict=True) if out]
     finding = f"Calibrated: all {len(names)} outputs inside the {share} band"
     if failed:
@@ -43,9 +47,7 @@ def sbc(calibration: "Calibration", names: Sequence[str], *, about: str) -> Figu
     about += f"\nsmallest {in_p(calibration.p_values[least])} ({p.word(names[least])}), "
     about += f"of {len(names)} outputs together {in_p(calibration.p_value)}"
     style.title(figure, finding, about, failed=bool(failed))
-    label = f"simultaneous {share} band, all {len(names)} outputs together"
-    line = p.line_key("observed ranks (colour of the parameter)")
-    p.legend_below(figure, line, p.band_key(label, style.PRIOR, 0.35))
+    p.legend_below(figure)
     return figure
 
 
@@ -61,14 +63,15 @@ def contraction(
     mean = scores.mean_contraction
     for i, (axis, name) in enumerate(zip(axes, names, strict=True)):
         dots = {"ms": 2.5, "mew": 0, "alpha": 0.45, "rasterized": True}
-        dots["color"] = p.OUTPUTS[name].colour
+        dots |= {"color": p.OUTPUTS[name].colour, "label": "one simulated curve"}
         axis.plot(scores.contraction[:, i], scores.z[:, i], "o", **dots)
         for level in (-3.0, 3.0):
-            axis.axhline(level, color=style.REFERENCE, lw=0.9, ls=":")
+            axis.axhline(level, color=style.REFERENCE, lw=0.9, ls=":", label="z-score ±3")
         axis.axhline(0.0, color=style.REFERENCE, lw=0.6)
         words = f"mean {mean[i]:.2f}"
         if limit is not None:
-            axis.axvline(limit[i], color=style.MEASURED, lw=1.2, ls="--")
+            look = {"lw": 1.2, "ls": "--", "label": "mean, linearised limit"}
+            axis.axvline(limit[i], color=style.MEASURED, **look)
             words += f", limit {limit[i]:.2f}"
         axis.set_title(f"{p.named(name)}\n{words}, z-score sd {scores.z_sd[i]:.2f}", fontsize=10)
     largest = max(4.2, 1.05 * abs(scores.z).max())
@@ -83,15 +86,13 @@ def contraction(
     if least != best:
         finding += f"; least: {p.word(names[least])} ({mean[least]:.2f})"
     about += f"\nz-score sd {scores.z_sd.min():.2f} to {scores.z_sd.max():.2f}"
+    about += f"; {left} curves left of the axes" * (left > 0)
     if limit is not None:
         short = (limit - mean).max()
         short = f"at most {in_digits(short, 1)}" if short > 0 else "not"
         about += f"; contraction {short} below its limit"
     style.title(figure, finding, about)
-    key = f"one simulated curve{f'; {left} left of the axes' * (left > 0)}"
-    bound = p.line_key("mean, linearised limit", style.MEASURED, "--", lw=1.2)
-    keys = p.dot_key(key, ms=4), p.line_key("z-score ±3", ls=":", lw=0.9)
-    p.legend_below(figure, *keys, None if limit is None else bound)
+    p.legend_below(figure)
     return figure
 
 
@@ -102,14 +103,15 @@ def recovery(summary: "Recovery", names: Sequence[str], *, about: str) -> Figure
     for i, (axis, name) in enumerate(zip(axes, names, strict=True)):
         truth, low, high = summary.truth[:, i], *summary.interval_95[:, i].T
         output = p.OUTPUTS[name]
-        axis.vlines(truth, low, high, color=output.colour, lw=0.7, alpha=0.13, rasterized=True)
-        dots = {"ms": 3.2, "mec": "white", "mew": 0.3, "rasterized": True}
+        look = {"lw": 0.7, "alpha": 0.13, "rasterized": True, "label": "95 % interval"}
+        axis.vlines(truth, low, high, color=output.colour, **look)
+        dots = {"ms": 3.2, "mec": "white", "mew": 0.3, "label": "posterior median"}
         axis.plot(truth, summary.median[:, i], "o", color=output.colour, **dots)
         # All truths and medians; the longest intervals may end outside, not to dwarf the rest.
         centres = np.concatenate([truth, summary.median[:, i]])
         room = 0.06 * np.ptp(centres)
         ends = centres.min() - room, centres.max() + room
-        axis.plot(ends, ends, color=style.MEASURED, lw=1.0, ls="--")
+        axis.plot(ends, ends, color=style.MEASURED, lw=1.0, ls="--", label="inferred = true")
         axis.set(xlim=ends, ylim=ends)
         axis.set(xlabel=f"true {output.label}", ylabel=f"inferred {output.label}")
         covered = f"{p.percent(summary.covered_95[i])}, in 50 %: {p.percent(summary.covered_50[i])}"
@@ -121,10 +123,5 @@ def recovery(summary: "Recovery", names: Sequence[str], *, about: str) -> Figure
     )
     finding = f"95 % intervals contain {wide} of the true values, 50 % intervals {half}"
     style.title(figure, finding, about)
-    p.legend_below(
-        figure,
-        p.dot_key("posterior median", ms=4),
-        p.line_key("95 % interval", alpha=0.5),
-        p.line_key("inferred = true", style.MEASURED, "--", lw=1.0),
-    )
+    p.legend_below(figure)
     return figure

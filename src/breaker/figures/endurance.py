@@ -22,10 +22,8 @@ def evolution(
 ) -> Figure:
     """Draw every parameter over the operations: median and 90 % band in blocks of them.
 
-    Args:
-        blocks: Of "paper" and "family", what ``run_numbers.blocks_of`` returns.
-        truth: True values of the simulated drive, ``(operation, parameter)``, if known.
-        shares: Of "paper" and "family", what ``run_numbers.held`` returns, with a truth.
+    ``blocks`` and ``shares`` are, of "paper" and "family", what ``run_numbers.blocks_of`` and
+    ``held`` return; ``truth`` is ``(operation, parameter)``, if known.
     """
     names = [str(name) for name in blocks["paper"]["parameter"].values]
     figure, axes = p.panels(len(names), columns=2, width=6.4, height=2.3, sharex=True)

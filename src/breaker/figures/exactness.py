@@ -28,13 +28,9 @@ def exactness(
     *,
     motion: str,
 ) -> Figure:
-    """Draw efficiency, tail, divergence and rounds over curves, and three curves' posteriors.
+    """Draw sizes and tail of weights, divergences, and posteriors of three curves, if there are.
 
-    Args:
-        judged, corrected: Over ``curve``, from ``correction``: the network's own draws, and these
-            corrected.
-        examples: From ``validation.examples``; without any, their row is left out.
-        summary: The row of ``validation.summary``.
+    ``judged`` and ``corrected`` are from ``correction``, the others from ``validation``.
     """
     count = examples.sizes["example"]
     figure = style.new_figure(14.0, 10.2 if count else 5.0)
@@ -52,22 +48,16 @@ def exactness(
         grid = place.subplots(1, count, sharey=True, squeeze=False)
         for i, axis in enumerate(grid.flat):
             _example(axis, examples.isel(example=i))
-    gap = _nats(summary["gap_nats"], summary["gap_se"])
+    gap = f"{summary['gap_nats']:.2f} ± {summary['gap_se']:.2f} nats"
     resolved = corrected["resolved"].values.astype(bool)
     counts = zip(*np.unique(corrected["rounds"].values[resolved], return_counts=True), strict=True)
     about = (
-        f"{p.SOURCES[motion]}: the network against the exact posterior\nThe correction resolves "
+        f"{p.SOURCES[motion]}: the correction resolves {resolved.sum()} of {resolved.size} curves, "
     )
-    about += f"{resolved.sum()} of {resolved.size} curves; rounds: curves "
-    about += ", ".join(f"{kind}: {count}" for kind, count in counts)
+    about += ", ".join(f"{count} in {kind} rounds" for kind, count in counts)
     style.title(figure, f"Mean divergence of the network from the exact posterior: {gap}", about)
-    keys = [
-        p.line_key("amortised: the network alone", style.AMORTISED, lw=3),
-        p.line_key("corrected by importance sampling", style.CORRECTED, lw=3),
-        p.dot_key("truth", style.MEASURED, "|", ms=13, mew=1.8),
-        p.line_key("posterior median, 50 % and 95 % interval", marker="o", lw=2.5),
-    ]
-    p.legend_below(figure, *keys)
+    if count:
+        p.legend_below(figure)
     return figure
 
 
@@ -77,24 +67,16 @@ def _weights(efficiency: Axes, tail: Axes, both: Sequence, medians: Sequence[flo
     for data, (colour, words), median in zip(both, looks, medians, strict=True):
         k = data["pareto_k"].values
         label = f"{words}: median {p.percent(median)}"
-        _shares(efficiency, 100 * data["efficiency"].values, colour, label, above=True)
+        _shares(efficiency, 100 * data["efficiency"].values, colour, label)
         label = f"{words}: {np.sum(k < _LARGEST_K)} of {k.size} below {_LARGEST_K}"
         _shares(tail, k, colour, label)
     low, high = tail.get_xlim()
     high = max(high, _LARGEST_K + 0.3)
     tail.axvline(_LARGEST_K, color=style.WARNING, lw=1.2, ls="--", label="weights do not settle")
     tail.axvspan(_LARGEST_K, high, color=style.WARNING, alpha=0.08, lw=0)
-    efficiency.set(xlabel="relative sample size (%)", ylabel="curves at or above (%)")
-    efficiency.set(xlim=(0, 100), title="relative effective sample size")
-    tail.set(xlabel="Pareto k", ylabel="curves at or below (%)", title="tail of the weights")
-    tail.set_xlim(low, high)
-
-
-def _nats(mean: float, error: float) -> str:
-    """Write a mean and its standard error."""
-    if not np.isfinite(mean):
-        return "not known" if np.isnan(mean) else "infinite"
-    return f"{mean:.2f} nats (one curve)" if np.isnan(error) else f"{mean:.2f} ± {error:.2f} nats"
+    title = "relative effective sample size"
+    efficiency.set(xlabel="relative sample size (%)", xlim=(0, 100), title=title)
+    tail.set(xlabel="Pareto k", xlim=(low, high), title="tail of the weights")
 
 
 def _divergence(axis: Axes, judged: xr.Dataset, summary: Mapping) -> None:
@@ -102,31 +84,24 @@ def _divergence(axis: Axes, judged: xr.Dataset, summary: Mapping) -> None:
     values = judged["divergence"].values
     label = f"each curve (weights): up to {np.nanmax(values, initial=-np.inf):.2f}"
     _shares(axis, values, style.AMORTISED, label)
-    label = f"mean (true values): {_nats(mean, error)}"
+    label = f"mean (true values): {mean:.2f} ± {error:.2f} nats"
     axis.plot([mean, mean], [0, 103], color=style.MEASURED, lw=1.2, label=label)
     axis.fill_betweenx([0, 103], mean - error, mean + error, color=style.MEASURED, alpha=0.15, lw=0)
     axis.axvline(0.0, color=style.REFERENCE, lw=1.2, ls="--", label="exact: 0")
     # The last 3 % of the curves, far away, would dwarf all others; the legend says how far.
-    shown = np.sort(values[np.isfinite(values)])
-    shown = [0.1, mean + error, *shown[: int(np.ceil(0.97 * shown.size))]]
-    axis.set_xlim(right=1.2 * max(x for x in shown if np.isfinite(x)))
-    axis.set(xlabel="divergence (nats)", ylabel="curves at or below (%)")
-    axis.set_title("divergence from the exact posterior")
+    most = np.quantile(values[np.isfinite(values)], 0.97)
+    axis.set_xlim(right=1.2 * max(x for x in (0.1, mean + error, most) if np.isfinite(x)))
+    axis.set(xlabel="divergence (nats)", title="divergence from the exact posterior")
 
 
-def _shares(
-    axis: Axes, values: np.ndarray, colour: str, label: str, *, above: bool = False
-) -> None:
-    """Draw the share of all curves at or below, or above, each value; nan counts as neither."""
+def _shares(axis: Axes, values: np.ndarray, colour: str, label: str) -> None:
+    """Draw the share of all curves at or below each value; nan counts as none."""
     known = np.sort(values[~np.isnan(values)])
     if missing := values.size - known.size:
         label += f", {missing} without"
-    steps = 100 * np.arange(known.size + 1) / values.size
-    x, y, kind = np.append(known[:1], known), steps, "steps-post"
-    if above:
-        x, y, kind = np.append(known, known[-1:]), steps[::-1], "steps-pre"
-    axis.plot(x, y, color=colour, drawstyle=kind, label=label, lw=1.8)
-    axis.set_ylim(0, 103)
+    x, steps = np.append(known[:1], known), 100 * np.arange(known.size + 1) / values.size
+    axis.plot(x, steps, color=colour, drawstyle="steps-post", label=label, lw=1.8)
+    axis.set(ylim=(0, 103), ylabel="curves at or below (%)")
 
 
 def _example(axis: Axes, one: xr.Dataset) -> None:
@@ -135,9 +110,10 @@ def _example(axis: Axes, one: xr.Dataset) -> None:
     for posterior, (shift, _, colour) in _POSTERIORS.items():
         each, at = one.sel(posterior=posterior), rows + shift
         axis.hlines(at, *each["interval_95"].values.T, color=colour, lw=1.4)
-        axis.hlines(at, *each["interval_50"].values.T, color=colour, lw=5.0)
+        label = f"{posterior}: 50 % and 95 % interval"
+        axis.hlines(at, *each["interval_50"].values.T, color=colour, lw=5.0, label=label)
         axis.plot(each["median"], at, "o", color=colour, mec="white", mew=0.8, ms=6)
-    axis.plot(one["truth"], rows, "|", color=style.MEASURED, ms=17, mew=1.8)
+    axis.plot(one["truth"], rows, "|", color=style.MEASURED, ms=17, mew=1.8, label="truth")
     axis.axvline(0.0, color=style.REFERENCE, lw=0.6)
     axis.set_yticks(rows, [p.named(name) for name in one["output"].values.tolist()])
     axis.set_ylim(len(rows) - 0.45, -0.55)
@@ -155,11 +131,7 @@ def _example(axis: Axes, one: xr.Dataset) -> None:
 
 @style.styled
 def identifiability(reached: xr.Dataset, *, motion: str) -> Figure:
-    """Draw contraction of each output: its linearised limit, and what posteriors reach.
-
-    Args:
-        reached: From ``validation.reached``; outputs are drawn in its order.
-    """
+    """Draw contraction of each output: its linearised limit, and what posteriors reach."""
     names = [str(name) for name in reached["output"].values]
     figure = style.new_figure(14.6, 0.56 * len(names) + 3.0)
     axis = figure.subplots()
@@ -174,14 +146,12 @@ def identifiability(reached: xr.Dataset, *, motion: str) -> Figure:
     for least in (0.5, 0.8):  # of validation.KNOWLEDGE
         label = "0.5 and 0.8: from partly known on, from known on"
         axis.axvline(least, color=style.REFERENCE, lw=0.9, ls=":", label=label)
-    keys = []
     for source in (each for each in _POSTERIORS if each in count):
         shift, marker, color = _POSTERIORS[source]
         one = reached.sel(source=source)
         ends = one["lower"], one["mean"], one["upper"]
-        p.draw_intervals(axis, rows + shift, ends, color=color, marker=marker, lw=1.4)
         label = f"{source} posterior: mean and 90 % of {count[source]} simulated curves"
-        keys.append(p.line_key(label, color, marker=marker, ms=7, mec="white"))
+        p.draw_intervals(axis, rows + shift, ends, label=label, color=color, marker=marker)
     known = reached["known"].values.tolist()
     values = zip(reached["mean"].transpose("output", "source").values, known, strict=True)
     texts = [f"{'  '.join(f'{each:.3f}' for each in means)}   {words}" for means, words in values]
@@ -194,5 +164,5 @@ def identifiability(reached: xr.Dataset, *, motion: str) -> Figure:
     finding += f"; partly known: {first_of(partly, 4)}" if partly else ""
     about = f"{p.SOURCES[motion]}: what a curve determines, over the prior. On the right: mean "
     style.title(figure, finding, f"{about} contraction of {', '.join(count)}")
-    p.legend_below(figure, *keys, columns=2)
+    p.legend_below(figure, columns=2)
     return figure

@@ -4,8 +4,6 @@ They draw what ``life_results.follow_life`` returns, ``life``, and what ``limit_
 makes of it, ``standing``.
 """
 
-from textwrap import wrap
-
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
@@ -17,11 +15,7 @@ from breaker.drive.life.first_page import about, exceeded, in_percent, span
 from breaker.figures import panels as p
 from breaker.figures import style
 
-_KINDS = {
-    "rate": "the wear changed its rate",
-    "step": "a sudden fault",
-    "event": "known work",
-}
+_KINDS = {"rate": "the wear changed its rate", "step": "a sudden fault", "event": "known work"}
 _FLAT = 0.1  # services, within which an operation is as good as the best
 
 
@@ -78,9 +72,9 @@ def service_cost(standing: xr.Dataset) -> Figure:
     p.label_outer(axes, "operation", "services beyond the least")
     due = [p.spoken(one["limit"].item()) for one in each if one["left"].values[0] == 0.0]
     first = min(each, key=_best)
-    now, best = float(first["operation"]), _best(first)
+    now, (best, _, high) = float(first["operation"]), _best(first)
     finding = f"Service is cheapest at operation {now + best:,.0f} ({first['limit'].item()}), "
-    finding += f"and costs at most {_FLAT:g} more until {now + _flat(first)[1]:,.0f}"
+    finding += f"and costs at most {_FLAT:g} more until {now + high:,.0f}"
     if np.isinf(best):
         finding = f"As of operation {now:,.0f} nothing leads to a limit within the horizon"
     if due:
@@ -91,36 +85,29 @@ def service_cost(standing: xr.Dataset) -> Figure:
     return figure
 
 
-def _best(one: xr.Dataset) -> float:
-    """Operations ahead at which a service costs least; inf beyond the horizon."""
-    ahead = one["ahead"].values
-    best = float(ahead[int(one["extra"].values.argmin())])
-    return np.inf if best == ahead[-1] else best
-
-
-def _flat(one: xr.Dataset) -> tuple[float, float]:
-    """First and last of the operations ahead that are as good as the best, next to it."""
+def _best(one: xr.Dataset) -> tuple[float, float, float]:
+    """Operations ahead at which a service costs least, inf beyond the horizon, and the first and
+    last ones next to it that are as good.
+    """
     ahead, good = one["ahead"].values, one["extra"].values <= _FLAT
     best = int(one["extra"].values.argmin())
     before, after = np.flatnonzero(~good[:best]), np.flatnonzero(~good[best:])
     first = before[-1] + 1 if before.size else 0
     last = best + after[0] - 1 if after.size else len(ahead) - 1
-    return float(ahead[first]), float(ahead[last])
+    least = np.inf if best == len(ahead) - 1 else ahead[best]
+    return float(least), float(ahead[first]), float(ahead[last])
 
 
 def _cost_words(one: xr.Dataset) -> str:
     """Say where the least is, how flat it is, and since when the service is due."""
-    (low, high), best, by = _flat(one), _best(one), one["service_by"].item()
-    now = float(one["operation"])
+    (best, low, high), now, by = _best(one), float(one["operation"]), one["service_by"].item()
     due = f"\ndue since {by:,.0f}" if by <= now else ""
     if one["left"].values[0] == 0.0:  # exceeded already with 5 %, whatever waiting costs
         return f"perhaps exceeded already, so service now{due}"
     if np.isinf(best):
         return "nothing leads to it within the horizon"
-    words = f"least at {now + best:,.0f}"
-    if high < one["ahead"].values[-1]:
-        words += f"; {now + low:,.0f} to {now + high:,.0f} cost at most {_FLAT:g} more"
-    return f"{words}{due}"
+    words = f"least at {now + best:,.0f}; {now + low:,.0f} to {now + high:,.0f} cost at most "
+    return f"{words}{_FLAT:g} more{due}"
 
 
 def _cost(axis: Axes, one: xr.Dataset) -> None:
@@ -128,7 +115,7 @@ def _cost(axis: Axes, one: xr.Dataset) -> None:
     now, ahead, extra = float(one["operation"]), one["ahead"].values, one["extra"].values
     look = {"color": style.MODEL, "lw": 1.8, "label": "cost beyond that of the best operation"}
     axis.plot(now + ahead, extra, **look)
-    low, high = _flat(one)
+    _, low, high = _best(one)
     label = f"within {_FLAT:g} services of the least"
     axis.axvspan(now + low, now + high, color=style.CORRECTED, alpha=0.15, lw=0, label=label)
     for value, color, label in (
@@ -148,9 +135,8 @@ def remaining_life(
 ) -> Figure:
     """Draw one panel per limit: operations left, by when to service, and the true ones.
 
-    Args:
-        truth: Of a simulated life, ``failure (limit)``, when a limit is first exceeded, and
-            ``held``, what ``failure_times.held`` returns; None for real measurements.
+    ``truth`` is, of a simulated life, ``failure (limit)``, when a limit is first exceeded, and
+    ``held``, what ``failure_times.held`` returns.
     """
     known = (standing["state"] > [*p.STATES].index("unknown")).any("operation").values
     vague = ", ".join(p.spoken(name) for name in standing["limit"].values[~known])
@@ -182,12 +168,11 @@ def _next(last: xr.Dataset, truth: xr.Dataset | None) -> str:
     if truth is not None and (shares := truth["held"].values[truth["held"].notnull()]).size:
         ends = p.from_to([in_percent(shares.min()), in_percent(shares.max())])
         return f"90 % intervals contain the truth at {ends} of the operations, limit by limit"
-    middle = last["left"].values[:, 1]
-    if not np.isfinite(middle).any():
+    k = int(np.argmin(last["left"].isel(quantile=1).fillna(np.inf).values))
+    low, middle, high = last["left"].values[k]
+    if not np.isfinite(middle):
         return "No limit will be exceeded within the horizon"
-    k = int(np.nanargmin(middle))
-    low, _, high = last["left"].values[k]
-    left = f"{about(middle[k])} ({span(low, high)})"
+    left = f"{about(middle)} ({span(low, high)})"
     return f"Next: {p.spoken(last['limit'].values[k])}, operations left: {left}"
 
 
@@ -222,42 +207,39 @@ def _left(axis: Axes, told: xr.DataArray, standing: xr.Dataset, failure: float) 
 
 @style.styled
 def changepoint(life: xr.Dataset) -> Figure:
-    """Draw the evidence for a change, weights of records, and the changes in words."""
-    figure = style.new_figure(14.4, 6.0)
-    grid = figure.add_gridspec(2, 2, height_ratios=(1.5, 1.0), width_ratios=(3.2, 1.0))
-    evidence = figure.add_subplot(grid[0, 0])
-    weight = figure.add_subplot(grid[1, 0], sharex=evidence)
+    """Draw the evidence for a change, weights of records, and the changes; words of the last 4."""
+    figure = style.new_figure(11.0, 6.4)
+    evidence, weight = figure.subplots(2, 1, sharex=True, height_ratios=(1.5, 1.0))
     _evidence(evidence, life)
-    operation = life["operation"].values
-    weight.plot(operation, life["weight"], "o", color=style.MODEL, ms=2.2, mew=0, alpha=0.6)
+    look = {"ms": 2.2, "mew": 0, "alpha": 0.6}
+    weight.plot(life["operation"], life["weight"], "o", color=style.MODEL, **look)
     weight.set(ylim=(0.0, None), ylabel="weight", xlabel="operation")
     weight.set_title("weight of each record: low where it is off the trend", loc="left")
+    weight.xaxis.set_major_formatter("{x:,.0f}")
     for axis in (evidence, weight):
         p.change_lines(axis, life)
-        axis.xaxis.set_major_formatter("{x:,.0f}")
-    evidence.margins(x=0.01)
-    evidence.tick_params(labelbottom=False)
-    _list(figure.add_subplot(grid[:, 1]), life)
-    found = life.isel(change=(life["certainty"] >= 0.0).values & (life["kind"] != "event").values)
-    finding = f"No change is found in {operation.size:,} operations"
-    if count := found.sizes["change"]:
-        last = found.isel(change=-1)
-        finding = f"{_KINDS[last['kind'].item()]} at operation {last['start'].item():,}"
-        finding = f"{count} changes are found, the last: {finding}" if count > 1 else finding
-    style.title(
-        figure, finding[0].upper() + finding[1:], "changes of the drive that nobody knew of"
-    )
+        axis.margins(x=0.01)
+    lines = [_change_words(life.isel(change=k), k + 1) for k in range(life.sizes["change"])]
+    unknown = (life["certainty"].values >= 0.0) & (life["kind"].values != "event")
+    starts = [f"{each:,}" for each in life["start"].values[unknown]]
+    finding = f"Changes found at operation {first_of(starts, 4)}"
+    finding = finding if starts else f"No change is found in {life.sizes['operation']:,} operations"
+    style.title(figure, finding, "\n".join(lines[-4:]))
     p.legend_below(figure, columns=5)
     return figure
 
 
-def _untold(life: xr.Dataset) -> str:
-    """Say why no change of a parameter is reported; empty if some is."""
-    if life["changed"].notnull().any():
-        return ""
-    alone = APART if life.attrs["agreement"] < 1.0 else WITHHELD
-    why = BEYOND if life.attrs["family"] else alone
-    return f"{as_sentence(why)}: changes of the parameters are not reported."
+def _change_words(change: xr.Dataset, number: int) -> str:
+    """Describe a change: when, of which kind and of what, and when noticed."""
+    start, earliest, latest, noticed = (
+        f"{change[name].item():,}" for name in ("start", "earliest", "latest", "noticed")
+    )
+    words = f"{number}: {_KINDS[change['kind'].item()]} at operation {start}"
+    words += f" ({change['change_names'].item()})" if change["change_names"].item() else ""
+    if change["kind"].item() != "event":
+        words += f", 90 %: {earliest} to {latest}, noticed at {noticed}"
+    words += ", taken back by later records" * (change["certainty"].item() < 0.0)
+    return p.spoken(words)
 
 
 def _evidence(axis: Axes, life: xr.Dataset) -> None:
@@ -279,36 +261,16 @@ def _evidence(axis: Axes, life: xr.Dataset) -> None:
         axis.text(start, 1.01, k, **look)
 
 
-def _list(axis: Axes, life: xr.Dataset) -> None:
-    """Write the changes in words, the first ones where there are many."""
-    axis.set_axis_off()
-    lines = []
-    for k in range(life.sizes["change"]):
-        one = life.isel(change=k)
-        start, earliest, latest, noticed = (
-            f"{one[name].item():,}" for name in ("start", "earliest", "latest", "noticed")
-        )
-        what = ": ".join(filter(None, [_KINDS[one["kind"].item()], one["change_names"].item()]))
-        lines += [f"{k + 1}  operation {start}", *wrap(p.spoken(what), 42)]
-        if one["kind"].item() != "event":
-            lines.append(f"90 %: {earliest} to {latest}; noticed at {noticed}")
-        if one["certainty"].item() < 0.0:
-            lines.append("taken back by later records")
-        lines.append("")
-    lines = lines if len(lines) <= 34 else [*lines[:34], "and more"]  # as many as there is room for
-    axis.text(0.0, 1.0, "\n".join(lines or ["No change is found."]), va="top", fontsize=9)
-
-
 @style.styled
 def changes(life: xr.Dataset, truth: xr.DataArray | None = None) -> Figure:
     """Draw the change of every parameter since new: median and 90 % band over the operations.
 
-    Args:
-        truth: True changes of a simulated life, ``(operation, parameter)``, percent; None for real
-            measurements.
+    ``truth`` is that of a simulated life, ``(operation, parameter)``, percent.
     """
-    if words := _untold(life):
-        return p.empty("Changes of the parameters are not reported", words)
+    if life["changed"].isnull().all():
+        alone = APART if life.attrs["agreement"] < 1.0 else WITHHELD
+        why = as_sentence(BEYOND if life.attrs["family"] else alone)
+        return p.empty("Changes of the parameters are not reported", why)
     names = [str(name) for name in life["parameter"].values]
     figure, axes = p.panels(len(names), columns=2, width=6.4, height=2.3, sharex=True)
     for axis, name in zip(axes, names, strict=True):
@@ -322,8 +284,7 @@ def changes(life: xr.Dataset, truth: xr.DataArray | None = None) -> Figure:
     moved = [f"{p.word(names[k])} {p.signed(in_digits(middle[k], 2, sign=True))} %" for k in sure]
     finding = f"Since new: {first_of(moved, 4) or 'no parameter has changed for sure'}"
     style.title(figure, finding, "changes of the parameters, percent since new")
-    keys = [p.line_key("median", lw=1.6), p.band_key("90 % interval", style.REFERENCE, 0.3)]
-    p.legend_below(figure, *keys, columns=3)
+    p.legend_below(figure, columns=4)
     return figure
 
 
@@ -331,8 +292,9 @@ def _change(axis: Axes, one: xr.Dataset, name: str, truth: xr.DataArray | None) 
     """Draw band, median and truth of a parameter on an axis as large as these."""
     color = p.OUTPUTS[name].colour
     low, middle, high = one["changed"].transpose("quantile", "asked").values
-    axis.fill_between(one["asked"].values, low, high, color=color, alpha=0.3, lw=0)
-    axis.plot(one["asked"], middle, color=color, lw=1.6)
+    look = {"color": color, "alpha": 0.3, "lw": 0, "label": "90 % interval"}
+    axis.fill_between(one["asked"].values, low, high, **look)
+    axis.plot(one["asked"], middle, color=color, lw=1.6, label="median")
     drawn = [low, high]
     if truth is not None:
         values = truth.sel(parameter=name)

@@ -22,12 +22,7 @@ def pairs(
 ) -> Figure:
     """Draw regions pair by pair below the diagonal, marginals on it, correlations above it.
 
-    Args:
-        case: Posterior ``draws (draw, output)`` and ``truth (output)``, physical units.
-        prior: Draws of the prior, ``(m, q)``, of the same outputs.
-        about: Motion and drive of the record.
-        correlation: Correlation of the posterior draws, ``(q, q)``.
-        regions: Where these draws are densest, from ``validation.regions``.
+    ``case`` has ``draws (draw, output)`` and ``truth``; ``prior`` is ``(m, q)``, physical units.
     """
     posterior, truth, names = (case[name].values for name in ("draws", "truth", "output"))
     q = len(names)
@@ -45,16 +40,9 @@ def pairs(
         i, j = np.unravel_index(np.argmax(upper), upper.shape)
         value = p.signed(f"{correlation[i, j]:+.2f}")
         about += f"\nmost correlated: {p.word(names[i])} and {p.word(names[j])} ({value})"
+    about += "\nbelow the diagonal regions of 90 % and 50 % of the posterior, above it correlations"
     style.title(figure, f"95 % intervals contain {inside} of {q} true values of one record", about)
-    p.legend_below(
-        figure,
-        p.band_key("prior", style.PRIOR, 0.7),
-        p.band_key("posterior (marginals: colour of the parameter)", style.MODEL, 0.8),
-        p.line_key("regions of 90 % and 50 % of the posterior", style.MODEL, lw=1.2),
-        p.line_key("truth", style.MEASURED, "--"),
-        p.dot_key("posterior correlation", style.MODEL, "$+.5$", ms=18),
-        columns=5 if q > 6 else 2,
-    )
+    p.legend_below(figure)
     return figure
 
 
@@ -69,11 +57,17 @@ def _panel(
         axis.text(0.5, 0.5, p.signed(f"{correlation:+.2f}"), color=style.MODEL, **place, **look)
         axis.set_axis_off()
         return
-    axis.axvline(truth[column], color=style.MEASURED, lw=0.9, ls="--")
+    axis.axvline(truth[column], color=style.MEASURED, lw=0.9, ls="--", label="truth")
     if row == column:
         output = p.OUTPUTS[case["output"].values[row]]
-        axis.hist(prior[:, row], bins=30, density=True, color=style.PRIOR, alpha=0.5)
-        axis.hist(posterior[:, row], bins=20, density=True, color=output.colour, alpha=0.75)
+        look = {"density": True, "color": style.PRIOR, "alpha": 0.5, "label": "prior"}
+        axis.hist(prior[:, row], bins=30, **look)
+        look |= {
+            "color": output.colour,
+            "alpha": 0.75,
+            "label": "posterior",
+        }
+        axis.hist(posterior[:, row], bins=20, **look)
         axis.set_title(p.named(output.name).replace(" $", "\n$"), fontsize=11)
         return
     dots = {"mew": 0, "ms": 1.4, "rasterized": True}

@@ -7,11 +7,8 @@ from textwrap import fill
 from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
-from matplotlib.patches import Patch
 from numpy.typing import ArrayLike
 
 from breaker.common.numerals import in_digits
@@ -67,11 +64,7 @@ def signed(text: str) -> str:
 
 
 def percent(share: float) -> str:
-    """Write a share in per cent, small ones with two digits.
-
-    >>> percent(0.973), percent(0.012345)
-    ('97 %', '1.2 %')
-    """
+    """Write a share in per cent, small ones with two digits."""
     if not np.isfinite(share):
         return "not known"
     return f"{100 * share:.0f} %" if share >= 0.1 else f"{in_digits(100 * share, 2)} %"
@@ -85,10 +78,7 @@ def from_to(texts: Sequence[str]) -> str:
 def panels(
     count: int, *, columns: int = 4, width: float = 3.2, height: float = 2.7, **shared: bool
 ) -> tuple[Figure, list[Axes]]:
-    """Return a figure with ``count`` panels in rows, spare places left empty.
-
-    ``width`` and ``height`` are inches per panel; ``shared`` is ``sharex`` and ``sharey``.
-    """
+    """Return a figure with panels of so many inches in rows, and the panels."""
     columns = min(columns, count)
     rows = -(-count // columns)
     figure = style.new_figure(width * columns, height * rows + 1.0)
@@ -112,10 +102,7 @@ def label_outer(axes: Sequence[Axes], xlabel: str, ylabel: str | None = None) ->
 def limit_panels(
     data: "xr.Dataset", titles: Sequence[str], *, height: float, **shared: bool
 ) -> tuple[Figure, list[Axes]]:
-    """Return a figure with one panel per limit of ``data``, over the operations.
-
-    ``titles`` follow the names of the limits, and ``height`` is inches per panel.
-    """
+    """Return a figure with one panel per limit, over the operations; titles follow its name."""
     count = len(titles)
     columns, width = (2, 6.4) if count > 1 else (1, 10.0)
     figure, axes = panels(count, columns=columns, width=width, height=height, **shared)
@@ -128,6 +115,12 @@ def limit_panels(
     return figure, axes
 
 
+def read_title(axis: Axes, text: str, width: float, *, failed: bool = False) -> None:
+    """Write a literal title over a panel of so many inches, from its left end; red if it failed."""
+    look = {"loc": "left", "fontsize": 10, "color": style.WARNING if failed else "black"}
+    axis.set_title(style.within(style.literal(text), width, 10.0), **look)
+
+
 def empty(finding: str, why: str) -> Figure:
     """Return a figure that says in one sentence why nothing is drawn."""
     figure = style.new_figure(10.0, 1.6)
@@ -136,40 +129,28 @@ def empty(finding: str, why: str) -> Figure:
     return figure
 
 
-def line_key(label: str, color: str = style.REFERENCE, ls: str = "-", **look: object) -> Line2D:
-    """Return a line, or a line with markers, for a legend."""
-    return Line2D([], [], color=color, ls=ls, label=label, **look)
-
-
-def dot_key(label: str, color: str = style.REFERENCE, marker: str = "o", **look: object) -> Line2D:
-    """Return a marker for a legend."""
-    return Line2D([], [], color=color, ls="", marker=marker, label=label, **look)
-
-
-def band_key(label: str, color: str, alpha: float) -> Patch:
-    """Return a filled area for a legend."""
-    return Patch(color=color, alpha=alpha, lw=0, label=label)
-
-
-def legend_below(
-    figure: Figure, *keys: Artist | None, columns: int | None = None, **look: float
-) -> None:
-    """Put one legend below all panels: keys that are there, and what has a label, each once."""
-    found = {key.get_label(): key for key in keys if key}
+def legend_below(figure: Figure, *, columns: int | None = None, **look: float) -> None:
+    """Put one legend below all panels of what has a label, each once."""
+    found = {}
     for axis in figure.axes:
         if axis.get_legend() is None:
             found |= dict(zip(*axis.get_legend_handles_labels()[::-1], strict=True))
     count = min(columns or len(found), len(found))
-    figure.legend(handles=[*found.values()], loc="outside lower center", ncols=count, **look)
+    place = {"loc": "outside lower center", "ncols": count, "markerscale": 1.5}
+    legend = figure.legend([*found.values()], [*found], **place, **look)
+    for handle in legend.legend_handles:
+        if alpha := handle.get_alpha():
+            handle.set_alpha(max(alpha, 0.4))  # of many, each is pale
 
 
 def draw_intervals(
-    axis: Axes, rows: ArrayLike, ends: Sequence, *, color: str, marker: str = "o", **look: float
+    axis: Axes, rows: ArrayLike, ends: Sequence, *, label: str, color: str, marker: str = "o"
 ) -> None:
-    """Draw low ends, middles and high ends in rows; ``look`` is that of the lines."""
+    """Draw low ends, middles and high ends in rows."""
     low, middle, high = ends
-    axis.hlines(rows, low, high, color=color, **look)
-    axis.plot(middle, rows, marker, color=color, mec="white", mew=0.8, ms=7)
+    axis.hlines(rows, low, high, color=color, lw=1.4)
+    look = {"mec": "white", "mew": 0.8, "ms": 7, "label": label}
+    axis.plot(middle, rows, marker, color=color, **look)
 
 
 def rows_of_words(axis: Axes, left: Sequence[str], right: Sequence[str]) -> Axes:

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from breaker.paper.validation import PriorCheck
 
 _SHOWN = 150  # first curves of the prior, drawn one by one; more would hide each other
-_END = {"color": style.REFERENCE, "ls": (0, (4, 3)), "lw": 1.1}
+_BAND = {"color": style.MODEL, "lw": 0, "label": "pointwise 95 % band"}
 
 
 @style.styled
@@ -24,17 +24,16 @@ def prior_predictive(
 ) -> Figure:
     """Draw curves of the prior with curves of the endurance test (paper, Fig. 3).
 
-    Args:
-        curves: Prior predictive curves: ``travel (curve, time)`` in mm, coordinate ``time`` in ms.
-        check: Comparison of all operations with these curves, ``validation.prior_check``.
-        measured: A few operations, ``travel (operation, time)``; None if nothing is measured.
+    ``curves`` has ``travel (curve, time)`` in mm, ``time`` in ms; ``measured`` the same of a few
+    operations, None if nothing is measured; ``check`` compares all of them.
     """
     figure = style.new_figure(9.0, 5.8)
     axis = figure.subplots()
     single = curves["travel"].transpose("curve", "time").values[:_SHOWN]
-    axis.plot(curves["time"], single.T, color=style.PRIOR, lw=0.5, alpha=0.35)
-    axis.fill_between(curves["time"], check.lower, check.upper, color=style.MODEL, alpha=0.2, lw=0)
-    axis.plot(curves["time"], check.median, color=style.MODEL, lw=2)
+    label = "single curves of the prior"
+    axis.plot(curves["time"], single.T, color=style.PRIOR, lw=0.5, alpha=0.35, label=label)
+    axis.fill_between(curves["time"], check.lower, check.upper, alpha=0.2, **_BAND)
+    axis.plot(curves["time"], check.median, color=style.MODEL, lw=2, label="median")
     for i, operation in enumerate([] if measured is None else measured["operation"].values):
         curve = measured["travel"].sel(operation=operation).dropna("time")
         dashes = ("-", (0, (5, 2)), (0, (1.2, 1.5)), (0, (5, 2, 1.2, 2)))[i % 4]
@@ -51,8 +50,7 @@ def prior_predictive(
         inside = p.percent(check.inside.mean())
         finding = f"The prior's 95 % band contains {inside} of the endurance test's samples"
     style.title(figure, finding, about)
-    single = p.line_key("single curves of the prior", style.PRIOR, lw=1)
-    p.legend_below(figure, single, *_keys(), columns=3)
+    p.legend_below(figure, columns=3)
     return figure
 
 
@@ -60,15 +58,14 @@ def prior_predictive(
 def posterior_predictive(predictive: xr.Dataset, *, motion: str) -> Figure:
     """Draw simulated curves and what their own posteriors predict (paper, Fig. 8).
 
-    Args:
-        predictive: ``measured`` and predicted ``median``, ``lower``, ``upper``, each ``(curve,
-            time)`` in mm; ``share_inside (curve)``; attribute ``noise_sd``, mm.
+    ``predictive`` has ``measured``, ``median``, ``lower`` and ``upper``, each ``(curve, time)`` in
+    mm, ``share_inside (curve)``, and the attribute ``noise_sd``, mm.
     """
     data = predictive.rename(curve="panel", measured="record")
     shares = data["share_inside"].values
     each = enumerate(shares, start=1)
     titles = [f"simulated record {i}: {p.percent(share)} in the band" for i, share in each]
-    figure = _checks(data, titles, "simulated record")
+    figure = _checks(data, titles)
     inside = p.from_to([p.percent(shares.min()), p.percent(shares.max())])
     finding = f"The 95 % band contains {inside} of the samples of a record"
     about = f"{p.SOURCES[motion]}: posterior predictive check on simulated records"
@@ -80,9 +77,8 @@ def posterior_predictive(predictive: xr.Dataset, *, motion: str) -> Figure:
 def endurance_predictive(predictive: xr.Dataset, *, motion: str) -> Figure:
     """Draw records at stages of the life and what is predicted for them (paper, Fig. 9).
 
-    Args:
-        predictive: As in :func:`posterior_predictive`, over ``stage`` instead of ``curve``, with
-            ``main_motion_end`` in ms, ``p_value``, the flag ``misfit`` and ``operation``.
+    ``predictive`` is as in :func:`posterior_predictive`, over ``stage`` instead of ``curve``, with
+    ``main_motion_end`` in ms, ``p_value``, the flag ``misfit`` and ``operation``.
     """
     data = predictive.rename(stage="panel", travel="record")
     titles = []
@@ -93,7 +89,7 @@ def endurance_predictive(predictive: xr.Dataset, *, motion: str) -> Figure:
             f"operation {one['operation'].item():,}: {flag} ({in_p(one['p_value'].item())})\n"
             f"{p.percent(one['share_inside'].item())} of the main motion in the band"
         )
-    figure = _checks(data, titles, "record of the endurance test")
+    figure = _checks(data, titles)
     flagged, count = int(data["misfit"].sum()), len(titles)
     finding = f"All {count} records of the endurance test fit the model"
     if flagged:
@@ -103,7 +99,7 @@ def endurance_predictive(predictive: xr.Dataset, *, motion: str) -> Figure:
     return figure
 
 
-def _checks(data: xr.Dataset, titles: list[str], key: str) -> Figure:
+def _checks(data: xr.Dataset, titles: list[str]) -> Figure:
     """Draw one panel with residuals below it for each of ``titles``, two in a row."""
     rows = -(-len(titles) // 2)
     figure = style.new_figure(11.0, 4.6 * rows + 0.9)
@@ -113,8 +109,7 @@ def _checks(data: xr.Dataset, titles: list[str], key: str) -> Figure:
     limit = max(abs(bound) for axis in below for bound in axis.get_ylim())
     for axis in below:
         axis.set_ylim(-limit, limit)
-    end = p.line_key("end of the main motion", **_END) if "main_motion_end" in data else None
-    p.legend_below(figure, p.dot_key(key, style.MEASURED, ms=4), *_keys(), end)
+    p.legend_below(figure)
     return figure
 
 
@@ -125,11 +120,12 @@ def _check(place: SubFigure, one: xr.Dataset, title: str) -> Axes:
         low, middle, high, dots = (
             (one[name] - shift) / unit for name in ("lower", "median", "upper", "record")
         )
-        axis.fill_between(one["time"], low, high, color=style.MODEL, alpha=0.3, lw=0)
-        axis.plot(one["time"], middle, color=style.MODEL, lw=1.0)
-        axis.plot(one["time"], dots, "o", color=style.MEASURED, ms=2, mew=0)
+        axis.fill_between(one["time"], low, high, alpha=0.3, **_BAND)
+        axis.plot(one["time"], middle, color=style.MODEL, lw=1.0, label="median")
+        axis.plot(one["time"], dots, "o", color=style.MEASURED, ms=2, mew=0, label="record")
         if "main_motion_end" in one:
-            axis.axvline(one["main_motion_end"].item(), **_END)
+            look = {"ls": "--", "lw": 1.1, "label": "end of the main motion"}
+            axis.axvline(one["main_motion_end"].item(), color=style.REFERENCE, **look)
         axis.margins(x=0)
     below.axhline(0.0, color=style.REFERENCE, lw=0.6)
     failed = "misfit" in one and one["misfit"].item()
@@ -137,8 +133,3 @@ def _check(place: SubFigure, one: xr.Dataset, title: str) -> Axes:
     above.set_ylabel(style.TRAVEL)
     below.set(xlabel=style.TIME, ylabel="residual\n(noise sd)")
     return below
-
-
-def _keys() -> list:
-    median = p.line_key("median", style.MODEL, lw=2)
-    return [median, p.band_key("pointwise 95 % band", style.MODEL, 0.3)]

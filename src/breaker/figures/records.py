@@ -19,20 +19,14 @@ if TYPE_CHECKING:
     from breaker.drive.answers.reference_curve import Overlay
     from breaker.reading.inspection.setting_proposal import InspectedMotion, Proposal
 
-MOTIONS = {"closing": style.CORRECTED, "opening": style.AMORTISED}
-"""Colours of the two motions."""
-
-BAND = {"color": style.PRIOR, "alpha": 0.25, "lw": 0}
-"""Look of tolerances."""
+MOTIONS = {"closing": style.CORRECTED, "opening": style.AMORTISED}  # colours
+BAND = {"color": style.PRIOR, "alpha": 0.25, "lw": 0}  # of tolerances
 
 
 @style.styled
 def record(proposal: "Proposal") -> Figure:
-    """Draw a record as it was inspected.
-
-    Above all channels over the entire record, below the speed; at the foot the first two motions
-    and the rest before them, of the first channel. What could not be read is drawn as it stands in
-    the file.
+    """Draw a record as it was inspected: all channels and, of the first one, the speed, the first
+    two motions and the rest before them; as it stands in the file if nothing could be read.
     """
     read = [each for each in proposal.motions if each.record]
     name = style.literal(f"record {proposal.layout.file.name}")
@@ -117,7 +111,7 @@ def _near(axis: Axes, each: "InspectedMotion", low: float, high: float, title: s
         axis.plot(one.time[doubtful], one.whole[doubtful], "x", color=style.WARNING, ms=6)
     axis.axhline(one.segment.before, color=MOTIONS[each.motion], ls="--", lw=1.2)
     axis.set(xlabel="time of the record (ms)", ylabel=style.TRAVEL)
-    axis.set_title(style.within(title, 3.2), loc="left")
+    p.read_title(axis, title, 3.2)
 
 
 @style.styled
@@ -134,42 +128,28 @@ def overlay(overlays: Sequence["Overlay"]) -> Figure:
         above.plot(each.time, each.way, color=style.MEASURED, lw=1.2, label="record")
         low, high = each.good - each.band, each.good + each.band
         above.fill_between(each.time, low, high, label="tolerance", **BAND)
-        if each.leaves:
-            look = {"color": style.WARNING, "lw": 1.0, "label": "leaves the band"}
-            above.axvline(each.leaves[0], **look)
-        phase = f", {each.phase}" if each.phase else ""
-        words = style.literal(f"{each.motion}{phase} in {style.file_name(each.file)}: {each.words}")
-        colour = style.WARNING if each.leaves else "black"
-        above.set_title(style.within(words, width), loc="left", color=colour, fontsize=10)
+        which = ", ".join(filter(None, [each.motion, each.phase]))
+        words = f"{which} in {style.file_name(each.file)}: {each.words}"
+        p.read_title(above, words, width, failed=bool(each.leaves))
         above.set_ylabel(style.TRAVEL)
         difference(below, [each], {each.phase: style.MEASURED}, {each.phase: 0.0})
         below.set_xlabel("time after the first motion (ms)")
     files = dict.fromkeys(style.literal(style.file_name(each.good_file)) for each in overlays)
     left = sum(each.leaves is not None for each in overlays)
-    finding = f"{left} of {len(overlays)} records leave the tolerance" if left else ""
-    finding = finding or "All records stay within the tolerance"
+    finding = f"{left or 'None'} of {len(overlays)} records outside the tolerance"
     style.title(figure, finding, f"over the reference {', '.join(files)}", failed=left > 0)
     p.legend_below(figure)
     return figure
 
 
-def difference(
-    axis: Axes,
-    overlays: Sequence["Overlay"],
-    colours: Mapping[str, str],
-    begins: Mapping[str, float],
-) -> None:
-    """Draw differences, their band, and where they leave it.
-
-    Args:
-        colours, begins: By phase, the colour, and the time of the axis that is the first motion.
-    """
+def difference(axis: Axes, overlays: Sequence, colours: Mapping, begins: Mapping) -> None:
+    """Draw differences, their band, and where they leave it; colours and first motions by phase."""
     for each in overlays:
         begin = begins[each.phase]
         axis.plot(begin + each.time, each.difference, color=colours[each.phase], lw=1.0)
         if each.leaves:
             at, by = each.leaves
-            axis.axvline(begin + at, color=style.WARNING, lw=1.0)
+            axis.axvline(begin + at, color=style.WARNING, lw=1.0, label="leaves the tolerance")
             axis.plot(begin + at, by, "o", color=style.WARNING, ms=5, zorder=5)
     band = max(each.band for each in overlays)
     axis.axhspan(-band, band, **BAND)
@@ -180,11 +160,8 @@ def difference(
 
 @style.styled
 def answer(data: "Shown") -> Figure:
-    """Draw what one call infers of a drive.
-
-    Above the first record of each motion with the nearest shape of the family, and the inferred
-    time of the contact touch or separation; below it the residual, with that of the family's
-    drives; at the foot the parameters of all operations, with the prior.
+    """Draw what one call infers of a drive: the first record of each motion with the family's
+    nearest shape, the residual with that of the family's drives, and parameters with the prior.
     """
     figure = style.new_figure(12.0, 11.2)
     above, below = figure.subfigures(2, 1, height_ratios=[1.35, 1.0])
@@ -192,16 +169,14 @@ def answer(data: "Shown") -> Figure:
     grid = above.subplots(2, len(data.curves), **size)
     for (motion, curve), (upper, lower) in zip(data.curves.items(), grid.T, strict=True):
         _fitted(upper, curve, motion, figure.get_figwidth() / len(data.curves) - 0.9)
-        lower.fill_between(curve.grid, -curve.usual, curve.usual, step="mid", **BAND)
+        label = "99 % of the family's drives, rms; the prior"
+        lower.fill_between(curve.grid, -curve.usual, curve.usual, step="mid", label=label, **BAND)
         lower.plot(curve.grid, curve.left, "o", color=style.MEASURED, ms=2, mew=0)
         lower.axhline(0.0, color=style.REFERENCE, lw=0.6)
         lower.set(xlabel="time after the first motion (ms)", ylabel="record minus\nshape (mm)")
     *axes, last = below.subplots(2, 4).flat
     for k, (axis, each) in enumerate(zip(axes, PARAMETERS, strict=True)):
-        posteriors = {
-            of: [draws[:, k] for draws in some if np.isfinite(draws[0, k])]
-            for of, some in data.posteriors.items()
-        }
+        posteriors = {of: [draws[:, k] for draws in some] for of, some in data.posteriors.items()}
         _densities(axis, posteriors, data.prior[:, k])
         axis.set_title(p.named(each.name), loc="left", fontsize=10)
         axis.set_xlabel(each.label)
@@ -210,15 +185,7 @@ def answer(data: "Shown") -> Figure:
     last.set_title(f"{events} of the contact", loc="left", fontsize=10)
     last.set_xlabel("time after the release (ms)")
     style.title(figure, style.literal(data.title))
-    keys = [
-        p.dot_key("record", style.MEASURED, ms=4),
-        p.line_key("nearest shape of the family", style.CHANGED),
-        p.band_key("99 % of the family's drives, rms; the prior", style.PRIOR, BAND["alpha"]),
-    ]
-    for of, some in data.posteriors.items():
-        label = f"posterior{'s, the first thick' * (len(some) > 1)}: {of}"
-        keys.append(p.line_key(label, MOTIONS.get(of, style.MODEL), lw=1.8))
-    p.legend_below(figure, *keys, columns=3)
+    p.legend_below(figure, columns=3)
     return figure
 
 
@@ -233,19 +200,19 @@ def _fitted(axis: Axes, data: "PictureCurve", motion: str, width: float) -> None
         said = f"{EVENTS[motion]} at {middle:.1f} ms\n95 %: {low:.1f} to {high:.1f} ms"
         look = {"color": colour, "ha": "right", "va": side, "transform": axis.transAxes}
         axis.text(0.97, y, said, **look)
-    axis.plot(data.time, data.travel, "o", color=style.MEASURED, ms=2, mew=0)
-    axis.plot(data.grid, data.nearest, color=style.CHANGED, lw=1.0)
+    axis.plot(data.time, data.travel, "o", color=style.MEASURED, ms=2, mew=0, label="record")
+    look = {"color": style.CHANGED, "lw": 1.0, "label": "nearest shape of the family"}
+    axis.plot(data.grid, data.nearest, **look)
     axis.set_ylabel(style.TRAVEL)
     axis.margins(x=0)
-    words = style.literal(f"{motion} in {style.file_name(data.file)}: {data.words}")
-    colour = "black" if data.good else style.WARNING
-    axis.set_title(style.within(words, width), loc="left", color=colour)
+    words = f"{motion} in {style.file_name(data.file)}: {data.words}"
+    p.read_title(axis, words, width, failed=not data.good)
 
 
 def _densities(axis: Axes, posteriors: Mapping[str, Sequence], prior: np.ndarray | None) -> None:
     """Draw densities of a parameter or time: of operations, and of the prior."""
     axis.set(yticks=[])
-    every = [draws for some in posteriors.values() for draws in some]
+    every = [draws for some in posteriors.values() for draws in some if np.isfinite(draws[0])]
     if not every and prior is None:
         axis.text(0.5, 0.5, "not inferred", ha="center", transform=axis.transAxes)
         return
@@ -257,5 +224,7 @@ def _densities(axis: Axes, posteriors: Mapping[str, Sequence], prior: np.ndarray
     for of, some in posteriors.items():
         for i, draws in enumerate(some):
             look = {"lw": 0.6 if i else 1.8, "color": MOTIONS.get(of, style.MODEL)}
-            axis.hist(draws, bins=40, range=(low, high), density=True, histtype="step", **look)
+            look["label"] = f"posteriors: {of} (the first thick)"
+            if np.isfinite(draws[0]):
+                axis.hist(draws, bins=40, range=(low, high), density=True, histtype="step", **look)
     axis.set_xlim(low, high)

@@ -1,7 +1,7 @@
 """Figures of reports: two inspections compared, curves of a test, a type's prior, a fleet."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from itertools import cycle, islice
+from itertools import cycle
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -28,11 +28,10 @@ if TYPE_CHECKING:
 
 @style.styled
 def visits(document: "VisitDocument") -> Figure:
-    """Draw a comparison of two inspections.
+    """Draw a comparison of two inspections: a row for each quantity, measured ones first.
 
-    A row for each quantity that is measured, then for each parameter and time that is inferred: the
-    change with its 90 % interval, and how probable it is that there is none, that it is beyond the
-    share, and that it is beyond it to the worse. Of what is measured also the values.
+    On the right is how probable it is that there is no change, that it is beyond the share, and
+    that it is beyond it to the worse.
     """
     share = 100.0 * document.settings.share
     said, about = visits_said(document)
@@ -67,9 +66,8 @@ def visits(document: "VisitDocument") -> Figure:
     for text in p.rows_of_words(axis, labels, numbers).get_yticklabels():
         text.set_fontfamily("DejaVu Sans Mono")
     axis.set(xlim=(-extent, extent), xlabel="change since the first inspection (%)")
-    inferred = {"told": "", "apart": "each motion alone; they contradict each other"}
-    inferred["withheld"] = f"parameters are withheld: {WITHHELD}"
-    axis.set_title(inferred.get(document.parameters, "no parameter is reported"), fontsize=10)
+    notes = {"told": "", "apart": "motions contradict each other, so each is inferred alone"}
+    axis.set_title(notes.get(document.parameters, f"no parameters: {WITHHELD}"), fontsize=10)
     p.legend_below(figure, columns=5)
     return figure
 
@@ -116,7 +114,7 @@ def _picture(panel: "Panel", colours: Mapping[str, str]) -> Figure:
     where there are any. No letter is below 9 pt on a page of A4, whose text is 7 inches wide.
     """
     timed = any(each.beside for each in panel.curves)
-    heights = [2.1, *[0.6] * timed, *[0.9] * bool(panel.overlays)]
+    heights = [2.1, *[0.6] * timed, *[0.9] * bool(panel.overlays)]  # inches
     figure = style.new_figure(7.0, sum(heights) + 1.3)
     size = {"sharex": True, "height_ratios": heights, "squeeze": False}
     first, *others = figure.subplots(len(heights), 1, **size)[:, 0]
@@ -129,7 +127,7 @@ def _picture(panel: "Panel", colours: Mapping[str, str]) -> Figure:
         at, travel = each.time + own.moves[0], own.rests[0] + sign * each.good
         first.plot(at, travel, color=style.PRIOR, lw=2.4, zorder=1, label="reference")
     first.set_ylabel(style.TRAVEL)
-    first.set_title(style.within(style.literal(panel.title), 7.0, 10.0), loc="left", fontsize=10)
+    p.read_title(first, panel.title, 7.0)
     if timed:
         axis = others.pop(0)
         for each, (kind, share) in ((e, s) for e in panel.curves for s in e.beside.items()):
@@ -142,9 +140,8 @@ def _picture(panel: "Panel", colours: Mapping[str, str]) -> Figure:
         difference(axis, panel.overlays, colours, {e.phase: e.moves[0] for e in panel.curves})
         left = [each for each in panel.overlays if each.leaves]
         worst = min(left, key=lambda each: each.leaves[0]) if left else panel.overlays[0]
-        words = style.literal(f"{worst.phase}: " * bool(worst.phase and left) + worst.words)
-        look = {"color": style.WARNING if left else "black", "loc": "left", "fontsize": 9}
-        axis.set_title(style.within(words, 7.0, 9.0), **look)
+        words = f"{worst.phase}: " * bool(worst.phase and left) + worst.words
+        p.read_title(axis, words, 7.0, failed=bool(left))
     for axis in figure.axes:
         axis.margins(x=0)
     figure.axes[-1].set_xlabel("time of the record (ms)")
@@ -171,10 +168,7 @@ def _channel(axis: Axes, data: "Marked", colour: str, event: str) -> None:
 
 @style.styled
 def fitted_prior(fitted: "FittedPrior") -> Figure:
-    """Draw a panel for each parameter: densities of both priors, and the breakers' intervals.
-
-    Densities are per unit of the logarithm; the highest of both is 1.
-    """
+    """Draw densities of both priors, per unit of the logarithm, and the breakers' intervals."""
     names = [style.literal(each) for each in fitted.names]
     count, named = len(names), len(names) <= 12  # more names would overlap
     height = 2.6 + 0.09 * min(count, 12)
@@ -187,27 +181,24 @@ def fitted_prior(fitted: "FittedPrior") -> Figure:
         x = np.linspace(low, high, 300)
         own, default = (np.exp(-0.5 * ((x - middle) / sd) ** 2) / sd for middle, sd in both)
         top = max(own.max(), default.max())
-        axis.fill_between(np.exp(x), own / top, color=style.CORRECTED, alpha=0.35, lw=0)
-        axis.plot(np.exp(x), default / top, color=style.PRIOR, ls="--", lw=1.6)
+        look = {"color": style.CORRECTED, "alpha": 0.35, "lw": 0, "label": "fitted prior"}
+        axis.fill_between(np.exp(x), own / top, **look)
+        label = "default prior, scaled to the size"
+        axis.plot(np.exp(x), default / top, color=style.PRIOR, ls="--", label=label)
         rows = -0.67 * (np.arange(count) + 1.0) / (count + 0.5)
-        p.draw_intervals(axis, rows, intervals, color=style.MODEL, lw=1.2)
+        label = "each breaker by itself: median and 90 % interval"
+        p.draw_intervals(axis, rows, intervals, label=label, color=style.MODEL)
         axis.set_ylim(rows.min() - 0.1, 1.05)
         axis.axhline(0.0, color=style.REFERENCE, lw=0.8)
         axis.set_yticks(rows if named else [], names if named else [])
         axis.set_title(p.named(name), loc="left")
         axis.set_xlabel(p.OUTPUTS[name].label)
         axis.set_ylabel("density" if axis.get_subplotspec().is_first_col() else "")
-    finding = f"Prior of a type of breaker, from {count} breakers"
-    alone = "the spread from breaker to breaker is a guess" if count == 1 else ""
-    finding = finding if count > 1 else "Prior of a type of breaker, from one breaker"
-    style.title(figure, finding, alone, failed=count == 1)
-    single = "each breaker by itself: median and 90 % interval"
-    keys = [
-        p.band_key("fitted prior", style.CORRECTED, 0.35),
-        p.line_key("default prior, scaled to the size", style.PRIOR, "--", lw=1.6),
-        p.line_key(single, style.MODEL, marker="o"),
-    ]
-    p.legend_below(figure, *keys)
+    finding = f"Prior of a type from {count} breakers"
+    if count == 1:
+        finding = "Prior of a type from one breaker: its spread is a guess"
+    style.title(figure, finding, failed=count == 1)
+    p.legend_below(figure)
     return figure
 
 
@@ -220,10 +211,7 @@ def fleet(
     """Draw every drive's parameters off the median of its type, percent; unusual ones by name, and
     those that were measured differently as crosses.
 
-    Args:
-        table: What ``ranking.fleet_table`` returns.
-        drives: Breaker and phase of each, which indices of ``types`` count.
-        types: What ``ranking.learn_types`` returns.
+    ``table`` and ``types`` are those of ``ranking``; ``drives`` the breaker and phase of each.
     """
     from breaker.drive.fleet.drive_document import DIFFERENT  # which loads scipy
 
@@ -231,11 +219,10 @@ def fleet(
     axis = figure.subplots()
     odd = {(e.breaker, e.phase): e.odd for e in table.itertuples() if e.odd}
     unlike = {(e.breaker, e.phase) for e in table.itertuples() if e.state == DIFFERENT}
-    # Types have shades and shapes: colours mean parameters, in every figure.
-    looks = list(islice(zip(cycle(("#000000", "#6A6A6A", "#A8A8A8")), cycle("o^sDv")), len(types)))
     farthest, width = 60.0, 0.7 / max(len(types), 1)  # percent that is drawn; of a type's strip
     for t, (name, (where, learned)) in enumerate(types.items()):
-        shade, shape = looks[t]
+        # Types have shades and shapes: colours mean parameters, in every figure.
+        shade, shape = ("#000000", "#6A6A6A", "#A8A8A8")[t % 3], "o^sDv"[t % 5]
         label = style.literal(name or "all drives")
         crossed = np.array([drives[i] in unlike for i in where], bool)
         for k, parameter in enumerate(NAMES):

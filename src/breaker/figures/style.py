@@ -23,6 +23,7 @@ from matplotlib.font_manager import FontProperties, findfont, fontManager, get_f
 from matplotlib.text import Annotation, Text
 from PIL import Image
 
+from breaker.common.numerals import first_of
 from breaker.common.visible_text import visible_text
 
 MEASURED = "#000000"  # what was measured, and the truth of a simulation
@@ -96,10 +97,7 @@ def _settings() -> Iterator[None]:
 
 
 def styled(draw: Callable[P, Figure]) -> Callable[P, Figure]:
-    """Make a figure function work in the project's style and leave the settings as they were.
-
-    The layout is found once: to look for it at each drawing takes a third of all time.
-    """
+    """Make a figure function work in the project's style and leave the settings as they were."""
 
     @wraps(draw)
     def wrapper(*args: P.args, **kwargs: P.kwargs) -> Figure:
@@ -107,7 +105,7 @@ def styled(draw: Callable[P, Figure]) -> Callable[P, Figure]:
             figure = draw(*args, **kwargs)
             if figure.axes:
                 figure.get_layout_engine().execute(figure)
-            figure.set_layout_engine(None)
+            figure.set_layout_engine(None)  # to find it at each drawing takes a third of the time
         return figure
 
     return wrapper
@@ -119,47 +117,29 @@ def new_figure(width: float, height: float) -> Figure:
 
 
 def title(figure: Figure, finding: str, about: str = "", *, failed: bool = False) -> None:
-    """Write what was found above a figure, in red if that is a failure, and what is shown below it.
-
-    Lines are broken where the figure ends.
-    """
-    width, large, small = figure.get_figwidth(), 14.0, 10.0
-    findings = _lines(finding, 0.9 * width, large)
-    others = _lines(about, width, small)
-    room = int(np.ceil(len(others) * 1.2 * small / large))
-    color = WARNING if failed else "black"
-    above = figure.suptitle("\n".join([*findings, *[" "] * room]), color=color)
-    if others:
-        look = {"ha": "center", "va": "bottom", "fontsize": small, "linespacing": 1.3}
-        note = Annotation("\n".join(others), (0.5, 0.0), xycoords=above, **look)
-        figure.add_artist(note)
-
-
-def _lines(text: str, width: float, size: float) -> list[str]:
-    letters = max(10, int(_LETTERS * width / size))
-    return [line for part in text.splitlines() for line in wrap(part, letters)]
+    """Write what was found above a figure, red if that is a failure, and below what is shown."""
+    width = figure.get_figwidth()
+    others = within(about, width, 10.0)
+    room = int(np.ceil(1.2 * 10.0 / 14.0 * len(others.splitlines())))  # lines of the larger letters
+    text = "\n".join([within(finding, 0.9 * width, 14.0), *[" "] * room])
+    above = figure.suptitle(text, color=WARNING if failed else "black")
+    look = {"ha": "center", "va": "bottom", "fontsize": 10.0, "linespacing": 1.3}
+    figure.add_artist(Annotation(others, (0.5, 0.0), xycoords=above, **look))
 
 
 def within(text: str, width: float, size: float = 11.0) -> str:
     """Return a text in lines that are not wider than inches, its letters of so many pt."""
-    return "\n".join(_lines(text, width, size))
+    letters = max(10, int(_LETTERS * width / size))
+    return "\n".join(line for part in text.splitlines() for line in wrap(part, letters))
 
 
 def literal(text: object) -> str:
-    r"""Return a text, with names that a user gave, without mathematics and signs that are not seen.
-
-    >>> literal("5 $ or more")
-    '5 \\$ or more'
-    """
+    """Return a text on one line, without mathematics and signs that are not seen."""
     return visible_text(" ".join(str(text).splitlines())).replace("$", r"\$")
 
 
 def file_name(path: object) -> str:
-    """Return the name of a file without its folder, of a long one the first and last letters.
-
-    >>> file_name("visits/North_400_kV_Bay_4_circuit_breaker_Q0_closing_after_overhaul.csv")
-    'North_400_kV_Bay_4_cir…sing_after_overhaul.csv'
-    """
+    """Return the name of a file without its folder, shortened if it is long."""
     return shortened(re.split(r"[/\\]", str(path))[-1], 46)
 
 
@@ -170,10 +150,7 @@ def shortened(text: str, most: int) -> str:
 
 
 def save(figure: Figure, path: str | Path) -> None:
-    """Write a figure as PNG of 256 colours, a third of the size: a report holds all figures.
-
-    The log warns of signs that no font has.
-    """
+    """Write a figure as PNG of 256 colours, a third of the size; log signs that no font has."""
     canvas = FigureCanvasAgg(figure)
     with _settings():
         canvas.draw()
@@ -184,10 +161,7 @@ def save(figure: Figure, path: str | Path) -> None:
 
 
 def encoded(figure: Figure, form: str) -> bytes:
-    """Return the content of a file of a format, such as "png", without the time of writing.
-
-    Signs that are not shown become escapes.
-    """
+    """Return a file of a format, such as "png", without its date; signs not shown are escaped."""
     date = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}.get(form)
     for text in figure.findobj(Text):
         text.set_text(visible_text(text.get_text()))
@@ -207,22 +181,17 @@ def without_font(figures: Iterable[Figure]) -> str:
     """Say which signs in figures no font of this machine has; empty if there is none."""
     lacking = {}
     for text in (each.get_text() for figure in figures for each in figure.findobj(Text)):
-        signs = [each for each in text if not each.isspace() and not _has(OWN_FONT, each)]
         # Text with mathematics in it is set in matplotlib's own font alone.
         others = [] if text.replace(r"\$", "").count("$") > 1 else families()[1:]
-        lacking |= {s: "" for s in signs if not any(_has(each, s) for each in others)}
+        for sign in (each for each in text if not each.isspace()):
+            if not any(ord(sign) in _signs(each) for each in (OWN_FONT, *others)):
+                lacking[sign] = ""
     if not lacking:
         return ""
-    shown = " ".join(list(lacking)[:20])
-    more = f" and {len(lacking) - 20} more signs" if len(lacking) > 20 else ""
     return (
-        f"no font of this machine has {shown}{more}, so boxes stand there; "
-        "install one that has, such as Noto Sans CJK of Chinese, Japanese and Korean"
+        f"no font of this machine has {first_of([*lacking], 20)}, so boxes stand there; install "
+        "one that has, such as Noto Sans CJK of Chinese, Japanese and Korean"
     )
-
-
-def _has(family: str, sign: str) -> bool:
-    return ord(sign) in _signs(family)
 
 
 @cache

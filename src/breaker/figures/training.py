@@ -1,5 +1,7 @@
 """How a training went, and how many solver steps its posterior needs (paper, Sec. 4)."""
 
+from collections.abc import Mapping
+
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
@@ -7,12 +9,6 @@ from matplotlib.figure import Figure
 
 from breaker.figures import panels as p
 from breaker.figures import style
-
-# What depends on the number of solver steps: unit, lines of its panel, and the chosen number.
-_SOLVED = {
-    "draws": ("posterior sd", {"max": ("s--", "largest"), "mean": ("o-", "mean")}, "chosen_steps"),
-    "log density": ("nats", {"density": ("o-", "mean")}, "chosen_density_steps"),
-}
 
 
 @style.styled
@@ -22,11 +18,8 @@ def loss(history: xr.Dataset, solver: xr.Dataset, *, motion: str) -> Figure:
     A flow with a solver is trained on a loss with a scale of its own, in a panel of its own; any
     other on its negative log density, the scale of the validation, and both are in one panel.
 
-    Args:
-        history: Losses and learning rate by ``step``, nats per curve; the validation at
-            ``evaluation_step``; attributes ``best_step``, ``held_out_log_density`` and its ``_se``.
-        solver: Differences from the finest solution by ``solver_steps``, in posterior sd and nats,
-            and the chosen numbers of steps; attribute ``solves``, 0 for a network without solver.
+    ``history`` has the losses, nats per curve; ``solver`` the differences from the finest solution
+    and the chosen numbers of steps, or only the attribute ``solves``, 0 for a network without one.
     """
     if solver.attrs["solves"]:
         figure = style.new_figure(11.5, 7.0)
@@ -35,8 +28,12 @@ def loss(history: xr.Dataset, solver: xr.Dataset, *, motion: str) -> Figure:
         _training(axes["loss"], history)
         axes["loss"].set(title="training loss", ylabel="loss, a scale of its own")
         axes["loss"].legend(loc="upper right")
-        for of in _SOLVED:
-            _convergence(axes[of], solver, of)
+        lines = {"max": ("s--", "largest"), "mean": ("o-", "mean")}
+        _convergence(axes["draws"], solver, lines, "chosen_steps", "posterior sd")
+        lines = {"density": ("o-", "mean")}
+        _convergence(axes["log density"], solver, lines, "chosen_density_steps", "nats")
+        for of in ("draws", "log density"):
+            axes[of].set_title(f"convergence of the {of}")
     else:
         figure = style.new_figure(7.5, 5.6)
         axes = figure.subplot_mosaic([["density"], ["rate"]], height_ratios=(3, 1))
@@ -86,9 +83,9 @@ def _validation(axis: Axes, history: xr.Dataset) -> None:
     axis.legend(loc="upper right")
 
 
-def _convergence(axis: Axes, solver: xr.Dataset, of: str) -> None:
+def _convergence(axis: Axes, solver: xr.Dataset, lines: Mapping, chosen: str, unit: str) -> None:
     """Draw differences from the finest solution over the steps, and the number that is chosen."""
-    (unit, lines, chosen), steps = _SOLVED[of], solver["solver_steps"].values
+    steps = solver["solver_steps"].values
     for name, (marker, label) in lines.items():
         values = solver[f"{name}_difference"].values
         axis.plot(steps, values, marker, color=style.MODEL, ms=5, label=label)
@@ -99,5 +96,5 @@ def _convergence(axis: Axes, solver: xr.Dataset, of: str) -> None:
     axis.set_xticks(steps, [str(step) for step in steps])
     axis.minorticks_off()
     difference = f"difference from {solver.attrs['reference_steps']} steps\n({unit})"
-    axis.set(title=f"convergence of the {of}", xlabel="solver steps", ylabel=difference)
+    axis.set(xlabel="solver steps", ylabel=difference)
     axis.legend(loc="best", fontsize=8)

@@ -18,10 +18,7 @@ from breaker.figures import style
 def verdict(life: xr.Dataset, standing: xr.Dataset, sentences: Sequence[str]) -> Figure:
     """Draw one row per limit, after the last operation: its nearness, its state, and what to do.
 
-    Args:
-        life: What ``life_results.follow_life`` returns.
-        standing: What ``limit_states.standing`` returns.
-        sentences: What stands above: first what to do, of ``first_page.headline``, then others.
+    Above stand ``sentences``: first what to do, then others. The data are those of ``life``.
     """
     now, (ways, parts) = standing.isel(operation=-1), _ways(life.isel(asked=-1))
     # A number is in one line with its sign of percent.
