@@ -1,7 +1,6 @@
-"""Figures of a life over its operations: health, cost of a service, changes, operations left.
+"""Health, cost of a service, operations left and changes, over the operations of a life.
 
-They draw what ``life_results.follow_life`` returns, ``life``, and what ``limit_states.standing``
-makes of it, ``standing``.
+``life`` is what ``follow_life`` returns, ``standing`` what ``limit_states`` makes of it.
 """
 
 import numpy as np
@@ -45,8 +44,8 @@ def health(life: xr.Dataset, standing: xr.Dataset) -> Figure:
     p.label_outer(axes, "operation", "probability")
     over = int(standing["certain"].notnull().sum())
     count = f"{over} of {len(axes)} limits are exceeded" if over else "No limit is exceeded"
-    shows = "probability that each limit is exceeded"
-    style.title(figure, f"{count} after operation {operation[-1]:,}", shows, failed=over > 0)
+    finding = f"{count} after operation {operation[-1]:,}"
+    style.title(figure, finding, "probability that each limit is exceeded", failed=over > 0)
     p.legend_below(figure, columns=4)
     return figure
 

@@ -93,5 +93,4 @@ def _frame(grid: np.ndarray, drawn: np.ndarray, names: Sequence[str]) -> None:
             axis.set_xlabel(p.OUTPUTS[names[column]].label)
         if column == 0 < row:
             axis.set_ylabel(p.OUTPUTS[names[row]].label)
-    grid[0, 0].figure.align_labels(grid[last])
-    grid[0, 0].figure.align_ylabels(grid[:, 0])
+    grid[0, 0].figure.align_labels()

@@ -165,8 +165,7 @@ def rows_of_words(axis: Axes, left: Sequence[str], right: Sequence[str]) -> Axes
 
 def change_lines(axis: Axes, life: "xr.Dataset") -> None:
     """Draw the changes of a life with their 90 % intervals."""
-    for k in range(life.sizes["change"]):
-        change = life.isel(change=k)
+    for change in (life.isel(change=k) for k in range(life.sizes["change"])):
         look = {"color": style.CHANGED, "label": "change, 90 % interval"}
         if change["kind"].item() == "event":
             look = {"color": style.MEASURED, "ls": "--", "label": "known work"}

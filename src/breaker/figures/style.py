@@ -1,6 +1,5 @@
 """The one style of all figures: sizes, colours, fonts, titles, and figures on their way to a file.
 
-Matplotlib's settings are changed inside :func:`styled`, :func:`save` and :func:`encoded` only.
 Figures are made without pyplot, so nothing is kept open and no window system is asked for.
 """
 
@@ -46,8 +45,7 @@ OTHER_FONTS = (
     *("Noto Sans", "Noto Sans CJK SC", "Noto Sans CJK JP", "Noto Sans CJK KR", "Noto Sans SC"),
     *("Source Han Sans SC", "WenQuanYi Micro Hei", "Droid Sans Fallback", "Microsoft YaHei"),
     *("PingFang SC", "Hiragino Sans", "Arial Unicode MS", "IPAGothic", "Yu Gothic", "MS Gothic"),
-    *("Malgun Gothic", "Apple SD Gothic Neo", "NanumGothic", "Noto Sans Arabic"),
-    *("Noto Sans Hebrew", "Noto Sans Devanagari", "Noto Sans Thai", "Noto Sans Symbols"),
+    *("Malgun Gothic", "NanumGothic", "Noto Sans Hebrew", "Noto Sans Thai", "Noto Sans Symbols"),
 )
 """Families that have what ``OWN_FONT`` lacks, where a machine has them."""
 

@@ -32,8 +32,8 @@ def loss(history: xr.Dataset, solver: xr.Dataset, *, motion: str) -> Figure:
         _convergence(axes["draws"], solver, lines, "chosen_steps", "posterior sd")
         lines = {"density": ("o-", "mean")}
         _convergence(axes["log density"], solver, lines, "chosen_density_steps", "nats")
-        for of in ("draws", "log density"):
-            axes[of].set_title(f"convergence of the {of}")
+        axes["draws"].set_title("convergence of the draws")
+        axes["log density"].set_title("convergence of the log density")
     else:
         figure = style.new_figure(7.5, 5.6)
         axes = figure.subplot_mosaic([["density"], ["rate"]], height_ratios=(3, 1))
