@@ -1,9 +1,10 @@
-"""Write the numbers of the default run into README, model card and the pages beside this file.
+"""Write the numbers of runs into README, model card and the pages beside this file.
 
     python docs/restate.py
 
 A paragraph or table that states numbers of the run has a comment above it that names every number
-in it, in order: by its name in numbers.csv, or as it stands where it is no number of the run.
+in it, in order: by its name in numbers.csv (the default run), by this name after ``paper.`` in
+paper_numbers.csv (the paper's setting), or as it stands where it is no number of a run.
 
     <!-- numbers: closing.gap closing.gap_se 95 -->
     The mean gap is 0.07 ± 0.02 nats, and an interval of 95 % ...
@@ -20,7 +21,7 @@ from pathlib import Path
 DOCS = Path(__file__).resolve().parent
 README = DOCS.parent / "README.md"
 # Pages that state numbers of `make all`; the others name the command that gives their numbers.
-PAGES = (README, *(DOCS / f"{name}.md" for name in ("method", "evidence", "decisions")))
+PAGES = (README, *(DOCS / f"{name}.md" for name in ("method", "reproduce", "evidence", "decisions")))
 
 _MARKED = re.compile(r"<!-- numbers:(?P<names>[^>]*?)-->\n(?P<block>.+?)(?=\n\s*\n|\n?\Z)", re.S)
 _NUMBER = re.compile(r"(?<![\w.−-])[−-]?\d+(?:,\d{3})*(?:\.\d+)?(?!\w)")
@@ -28,10 +29,13 @@ _RESULT = re.compile(r"(?<!Python 3)(?<=\d)(?:\.\d| %)")
 _CODE = re.compile(r"```.*?```|`[^`\n]*`", re.S)
 
 
-def read(table: Path = DOCS / "numbers.csv") -> dict[str, str]:
-    """Return the numbers by name, as they are to be written."""
-    with table.open(encoding="utf-8", newline="") as file:
-        return {row["name"]: row["value"] for row in csv.DictReader(file)}
+def read() -> dict[str, str]:
+    """Return the numbers of both runs by name, as they are to be written."""
+    found = {}
+    for prefix, table in (("", "numbers.csv"), ("paper.", "paper_numbers.csv")):
+        with (DOCS / table).open(encoding="utf-8", newline="") as file:
+            found |= {prefix + row["name"]: row["value"] for row in csv.DictReader(file)}
+    return found
 
 
 def restated(text: str, numbers: Mapping[str, str]) -> str:
