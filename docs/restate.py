@@ -21,7 +21,7 @@ from pathlib import Path
 DOCS = Path(__file__).resolve().parent
 README = DOCS.parent / "README.md"
 # Pages that state numbers of `make all`; the others name the command that gives their numbers.
-PAGES = (README, *(DOCS / f"{name}.md" for name in ("method", "reproduce", "evidence", "decisions")))
+PAGES = (README, *map(DOCS.joinpath, ("method.md", "reproduce.md", "evidence.md", "decisions.md")))
 
 _MARKED = re.compile(r"<!-- numbers:(?P<names>[^>]*?)-->\n(?P<block>.+?)(?=\n\s*\n|\n?\Z)", re.S)
 _NUMBER = re.compile(r"(?<![\w.−-])[−-]?\d+(?:,\d{3})*(?:\.\d+)?(?!\w)")
