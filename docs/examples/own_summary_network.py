@@ -8,7 +8,7 @@ from torch import nn
 
 
 class DeepSet(nn.Module):
-    """Map records (n, t) to features (n, s)."""
+    """Map centred and scaled records (n, t) to features (n, s)."""
 
     def __init__(self, samples, features):
         super().__init__()
@@ -17,5 +17,5 @@ class DeepSet(nn.Module):
         self.join = nn.Sequential(nn.SiLU(), nn.Linear(64, features))
 
     def forward(self, records):
-        pairs = torch.stack([self.times.expand_as(records), records / 10.0], dim=-1)
+        pairs = torch.stack([self.times.expand_as(records), records], dim=-1)
         return self.join(self.pair(pairs).mean(dim=1))

@@ -15,7 +15,7 @@ from breaker.paper.calibration import ranks
 from breaker.paper.correction import correct
 from breaker.paper.inference import validate
 from breaker.paper.posterior import Posterior
-from breaker.paper.training import RECIPE, Rows, freeze_inputs
+from breaker.paper.training import Rows, freeze_inputs
 from tests.scripts import ROOT
 
 EXAMPLES = ROOT / "docs/examples"
@@ -44,12 +44,10 @@ def test_an_example_is_simulated_trained_and_validated(name, monkeypatch):
     freeze_inputs(posterior, rows, generator(1, "components"))
     parts = (Rows.of(rows.isel(curve=part), posterior) for part in (slice(200), slice(200, None)))
     Trainer(
-        posterior=posterior,
+        network=posterior,
         rows=next(parts),
         validation=next(parts),
-        settings=RECIPE
-        | SMALL
-        | {k: defaults()["training"][k] for k in ("optimiser", "learning_rate")},
+        settings=defaults()["training"] | SMALL,
         seed=1,
     ).run()
     data = validate(posterior.eval(), 4, 50, seed=2)
