@@ -6,11 +6,11 @@ import pytest
 
 from breaker.reading.files import lexicon
 
-GROUPS = ("COLUMNS", "MOTION_WORDS", "LABELS", "STATED", "RATE_WORDS", "RESULTS")
+GROUPS = ("columns", "motion_words", "labels", "stated", "rate_words", "results")
 WORDS = [
     (language, words)
     for group in GROUPS
-    for by_language in getattr(lexicon, group).values()
+    for by_language in lexicon.WORDS[group].values()
     for language, words in by_language.items()
 ]
 

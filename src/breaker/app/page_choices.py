@@ -15,7 +15,7 @@ from urllib.parse import quote, unquote_to_bytes, urlencode
 import yaml
 
 from breaker.reading.files.format_settings import FORMAT, TO_MM, TO_MS
-from breaker.reading.files.lexicon import OTHER_UNITS
+from breaker.reading.files.lexicon import WORDS
 
 WHOLE = "."
 """Id of the folder as a whole, by its table ``operations.csv`` or its folders of motions."""
@@ -52,7 +52,10 @@ FIELDS = (
     Field("time_unit", "Unit of the time", "choice", _same([*TO_MS])),
     Field("travel_column", "Column of the travel", "column", none="every column that moves"),
     Field(
-        "travel_unit", "Unit of the travel", "choice", _same([*TO_MM, *sorted(OTHER_UNITS.split())])
+        "travel_unit",
+        "Unit of the travel",
+        "choice",
+        _same([*TO_MM, *sorted(WORDS["other_units"].split())]),
     ),
     Field("ratio", "Scale (mm for one unit)", "number", none="none: the unit is a length"),
     Field(

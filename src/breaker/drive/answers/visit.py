@@ -13,7 +13,7 @@ from breaker.drive.answers.file_statements import dates_in_words
 from breaker.drive.answers.reference_curve import Overlay
 from breaker.drive.answers.visit_document import VisitDocument
 from breaker.reading.files.guards import printable, read_bytes
-from breaker.reading.files.lexicon import STATED
+from breaker.reading.files.lexicon import WORDS
 from breaker.reading.files.preamble import Preamble
 from breaker.reading.files.word_meanings import channel_of, phase_in, says
 from breaker.reading.inspection.printed_comparison import (
@@ -178,5 +178,5 @@ def check_visit(visit: Visit) -> None:
 
 def _stated(stated: Preamble, name: str) -> str:
     """Return what a file states of a test, with its unit; "" where it states nothing."""
-    found = (each for each in stated.pairs if says(each.name, STATED[name]))
+    found = (each for each in stated.pairs if says(each.name, WORDS["stated"][name]))
     return next((f"{each.text} {each.unit}".rstrip() for each in found if each.text), "")

@@ -5,13 +5,15 @@ from contextlib import suppress
 from datetime import date, datetime
 from typing import NamedTuple
 
-from breaker.reading.files.lexicon import MONTH_ENDS, MONTHS
+from breaker.reading.files.lexicon import WORDS
 
 _DIGITS = re.compile(r"(?<!\d)(\d{1,2})\s?([-/.])\s?(\d{1,2})\s?\2\s?(\d{4}|\d{2})(?!\d)")
 _CLOCK = re.compile(r"(?<![\d:.])(\d{1,2})[:h](\d{2})(?::(\d{2}))?(?:[.,]\d+)?\s*([ap]\.?m)?", re.I)
 
 _MONTHS_OF = {
-    name: month for names in MONTHS.values() for month, name in enumerate(names.split(), start=1)
+    name: month
+    for names in WORDS["months"].values()
+    for month, name in enumerate(names.split(), start=1)
 }
 _NAME = rf"(?P<name>{'|'.join(_MONTHS_OF)})"
 _YEAR = r"(?P<year>(?:19|20)[0-9]{2})"
@@ -38,7 +40,7 @@ _MOMENTS = [
     for date in _DATES
 ]
 # A day, or a month with its year: the name of the month is a word, as in 20-nov and March 5.
-_WORD = rf"(?<![^\W\d_]){_NAME}(?:{MONTH_ENDS})?(?![^\W\d_])"
+_WORD = rf"(?<![^\W\d_]){_NAME}(?:{WORDS['month_ends']})?(?![^\W\d_])"
 _DAY = "(?:0?[1-9]|[12][0-9]|3[01])"
 _PARTS = [
     re.compile(rf"(?<![0-9]){part}(?![0-9])", re.IGNORECASE)

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from breaker.reading.files.date_text import moments
-from breaker.reading.files.lexicon import BEHIND_NUMBER, LABELS, SYSTEMS
+from breaker.reading.files.lexicon import WORDS
 from breaker.reading.files.word_meanings import IN_FILE, any_of
 
 LARGEST_COUNTER = 9_999_999
@@ -20,14 +20,14 @@ LARGEST_COUNTER = 9_999_999
 _RUN = re.compile("[0-9]+")
 _MOST_DIGITS = 5  # of a counter in a name: six are a date or a time, too
 # What belongs to a number, and a number to which it belongs: a unit, a fraction; a channel, a date.
-_UNIT = re.compile(rf"[ _-]?(?:{BEHIND_NUMBER})\b|[^\W\d_]|[%°]|[.,][0-9]")
+_UNIT = re.compile(rf"[ _-]?(?:{WORDS['behind_number']})\b|[^\W\d_]|[%°]|[.,][0-9]")
 _LABEL = re.compile(
-    rf"(?:^|[^a-z])(?:{any_of(LABELS['no counter'])}[ _-]?|{any_of(LABELS['breaker'])})$"
-    "|[0-9][.,]$",
+    rf"(?:^|[^a-z])(?:{any_of(WORDS['labels']['no counter'])}[ _-]?|"
+    rf"{any_of(WORDS['labels']['breaker'])})$|[0-9][.,]$",
     re.IGNORECASE,
 )
 _COUNTS = re.compile(
-    rf"(?:^|[^a-z]){any_of(LABELS['counter'])}[ _.#°-]*$|[#№][ _-]*$", re.IGNORECASE
+    rf"(?:^|[^a-z]){any_of(WORDS['labels']['counter'])}[ _.#°-]*$|[#№][ _-]*$", re.IGNORECASE
 )
 
 
@@ -71,7 +71,7 @@ def phases_in_names(files: Sequence[Path]) -> dict[Path, str]:
     named = {}
     for some in groups.values():
         there = {*some.values()}
-        if len(there) > 1 and any(there <= {*system.split()} for system in SYSTEMS):
+        if len(there) > 1 and any(there <= {*system.split()} for system in WORDS["systems"]):
             named |= some
     return named if len(named) == len(files) else {}
 

@@ -9,12 +9,12 @@ from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 from breaker.reading.files.date_text import moments
-from breaker.reading.files.lexicon import BEFORE_COLON
+from breaker.reading.files.lexicon import WORDS
 from breaker.reading.files.word_meanings import split_unit
 
 _SIGN = re.compile(r"\s*(?:(?<!\d)[:=：]|[:=：](?!\d))\s*")
 _SPLIT = re.compile(
-    rf"[\t;|]|\s{{2,}}|,\s*(?!(?i:{BEFORE_COLON})\s*[:=])"  # rather a unit than a name
+    rf"[\t;|]|\s{{2,}}|,\s*(?!(?i:{WORDS['before_colon']})\s*[:=])"  # rather a unit than a name
     r"(?=[^\W\d_][^,:=]{1,60}[:=](?!\d))"
 )
 _COMMAS = re.compile(r"[:=]\s*,|,\s*,")  # a line of commas in a file of other signs

@@ -13,17 +13,7 @@ from typing import NamedTuple
 from breaker.common.numerals import in_digits
 from breaker.reading.files.date_text import clock_of, dates_of
 from breaker.reading.files.format_settings import RATES, TO_MM, TO_MS
-from breaker.reading.files.lexicon import (
-    HERTZ,
-    KILOCYCLES,
-    LABELS,
-    PER_MS,
-    RATE_PREFIXES,
-    RATE_WORDS,
-    RESULT_HEADS,
-    RESULTS,
-    STATED,
-)
+from breaker.reading.files.lexicon import WORDS
 from breaker.reading.files.name_value_pairs import Pair, numbers_of, pairs_of
 from breaker.reading.files.word_meanings import (
     any_of,
@@ -41,23 +31,25 @@ _NAN = math.nan
 _SHORTEST = 20.0  # ms, of a record whose length has no unit
 _MOST = (400, 60, 300)  # lines, cells of each, and signs of a cell that are looked at
 _AGREE = 0.01  # share by which a length may differ from that of the samples: a trigger, a last one
-_meant = by_words(STATED)
+_meant = by_words(WORDS["stated"])
 _CHANNEL = re.compile(
-    rf"^(?:phase(?: name)? (?:of )?)?{any_of(LABELS['stated channel'])}\W*(\d+)"
+    rf"^(?:phase(?: name)? (?:of )?)?{any_of(WORDS['labels']['stated channel'])}\W*(\d+)"
     r"(?:\W*(?:phase|name|label))*$"
 )
 
 _PREFIXES = {None: 1e-3} | {
-    prefix: size for size, prefixes in RATE_PREFIXES.items() for prefix in prefixes.split()
+    prefix: size for size, prefixes in WORDS["rate_prefixes"].items() for prefix in prefixes.split()
 }
 _PREFIX = "|".join(filter(None, _PREFIXES))
-_UNIT = re.compile(rf"({_PREFIX})?(?:{HERTZ})|{KILOCYCLES}|(?P<ms>{PER_MS})")
+_UNIT = re.compile(
+    rf"({_PREFIX})?(?:{WORDS['hertz']})|{WORDS['kilocycles']}|(?P<ms>{WORDS['per_ms']})"
+)
 _PER_SAMPLE = re.compile(r"(?:\bper |\bsamples? ?/) ?(m?s)(?:ec(?:ond)?s?)?\b")  # in the name
 _EACH_SAMPLE = re.compile(r"([µμu]?\w+) ?(?:/|per) ?samples?")
-_rates_in = by_words(RATE_WORDS)
+_rates_in = by_words(WORDS["rate_words"])
 _NO_UNIT, _OF_WHAT = "has no unit", "does not say that it is of the samples"
 
-_results_in = by_words(RESULTS)
+_results_in = by_words(WORDS["results"])
 _UNIT_SIZES = {  # mm/ms, ms and mm, by the end of a quantity's name
     "speed": {"m/s": 1.0, "mm/ms": 1.0, "cm/s": 1e-2, "mm/s": 1e-3, "ft/s": 0.3048, "in/s": 0.0254}
     | {"rad/s": _NAN, "deg/s": _NAN},
@@ -412,7 +404,7 @@ def _is_head_of_results(cells: Sequence[str]) -> bool:
     """Whether a line has names of channels, or of quantities, side by side."""
     channels = [bool(channel_of(cell) or phase_in(cell)) for cell in cells]
     quantities = [bool(_quantity_of(cell)) for cell in cells[1:]]
-    named = says(cells[0], RESULT_HEADS) and (any(channels[1:]) or any(quantities))
+    named = says(cells[0], WORDS["result_heads"]) and (any(channels[1:]) or any(quantities))
     return bool(named) or all(channels)
 
 

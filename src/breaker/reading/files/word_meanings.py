@@ -15,20 +15,7 @@ from functools import cache, lru_cache
 from pathlib import Path
 
 from breaker.reading.files.guards import RejectedCurveError
-from breaker.reading.files.lexicon import (
-    AMPERES,
-    COLOURS,
-    COLUMNS,
-    FOREIGN_LETTERS,
-    LABELS,
-    LETTERS,
-    MOTION_WORDS,
-    NO_UNITS,
-    NUMBERED_PHASES,
-    OTHER_UNITS,
-    SYSTEMS,
-    UNITS,
-)
+from breaker.reading.files.lexicon import WORDS
 
 _LONGEST = 200  # signs of a text that is remembered
 
@@ -46,15 +33,15 @@ def _compiled(*words: str) -> re.Pattern:
 def says(text: str, words: Mapping[str, str]) -> bool:
     """Say whether a text has any of some words, by language, in any case.
 
-    >>> says("Hauptkontakt 1", COLUMNS["contact"]), says("Hub", COLUMNS["contact"])
-    (True, False)
+    >>> [says(name, WORDS["columns"]["contact"]) for name in ("Hauptkontakt 1", "Hub")]
+    [True, False]
     """
     return _compiled(*words.values()).search(text.lower()) is not None
 
 
 def holds(name: str, kind: str) -> bool:
-    """Say whether a column holds a kind of ``lexicon.COLUMNS``, by its name."""
-    return says(name, COLUMNS[kind])
+    """Say whether a column holds a kind of ``columns`` of the lexicon, by its name."""
+    return says(name, WORDS["columns"][kind])
 
 
 def by_words(table: Mapping[str, Mapping[str, str]]) -> Callable[[str], tuple[str, ...]]:
@@ -77,8 +64,8 @@ def by_words(table: Mapping[str, Mapping[str, str]]) -> Callable[[str], tuple[st
 BESIDE = ("contact", "trigger", "motor")
 """Columns that a record may have beside time and travel, in any unit."""
 
-_KNOWN = {each: unit for unit, spelt in UNITS.items() for each in spelt.split()}
-_KNOWN |= {other: other for other in OTHER_UNITS.split()}
+_KNOWN = {each: unit for unit, spelt in WORDS["units"].items() for each in spelt.split()}
+_KNOWN |= {other: other for other in WORDS["other_units"].split()}
 _FOLDED = {spelling.casefold(): unit for spelling, unit in _KNOWN.items() if len(spelling) > 1}
 _BEHIND = re.compile(
     r"(.*?)\s*(?:\[(.*)\]|\((.*)\)|/\s*(\S+)|\sin\s+(\S+)|[,_]\s*(\w{2,}|m|°)|([°º˚])"
@@ -198,14 +185,14 @@ def amperes_of(name: str, unit: str = "") -> float:
     [1.0, 0.001, 1.0, nan]
     """
     if unit.strip():
-        return AMPERES.get(unit_of(unit), float("nan"))
+        return WORDS["amperes"].get(unit_of(unit), float("nan"))
     ends = [each for each in _AMPERES.finditer(name[-_LONGEST_NAME:]) if each.end() == len(name)]
     if not ends:
         return float("nan")
     before, found = ends[-1].groups()
     if found == "A" and before != "[" and not holds(name, "current"):
         return float("nan")
-    return AMPERES["mA" if found == "mA" else "A"]
+    return WORDS["amperes"]["mA" if found == "mA" else "A"]
 
 
 def split_unit(name: str) -> tuple[str, str | None]:
@@ -217,10 +204,10 @@ def split_unit(name: str) -> tuple[str, str | None]:
     found = _BEHIND.fullmatch(name) if len(name) <= _LONGEST_NAME else None
     behind = next(filter(None, found.groups()[1:]), "") if found else ""
     inches = found and "in" in found.groups()[1:3] and holds(found[1], "travel")
-    unit = None if behind.strip() in NO_UNITS and not inches else unit_of(behind)
+    unit = None if behind.strip() in WORDS["no_units"] and not inches else unit_of(behind)
     if found and found["bare"]:  # `Coil s` and `Travel min` have none
         timely = holds(found[1], "time") or holds(found[1], "travel")
-        unit = unit if timely and unit in UNITS else None
+        unit = unit if timely and unit in WORDS["units"] else None
     return (found[1], unit) if unit else (name, None)
 
 
@@ -233,15 +220,19 @@ def _whole(words: Mapping[str, str]) -> dict[str, str]:
     return {"alone": rf"(?<![^\W\d_]){alone}(?![^\W\d_])", "within": words["zh"]}
 
 
-motions_in = by_words({motion: _whole(words) for motion, words in MOTION_WORDS.items()})
+motions_in = by_words({motion: _whole(words) for motion, words in WORDS["motion_words"].items()})
 """The motions that words of a text name."""
 
 MOTION_OF = {"C": "closing", "O": "opening"}
 """Motions by their letters in a sequence."""
 
-_MOTION_LETTERS = {sign: letter for letter, motion in MOTION_OF.items() for sign in LETTERS[motion]}
+_MOTION_LETTERS = {
+    sign: letter for letter, motion in MOTION_OF.items() for sign in WORDS["letters"][motion]
+}
 _FOREIGN_LETTERS = {
-    sign: letter for letter, motion in MOTION_OF.items() for sign in FOREIGN_LETTERS[motion]
+    sign: letter
+    for letter, motion in MOTION_OF.items()
+    for sign in WORDS["foreign_letters"][motion]
 }
 
 
@@ -272,12 +263,12 @@ def sequence_of(text: str) -> str:
 
 # ---- phases and channels -------------------------------------------------------------------------
 
-_PHASE_LETTERS = "".join(dict.fromkeys("".join(SYSTEMS[1:]).replace(" ", "")))
+_PHASE_LETTERS = "".join(dict.fromkeys("".join(WORDS["systems"][1:]).replace(" ", "")))
 _LETTER = f"[{_PHASE_LETTERS}]"
-PHASE = f"{NUMBERED_PHASES}|{_LETTER}"
+PHASE = f"{WORDS['numbered_phases']}|{_LETTER}"
 """A phase as it stands in the name of a file, in capitals: a regular expression."""
 
-COLUMN_PHASE = "|".join([PHASE.lower(), *COLOURS])
+COLUMN_PHASE = "|".join([PHASE.lower(), *WORDS["colours"]])
 """A phase as it may stand in the name of a column, in lower case: a regular expression."""
 
 _BETWEEN = "[,_+&]"
@@ -285,16 +276,18 @@ IN_FILE = re.compile(rf"(?<![^\W_])({PHASE})(?![^\W_])")
 """A phase in the name of a file."""
 
 LISTED = re.compile(
-    rf"(?<![^\W_])(?:{NUMBERED_PHASES}(?:{_BETWEEN}{NUMBERED_PHASES})+|{_LETTER}(?:{_BETWEEN}{_LETTER})+)"
+    rf"(?<![^\W_])(?:{WORDS['numbered_phases']}(?:{_BETWEEN}{WORDS['numbered_phases']})+|{_LETTER}(?:{_BETWEEN}{_LETTER})+)"
     r"(?![^\W_])"
 )
 """Phases that the name of a file lists, as `A,B,C` does."""
 
 _NO_LETTER = r"(?:(?<![^\W\d_])|(?<=[\u4e00-\u9fff]))"
-_CHANNEL_NUMBER = re.compile(rf"{_NO_LETTER}{any_of(LABELS['channel'])}[\W_]*(\d+)\b", re.I)
+_CHANNEL_NUMBER = re.compile(
+    rf"{_NO_LETTER}{any_of(WORDS['labels']['channel'])}[\W_]*(\d+)\b", re.I
+)
 _PHASE = re.compile(
-    rf"{_NO_LETTER}(?:{any_of(LABELS['phase'])}[\s_.:-]*(l?[123]|{COLUMN_PHASE})(?![^\W_])"
-    rf"|({COLUMN_PHASE})[\W_]*{any_of(LABELS['phase behind its letter'])}?$)",
+    rf"{_NO_LETTER}(?:{any_of(WORDS['labels']['phase'])}[\s_.:-]*(l?[123]|{COLUMN_PHASE})(?![^\W_])"
+    rf"|({COLUMN_PHASE})[\W_]*{any_of(WORDS['labels']['phase behind its letter'])}?$)",
     re.I,
 )
 

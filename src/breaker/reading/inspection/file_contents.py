@@ -28,7 +28,7 @@ from breaker.reading.files.guards import (
     check_lines,
     check_size,
 )
-from breaker.reading.files.lexicon import TELLING
+from breaker.reading.files.lexicon import WORDS
 from breaker.reading.files.preamble import Preamble, preamble_of
 from breaker.reading.files.sample_table import Labelled
 from breaker.reading.files.text_cells import (
@@ -50,7 +50,7 @@ _LONGEST_NAME = 60  # signs; no number is longer either
 _VALUE = re.compile(r"[-+]?\d+(?:[.,]\d+)?\s*\S{0,5}|.*[:=]")  # "10 kHz", "Rate:": of no column
 
 _CODES = ("gb18030", "cp1252", "shift_jis", "euc_kr", "cp1251", "cp1250")
-_WORDS = re.compile(any_of(TELLING))
+_WORDS = re.compile(any_of(WORDS["telling"]))
 _FOREIGN = re.compile(r"[^\x00-\x7f°µ²³±·½×ßäöüÄÖÜéèêëàâçîïôûñáíóúãõÉÀ–’]|[^\x00-\x7f]{2}")
 _PADDED = re.compile(r"0\d+")
 _DELIMITERS = (";", "\t", "|", ",", " ")  # in case of doubt, the first that fits

@@ -9,7 +9,7 @@ import numpy as np
 from breaker.common.numerals import in_digits
 from breaker.model.quantities import SPEEDS, Point, Speed
 from breaker.reading.files.format_settings import TO_MM
-from breaker.reading.files.lexicon import SHARE_OF_STROKE
+from breaker.reading.files.lexicon import WORDS
 from breaker.reading.files.preamble import Preamble, Printed
 from breaker.reading.files.word_meanings import channel_of, motion_of, phase_in
 from breaker.reading.inspection.file_contents import Layout
@@ -107,7 +107,7 @@ def stated_speeds(stated: Preamble) -> dict[str, Speed]:
     """Return the speeds between the points that a text states in % of the stroke, by motion."""
     found, points = {}, [(pair.name, *pair.number()) for pair in stated.speed_points]
     units = {pair.text.strip().lower() for pair in stated.speed_points}
-    usual = "%" if units & SHARE_OF_STROKE else ""  # a unit of all, by itself
+    usual = "%" if units & {*WORDS["share_of_stroke"]} else ""  # a unit of all, by itself
     for motion in ("closing", "opening"):
         amounts = [
             amount

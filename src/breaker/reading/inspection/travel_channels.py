@@ -16,7 +16,7 @@ import numpy as np
 
 from breaker.common.numerals import in_digits
 from breaker.reading.files.format_settings import RATES, TO_MM, TO_MS
-from breaker.reading.files.lexicon import LABELS
+from breaker.reading.files.lexicon import WORDS
 from breaker.reading.files.word_meanings import (
     PHASE,
     any_of,
@@ -46,9 +46,9 @@ _LEAST = 0.2  # of the range of a record, between two rests
 _MOST = 6  # motions in a record; more are an oscillation
 _BEGUN, _ARRIVED = 0.02, 0.05  # of the way
 
-_TRANSDUCER = re.compile(rf"{any_of(LABELS['transducer'])}\W{{0,2}}0*(\d+)", re.I)
-_BREAK = re.compile(rf"({PHASE})?\W{{0,2}}{any_of(LABELS['break'])}\W{{0,2}}\d*", re.I)
-_NOT_CONNECTED = re.compile(any_of(LABELS["not connected"]), re.I)
+_TRANSDUCER = re.compile(rf"{any_of(WORDS['labels']['transducer'])}\W{{0,2}}0*(\d+)", re.I)
+_BREAK = re.compile(rf"({PHASE})?\W{{0,2}}{any_of(WORDS['labels']['break'])}\W{{0,2}}\d*", re.I)
+_NOT_CONNECTED = re.compile(any_of(WORDS["labels"]["not connected"]), re.I)
 
 
 @dataclass(frozen=True)
