@@ -12,7 +12,7 @@ from breaker.common.randomness import generator
 from breaker.model.curves import travel
 from breaker.model.parameters import MOTIONS, NAMES
 from breaker.model.prior import Prior
-from breaker.paper.joint_model import Model
+from breaker.paper.joint_model import Model, OwnPrior
 from tests.model.laws import covariance
 
 PAPER = Path(__file__).parents[2] / "config" / "paper.yaml"
@@ -86,6 +86,50 @@ def test_log_prior_is_that_of_the_physical_outputs(model, tight):
         z = chosen.standardise(values)
         np.testing.assert_allclose(chosen.log_prior(z), expected, atol=1e-10)
         np.testing.assert_array_equal(chosen.log_prior(z[None, 7]), chosen.log_prior(z)[7:8])
+
+
+class Same:
+    """A prior of one's own that is the paper's; its scale comes from its draws."""
+
+    def __init__(self, prior):
+        self.names, self.sample, self.log_prob = NAMES, prior.sample, prior.log_prob
+
+
+def test_a_prior_of_ones_own_with_a_density_has_the_same_posterior(tight):
+    """Per unit of physical outputs, though another scale standardises them."""
+    own = Model(OwnPrior(Same(tight.prior)), tight.sensor, tight.motion)
+    assert own.logarithmic.tolist() == tight.logarithmic.tolist()
+    assert (own.sds < 1.03 * tight.sds).all()  # the condition narrows some
+    record, values = a_record(tight)
+    found, expected = (
+        each.log_joint(each.standardise(values), record) + each.log_scaling(values)
+        for each in (own, tight)
+    )
+    np.testing.assert_allclose(found, expected, atol=1e-8)
+    np.testing.assert_allclose(own.destandardise(own.standardise(values)), values, rtol=1e-12)
+    outside = values.copy()
+    outside[:, F] = 1e-3
+    assert np.isneginf(own.log_prior(own.standardise(outside))).all()
+
+
+@pytest.mark.parametrize("shape", [(5, 6), (4, 7)])
+def test_a_prior_whose_draws_do_not_fit_its_names_is_refused(prior, shape):
+    own = Same(prior)
+    own.sample = lambda n, rng: np.ones(shape)
+    with pytest.raises(ValueError, match="names"):
+        OwnPrior(own)
+
+
+def test_the_models_that_do_not_fit_together_are_refused(prior, sensor):
+    own = Same(prior)
+    own.names = [f"x{i}" for i in range(P)]
+    with pytest.raises(ValueError, match=r"model\.simulator"):
+        Model(OwnPrior(own), sensor, "closing")  # the paper's drive has other parameters
+    with pytest.raises(ValueError, match="onset_sd"):
+        Model(prior, sensor, "closing", lambda *_: None)
+    model = Model(prior, replace(sensor, onset_sd=0.0), "closing", lambda *_: np.ones((2, 3)))
+    with pytest.raises(ValueError, match="shape"):
+        model.curves(np.ones((2, P)))
 
 
 def test_log_prior_is_minus_infinity_outside(model):

@@ -6,12 +6,13 @@ from itertools import product
 from math import ceil
 from pathlib import Path
 
-from breaker.common.functions import file_of, load
+from breaker.common.functions import file_of
 from breaker.configuration.definitions import advice_of, family_of, simulated_test
 from breaker.configuration.loading import of_motion
 from breaker.drive.family.training_origin import header_of, unfit
 from breaker.model.parameters import Size
 from breaker.model.quantities import OF_STROKE, speeds_of
+from breaker.paper import is_exact
 from breaker.shipped import FAMILIES, KINDS, model_file
 from breaker.workflow.dependencies import modules_of
 
@@ -23,11 +24,9 @@ DEFINED |= config["speeds"]
 SPEEDS = {each.name: each.points for each in speeds_of(DEFINED, Size(**config["size"]))}
 GRID = {key: config["sensor"][key] for key in ("start", "stop", "samples")}
 OWN_CURVES = config["endurance"]["curves"]
-# Functions of one's own in place of the drive and its prior, and whether posteriors can be exact:
-# of a simulator no density is known, nor of a prior that only draws.
+# Functions of one's own in place of the drive and its prior, and whether posteriors can be exact.
 MODEL = config["model"]
-OWN_PRIOR = load(MODEL["prior"])() if MODEL["prior"] else None
-EXACT = not MODEL["simulator"] and (not OWN_PRIOR or hasattr(OWN_PRIOR, "log_prob"))
+EXACT = is_exact(config)
 # Whether there are measured curves: the simulated test is one of the paper's drive.
 MEASURED = EXACT or OWN_CURVES is not None
 # Who infers them: networks trained here, and those of families that ship.

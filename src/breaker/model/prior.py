@@ -65,6 +65,7 @@ class Prior:
     medians: np.ndarray
     log_sds: np.ndarray
     names = NAMES
+    logarithmic = np.ones(len(NAMES), dtype=bool)  # all are standardised by their logarithm
 
     def __post_init__(self) -> None:
         for name in ("medians", "log_sds"):
@@ -80,6 +81,11 @@ class Prior:
             medians=np.array([settings[name]["median"] for name in NAMES]),
             log_sds=np.array([settings[name]["log_sd"] for name in NAMES]),
         )
+
+    @property
+    def sds(self) -> np.ndarray:
+        """Scale of standardised parameters, ``(p,)``."""
+        return self.log_sds
 
     def sized(self, size: Size) -> "Prior":
         """Return the prior of drives of a size relative to those of this one."""

@@ -41,6 +41,8 @@ class OwnPrior:
 
     def __init__(self, prior: object) -> None:
         self.prior, self.names = prior, tuple(prior.names)
+        if hasattr(prior, "log_prob"):
+            self.log_prob = prior.log_prob
         draws = self.sample(_SCALING_DRAWS, generator(0, "scale of a prior"))
         self.logarithmic = (draws > 0).all(axis=0)
         scaled = self._log(draws)
@@ -72,10 +74,10 @@ class OwnPrior:
 
     def supported(self, theta: np.ndarray) -> np.ndarray:
         """Return where the density is positive, ``(..., p) -> (...)``; everywhere if unknown."""
-        if not hasattr(self.prior, "log_prob"):
+        if not hasattr(self, "log_prob"):
             return np.ones(theta.shape[:-1], dtype=bool)
         rows = theta.reshape(-1, theta.shape[-1])
-        return (np.asarray(self.prior.log_prob(rows)) > -np.inf).reshape(theta.shape[:-1])
+        return (np.asarray(self.log_prob(rows)) > -np.inf).reshape(theta.shape[:-1])
 
 
 @dataclass(frozen=True, eq=False)
@@ -138,7 +140,7 @@ class Model:
     @property
     def parameters(self) -> tuple[str, ...]:
         """Names of the parameters: the outputs but the onset."""
-        return self.prior.names if isinstance(self.prior, OwnPrior) else NAMES
+        return tuple(self.prior.names)
 
     @cached_property
     def outputs(self) -> tuple[Parameter, ...]:
@@ -158,15 +160,12 @@ class Model:
     @cached_property
     def logarithmic(self) -> np.ndarray:
         """Which outputs are standardised by their logarithm, ``(q,)`` of bool."""
-        own = isinstance(self.prior, OwnPrior)
-        logs = self.prior.logarithmic if own else np.ones(len(NAMES), dtype=bool)
-        return np.append(logs, [False] * self.sensor.infers_onset).astype(bool)
+        return np.append(self.prior.logarithmic, [False] * self.sensor.infers_onset).astype(bool)
 
     @cached_property
     def sds(self) -> np.ndarray:
         """Prior sd of each output, ``(q,)``: of its logarithm where ``logarithmic``."""
-        sds = self.prior.sds if isinstance(self.prior, OwnPrior) else self.prior.log_sds
-        return np.append(sds, [self.sensor.onset_sd] * self.sensor.infers_onset)
+        return np.append(self.prior.sds, [self.sensor.onset_sd] * self.sensor.infers_onset)
 
     def sample(self, n: int, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
         """Draw parameters ``(n, p)`` and onsets ``(n,)`` from the prior."""
@@ -231,8 +230,7 @@ class Model:
 
     def check_exact(self) -> None:
         """Raise a ValueError if the density of the model is not known."""
-        own = isinstance(self.prior, OwnPrior)
-        if self.simulator or (own and not hasattr(self.prior.prior, "log_prob")):
+        if self.simulator or not hasattr(self.prior, "log_prob"):
             raise ValueError(
                 "the exact density of the posterior is known only for the drive of the paper with "
                 "a prior that has log_prob; leave out model.simulator, and give the prior log_prob"
@@ -261,12 +259,12 @@ class Model:
         if isinstance(self.prior, Prior):
             normal = -0.5 * (np.square(z).sum(-1) + z.shape[-1] * np.log(2 * np.pi))
             return normal - self.prior.log_support
+        # The onset is normal; the parameters have the density of the prior, per unit of z.
         values, p = self.destandardise(z), len(NAMES)
-        theta = values[..., :p].reshape(-1, p)
-        density = np.asarray(self.prior.prior.log_prob(theta)).reshape(z.shape[:-1])
-        normal = -0.5 * (np.square(z[..., p:]) + np.log(2 * np.pi)).sum(-1)
-        in_z = density - self.log_scaling(values)
-        return in_z + normal - np.log(self.sensor.onset_sd or 1.0)
+        density = np.asarray(self.prior.log_prob(values[..., :p].reshape(-1, p)))
+        in_z = density.reshape(z.shape[:-1]) - self.log_scaling(values)
+        onset = -0.5 * (np.square(z[..., p:]) + np.log(2 * np.pi)).sum(-1)
+        return in_z + onset - np.log(self.sensor.onset_sd or 1.0)
 
     def log_joint(self, z: np.ndarray, record: np.ndarray) -> np.ndarray:
         """Return ``log p(z, record)`` of standardised outputs ``(n, q)`` and a record ``(t,)``.
