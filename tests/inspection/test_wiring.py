@@ -135,17 +135,6 @@ def test_transducers_of_other_numbers_take_coils_in_their_order():
     assert wired(coils, poles=(2, 4, 5)) == [[names[k], names[k + 3]] for k in range(3)]
 
 
-def test_contacts_of_phases_go_with_travels_that_have_none_in_their_order():
-    names = ["s1", "s2", "Contact A", "Contact B"]
-    rises = 100.0 * way(TIME, 50.0, 60.0)
-    layout = Layout(
-        {}, [], names, ["m", "m", None, None], [rises, rises, 1.0 * SIGNAL, 1.0 * SIGNAL]
-    )
-    found = columns_beside(layout, [Travel(k, "m", Course(TIME, rises)) for k in (0, 1)])
-    contacts = [each["closing"].settings["contact_column"] for each in found]
-    assert contacts == ["Contact A", "Contact B"]
-
-
 @pytest.mark.parametrize("shift", [0, 40], ids=["aligned", "in order"])
 def test_rows_above_the_columns_say_which_contact_is_of_which_travel(shift):
     """Resistance by turns with the current of its test, which is no coil; CH2 is not of T2."""

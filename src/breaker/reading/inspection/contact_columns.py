@@ -76,7 +76,7 @@ def columns_beside(
     taken = [layout.names[i] if i not in travelling else "" for i in range(len(layout.names))]
     stated = stated_contacts(layout.preamble, taken)
     several = len(_named(layout, there, "resistance")) > 1
-    known = _known_phases(layout, own, _named(layout, there, "contact"))
+    known = _known_phases(own)
     numbered = set().union(*(numbers for _, numbers in own))
     found = []
     for order, (travel, marks) in enumerate(zip(travels, own, strict=True), start=1):
@@ -154,19 +154,11 @@ def switches_at(layout: Layout, travel: Travel) -> float:
     return float(np.median(found)) if found else float("nan")
 
 
-def _known_phases(
-    layout: Layout, poles: Sequence[tuple[set[str], set[str]]], contacts: Sequence[int]
-) -> set[str]:
-    """All phases of travels; where these have none, and contacts as many, each takes one of these
-    in the order of the columns.
-    """
+def _known_phases(poles: Sequence[tuple[set[str], set[str]]]) -> set[str]:
+    """All phases of travels."""
     if len(poles) > 1 and all(phases == poles[0][0] for phases, _ in poles):
         for phases, _ in poles:  # a letter that all have, as in s1 and s2, is no phase
             phases.clear()
-        named = (sorted(_marks(layout.names[i])[0]) for i in contacts)
-        each = list(dict.fromkeys(phase for phases in named for phase in phases))
-        for (phases, _), phase in zip(poles, each if len(each) == len(poles) else (), strict=False):
-            phases.add(phase)
     return set().union(*(phases for phases, _ in poles))
 
 
