@@ -18,7 +18,7 @@ from breaker.app.view_session import SHOWN, Answered, Session, Shown
 from breaker.common.numerals import in_digits
 from breaker.common.visible_text import visible_text
 from breaker.documents.html_page import html_page
-from breaker.documents.parts import Document, tone_of
+from breaker.documents.parts import tone_of
 from breaker.reading.files.guards import LARGEST, printable
 
 
@@ -100,15 +100,12 @@ def answer_part(session: Session, choices: Choices, state: str) -> str:
     answered = session.answered(choices, state)
     report = answered.report
     values = replace(report, title="Values, limits and the model", summary=())
-    before = Document("Parameters with the record, and before it", parts=[answered.before])
     return _page(
         "answer.html",
         summary=[(each, tone_of(each)) for each in report.summary],
         values=Markup(html_page(values, inner="report")),  # which escapes what it is given
         marks=answered.marks,
         words=answered.words,
-        told=answered.told,
-        before=Markup(html_page(before, inner="before")) if answered.before.rows else "",
         address=session.shown(choices, state).address,
         pdf=importlib.util.find_spec("weasyprint") is not None,
     )

@@ -21,10 +21,9 @@ from breaker.app.page_choices import WHOLE, Choices, id_of, name_of, overlay_tex
 from breaker.app.pole_alignment import aligned
 from breaker.app.setting_rows import SettingRow, base_of, rows_of
 from breaker.common.atomic_writes import whole
-from breaker.documents.parts import Table
 from breaker.documents.terminal import text_of
 from breaker.drive.answers.answer_document import document
-from breaker.drive.answers.answer_words import beside_prior, words_of
+from breaker.drive.answers.answer_words import words_of
 from breaker.drive.answers.reference_curve import overlaid
 from breaker.drive.answers.test_report import Report, report_of
 from breaker.drive.answers.visit import Visit
@@ -126,14 +125,10 @@ class Shown:
 
 
 class Answered(NamedTuple):
-    """The report of a visit, the marks of its curves, what the model tells beside what was known
-    before, in words and as a table, and the whole in words.
-    """
+    """The report of a visit, the marks of its curves, and the whole in words."""
 
     report: Report
     marks: Sequence[Mark]
-    told: Sequence[str]
-    before: Table
     words: str
 
 
@@ -349,9 +344,8 @@ class Session:
             verdicts = visit.assessment.judge(answers)
             report = report_of(answers, verdicts, visit)
             found = document(answers, verdicts, {"words": []}, {})
-            told = beside_prior(each for each in found.records if each.accepted)
             marks = marks_of(answers, aligned(visit.records).shifts)
-            return Answered(report, marks, *told, text_of(words_of(found)))
+            return Answered(report, marks, text_of(words_of(found)))
 
         return self._once(("answered", id(shown), shown), answer, _KEPT)
 

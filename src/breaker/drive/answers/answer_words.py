@@ -4,7 +4,6 @@ from collections.abc import Iterable, Mapping, Sequence
 
 from breaker.common.numerals import in_digits, in_p
 from breaker.documents.parts import (
-    Cell,
     Document,
     Remark,
     Section,
@@ -22,7 +21,6 @@ from breaker.drive.answers.answer_document import (
 )
 from breaker.drive.answers.draw_weights import SURPRISING
 from breaker.drive.answers.limit_verdicts import VERDICTS, JudgedPart, Verdict
-from breaker.model.parameters import PARAMETERS
 from breaker.model.quantities import EVENTS
 
 _ROW = "  {:<19} {:>8}  {:<20} {:<7} {}"
@@ -32,7 +30,6 @@ _CELLS, _SHORT = 3, "  {:<32} {:<32} {:<32}"  # of a line of a short section
 _EDGE = 0.02  # p-value, below which a record is at the edge of a family
 _THERE = 0.9  # probability from which on a mechanism is there; from 1 less it on it is not
 _PRIOR = 0.8  # share of the prior's variance, from which on a record says hardly anything
-_TOLD = 0.2  # below which the record tells it, whatever was known before
 FEW_DRAWS = "prior, facts or the contact's time leave hardly a draw of the network"
 """Why an answer is not resolved."""
 
@@ -141,66 +138,6 @@ def first_of_channels(entries: Iterable[RecordAnswer]) -> list[RecordAnswer]:
     for entry in entries:
         first.setdefault((entry.phase, *entry.fit.motions), entry)
     return list(first.values())
-
-
-def beside_prior(entries: Iterable[RecordAnswer]) -> tuple[list[str], Table]:
-    """Say of which parameters a record tells more than was known before it: a sentence for the
-    first operation of each channel, and a table of intervals with the record and before it, which
-    has no rows where nothing is told.
-
-    Args:
-        entries: Records that were accepted.
-    """
-    first = first_of_channels(entries)
-    told = [each for each in first if any(map(_beside, each.parameters.values()))]
-    said = [_told_of(each, each in told) for each in first]
-    rows = [
-        (each.word, _unit(each.unit), *(cell for e in told for cell in _both_cells(e, each.name)))
-        for each in PARAMETERS
-    ]
-    heads = [f"{each.phase}: {what}" if each.phase else what for each in told for what in _HEADS]
-    note = "medians with 95 % intervals; grey: the record says hardly anything, it is the prior's"
-    head = ("parameter", "unit", *heads)
-    return said, Table(head, rows if told else (), notes=[note])
-
-
-_HEADS = "with the record", "before"
-
-
-def _beside(each: Estimate) -> bool:
-    """Whether a parameter is told, and how it was before the record."""
-    return each.median is not None and each.prior_share is not None
-
-
-def _told_of(entry: RecordAnswer, told: bool) -> str:
-    """What a record tells of parameters, as a sentence."""
-    of = " and ".join(entry.fit.motions or [entry.motion])
-    of = f"{entry.phase}, {of}" if entry.phase else of
-    if not told:
-        return f"{of}: nothing is inferred; what is measured holds."
-    words = {each.name: each.word for each in PARAMETERS}
-    known = {words[n]: e.prior_share for n, e in entry.parameters.items() if _beside(e)}
-    groups = {
-        "tells {}": [name for name in known if known[name] < _TOLD],
-        "narrows {}": [name for name in known if _TOLD <= known[name] < _PRIOR],
-        "says hardly anything of {}, for which the prior's interval stands": [
-            name for name in known if known[name] >= _PRIOR
-        ],
-    }
-    said = [pattern.format(", ".join(names)) for pattern, names in groups.items() if names]
-    return f"{of}: beside what was known before, the record {'; '.join(said)}."
-
-
-def _both_cells(entry: RecordAnswer, name: str) -> tuple[str, str]:
-    """A parameter of a record as it is told, and as it was before."""
-    each = entry.parameters[name]
-    if not _beside(each):
-        return Cell("–", "faint"), ""
-    now, before = (
-        " to ".join(in_digits(end, 3) for end in ends)
-        for ends in (each.interval_95, each.prior_interval_95)
-    )
-    return Cell(f"{in_digits(each.median, 3)} ({now})", "faint" * is_prior(each)), before
 
 
 def is_prior(each: Estimate) -> bool:

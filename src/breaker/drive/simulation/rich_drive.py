@@ -30,16 +30,7 @@ class Stop:
     """A damper and a bumper at one end of the stroke, pushing back only.
 
     The force of the damper is ``damping * |speed|^power``; over the first ``depth`` it comes in.
-
-    Attributes:
-        reach: Way before the rest position over which the damper acts, mm.
-        damping: Force of the damper at 1 mm/ms, mm/ms^2.
-        power: Power of the speed with which it grows: 1 viscous, 2 an orifice, more a throttle that
-            closes with the flow.
-        depth: Way over which the damping comes in, mm.
-        stiffness: Of the bumper, from the rest position on, 1/ms^2.
-        profile: How the damping changes over the reach: it grows towards the end by
-            ``e^profile``, or falls if that is below 0; its largest value stays.
+    ``shipped/families/medium_voltage.yaml`` has the meaning and the unit of each number.
     """
 
     reach: float = 0.0
@@ -67,37 +58,15 @@ class Waves:
 class Elements:
     """What a drive has and the model lacks; all absent by default.
 
+    ``shipped/families/medium_voltage.yaml`` has the meaning and the unit of each number. Random
+    forces vanish at both rests. ``reading`` is beside 1 what a lever of any smooth ratio shows of
+    the pushrod, ``sum_k c_k cos(k pi x / stroke) / k`` times its share; both rests stay. The law of
+    ``build_up`` is ``1 - exp(-(t / build_up)^growth)``.
+
     Attributes:
-        lever_turn: Angle by which the lever between shaft and pushrod turns in a stroke of 10 mm,
-            rad.
-        lever_lean: Its angle before the horizontal where the breaker is open, rad.
-        dry_friction: Of the drive, mm/ms^2.
-        opening_preload, contact_preload: Of the springs, mm/ms^2.
-        build_up: Time constant with which the closing force builds up at the latch, and dies away
-            where an opening is released, ms.
-        train_mass: Mass of the closing train, which moves along in closing alone, share of the
-            drive's.
-        train_friction: Its friction, share of the drive's.
-        restitution: Of the contacts: speed after a bounce over the one before.
-        closing_stop, opening_stop: Dampers at the closed and at the open end.
-        force_fall: Share of the closing force that is gone after 10 mm of travel.
-        drag: Force at 1 mm/ms that grows with a power of the speed, mm/ms^2.
-        linkage: Period of the linkage that carries the transducer, ms; 0 where it is rigid.
         contact: "elastic" as in the model; "held", where the drive carries the contact against a
             stop, under the preload of its spring, until it touches, and picks it up again when it
             parts; or "sliding", whose force and mass leave no trace.
-        way_force, time_force, speed_force: Random forces along the way, in the time after the
-            release, and by the speed. They vanish at both rests.
-        reading: What a transducer beside the pushrod shows, whose lever has any smooth ratio: share
-            times ``sum_k c_k cos(k pi x / stroke) / k`` beside 1. Both rests stay.
-        opening_progress: Share by which the opening spring is stiffer after 10 mm.
-        stick: By how much dry friction is larger where the drive hardly moves, share of it.
-        slip: Speed in which sticking friction falls to that of sliding, mm/ms.
-        load: Share of the dry friction that goes with the load of the springs, over the closing
-            force.
-        growth: Power of the time in the law of ``build_up``, ``1 - exp(-(t / build_up)^growth)``:
-            1 exponential, more an S.
-        drag_power: That of the speed in ``drag``.
     """
 
     lever_turn: float = 0.0
