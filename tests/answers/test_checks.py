@@ -7,9 +7,12 @@ import numpy as np
 import pytest
 
 from breaker.common.randomness import generator
-from breaker.drive.answers.prior_checks import check_fitted
+from breaker.drive.answers.prior_checks import _far_limits, check_fitted
 from breaker.drive.answers.type_model import TypeDraws, learn_type
 from breaker.drive.answers.type_prior import FittedPrior
+from breaker.model.limits import Limit
+from breaker.model.parameters import Size
+from breaker.model.prior import Prior
 
 P, KNOWN = 7, 0.1  # of the prior's sds, to which a breaker is known
 USUAL = np.array([0.20, 0.15, 0.20, 0.20, 0.40, 0.10, 0.05])
@@ -32,8 +35,29 @@ def fitted(prior):
     return fitted_of(prior, PLACES)
 
 
-def found(fitted, *, records=None):
-    return check_fitted(fitted, SimpleNamespace(records=records or {}, tried=["this"]))
+def found(fitted, *, limits=(), records=None):
+    recorded = SimpleNamespace(records=records or {}, tried=["this"])
+    recorded.size, recorded.motions = Size(), ["closing", "opening"]
+    return check_fitted(fitted, recorded, limits, 1)
+
+
+def limit(side="upper", **value):
+    return Limit.from_settings({"name": "late", "motion": "closing", side: value})
+
+
+def test_limits_within_three_sds(fitted):
+    (near,) = found(fitted, limits=[limit(L=10.2)])["limits"]
+    (far,) = found(fitted, limits=[limit(L=15.0)])["limits"]
+    (none,) = found(fitted)["limits"]
+    assert [near.good, far.good, none.good] == [True, False, True]
+
+
+@pytest.mark.parametrize(("side", "value"), [("lower", 0.5), ("upper", 2.0)])
+def test_limits_are_off_by_the_width_of_their_own_side(side, value):
+    """Of a skewed distribution; 0.68 times its half is a standard deviation."""
+    theta = np.exp(np.linspace(-1.0, 1.0, 1001))[:, None] * np.ones(P)
+    (found,) = _far_limits([limit(side, L=value ** (0.68 / np.log(2.0)))], theta)
+    assert f" is 1.0 sd of the prior {'below' if side == 'lower' else 'above'} its" in found.text
 
 
 def test_records_out_of_the_family(fitted):
@@ -60,6 +84,14 @@ def test_spread_that_the_configuration_does_not_take_is_said(fitted):
     (unlike,) = found(replace(fitted, unlike=("f", "L")))["breakers"][1:]
     assert not unlike.good
     assert "f, L" in unlike.text
+
+
+def test_openings_that_the_model_does_not_stop_are_said(prior):
+    (stopped,) = found(fitted_of(prior, PLACES))["openings of the two-spring model"]
+    assert stopped.good
+    free = Prior(prior.medians * [1, 1, 1, 0.08, 0.08, 1, 1], prior.log_sds)
+    (swings,) = found(fitted_of(free, PLACES))["openings of the two-spring model"]
+    assert not swings.good
 
 
 def test_a_breaker_of_another_type_stands_out(prior):

@@ -2,8 +2,9 @@
 
 import argparse
 from collections.abc import Mapping
+from contextlib import suppress
 
-from breaker.cli.inputs import add_path, settings_of
+from breaker.cli.inputs import add_path, limits_of, settings_of
 from breaker.cli.outputs import check_outputs, draw, say_written, write_lines
 from breaker.common.visible_text import say
 
@@ -26,13 +27,18 @@ def run(options: argparse.Namespace) -> int:
     outputs = [(options.output, "lines"), (options.plot, "picture")]
     check_outputs(outputs, [*options.folders, *options.config])
     config = settings_of(options.config)
+    limits = limits_of(config, options.config)
     # Imported here, so that --help and wrong options answer at once.
     from breaker.configuration.loading import check, defaults, merge
     from breaker.documents.terminal import text_of
     from breaker.drive.answers.prior_checks import check_fitted
     from breaker.drive.answers.prior_report import overlay_of, overlay_text, words_of_prior
-    from breaker.drive.answers.type_prior import FittedPrior
+    from breaker.drive.answers.type_prior import SWINGING, FittedPrior, swings_back
+    from breaker.model.limits import from_list
+    from breaker.model.parameters import Size
+    from breaker.model.quantities import speeds_of
 
+    seed = config["seed"]
     recorded, fitted = _fitted(options, config)
     usual = defaults()
     format_settings = config["endurance"]["format"].items()
@@ -43,7 +49,15 @@ def run(options: argparse.Namespace) -> int:
 
     fitted = fitted.accepted(lambda each: check(merge(config, overlay_with(each)), curves=False))
     overlay = overlay_with(fitted)
-    checks = check_fitted(fitted, recorded)
+    if "closing" in recorded.motions and swings_back(fitted.prior, recorded.size, seed) > SWINGING:
+        closings = overlay | {"motions": ["closing"]}
+        with suppress(ValueError):  # where limits are of openings alone
+            check(merge(config, closings), curves=False)
+            overlay = closings
+    own = merge(config, overlay)
+    speeds = speeds_of(own["speeds"], Size(**own["size"]))
+    limits = [e for e in from_list(limits, recorded.motions, speeds) if e.of == "model"]
+    checks = check_fitted(fitted, recorded, limits, seed)
     text = overlay_text(overlay, recorded, checks)
     lines = "The lines of configuration:\n\n" + text.removesuffix("\n")
     written = [write_lines(options.output, text) if options.output else lines]

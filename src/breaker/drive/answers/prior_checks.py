@@ -1,20 +1,25 @@
-"""Checks of a fitted prior: the records it was made from, each breaker beside the others.
+"""Checks of a fitted prior: limits, the records it was made from, each breaker beside the others.
 
 Each finding is a text and whether it is as it should be.
 """
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from breaker.common.numerals import in_digits, in_p
+from breaker.common.randomness import generator
 from breaker.configuration.loading import UNLIKE
 from breaker.drive.answers.type_model import FEWEST, ODD
-from breaker.drive.answers.type_prior import FittedPrior
+from breaker.drive.answers.type_prior import SWINGING, FittedPrior, swings_back
 from breaker.drive.answers.type_records import Recorded
 from breaker.model.equations import PRESSED
+from breaker.model.limits import Limit
 from breaker.model.parameters import NAMES
 
+_DRAWS = 1000
+_FAR = 3.0  # prior sd
 _LEAST_SUPPORT = 0.9
 
 
@@ -25,13 +30,27 @@ class Finding(NamedTuple):
     good: bool = True
 
 
-def check_fitted(fitted: FittedPrior, recorded: Recorded) -> dict[str, list[Finding]]:
-    """Return what checks find of a prior and the records it was made from, by what is checked."""
+def check_fitted(
+    fitted: FittedPrior,
+    recorded: Recorded,
+    limits: Sequence[Limit],
+    seed: int,
+) -> dict[str, list[Finding]]:
+    """Return what checks of a fitted prior find, by what is checked.
+
+    Args:
+        recorded: The records that it was made from.
+        limits: Limits on the state of the drive, of these motions; none are not checked.
+    """
+    rng = generator(seed, "fit-prior checks")
+    theta = fitted.prior.sample(_DRAWS, rng)
     return {
         "breakers": [*_breakers(fitted), *_bounded(fitted)],
+        "limits": _far_limits(limits, theta),
         "records in the family": _in_family(recorded),
         "each breaker beside the others": _odd(fitted),
         f"contact pressed, {PRESSED}": [_support(fitted)],
+        "openings of the two-spring model": [_stopped(fitted, recorded, seed)],
     }
 
 
@@ -68,6 +87,22 @@ def _bounded(fitted: FittedPrior) -> list[Finding]:
             "them"
         )
         findings.append(Finding(text, good=False))
+    return findings
+
+
+def _far_limits(limits: Sequence[Limit], theta: np.ndarray) -> list[Finding]:
+    """Each value of a limit, in sds of what the prior expects of its quantity."""
+    if not limits:
+        return [Finding("none were given beside those of the example; set your own, and fit again")]
+    findings = []
+    for limit in limits:
+        values = limit.evaluate(theta)
+        for (name, value, _), column in zip(limit.parts, values.T, strict=True):
+            low, middle, high = np.nanquantile(column, [0.16, 0.5, 0.84])
+            off = (value - middle) / (high - middle if value > middle else middle - low)
+            text = f"{limit.name}: {name} {in_digits(value, 4)} is {abs(off):.1f} sd of the prior"
+            text += f" {'above' if off > 0 else 'below'} its median, {in_digits(middle, 4)}"
+            findings.append(_near(off, text, "it can hardly be exceeded; widen"))
     return findings
 
 
@@ -108,6 +143,26 @@ def _odd(fitted: FittedPrior) -> list[Finding]:
         said = f"{text}: is it of this type, and in order?" if odd else text
         findings.append(Finding(said, good=not odd))
     return findings
+
+
+def _near(off: float, text: str, warning: str) -> Finding:
+    """What is off by so many sds, and the warning where these are too many."""
+    return Finding(text) if abs(off) <= _FAR else Finding(f"{text}: {warning}", good=False)
+
+
+def _stopped(fitted: FittedPrior, recorded: Recorded, seed: int) -> Finding:
+    """Whether the model stops the openings that the workflow would simulate."""
+    share = swings_back(fitted.prior, recorded.size, seed)
+    text = f"{in_digits(100.0 * share, 2)} % swing back by more than half of their way"
+    if share <= SWINGING:
+        return Finding(text)
+    said = (
+        f"{text}: dampers stop these drives, and the model has none. So the workflow's networks of "
+        "openings would be of other drives, and its reader rejects such curves"
+    )
+    if "closing" in recorded.motions:
+        said += "; motions: [closing] leaves them out. breaker infer takes openings all the same"
+    return Finding(said, good=False)
 
 
 def _support(fitted: FittedPrior) -> Finding:

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from breaker.common.randomness import generator
 from breaker.configuration.loading import UNLIKE, defaults
 from breaker.drive.answers.type_model import (
     TypeDraws,
@@ -14,9 +15,15 @@ from breaker.drive.answers.type_model import (
     learn_type,
 )
 from breaker.drive.answers.type_records import Recorded
-from breaker.model.parameters import NAMES
+from breaker.model.curves import travel
+from breaker.model.parameters import NAMES, Size
 from breaker.model.prior import Prior
+from breaker.model.sensor import Sensor
 
+SWINGING = 0.2
+"""Share of openings that may swing back where the workflow simulates openings at all."""
+
+_OPENINGS = 400  # of a prior, that tell whether the model stops them
 _WIDTHS = (np.inf, *np.geomspace(1.0, 0.1, 11).round(2).tolist())  # log-sds, tried in turn
 _LIKE = 0.99 * UNLIKE  # times the reference drive's that a median may be
 _WEAR_SDS = 3.0  # sd of the room that the largest usual wear is
@@ -133,6 +140,18 @@ def fit_type(recorded: Recorded, room: np.ndarray) -> FittedPrior:
         tuple(np.array(NAMES)[medians != learned.medians].tolist()),
         learn_contact_lag(recorded.answers.values()),
     )
+
+
+def swings_back(prior: Prior, size: Size, seed: int) -> float:
+    """Return the share of a prior's openings that swing back by more than half of their way.
+
+    Of drives that dampers stop, friction is low, and the two-spring model has nothing else to stop.
+    """
+    usual = Sensor(**defaults()["sensor"]).sized(size).times
+    theta = prior.sample(_OPENINGS, generator(seed, "fit-prior openings"))
+    time, begin = usual[usual >= 0.0], np.zeros(_OPENINGS)
+    ways = travel(theta, time, "opening", onset=begin).travel
+    return float(np.mean([np.ptp(way[way.argmin() :]) > 0.5 * np.ptp(way) for way in ways]))
 
 
 def reference_of(recorded: Recorded) -> Prior:

@@ -9,6 +9,7 @@ from breaker.drive.answers.comparability import judged_today, unlike
 from breaker.drive.answers.evidence import AnswerSettings
 from breaker.drive.answers.file_statements import dates_in_words, stated_of
 from breaker.drive.answers.identity import doubts_about, samples_of, visits_in_order
+from breaker.drive.answers.remounting import slack_between, zero_between
 from breaker.drive.answers.visit_changes import compare, measured_changes
 from breaker.drive.answers.visit_document import (
     ComparisonSettings,
@@ -56,6 +57,7 @@ def compared(
     stated = {visit: stated_of(each) for visit, each in visits.items()}
     used = {visit: _used(each) for visit, each in visits.items()}
     differences = unlike(measured, found.strokes, stated, found.paces)
+    differences += slack_between(used, measured)
     # Of visits that were measured differently no change is one of the drive.
     told = replace(found, ratios={}) if differences else found
     document = visits_document(
@@ -68,6 +70,7 @@ def compared(
         limits=plainly(judged_today(told, today, entries, speeds, seed)),
         dates={visit: dates_in_words(each) for visit, each in used.items()},
         doubts=_warnings(visits),
+        remount=zero_between(used),
     )
     return replace(document, advice=advice_on(document.worse, advice or {}))
 

@@ -96,6 +96,7 @@ class VisitDocument(Plain):
         advice: Where to look first.
         dates: Of each visit; empty where they are not known.
         doubts: What is to be said of the records before anything else.
+        remount: That the transducer is mounted elsewhere; empty if it is not.
     """
 
     parameters: str
@@ -112,12 +113,13 @@ class VisitDocument(Plain):
     advice: Sequence[str] = ()
     dates: Mapping[str, str] = field(default_factory=dict)
     doubts: Sequence[str] = ()
+    remount: str = ""
 
     def plain(self) -> dict:
         """Return the values by name, after what is said of them."""
         said = {"warnings": self.warnings, "headline": self.headline, "trust": self.trust}
         found = said | super().plain()
-        return {name: each for name, each in found.items() if name != "doubts"}
+        return {name: each for name, each in found.items() if name not in ("doubts", "remount")}
 
     @property
     def warnings(self) -> list[str]:
@@ -163,7 +165,7 @@ class VisitDocument(Plain):
     @property
     def trust(self) -> list[str]:
         """How far the comparison can be trusted, in sentences."""
-        return _trust(self)
+        return [*_trust(self), *filter(None, [self.remount])]
 
     @property
     def measured(self) -> list[QuantityChange]:
