@@ -102,9 +102,9 @@ def test_a_table_of_numbered_files_is_proposed_where_it_is_asked_for(folder):
     (folder / "own/closing").mkdir(parents=True)
     shutil.copy(folder / "a.csv", folder / "own/closing/7.csv")
     table = folder / "own/operations.csv"
-    assert main(["inspect", "own", "--output", str(table)]) == 0
-    (found,) = list_operations(folder / "own", "closing")
-    assert found.number == 7
+    assert main(["inspect", "own", "--channels", "A", "B", "--output", str(table)]) == 0
+    (found,) = list_operations(folder / "own", "closing", phase="B")
+    assert (found.number, found.channel) == (7, "B")
 
 
 def test_the_configuration_says_which_motions_have_rows(folder, capsys):
@@ -135,6 +135,7 @@ def test_a_table_on_the_terminal_says_where_its_signs_are_others(folder, capsys)
 @pytest.mark.parametrize(
     "words",
     [
+        ["a.csv", "--channels", "A"],
         ["own", "--channel", "A"],
         ["own", "--plot", "a.png"],
     ],

@@ -5,7 +5,7 @@ import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from breaker.cli.inputs import PROJECT, add_path, settings_of
+from breaker.cli.inputs import PROJECT, SEVERAL, add_path, settings_of
 from breaker.cli.outputs import check_outputs, draw, say_written, write_lines
 from breaker.common.visible_text import say, visible_text
 
@@ -25,6 +25,8 @@ def add(inspect: argparse.ArgumentParser) -> None:
     what = "write the proposed lines, or the proposed table of a folder, there, if nothing is"
     add_path(inspect, "--output", "YAML|CSV", what)
     add_path(inspect, "--plot", "PNG", "draw the record of a file there")
+    what = "columns of travel in each file of a folder whose table is proposed"
+    inspect.add_argument("--channels", metavar="NAME", help=what, **SEVERAL)
 
 
 def run(options: argparse.Namespace) -> int:
@@ -33,15 +35,16 @@ def run(options: argparse.Namespace) -> int:
     from breaker.reading.files.operations_table import MANIFEST
 
     if not is_folder(options.file):
+        _refuse(options, ("channels",), "is for a folder")
         return _run_file(options)
     _refuse(options, ("channel", "plot"), "is for a file")
     check_outputs([(options.output, "lines")], [options.file, *options.config])
     config = settings_of(options.config)
     if os.path.lexists(table := Path(options.file, MANIFEST)):
         why = f"is for a folder without a table, and {table} is there"
-        _refuse(options, ("output",), why)
+        _refuse(options, ("output", "channels"), why)
         return _check(options.file, config, f"the table {MANIFEST} lists")
-    if not options.output and _is_numbered(options.file, config):
+    if not (options.output or options.channels) and _is_numbered(options.file, config):
         return _check(options.file, config, "the names number")
     return _propose(options, config)
 
@@ -109,7 +112,7 @@ def _propose(options: argparse.Namespace, config: Mapping) -> int:
     """Propose the table of a folder. What to check in it is printed beside it."""
     from breaker.reading.files.operations_table import MANIFEST
 
-    text, remarks = table_of(options.file, config)
+    text, remarks = table_of(options.file, config, options.channels)
     written = [write_lines(options.output, text)] if options.output else []
     if not written:
         say(text, end="")
@@ -129,11 +132,11 @@ def _propose(options: argparse.Namespace, config: Mapping) -> int:
     return 0
 
 
-def table_of(folder: str, config: Mapping) -> tuple[str, list[str]]:
+def table_of(folder: str, config: Mapping, channels: Sequence[str] = ()) -> tuple[str, list[str]]:
     """Return the proposed table of a folder, and what to check in it; nothing is written."""
     from breaker.reading.files.format_settings import FORMAT
     from breaker.reading.files.table_proposal import propose_manifest
     from breaker.reading.inspection.file_description import describe_file
 
     own = {"configured": config["endurance"]["format"] != FORMAT}
-    return propose_manifest(folder, config["motions"], describe_file, **own)
+    return propose_manifest(folder, channels, config["motions"], describe_file, **own)

@@ -37,6 +37,7 @@ _COLUMNS = ("file", "motion", "operation", "channel", *ABOUT, "from", "to")
 
 def propose_manifest(
     folder: str | Path,
+    channels: Sequence[str] = (),
     motions: Sequence[str] = MOTIONS,
     look: Callable[[Path], Description] | None = None,
     *,
@@ -52,6 +53,8 @@ def propose_manifest(
 
     Args:
         folder: Folder of the curve files.
+        channels: Columns of travel that each file has, side by side: a row for each, and each a
+            phase of its own.
         motions: Which motions have rows; a file of another one is left out.
         look: Says what is seen in a file, so that it is not only its name that tells.
         configured: Whether a configuration says how the files are read: then the table does so only
@@ -70,7 +73,7 @@ def propose_manifest(
         )
     every, remarks = _files(Path(folder))
     if look:
-        every, said = _looked_at(Path(folder), every, look, configured)
+        every, said = _looked_at(Path(folder), every, look, configured or bool(channels))
         remarks += said
     files = [file for file in every if {*file.motions} & {*motions}]
     if others := len(every) - len(files):
@@ -84,7 +87,7 @@ def propose_manifest(
     for what in ("breaker", "date"):
         remarks += _to_fill_in(files, what)
     rows, said = _rows(files, motions)
-    return _text(rows), [*remarks, *said]
+    return _text(rows, channels), [*remarks, *said]
 
 
 def _looked_at(
@@ -272,7 +275,7 @@ def _described(file: Path, path: str, top: str) -> FoundFile:
     )
 
 
-def _text(rows: Sequence[tuple[int, Row]]) -> str:
+def _text(rows: Sequence[tuple[int, Row]], channels: Sequence[str]) -> str:
     """The table; with settings where files differ from the usual, and columns beside travels."""
     seen = [row.file.seen for _, row in rows]
     settings = settings_cells([row.file for _, row in rows], FORMAT)
@@ -291,7 +294,7 @@ def _text(rows: Sequence[tuple[int, Row]]) -> str:
         known |= {"breaker": file.breaker, "date": file.day, **settings[file.path]}
         known |= {} if file.seen.timed else {"rate": _rate(file.seen)}
         known |= {} if file.sure else {"motion": FILL_IN, "sign": FILL_IN}
-        parts = [
+        parts = [{"channel": channel, "phase": channel} for channel in channels] or [
             {"channel": part.channel, "phase": part.phase, **_ends(file, part)}
             | ({"ratio": number_cell(part.ratio)} if part.ratio > 0 else {})
             | part.beside
