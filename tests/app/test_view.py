@@ -18,9 +18,7 @@ from breaker.app.page_text import list_page
 from breaker.app.view_session import SHOWN, Session
 from breaker.cli import main
 from breaker.cli.view import commands
-from breaker.reading.files.guards import LARGEST
 from tests.app.conftest import ODD, Outside, started, until
-from tests.exports import pole
 
 TODAY = "file=today.csv"
 
@@ -83,7 +81,7 @@ def test_a_sheet_is_that_of_the_command_with_the_settings_that_are_saved(
 ):
     query = "file=one.csv&before=old.csv&set.zero=rest"
     settings = tmp_path / "my.yaml"
-    said = page.post(f"/save?{query}", urlencode({"kind": "settings", "name": settings})).text
+    said = page.post(f"/save?{query}", urlencode({"name": settings})).text
     assert said == f"written to {settings}"
     assert "zero: rest" in settings.read_text()
     output = tmp_path / f"sheet.{ending}"
@@ -123,41 +121,6 @@ def test_a_reference_with_its_band_and_the_visit_before_lie_over_the_curves(page
     for wrong in ("tolerance=0&reference=one.csv", "tolerance=x&reference=one.csv"):
         assert "Tolerance" in unescape(page.get(f"/visit?{TODAY}&{wrong}").text)
     assert page.get(f"/visit?{TODAY}&reference=../few.yaml").status == 404
-
-
-def poles(folder, *, trips=(30.0, 36.0, 41.0), columns=("Contact 1", "Coil 1 (A)")):
-    """Files of three poles of one closing, and the query that shows them."""
-    folder.mkdir()
-    for k, phase in enumerate("RYB"):
-        pole(folder / f"pole_{k}.csv", phase, k, clock=f"10:42:1{k}", trip=trips[k])
-    named = [("file", f"pole_{k}.csv") for k in range(3)]
-    keys = ("contact_column", "trigger_column")
-    chosen = [(f"set.{key}", json.dumps(v)) for key, v in zip(keys, columns, strict=True)]
-    return urlencode([*named, *chosen, ("set.rate", 5), ("base", "configured")])
-
-
-def test_poles_in_files_of_their_own_lie_on_one_time_axis(opened, tmp_path, folder):
-    query = poles(tmp_path / "poles")
-    page = opened(tmp_path / "poles", tmp_path, [str(folder / "few.yaml")])
-    said = unescape(page.get(f"/visit?{query}").text)
-    assert "lie at the times of pole_0.csv, by the coil of closing." in said
-    found = json.loads(page.get(f"/curves?{query}").text)
-    travels = {e["name"]: e for e in found["traces"] if e["kind"] == "travel"}
-    assert [*travels] == ["R: Travel 1", "Y: Travel 1", "B: Travel 1"]
-    half = [each["x"][np.argmax(np.array(each["y"]) > 90.0)] for each in travels.values()]
-    assert np.ptp(half) < 1.0  # ms, of files that begin 11 ms apart
-    coils = [each["name"] for each in found["traces"] if each["kind"] == "coil"]
-    assert coils == ["R: Coil 1 (A)", "Y: Coil 1 (A)", "B: Coil 1 (A)"]  # the others are of none
-    assert "R: Contact 1" in {each["name"] for each in found["traces"]}
-    marks = json.loads(page.get(f"/marks?{query}").text)["marks"]
-    coils = [each["x"][0] for each in marks if "coil" in each["name"]]
-    assert len(coils) == 3
-    assert np.ptp(coils) < 1e-6
-    ways = [e for e in marks if e["name"].startswith("closing: touch")]
-    for mark, curve in zip(ways, travels.values(), strict=True):  # marks lie on their curves
-        near = np.interp(mark["x"][0], curve["x"], curve["y"])
-        assert near == pytest.approx(mark["y"][0], abs=1.5)
-    assert re.search(r"simultaneity of the touch: 0\.\d+ ms", page.get(f"/answer?{query}").text)
 
 
 def test_a_pdf_is_offered_where_it_can_be_made(page, weasyprint):
@@ -231,7 +194,7 @@ def test_a_token_opens_and_a_wrong_one_does_not(page):
 
 
 def test_nothing_is_changed_for_another_page(page, tmp_path):
-    body = urlencode({"kind": "settings", "name": tmp_path / "a.yaml"})
+    body = urlencode({"name": tmp_path / "a.yaml"})
     port = page.server.port
     for headers in (
         {},
@@ -268,38 +231,11 @@ def test_what_is_not_there_any_more_is_said(page, folder):
 def test_lines_of_a_user_are_not_replaced(page, tmp_path):
     mine = tmp_path / "mine.yaml"
     mine.write_text("seed: 3\n")
-    body = urlencode({"kind": "settings", "name": mine})
+    body = urlencode({"name": mine})
     assert "it is not overwritten" in page.post(f"/save?{TODAY}", body).text
     assert mine.read_text() == "seed: 3\n"
-    body = urlencode({"kind": "settings", "name": tmp_path / "none" / "a.yaml"})
+    body = urlencode({"name": tmp_path / "none" / "a.yaml"})
     assert "make it first" in page.post(f"/save?{TODAY}", body).text
-
-
-def test_a_table_is_that_of_the_command(page, folder, tmp_path):
-    body = urlencode({"kind": "table", "name": tmp_path / "operations.csv"})
-    assert page.post(f"/save?{TODAY}", body).status == 200
-    page.post(f"/save?{TODAY}", urlencode({"kind": "settings", "name": tmp_path / "my.yaml"}))
-    config = ["--config", str(folder / "few.yaml"), str(tmp_path / "my.yaml")]
-    output = ["--output", str(tmp_path / "b.csv")]
-    assert main(["inspect", str(folder / "curves"), *output, *config]) == 0
-    assert (tmp_path / "operations.csv").read_bytes() == (tmp_path / "b.csv").read_bytes()
-
-
-def test_dropped_files_are_bounded_and_shown(opened, folder, tmp_path):
-    (tmp_path / "empty").mkdir()
-    (tmp_path / "own").mkdir()
-    page = opened(tmp_path / "empty", tmp_path / "own", [str(folder / "few.yaml")])
-    assert "no file of a record" in page.get("/").text
-    content = (folder / "curves" / "today.csv").read_bytes()
-    identity = json.loads(page.post("/drop?name=..%2F..%2Ftoday.csv", content).text)["id"]
-    assert identity == "dropped/today.csv"
-    assert "Contact 1" in page.get(f"/visit?file={identity}").text
-    assert not list((tmp_path / "empty").iterdir())
-    assert "no ending of a record" in page.post("/drop?name=a.exe", b"x").text
-    assert "rename it" in page.post("/drop?name=operations.csv", b"x").text
-    large = page.server.session
-    with pytest.raises(ValueError, match="too large"):
-        large.drop("a.csv", bytes(LARGEST + 1))
 
 
 def test_ten_thousand_files_are_listed_a_part_at_a_time(opened, tmp_path):
@@ -320,7 +256,7 @@ def test_records_are_never_changed(opened, folder, tmp_path):
     page = opened(folder / "curves", tmp_path, [str(folder / "few.yaml")])
     for path in ("/?look=9", f"/visit?{TODAY}", f"/sheet.html?{TODAY}"):
         page.get(path.replace("today", "one"))
-    named = urlencode({"kind": "settings", "name": folder / "curves" / "today.csv"})
+    named = urlencode({"name": folder / "curves" / "today.csv"})
     assert "is not overwritten" in page.post(f"/save?{TODAY}", named).text
     assert state() == before
 
@@ -336,7 +272,7 @@ def test_two_windows_and_two_sessions_do_not_disturb_each_other(page, opened, fo
 
 def test_what_is_being_written_is_written_though_the_browser_is_closed(page, tmp_path):
     target, port = tmp_path / "left.yaml", page.server.port
-    body = urlencode({"kind": "settings", "name": target})
+    body = urlencode({"name": target})
     with socket.create_connection((HOST, port)) as browser:
         head = f"POST /save?file=one.csv HTTP/1.1\r\nHost: {HOST}:{port}\r\n"
         head += f"Origin: http://{HOST}:{port}\r\nCookie: breaker-{port}={page.server.token}\r\n"
@@ -368,13 +304,11 @@ def test_no_request_leaves_the_machine(folder, tmp_path):
     assert (tmp_path / "errors").read_text() == ""
 
 
-def test_uploads_beyond_the_bound_are_refused(page):
-    most = re.search(r'data-most="(\d+)"', page.get("/").text)[1]
-    assert int(most) == LARGEST  # which the page says before it sends anything
+def test_requests_beyond_the_bound_are_refused(page):
     port = page.server.port
     with socket.create_connection((HOST, port), timeout=20) as browser:
-        head = f"POST /drop?name=a.csv HTTP/1.1\r\nHost: {HOST}:{port}\r\n"
-        browser.sendall(f"{head}Content-Length: {LARGEST + 2}\r\n\r\n".encode())
+        head = f"POST /save?{TODAY} HTTP/1.1\r\nHost: {HOST}:{port}\r\n"
+        browser.sendall(f"{head}Content-Length: {1 << 20}\r\n\r\n".encode())
         assert b" 200 " not in browser.recv(4096)
 
 

@@ -1,7 +1,7 @@
 """Walks through `breaker view` in a real browser: `make test-browser`.
 
-Four journeys: an unknown export to a sheet, in two clicks; a wrong setting, said and mended by
-keyboard alone; two visits with a reference; poles in files of their own. Each page is checked by
+Three journeys: an unknown export to a sheet, in two clicks; a wrong setting, said and mended by
+keyboard alone; two visits with a reference. Each page is checked by
 axe, and pictures of each, at 1280 and 1920 pixels and in dark mode, go into ``build/browser/``, to
 be looked at.
 """
@@ -16,7 +16,7 @@ from pathlib import Path
 
 from breaker.cli import main
 from tests.browser.chromium import ENTER, TAB, Browser
-from tests.exports import pole, write
+from tests.exports import write
 
 ALL = "\ue009a\ue000"  # Ctrl-A, and all keys up again
 PICTURES = Path("build/browser")
@@ -54,7 +54,7 @@ def to_a_sheet(browser: Browser, address: str, folder: Path, downloads: Path) ->
     browser.until(sheet.exists, "the sheet")
     settings = downloads / "my.yaml"
     browser.run("document.getElementById('settings-name').value = arguments[0]", str(settings))
-    browser.click('form.save:has([value="settings"]) button')
+    browser.click("form.save button")
     browser.until(settings.exists, "the settings")
     given = [str(folder / "export_02.csv"), "--config", str(settings)]
     assert main(["report", *given, "--output", str(downloads / "same.html")]) == 0
@@ -107,20 +107,6 @@ def two_visits(browser: Browser) -> None:
     browser.until(lambda: "since the visit before" in browser.text("#values"), "the changes")
 
 
-def pole_files(browser: Browser, folder: Path, name: str) -> None:
-    """Three files, one a pole of one operation, side by side on one time axis."""
-    with viewed(folder) as address:
-        browser.open(address)
-        for k in range(3):
-            browser.click(f'input[name="file"][value="pole_{k}.csv"]')
-        browser.click("#list button")
-        browser.until(lambda: "simultaneity" in browser.text("#values"), "the poles")
-        assert "by the coil of closing" in browser.text("#aligned")
-        accessible(browser, "pole files")
-        browser.picture(PICTURES / f"poles-{name}.png", 3500)
-        sound(browser, address)
-
-
 def accessible(browser: Browser, what: str) -> None:
     """No finding of axe is serious; the others are said."""
     if not AXE.exists():
@@ -161,10 +147,6 @@ def walk() -> None:
         folder = Path(place, "curves")
         folder.mkdir()
         exports(folder, 40)
-        poles = Path(place, "poles")
-        poles.mkdir()
-        for k, phase in enumerate("RYB"):
-            pole(poles / f"pole_{k}.csv", phase, k, clock=f"10:42:1{k}", trip=30.0 + 6.0 * k)
         for width, dark in ((1280, False), (1920, False), (1280, True)):
             downloads = Path(place, f"{width}-{dark}")
             downloads.mkdir()
@@ -185,7 +167,6 @@ def walk() -> None:
                     accessible(browser, "the list")
                     browser.picture(PICTURES / f"list-{name}.png", 1500)
                     sound(browser, address)
-                    pole_files(browser, poles, name)
                 finally:
                     browser.end()
     print(f"all journeys were walked; look at {PICTURES}/")

@@ -5,7 +5,7 @@ than a screen shows; a part that is zoomed into is sent anew.
 """
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -62,16 +62,13 @@ class Mark(NamedTuple):
     inferred: bool = False
 
 
-def record_traces(
-    records: Sequence[DriveRecord], layouts: Sequence[Layout], shifts: Mapping[str, float]
-) -> list[Trace]:
+def record_traces(records: Sequence[DriveRecord], layouts: Sequence[Layout]) -> list[Trace]:
     """Return travels as they were read, and all other columns as they are in their files.
 
     Args:
         records: Of the visit; those that were rejected have none.
         layouts: What is in each of the files. Where no record was read, their times are the numbers
             of samples, as nobody knows them; else those of other files are left out.
-        shifts: ms that are added to the times of a file.
     """
     labels, travels = _labels(records, layouts), {}
     beside: dict[str, list[DriveRecord]] = {}
@@ -84,8 +81,7 @@ def record_traces(
         name, phase = printable(str(column)), each.operation.phase
         said = phase in name.split() or labels.get(file) == f"{phase}: "
         name = name if said or not phase else f"{name} {phase}"
-        time = each.raw.time + shifts.get(file, 0.0)
-        found = Trace(name, "mm", "travel", time, each.raw.sure)
+        found = Trace(name, "mm", "travel", each.raw.time, each.raw.sure)
         travels.setdefault((file, str(column)), found)
     taken = {file: {c for f, c in travels if f == file} for file in beside}
     others = []
@@ -94,8 +90,7 @@ def record_traces(
         if beside and file not in beside:
             continue  # nobody knows its times, and others are shown over theirs
         some = _columns(layout, beside.get(file, ()), taken.get(file, set()))
-        at = shifts.get(file, 0.0)
-        others += [(file, each._replace(time=each.time + at)) for each in some]
+        others += [(file, each) for each in some]
     both = [*((file, trace) for (file, _), trace in travels.items()), *others]
     return [each._replace(name=labels.get(file, "") + each.name) for file, each in both]
 
@@ -160,7 +155,6 @@ def laid_over(
     records: Sequence[DriveRecord],
     overlays: Sequence[Overlay],
     what: str,
-    shifts: Mapping[str, float],
     *,
     band: bool = False,
 ) -> list[Trace]:
@@ -170,7 +164,6 @@ def laid_over(
         records: Of the visit.
         overlays: Of these over others, as of ``reference_curve.overlaid``.
         what: What the others are.
-        shifts: ms that are added to the times of a file of the visit.
         band: Whether the band about them is shown.
     """
     of = {_identity(each.operation, each.motion): each for each in records}
@@ -180,9 +173,9 @@ def laid_over(
         raw, sign = record.raw, 1.0 if each.motion == "closing" else -1.0
         name = printable(each.good_file).rpartition("/")[2]
         name = " ".join(filter(None, [f"{what}: {name}, {each.motion}", each.phase]))
-        time = each.time + raw.moves + shifts.get(str(record.operation.file), 0.0)
         reading = raw.segment.before + sign * each.good
         half = each.band if band else np.nan
+        time = each.time + raw.moves
         found.append(Trace(name, "mm", "travel", time, reading, laid=True, band=half))
     return found
 
@@ -191,20 +184,9 @@ def _identity(operation: Operation, motion: str) -> tuple[int, str, str, str]:
     return operation.number, motion, operation.phase, str(operation.file)
 
 
-def marks_of(answers: Sequence[Answer], shifts: Mapping[str, float]) -> list[Mark]:
-    """Return the times that are measured or inferred, and the zones of speeds.
-
-    Args:
-        answers: Of the visit.
-        shifts: ms that are added to the times of a file.
-    """
-    found = []
-    for answer in answers:
-        if answer.record.raw is not None:
-            at = shifts.get(str(answer.record.operation.file), 0.0)
-            marks = _marks(answer)
-            found += [e._replace(start=e.start + at, stop=e.stop + at) for e in marks]
-    return found
+def marks_of(answers: Sequence[Answer]) -> list[Mark]:
+    """Return the times that are measured or inferred, and the zones of speeds."""
+    return [mark for each in answers if each.record.raw is not None for mark in _marks(each)]
 
 
 def _marks(answer: Answer) -> list[Mark]:
@@ -267,26 +249,13 @@ def plain(values: np.ndarray) -> list[float | None]:
     return [each if math.isfinite(each) else None for each in np.round(values, 6).tolist()]
 
 
-class AtCursors(NamedTuple):
-    """Readings of a trace at two cursors, and their difference; nan where there is none."""
-
-    name: str
-    unit: str
-    first: float
-    second: float
-
-    @property
-    def difference(self) -> float:
-        """Of the second from the first."""
-        return self.second - self.first
-
-
-def at_cursors(traces: Sequence[Trace], first: float, second: float) -> list[AtCursors]:
-    """Return the reading of each trace at the samples nearest to two times, ms."""
-    return [
-        AtCursors(each.name, each.unit, *(_nearest(each, at) for at in (first, second)))
-        for each in traces
-    ]
+def at_cursors(
+    traces: Sequence[Trace], first: float, second: float
+) -> list[tuple[Trace, float, float]]:
+    """Return each trace with its readings at the samples nearest to two times, ms; nan where it has
+    none.
+    """
+    return [(each, _nearest(each, first), _nearest(each, second)) for each in traces]
 
 
 def _nearest(trace: Trace, at: float) -> float:

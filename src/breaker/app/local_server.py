@@ -36,7 +36,6 @@ from breaker.app.page_text import (
     visit_page,
 )
 from breaker.app.view_session import ChangedError, MissingError, Session
-from breaker.reading.files.guards import LARGEST
 
 HOST = "127.0.0.1"
 """The only address at which it listens: nobody beyond this machine reaches it."""
@@ -61,6 +60,7 @@ _DOOR = (
     '<link rel="icon" href="/static/icon.svg"><a href="/">Open the page</a>'
 )
 _TYPES = {".js": "text/javascript", ".css": "text/css", ".svg": "image/svg+xml"}
+_BODY = 65_536  # bytes of a request: only a name is sent
 _OWN = ("page.js", "page.css", "icon.svg")
 _BOKEH = ("bokeh.min.js", "bokeh-api.min.js")
 
@@ -99,7 +99,7 @@ class PageServer:
         routes = [(path, handler, {"page": self}) for path, handler in _ROUTES]
         application = tornado.web.Application(routes, default_handler_class=_Lost)
         application.settings["default_handler_args"] = {"page": self}
-        server = tornado.httpserver.HTTPServer(application, max_body_size=LARGEST + 1)
+        server = tornado.httpserver.HTTPServer(application, max_body_size=_BODY)
         server.add_socket(self._socket)
         try:  # whatever ends it: a thread of a worker that is not told would wait for ever
             ready()
@@ -295,19 +295,12 @@ class _Sheet(_Handler):
 class _Save(_Handler):
     async def post(self) -> None:
         choices = self.choices()
-        kind, name = (self.get_body_argument(each, "", strip=True) for each in ("kind", "name"))
-        if kind not in ("settings", "table") or not name or "\0" in name:
+        name = self.get_body_argument("name", "", strip=True)
+        if not name or "\0" in name:
             raise ValueError("name the file that is to be written")
-        said = await self.worked(lambda: self.page.session.save(choices, kind, name), slow=True)
+        said = await self.worked(lambda: self.page.session.save(choices, name), slow=True)
         self.set_header("Content-Type", "text/plain; charset=utf-8")
         self.finish(said)
-
-
-class _Drop(_Handler):
-    async def post(self) -> None:
-        name = self.query.get("name", [""])[-1]
-        identity = await self.worked(lambda: self.page.session.drop(name, self.request.body))
-        self.finish({"id": identity})
 
 
 class _Static(_Handler):
@@ -334,6 +327,5 @@ _ROUTES = [
     ("/cursors", _Cursors),
     (r"/sheet\.(pdf|html)", _Sheet),
     ("/save", _Save),
-    ("/drop", _Drop),
     (r"/static/([\w.-]+)", _Static),
 ]

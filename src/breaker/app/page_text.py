@@ -12,14 +12,14 @@ import jinja2
 import numpy as np
 from markupsafe import Markup
 
-from breaker.app.curve_traces import AtCursors, Mark, at_cursors, plain, thinned
+from breaker.app.curve_traces import Mark, at_cursors, plain, thinned
 from breaker.app.page_choices import WHOLE, Choices, name_of
 from breaker.app.view_session import SHOWN, Answered, Session, Shown
 from breaker.common.numerals import in_digits
 from breaker.common.visible_text import visible_text
 from breaker.documents.html_page import html_page
 from breaker.documents.parts import tone_of
-from breaker.reading.files.guards import LARGEST, printable
+from breaker.reading.files.guards import printable
 
 
 @cache
@@ -67,7 +67,6 @@ def list_page(session: Session, number: str, look: str) -> str:
         page=page,
         pages=pages,
         whole=WHOLE if session.whole else "",
-        most=LARGEST,
     )
 
 
@@ -86,7 +85,6 @@ def visit_page(session: Session, choices: Choices) -> str:
         command=shown.command,
         others=session.beside(shown.choices),
         settings_name=_free("my.yaml"),
-        table_name=_table(session),
     )
 
 
@@ -105,7 +103,6 @@ def answer_part(session: Session, choices: Choices, state: str) -> str:
         summary=[(each, tone_of(each)) for each in report.summary],
         values=Markup(html_page(values, inner="report")),  # which escapes what it is given
         marks=answered.marks,
-        words=answered.words,
         address=session.shown(choices, state).address,
         pdf=importlib.util.find_spec("weasyprint") is not None,
     )
@@ -123,15 +120,6 @@ def _free(name: str) -> str:
     while path.exists():
         path, number = Path(name).with_stem(f"{Path(name).stem}-{number}"), number + 1
     return str(path)
-
-
-def _table(session: Session) -> str:
-    """Where the table of the folder goes; empty where there is no folder, it has one, or is gone
-    when the command ends.
-    """
-    place = Path(session.named, "operations.csv")
-    lasts = session.is_folder and session.own not in place.parents
-    return printable(place) if lasts and not os.path.lexists(place) else ""
 
 
 def error_page(text: str, *, allowed: bool = True) -> str:
@@ -170,10 +158,9 @@ def _mark(mark: Mark) -> dict:
 
 def cursor_page(shown: Shown, first: float, second: float) -> str:
     """Return the table of readings at two cursors."""
-    rows: Sequence[AtCursors] = at_cursors(shown.traces, first, second)
     return _page(
         "cursors.html",
-        rows=rows,
+        rows=at_cursors(shown.traces, first, second),
         first=first,
         second=second,
         apart=second - first,

@@ -18,20 +18,14 @@ from urllib.parse import urlencode
 
 from breaker.app.curve_traces import Mark, Trace, laid_over, marks_of, record_traces
 from breaker.app.page_choices import WHOLE, Choices, id_of, name_of, overlay_text
-from breaker.app.pole_alignment import aligned
 from breaker.app.setting_rows import SettingRow, base_of, rows_of
-from breaker.common.atomic_writes import whole
-from breaker.documents.terminal import text_of
-from breaker.drive.answers.answer_document import document
-from breaker.drive.answers.answer_words import words_of
 from breaker.drive.answers.reference_curve import overlaid
 from breaker.drive.answers.test_report import Report, report_of
 from breaker.drive.answers.visit import Visit
 from breaker.model.parameters import MOTIONS
 from breaker.reading.files.file_facts import Description
-from breaker.reading.files.folder_listing import is_odd, record_files
-from breaker.reading.files.formats import ENDINGS
-from breaker.reading.files.guards import LARGEST, Files, printable
+from breaker.reading.files.folder_listing import record_files
+from breaker.reading.files.guards import Files, printable
 from breaker.reading.files.operations_table import MANIFEST
 from breaker.reading.inspection.file_contents import Layout, look_into
 from breaker.reading.inspection.file_description import describe_file
@@ -39,9 +33,6 @@ from breaker.reading.inspection.setting_proposal import Proposal, inspect_file
 
 SHOWN = 100
 """Files of a list that are looked into at a time."""
-
-MOST_DROPPED = 4 * LARGEST
-"""Bytes of all files that are dropped on a page."""
 
 _KEPT = 6  # visits, of which the page needs nothing anew
 _LISTED = 10_000  # files of lists, whose descriptions are kept
@@ -56,14 +47,12 @@ class Commands(NamedTuple):
         settings_of: The configuration of overlays.
         read_of: The visit that ``breaker report`` reads with options, files opened in those given.
         content_of: The bytes of its report by ending, and what to say of them.
-        manifest_of: The table of ``breaker inspect`` for a folder, and remarks.
         write_lines: Write a text where nothing of a user is, for a name and what is read.
     """
 
     settings_of: Callable[[Sequence[str]], Mapping]
     read_of: Callable[[Namespace, Files], Visit]
     content_of: Callable[[Report, str], tuple[bytes, str]]
-    manifest_of: Callable[[str, Mapping], tuple[str, Sequence[str]]]
     write_lines: Callable[[str, str, Sequence[str]], str]
 
 
@@ -118,18 +107,12 @@ class Shown:
         """Unit of the times of its curves: that of a record, or samples where none was read."""
         return "ms" if any(each.kind == "travel" for each in self.traces) else "samples"
 
-    @property
-    def aligned(self) -> str:
-        """How poles in files of their own come onto one time axis; empty where none do."""
-        return aligned(self.read.records).said if self.read else ""
-
 
 class Answered(NamedTuple):
-    """The report of a visit, the marks of its curves, and the whole in words."""
+    """The report of a visit, and the marks of its curves."""
 
     report: Report
     marks: Sequence[Mark]
-    words: str
 
 
 class MissingError(ValueError):
@@ -147,7 +130,7 @@ class Session:
         named: The folder or file.
         overlays: Files of configuration that the command line names.
         commands: What the commands do.
-        own: A folder of this session alone, for dropped files and settings that are not saved.
+        own: A folder of this session alone, for settings that are not saved.
 
     Raises:
         OSError: If the folder cannot be read.
@@ -170,25 +153,18 @@ class Session:
     # ---- the list ----
 
     def files(self) -> dict[str, str]:
-        """Return paths of all files by their ids, those that were dropped last.
+        """Return paths of all files by their ids.
 
         Raises:
             MissingError: If the folder is not there any more.
         """
         if not self.is_folder:
-            found = {id_of(Path(self.named).name): self.named}
-        elif not os.path.isdir(self.named):
+            return {id_of(Path(self.named).name): self.named}
+        if not os.path.isdir(self.named):
             raise MissingError(
                 f"the folder {printable(self.named)} is not there any more: was it renamed, or is "
                 "its disk not connected? Put it back and load this page again"
             )
-        else:
-            found = self._of_folder()
-        dropped = record_files(self.own / "dropped")
-        return found | {f"dropped/{id_of(each.name)}": str(each) for each in dropped}
-
-    def _of_folder(self) -> dict[str, str]:
-        """Files of the folder, listed anew where it has changed: there may be ten thousand."""
         folder = Path(self.named)
         parts = [folder, *(folder / each for each in MOTIONS)]
 
@@ -196,6 +172,7 @@ class Session:
             paths = [each for part in parts for each in record_files(part)]
             return {id_of(os.path.relpath(each, folder)): str(each) for each in paths}
 
+        # Listed anew where the folder has changed: there may be ten thousand.
         return self._once(("listed", *(_times(str(each)) for each in parts)), find, 1)
 
     def listed(self, identities: Sequence[str], most: int) -> list[Listed]:
@@ -219,30 +196,6 @@ class Session:
         parts = [Path(self.named, each) for each in MOTIONS]
         table = Path(self.named, MANIFEST).exists()
         return self.is_folder and (table or any(each.is_dir() for each in parts))
-
-    def drop(self, name: str, content: bytes) -> str:
-        """Keep a file that was dropped on the page until the session ends, and return its id.
-
-        Raises:
-            ValueError: If its name is none of a record, or there are too many bytes.
-        """
-        plain = Path(name.replace("\\", "/")).name
-        if is_odd(plain) or plain.startswith((".", "~$")) or plain == MANIFEST:
-            raise ValueError(f"{printable(plain)} is no name of a record; rename it")
-        if not plain.lower().endswith((*ENDINGS, ".dat")):
-            endings = " ".join(ENDINGS)
-            raise ValueError(f"{printable(plain)} has no ending of a record ({endings})")
-        folder = self.own / "dropped"
-        folder.mkdir(exist_ok=True)
-        held = sum(each.stat().st_size for each in folder.iterdir())
-        if len(content) > LARGEST or held + len(content) > MOST_DROPPED:
-            raise ValueError(
-                f"{printable(plain)} is too large to be dropped here; name its folder instead: "
-                "breaker view FOLDER"
-            )
-        with whole(folder / plain) as part:
-            part.write_bytes(content)
-        return f"dropped/{id_of(plain)}"
 
     # ---- a visit ----
 
@@ -343,9 +296,7 @@ class Session:
             answers = visit.assessment.infer(visit.records)
             verdicts = visit.assessment.judge(answers)
             report = report_of(answers, verdicts, visit)
-            found = document(answers, verdicts, {"words": []}, {})
-            marks = marks_of(answers, aligned(visit.records).shifts)
-            return Answered(report, marks, text_of(words_of(found)))
+            return Answered(report, marks_of(answers))
 
         return self._once(("answered", id(shown), shown), answer, _KEPT)
 
@@ -391,21 +342,14 @@ class Session:
         finally:
             gc.collect()  # the figures of a sheet hold themselves, 20 MB of them
 
-    def save(self, choices: Choices, kind: str, name: str) -> str:
-        """Write the settings of a page, or the table of its folder, where the user says.
+    def save(self, choices: Choices, name: str) -> str:
+        """Write the settings of a page where the user says.
 
         Raises:
             OSError, ValueError: If it cannot or must not be written there.
         """
-        read = [self.named, *self.overlays]
-        shown = self.shown(choices)
-        if kind == "settings":
-            return self.commands.write_lines(name, shown.overlay, read)
-        with self._overlay(shown.overlay) as written:
-            config = self.commands.settings_of(written)
-            text, remarks = self.commands.manifest_of(self.named, config)
-        said = self.commands.write_lines(name, text, read)
-        return "\n".join([said, *(f"check: {each}" for each in remarks)])
+        text = self.shown(choices).overlay
+        return self.commands.write_lines(name, text, [self.named, *self.overlays])
 
     def _once(self, key: Hashable, find: Callable[[], Any], most: int) -> Any:
         """What was found before, or is now; of a kind as many as are told are kept. Whoever asks
@@ -441,16 +385,15 @@ def _traces(read: Visit | None, first: Layout | None, files: Files) -> list[Trac
     for each in dict.fromkeys(each.operation.file for each in records):
         with suppress(ValueError, OSError):
             layouts.append(look_into(files[each]))
-    shifts = aligned(records).shifts
-    found = record_traces(records, layouts or [*filter(None, [first])], shifts)
+    found = record_traces(records, layouts or [*filter(None, [first])])
     if read:
-        found += laid_over(records, read.overlays, "reference", shifts, band=True)
-        found += laid_over(records, overlaid(records, read.before), "before", shifts)
+        found += laid_over(records, read.overlays, "reference", band=True)
+        found += laid_over(records, overlaid(records, read.before), "before")
     return found
 
 
 def _listed(identity: str, seen: Description | None) -> Listed:
-    name = printable(name_of(identity).removeprefix("dropped/"))
+    name = printable(name_of(identity))
     if seen is None:
         return Listed(identity, name, pending=True)
     stated, parts = seen.preamble, seen.parts

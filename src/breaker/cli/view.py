@@ -11,7 +11,6 @@ from pathlib import Path
 
 from breaker import DISTRIBUTION
 from breaker.cli.inputs import add_path, settings_of
-from breaker.cli.inspect import table_of
 from breaker.cli.outputs import check_outputs, write_lines
 from breaker.cli.report import content_of, read_of
 from breaker.common.visible_text import say
@@ -76,7 +75,7 @@ def commands():
     """Return what the page asks of the other commands."""
     from breaker.app.view_session import Commands
 
-    return Commands(settings_of, read_of, content_of, table_of, _write)
+    return Commands(settings_of, read_of, content_of, _write)
 
 
 def _write(name: str, text: str, read: Sequence[str]) -> str:

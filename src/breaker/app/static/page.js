@@ -58,7 +58,6 @@ function prepare() {
   }
   for (const each of document.querySelectorAll("form.save")) each.addEventListener("submit", save);
   for (const id of ["cursor1", "cursor2"]) byId(id)?.addEventListener("change", readCursors);
-  byId("drop")?.addEventListener("change", (event) => drop(event.target.files));
 }
 
 // ---- what takes longer: files of a list, values of a visit ----
@@ -118,26 +117,6 @@ async function save(event) {
   } catch (error) {
     said.textContent = error.message;
   }
-}
-
-async function drop(files) {
-  const ids = [];
-  busy("reading ...");
-  const most = Number(byId("drop")?.dataset.most ?? Infinity); // which the server refuses, too
-  try {
-    for (const file of files) {
-      if (file.size > most) {
-        throw new Error(`${file.name} is too large to be dropped here; name its folder instead: breaker view FOLDER`);
-      }
-      const name = encodeURIComponent(file.name);
-      ids.push((await (await answer("/drop?name=" + name, { method: "POST", body: file })).json()).id);
-    }
-  } catch (error) {
-    busy(error.message);
-    return;
-  }
-  const shown = ids.filter((id) => !id.toLowerCase().endsWith(".dat"));
-  if (shown.length) location.assign("/visit?" + new URLSearchParams(shown.map((id) => ["file", id])));
 }
 
 // ---- curves ----
@@ -322,7 +301,5 @@ async function readCursors() {
 }
 
 addEventListener("popstate", () => show(location.href, false));
-addEventListener("dragover", (event) => event.preventDefault());
-addEventListener("drop", (event) => { event.preventDefault(); drop(event.dataTransfer.files); });
 prepare();
 draw().then(() => { document.body.dataset.took = Math.round(performance.now()); }).then(complete);
