@@ -233,7 +233,7 @@ limits: [{name: a; b, motion: closing, upper: {f: 1}}]
     limits[0].name
 limits: [{name: a, motion: closing}, {name: a, motion: opening, lower: {f: 1}}]
     limits[0]
-    limits has two limits of the name a
+    limits has 'a'
 limits: [{name: a, motion: closing, lower: {f: 1}}]
 motions: [opening]
     limits has no limit of opening
@@ -256,7 +256,7 @@ planning: {service_cost: 0}
 planning: {service_cost: 5, failure_cost: 2}
     planning.failure_cost is 2
 planning: {inspection: 0 years}
-    planning.inspection cannot be used: "0 years"
+    planning.inspection is "0 years"
 trend: {reference: [300, 200]}
     trend.reference is [300, 200]
 family: {name: nobody}

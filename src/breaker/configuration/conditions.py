@@ -6,12 +6,10 @@ with its value; ``broken`` calls those whose sections are right by themselves.
 
 import inspect
 import math
-from collections.abc import Callable, Collection, Iterator, Mapping
-from contextlib import suppress
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from typing import Any
 
 from breaker.configuration.definitions import ADVICE, advice_of, family_of
-from breaker.configuration.inspection_interval import interval_of
 from breaker.configuration.loading import UNLIKE, of_motion
 from breaker.configuration.settings import defaults
 from breaker.model.equations import PRESSED, pressed_half_space
@@ -34,7 +32,8 @@ def broken(config: Mapping[str, Any], wrong: Collection[str], *, curves: bool) -
     Args:
         curves: Whether to look at the folder ``endurance.curves``.
     """
-    for condition in (*_OF_SETTINGS, *(_OF_FOLDERS if curves else ())):
+    conditions = (_trainings, _costs, _prior, _limits, _known, _files, _events)
+    for condition in (*conditions, *([_folder] if curves else [])):
         names = inspect.signature(condition).parameters
         if not {*names} & {*wrong}:
             yield from condition(*(config[name] for name in names))
@@ -48,13 +47,29 @@ def _refused(key: tuple, build: Callable, *given: Any) -> Found:
         yield key, f"cannot be used: {str(error).rstrip('.')}."
 
 
-def _trainings(network, training, by_motion, bank, sensor) -> Found:
+def _at_most(key: tuple, value: float, limit: str, most: float) -> Found:
+    if value > most:
+        yield key, f"is {value}, but must not exceed {limit} ({most}). Change one of them."
+
+
+def _distinct(key: tuple, names: Iterable[str], meant: Callable = lambda name: [name]) -> Found:
+    """Yield names that mean nothing, or the same as an earlier one."""
+    seen: set[str] = set()
+    for name in names:
+        words = {*meant(name)} - {""}
+        if not words or words & seen:
+            yield key, f"has {name!r}, which means nothing, or the same as another. Rename it."
+        seen |= words
+
+
+def _trainings(network, training, by_motion, bank, sensor, validation) -> Found:
+    config = {"network": network, "training": training, "by_motion": by_motion}
     curves = bank["shards"] * bank["curves_per_shard"]
     for motion in MOTIONS:
-        config = {"network": network, "training": training, "by_motion": by_motion}
         own = of_motion(config, motion)
         place = ("by_motion", motion, "training") if motion in by_motion else ("training",)
-        yield from _at_most(own["training"], place, "evaluate_every", "steps")
+        every, steps = (own["training"][key] for key in ("evaluate_every", "steps"))
+        yield from _at_most((*place, "evaluate_every"), every, "steps", steps)
         keys = ("batch", "validation_curves", "held_out_curves")
         needs = sum(own["training"][key] for key in keys)
         if curves < needs:
@@ -63,36 +78,18 @@ def _trainings(network, training, by_motion, bank, sensor) -> Found:
                 f"has {curves} curves (shards times curves_per_shard), but the training of "
                 f"{motion} needs {needs} ({' + '.join(keys)}). Raise the former or lower these.",
             )
-        components = own["network"]["summary"]["components"]
-        if components > sensor["samples"]:
-            yield (
-                ("network", "summary", "components"),
-                f"is {components} for {motion}, but must not exceed sensor.samples "
-                f"({sensor['samples']}). Lower it, or raise sensor.samples.",
-            )
+        parts = own["network"]["summary"]["components"]
+        key = ("network", "summary", "components")
+        yield from _at_most(key, parts, "sensor.samples", sensor["samples"])
+    judged = ("validation", "judged_curves")
+    yield from _at_most(judged, validation["judged_curves"], "curves", validation["curves"])
 
 
-def _validation(validation) -> Found:
-    yield from _at_most(validation, ("validation",), "judged_curves", "curves")
-
-
-def _at_most(section: Mapping, place: tuple, key: str, limit: str) -> Found:
-    value, most = section[key], section[limit]
-    if value > most:
-        yield (
-            (*place, key),
-            f"is {value}, but must not exceed {limit} ({most}). Change one of them.",
-        )
-
-
-def _planning(planning) -> Found:
+def _costs(planning) -> Found:
     service, failure = planning["service_cost"], planning["failure_cost"]
-    if not service:
-        yield ("planning", "service_cost"), "is 0, so a service is always due. State a cost."
     if failure <= service:
-        text = f"is {failure:g}, so no service pays. Raise it above service_cost."
+        text = f"is {failure:g}, so no service pays. Raise it above service_cost ({service:g})."
         yield ("planning", "failure_cost"), text
-    yield from _refused(("planning", "inspection"), interval_of, planning["inspection"])
 
 
 def _prior(prior, size) -> Found:
@@ -121,16 +118,11 @@ def _limits(limits, limits_by_type, motions, speeds) -> Found:
     defined = every_speed(speeds)
     for number, entry in enumerate(limits):
         yield from _refused(("limits", number), from_list, [entry], MOTIONS, defined)
-    names = [entry.get("name") for entry in limits]
-    for name in sorted({each for each in names if each and names.count(each) > 1}):
-        yield ("limits",), f"has two limits of the name {name}. Give one another name."
+    yield from _distinct(("limits",), [each["name"] for each in limits if "name" in each])
     if not any(entry.get("motion", motions[0]) in motions for entry in limits):
         yield ("limits",), f"has no limit of {' or '.join(motions)} (motions). Add one."
-    spelt: dict[str, str] = {}
+    yield from _distinct(("limits_by_type",), limits_by_type, lambda name: [bare(name)])
     for name, ranges in limits_by_type.items():
-        if not bare(name) or spelt.setdefault(bare(name), name) != name:
-            text = f"has {name!r}, which is no type, or one that is there. Rename it."
-            yield ("limits_by_type",), text
         yield from _refused(("limits_by_type", name), entries_of_type, ranges, defined)
 
 
@@ -149,29 +141,25 @@ def _files(family, advice) -> Found:
         yield ("advice",), f"has {', '.join(unknown)}, but must name entries of {ADVICE.name}."
 
 
-def _format(endurance) -> Found:
+def _events(endurance) -> Found:
     yield from _refused(("endurance", "format"), complete, endurance["format"])
-    seen: dict[str, str] = {}
-    for name in endurance["events"]:
-        words = event_words(name)
-        if not words or any(seen.setdefault(word, name) != name for word in words):
-            text = f"has {name!r}, which is no event, or one that is there. Rename it."
-            yield ("endurance", "events"), text
+    yield from _distinct(("endurance", "events"), endurance["events"], event_words)
 
 
 def _folder(endurance, motions, known) -> Found:
-    curves, stated = endurance["curves"], [{}]
-    for key in ("breaker", "phase"):
-        if endurance[key] is not None and curves is None:
-            text = "needs endurance.curves: the simulated test has one breaker. Set it to null."
-            yield ("endurance", key), text
-    if curves is not None:
-        which = (curves, endurance["breaker"], endurance["phase"], endurance["events"])
-        stated = []
+    """Operations that cannot be listed, or whose records lack a setting."""
+    stated: list[Mapping] = []
+    if endurance["curves"] is None:
+        stated = [{}]
+        for key in ("breaker", "phase"):
+            if endurance[key] is not None:
+                text = "needs endurance.curves: the simulated test has one breaker. Set it to null."
+                yield ("endurance", key), text
+    else:
         for motion in motions:
-            yield from _refused(("endurance", "curves"), listed, *which, [motion])
-            with suppress(OSError, ValueError):
-                stated += [each.settings for each in listed(*which, [motion])]
+            yield from _refused(
+                ("endurance", "curves"), lambda on: stated.extend(_stated(endurance, on)), motion
+            )
     for text in {lacking({**FORMAT, **endurance["format"], **each}) for each in stated} - {""}:
         yield ("endurance", "format"), f"cannot be used: {text}."
     if known:
@@ -179,17 +167,16 @@ def _folder(endurance, motions, known) -> Found:
         yield ("known",), text
 
 
-def listed(curves: str, breaker: str | None, phase: str | None, events: Mapping, motions) -> list:
-    """List the operations that are worked on: of one breaker some motions, or all of several."""
+def _stated(endurance: Mapping, motion: str) -> list[Mapping]:
+    """Return what the table states of each operation: of a motion, or of all of several breakers.
+
+    Raises:
+        OSError, ValueError: If the operations cannot be listed.
+    """
+    curves, breaker, phase, events = (
+        endurance[key] for key in ("curves", "breaker", "phase", "events")
+    )
     if breaker is None and len(list_breakers(curves)) > 1:
         fleet = list_fleet(curves, phase=phase, events=events)
-        return [each for some in fleet.values() for _, each in some]
-    return [
-        each
-        for motion in motions
-        for each in list_once(curves, motion, breaker, phase, *sorted(events))
-    ]
-
-
-_OF_SETTINGS = (_trainings, _validation, _planning, _prior, _limits, _known, _files, _format)
-_OF_FOLDERS = (_folder,)
+        return [each.settings for some in fleet.values() for _, each in some]
+    return [each.settings for each in list_once(curves, motion, breaker, phase, *sorted(events))]

@@ -4,6 +4,7 @@
 these classes, and ``checking`` compares a configuration with them.
 """
 
+from collections.abc import Callable
 from copy import deepcopy
 from typing import Annotated, Any, Literal, get_args
 
@@ -41,27 +42,13 @@ def _list(entry: Any, least: int, most: int) -> Any:
     return Annotated[list[entry], Field(min_length=least, max_length=most)]
 
 
-def _with_sd(pair: list[float]) -> list[float]:
-    if pair[1] <= 0.0:
-        raise ValueError("the standard deviation must be above 0")
-    return pair
+def _where(kind: Any, holds: Callable[[Any], bool], text: str) -> Any:
+    def check(value: Any) -> Any:
+        if not holds(value):
+            raise ValueError(text)
+        return value
 
-
-def _ordered(ends: list[float]) -> list[float]:
-    if ends[0] > ends[1]:
-        raise ValueError("the first must not exceed the second")
-    return ends
-
-
-def _distinct(entries: list[str]) -> list[str]:
-    if len({*entries}) < len(entries):
-        raise ValueError("no entry may stand twice")
-    return entries
-
-
-def _defined(speeds: dict[str, list[str] | None]) -> dict[str, list[str] | None]:
-    speeds_of(speeds)  # raises
-    return speeds
+    return Annotated[kind, AfterValidator(check)]
 
 
 Motion = Literal["closing", "opening"]
@@ -70,7 +57,9 @@ Summary = _text(200, pattern=r"^(time_series|[A-Za-z_][\w.]*:[A-Za-z_]\w*)$")
 Column = _text(200) | _number(int, 1, 1000)
 Trigger = _text(200) | _number(int, 0, 1000)
 Amount = _number(float, -1e6, 1e6)
-Known = Annotated[_list(Amount, 2, 2), AfterValidator(_with_sd)]
+Known = _where(
+    _list(Amount, 2, 2), lambda pair: pair[1] > 0.0, "the standard deviation must be above 0"
+)
 Points = _list(_text(100), 2, 2)
 SpeedName = _text(100, pattern=r"^(closing|opening)_speed(_[a-z0-9_]+)?$")
 Bound = Amount | _text(14, pattern=r"^[+-]?[0-9]{1,4}(\.[0-9]{1,6})? ?%$")
@@ -85,9 +74,14 @@ Sizes = _list(_number(int, 1, 10_000), 1, 16)
 Hidden = _list(_number(int, 1, 512), 1, 4)
 Optimiser = Literal["muon", "muon_edges", "adamw"]
 Posterior = Literal["amortised", "corrected"]
-Numbers = Annotated[_list(_number(int, 0, 10**9), 2, 2), AfterValidator(_ordered)]
-Range = Annotated[_list(_number(float, -100, 100), 2, 2), AfterValidator(_ordered)]
-Motions = Annotated[_list(Motion, 1, 2), AfterValidator(_distinct)]
+_ORDERED = (lambda ends: ends[0] <= ends[1], "the first must not exceed the second")
+Numbers = _where(_list(_number(int, 0, 10**9), 2, 2), *_ORDERED)
+Range = _where(_list(_number(float, -100, 100), 2, 2), *_ORDERED)
+Motions = _where(_list(Motion, 1, 2), lambda some: len({*some}) == len(some), "no motion twice")
+Interval = _text(
+    40,
+    pattern=r"^(every operation|([0-9]{1,8}\.)?[0-9]{0,8}[1-9][0-9]{0,8} (operation|year)s?)$",
+)
 Renewed = Literal[("all", "transducer", *NAMES)]
 
 # ---- model ---------------------------------------------------------------------------------------
@@ -349,10 +343,10 @@ class Planning(Section):
 
     operations: float = _f(500, "Operations ahead.", 0, 1e9)
     years: float = _f(2.0, "Years ahead, where dates are known.", 0, 100)
-    service_cost: float = _f(1.0, "Cost of a planned service.", 0, 1e12)
+    service_cost: float = _f(1.0, "Cost of a planned service.", high=1e12, gt=0)
     failure_cost: float = _f(20.0, "Cost of a failure; more than a service.", 0, 1e12)
     inspection_cost: float = _f(0.1, "Cost of an inspection; none under monitoring.", 0, 1e12)
-    inspection: _text(40) = _f("every operation", "Or 1 year, 100 operations: their interval.")
+    inspection: Interval = _f("every operation", "Or 1 year, 100 operations: their interval.")
     sudden_failures: float = _f(0.0015, "Sudden failures of a drive per year; 0: none.", 0, 10)
 
 
@@ -427,7 +421,7 @@ class Settings(Section):
     family: Family
     validation: Validation
     simulated_test: SimulatedTest
-    speeds: Annotated[dict[SpeedName, Points | None], AfterValidator(_defined)] = _f(
+    speeds: Annotated[dict[SpeedName, Points | None], AfterValidator(speeds_of)] = _f(
         {"closing_speed": None, "opening_speed": None},
         "Speeds by name, each the mean between two points, such as [6 mm before touch, touch], "
         "[10 % of stroke, 10 ms after 50 % of stroke] or [20 mm from open, 30 % from closed]; null "

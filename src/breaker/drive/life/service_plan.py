@@ -19,7 +19,6 @@ from typing import NamedTuple, Self
 
 import numpy as np
 
-from breaker.configuration.inspection_interval import OPERATIONS, interval_of
 from breaker.drive.life.forecast import Future
 
 YEAR = 365.25  # days
@@ -31,7 +30,7 @@ class Costs(NamedTuple):
 
     Attributes:
         service, failure, inspection: What each costs, in any unit.
-        often, unit: How far inspections are apart, in operations or years.
+        often, unit: How far inspections are apart, in units "operation" or "year".
         sudden: Failures of a drive in a year that no wear announces.
     """
 
@@ -46,11 +45,15 @@ class Costs(NamedTuple):
     def from_settings(cls, planning: Mapping) -> Self:
         """Build from the section.
 
-        Raises:
-            ValueError: If the interval of inspection is none.
+        >>> usual = {f"{name}_cost": 1.0 for name in ("service", "failure", "inspection")}
+        >>> usual |= {"inspection": "2 years", "sudden_failures": 0.0}
+        >>> Costs.from_settings(usual)[3:5]
+        (2.0, 'year')
         """
         costs = (planning[f"{name}_cost"] for name in ("service", "failure", "inspection"))
-        return cls(*costs, *interval_of(planning["inspection"]), planning["sudden_failures"])
+        number, unit = planning["inspection"].split()  # "every operation" or "100 operations"
+        often = 1.0 if number == "every" else float(number)
+        return cls(*costs, often, unit.removesuffix("s"), planning["sudden_failures"])
 
     def interval(self, days: np.ndarray) -> np.ndarray:
         """Return operations from one inspection to the next, at least 1.
@@ -59,7 +62,7 @@ class Costs(NamedTuple):
             days: From one operation to the next, ``(n,)``; nan where not known: then inf, since no
                 further inspection can be counted on.
         """
-        if self.unit == OPERATIONS:
+        if self.unit == "operation":
             return np.full(np.shape(days), max(self.often, 1.0))
         return np.nan_to_num(np.maximum(self.often * YEAR / days, 1.0), nan=np.inf)
 
