@@ -1,4 +1,1 @@
-"""What all rooms stand on: stores and files written whole, random numbers, numbers in words.
-
-Nothing here knows of breakers, so it depends on nothing else of the package.
-"""
+"""Stores and files written whole, random numbers, numbers in words: nothing knows of breakers."""

@@ -1,6 +1,4 @@
-"""Write a file or a folder so that it appears whole or not at all, and what was there stays until
-then: on a full disk, after an error, after an interrupt.
-"""
+"""Write a file or a folder so that it appears whole or not at all."""
 
 import os
 import secrets
@@ -17,18 +15,11 @@ def whole(path: str | Path) -> Iterator[Path]:
     A link is followed: what it leads to is replaced. A file keeps its permissions.
 
     Raises:
-        OSError: If it cannot be replaced; what was there stays.
-
-    Example:
-        >>> import tempfile
-        >>> with tempfile.TemporaryDirectory() as folder:
-        ...     with whole(f"{folder}/a.txt") as part:
-        ...         _ = part.write_text("all of it")
-        ...     Path(folder, "a.txt").read_text()
-        'all of it'
+        OSError: If it cannot be replaced; what was there stays, as after any error.
     """
     target = Path(os.path.realpath(path))
-    part, old = _hidden(target), _hidden(target)
+    # A name of its own, as that of the target may have the greatest length.
+    part, old = (target.with_name(f".{secrets.token_hex(4)}{target.suffix[:10]}") for _ in "12")
     try:
         yield part
         if not part.is_dir():
@@ -49,8 +40,3 @@ def whole(path: str | Path) -> Iterator[Path]:
                 shutil.rmtree(each, ignore_errors=True)
             else:
                 each.unlink(missing_ok=True)
-
-
-def _hidden(target: Path) -> Path:
-    """Return a new name beside a target, short as its own may have the greatest length."""
-    return target.with_name(f".{secrets.token_hex(4)}{target.suffix[:10]}")

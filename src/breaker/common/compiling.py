@@ -1,13 +1,11 @@
-"""Compilation of inner loops by numba, whose result is kept where there is a place for it.
+"""Compilation of inner loops by numba; where it lacks, functions run as they are.
 
-Where numba is not installed, functions run as they are, with the same results: one record takes
-about as long, and many take several times as long. A division by zero gives inf or nan everywhere,
-as it does in numpy.
+A division by zero gives inf or nan everywhere, as it does in numpy.
 """
 
 from collections.abc import Callable
 from functools import cached_property, update_wrapper, wraps
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 
@@ -17,8 +15,7 @@ _PLAIN = 300_000  # elements, with which plain Python takes less time than numba
 def compiled(*, late: bool = False, **options: Any) -> Callable[[Callable], Callable]:
     """Return a decorator that compiles a function, and keeps the machine code for later processes.
 
-    It is kept beside the module, or in the user's cache. Where neither can be written to, as in a
-    read-only container, every process compiles anew: a few seconds each.
+    Where nothing can be kept, as in a read-only container, every process compiles anew.
 
     Args:
         late: Whether a process runs the function as it is until it has seen some arrays: what reads
@@ -52,7 +49,6 @@ def numba_or_plain() -> tuple[Callable, Callable]:
 
 
 def _plain_njit(function: Callable | None = None, **_: Any) -> Callable:
-    """Return a function as it is, as ``numba.njit`` returns it compiled."""
     if function is None:
         return _plain_njit
 
@@ -64,27 +60,24 @@ def _plain_njit(function: Callable | None = None, **_: Any) -> Callable:
             except ZeroDivisionError:  # of Python's own numbers, which numpy's do not raise
                 return function(*(np.float64(e) if isinstance(e, float) else e for e in args))
 
-    plain.py_func = function  # as of numba
     return plain
 
 
 class _Late:
     """A function that is compiled once such functions have seen arrays of many elements."""
 
-    left: ClassVar[int] = _PLAIN  # elements until then, of all such functions of this process
+    left = _PLAIN  # elements until then, of all such functions of this process
 
-    def __init__(self, function: Callable, compile_it: Callable[[Callable], Callable]) -> None:
+    def __init__(self, function: Callable, decorate: Callable[[Callable], Callable]) -> None:
         update_wrapper(self, function)
-        self.plain, self.compile_it = _plain_njit(function), compile_it
+        self.plain, self.decorate = _plain_njit(function), decorate
 
     @cached_property
     def fast(self) -> Callable:
-        """The function compiled."""
-        return self.compile_it(self.plain.py_func)
+        return self.decorate(self.__wrapped__)
 
     @property
-    def _numba_type_(self) -> Any:
-        """What numba takes it for in compiled code that calls it."""
+    def _numba_type_(self) -> Any:  # for compiled code that calls it
         return self.fast._numba_type_
 
     def __call__(self, *args: Any) -> Any:

@@ -1,8 +1,6 @@
 """Functions that a configuration names as ``module:function``: a prior, simulator or network.
 
-A module is looked for among the installed ones first, then in the working directory, so that
-``own_prior:prior`` means the function ``prior`` in the file ``own_prior.py`` beside the
-configuration, and ``models.own:prior`` that in ``models/own.py``.
+A module is looked for among the installed ones, then in the working directory.
 """
 
 import sys
@@ -29,16 +27,13 @@ def load(text: str) -> Callable:
 
 
 def file_of(text: str) -> Path:
-    """Return the file of the module in ``module:function``, without running it.
-
-    Its path is relative if it is below the working directory.
+    """Return the file of a module, which is not run, relative if below the working directory.
 
     Raises:
         ValueError: If the text is of another form, or there is no such module; with the remedy.
     """
     module, colon, name = text.partition(":")
-    parts = [*module.split("."), name]
-    if not (colon and all(part.isidentifier() for part in parts)):
+    if not (colon and all(part.isidentifier() for part in [*module.split("."), name])):
         raise ValueError(f"{text!r} must have the form module:function, such as own_prior:prior")
     here = Path.cwd()
     with _working_directory():
@@ -55,7 +50,6 @@ def file_of(text: str) -> Path:
 
 @contextmanager
 def _working_directory() -> Iterator[None]:
-    """Look for modules in the working directory, too."""
     before = sys.path[:]
     sys.path.append(str(Path.cwd()))
     try:

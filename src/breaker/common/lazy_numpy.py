@@ -1,8 +1,4 @@
-"""numpy, loaded as it is first used.
-
-The plan of the workflow is made where nothing but Snakemake is installed, of modules that name
-numpy and of which it uses what needs none. They take ``np`` from here.
-"""
+"""numpy, loaded as it is first used: the plan of the workflow is made where it is not installed."""
 
 from typing import TYPE_CHECKING, Any
 
@@ -11,9 +7,8 @@ class _Numpy:
     def __getattr__(self, name: str) -> Any:
         import numpy
 
-        value = getattr(numpy, name)
-        setattr(self, name, value)  # found at once from now on
-        return value
+        vars(self)[name] = found = getattr(numpy, name)  # found at once from now on
+        return found
 
 
 if TYPE_CHECKING:

@@ -8,8 +8,6 @@ from pathlib import Path
 
 from breaker.common.lazy_numpy import np
 
-_LEAST_P = 1e-4  # below which a p-value says no more by its digits
-
 
 def in_digits(value: float, digits: int, *, sign: bool = False) -> str:
     """Write a number with so many significant digits, as people write it.
@@ -32,12 +30,8 @@ def first_of(names: Sequence[str], most: int) -> str:
 
 
 def in_p(value: float) -> str:
-    """Write a p-value.
-
-    >>> in_p(0.3812), in_p(3e-14)
-    ('p = 0.38', 'p < 0.0001')
-    """
-    return f"p < {_LEAST_P:.4f}" if value < _LEAST_P else f"p = {in_digits(value, 2)}"
+    """Write a p-value; below 0.0001 its digits say no more."""
+    return "p < 0.0001" if value < 1e-4 else f"p = {in_digits(value, 2)}"
 
 
 def natural(path: str | Path) -> list[tuple[int, str]]:
@@ -46,7 +40,5 @@ def natural(path: str | Path) -> list[tuple[int, str]]:
     >>> sorted(["b 10", "b 9"], key=natural)
     ['b 9', 'b 10']
     """
-    return [
-        (int(part), "") if part.isdecimal() else (0, part)
-        for part in re.split("([0-9]+)", str(path))
-    ]
+    parts = re.split("([0-9]+)", str(path))
+    return [(int(part), "") if part.isdecimal() else (0, part) for part in parts]

@@ -18,7 +18,7 @@ class Plain:
 
 
 def plainly(value: object) -> object:
-    """A number, flag, text, or array or document of them as JSON has it, numbers to six digits.
+    """Return a number, text, array or document of them as JSON has it, numbers to six digits.
 
     >>> plainly({"sd": np.array([2.0 / 3.0, np.nan])})
     {'sd': [0.666667, None]}
@@ -27,12 +27,10 @@ def plainly(value: object) -> object:
         return replace(value, **{e.name: plainly(getattr(value, e.name)) for e in fields(value)})
     if isinstance(value, Mapping):
         return {key: plainly(each) for key, each in value.items()}
-    if isinstance(value, np.ndarray):
+    if isinstance(value, np.ndarray | np.generic):
         value = value.tolist()
     if isinstance(value, list | tuple):
         return [plainly(each) for each in value]
-    if isinstance(value, np.generic):
-        value = value.item()
     if isinstance(value, float):
         return float(f"{value:.6g}") if np.isfinite(value) else None
     return value

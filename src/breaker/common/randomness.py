@@ -1,7 +1,7 @@
 """Random numbers from one seed of the configuration and a purpose.
 
-Every random number of the project comes from a generator that is made here and passed on. So a
-result depends on the seed and the purpose, and not on the order of jobs or the number of cores.
+Every generator of the project is made here. So a result depends on the seed and the purpose, and
+not on the order of jobs or the number of cores.
 """
 
 import hashlib
@@ -11,8 +11,6 @@ import numpy as np
 
 def generator(seed: int, *purpose: str | int) -> np.random.Generator:
     """Return the generator of a seed, not negative, and a purpose, such as ``"bank", "closing"``.
-
-    Two purposes give two independent streams.
 
     Raises:
         ValueError: If no purpose is given; two streams without one would be identical.
@@ -24,10 +22,9 @@ def generator(seed: int, *purpose: str | int) -> np.random.Generator:
 
 
 def systematic(weights: np.ndarray, n: int, start: float, rng: np.random.Generator) -> np.ndarray:
-    """Return the indices of ``n`` draws taken by their weights, ``(n,)``.
+    """Return the indices of ``n`` draws, ``(n,)``, by systematic resampling in random order.
 
-    Systematic resampling: each draw is taken its expected number of times, rounded up or down.
-    The order is random, so that the first few are as good as any.
+    Each draw is taken its expected number of times, rounded up or down.
 
     Args:
         weights: Of the draws, ``(d,)``, not negative, of any sum above 0.

@@ -1,9 +1,8 @@
 """Model files: all of a network in one safetensors file, without pickle.
 
-A file holds weights, and in its header a JSON text with all settings that made them, and a
-checksum. A file may come from anywhere, so nothing in it is used before it is known to be finite
-and of the size that it should have. The plan of the workflow reads settings alone, where neither
-numpy nor safetensors may be there.
+A file holds weights, and in its header the settings that made them, as JSON, and a checksum. It may
+come from anywhere, so nothing in it is used before it is known to be finite and of the right size.
+The plan of the workflow reads settings where neither numpy nor safetensors may be there.
 """
 
 from __future__ import annotations
@@ -30,8 +29,7 @@ class ModelFileError(ValueError):
     @classmethod
     def of_settings(cls, error: Exception) -> ModelFileError:
         """Return the error of a file from whose settings no model can be built."""
-        reason = f"{type(error).__name__}: {error}"
-        return cls(f"its settings do not describe a model ({reason})")
+        return cls(f"its settings do not describe a model ({type(error).__name__}: {error})")
 
 
 class SavedModel(NamedTuple):
@@ -140,9 +138,7 @@ def _settings(about: Mapping[str, str]) -> dict:
         raise ModelFileError(f"its format is {found!r}, this version of breaker reads {_FORMAT!r}")
     try:
         settings = dict(json.loads(about["settings"], parse_float=_finite, parse_constant=_finite))
-        network, samples = settings.get("network"), settings.get("sensor", {}).get("samples", 0)
-        if (largest := max(_sizes([network, samples]), default=0)) > _LARGEST:
-            raise ValueError(f"a size is {largest:g}, and sizes are at most {_LARGEST}")
+        _check_sizes([settings.get("network"), settings.get("sensor", {}).get("samples", 0)])
         return settings
     except (ArithmeticError, AttributeError, KeyError, RecursionError, TypeError, ValueError) as no:
         raise ModelFileError.of_settings(no) from no
@@ -154,11 +150,11 @@ def _finite(text: str) -> float:
     return value
 
 
-def _sizes(found: object) -> Iterator[float]:
-    """Yield the numbers in settings, and the lengths of their lists."""
-    if isinstance(found, int | float):
-        yield found
-    elif isinstance(found, Mapping | list):
-        yield len(found)
-        for each in found.values() if isinstance(found, Mapping) else found:
-            yield from _sizes(each)
+def _check_sizes(found: object) -> None:
+    """Refuse large numbers in settings, and long lists."""
+    many = isinstance(found, Mapping | list)
+    size = len(found) if many else found
+    if isinstance(size, int | float) and size > _LARGEST:
+        raise ValueError(f"a size is {size:g}, and sizes are at most {_LARGEST}")
+    for each in (found.values() if isinstance(found, Mapping) else found) if many else ():
+        _check_sizes(each)

@@ -1,7 +1,4 @@
-"""Texts on their way to their reader: nothing in a file acts on the terminal, or stays unseen.
-
-Names of files, columns, breakers and phases are what others wrote. Light to import.
-"""
+"""Texts on their way to their reader: nothing in a file acts on the terminal, or stays unseen."""
 
 import re
 import sys
@@ -23,16 +20,12 @@ def visible_text(text: str) -> str:
     >>> visible_text("Weg \x1b[2J\u202e\u200b\n")
     'Weg \\x1b[2J\\u202e\\u200b\n'
     """
-    lines = text.split("\n")
-    return "\n".join(
-        each if each.isprintable() and not _HIDDEN.search(each) else "".join(map(_sign, each))
-        for each in lines
-    )
+    return re.sub(r"[^\t\n -~]", _shown, text)
 
 
-def _sign(sign: str) -> str:
-    plain = sign == "\t" or category(sign) == "Zs" or sign.isprintable()
-    if plain and not _HIDDEN.match(sign):
+def _shown(found: re.Match) -> str:
+    sign = found[0]
+    if (category(sign) == "Zs" or sign.isprintable()) and not _HIDDEN.match(sign):
         return sign
     return sign.encode("unicode_escape").decode("ascii")
 
@@ -41,8 +34,7 @@ def say(text: str, *, beside: bool = False, end: str = "\n") -> None:
     """Print a text as ``visible_text`` returns it; ``beside`` what others read on stderr.
 
     Raises:
-        BrokenPipeError: If nobody reads the output any more.
-        OSError: If the output accepts no text, such as a full disk.
+        OSError: If the output accepts no text, such as a full disk; or a BrokenPipeError.
     """
     try:
         print(visible_text(text), file=sys.stderr if beside else sys.stdout, end=end)

@@ -1,8 +1,7 @@
 """Write a dataset as a Zarr store, and open it only if it is as it was written.
 
-Zarr takes a chunk without a file for a chunk of fill values, so a lost file would turn into numbers
-without a word. ``save`` therefore lists every file of a store with its size and checksum, and
-``open_store`` compares. Any other program can open the same store without the list.
+Zarr takes a chunk without a file for fill values, so a lost file would turn into numbers without a
+word. ``save`` lists size and checksum of every file of a store, and ``open_store`` compares them.
 """
 
 import json
@@ -14,17 +13,15 @@ import xarray as xr
 
 from breaker import __version__
 
-CHECKSUMS = "checksums.json"
-"""Name of the file of a store that lists its other files."""
+_CHECKSUMS = "checksums.json"
 
 
 class StoreError(ValueError):
     """A store that is not as it was written; the text names file, fault and remedy."""
 
     def __init__(self, path: str | Path, fault: str) -> None:
-        super().__init__(
-            f"{path}: {fault}. Delete this store (rm -r {path}) and run the same command again"
-        )
+        remedy = f"Delete this store (rm -r {path}) and run the same command again"
+        super().__init__(f"{path}: {fault}. {remedy}")
 
 
 def describe(dataset: xr.Dataset, title: str, **settings: object) -> xr.Dataset:
@@ -34,18 +31,16 @@ def describe(dataset: xr.Dataset, title: str, **settings: object) -> xr.Dataset:
 
 
 def save(dataset: xr.Dataset, path: str | Path) -> None:
-    """Write a dataset as one Zarr store, in place of what is there.
+    """Write a dataset as one Zarr store, in place of what is there; equal ones give equal bytes.
 
-    The same dataset gives the same bytes, as no time is stored. Encodings are dropped: a text would
-    keep the length that it had where it was read from. The checksums are written last, so a store
-    whose writing was interrupted has none.
+    Encodings are dropped: a text would keep the length that it had where it was read from. The
+    checksums are written last, so a store whose writing was interrupted has none.
     """
     path = Path(path)
     if path.is_dir():
         shutil.rmtree(path)
     write_zarr(dataset.drop_encoding(), path)
-    text = json.dumps(_checksums(path), indent=0)
-    (path / CHECKSUMS).write_text(text, encoding="utf-8")
+    (path / _CHECKSUMS).write_text(json.dumps(_checksums(path), indent=0), encoding="utf-8")
 
 
 def write_zarr(content: xr.Dataset | xr.DataTree, folder: Path) -> None:
@@ -69,23 +64,16 @@ def open_store(path: str | Path) -> xr.Dataset:
     Raises:
         StoreError: If there is no such store, its writing was interrupted, or a file of it is lost
             or has changed.
-
-    Example:
-        >>> import tempfile
-        >>> with tempfile.TemporaryDirectory() as folder:
-        ...     save(xr.Dataset({"travel": ("time", [0.0, 1.5])}), f"{folder}/curve.zarr")
-        ...     open_store(f"{folder}/curve.zarr").travel.values.tolist()
-        [0.0, 1.5]
     """
     path = Path(path)
     if not path.is_dir():
         raise StoreError(path, "there is no such store")
-    if not (path / CHECKSUMS).is_file():
-        raise StoreError(path, f"it has no {CHECKSUMS}: its writing was interrupted")
+    if not (path / _CHECKSUMS).is_file():
+        raise StoreError(path, f"it has no {_CHECKSUMS}: its writing was interrupted")
     try:
-        expected = dict(json.loads((path / CHECKSUMS).read_text(encoding="utf-8")))
+        expected = dict(json.loads((path / _CHECKSUMS).read_text(encoding="utf-8")))
     except (OSError, ValueError, TypeError) as error:
-        raise StoreError(path, f"{CHECKSUMS} cannot be read: {error}") from error
+        raise StoreError(path, f"{_CHECKSUMS} cannot be read: {error}") from error
     found = _checksums(path)
     for name, checksum in expected.items():
         if found.get(name) != checksum:
@@ -95,10 +83,10 @@ def open_store(path: str | Path) -> xr.Dataset:
 
 
 def _checksums(store: Path) -> dict[str, list[int]]:
-    """Return size in bytes and CRC-32 of each file of a store, against accidents, by name."""
+    """Return size in bytes and CRC-32 of each file of a store, by name."""
     found = {}
     for file in sorted(store.rglob("*")):
-        if file.is_file() and file.name != CHECKSUMS:
+        if file.is_file() and file.name != _CHECKSUMS:
             content = file.read_bytes()
             found[file.relative_to(store).as_posix()] = [len(content), zlib.crc32(content)]
     return found
