@@ -97,17 +97,6 @@ def test_a_share_of_an_interval_is_the_prior(infer, answers, records, defaults):
         assert np.sqrt(share) == pytest.approx(told, rel=0.25)
 
 
-@pytest.mark.parametrize("size", [None, Size()])
-def test_an_interval_before_the_record_is_that_of_draws_of_the_prior(infer, records, size):
-    (answer,) = infer(Given(size=size), records[:1])
-    drawn = Given(size=size).sample_prior(answer, 40_000, generator(1, "prior ends"))
-    expected = np.quantile(drawn, [0.025, 0.975], axis=0).T
-    assert np.log(answer.prior_ends) == pytest.approx(np.log(expected), abs=0.15)
-    told = document([answer], [[]], {}, {}).records[0].parameters
-    ends = [told[name].prior_interval_95 for name in NAMES]
-    assert np.array(ends) == pytest.approx(answer.prior_ends, rel=1e-5)
-
-
 def test_what_needs_the_touch_is_measured_at_the_inferred_one(answers, infer, timed):
     inferred = answers[0].measured
     (measured,) = infer(some=[timed(TOUCH, 0.02)])

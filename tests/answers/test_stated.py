@@ -4,7 +4,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from breaker.drive.answers.file_statements import dates_in_words
+from breaker.drive.answers.identity import dates_in_words
 from breaker.reading.files.operations_table import Operation
 from breaker.reading.files.preamble import Preamble
 

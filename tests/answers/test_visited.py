@@ -9,12 +9,12 @@ import pytest
 from breaker.common.plain_values import plainly
 from breaker.documents.terminal import text_of
 from breaker.drive.answers.comparability import judged_today, unlike
-from breaker.drive.answers.operation_scatter import visit_error
 from breaker.drive.answers.visit_changes import (
     VERDICT_WORDS,
     QuantityChange,
     compare,
     measured_changes,
+    visit_error,
 )
 from breaker.drive.answers.visit_document import (
     Agreement,

@@ -45,7 +45,6 @@ class Estimate(Plain):
     interval_95: Sequence[float] | None
     reason: str | None = None  # why it is not told, though others are
     prior_share: float | None = None  # variance of the prior that is left, as a share of it
-    prior_interval_95: Sequence[float] | None = None  # before the record
     prior_sds: float | None = None  # of the median from that of the prior, in sds of this
     probability: float | None = None  # that the drive has a mechanism at all
 
@@ -320,8 +319,7 @@ def _parameters(answer: Answer) -> dict[str, Estimate]:
         known = _drawn(draws)
         if each.name in WITH_CONTACT and draws is not None and answer.may_slide:  # where it touches
             known = _drawn(None) | {"reason": MAY_SLIDE}
-        beside = {"prior_share": answer.prior_share, "prior_interval_95": answer.prior_ends}
-        beside["prior_sds"] = answer.prior_sds
+        beside = {"prior_share": answer.prior_share, "prior_sds": answer.prior_sds}
         known |= {name: of[k] for name, of in beside.items() if of is not None}
         found[each.name] = Estimate(each.unit, each.meaning, **known)
     return found
@@ -437,7 +435,7 @@ def _numbers(estimate: Estimate) -> dict:
     """A parameter or quantity in columns; its meaning and reason are no numbers."""
     found = estimate.plain()
     first = {name: found.pop(name) for name in ("unit", "median")}
-    for name in ("interval_50", "interval_95", "prior_interval_95"):
+    for name in ("interval_50", "interval_95"):
         ends = found.pop(name, None) or (None, None)
         first |= {f"{name}_{end}": v for end, v in zip(("lower", "upper"), ends, strict=True)}
     return first | {name: each for name, each in found.items() if name not in ("meaning", "reason")}

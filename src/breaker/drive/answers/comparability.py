@@ -9,8 +9,12 @@ import numpy as np
 from breaker.common.numerals import in_digits
 from breaker.common.plain_values import Plain
 from breaker.drive.answers.limit_verdicts import NORMAL, Told, Verdict, judge
-from breaker.drive.answers.operation_scatter import usual_scatter, visit_error
-from breaker.drive.answers.visit_changes import QuantityChange, VisitChanges
+from breaker.drive.answers.visit_changes import (
+    QuantityChange,
+    VisitChanges,
+    usual_scatter,
+    visit_error,
+)
 from breaker.model.limits import Limit
 from breaker.model.parameters import NAMES
 from breaker.model.quantities import Speed

@@ -155,13 +155,6 @@ class Given:
             mean += (np.log([seen.stroke[0], seen.duration[0]]) - middle) @ powers()
         return mean, self._prior_covariance(answer.levels)
 
-    def prior_middles(self, answer: "Answer") -> np.ndarray:
-        """Return medians of the parameters before a record, ``(p,)``: without a size those of the
-        family's drives with about its stroke and duration.
-        """
-        own = self.prior
-        return np.exp(self.prior_moments(answer)[0]) if own is None else np.asarray(own.medians)
-
     def sample_prior(self, answer: "Answer", n: int, rng: np.random.Generator) -> np.ndarray:
         """Draw from the prior, ``(n, p)``.
 
@@ -194,7 +187,6 @@ class Answer:
         speeds: How speeds are defined.
         prior_share: Of each parameter, the variance of its logarithm over that before the record,
             ``(p,)``: 1 where the record says nothing.
-        prior_ends: Ends of the 95 % interval of each parameter before the record, ``(p, 2)``.
         prior_sds: Of each parameter's median from that of a given prior, in its sds.
         prior_p_value: Share of that prior's drives that are farther out.
         records: How many records it is the mean of.
@@ -215,7 +207,6 @@ class Answer:
     measured: Mapping[str, Measured] = field(default_factory=dict)
     speeds: tuple[Speed, ...] = ()
     prior_share: np.ndarray | None = None
-    prior_ends: np.ndarray | None = None
     prior_sds: np.ndarray | None = None
     prior_p_value: float = np.nan
     records: int = 1

@@ -1,17 +1,17 @@
-"""Checks that each record counts once, and that files state one breaker and visits in their order.
+"""What files state of their records, that each counts once, and of one breaker.
 
 Two records are equal if they have the same samples; a copy of a record counts once.
 """
 
-from collections.abc import Mapping, Sequence
+import re
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 
 from breaker.common.numerals import first_of
 from breaker.drive.answers.evidence import DriveRecord
-from breaker.drive.answers.file_statements import date_of
 from breaker.reading.files.date_text import earlier
 from breaker.reading.files.guards import printable
-from breaker.reading.files.word_meanings import bare
+from breaker.reading.files.word_meanings import bare, channel_of, phase_in
 
 _NAMED = 4  # files in a sentence
 
@@ -101,3 +101,51 @@ def _listed(records: Sequence[DriveRecord]) -> str:
     """Names of files, the first few of them."""
     names = list(dict.fromkeys(_name(each).rpartition("/")[2] for each in records))
     return first_of(names, _NAMED)
+
+
+def date_of(record) -> str:
+    """Return the date of a record as ISO 8601: of its table, or else as its file states it; empty
+    where neither does, or day and month may be either.
+    """
+    return record.operation.date or record.stated.date
+
+
+def dates_in_words(records: Iterable) -> str:
+    """Return the days of a visit, the first and the last, both readings of a day and month that may
+    be either; empty where nothing states any.
+    """
+    days = {
+        date_of(each)[:10] or " or ".join(day[:10] for day in each.stated.dates) for each in records
+    }
+    days = sorted(filter(None, days))
+    return " to ".join(dict.fromkeys([*days[:1], *days[-1:]]))
+
+
+def stated_of(records: Iterable) -> dict[str, float | str]:
+    """Return what files state of a visit by what it is called: the ratio of the linkage, serial
+    number, bay, phase and channel; what they do not, or differently, is left out.
+    """
+    found: dict[str, set] = {}
+    for each in records:
+        said = {"linkage ratio": each.stated.ratio, "serial number": each.stated.serial}
+        said |= {"bay": each.stated.bay, "phase": _phase(each), "channel": _channel(each)}
+        for name, value in said.items():
+            if value and value == value:
+                found.setdefault(name, set()).add(value)
+    return {name: values.pop() for name, values in found.items() if len(values) == 1}
+
+
+def _channel(record) -> str:
+    """Number of a record's channel among those of the same name; empty where it has none."""
+    column = record.operation.channel or (
+        record.raw.settings["travel_column"] if record.raw else ""
+    )
+    number = re.fullmatch(r"(\D*[^\W\d_])[\W_]*(\d)\W*", str(column))
+    return f"{number[1].casefold()} {number[2]}" if number else ""
+
+
+def _phase(record) -> str:
+    """Phase of a record's channel, by its name or its number."""
+    phases, operation = record.stated.phases, record.operation
+    column = operation.channel or str(record.raw.settings["travel_column"] if record.raw else "")
+    return phase_in(column) or phases.get(channel_of(column), phases.get(0, ""))

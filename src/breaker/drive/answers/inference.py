@@ -22,7 +22,6 @@ from breaker.drive.answers.draw_weights import (
     weights_of,
 )
 from breaker.drive.answers.evidence import Answer, AnswerSettings, DriveRecord, Given
-from breaker.drive.answers.limit_verdicts import NORMAL
 from breaker.drive.family.level_network import LevelDraws, Levels
 from breaker.drive.family.membership import choose_family
 from breaker.drive.family.record_means import mean_with_scatter
@@ -189,9 +188,9 @@ def _inferred(within: Sequence[Answer], given: Given, settings: AnswerSettings) 
         )
         for each in trial
     ]
-    said, before = contradicted(inferred, given), given.prior_middles(inferred[0])
+    said = contradicted(inferred, given)
     return [
-        _beside(each, given, before, [*each.remarks, *(said if not k else [])])
+        _beside(each, given, [*each.remarks, *(said if not k else [])])
         for k, each in enumerate(inferred)
     ]
 
@@ -207,10 +206,8 @@ def _weighed(
     return left, new, shares
 
 
-def _beside(answer: Answer, given: Given, before: np.ndarray, remarks: Sequence[str]) -> Answer:
-    """Hold an answer against what was given beside the record, and against the medians before it,
-    which are the same for all records of an operation.
-    """
+def _beside(answer: Answer, given: Given, remarks: Sequence[str]) -> Answer:
+    """Hold an answer against what was given beside the record."""
     if abs(answer.surprise) > SURPRISING:
         remarks = [
             *remarks,
@@ -222,8 +219,7 @@ def _beside(answer: Answer, given: Given, before: np.ndarray, remarks: Sequence[
         return answer
     sds = given.prior_log_sds(answer.levels)
     left = np.log(answer.draws.theta).std(axis=0) / sds
-    ends = np.exp(np.outer(NORMAL[95] * sds, [-1.0, 1.0])) * before[:, None]
-    answer = replace(answer, prior_share=np.square(left), prior_ends=ends)
+    answer = replace(answer, prior_share=np.square(left))
     if given.size is None:
         return answer
     from scipy.special import chdtrc

@@ -9,7 +9,7 @@ from breaker.documents.parts import Cell, Letterhead
 from breaker.drive.answers.assessment import Assessment
 from breaker.drive.answers.change_table import NotCompared
 from breaker.drive.answers.evidence import DriveRecord
-from breaker.drive.answers.file_statements import dates_in_words
+from breaker.drive.answers.identity import dates_in_words
 from breaker.drive.answers.reference_curve import Overlay
 from breaker.drive.answers.visit_document import VisitDocument
 from breaker.reading.files.guards import printable, read_bytes

@@ -17,7 +17,6 @@ import numpy as np
 
 from breaker.common.plain_values import Plain, plainly
 from breaker.drive.answers.limit_verdicts import NORMAL
-from breaker.drive.answers.operation_scatter import PAST_REST, scattered, usual_scatter, visit_error
 from breaker.drive.family.change_network import (
     LEAST_AGREEMENT,
     Changes,
@@ -27,9 +26,15 @@ from breaker.drive.family.change_network import (
 from breaker.drive.family.level_network import Levels
 from breaker.drive.family.mechanisms import MECHANISMS
 from breaker.drive.family.membership import Match, choose_family
-from breaker.drive.family.record_means import Mean, mean_and_change, mean_record, pace_of
+from breaker.drive.family.record_means import (
+    Mean,
+    beside_usual,
+    mean_and_change,
+    mean_record,
+    pace_of,
+)
 from breaker.model.parameters import NAMES, PARAMETERS, Parameter
-from breaker.model.quantities import AFTER_RELEASE, QUANTITIES, Speed, quantities_of
+from breaker.model.quantities import AFTER_RELEASE, CURRENTS, QUANTITIES, Speed, quantities_of
 from breaker.reading.records.raw_record import Raw
 
 VERDICT_WORDS = ("changed", "not told", "did not change")
@@ -40,6 +45,13 @@ _QUANTILES = (0.05, 0.5, 0.95)
 _DRAWS = 4000
 # Shares of the stroke: a way that changes by less did not, and a way below is as good as none.
 _LITTLE, _NEXT_TO_NONE = 0.01, 1e-3
+
+# Usual scatter of operations, and how well it is known, as from so many records more than one.
+_SCATTER, _KNOWN = 0.004, 4
+_PAST = 0.05, 0.002  # of ways past a rest: of themselves, and of the stroke
+_BOUNCE = 0.2, 0.3  # of a bounce: of itself, and ms, as it hits another time each time
+_CURRENT = 0.02  # of what coils and motors draw, whose voltage varies
+_PAST_REST = {"over_travel", "rebound"}  # ways that may be 0
 
 
 @dataclass(frozen=True, eq=False)
@@ -309,13 +321,13 @@ def measured_changes(
                 continue
             first, second = (float(each[:, 0].mean()) for each in both)
             stroke = first if name == "stroke" else stroke
-            of = max(abs(first), _NEXT_TO_NONE * stroke * (name in PAST_REST))
+            of = max(abs(first), _NEXT_TO_NONE * stroke * (name in _PAST_REST))
             if not of > 0.0:
                 continue
             usual = usual_scatter(name, first, stroke)
             change, sd = (second - first) / of, visit_error(both, usual) / of
-            scatter = np.sqrt(scattered(both, usual, 0.0)) / of
-            counts = max(beyond, _LITTLE * stroke / of) if name in PAST_REST else beyond
+            scatter = np.sqrt(_scattered(both, usual, 0.0)) / of
+            counts = max(beyond, _LITTLE * stroke / of) if name in _PAST_REST else beyond
             more, less = (_above(counts, sign * change, sd) for sign in (1.0, -1.0))
             repeats = 100.0 * NORMAL[95] * np.sqrt(2.0) * scatter
             values = {"kind": "measured", "motion": motion, "unchanged": None}
@@ -329,3 +341,33 @@ def measured_changes(
 def _above(limit: float, mean: float, sd: float) -> float:
     """Probability that a normal number is above a limit."""
     return 0.5 * erfc((limit - mean) / (np.sqrt(2.0) * max(sd, 1e-12)))
+
+
+def usual_scatter(name: str, value: float, stroke: float) -> float:
+    """Return how far a quantity usually scatters from operation to operation, in its unit."""
+    if name in _PAST_REST:
+        return float(np.hypot(*np.multiply(_PAST, (value, stroke))))
+    if name == "bounce_time":
+        return float(np.hypot(_BOUNCE[0] * value, _BOUNCE[1]))
+    return (_CURRENT if name in CURRENTS else _SCATTER) * abs(value)
+
+
+def visit_error(visits: Sequence[np.ndarray], usual: float) -> float:
+    """Return the standard deviation of a mean of readings, or of the difference of two.
+
+    Args:
+        visits: Readings of each, and their sds, ``(n, 2)``.
+        usual: Scatter of operations that is usual.
+    """
+    total = 0.0
+    for each in visits:
+        known = float(np.nan_to_num(np.square(each[:, 1])).mean())
+        total += max(known, _scattered(visits, usual, known)) / len(each)
+    return float(np.sqrt(total))
+
+
+def _scattered(visits: Sequence[np.ndarray], usual: float, known: float) -> float:
+    """Return the variance of a reading: as seen in visits, beside what is usual and known of it."""
+    seen = sum(len(each) - 1 for each in visits)
+    squares = sum(float(np.square(each[:, 0] - each[:, 0].mean()).sum()) for each in visits)
+    return beside_usual(squares, seen, known + usual**2, _KNOWN)

@@ -7,8 +7,13 @@ from breaker.common.plain_values import plainly
 from breaker.common.randomness import generator
 from breaker.drive.answers.comparability import judged_today, unlike
 from breaker.drive.answers.evidence import AnswerSettings
-from breaker.drive.answers.file_statements import dates_in_words, stated_of
-from breaker.drive.answers.identity import doubts_about, samples_of, visits_in_order
+from breaker.drive.answers.identity import (
+    dates_in_words,
+    doubts_about,
+    samples_of,
+    stated_of,
+    visits_in_order,
+)
 from breaker.drive.answers.remounting import slack_between, zero_between
 from breaker.drive.answers.visit_changes import compare, measured_changes
 from breaker.drive.answers.visit_document import (
