@@ -15,7 +15,7 @@ from typing import Any
 import yaml
 from pydantic import ValidationError
 
-from breaker.configuration.settings import Limit, Network, Section, Settings, Training, defaults
+from breaker.configuration.settings import Limit, Section, defaults
 from breaker.model.parameters import MOTIONS
 
 Key = tuple[str | int, ...]
@@ -36,13 +36,6 @@ _WORDS = {
 _NAMELESS = "is not a known key: YAML reads a number or a date, not a text. Quote it."
 
 
-class OfMotion(Section):
-    """What ``by_motion`` makes of the settings of one motion."""
-
-    network: Network
-    training: Training
-
-
 def problems(section: type[Section], content: Any) -> dict[Key, str]:
     """Return what is wrong with the content of a section: by key, a text that goes on after it."""
     found: dict[Key, str] = {}
@@ -50,6 +43,8 @@ def problems(section: type[Section], content: Any) -> dict[Key, str]:
         section.model_validate(content)
     except ValidationError as error:
         for each in error.errors(include_url=False):
+            if each["type"] == "missing" and each["loc"][0] == "by_motion":
+                continue  # it holds only what differs
             key, text = _problem(each, content)
             # A value that may be of two types has an error for each of them.
             found[key] = (
@@ -86,7 +81,7 @@ def _problem(error: Mapping, content: Any) -> tuple[Key, str]:
             key, value = (*key, part), value[part]
     if kind == "missing":
         return place, "is missing."
-    words = error["msg"].partition("should")[2]
+    words = error["msg"].partition("should")[2].partition(" or instance of")[0]
     for technical, plain in _WORDS.items():
         words = words.replace(technical, plain)
     if kind == "extra_forbidden":
@@ -107,7 +102,9 @@ def _unknown(key: Key) -> str:
     if key[0] in ("network", "training") and key[-1] in MOTIONS:
         return f"is not a known key. Did you mean by_motion.{key[-1]}.{key[0]}?"
     known = [*leaves(defaults())]
-    if key[0] == "limits":
+    if key[0] == "by_motion":
+        key = key[2:]
+    elif key[0] == "limits":
         known = [(*key[:2], name) for name in Limit.model_fields]
     inside = {path[: len(key)] for path in known if path[: len(key) - 1] == key[:-1]}
     siblings = [path[-1] for path in sorted(inside)]
@@ -128,23 +125,3 @@ def _hint(value: Any, kind: str) -> str:
     number = float(value)
     number = int(number) if kind == "int_type" and number.is_integer() else number
     return f" YAML reads {value} as a text; write {yaml.safe_dump(number).split()[0]}."
-
-
-def found_in(config: Mapping[str, Any], *, curves: bool) -> list[tuple[Key, str]]:
-    """Return all problems of a merged configuration: keys, and texts that go on after them.
-
-    Args:
-        config: The merged configuration.
-        curves: Whether to look at the folder ``endurance.curves``.
-    """
-    from breaker.configuration.conditions import broken
-    from breaker.configuration.loading import merge
-
-    found = problems(Settings, config)
-    if not any(key[0] in ("network", "training", "by_motion") for key in found):
-        for motion, own in config["by_motion"].items():
-            merged = merge({key: config[key] for key in ("network", "training")}, own)
-            of_motion = problems(OfMotion, merged).items()
-            found |= {("by_motion", motion, *key): text for key, text in of_motion}
-    wrong = {key[0] for key in found}
-    return [*found.items(), *broken(config, wrong, curves=curves)]

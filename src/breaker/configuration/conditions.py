@@ -94,9 +94,10 @@ def _costs(planning) -> Found:
 
 def _prior(prior, size) -> Found:
     """A unit that is wrong by 1,000, a drive of another size, or a contact that never closes."""
+    medians = defaults()["prior"]
     for each in PARAMETERS:
         median = prior[each.name]["median"]
-        usual = defaults()["prior"][each.name]["median"] * Size(**size).factor(each.unit)
+        usual = medians[each.name]["median"] * Size(**size).factor(each.unit)
         if not 1 / UNLIKE <= median / usual <= UNLIKE:
             yield (
                 ("prior", each.name, "median"),

@@ -1,6 +1,6 @@
-"""Data files that the configuration names: families of drives, the simulated test, advice.
+"""Data files: families of drives, the simulated test, advice; with units and reasons beside them.
 
-Ranges and values are data, with units and reasons beside them. A file is checked when it is read.
+A family is checked when it is read; tests check the others, which are not one's own.
 """
 
 from collections.abc import Mapping
@@ -14,18 +14,15 @@ from breaker.shipped import ADVICE, SIMULATED_TEST, family_file
 
 
 def family_of(name: str) -> dict[str, Any]:
-    """Return the definition of a family: strengths and ranges of its effects, contacts and wear.
-
-    Args:
-        name: That of a family in ``breaker.shipped``, or a YAML file.
+    """Return a family, of ``breaker.shipped`` or a YAML file: effects, contacts and wear.
 
     Raises:
         ConfigurationError: If there is no such family, or its file is wrong.
     """
-    file = Path(name) if name.endswith((".yaml", ".yml")) else family_file(name)
     from breaker.configuration.checking import dotted, problems
     from breaker.configuration.settings import FamilyFile
 
+    file = Path(name) if name.endswith((".yaml", ".yml")) else family_file(name)
     content = read(file)
     if found := problems(FamilyFile, content):
         lines = [f"{file}: {dotted(key)} {text}" for key, text in found.items()]

@@ -5,8 +5,7 @@ is a nested dictionary of plain values.
 """
 
 from collections.abc import Mapping, Sequence
-from copy import deepcopy
-from functools import cache, reduce
+from functools import reduce
 from pathlib import Path
 from typing import Any
 
@@ -14,8 +13,6 @@ from breaker.configuration.yaml_sources import ConfigurationError, parse, place,
 
 UNLIKE = 30.0
 """Times the reference drive's that a median may be: less than the root of a slip of 1,000."""
-
-_SHOWN = 20  # problems that a message lists, about a screen
 
 
 def load(paths: Sequence[str | Path] = (), *, curves: bool = True) -> dict[str, Any]:
@@ -38,11 +35,6 @@ def load(paths: Sequence[str | Path] = (), *, curves: bool = True) -> dict[str, 
 
 def defaults() -> dict[str, Any]:
     """Return the defaults: a configuration without any file."""
-    return deepcopy(_defaults())
-
-
-@cache
-def _defaults() -> dict[str, Any]:
     from breaker.configuration import settings  # pydantic: a fifth of a second
 
     return settings.defaults()
@@ -95,7 +87,6 @@ def check(
     """Check a merged configuration: keys, types, ranges, and keys that must fit each other.
 
     Args:
-        config: The merged configuration.
         files: Files it came from, if known, the last overlay first. A message names the file and
             line of a value. A key that stands twice in a file is a problem too: YAML drops one.
         curves: Whether to look at the folder ``endurance.curves``, and what must fit it.
@@ -103,18 +94,20 @@ def check(
     Raises:
         ConfigurationError: If anything is wrong; the message lists all of it.
     """
-    from breaker.configuration.checking import dotted, found_in
+    from breaker.configuration.checking import dotted, problems
+    from breaker.configuration.conditions import broken
+    from breaker.configuration.settings import Settings
     from breaker.reading.files.folder_listing import list_once
 
     list_once.cache_clear()
     sources = {Path(path): parse(path) for path in files}
-    found = found_in(config, curves=curves)
+    wrong = problems(Settings, config)
+    found = [*wrong.items(), *broken(config, {key[0] for key in wrong}, curves=curves)]
     lines = [f"{place(key, sources)}{dotted(key)} {text}" for key, text in found]
     for path, (_, node) in sources.items():
         lines += [f"{path}, {text}" for text in repeated(node)]
     lines = list(dict.fromkeys(lines))  # a table of operations may be wrong for both motions
     if lines:
         count = "a problem" if len(lines) == 1 else f"{len(lines)} problems"
-        more = [f"and {len(lines) - _SHOWN} more"] if len(lines) > _SHOWN else []
-        text = "\n  ".join([f"The configuration has {count}:", *lines[:_SHOWN], *more])
+        text = "\n  ".join([f"The configuration has {count}:", *lines])
         raise ConfigurationError(f"{text}\ndocs/settings.md explains every key.")

@@ -246,6 +246,13 @@ class Training(Section):
     device: Literal["auto", "cpu", "cuda"] = _f("auto", "Device; auto is CUDA if available.")
 
 
+class OfMotion(Section):
+    """Settings of one motion that differ from those of both."""
+
+    network: Network
+    training: Training
+
+
 class Bank(Section):
     """Training bank of each motion: curves without noise, one Zarr store and one job a shard."""
 
@@ -412,7 +419,7 @@ class Settings(Section):
     endurance: Endurance
     network: Network
     training: Training
-    by_motion: dict[Motion, dict[Literal["network", "training"], dict[str, Any]]] = _f(
+    by_motion: dict[Motion, OfMotion] = _f(
         {"opening": {"training": {"steps": 2850}}},
         "Settings of network and training that differ for one motion: the posterior of an opening "
         "is sharper, so that its training takes more steps.",

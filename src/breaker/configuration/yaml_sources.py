@@ -2,8 +2,7 @@
 
 import json
 from collections.abc import Iterator, Mapping
-from copy import deepcopy
-from functools import lru_cache, reduce
+from functools import reduce
 from operator import getitem
 from pathlib import Path
 from typing import Any
@@ -34,12 +33,6 @@ def parse(path: str | Path) -> tuple[Any, yaml.Node | None]:
         raise ConfigurationError(str(error)) from error
     except UnicodeDecodeError as error:
         raise ConfigurationError(f"{path}: is not UTF-8 text; save it as UTF-8") from error
-    content, node = _parsed(path, text)
-    return deepcopy(content), node
-
-
-@lru_cache(maxsize=16)  # a file is read to be merged, to be checked, and to be searched
-def _parsed(path: Path, text: str) -> tuple[Any, yaml.Node | None]:
     try:
         loader = _Loader(text)
         node = loader.get_single_node()
