@@ -79,10 +79,6 @@ class Browser:
         """Click on an element."""
         self._ask(f"/element/{self.find(selector)}/click", {})
 
-    def keys(self, text: str, selector: str = "body") -> None:
-        """Press keys, in an element."""
-        self._ask(f"/element/{self.find(selector)}/value", {"text": text})
-
     def run(self, script: str, *arguments):
         """What a script returns in the page."""
         return self._ask("/execute/sync", {"script": script, "args": list(arguments)})

@@ -35,7 +35,7 @@ from breaker.app.page_text import (
     marks_for,
     visit_page,
 )
-from breaker.app.view_session import ChangedError, MissingError, Session
+from breaker.app.view_session import MissingError, Session
 
 HOST = "127.0.0.1"
 """The only address at which it listens: nobody beyond this machine reaches it."""
@@ -126,17 +126,17 @@ class _Handler(tornado.web.RequestHandler):
         hosts = {f"{HOST}:{self.page.port}", f"localhost:{self.page.port}"}
         origin, site = (self.request.headers.get(n) for n in ("Origin", "Sec-Fetch-Site"))
         if self.request.host not in hosts:
-            raise _Refused("This page answers under its own address alone.")
+            raise _refused("This page answers under its own address alone.")
         foreign = origin is not None and origin not in {f"http://{each}" for each in hosts}
         changes = self.request.method not in ("GET", "HEAD")
         if foreign or (changes and origin is None) or (changes and site == "cross-site"):
-            raise _Refused("Another page asked for this, and was refused.")
+            raise _refused("Another page asked for this, and was refused.")
         self._admit()
 
     def _admit(self) -> None:
         """Let who has the cookie pass."""
         if not self._same(self.get_cookie(self._cookie, "")):
-            raise _Refused(
+            raise _refused(
                 "This page opens with the whole address, token included, that `breaker view` has "
                 "printed on the terminal. After another start, take its address.",
             )
@@ -185,16 +185,10 @@ class _Handler(tornado.web.RequestHandler):
     def write_error(self, status_code: int, **about: Any) -> None:
         error = about.get("exc_info", (None, None, None))[1]
         text = str(error)
-        if isinstance(error, _Refused):
-            text = error.text
-        elif isinstance(error, MissingError):
-            self.set_status(404)
-        elif isinstance(error, ChangedError):
-            self.set_status(409)
+        if isinstance(error, tornado.web.HTTPError):
+            text = error.log_message or "There is no such page; go back to the list."
         elif isinstance(error, ValueError | OSError):
-            self.set_status(422)
-        elif isinstance(error, tornado.web.HTTPError):
-            text = "There is no such page; go back to the list."
+            self.set_status(getattr(error, "status", 422))
         elif error is not None:
             text = f"an error of breaker itself, {type(error).__name__}: {error}; please report it"
         self.finish(error_page(text, allowed=self.get_status() != 403))
@@ -205,10 +199,8 @@ class _Handler(tornado.web.RequestHandler):
             traceback.print_exception(kind, error, trace, file=sys.stderr)
 
 
-class _Refused(tornado.web.HTTPError):
-    def __init__(self, text: str) -> None:
-        super().__init__(403)
-        self.text = text
+def _refused(text: str) -> tornado.web.HTTPError:
+    return tornado.web.HTTPError(403, text)
 
 
 class _Lost(_Handler):
@@ -224,7 +216,7 @@ class _List(_Handler):
         if token is None:
             super()._admit()
         elif not self._same(token[-1]):
-            raise _Refused("The token of this address is wrong: take the one on the terminal.")
+            raise _refused("The token of this address is wrong: take the one on the terminal.")
 
     async def get(self) -> None:
         if "token" in self.query:

@@ -84,21 +84,12 @@ class Choices(NamedTuple):
         files, before: Ids of the files of the visit, and of the visit before.
         base: "seen", settings as they are proposed, or "configured"; empty for what suits.
         settings: What was changed of ``endurance.format``.
-        reference: Id of a good record that is laid over; empty without.
-        tolerance: Half of the band about it, percent of the stroke; None as commands have it.
     """
 
     files: tuple[str, ...] = ()
     before: tuple[str, ...] = ()
     base: str = ""
     settings: Mapping[str, Any] = {}
-    reference: str = ""
-    tolerance: float | None = None
-
-    @property
-    def channel(self) -> str:
-        """The column of travel that was chosen; empty for all that move."""
-        return str(self.settings.get("travel_column", ""))
 
     @property
     def address(self) -> str:
@@ -108,10 +99,9 @@ class Choices(NamedTuple):
         'file=a.csv&set.rate=5.0'
         """
         pairs = [("file", each) for each in self.files] + [("before", each) for each in self.before]
-        pairs += [("reference", self.reference), ("base", self.base)]
-        pairs += [("tolerance", "" if self.tolerance is None else f"{self.tolerance:g}")]
+        pairs += [("base", self.base)] if self.base else []
         pairs += [(_SET + key, as_text(key, value)) for key, value in self.settings.items()]
-        return urlencode([(name, value) for name, value in pairs if value or name[:4] == _SET])
+        return urlencode(pairs)
 
 
 def read_choices(query: Mapping[str, Sequence[str]]) -> Choices:
@@ -128,28 +118,13 @@ def read_choices(query: Mapping[str, Sequence[str]]) -> Choices:
             settings[key] = _value(_FIELD[key], values[-1])
     if settings.get("travel_column") is None:  # all that move
         settings.pop("travel_column", None)
-    base, reference, tolerance = (
-        query.get(name, [""])[-1].strip() for name in ("base", "reference", "tolerance")
-    )
-    share = _number("Tolerance", tolerance) if tolerance and reference else None
-    if share is not None and not 0.0 < share < 100.0:
-        raise ValueError(f"Tolerance: {tolerance} is no percentage above 0 and below 100")
+    base = query.get("base", [""])[-1]
     return Choices(
         tuple(dict.fromkeys(query.get("file", ()))),
         tuple(dict.fromkeys(query.get("before", ()))),
         base if base in ("seen", "configured") else "",
         settings,
-        reference,
-        share,
     )
-
-
-def _number(label: str, text: str) -> float:
-    """A number of a field."""
-    with suppress(ValueError):
-        if math.isfinite(value := float(text.strip().replace(",", "."))):
-            return value
-    raise ValueError(f"{label}: {text!r} is no number; write one, such as 10 or 0.25")
 
 
 def _value(field: Field, text: str) -> Any:
@@ -170,7 +145,10 @@ def _value(field: Field, text: str) -> Any:
         return FORMAT[field.key]
     if field.key == "zero" and text.strip() == "rest":
         return "rest"
-    return _number(field.label, text)
+    with suppress(ValueError):
+        if math.isfinite(value := float(text.replace(",", "."))):
+            return value
+    raise ValueError(f"{field.label}: {text!r} is no number; write one, such as 10 or 0.25")
 
 
 def as_text(key: str, value: object) -> str:
@@ -184,16 +162,15 @@ def as_text(key: str, value: object) -> str:
     return "" if value is None else str(value)
 
 
-def overlay_text(form: Mapping, sensor: Mapping, reference: Mapping[str, object]) -> str:
+def overlay_text(form: Mapping, sensor: Mapping) -> str:
     """Return the lines of YAML that set what differs from the configuration; a comment where
     nothing does.
 
-    >>> overlay_text({"rate": 5.0}, {}, {}).splitlines()
+    >>> overlay_text({"rate": 5.0}, {}).splitlines()
     ['endurance:', '  format:', '    rate: 5.0']
     """
     found = {"endurance": {"format": dict(form)}} if form else {}
     found |= {"sensor": dict(sensor)} if sensor else {}
-    found |= {"report": {"reference": dict(reference)}} if reference else {}
     if not found:
         return "# nothing differs from the configuration\n{}\n"
     return yaml.safe_dump(found, sort_keys=False, allow_unicode=True)

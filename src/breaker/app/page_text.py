@@ -3,10 +3,8 @@
 import importlib.util
 import math
 import os
-from collections.abc import Sequence
 from dataclasses import replace
 from functools import cache
-from pathlib import Path
 
 import jinja2
 import numpy as np
@@ -56,12 +54,12 @@ def list_page(session: Session, number: str, look: str) -> str:
     pages = max(1, math.ceil(len(every) / SHOWN))
     page = min(max(int(number) if number.isdecimal() else 1, 1), pages)
     shown = every[(page - 1) * SHOWN : page * SHOWN]
-    lines = session.listed(shown, int(look) if look.isdecimal() else 0)
+    seen = session.listed(shown, int(look) if look.isdecimal() else 0)
     return _page(
         "list.html",
         folder=printable(os.path.abspath(session.named)),
-        lines=lines,
-        looked=sum(not each.pending for each in lines),
+        lines=[*zip(shown, map(_name, shown), seen, strict=True)],
+        looked=sum(each is not None for each in seen),
         count=len(every),
         first=(page - 1) * SHOWN + 1,
         page=page,
@@ -73,24 +71,21 @@ def list_page(session: Session, number: str, look: str) -> str:
 def visit_page(session: Session, choices: Choices) -> str:
     """Return the page of a visit."""
     shown = session.shown(choices)
-    uncertain = sum(row.state in ("lacking", "doubtful") for row in shown.rows)
+    chosen, whole = shown.choices, printable(session.named)
+    base = "seen" if chosen.base == "configured" else "configured"
     return _page(
         "visit.html",
-        names=_names(session, shown.choices.files),
-        before=_names(session, shown.choices.before),
+        names=[whole if each == WHOLE else _name(each) for each in chosen.files],
+        before=[*map(_name, chosen.before)],
         shown=shown,
-        uncertain=uncertain,
-        address=shown.address,
-        other=_other(shown.choices),
-        command=shown.command,
-        others=session.beside(shown.choices),
-        settings_name=_free("my.yaml"),
+        uncertain=sum(row.state in ("lacking", "doubtful") for row in shown.rows),
+        other=chosen._replace(base=base, settings={}).address,
     )
 
 
-def _names(session: Session, identities: Sequence[str]) -> list[str]:
-    """Names of files, from their folder on."""
-    return [printable(session.named if each == WHOLE else name_of(each)) for each in identities]
+def _name(identity: str) -> str:
+    """The name of a file, from its folder on."""
+    return printable(name_of(identity))
 
 
 def answer_part(session: Session, choices: Choices, state: str) -> str:
@@ -106,20 +101,6 @@ def answer_part(session: Session, choices: Choices, state: str) -> str:
         address=session.shown(choices, state).address,
         pdf=importlib.util.find_spec("weasyprint") is not None,
     )
-
-
-def _other(choices: Choices) -> str:
-    """The address of the same files with the other base, and nothing chosen."""
-    base = "seen" if choices.base == "configured" else "configured"
-    return choices._replace(base=base, settings={}).address
-
-
-def _free(name: str) -> str:
-    """A name at which nothing is yet: lines of settings replace nothing."""
-    path, number = Path(name), 2
-    while path.exists():
-        path, number = Path(name).with_stem(f"{Path(name).stem}-{number}"), number + 1
-    return str(path)
 
 
 def error_page(text: str, *, allowed: bool = True) -> str:
@@ -158,11 +139,5 @@ def _mark(mark: Mark) -> dict:
 
 def cursor_page(shown: Shown, first: float, second: float) -> str:
     """Return the table of readings at two cursors."""
-    return _page(
-        "cursors.html",
-        rows=at_cursors(shown.traces, first, second),
-        first=first,
-        second=second,
-        apart=second - first,
-        clock=shown.clock,
-    )
+    rows = at_cursors(shown.traces, first, second)
+    return _page("cursors.html", rows=rows, first=first, second=second, clock=shown.clock)

@@ -5,6 +5,7 @@ from typing import Any, NamedTuple
 
 from breaker.app.page_choices import FIELDS, Field, as_text
 from breaker.drive.answers.evidence import DriveRecord
+from breaker.drive.answers.visit import Visit
 from breaker.reading.files.format_settings import FORMAT
 from breaker.reading.inspection.file_contents import Layout
 from breaker.reading.inspection.setting_proposal import Proposal
@@ -31,54 +32,47 @@ class SettingRow(NamedTuple):
 
 
 _ORDER = ("lacking", "doubtful", "chosen", "sure")
+_BESIDE = ("contact_column", "trigger_column", "motor_column")
+_SEARCHED = {"travel_column": "the column that moves as a drive does"}
+_SEARCHED |= dict.fromkeys(_BESIDE, "by name, number and time, beside each travel")
 
 
-class Base(NamedTuple):
-    """Settings before anything is chosen on the page, complete.
-
-    Attributes:
-        form: Of ``endurance.format``.
-        name: "configured", or "seen" of what is proposed of the file.
-    """
-
-    form: Mapping[str, Any]
-    name: str
-
-
-def base_of(config: Mapping, proposal: Proposal | None, wanted: str) -> Base:
-    """Return the settings from which a page starts: as it was wanted; else a configuration of the
-    user's own, or what is proposed of the file.
+def base_of(config: Mapping, proposal: Proposal | None, wanted: str) -> tuple[dict[str, Any], str]:
+    """Return all of ``endurance.format`` before anything is chosen on the page, and what it is:
+    "configured" or "seen", as it was wanted; else a configuration of the user's own, or what is
+    proposed of the file.
     """
     own = config["endurance"]["format"]
     if (wanted or ("seen" if own == FORMAT else "configured")) == "seen" and proposal is not None:
-        return Base({**FORMAT, **proposal.settings, **dict.fromkeys(proposal.lacking)}, "seen")
-    return Base({**FORMAT, **own}, "configured")
+        return {**FORMAT, **proposal.settings, **dict.fromkeys(proposal.lacking)}, "seen"
+    return {**FORMAT, **own}, "configured"
 
 
 def rows_of(
-    base: Base,
+    base: Mapping[str, Any],
     proposal: Proposal | None,
     layout: Layout | None,
     chosen: Mapping[str, Any],
-    records: Sequence[DriveRecord],
+    read: Visit | None,
 ) -> list[SettingRow]:
     """Return the settings that the page offers.
 
     Args:
         base: Settings before anything is chosen.
-        proposal, layout: Of the first file; None where there is none.
+        proposal: Of the first file, if the page starts from it.
+        layout: Of the first file; None where there is none.
         chosen: What was changed on the page.
-        records: As they were read.
+        read: The visit as it was read; None if it cannot be.
     """
     rows = []
     for field in FIELDS:
         key = field.key
-        value = chosen.get(key, None if key == "travel_column" else base.form[key])
-        told = _told(key, records)
+        value = chosen.get(key, None if key == "travel_column" else base[key])
+        told = _told(key, read.records if read else ())
         reason, state = told[1:] if told else _reason(key, base, proposal)
         if key in chosen:
             reason, state = "you chose it here", "chosen"
-        elif base.name == "seen" and proposal and key in proposal.lacking and not told:
+        elif proposal and key in proposal.lacking and not told:
             reason, state = f"fill it in: {proposal.lacking[key]}", "lacking"
         shown, words = as_text(key, value), _options(field, layout, value)
         used = told[0] if told else dict(words).get(shown, field.none if value is None else shown)
@@ -97,11 +91,11 @@ def _told(key: str, records: Sequence[DriveRecord]) -> tuple[str, str, str] | No
     return ", ".join(values), f"{how}, or by its row of operations.csv", "sure"
 
 
-def _reason(key: str, base: Base, proposal: Proposal | None) -> tuple[str, str]:
+def _reason(key: str, base: Mapping, proposal: Proposal | None) -> tuple[str, str]:
     """Why a setting is as it is, where nobody chose it and no file tells it alone."""
-    default = base.form[key] == FORMAT[key]
-    if base.name == "configured" or proposal is None:
-        return ("the default" if default else "of your configuration"), "sure"
+    default = "the default" if base[key] == FORMAT[key] else ""
+    if proposal is None:
+        return default or "of your configuration", "sure"
     for guess in proposal.guesses:
         if key in guess.settings:
             if guess.remarks:
@@ -109,11 +103,7 @@ def _reason(key: str, base: Base, proposal: Proposal | None) -> tuple[str, str]:
             return "seen in the file" if guess.sure else "guessed from the curve", "sure"
     if key in proposal.layout.settings:
         return f"seen in the lines of {proposal.layout.kind}", "sure"
-    if key in ("contact_column", "trigger_column", "motor_column"):
-        return "by name, number and time, beside each travel", "sure"
-    if key == "travel_column":
-        return "the column that moves as a drive does", "sure"
-    return ("the default" if default else "seen in the file"), "sure"
+    return _SEARCHED.get(key, default or "seen in the file"), "sure"
 
 
 def _options(field: Field, layout: Layout | None, value: object) -> list[tuple[str, str]]:

@@ -9,6 +9,7 @@ import threading
 from argparse import Namespace
 from collections import OrderedDict
 from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
+from concurrent.futures import Future
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from functools import partial
@@ -17,7 +18,7 @@ from typing import Any, NamedTuple
 from urllib.parse import urlencode
 
 from breaker.app.curve_traces import Mark, Trace, laid_over, marks_of, record_traces
-from breaker.app.page_choices import WHOLE, Choices, id_of, name_of, overlay_text
+from breaker.app.page_choices import WHOLE, Choices, id_of, overlay_text
 from breaker.app.setting_rows import SettingRow, base_of, rows_of
 from breaker.drive.answers.reference_curve import overlaid
 from breaker.drive.answers.test_report import Report, report_of
@@ -56,19 +57,6 @@ class Commands(NamedTuple):
     write_lines: Callable[[str, str, Sequence[str]], str]
 
 
-class Listed(NamedTuple):
-    """A line of the list: a file, and what is seen in it, unless it was not looked into yet."""
-
-    identity: str
-    name: str
-    breaker: str = ""
-    phases: str = ""
-    motions: str = ""
-    date: str = ""
-    reason: str = ""
-    pending: bool = False
-
-
 @dataclass(frozen=True, eq=False)
 class Shown:
     """Records of a visit as a page shows them.
@@ -82,7 +70,6 @@ class Shown:
         read: As of ``breaker report``; None if there is trouble.
         traces: Of the curves.
         command: The command line that writes the same sheet.
-        good: The reference of the configuration, where none is chosen; empty without.
         state: Of its files as they were read, a few signs.
     """
 
@@ -94,7 +81,6 @@ class Shown:
     read: Visit | None
     traces: Sequence[Trace]
     command: str
-    good: str
     state: str
 
     @property
@@ -118,9 +104,13 @@ class Answered(NamedTuple):
 class MissingError(ValueError):
     """Something of an address that is not, or no more, among what is shown."""
 
+    status = 404
+
 
 class ChangedError(ValueError):
     """A file has changed since a page was shown."""
+
+    status = 409
 
 
 class Session:
@@ -146,8 +136,7 @@ class Session:
             _check_readable(named)  # before a page is opened
         elif not os.path.exists(named):
             raise FileNotFoundError(f"there is no {printable(named)}; name a folder of exports")
-        self._kept: OrderedDict[Hashable, Any] = OrderedDict()
-        self._finding: dict[Hashable, threading.Lock] = {}
+        self._kept: OrderedDict[Hashable, Future] = OrderedDict()
         self._lock = threading.Lock()
 
     # ---- the list ----
@@ -175,20 +164,19 @@ class Session:
         # Listed anew where the folder has changed: there may be ten thousand.
         return self._once(("listed", *(_times(str(each)) for each in parts)), find, 1)
 
-    def listed(self, identities: Sequence[str], most: int) -> list[Listed]:
-        """Return lines of the list; of files that were not looked into before, some are now."""
-        files, lines = self.files(), []
+    def listed(self, identities: Sequence[str], most: int) -> list[Description | None]:
+        """Return what is in files of the list; None of those that were not looked into yet, of
+        which as many as are told are now.
+        """
+        files, found = self.files(), []
         for each in identities:
             key = "described", _state(files[each])
-            new = key not in self._kept
-            seen = (
-                None
-                if new and most <= 0
-                else self._once(key, partial(describe_file, files[each]), _LISTED)
-            )
+            known = self._kept.get(key)
+            new = known is None or not known.done()
+            look = partial(describe_file, files[each])
+            found.append(None if new and most <= 0 else self._once(key, look, _LISTED))
             most -= new
-            lines.append(_listed(each, seen))
-        return lines
+        return found
 
     @property
     def whole(self) -> bool:
@@ -212,53 +200,40 @@ class Session:
             ConfigurationError, OSError, ValueError: If the configuration is wrong.
         """
         asked = [self.paths(each) for each in (choices.files, choices.before)]
-        (good,) = self.paths([choices.reference])
-        named = (*asked[0], *asked[1], *filter(None, [good]))
-        states = tuple(_state(each) for each in (*named, *self.overlays))
+        states = tuple(_state(each) for each in (*asked[0], *asked[1], *self.overlays))
         if state not in ("", _short(states)):
             raise ChangedError("a file has changed since this page was shown: load the page again")
         # One visit is read with many settings, and its files are opened once as long as they stay.
         files = self._once(("files", *states), Files, _OPEN)
-        find = lambda: self._shown(choices, asked, good, files, _short(states))  # noqa: E731
+        find = lambda: self._shown(choices, asked, files, _short(states))  # noqa: E731
         found = self._once(("shown", choices.address, states), find, _KEPT)
         # What a page then asks about it, it asks by what was chosen in the end.
         return self._once(("shown", found.choices.address, states), lambda: found, _KEPT)
 
-    def beside(self, choices: Choices) -> dict[str, str]:
-        """Return names of files that a page offers as a reference, by their ids: the first of the
-        list, and that which is chosen.
-        """
-        files = self.files()
-        shown = dict.fromkeys([*filter(None, [choices.reference]), *list(files)[:SHOWN]])
-        return {each: printable(files[each]).rpartition("/")[2] for each in shown}
-
     def paths(self, identities: Sequence[str]) -> list[str]:
         """Return what the command line calls files."""
         files = self.files()
-        if lost := [each for each in identities if each not in files and each not in (WHOLE, "")]:
+        if lost := [each for each in identities if each not in files and each != WHOLE]:
             raise MissingError(
                 f"{lost[0]} is not in {printable(self.named)} any more, or never was: was it moved "
                 "or renamed? Go back to the list"
             )
-        named = {WHOLE: self.named, "": ""}
-        return [named.get(each) or files.get(each, "") for each in identities]
+        return [files.get(each, self.named) for each in identities]
 
     def _shown(
-        self, choices: Choices, asked: Sequence[list[str]], good: str, files: Files, state: str
+        self, choices: Choices, asked: Sequence[list[str]], files: Files, state: str
     ) -> Shown:
         configured = ("configured", *(_state(each) for each in self.overlays))
         config = self._once(configured, lambda: self.commands.settings_of(self.overlays), 1)
         first = asked[0][0] if choices.files[0] != WHOLE else next(iter(self.files().values()), "")
         layout, proposal, trouble = self._seen(first, files, config)
-        base = base_of(config, proposal, choices.base)
-        chosen = {k: v for k, v in choices.settings.items() if v != base.form[k] or k == _TRAVEL}
-        choices = choices._replace(base=base.name, settings=chosen)
-        form, own = {**base.form, **chosen}, config["endurance"]["format"]
-        sensor = proposal.sensor if base.name == "seen" else {}
-        laid = {"file": good, "tolerance": choices.tolerance} if good else {}
-        changed = {key: form[key] for key in form if form[key] != own[key]}
-        overlay = overlay_text(changed, sensor, laid)
-        channels, read = [*filter(None, [choices.channel])], None
+        base, name = base_of(config, proposal, choices.base)
+        chosen = {k: v for k, v in choices.settings.items() if v != base[k] or k == _TRAVEL}
+        choices = choices._replace(base=name, settings=chosen)
+        form, own = {**base, **chosen}, config["endurance"]["format"]
+        sensor = proposal.sensor if name == "seen" else {}
+        overlay = overlay_text({k: v for k, v in form.items() if v != own[k]}, sensor)
+        channels, read = [str(chosen[_TRAVEL])] if _TRAVEL in chosen else [], None
         about = {"files": asked[0], "before": asked[1], "channel": channels}
         try:
             with self._overlay(overlay) as written:
@@ -270,13 +245,12 @@ class Session:
         return Shown(
             choices,
             overlay,
-            rows_of(base, proposal, layout, chosen, read.records if read else ()),
+            rows_of(base, proposal if name == "seen" else None, layout, chosen, read),
             proposal.remarks if proposal else (),
             trouble,
             read,
             _traces(read, layout, files),
             self._command(*asked, channels),
-            config["report"]["reference"]["file"] or "",
             state,
         )
 
@@ -356,25 +330,20 @@ class Session:
         for what is being found waits for it, and nobody else does.
         """
         with self._lock:
-            if key in self._kept:
-                self._kept.move_to_end(key)
-                return self._kept[key]
-            finding = self._finding.setdefault(key, threading.Lock())
-        with finding:
-            with self._lock:
-                if key in self._kept:
-                    return self._kept[key]
+            new = key not in self._kept
+            found = self._kept.setdefault(key, Future())
+            self._kept.move_to_end(key)
+            same = [each for each in self._kept if each[0] == key[0]]
+            for each in same[: max(0, len(same) - most)]:
+                del self._kept[each]
+        if new:
             try:
-                found = find()
-            finally:
+                found.set_result(find())
+            except BaseException as error:
                 with self._lock:
-                    self._finding.pop(key, None)
-            with self._lock:
-                self._kept[key] = found
-                same = [each for each in self._kept if each[0] == key[0]]
-                for each in same[: max(0, len(same) - most)]:
-                    del self._kept[each]
-            return found
+                    self._kept.pop(key, None)
+                found.set_exception(error)
+        return found.result()
 
 
 def _traces(read: Visit | None, first: Layout | None, files: Files) -> list[Trace]:
@@ -390,22 +359,6 @@ def _traces(read: Visit | None, first: Layout | None, files: Files) -> list[Trac
         found += laid_over(records, read.overlays, "reference", band=True)
         found += laid_over(records, overlaid(records, read.before), "before")
     return found
-
-
-def _listed(identity: str, seen: Description | None) -> Listed:
-    name = printable(name_of(identity))
-    if seen is None:
-        return Listed(identity, name, pending=True)
-    stated, parts = seen.preamble, seen.parts
-    return Listed(
-        identity,
-        name,
-        ", ".join(filter(None, [stated.station, stated.bay, stated.serial])),
-        ", ".join(dict.fromkeys(each.phase or str(each.channel) for each in parts)),
-        " and ".join(dict.fromkeys(each.motion for each in parts)),
-        " or ".join(stated.dates),
-        seen.reason,
-    )
 
 
 def _check_readable(folder: str) -> None:
