@@ -11,10 +11,7 @@ __all__ = ["main", "run"]
 
 
 def run() -> int:
-    """Run the command as a process of its own; see ``command.run``.
-
-    Imports take a second, in which the user may interrupt, too: so none of them stands above.
-    """
+    """Run the command as a process of its own; an interrupt is heeded from the first import on."""
     try:
         from breaker.cli import command
 
@@ -25,7 +22,7 @@ def run() -> int:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command within this process; see ``command.main``."""
+    """Run the command within this process."""
     from breaker.cli import command
 
     return command.main(arguments)

@@ -5,22 +5,10 @@ import os
 from collections.abc import Mapping, Sequence
 from functools import reduce
 from operator import getitem
-from typing import TYPE_CHECKING
 
-from breaker.cli.inputs import (
-    SEVERAL,
-    add_choice,
-    add_path,
-    choice_of,
-    limits_of,
-    percent,
-    settings_of,
-)
+from breaker.cli import inputs
 from breaker.cli.outputs import check_outputs, draw, say_written
 from breaker.common.visible_text import say
-
-if TYPE_CHECKING:
-    from breaker.drive.answers.evidence import DriveRecord
 
 _VISITS = ("before", "today")
 _SHARED = ("seed", "known", "speeds", "endurance.misfit_p_value")  # that no visit has for itself
@@ -31,31 +19,31 @@ def add(compare: argparse.ArgumentParser) -> None:
     measured then and now, which parameters have changed, by how much, and how probable no change
     and one beyond 5 % are. The status is 1 if nothing was compared.
     """
-    add_path(compare, "before", "BEFORE", "records of the first visit, or their folder", nargs="+")
-    add_path(compare, "--today", "TODAY", "those of the second visit", **SEVERAL, required=True)
+    what = "records of the first visit, or their folder"
+    inputs.add_path(compare, "before", "BEFORE", what, nargs="+")
+    what = "those of the second visit"
+    inputs.add_path(compare, "--today", "TODAY", what, **inputs.SEVERAL, required=True)
     for visit in _VISITS:
         what = f"configuration files of the visit {visit} alone, laid over the others"
-        add_path(compare, f"--config-{visit}", "YAML", what, **SEVERAL)
-    add_choice(compare)
-    beyond = {"type": percent, "default": 0.05, "metavar": "PERCENT"}
+        inputs.add_path(compare, f"--config-{visit}", "YAML", what, **inputs.SEVERAL)
+    inputs.add_choice(compare)
+    beyond = {"type": inputs.percent, "default": 0.05, "metavar": "PERCENT"}
     compare.add_argument("--beyond", help="change that matters (default: 5)", **beyond)
     compare.add_argument("--json", action="store_true", help="print one JSON document")
-    add_path(compare, "--plot", "PNG", "draw the comparison there")
+    inputs.add_path(compare, "--plot", "PNG", "draw the comparison there")
 
 
 def run(options: argparse.Namespace) -> int:
     """Read both visits, compare them, and print the comparison."""
     own = {visit: getattr(options, f"config_{visit}") for visit in _VISITS}
     named = {visit: getattr(options, visit) for visit in _VISITS}
-    inputs = [*named.values(), options.config, *own.values()]
-    check_outputs([(options.plot, "picture")], [file for some in inputs for file in some])
-    config = settings_of(options.config)
+    read = [*named.values(), options.config, *own.values()]
+    check_outputs([(options.plot, "picture")], [file for some in read for file in some])
+    config = inputs.settings_of(options.config)
     configs = {visit: _config_of(files, options.config, config) for visit, files in own.items()}
     if facts := config["known"]:
-        raise ValueError(
-            f"known: {', '.join(facts)}: breaker compare takes no facts beside records; leave the "
-            "section known out of the configuration"
-        )
+        why = "breaker compare takes no facts beside records; leave the section known out"
+        raise ValueError(f"known: {', '.join(facts)}: {why}")
     # Imported here, so that --help and wrong options answer at once.
     from breaker.common.plain_values import to_json
     from breaker.documents.terminal import text_of
@@ -63,12 +51,12 @@ def run(options: argparse.Namespace) -> int:
     from breaker.drive.answers.named_records import read_records
     from breaker.drive.answers.visit_document import words_of_visits
 
-    choice = choice_of(options)
+    choice = inputs.choice_of(options)
     visits = {
         visit: read_records(named[visit], Assessment(configs[visit]), **choice) for visit in _VISITS
     }
-    _check_visits(*visits.values())
-    both = Assessment(config, limits_of(config, options.config))
+    _check_visits(visits)
+    both = Assessment(config, inputs.limits_of(config, options.config))
     document = both.compare(visits, options.beyond)
     written = []
     if options.plot:
@@ -81,14 +69,10 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _config_of(own: Sequence[str], shared: Sequence[str], config: Mapping) -> Mapping:
-    """Return the configuration of a visit: files of its own over those of both.
-
-    Raises:
-        ValueError: If they change what holds for both.
-    """
+    """Return the configuration of a visit; its own files must not change what holds for both."""
     if not own:
         return config
-    found = settings_of([*shared, *own])
+    found = inputs.settings_of([*shared, *own])
     for key in _SHARED:
         here, both = (reduce(getitem, key.split("."), each) for each in (found, config))
         if here != both:
@@ -96,14 +80,14 @@ def _config_of(own: Sequence[str], shared: Sequence[str], config: Mapping) -> Ma
     return found
 
 
-def _check_visits(before: Sequence["DriveRecord"], today: Sequence["DriveRecord"]) -> None:
+def _check_visits(visits: Mapping[str, Sequence]) -> None:
     """Refuse visits that share a file, or whose tables name different drives; a file names none."""
-    before, today = ([each.operation for each in visit] for visit in (before, today))
-    first, second = ({os.path.realpath(op.file) for op in visit} for visit in (before, today))
+    of = [[each.operation for each in visit] for visit in visits.values()]
+    first, second = ({os.path.realpath(op.file) for op in visit} for visit in of)
     if both := sorted(first & second):
         raise ValueError(f"{both[0]} is named in both visits; leave it out of one of them")
     for name in ("breaker", "phase"):
-        first, second = ({getattr(op, name) for op in visit} for visit in (before, today))
+        first, second = ({getattr(op, name) for op in visit} for visit in of)
         if not (first & second or "" in first | second):
             raise ValueError(
                 f"the table of the first visit is of {name} {', '.join(first)}, that of the "

@@ -7,15 +7,13 @@ from pathlib import Path
 from breaker.cli.inputs import add_path, settings_of
 from breaker.common.visible_text import say
 
-_MOST, _USUAL = 100, 3  # operations
-_SEED = 1
+_MOST, _USUAL, _SEED = 100, 3, 1  # operations, and of all files
 
 
 def add(example: argparse.ArgumentParser) -> None:
     """Write exports of a simulated breaker of 150 mm stroke, as an analyser of high-voltage
-    breakers writes them: always the same files. With --worn they are of the end of its life. With
-    --visits they are those that `breaker view --example` shows: two visits to a breaker of medium
-    voltage, twelve years apart, and a file that does not state its rate.
+    breakers writes them: always the same files. With --visits they are those that `breaker view
+    --example` shows, of a breaker of medium voltage, and a file that does not state its rate.
     """
     add_path(example, "folder", "FOLDER", "where to write; it must be empty, or not be there")
     what = f"how many, each a close and an open (default: {_USUAL})"
@@ -26,30 +24,28 @@ def add(example: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Write the files."""
+    folder = Path(options.folder)
     count = _USUAL if options.operations is None else options.operations
     if not 1 <= count <= _MOST:
         raise ValueError(f"--operations is {count}; write from 1 to {_MOST}")
     if options.visits and (options.worn or options.operations is not None):
         raise ValueError("--visits has files of its own; leave --operations and --worn out")
-    if os.path.lexists(options.folder) and not (
-        os.path.isdir(options.folder) and not os.listdir(options.folder)
-    ):
-        raise FileExistsError(f"{options.folder} is there, and is not replaced; name another")
+    if os.path.lexists(folder) and not (folder.is_dir() and not os.listdir(folder)):
+        raise FileExistsError(f"{folder} is there, and is not replaced; name another")
     from breaker.configuration.definitions import simulated_test
     from breaker.drive.simulation.endurance_rig import Rig
     from breaker.drive.simulation.rack_exports import write_exports
+    from breaker.drive.simulation.visit_exports import write_visits
 
     config = settings_of(options.config)
     if options.visits:
-        from breaker.drive.simulation.visit_exports import write_visits
-
-        os.makedirs(options.folder, exist_ok=True)
-        say(f"{write_visits(config, Path(options.folder))} files written to {options.folder}")
-        return 0
-    settings = simulated_test(config)
-    rig, life = Rig.from_settings(settings, _SEED), settings["operations"]
-    first = max(1, life - count + 1) if options.worn else 1
-    drive = rig.worn(life, scatter=False) if options.worn else rig.new
-    write_exports(drive, _SEED, options.folder, range(first, first + count))
-    say(f"{count} files written to {options.folder}")
+        folder.mkdir(parents=True, exist_ok=True)
+        count = write_visits(config, folder)
+    else:
+        settings = simulated_test(config)
+        rig, life = Rig.from_settings(settings, _SEED), settings["operations"]
+        first = max(1, life - count + 1) if options.worn else 1
+        drive = rig.worn(life, scatter=False) if options.worn else rig.new
+        write_exports(drive, _SEED, options.folder, range(first, first + count))
+    say(f"{count} files written to {folder}")
     return 0

@@ -2,49 +2,35 @@
 
 import argparse
 import shlex
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
-from breaker.cli.inputs import (
-    MOTIONS,
-    SEVERAL,
-    add_choice,
-    add_path,
-    add_reference,
-    choice_of,
-    limits_of,
-    overlays_of,
-    settings_of,
-)
+from breaker.cli import inputs
 from breaker.cli.outputs import check_outputs, draw, say_written, write, write_lines
 from breaker.common.visible_text import say
-
-if TYPE_CHECKING:
-    from breaker.drive.answers.answer_document import AnswerDocument
-    from breaker.drive.answers.evidence import Answer, Given
-    from breaker.drive.answers.reference_curve import Overlay
+from breaker.model.parameters import MOTIONS
 
 
 def add(infer: argparse.ArgumentParser) -> None:
     """Infer the drive in curve files, all of one breaker: parameters, times, speeds and ways with
     their intervals, whether the records are of the family of drives that the networks know, and
-    whether limits are exceeded. Works in any folder, for drives of any size. A file may hold a
-    closing, an opening or both. The status is 1 if no record could be used.
+    whether limits are exceeded. A file may hold a closing, an opening or both. The status is 1 if
+    no record could be used.
     """
-    add_path(infer, "files", "FILE", "a record, or a folder of records of one breaker", nargs="+")
-    add_choice(infer)
-    what = (
-        "what is known of a parameter, the wipe, or the time of touch or parting, such as "
-        "mu=2.4:0.07 or wipe=3.5:0.3"
-    )
-    infer.add_argument("--known", type=_fact, metavar="NAME=VALUE:SD", help=what, **SEVERAL)
-    add_path(infer, "--model", "FILE", "a network of another family, trained by the workflow")
+    what = "a record, or a folder of records of one breaker"
+    inputs.add_path(infer, "files", "FILE", what, nargs="+")
+    inputs.add_choice(infer)
+    what = "what is known of a parameter, the wipe, or the time of touch or parting"
+    known = {"type": _fact, "metavar": "NAME=VALUE:SD"}
+    infer.add_argument("--known", help=f"{what}, such as mu=2.4:0.07", **known, **inputs.SEVERAL)
+    what = "a network of another family, trained by the workflow"
+    inputs.add_path(infer, "--model", "FILE", what)
     infer.add_argument("--json", action="store_true", help="print one JSON document")
-    add_path(infer, "--output", "CSV", "write a table there, with all columns")
-    add_path(infer, "--plot", "PNG", "draw the answer there, or with --reference the overlay")
-    add_reference(infer)
-    add_path(infer, "--draws", "ZARR", "write all draws there, for ArviZ")
+    inputs.add_path(infer, "--output", "CSV", "write a table there, with all columns")
+    what = "draw the answer there, or with --reference the overlay"
+    inputs.add_path(infer, "--plot", "PNG", what)
+    inputs.add_reference(infer)
+    inputs.add_path(infer, "--draws", "ZARR", "write all draws there, for ArviZ")
 
 
 def _fact(text: str) -> tuple[str, list[float]]:
@@ -52,21 +38,15 @@ def _fact(text: str) -> tuple[str, list[float]]:
     from breaker.model.quantities import check_fact
 
     name, _, numbers = text.partition("=")
-    value, sd = map(_number, numbers.partition(":")[::2])
-    if not name or value is None or sd is None:
+    try:
+        value, sd = map(float, numbers.split(":"))
+    except ValueError:
+        name = ""
+    if not name:
         raise argparse.ArgumentTypeError(f"{text!r} is not NAME=VALUE:SD, such as L=10.8:0.2")
     if complaint := check_fact(value, sd):
         raise argparse.ArgumentTypeError(f"{text!r} {complaint}")
     return name, [value, sd]
-
-
-def _number(text: str) -> float | None:
-    """Return a number; None where the text is none."""
-    try:
-        value = float(text)
-    except ValueError:
-        return None
-    return None if value != value else value
 
 
 def run(options: argparse.Namespace) -> int:
@@ -79,8 +59,8 @@ def run(options: argparse.Namespace) -> int:
     names = [name for name, _ in options.known]
     if twice := next((name for name in names if names.count(name) > 1), ""):
         raise ValueError(f"--known has {twice} twice; leave one of them out")
-    config = settings_of(options.config)
-    limits = limits_of(config, options.config)
+    config = inputs.settings_of(options.config)
+    limits = inputs.limits_of(config, options.config)
     # Imported here, so that --help and wrong options answer at once.
     from breaker.common.plain_values import to_json
     from breaker.documents.terminal import text_of
@@ -91,10 +71,10 @@ def run(options: argparse.Namespace) -> int:
 
     given, words = given_by(config, dict(options.known))
     assessment = Assessment(config, limits, given, families=_families(options.model))
-    choice = choice_of(options)
+    choice = inputs.choice_of(options)
     records = read_records(options.files, assessment, **choice)
     good = [options.reference] if options.reference else []
-    overlays = overlays_of(records, read_records(good, assessment, **choice), options)
+    overlays = inputs.overlays_of(records, read_records(good, assessment, **choice), options)
     answers = assessment.infer(records)
     asked = assessment.limits_on(answers, [options.motion] if options.motion else MOTIONS)
     if apart := dict.fromkeys(e.pair or e.name for e in asked if e.of == "change"):
@@ -105,12 +85,16 @@ def run(options: argparse.Namespace) -> int:
     found = document(answers, verdicts, about, settings, means)
     if overlays:
         found = replace(found, reference=[each.values for each in overlays])
-    nothing = not any(each.accepted for each in found.records)
+    rejected = [each.file for each in found.records if not each.accepted]
+    nothing = len(rejected) == len(found.records)
     written = [] if nothing else _write(answers, given, found, overlays, options)
     say(to_json(found) if options.json else text_of(words_of(found)))
     for each in [] if options.json else overlays:
         say(f"\n{each.title}: {each.words}")
-    _say_rejected(found)
+    if rejected:
+        said = "nothing was inferred" if nothing else f"rejected records: {len(rejected)}"
+        how = f"`breaker inspect {shlex.quote(rejected[0])}` says how to read such a file"
+        say(f"breaker: {said}; {how}", beside=True)
     say_written(written, options.json)
     return int(nothing)
 
@@ -128,30 +112,7 @@ def _families(model: str | None) -> Callable[[], Iterable]:
     return lambda: [network]
 
 
-def _say_rejected(found: "AnswerDocument") -> None:
-    """Say on stderr how many records were rejected, and how to find out how to read them."""
-    rejected = [each for each in found.records if not each.accepted]
-    if not rejected:
-        return
-    nothing = len(rejected) == len(found.records)
-    said = "nothing was inferred" if nothing else f"rejected records: {len(rejected)}"
-    read = {each.file for each in found.records if each.accepted}
-    if unread := sorted({each.file for each in rejected} - read):
-        said += (
-            ". If a file is written in another way than the settings say:\n"
-            f"  breaker inspect {shlex.quote(unread[0])} --output my.yaml\n"
-            "and then: breaker infer ... --config my.yaml"
-        )
-    say(f"breaker: {said}", beside=True)
-
-
-def _write(
-    answers: Sequence["Answer"],
-    given: "Given",
-    found: "AnswerDocument",
-    overlays: Sequence["Overlay"],
-    options: argparse.Namespace,
-) -> list[str]:
+def _write(answers, given, found, overlays, options: argparse.Namespace) -> list[str]:
     """Write what the options ask for, and return what was written, in words."""
     seed, written = found.settings["seed"], []
     if options.output:
@@ -170,6 +131,5 @@ def _write(
         from breaker.figures.records import answer, overlay
 
         over = overlays and overlay(overlays)
-        drawn = over or answer(shown(answers, given, seed=seed))
-        written.append(draw(drawn, options.plot))
+        written.append(draw(over or answer(shown(answers, given, seed=seed)), options.plot))
     return written

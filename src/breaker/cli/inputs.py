@@ -3,19 +3,16 @@
 import argparse
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from breaker.configuration.loading import defaults, load, read
-
-if TYPE_CHECKING:
-    from breaker.drive.answers.evidence import DriveRecord
-    from breaker.drive.answers.reference_curve import Overlay
-
-# ---- configuration -------------------------------------------------------------------------------
+from breaker.model.parameters import MOTIONS
 
 ADVANCED = Path("config/advanced.yaml")
 PROJECT = Path("config/config.yaml")
 """Where the workflow's configuration is, from the project's folder; the second over the first."""
+
+SEVERAL = {"nargs": "+", "action": "extend", "default": []}
+"""Settings of an option that takes several values, and may be given several times."""
 
 
 def settings_of(overlays: Sequence[str]) -> dict:
@@ -25,23 +22,13 @@ def settings_of(overlays: Sequence[str]) -> dict:
     """
     own = [ADVANCED] * ADVANCED.exists() + [PROJECT] if PROJECT.exists() else []
     files = [*own, *overlays]
-    # Commands name the folders of records themselves.
-    return load(files, curves=False) if files else defaults()
+    return load(files, curves=False) if files else defaults()  # commands name records themselves
 
 
 def limits_of(config: Mapping, overlays: Sequence[str]) -> list:
     """Return the limits of the drive: the shipped ones are an example, and count only by name."""
     named = any("limits" in read(path) for path in overlays)
     return config["limits"] if named or config["limits"] != defaults()["limits"] else []
-
-
-# ---- options -------------------------------------------------------------------------------------
-
-MOTIONS = ("closing", "opening")
-"""Motions of records; here, so that the options of a command are known before its imports."""
-
-SEVERAL = {"nargs": "+", "action": "extend", "default": []}
-"""Settings of an option that takes several values, and may be given several times."""
 
 
 def a_path(text: str) -> str:
@@ -68,12 +55,17 @@ def add_path(command: argparse.ArgumentParser, name: str, kind: str, what: str, 
 
 
 def add_choice(command: argparse.ArgumentParser) -> None:
-    """Add the options that choose among the records of a command's files, called after it."""
-    name = command.prog.split()[-1]
-    command.add_argument("--motion", choices=MOTIONS, help=f"{name} this motion alone")
+    """Add the options that choose among the records of a command's files."""
+    command.add_argument("--motion", choices=MOTIONS, help="take this motion alone")
     command.add_argument("--channel", default="", metavar="NAME", help="the column of travel")
-    command.add_argument("--breaker", metavar="NAME", help="which breaker of a folder's table")
-    command.add_argument("--phase", metavar="NAME", help="which phase of a folder's table")
+    for name in ("breaker", "phase"):
+        what = f"which {name} of a folder's table"
+        command.add_argument(f"--{name}", metavar="NAME", help=what)
+
+
+def choice_of(options: argparse.Namespace) -> dict[str, str | None]:
+    """Return the options of ``add_choice``, as ``named_records.read_records`` takes them."""
+    return {name: getattr(options, name) for name in ("motion", "channel", "breaker", "phase")}
 
 
 def add_reference(command: argparse.ArgumentParser) -> None:
@@ -84,19 +76,8 @@ def add_reference(command: argparse.ArgumentParser) -> None:
     command.add_argument("--tolerance", type=percent, metavar="PERCENT", help=what)
 
 
-def choice_of(options: argparse.Namespace) -> dict[str, str | None]:
-    """Return the options of ``add_choice``, as ``named_records.read_records`` takes them."""
-    return {name: getattr(options, name) for name in ("motion", "channel", "breaker", "phase")}
-
-
-def overlays_of(
-    records: Sequence["DriveRecord"], good: Sequence["DriveRecord"], options: argparse.Namespace
-) -> list["Overlay"]:
-    """Lay records over good ones; none where none is named.
-
-    Args:
-        records, good: What was read of the files of the command, and of the good one.
-        options: Those of ``add_reference``.
+def overlays_of(records: Sequence, good: Sequence, options: argparse.Namespace) -> list:
+    """Return each ``Overlay`` of records over good ones; none where no ``--reference`` is named.
 
     Raises:
         ValueError: If the good record cannot be read, or has no motion of the others; or if a

@@ -12,11 +12,10 @@ from breaker.common.visible_text import say, visible_text
 
 def add(inspect: argparse.ArgumentParser) -> None:
     """Look at a file: how its text is written, which columns are time and travel, and which motions
-    they hold. Prints the lines of configuration that read it, after reading it with them. Of a
-    folder, propose the table operations.csv, which says which file is which operation. Where the
-    folder has the table, or its files are numbered, read all records as the workflow will, and
-    print what is accepted, what is doubtful, and why the rest is rejected; the status is 1 if
-    nothing of a motion is accepted.
+    they hold; prints the lines of configuration that read it. Of a folder, propose the table
+    operations.csv, which says which file is which operation. Where the folder has the table, or its
+    files are numbered, read all records as the workflow will, and print what is accepted, and why
+    the rest is rejected; the status is 1 if nothing of a motion is accepted.
     """
     inspect.set_defaults(smaller="export the record with fewer channels")
     add_path(inspect, "file", "FILE|FOLDER", "a record as it was exported, or a folder of records")
@@ -34,31 +33,31 @@ def run(options: argparse.Namespace) -> int:
     from breaker.reading.files.folder_listing import is_folder
     from breaker.reading.files.operations_table import MANIFEST
 
+    outputs = [(options.output, "lines"), (options.plot, "picture")]
     if not is_folder(options.file):
         _refuse(options, ("channels",), "is for a folder")
-        return _run_file(options)
+        check_outputs(outputs, [options.file, *options.config])
+        return _look_into(options, settings_of(options.config))
     _refuse(options, ("channel", "plot"), "is for a file")
-    check_outputs([(options.output, "lines")], [options.file, *options.config])
+    check_outputs(outputs, [options.file, *options.config])
     config = settings_of(options.config)
     if os.path.lexists(table := Path(options.file, MANIFEST)):
         why = f"is for a folder without a table, and {table} is there"
         _refuse(options, ("output", "channels"), why)
-        return _check(options.file, config, f"the table {MANIFEST} lists")
+        return _check(options.file, config)
     if not (options.output or options.channels) and _is_numbered(options.file, config):
-        return _check(options.file, config, "the names number")
+        return _check(options.file, config)
     return _propose(options, config)
 
 
 def _refuse(options: argparse.Namespace, names: Sequence[str], why: str) -> None:
     """Refuse options that do not fit what the command is asked about."""
-    if given := [each.replace("_", "-") for each in names if getattr(options, each)]:
+    if given := [each for each in names if getattr(options, each)]:
         raise ValueError(f"--{given[0]} {why}; leave it out, or name a file or folder that fits")
 
 
-def _run_file(options: argparse.Namespace) -> int:
-    outputs = [(options.output, "lines"), (options.plot, "picture")]
-    check_outputs(outputs, [options.file, *options.config])
-    config = settings_of(options.config)
+def _look_into(options: argparse.Namespace, config: Mapping) -> int:
+    """Propose how to read a file; the status is 1 where no motion can be read."""
     from breaker.documents.terminal import text_of
     from breaker.reading.inspection.proposal_words import overlay_of, words_of
     from breaker.reading.inspection.setting_proposal import inspect_file
@@ -91,7 +90,7 @@ def _is_numbered(folder: str, config: Mapping) -> bool:
     return found
 
 
-def _check(folder: str, config: Mapping, listed: str) -> int:
+def _check(folder: str, config: Mapping) -> int:
     """Read the records of a folder as the workflow will, and print what becomes of them."""
     from breaker.documents.terminal import text_of
     from breaker.reading.inspection.acceptance import check_folder, words_of_checked
@@ -99,44 +98,33 @@ def _check(folder: str, config: Mapping, listed: str) -> int:
     motions = config["motions"]
     checked = check_folder(folder, config["endurance"], config["sensor"], motions)
     accepted = {each.motion for each in checked if each.accepted}
-    lacking = " and no ".join(motion for motion in motions if motion not in accepted)
     say(text_of(words_of_checked(checked)))
     remedy = f"set endurance.curves: {folder} in the configuration to use what is accepted"
-    if lacking:
+    if lacking := " and no ".join(motion for motion in motions if motion not in accepted):
         remedy = f"no {lacking} is accepted: correct this, and run the command again"
-    say(f"\nRead the records of {folder} that {listed}; {remedy}.")
+    say(f"\nRead the listed records of {folder}; {remedy}.")
     return 1 if lacking else 0
 
 
 def _propose(options: argparse.Namespace, config: Mapping) -> int:
     """Propose the table of a folder. What to check in it is printed beside it."""
-    from breaker.reading.files.operations_table import MANIFEST
-
-    text, remarks = table_of(options.file, config, options.channels)
-    written = [write_lines(options.output, text)] if options.output else []
-    if not written:
-        say(text, end="")
-        if visible_text(text) != text:
-            remarks.append(
-                "signs that a terminal obeys or does not show stand there as escapes: write the "
-                "table with --output, and it has the signs themselves"
-            )
-    for remark in remarks:
-        say(f"check: {remark}", beside=True)
-    say_written(written)
-    table = options.output or Path(options.file, MANIFEST)
-    step = "complete" if written else f"write it with --output {table}, complete"
-    place = "" if Path(table).name == MANIFEST else f" as {MANIFEST} in the folder"
-    said = f"Proposed a table of the operations in {options.file}: {step} it{place}, and run"
-    say(f"{said} breaker inspect {options.file} again.", beside=True)
-    return 0
-
-
-def table_of(folder: str, config: Mapping, channels: Sequence[str] = ()) -> tuple[str, list[str]]:
-    """Return the proposed table of a folder, and what to check in it; nothing is written."""
     from breaker.reading.files.format_settings import FORMAT
     from breaker.reading.files.table_proposal import propose_manifest
     from breaker.reading.inspection.file_description import describe_file
 
     own = {"configured": config["endurance"]["format"] != FORMAT}
-    return propose_manifest(folder, channels, config["motions"], describe_file, **own)
+    of = options.file, options.channels, config["motions"], describe_file
+    text, remarks = propose_manifest(*of, **own)
+    if options.output:
+        say(write_lines(options.output, text))
+        step = "complete it"
+    else:
+        say(text, end="")
+        step = f"write it with --output {Path(options.file, 'operations.csv')}, complete it"
+        if visible_text(text) != text:
+            remarks.append("escapes stand for signs; with --output it has the signs themselves")
+    for remark in remarks:
+        say(f"check: {remark}", beside=True)
+    step += f" as operations.csv in the folder, and run breaker inspect {options.file} again"
+    say(f"Proposed a table of the operations in {options.file}: {step}.", beside=True)
+    return 0

@@ -5,9 +5,9 @@ import os
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 
-from breaker.cli.inputs import MOTIONS
 from breaker.common.atomic_writes import whole
 from breaker.common.visible_text import say
+from breaker.model.parameters import MOTIONS
 from breaker.reading.files.guards import opened_at_once
 
 _ENDINGS = {"picture": (".png", ".pdf", ".svg", ".jpg", ".jpeg"), "report": (".html", ".pdf")}
@@ -19,9 +19,8 @@ _COLUMNS = {b"motion", b"operation", b"output", b"interval_95_lower"}  # of a ta
 def check_outputs(wanted: Sequence[tuple[str | None, str]], read: Iterable[str]) -> None:
     """Refuse what cannot or must not be written, before any work is done.
 
-    A result replaces a result of its kind: a table of answers, a picture, a report, a store of
-    draws. So it never replaces a record. Lines that a user completes, such as a configuration or a
-    table of operations, replace nothing.
+    A result replaces a result of its kind, so never a record. Lines that a user completes, such as
+    a configuration or a table of operations, replace nothing.
 
     Args:
         wanted: Name and kind of each output that a command has: "table", "picture", "report",
@@ -34,9 +33,6 @@ def check_outputs(wanted: Sequence[tuple[str | None, str]], read: Iterable[str])
         ValueError: If it would be read as a record by the next command, if two outputs are one, or
             its ending is wrong.
     """
-    from breaker.reading.files.formats import ENDINGS
-    from breaker.reading.files.operations_table import MANIFEST
-
     folders = {os.path.realpath(Path(each, sub)) for each in read for sub in ("", *MOTIONS)}
     earlier: list[Path] = []
     for name, kind in wanted:
@@ -46,32 +42,39 @@ def check_outputs(wanted: Sequence[tuple[str | None, str]], read: Iterable[str])
         if any(target.is_relative_to(each) or each.is_relative_to(target) for each in earlier):
             raise ValueError(f"{name} is, or is in, another output of this command; name another")
         earlier.append(target)
-        ending, endings = target.suffix.lower(), _ENDINGS.get(kind)
-        if endings and ending not in endings:
-            raise ValueError(f"{name} is no name of a {kind}; end it in {' or '.join(endings[:3])}")
-        if not target.parent.is_dir():
-            folder = Path(name).parent
-            raise FileNotFoundError(f"there is no folder {folder}/ for {name}; make it first")
-        if os.path.lexists(target) and not _is_own(target, kind):
-            raise FileExistsError(
-                f"{name} is there already and may hold work of yours: it is not overwritten. Name "
-                "another, or delete it"
-            )
-        table = kind == "lines" and target.name == MANIFEST
-        if str(target.parent) in folders and ending in ENDINGS and not table:
-            raise ValueError(
-                f"{name} would be read as a record, as others of this folder are; name another "
-                "place"
-            )
-        if not os.access(target if target.exists() else target.parent, os.W_OK):
-            raise PermissionError(f"{name} may not be written; name another")
+        _check_output(name, target, kind, among_records=str(target.parent) in folders)
+
+
+def _check_output(name: str, target: Path, kind: str, *, among_records: bool) -> None:
+    from breaker.reading.files.formats import ENDINGS
+    from breaker.reading.files.operations_table import MANIFEST
+
+    ending, endings = target.suffix.lower(), _ENDINGS.get(kind)
+    if endings and ending not in endings:
+        raise ValueError(f"{name} is no name of a {kind}; end it in {' or '.join(endings[:3])}")
+    if not target.parent.is_dir():
+        folder = Path(name).parent
+        raise FileNotFoundError(f"there is no folder {folder}/ for {name}; make it first")
+    if os.path.lexists(target) and not _is_own(target, kind):
+        what = "is there already and may hold work of yours: it is not overwritten"
+        raise FileExistsError(f"{name} {what}. Name another, or delete it")
+    table = kind == "lines" and target.name == MANIFEST
+    if among_records and ending in ENDINGS and not table:
+        what = "would be read as a record, as others of this folder are"
+        raise ValueError(f"{name} {what}; name another place")
+    if not os.access(target if target.exists() else target.parent, os.W_OK):
+        raise PermissionError(f"{name} may not be written; name another")
 
 
 def _is_own(target: Path, kind: str) -> bool:
     """Return whether what is at a place is empty, or a result of the same kind."""
-    if target.is_dir():
-        return kind == "store" and _is_store_of_draws(target)
-    if kind == "store" or not target.is_file():  # such as a pipe or a device
+    if kind == "store":
+        try:
+            about = json.loads((target / "posterior" / ".zattrs").read_text(encoding="utf-8"))
+            return about.get("inference_library") == "breaker"
+        except (OSError, ValueError, AttributeError):
+            return False
+    if not target.is_file():  # such as a pipe or a device
         return False
     with opened_at_once(target) as stream:
         begins = stream.read(4096) or b""
@@ -83,20 +86,8 @@ def _is_own(target: Path, kind: str) -> bool:
     return own or not begins
 
 
-def _is_store_of_draws(folder: Path) -> bool:
-    try:
-        about = json.loads((folder / "posterior" / ".zattrs").read_text(encoding="utf-8"))
-        return about.get("inference_library") == "breaker"
-    except (OSError, ValueError, AttributeError):
-        return False
-
-
 def write(name: str, fill: Callable[[Path], object]) -> None:
-    """Write a file or a folder, whole or not at all.
-
-    Args:
-        name: Name of it.
-        fill: What writes it under the name that it is given.
+    """Let a function write a file or a folder under a name, whole or not at all.
 
     Raises:
         OSError: If it cannot be written, as on a full disk; what was there stays.
@@ -110,13 +101,13 @@ def write(name: str, fill: Callable[[Path], object]) -> None:
 
 
 def write_lines(name: str, text: str) -> str:
-    """Write lines to a file, whole or not at all, and return what to say of it."""
+    """Write lines to a file, and return what to say of it."""
     write(name, lambda part: part.write_bytes(text.encode("utf-8")))
     return f"written to {name}"
 
 
 def draw(figure, name: str) -> str:
-    """Write a figure to a file, whole or not at all, and return what to say of it."""
+    """Write a figure to a file, and return what to say of it."""
     from breaker.figures.style import encoded, without_font
 
     content = encoded(figure, Path(name).suffix[1:].lower())

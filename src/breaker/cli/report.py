@@ -2,23 +2,10 @@
 
 import argparse
 from pathlib import Path
-from typing import TYPE_CHECKING
 
-from breaker.cli.inputs import (
-    SEVERAL,
-    add_path,
-    add_reference,
-    limits_of,
-    overlays_of,
-    settings_of,
-)
+from breaker.cli import inputs
 from breaker.cli.outputs import check_outputs, write
 from breaker.common.visible_text import say
-
-if TYPE_CHECKING:
-    from breaker.drive.answers.test_report import Report
-    from breaker.drive.answers.visit import Visit
-    from breaker.reading.files.guards import Files
 
 
 def add(report: argparse.ArgumentParser) -> None:
@@ -27,13 +14,14 @@ def add(report: argparse.ArgumentParser) -> None:
     adds, and the curves. A file may hold O, C, C-O or O-C-O, and several channels, which are phases
     or poles. The status is 1 if no record could be used.
     """
-    add_path(report, "files", "FILE", "a record of the visit, or a folder of them", nargs="+")
+    what = "a record of the visit, or a folder of them"
+    inputs.add_path(report, "files", "FILE", what, nargs="+")
     what = "write the report there; a PDF needs WeasyPrint, else print the page from a browser"
-    add_path(report, "--output", "HTML|PDF", what, required=True)
-    add_path(report, "--before", "FILE", "records of the visit before", **SEVERAL)
+    inputs.add_path(report, "--output", "HTML|PDF", what, required=True)
+    inputs.add_path(report, "--before", "FILE", "records of the visit before", **inputs.SEVERAL)
     what = "columns of travel (default: all that move)"
-    report.add_argument("--channel", help=what, metavar="NAME", **SEVERAL)
-    add_reference(report)
+    report.add_argument("--channel", help=what, metavar="NAME", **inputs.SEVERAL)
+    inputs.add_reference(report)
 
 
 def run(options: argparse.Namespace) -> int:
@@ -61,14 +49,12 @@ def run(options: argparse.Namespace) -> int:
     return 0
 
 
-def read_of(options: argparse.Namespace, opened: "Files | None" = None) -> "Visit":
-    """Read the records of a visit.
-
-    A good record and its band that no option names are those of the configuration.
+def read_of(options: argparse.Namespace, opened=None):
+    """Return the ``Visit`` of the options; a good record not named is that of the configuration.
 
     Args:
         options: Options of the command.
-        opened: In which files are opened, once.
+        opened: ``Files`` in which files are opened, once.
 
     Raises:
         OSError, ValueError: If there is nothing of which a report can be.
@@ -77,25 +63,25 @@ def read_of(options: argparse.Namespace, opened: "Files | None" = None) -> "Visi
     from breaker.drive.answers.named_records import read_visit
     from breaker.drive.answers.visit import Visit, check_visit
 
-    config = settings_of(options.config)
+    config = inputs.settings_of(options.config)
     stated = config["report"]["reference"]
     options.reference = options.reference or stated["file"]
     if options.reference and options.tolerance is None and stated["tolerance"]:
         options.tolerance = stated["tolerance"] / 100.0
     given, words = given_by(config)
-    assessment = Assessment(config, limits_of(config, options.config), given)
+    assessment = Assessment(config, inputs.limits_of(config, options.config), given)
     good = [options.reference] if options.reference else []
     records, before, good = (
         read_visit(named, options.channel, assessment, opened)
         for named in (options.files, options.before, good)
     )
     check_visit(Visit(assessment, records, before))
-    over = overlays_of(records, good, options)
+    over = inputs.overlays_of(records, good, options)
     return Visit(assessment, records, before, over, words)
 
 
-def content_of(report: "Report", ending: str) -> tuple[bytes, str]:
-    """Return a report as ".html" or ".pdf", and what to say of its letters.
+def content_of(report, ending: str) -> tuple[bytes, str]:
+    """Return a ``Report`` as ".html" or ".pdf", and what to say of its letters.
 
     Raises:
         ValueError: If it is to be a PDF, and WeasyPrint is not installed.
