@@ -53,6 +53,11 @@ def test_curves_have_every_channel_and_marks_lie_on_them(page):
         assert abs(travel["y"][near] - mark["y"][0]) < 2.0  # mm; a sample is 0.2 ms
 
 
+def test_curves_of_several_files_are_named_by_their_files(page):
+    found = json.loads(page.get("/curves?file=one.csv&file=old.csv").text)["traces"]
+    assert {each["name"].partition(": ")[0] for each in found} == {"one.csv", "old.csv"}
+
+
 def test_curves_of_what_cannot_be_read_have_samples_and_no_times(page):
     wrong = f"{TODAY}&set.rate=-3"
     assert json.loads(page.get(f"/curves?{wrong}").text)["clock"] == "samples"

@@ -14,7 +14,6 @@ from breaker.drive.answers.evidence import Answer, DriveRecord
 from breaker.drive.answers.reference_curve import Overlay
 from breaker.reading.files.format_settings import TO_MS
 from breaker.reading.files.guards import printable
-from breaker.reading.files.operations_table import Operation
 from breaker.reading.files.word_meanings import holds
 from breaker.reading.inspection.file_contents import Layout
 from breaker.reading.records.measurements import Reading
@@ -79,35 +78,27 @@ def record_traces(records: Sequence[DriveRecord], layouts: Sequence[Layout]) -> 
         column = each.operation.channel or column
         beside.setdefault(file, []).append(each)
         name, phase = printable(str(column)), each.operation.phase
-        said = phase in name.split() or labels.get(file) == f"{phase}: "
-        name = name if said or not phase else f"{name} {phase}"
+        name = name if phase in ["", *name.split()] else f"{name} {phase}"
         found = Trace(name, "mm", "travel", each.raw.time, each.raw.sure)
         travels.setdefault((file, str(column)), found)
-    taken = {file: {c for f, c in travels if f == file} for file in beside}
-    others = []
+    found = [(file, trace) for (file, _), trace in travels.items()]
     for layout in layouts:
         file = str(layout.file)
         if beside and file not in beside:
             continue  # nobody knows its times, and others are shown over theirs
-        some = _columns(layout, beside.get(file, ()), taken.get(file, set()))
-        others += [(file, each) for each in some]
-    both = [*((file, trace) for (file, _), trace in travels.items()), *others]
-    return [each._replace(name=labels.get(file, "") + each.name) for file, each in both]
+        taken = {column for of, column in travels if of == file}
+        found += [(file, each) for each in _columns(layout, beside.get(file, ()), taken)]
+    return [each._replace(name=labels.get(file, "") + each.name) for file, each in found]
 
 
 def _labels(records: Sequence[DriveRecord], layouts: Sequence[Layout]) -> dict[str, str]:
-    """What stands before the names of channels of several files: the phase where each is a file of
-    one pole, else the file.
-    """
-    phases: dict[str, set[str]] = {str(each.file): set() for each in layouts}
-    for each in records:
-        phases.setdefault(str(each.operation.file), set()).add(each.operation.phase)
-    if len(phases) == 1:
-        return {}
-    poles = {next(iter(each)) for each in phases.values() if len(each) == 1} - {""}
-    if len(poles) == len(phases):
-        return {file: f"{next(iter(each))}: " for file, each in phases.items()}
-    return {file: f"{printable(file).rpartition('/')[2]}: " for file in phases}
+    """The file before the names of its channels, where there are several files."""
+    files = {str(e.file) for e in layouts} | {str(e.operation.file) for e in records}
+    return {file: f"{_plain(file)}: " for file in files} if len(files) > 1 else {}
+
+
+def _plain(file: str) -> str:
+    return printable(file).rpartition("/")[2]
 
 
 def _columns(layout: Layout, own: Sequence[DriveRecord], taken: set[str]) -> Iterator[Trace]:
@@ -115,15 +106,11 @@ def _columns(layout: Layout, own: Sequence[DriveRecord], taken: set[str]) -> Ite
     its records take for contact and coil.
     """
     form = own[0].raw.settings if own else layout.settings
-    place, count = None, layout.columns[0].size
-    if form.get("time_column") is not None:
-        place = layout.place_of(form["time_column"])
+    place = None if form.get("time_column") is None else layout.place_of(form["time_column"])
     if place is not None:
         time = layout.columns[place] * TO_MS[form["time_unit"]]
-    elif own:
-        time = np.arange(count) * own[0].raw.step
     else:
-        time = np.arange(count, dtype=float)
+        time = np.arange(layout.columns[0].size) * (own[0].raw.step if own else 1.0)
     kinds = {
         layout.place_of(each.raw.settings[f"{key}_column"]): kind
         for key, kind in (("contact", "contact"), ("trigger", "coil"))
@@ -137,18 +124,14 @@ def _columns(layout: Layout, own: Sequence[DriveRecord], taken: set[str]) -> Ite
             continue
         if np.nanmin(values) == np.nanmax(values):
             continue  # an unused channel
-        kind = kinds.get(i) or _kind(layout.names[i])
+        named = (kind for kind in ("coil", "contact") if holds(layout.names[i], kind))
+        kind = kinds.get(i) or next(named, "other")
         found = Trace(printable(str(column)), layout.units[i] or "", kind, time, values)
         if i not in kinds and kind in kinds.values():
             last.append(found._replace(kind="other"))  # of no record: of another pole, or of none
         else:
             yield found
     yield from last
-
-
-def _kind(name: str) -> str:
-    """What a column is by its name alone, for where it stands in the legend."""
-    return next((kind for kind in ("coil", "contact") if holds(name, kind)), "other")
 
 
 def laid_over(
@@ -166,22 +149,20 @@ def laid_over(
         what: What the others are.
         band: Whether the band about them is shown.
     """
-    of = {_identity(each.operation, each.motion): each for each in records}
+    of = {}
+    for each in records:
+        own = each.operation
+        of[own.number, each.motion, own.phase, str(own.file)] = each.raw
     found = []
     for each in overlays:
-        record = of[each.operation, each.motion, each.phase, each.file]
-        raw, sign = record.raw, 1.0 if each.motion == "closing" else -1.0
-        name = printable(each.good_file).rpartition("/")[2]
-        name = " ".join(filter(None, [f"{what}: {name}, {each.motion}", each.phase]))
+        raw = of[each.operation, each.motion, each.phase, each.file]
+        sign = 1.0 if each.motion == "closing" else -1.0
+        name = f"{what}: {_plain(each.good_file)}, {each.motion} {each.phase}".rstrip()
         reading = raw.segment.before + sign * each.good
         half = each.band if band else np.nan
         time = each.time + raw.moves
         found.append(Trace(name, "mm", "travel", time, reading, laid=True, band=half))
     return found
-
-
-def _identity(operation: Operation, motion: str) -> tuple[int, str, str, str]:
-    return operation.number, motion, operation.phase, str(operation.file)
 
 
 def marks_of(answers: Sequence[Answer]) -> list[Mark]:
@@ -232,12 +213,9 @@ def thinned(trace: Trace, begin: float, end: float) -> dict[str, list]:
     kept = np.arange(max(first - 1, 0), min(last + 2, trace.time.size))
     if kept.size > MOST:
         parts = np.array_split(kept, MOST // 2)
-        reading = (
-            np.nan_to_num(trace.reading, nan=np.inf),
-            np.nan_to_num(trace.reading, nan=-np.inf),
-        )
-        low = [part[np.argmin(reading[0][part])] for part in parts]
-        high = [part[np.argmax(reading[1][part])] for part in parts]
+        above, below = (np.nan_to_num(trace.reading, nan=each) for each in (np.inf, -np.inf))
+        low = [part[np.argmin(above[part])] for part in parts]
+        high = [part[np.argmax(below[part])] for part in parts]
         kept = np.sort(np.concatenate([low, high]))
     x, y = trace.time[kept], trace.reading[kept]
     ends = {"low": y - trace.band, "high": y + trace.band} if math.isfinite(trace.band) else {}

@@ -239,12 +239,12 @@ class _Answer(_Handler):
     """Values, limits and the model's answer, or the marks that go with them."""
 
     async def get(self, what: str) -> None:
-        session, asked = self.page.session, (self.choices(), self.state)
+        asked = self.choices(), self.state
         if what == "answer":
-            self.finish(await self.worked(lambda: answer_part(session, *asked), slow=True))
+            find = lambda: answer_part(self.page.session, *asked)  # noqa: E731
         else:
-            found = await self.worked(lambda: session.answered(*asked), slow=True)
-            self.finish(marks_for(found))
+            find = lambda: marks_for(self.page.session.answered(*asked)[1])  # noqa: E731
+        self.finish(await self.worked(find, slow=True))
 
 
 class _Curves(_Handler):

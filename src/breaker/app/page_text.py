@@ -3,6 +3,7 @@
 import importlib.util
 import math
 import os
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import cache
 
@@ -12,7 +13,7 @@ from markupsafe import Markup
 
 from breaker.app.curve_traces import Mark, at_cursors, plain, thinned
 from breaker.app.page_choices import WHOLE, Choices, name_of
-from breaker.app.view_session import SHOWN, Answered, Session, Shown
+from breaker.app.view_session import SHOWN, Session, Shown
 from breaker.common.numerals import in_digits
 from breaker.common.visible_text import visible_text
 from breaker.documents.html_page import html_page
@@ -90,14 +91,13 @@ def _name(identity: str) -> str:
 
 def answer_part(session: Session, choices: Choices, state: str) -> str:
     """Return the part of a page that takes longer: values, limits, and what the model says."""
-    answered = session.answered(choices, state)
-    report = answered.report
+    report, marks = session.answered(choices, state)
     values = replace(report, title="Values, limits and the model", summary=())
     return _page(
         "answer.html",
         summary=[(each, tone_of(each)) for each in report.summary],
         values=Markup(html_page(values, inner="report")),  # which escapes what it is given
-        marks=answered.marks,
+        marks=marks,
         address=session.shown(choices, state).address,
         pdf=importlib.util.find_spec("weasyprint") is not None,
     )
@@ -126,15 +126,16 @@ def curves_of(shown: Shown, begin: float | None, end: float | None) -> dict:
     return {"from": first, "to": last, "clock": shown.clock, "traces": traces}
 
 
-def marks_for(answered: Answered) -> dict:
+def marks_for(marks: Sequence[Mark]) -> dict:
     """Return the marks of curves, for JSON."""
-    return {"marks": [*map(_mark, answered.marks)]}
-
-
-def _mark(mark: Mark) -> dict:
-    start, stop, low, high = plain(np.array([mark.start, mark.stop, mark.low, mark.high]))
-    name = " ".join(filter(None, [mark.name, printable(mark.channel)]))
-    return {"name": name, "x": [start, stop], "y": [low, high], "inferred": mark.inferred}
+    found = []
+    for each in marks:
+        start, stop, low, high = plain(np.array([each.start, each.stop, each.low, each.high]))
+        name = f"{each.name} {printable(each.channel)}".rstrip()
+        found.append(
+            {"name": name, "x": [start, stop], "y": [low, high], "inferred": each.inferred}
+        )
+    return {"marks": found}
 
 
 def cursor_page(shown: Shown, first: float, second: float) -> str:

@@ -94,13 +94,6 @@ class Shown:
         return "ms" if any(each.kind == "travel" for each in self.traces) else "samples"
 
 
-class Answered(NamedTuple):
-    """The report of a visit, and the marks of its curves."""
-
-    report: Report
-    marks: Sequence[Mark]
-
-
 class MissingError(ValueError):
     """Something of an address that is not, or no more, among what is shown."""
 
@@ -254,8 +247,8 @@ class Session:
             state,
         )
 
-    def answered(self, choices: Choices, state: str = "") -> Answered:
-        """Return what is inferred and judged of a visit.
+    def answered(self, choices: Choices, state: str = "") -> tuple[Report, list[Mark]]:
+        """Return the report of a visit, and the marks of its curves.
 
         Raises:
             ChangedError: If its files have changed since a page was shown.
@@ -265,12 +258,11 @@ class Session:
         if shown.read is None:
             raise ValueError(shown.trouble)
 
-        def answer() -> Answered:
+        def answer() -> tuple[Report, list[Mark]]:
             visit = shown.read
             answers = visit.assessment.infer(visit.records)
             verdicts = visit.assessment.judge(answers)
-            report = report_of(answers, verdicts, visit)
-            return Answered(report, marks_of(answers))
+            return report_of(answers, verdicts, visit), marks_of(answers)
 
         return self._once(("answered", id(shown), shown), answer, _KEPT)
 
@@ -310,7 +302,7 @@ class Session:
         Raises:
             ValueError: If there is none, or it is to be a PDF and WeasyPrint is not installed.
         """
-        report = self.answered(choices, state).report
+        report, _ = self.answered(choices, state)
         try:
             return self.commands.content_of(report, ending)[0]
         finally:
