@@ -5,7 +5,7 @@ from pathlib import Path
 import pandas as pd
 
 from breaker.common.zarr_store import open_store
-from breaker.paper.validation import family_quality
+from breaker.drive.training.training_rows import family_quality
 from breaker.reading.files.safe_text import save_frame
 from breaker.workflow.jobs import start
 

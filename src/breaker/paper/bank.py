@@ -98,14 +98,10 @@ def open_bank(shards: Sequence[str | Path]) -> xr.Dataset:
 def principal_components(
     travel: np.ndarray, sensor: Sensor, count: int
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Find the components of noise-free curves that stand out of the noise most.
-
-    Args:
-        travel: Noise-free curves, ``(n, t)``, mm.
-        count: Number c of components.
+    """Find the components of noise-free curves ``(n, t)``, mm, that stand out of the noise most.
 
     Returns:
-        Mean curve ``(t,)``, mm, and weights ``(t, c)``, 1/mm, so that
+        Mean curve ``(t,)``, mm, and weights of ``count`` components ``(t, c)``, 1/mm, so that
         ``(record - mean) @ weights`` has unit variance over records of the bank.
     """
     mean = travel.mean(axis=0, dtype=np.float64)
@@ -130,10 +126,6 @@ def excess(measured: np.ndarray, lowest: np.ndarray, highest: np.ndarray) -> np.
 
     The largest over the samples; negative where a record stays inside everywhere. It sees what
     the components cannot: a record of half the stroke lies near the bank's mean in all of them.
-
-    Args:
-        measured: Records, ``(n, t)``, mm.
-        lowest: Lowest noise-free curve of the bank, sample by sample, ``(t,)``, mm.
-        highest: The highest, ``(t,)``, mm.
+    The envelope is the lowest and highest noise-free curve, sample by sample, ``(t,)``, mm.
     """
     return np.maximum(measured - highest, lowest - measured).max(axis=-1)

@@ -1,7 +1,8 @@
-"""Calibration: are the ranks of the truth among posterior draws uniform? Arrays in, arrays out.
+"""Simulation-based calibration: are ranks of the truth among posterior draws uniform?
 
-It is judged here and nowhere else, by :func:`judge_ranks`: tables, figures and words go by it. All
-outputs of a calibrated posterior pass together with probability 1 - ``LEVEL``.
+Paper, Sec. 6, Fig. 4 (Talts et al., 2020). Calibration is judged here and nowhere else, by
+:func:`judge_ranks`. All outputs of a calibrated posterior pass together with probability
+1 - ``LEVEL``.
 
 Shapes: ``n`` simulations, ``d`` draws, ``q`` outputs, ``k = d`` grid points.
 """
@@ -19,11 +20,8 @@ def ecdf_difference(ranks: ArrayLike, draws: int) -> np.ndarray:
     """Return the share of ranks below grid point ``i`` minus ``i / (d + 1)``, ``(k, q)``.
 
     Args:
-        ranks: Ranks ``(n, q)`` or ``(n,)`` among ``draws`` draws.
+        ranks: Ranks ``(n, q)`` or ``(n,)``, as ``checked_ranks`` accepts them.
         draws: Number of draws ``d`` behind each rank; the grid has ``k = d`` points.
-
-    Raises:
-        ValueError: If there is no rank or one is outside ``0 ... d``.
     """
     counts, n = _counts_below(ranks, draws)
     return counts / n - _grid(draws)[:, None]
@@ -70,9 +68,6 @@ def calibration_p_values(ranks: ArrayLike, draws: int) -> np.ndarray:
     It is the probability that calibrated ranks reach, at their worst grid point, a two-sided
     binomial tail as small as the one seen. An output leaves :func:`simultaneous_band` exactly
     when its p-value is at most ``alpha / panels``.
-
-    Raises:
-        ValueError: If there is no rank or one is outside ``0 ... d``.
     """
     counts, n = _counts_below(ranks, draws)
     grid = _grid(draws)[:, None]
@@ -83,10 +78,8 @@ def calibration_p_values(ranks: ArrayLike, draws: int) -> np.ndarray:
 
 
 def checked_ranks(ranks: ArrayLike, draws: int) -> np.ndarray:
-    """Return ranks as an array ``(n, q)``, or say that they are none.
-
-    Raises:
-        ValueError: If there is no rank or one is outside ``0 ... d``.
+    """Return ranks as an array ``(n, q)``; raise a ValueError if there is none, or one is not an
+    integer from 0 to ``d``.
     """
     ranks = np.asarray(ranks)
     ranks = ranks[:, None] if ranks.ndim == 1 else ranks
@@ -161,8 +154,7 @@ def _lower_counts(n: int, draws: int, level: float) -> tuple[np.ndarray, float]:
     return low, _leaving_probability(low, n, draws)
 
 
-# ---- calibration ----
-
+# ---- judgement ---------------------------------------------------------------------------------
 
 LEVEL = 0.05
 """Probability that a posterior which is calibrated fails, all of its outputs together."""
@@ -174,15 +166,10 @@ def ranks(draws: ArrayLike, truth: ArrayLike) -> np.ndarray:
     Under an exact posterior each column is uniform on ``0 ... d``.
 
     Args:
-        draws: Posterior draws, ``(n, d, q)``.
-        truth: Values that made the data, ``(n, q)``, same units.
-
-    Raises:
-        ValueError: If shapes do not fit or a value is not finite.
+        draws, truth: Posterior draws ``(n, d, q)``, and values that made the data ``(n, q)``, as
+            ``checked_draws`` accepts them.
 
     Example:
-        One curve, three draws of two outputs:
-
         >>> draws = [[[1.0, 5.0], [2.0, 4.0], [3.0, 6.0]]]
         >>> ranks(draws, [[2.5, 7.0]])
         array([[2, 3]])
@@ -206,8 +193,8 @@ class Calibration:
         band: The band, common to all outputs.
         p_values: p-value of each output, ``(q,)``.
         outside: Which outputs leave the band, ``(q,)`` of bool.
-        excess: Largest distance of the ECDF difference beyond the band, ``(q,)``; zero or negative
-            (distance left to the band) where it stays inside.
+        excess: Largest distance of the ECDF difference beyond the band, ``(q,)``; not positive
+            where it stays inside.
         p_value: Smallest p-value of the outputs times their number, at most 1.
         alpha: Probability that calibrated outputs leave the band in any panel.
     """
@@ -225,12 +212,8 @@ def judge_ranks(ranks: ArrayLike, draws: int, *, alpha: float = LEVEL) -> Calibr
     """Judge the ranks ``(n, q)`` of all outputs among ``draws`` draws.
 
     Args:
-        ranks: From :func:`ranks`.
-        draws: Number of draws behind each rank.
+        ranks, draws: Ranks from :func:`ranks`, and the number of draws behind each.
         alpha: Probability that calibrated outputs leave the band in any panel.
-
-    Raises:
-        ValueError: If there is no rank, or one is outside ``0 ... d``.
     """
     difference = ecdf_difference(ranks, draws)
     panels = difference.shape[1]
@@ -257,23 +240,17 @@ def coverage(ranks: ArrayLike, draws: int, *, levels: Sequence[float]) -> np.nda
     """Return the share of truths inside central intervals, ``(l, q)``.
 
     Args:
-        ranks: Ranks ``(n, q)`` among ``draws`` draws.
-        draws: Number of draws behind each rank.
-        levels: Nominal probability of the ``l`` intervals; on the grid of the ranks, the share to
-            be expected is within 1/(d + 1) of it.
-
-    Raises:
-        ValueError: If there is no rank, or one is outside ``0 ... d``.
+        ranks, draws: Ranks ``(n, q)``, and the number of draws behind each.
+        levels: Nominal probability of the ``l`` intervals; on the grid of the ranks, the expected
+            share is within 1/(d + 1) of it.
     """
     off_centre = np.abs((checked_ranks(ranks, draws) + 0.5) / (draws + 1) - 0.5)
     return np.array([np.mean(off_centre <= level / 2, axis=0) for level in levels])
 
 
 def checked_draws(draws: ArrayLike, truth: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
-    """Return draws ``(n, d, q)`` and truth ``(n, q)`` in double precision, or say what is wrong.
-
-    Raises:
-        ValueError: If shapes do not fit or a value is not finite.
+    """Return draws ``(n, d, q)`` and truth ``(n, q)`` in double precision; raise a ValueError if
+    shapes do not fit or a value is not finite.
     """
     draws = np.asarray(draws, dtype=np.float64)
     truth = np.asarray(truth, dtype=np.float64)

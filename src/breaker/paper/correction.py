@@ -50,8 +50,8 @@ class Importance:
     Attributes:
         log_weights: Normalised so that their exponentials sum to 1, ``(d,)``.
         size: Effective sample size.
-        log_evidence: Log of the probability density of the record.
-        log_evidence_se: Its standard error by the delta method, ``sqrt(1 / size - 1 / d)``.
+        log_evidence, log_evidence_se: Log of the probability density of the record, and its
+            standard error by the delta method, ``sqrt(1 / size - 1 / d)``.
         gap: Estimate of ``KL(p | q)``, nats.
         faulty: Number of weights that are nan or infinite; if any, all else is nan.
     """
@@ -107,19 +107,12 @@ def importance(log_joint: np.ndarray, log_density: np.ndarray) -> Importance:
     total = logsumexp(log_ratio)
     if total == -np.inf:  # no draw in the support: nothing is known, and nothing is wrong
         return Importance(log_ratio, 0.0, -np.inf, np.inf, np.inf, 0)
-    log_weights = log_ratio - total
+    log_weights, log_evidence = log_ratio - total, float(total - np.log(d))
     size = float(np.exp(-logsumexp(2 * log_weights)))
-    log_evidence = total - np.log(d)
+    error = float(np.sqrt(max(0.0, 1 / size - 1 / d)))
     positive = log_weights > -np.inf
     gap = float(np.exp(log_weights[positive]) @ (log_ratio[positive] - log_evidence))
-    return Importance(
-        log_weights=log_weights,
-        size=size,
-        log_evidence=float(log_evidence),
-        log_evidence_se=float(np.sqrt(max(0.0, 1 / size - 1 / d))),
-        gap=gap,
-        faulty=0,
-    )
+    return Importance(log_weights, size, log_evidence, error, gap, 0)
 
 
 def _pareto_k(log_weights: np.ndarray) -> float:
@@ -169,7 +162,7 @@ def resample(log_weights: np.ndarray, n: int, rng: np.random.Generator) -> np.nd
 
 
 def _prefix(k: int) -> int:
-    """Number of features that use only the first k coordinates."""
+    """Return the number of features that use only the first k coordinates."""
     return 1 + k * (k + 3) // 2
 
 
@@ -192,7 +185,7 @@ def _append(features: np.ndarray, y: np.ndarray, j: int) -> None:
 
 @dataclass(frozen=True)
 class TriangularMap:
-    """Density over ``(q,)``, with ``sample`` and ``log_prob``.
+    """Density over ``(q,)`` whose principal axes bend with the wider ones, quadratically.
 
     Attributes:
         mean: Centre, ``(q,)``.
@@ -208,11 +201,8 @@ class TriangularMap:
 
     @classmethod
     def fit(cls, draws: np.ndarray, weights: np.ndarray | None = None) -> Self:
-        """Fit to draws ``(d, q)`` with weights ``(d,)`` that sum to 1, or equal ones.
-
-        Raises:
-            numpy.linalg.LinAlgError: If a draw or weight is not finite, or the draws do not span
-                all directions.
+        """Fit to draws ``(d, q)`` with weights ``(d,)`` that sum to 1, or equal ones; raise a
+        LinAlgError if one is not finite, or the draws do not span all directions.
         """
         d, q = draws.shape
         if weights is None:
@@ -318,15 +308,10 @@ def correct(
 
     Args:
         record: Record on the sensor's grid, ``(t,)``, mm; nan where a sample is missing.
-        draws: The network's draws, ``(d, q)``, physical units. Only their rough place and spread
-            matter.
-        rng: Generator of maps' draws and resampling.
+        draws: The network's draws, ``(d, q)``, physical units; their rough place and spread matter.
         rounds: Most rounds of adaptation; one is enough for 99 % of the default run's records.
         round_draws: Draws of a round, a few times the effective size that a fit needs.
         result_draws: Draws that make the result, and their weights.
-
-    Raises:
-        ValueError: If the density of the model is not known.
     """
 
     def draw(n: int) -> _Draws:
@@ -385,10 +370,8 @@ def _refit(drawn: Sequence[_Draws]) -> TriangularMap:
 def temper(log_ratio: np.ndarray, size: float) -> np.ndarray:
     """Return normalised weights of at least an effective size, ``(d,) -> (d,)``.
 
-    The ratios are raised to the largest power up to 1 that leaves it.
-
-    Raises:
-        numpy.linalg.LinAlgError: If fewer than ``size`` draws have a finite ratio.
+    The ratios are raised to the largest power up to 1 that leaves it. A LinAlgError is raised if
+    fewer than ``size`` draws have a finite ratio.
     """
     finite = np.isfinite(log_ratio)
     faulty = np.sum(~finite & (log_ratio != -np.inf))
@@ -430,9 +413,6 @@ def correct_validation(
         ``why_unresolved``, ``rounds`` of adaptation, ``effective_size``, ``efficiency`` and
         ``pareto_k`` of the last weights, ``faulty_weights``, and ``log_evidence`` with its
         standard error ``log_evidence_se``.
-
-    Raises:
-        ValueError: If the density of the model is not known.
     """
     model.check_exact()
     found = []
@@ -451,12 +431,10 @@ def correct_validation(
         "why_unresolved": [each.reason for each in found],
         "rounds": [each.rounds for each in found],
         "effective_size": [each.size for each in weights],
-        "efficiency": [each.efficiency for each in weights],
-        "pareto_k": [each.pareto_k for each in weights],
         "faulty_weights": [each.faulty for each in weights],
-        "log_evidence": [each.log_evidence for each in weights],
-        "log_evidence_se": [each.log_evidence_se for each in weights],
     }
+    for name in ("efficiency", "pareto_k", "log_evidence", "log_evidence_se"):
+        columns[name] = [getattr(each, name) for each in weights]
     by_curve = {name: ("curve", np.array(column)) for name, column in columns.items()}
     draws = data.draws.dims, np.stack([each.draws for each in found])
     return data.assign(by_curve | {"draws": draws})
@@ -467,7 +445,8 @@ def judge(posterior: "Posterior", data: xr.Dataset, corrected: xr.Dataset) -> xr
 
     Args:
         data: What ``inference.validate`` returns, as many curves as are to be judged.
-        corrected: What ``correct_validation`` made of the same curves; gives the evidence.
+        corrected: What ``correct_validation`` made of the same curves; gives the evidence. A
+            ValueError is raised if they are others.
 
     Returns:
         Dataset over ``curve``: ``efficiency`` and ``pareto_k`` of the importance weights of the
@@ -475,11 +454,8 @@ def judge(posterior: "Posterior", data: xr.Dataset, corrected: xr.Dataset) -> xr
         network's, by these weights), ``gap`` (``log p - log q`` at the true values, whose mean
         over curves is the mean divergence, whatever the weights), both nats, ``c2st``, how well the
         best classifier tells the two apart, ``log_evidence`` by the network's draws,
-        ``truth_log_density``, the network's log density of the truth per unit of standardised
-        outputs, and ``resolved``, whether the evidence can be relied on.
-
-    Raises:
-        ValueError: If the corrected curves are others, or the density of the model is not known.
+        ``truth_log_density`` per unit of standardised outputs, and ``resolved``, whether the
+        evidence can be relied on.
     """
     model, n = posterior.model, data.sizes["curve"]
     if not np.array_equal(corrected.truth.values[:n], data.truth.values):
@@ -492,18 +468,10 @@ def judge(posterior: "Posterior", data: xr.Dataset, corrected: xr.Dataset) -> xr
         log_density = posterior.log_prob(values[None], record[None])[0] - model.log_scaling(values)
         log_joint = model.log_joint(model.standardise(values), record)
         weights = importance(log_joint[:-1], log_density[:-1])
-        rows.append(
-            {
-                "efficiency": weights.efficiency,
-                "pareto_k": weights.pareto_k,
-                "faulty_weights": weights.faulty,
-                "divergence": weights.gap,
-                "c2st": weights.c2st,
-                "log_evidence": weights.log_evidence,
-                "truth_log_density": log_density[-1],
-                "gap": log_joint[-1] - evidence[i] - log_density[-1],
-            }
-        )
+        row = {name: getattr(weights, name) for name in ("efficiency", "pareto_k", "c2st")}
+        row |= {"faulty_weights": weights.faulty, "divergence": weights.gap}
+        row |= {"log_evidence": weights.log_evidence, "truth_log_density": log_density[-1]}
+        rows.append(row | {"gap": log_joint[-1] - evidence[i] - log_density[-1]})
     judged = {name: ("curve", np.array([row[name] for row in rows])) for name in rows[0]}
     resolved = ("curve", corrected.resolved.values[:n])
     return xr.Dataset(judged | {"resolved": resolved}, attrs={"motion": model.motion})

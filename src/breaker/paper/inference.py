@@ -38,8 +38,7 @@ def validate(posterior: "Posterior", n: int, draws: int, seed: int) -> xr.Datase
     """Infer records simulated from the prior, whose truth is known.
 
     Args:
-        n: Number of records.
-        draws: Draws for each.
+        n, draws: Number of records, and of draws for each.
         seed: Seed of the records and of the draws.
 
     Returns:
@@ -143,16 +142,8 @@ def infer(
 def summaries(
     model: Model, values: np.ndarray, p_value: np.ndarray, misfit_p_value: float
 ) -> dict[str, xr.DataArray]:
-    """Summarise the posteriors of operations.
-
-    Args:
-        values: Draws, ``(o, d, q)``, physical units; nan where there is no posterior.
-        p_value: Posterior predictive p-values, ``(o,)``.
-        misfit_p_value: P-value below which a record counts as misfit.
-
-    Returns:
-        ``draws``, ``median``, ``interval_50``, ``interval_95``, ``p_value``, ``misfit``,
-        ``far_onset`` and ``outside_support``, as ``infer`` returns them.
+    """Return what ``infer`` adds for draws ``(o, d, q)``, nan where there is no posterior, and
+    posterior predictive p-values ``(o,)``.
     """
     p = len(model.parameters)
     outside = 1.0 - model.prior.supported(values[..., :p]).mean(axis=1)
@@ -271,7 +262,6 @@ def main_motion(travel: np.ndarray, times: np.ndarray, motion: str) -> np.ndarra
     Args:
         travel: A curve with little noise, ``(t,)``, mm.
         times: Times, ``(t,)``, ms, 0 at the start of motion.
-        motion: "closing" or "opening".
     """
     # Rest positions are means: before time 0, and over the last twelfth of the record.
     before, after = max(1, np.searchsorted(times, 0.0)), max(1, times.size // 12)

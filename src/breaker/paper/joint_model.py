@@ -29,14 +29,10 @@ _SCALING_DRAWS = 10_000  # the sd of a parameter is known to 1 %
 
 
 class OwnPrior:
-    """A prior of your own, with the scale that networks need.
+    """A prior of your own (see ``model.prior``), with the interface of the paper's.
 
     Parameters are standardised by mean and sd of 10,000 seeded draws: of their logarithms where
     all draws are positive.
-
-    Args:
-        prior: An object with ``names``, ``sample(n, rng) -> (n, p)`` and, for an exact posterior,
-            ``log_prob(theta) -> (n,)``.
     """
 
     def __init__(self, prior: object) -> None:
@@ -124,10 +120,8 @@ class Model:
     def from_settings(cls, settings: Mapping) -> "Model":
         """Build from ``{"model", "prior", "sensor", "motion"}``, as in the configuration.
 
-        Without ``model``, or where its entries are null, it is the paper's.
-
-        Raises:
-            ValueError: If a function that ``model`` names is not there, or does not fit.
+        Where ``model`` is null, it is the paper's. A ValueError is raised if a function that it
+        names is not there, or does not fit.
         """
         own = settings.get("model") or {}
         if own.get("prior"):
@@ -174,13 +168,8 @@ class Model:
     def simulate(
         self, theta: np.ndarray, onset: np.ndarray | float, rng: np.random.Generator | None = None
     ) -> Motion:
-        """Simulate motions of parameters ``(n, p)`` and onsets ``(n,)``, without noise.
-
-        Args:
-            rng: Generator of a simulator of your own, if its curves are random.
-
-        Raises:
-            ValueError: If such a simulator does not return curves ``(n, t)``.
+        """Simulate motions of parameters ``(n, p)`` and onsets ``(n,)``, without noise; ``rng`` is
+        for a simulator of your own whose curves are random.
         """
         times = self.sensor.times
         if not self.simulator:
@@ -241,9 +230,6 @@ class Model:
 
         It is ``-inf`` outside the prior's support, beyond 20 prior standard deviations of any
         output, and for drives too fast to be simulated; nan stays nan.
-
-        Raises:
-            ValueError: If the density of the model is not known.
         """
         self.check_exact()
         p = len(NAMES)
@@ -272,9 +258,6 @@ class Model:
         Exact: the zero is integrated, the onset is one of the outputs, and samples that are nan
         are missing. ``(n,)``, per unit of ``z``; ``-inf`` where the prior is zero and nothing is
         simulated.
-
-        Raises:
-            ValueError: If the density of the model is not known.
         """
         result = self.log_prior(z)
         inside = np.isfinite(result)
@@ -287,17 +270,11 @@ class Model:
 
 
 def linearise(model: Model, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Simulate standardised outputs with the derivatives of their curves.
-
-    Args:
-        z: Standardised outputs, ``(n, q)``.
+    """Simulate standardised outputs ``(n, q)`` with the derivatives of their curves.
 
     Returns:
         Curves ``(n, t)``, mm, and whitened derivatives by standardised outputs, ``(n, q, t)``: in
         units of the sensor's errors per prior sd.
-
-    Raises:
-        ValueError: If the density of the model is not known.
     """
     model.check_exact()
     p, q, sensor = len(NAMES), z.shape[1], model.sensor
@@ -313,22 +290,14 @@ def linearise(model: Model, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def contraction_limit(model: Model, values: np.ndarray) -> np.ndarray:
-    """Return the contraction of the exact posterior, linearised at outputs, ``(n, q) -> (n, q)``.
-
-    Args:
-        values: Outputs in physical units, ``(n, q)``.
-    """
+    """Return the contraction of the exact posterior, linearised at outputs ``(n, q)``."""
     _, slopes = linearise(model, model.standardise(values))
     precision = slopes @ slopes.swapaxes(1, 2) + np.eye(slopes.shape[1])
     return 1.0 - np.linalg.inv(precision).diagonal(axis1=-2, axis2=-1)
 
 
 def limit_over_prior(model: Model, n: int, rng: np.random.Generator) -> xr.Dataset:
-    """Return the limit at ``n`` draws from the prior: ``contraction (curve, output)``.
-
-    Raises:
-        ValueError: If the density of the model is not known.
-    """
+    """Return the limit at ``n`` draws from the prior: ``contraction (curve, output)``."""
     values = np.column_stack(model.sample(n, rng))[:, : len(model.names)]
     return xr.Dataset(
         {"contraction": (("curve", "output"), contraction_limit(model, values))},

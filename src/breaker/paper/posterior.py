@@ -124,11 +124,7 @@ class Posterior(nn.Module):
 
     @torch.no_grad()
     def log_prob(self, values: np.ndarray, measured: np.ndarray) -> np.ndarray:
-        """Return the network's log density in physical units, ``(o, d, q), (o, t) -> (o, d)``.
-
-        Raises:
-            ValueError: If the network does not accept such a record; with the remedy.
-        """
+        """Return the network's log density in physical units, ``(o, d, q), (o, t) -> (o, d)``."""
         self._check(measured)
         density = np.empty(values.shape[:2])
         for i, points in enumerate(values):
@@ -143,9 +139,6 @@ class Posterior(nn.Module):
 
         In units of the farthest that the prior produces, so that above 1 is unlike anything in
         the bank: the larger of two distances, from its centre and from its envelope.
-
-        Raises:
-            ValueError: If the network does not accept such a record; with the remedy.
         """
         self._check(measured)
         names = ("curve_mean", "curve_weights", "lowest", "highest")

@@ -44,14 +44,24 @@ def numbers_of_motion(
             largest ``difference (operation)`` of its curves from the model's, mm; None for
             measured records.
     """
-    network = quality[quality.posterior == "amortised"].set_index("output")
-    exact = exactness.iloc[0]
     used = operations.isel(operation=np.flatnonzero(operations.accepted.values))
     inside = prior_check(prior.travel.values, used.travel.values).inside
-    log = np.ones(len(NAMES), dtype=bool)
-    draws = validation.draws.sel(output=list(NAMES)).values
-    pairs = np.median([correlation(each, log=log) for each in draws], axis=0)
     found = {
+        **_of_quality(quality[quality.posterior == "amortised"].set_index("output")),
+        **_of_exactness(exactness.iloc[0]),
+        **_of_correlations(validation.draws.sel(output=list(NAMES)).values),
+        "prior_inside": _written(100 * inside.mean(), 0),
+        "misfit": _written(100 * used.misfit.values.mean(), 0),
+        **_ends("inside", 100 * predictive.share_inside.values, 0),
+    }
+    if truth is not None:
+        found |= _of_simulated_test(truth, blocks_of(operations), blocks_of(family))
+    return found
+
+
+def _of_quality(network: pd.DataFrame) -> dict[str, str]:
+    """Return contraction and calibration of the network's posteriors, by output."""
+    return {
         **_each("contraction", network.contraction, 2),
         **_ends("z_sd", network.z_sd, 2),
         **_ends("coverage_95", 100 * network.coverage_95, 0),
@@ -59,22 +69,28 @@ def numbers_of_motion(
         "calibration_p": _p(family_p_value(network.calibration_p)),
         "calibration_p_files": _p(family_p_value(network.calibration_p_reader)),
         **{f"calibration_p_files.{n}": _p(x) for n, x in network.calibration_p_reader.items()},
-        "efficiency_median": _written(100 * exact.efficiency_median, 0),
-        "efficiency_lowest": _written(100 * exact.efficiency_lowest, 0),
-        "gap": _written(exact.gap_nats, 2),
-        "gap_se": _written(exact.gap_se, 2),
-        "c2st": _written(exact.c2st_median, 2),
-        "curves": _written(exact.corrected_curves, 0),
-        "curves_resolved": _written(exact.resolved * exact.corrected_curves, 0),
-        "prior_inside": _written(100 * inside.mean(), 0),
-        "misfit": _written(100 * used.misfit.values.mean(), 0),
-        **_ends("inside", 100 * predictive.share_inside.values, 0),
     }
-    for i, j in combinations(range(len(NAMES)), 2):
-        found[f"correlation.{NAMES[i]}.{NAMES[j]}"] = _written(pairs[i, j], 2)
-    if truth is not None:
-        found |= _of_simulated_test(truth, blocks_of(operations), blocks_of(family))
-    return found
+
+
+def _of_exactness(row: pd.Series) -> dict[str, str]:
+    """Return how far the network is from the exact posterior, and how many are resolved."""
+    return {
+        "efficiency_median": _written(100 * row.efficiency_median, 0),
+        "efficiency_lowest": _written(100 * row.efficiency_lowest, 0),
+        "gap": _written(row.gap_nats, 2),
+        "gap_se": _written(row.gap_se, 2),
+        "c2st": _written(row.c2st_median, 2),
+        "curves": _written(row.corrected_curves, 0),
+        "curves_resolved": _written(row.resolved * row.corrected_curves, 0),
+    }
+
+
+def _of_correlations(draws: np.ndarray) -> dict[str, str]:
+    """Return the median correlation of each pair of parameters within posteriors ``(n, d, p)``."""
+    log = np.ones(len(NAMES), dtype=bool)
+    median = np.median([correlation(each, log=log) for each in draws], axis=0)
+    pairs = combinations(range(len(NAMES)), 2)
+    return {f"correlation.{NAMES[i]}.{NAMES[j]}": _written(median[i, j], 2) for i, j in pairs}
 
 
 def _of_simulated_test(truth: xr.Dataset, paper: xr.Dataset, family: xr.Dataset) -> dict[str, str]:
@@ -98,9 +114,7 @@ def numbers_of_life(
     """Return when a life changed, when each limit was exceeded, and when a service was planned.
 
     Args:
-        life: Over ``change``, ``noticed`` and ``certainty``.
-        limits: Table of limits, with ``limit`` and ``certain``.
-        decisions: Table of decisions, with ``operation``, ``state`` and ``service_by``.
+        life, limits, decisions: Those of the workflow.
         failures: True operation at which each limit is first exceeded; empty for measured records.
     """
     noticed = life.noticed.values[life.certainty.values >= 0.0]
@@ -184,14 +198,8 @@ def truth_in_blocks(blocks: xr.Dataset, truth: xr.DataArray) -> np.ndarray:
 
 
 def held(blocks: xr.Dataset, truth: xr.DataArray) -> np.ndarray:
-    """Return the share of blocks with a posterior whose 90 % band contains the truth, ``(p,)``.
-
-    Args:
-        blocks: What ``blocks_of`` returns.
-        truth: True values, ``(operation, parameter)``.
-
-    Returns:
-        The shares; nan where no block has a posterior.
+    """Return the share of blocks with a posterior whose 90 % band contains the truth ``(operation,
+    parameter)``, ``(p,)``; nan where no block has a posterior.
     """
     low, _, high = np.moveaxis(blocks["value"].values, -1, 0)
     true, known = truth_in_blocks(blocks, truth), np.isfinite(low)
@@ -201,9 +209,8 @@ def held(blocks: xr.Dataset, truth: xr.DataArray) -> np.ndarray:
 
 
 def moved(values: np.ndarray) -> np.ndarray:
-    """Return the change of values ``(b, p)`` from the first block to the last, percent, ``(p,)``.
-
-    From the first and to the last block that has a value; nan where none has.
+    """Return the change of values ``(b, p)`` from the first block with one to the last, percent,
+    ``(p,)``; nan where none has one.
     """
     known = np.isfinite(values)
     first, last = known.argmax(axis=0), len(values) - 1 - known[::-1].argmax(axis=0)

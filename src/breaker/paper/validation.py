@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike
 
 from breaker.model.parameters import NAMES, ONSET, is_logarithmic
 from breaker.model.quantities import metadata_names
-from breaker.paper.calibration import checked_draws, coverage, judge_draws, judge_ranks, ranks
+from breaker.paper.calibration import checked_draws, coverage, judge_draws, ranks
 
 INTERVALS = {"interval_50": (0.25, 0.75), "interval_95": (0.025, 0.975)}
 """Central intervals of a posterior, and their bounds as quantiles."""
@@ -38,10 +38,7 @@ than half of the prior's variance, and 71 % of its width, stay; from 0.8 on less
 
 
 def quantiles(draws: np.ndarray, *, axis: int) -> dict[str, np.ndarray]:
-    """Return median and central intervals of draws, without the axis of the draws.
-
-    Returns:
-        ``median (...)``, ``interval_50`` and ``interval_95``, ``(..., 2)``: lower and upper bound.
+    """Return ``median (...)``, ``interval_50`` and ``interval_95``, ``(..., 2)``, of draws.
 
     Example:
         >>> quantiles(np.arange(101.0), axis=0)["interval_50"].tolist()
@@ -68,12 +65,8 @@ def share_inside(
 
     Args:
         values: Measured curves; NaN where a sample is missing, which does not count.
-        lower: Lower bound, same shape.
-        upper: Upper bound, same shape.
-        where: Samples that count, such as those of the main motion; all of them by default.
-
-    Returns:
-        The shares; NaN where no sample counts.
+        lower, upper: Bounds, same shape.
+        where: Samples that count, such as those of the main motion; if none, the share is NaN.
     """
     values = np.asarray(values)
     inside, counts = (values >= lower) & (values <= upper), ~np.isnan(values) & where
@@ -87,12 +80,9 @@ def correlation(draws: ArrayLike, *, log: ArrayLike) -> np.ndarray:
 
 
 def regions(draws: ArrayLike) -> dict[tuple[int, int], tuple[np.ndarray, ...]]:
-    """Return where the density of draws is highest, of each pair of outputs.
+    """Return where the density of draws ``(d, q)`` is highest, for each pair of outputs.
 
     A Gaussian kernel estimates the density. A pair whose draws lie on a line has none.
-
-    Args:
-        draws: Draws, ``(d, q)``, physical units.
 
     Returns:
         By the columns ``(i, j)`` of a pair, ``i < j``: values of both, ``(g,)`` each, the density
@@ -127,11 +117,10 @@ class Scores:
 
     Attributes:
         z: (posterior mean - truth) / posterior sd, ``(n, q)``.
-        contraction: 1 - posterior variance / prior variance, ``(n, q)``. Never clipped: negative
-            where a posterior is wider than the prior.
-        z_mean: Mean z-score, ``(q,)``; 0 for an exact posterior.
-        z_sd: Standard deviation of the z-score, ``(q,)``; 1 for an exact posterior on average
-            over the prior (exactly for a Gaussian one), with standard error 1/sqrt(2 n).
+        contraction: 1 - posterior variance / prior variance, ``(n, q)``; negative where a posterior
+            is wider than the prior.
+        z_mean, z_sd: Mean and standard deviation of the z-score, ``(q,)``; 0 and 1 for an exact
+            posterior, the latter on average over the prior, with standard error 1/sqrt(2 n).
         mean_contraction: Mean contraction, ``(q,)``.
     """
 
@@ -147,16 +136,13 @@ def scores(
 ) -> Scores:
     """Return z-score and contraction of each curve (paper, Sec. 6, Fig. 5).
 
-    Both are taken in log parameters where ``log`` says so, in plain units elsewhere (the onset).
-
     Args:
         draws: Posterior draws, ``(n, d, q)``, physical units.
         truth: Values that made the data, ``(n, q)``.
-        prior_sd: Prior standard deviation ``(q,)`` in the same scale as the score: the log-sd of
-            a parameter, the sd in ms of the onset. Conditioning the prior on a positive wipe
-            lowers the log-sds by less than half a percent at the default and is left out. That
-            of the truths if None.
-        log: Which outputs are taken in logarithms, ``(q,)`` of bool.
+        prior_sd: Prior standard deviation ``(q,)`` in the scale of the score; that of the truths
+            if None. The condition of the prior lowers it by less than half a percent at the
+            default and is left out.
+        log: Which outputs are taken in logarithms, ``(q,)`` of bool; others in plain units.
 
     Raises:
         ValueError: If shapes do not fit, a value is not finite, a value to take the logarithm
@@ -171,10 +157,7 @@ def scores(
 
 
 def contraction(draws: np.ndarray, *, prior_sd: ArrayLike, log: ArrayLike) -> np.ndarray:
-    """Return 1 - posterior variance / prior variance of draws ``(n, d, q)``, ``(n, q)``.
-
-    Args and errors are those of :func:`scores`.
-    """
+    """Return 1 - posterior variance / prior variance, ``(n, q)``; arguments as of ``scores``."""
     sd = _scaled(draws, log).std(axis=1, ddof=1)
     if none := np.count_nonzero(np.ptp(draws, axis=1) == 0.0):  # rounding leaves them an sd
         raise ValueError(f"{none} posteriors have no width")
@@ -183,13 +166,11 @@ def contraction(draws: np.ndarray, *, prior_sd: ArrayLike, log: ArrayLike) -> np
 
 @dataclass(frozen=True)
 class Recovery:
-    """Posterior summaries beside the truth, in physical units.
+    """Posterior summaries and the truth, in physical units.
 
     Attributes:
-        truth: Values that made the data, ``(n, q)``.
-        median: Posterior median, ``(n, q)``.
-        interval_50: Central 50 % interval, ``(n, q, 2)``.
-        interval_95: Central 95 % interval, ``(n, q, 2)``.
+        truth, median: Values that made the data, and posterior medians, ``(n, q)``.
+        interval_50, interval_95: Central intervals, ``(n, q, 2)``.
         covered_50, covered_95: Share of the true values inside these intervals, ``(q,)``, by ranks.
         correlation: Pearson correlation of the medians with the truth, ``(q,)``.
     """
@@ -204,11 +185,7 @@ class Recovery:
 
 
 def recovery(draws: ArrayLike, truth: ArrayLike) -> Recovery:
-    """Summarise draws ``(n, d, q)`` beside their truth ``(n, q)`` (paper, Sec. 6, Fig. 6).
-
-    Raises:
-        ValueError: If shapes do not fit or a value is not finite.
-    """
+    """Summarise draws ``(n, d, q)`` and their truth ``(n, q)`` (paper, Sec. 6, Fig. 6)."""
     draws, truth = checked_draws(draws, truth)
     found = quantiles(draws, axis=1)
     columns = zip(found["median"].T, truth.T, strict=True)
@@ -246,9 +223,8 @@ def parameters_of(data: xr.Dataset) -> xr.Dataset:
 
 
 def with_width(data: xr.Dataset) -> xr.Dataset:
-    """Return a validation without curves whose draws are all the same one; all if each is so.
-
-    Such a posterior is of a record that was not resolved: it has a place, but neither sd nor score.
+    """Return a validation without curves whose draws are all the same, which have no sd and no
+    score, as some of unresolved records do; all curves if each is so.
     """
     wide = (np.ptp(data.draws.values, axis=1) > 0.0).all(axis=1)
     return data.isel(curve=wide) if wide.any() else data
@@ -307,32 +283,25 @@ def compare(
     centre, sd = np.median(exact, axis=0), exact.std(axis=0, ddof=1)
     found = [quantiles((each - centre) / sd, axis=0) for each in (own, exact)]
     bounds = ("posterior", "output", "bound")
-    return xr.Dataset(
-        {
-            "median": (bounds[:2], np.stack([each["median"] for each in found])),
-            **{name: (bounds, np.stack([each[name] for each in found])) for name in INTERVALS},
-            "truth": ("output", (true - centre) / sd),
-        },
-        {"posterior": ["amortised", "corrected"], "output": list(names)}
-        | {"bound": ["lower", "upper"]},
-    )
+    values = {"median": (bounds[:2], np.stack([each["median"] for each in found]))}
+    values |= {name: (bounds, np.stack([each[name] for each in found])) for name in INTERVALS}
+    where = {"posterior": ["amortised", "corrected"], "output": list(names)}
+    where |= {"bound": ["lower", "upper"]}
+    return xr.Dataset(values | {"truth": ("output", (true - centre) / sd)}, where)
 
 
 def examples(judged: xr.Dataset, amortised: xr.Dataset, corrected: xr.Dataset) -> xr.Dataset:
     """Compare the curves of the lowest, the median and the highest efficiency.
 
-    Those without an efficiency, or without corrected draws of some width, cannot be compared and
-    are passed over.
-
     Args:
         judged: What ``correction.judge`` returns; its curves are the first of the other two.
-        amortised: What ``inference.validate`` returns.
-        corrected: What ``correction.correct_validation`` made of it.
+        amortised, corrected: What ``inference.validate`` and ``correct_validation`` return.
 
     Returns:
         What :func:`compare` returns along ``example``, with ``place`` ("lowest", "median" or
-        "highest"), ``curve`` (counted from 0), ``efficiency``, ``pareto_k`` and ``resolved`` of
-        each. Where fewer than three can be compared, ``example`` is that short, down to none.
+        "highest"), ``curve`` (from 0), ``efficiency``, ``pareto_k`` and ``resolved``. Curves
+        without an efficiency, or without corrected draws of some width, are passed over: there may
+        be fewer than three examples, down to none.
     """
     own, exact = (
         each.draws.values[: judged.sizes["curve"]].astype(np.float64)
@@ -436,46 +405,11 @@ def quality(
     )
 
 
-def family_quality(data: xr.Dataset, *, log: bool) -> pd.DataFrame:
-    """Judge a network of a family on held-out drives: one row an output.
-
-    Args:
-        data: Its draws and truths, in the layout of ``inference.validate``.
-        log: Whether parameters are judged by their logarithms.
-
-    Returns:
-        Columns ``output``, ``calibration_p`` and ``calibrated``, all outputs together at 99 %,
-        ``coverage_90``, ``contraction`` (1 - mean square error of the posterior mean over the
-        variance of the truth, nan where that does not vary), ``rms_error`` and ``half_width``, the
-        median half width of 90 % intervals; both in the scale that an output is judged in.
-    """
-    logs = log & np.isin(data.output.values, NAMES)
-    draws, truth = (_scaled(each.values, logs) for each in (data.draws, data.truth))
-    found = ranks(draws, truth)
-    judged = judge_ranks(found, data.sizes["draw"], alpha=0.01)
-    error = draws.mean(axis=1) - truth
-    low, high = np.quantile(draws, [0.05, 0.95], axis=1)
-    spread = truth.var(axis=0)
-    spread[spread < 1e-12] = np.nan  # round-off of what does not vary
-    return pd.DataFrame(
-        {
-            "output": data.output.values,
-            "calibration_p": judged.p_values,
-            "calibrated": ~judged.outside,
-            "coverage_90": coverage(found, data.sizes["draw"], levels=[0.9])[0],
-            "contraction": 1.0 - np.square(error).mean(axis=0) / spread,
-            "rms_error": np.sqrt(np.square(error).mean(axis=0)),
-            "half_width": np.median(high - low, axis=0) / 2.0,
-        }
-    )
-
-
 def summary(judged: xr.Dataset, corrected: xr.Dataset) -> pd.DataFrame:
     """Summarise what ``correction.judge`` and ``correct_validation`` return, in one row.
 
-    The gap's standard error is that of a mean over curves. Curves whose evidence is not resolved
-    have no gap, and those with faulty weights no efficiency: they are left out of these numbers
-    (an infinite gap is not), and ``gap_curves`` and ``faulty_curves`` say how many there are.
+    Curves whose evidence is not resolved have no gap, and those with faulty weights no efficiency:
+    they are left out of these numbers, and ``gap_curves`` and ``faulty_curves`` count them.
     """
     gap = judged["gap"].values[judged.resolved.values & ~np.isnan(judged["gap"].values)]
     sound = judged.isel(curve=judged.faulty_weights.values == 0)

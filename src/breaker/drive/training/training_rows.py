@@ -5,6 +5,7 @@ from dataclasses import fields
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import xarray as xr
 
 from breaker.common.zarr_store import open_store
@@ -13,6 +14,7 @@ from breaker.drive.family.level_network import Levels
 from breaker.drive.training.change_rows import ChangeRows
 from breaker.drive.training.level_rows import BankRows, LevelRows
 from breaker.model.parameters import NAMES
+from breaker.paper.calibration import coverage, judge_ranks, ranks
 
 
 def rows_of(kind: str, bank: xr.Dataset, like: Levels | Changes | None = None) -> BankRows:
@@ -84,3 +86,39 @@ def open_family(shards: Sequence[str | Path], held_out: int) -> tuple[xr.Dataset
             "train on; raise family.drives"
         )
     return bank.isel(drive=slice(rest)), bank.isel(drive=slice(rest, None))
+
+
+def family_quality(data: xr.Dataset, *, log: bool) -> pd.DataFrame:
+    """Judge a network of a family on held-out drives: one row an output.
+
+    Args:
+        data: What ``sample_rows`` returns.
+        log: Whether parameters are judged by their logarithms.
+
+    Returns:
+        Columns ``output``, ``calibration_p`` and ``calibrated``, all outputs together at 99 %,
+        ``coverage_90``, ``contraction`` (1 - mean square error of the posterior mean over the
+        variance of the truth, nan where that does not vary), ``rms_error`` and ``half_width``, the
+        median half width of 90 % intervals; both in the scale that an output is judged in.
+    """
+    draws, truth = data.draws.values.copy(), data.truth.values.copy()
+    logs = log & np.isin(data.output.values, NAMES)
+    for values in (draws, truth):
+        values[..., logs] = np.log(values[..., logs])
+    found = ranks(draws, truth)
+    judged = judge_ranks(found, data.sizes["draw"], alpha=0.01)
+    error = draws.mean(axis=1) - truth
+    low, high = np.quantile(draws, [0.05, 0.95], axis=1)
+    spread = truth.var(axis=0)
+    spread[spread < 1e-12] = np.nan  # round-off of what does not vary
+    return pd.DataFrame(
+        {
+            "output": data.output.values,
+            "calibration_p": judged.p_values,
+            "calibrated": ~judged.outside,
+            "coverage_90": coverage(found, data.sizes["draw"], levels=[0.9])[0],
+            "contraction": 1.0 - np.square(error).mean(axis=0) / spread,
+            "rms_error": np.sqrt(np.square(error).mean(axis=0)),
+            "half_width": np.median(high - low, axis=0) / 2.0,
+        }
+    )
