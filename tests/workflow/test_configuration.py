@@ -188,8 +188,6 @@ shards: 3
     shards is not a known key. Did you mean bank.shards or family.shards?
 network: {closing: {summary: {kind: lstm}}}
     network.closing is not a known key. Did you mean by_motion.closing.network?
-by_motion: {closing: {training: {steps: 10, evaluate_every: 11}}}
-    by_motion.closing.training.evaluate_every is 11
 by_motion: {closing: {network: {summary: {featurs: 1}}}}
     by_motion.closing.network.summary.featurs
     Did you mean network.summary.features?

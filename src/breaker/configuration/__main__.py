@@ -1,4 +1,4 @@
-"""Check configuration files of one's own over the defaults: ``python -m breaker.configuration``.
+"""Check YAML files, each laid over those before it: ``python -m breaker.configuration FILE...``.
 
 A message names the file and the line of each wrong value, which a workflow does not know.
 """
@@ -9,7 +9,7 @@ from breaker.configuration.loading import ConfigurationError, load
 
 
 def main(*files: str) -> int:
-    """Check files, each laid over those before it; return the exit status."""
+    """Check files; return the exit status: 0 right, 1 wrong, 2 no file."""
     if not files:
         print("usage: python -m breaker.configuration FILE...", file=sys.stderr)
         return 2

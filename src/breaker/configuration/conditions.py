@@ -67,9 +67,6 @@ def _trainings(network, training, by_motion, bank, sensor, validation) -> Found:
     curves = bank["shards"] * bank["curves_per_shard"]
     for motion in MOTIONS:
         own = of_motion(config, motion)
-        place = ("by_motion", motion, "training") if motion in by_motion else ("training",)
-        every, steps = (own["training"][key] for key in ("evaluate_every", "steps"))
-        yield from _at_most((*place, "evaluate_every"), every, "steps", steps)
         keys = ("batch", "validation_curves", "held_out_curves")
         needs = sum(own["training"][key] for key in keys)
         if curves < needs:

@@ -100,12 +100,12 @@ def check(
     from breaker.reading.files.folder_listing import list_once
 
     list_once.cache_clear()
-    sources = {Path(path): parse(path) for path in files}
+    sources = {Path(path): parse(path)[1] for path in files}
     wrong = problems(Settings, config)
     found = [*wrong.items(), *broken(config, {key[0] for key in wrong}, curves=curves)]
     lines = [f"{place(key, sources)}{dotted(key)} {text}" for key, text in found]
-    for path, (_, node) in sources.items():
-        lines += [f"{path}, {text}" for text in repeated(node)]
+    for path, each in sources.items():
+        lines += [f"{path}, {text}" for text in repeated(each)]
     lines = list(dict.fromkeys(lines))  # a table of operations may be wrong for both motions
     if lines:
         count = "a problem" if len(lines) == 1 else f"{len(lines)} problems"

@@ -84,8 +84,6 @@ Interval = _text(
 )
 Renewed = Literal[("all", "transducer", *NAMES)]
 
-# ---- model ---------------------------------------------------------------------------------------
-
 
 class Model(Section):
     """Functions of your own in place of the simulator or the prior."""
@@ -139,9 +137,6 @@ class Size(Section):
     times: float = _f(1.0, "Factor on times: 4 if a motion takes four times as long.", 0.01, 100)
 
 
-# ---- records -------------------------------------------------------------------------------------
-
-
 class Format(Section):
     """Layout of a curve file. `breaker inspect FILE` proposes it."""
 
@@ -180,9 +175,6 @@ class Endurance(Section):
     draws: int = _f(500, "Posterior draws of each operation.", 10, 25_000)
     misfit_p_value: float = _f(1e-3, "p-value below which a record is flagged.", gt=0, lt=1)
     format: Format
-
-
-# ---- networks ------------------------------------------------------------------------------------
 
 
 class SummaryNetwork(Section):
@@ -312,9 +304,6 @@ class SimulatedTest(Section):
     """Simulated endurance test: CSV files of a wearing drive that the model does not fit."""
 
     operations: int = _f(2000, "Close-open operations until the end of life.", 2, 100_000)
-
-
-# ---- decisions -----------------------------------------------------------------------------------
 
 
 class Limit(Section):
@@ -464,20 +453,6 @@ def defaults(section: type[Section] = Settings) -> dict[str, Any]:
     }
 
 
-# ---- data files ----------------------------------------------------------------------------------
-
-
-class StopRanges(Section):
-    """Ranges of a damper and bumper at one end of the stroke."""
-
-    reach: Range
-    damping: Range
-    power: Range
-    depth: Range
-    stiffness: Range
-    profile: Range = [0.0, 0.0]
-
-
 Effect = Literal[
     *("lever_turn", "lever_lean", "dry_friction", "opening_preload", "contact_preload", "build_up"),
     *("train_mass", "train_friction", "restitution", "force_fall", "drag", "linkage", "growth"),
@@ -485,21 +460,19 @@ Effect = Literal[
     *("time_force", "speed_force"),
 ]
 Stop = Literal["closing_stop", "opening_stop"]
+StopPart = Literal["reach", "damping", "power", "depth", "stiffness", "profile"]
 Worn = Literal[(*NAMES, *get_args(Effect), "closing_stop.damping", "opening_stop.damping")]
 
 
 class Wear(Section):
-    """How many parameters and effects of a drive change."""
+    """How many parameters and effects change, of one kind of wear or of several with shares."""
 
-    share: float = 1.0
     parameters: Numbers = [0, 0]
     elements: Numbers = [0, 0]
-
-
-class Wears(Wear):
-    """Wear of a family: of one kind, or of several with shares."""
-
-    kinds: dict[Literal["none", "sparse", "dense"], Wear] = {}
+    kinds: dict[
+        Literal["none", "sparse", "dense"],
+        dict[Literal["share", "parameters", "elements"], float | Numbers],
+    ] = {}
     smallest: float = 1.0
     change: dict[Worn, Range]
 
@@ -511,5 +484,5 @@ class FamilyFile(Section):
     contacts: dict[Literal["elastic", "held", "sliding"], float] = {}
     held_preload: Range = [0.0, 0.0]
     touch: Range = [0.0, 1.0]
-    effects: dict[Effect | Stop, Range | StopRanges]
-    wear: Wears
+    effects: dict[Effect | Stop, Range | dict[StopPart, Range]]
+    wear: Wear

@@ -2,8 +2,6 @@
 
 import json
 from collections.abc import Iterator, Mapping
-from functools import reduce
-from operator import getitem
 from pathlib import Path
 from typing import Any
 
@@ -15,13 +13,16 @@ _Loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)  # the same in C, where 
 # Errors that PyYAML lets through where a value is not what its tag or its shape promises.
 _UNREADABLE = (ValueError, ArithmeticError, LookupError, TypeError, AttributeError, RecursionError)
 
+Lines = list[tuple[tuple[str, ...], int]]
+"""Key and line of every value of a file."""
+
 
 class ConfigurationError(ValueError):
     """What is wrong with a configuration; the text has one line for each problem."""
 
 
-def parse(path: str | Path) -> tuple[Any, yaml.Node | None]:
-    """Return what a YAML file holds, and the nodes it is made of, which know their lines.
+def parse(path: str | Path) -> tuple[Any, Lines]:
+    """Return what a YAML file holds, and where.
 
     Raises:
         ConfigurationError: If it cannot be read, or is not YAML.
@@ -44,47 +45,43 @@ def parse(path: str | Path) -> tuple[Any, yaml.Node | None]:
         raise ConfigurationError(f"{path}: is not valid YAML: {reason}") from error
     except _UNREADABLE as error:
         raise ConfigurationError(f"{path}: has a value that YAML cannot read: {error}") from error
-    return content, node
+    return content, _lines(node)
 
 
-def repeated(node: yaml.Node | None) -> Iterator[str]:
+def repeated(lines: Lines) -> Iterator[str]:
     """Yield a complaint for every key that stands twice in one section."""
-    lines: dict[str, int] = {}
-    for name, line, value in _entries(node):
-        if line <= node.start_mark.line:
-            continue  # of an earlier section, merged into this one by <<, which may change it
-        if name in lines:
-            yield f"line {line}: {name} stands in line {lines[name]} already. Remove one of them."
-        lines[name] = line
-        yield from repeated(value)
+    seen: dict[tuple[str, ...], int] = {}
+    for key, line in lines:
+        if key in seen:
+            yield f"line {line}: {key[-1]} stands in line {seen[key]} already. Remove one of them."
+        seen[key] = line
 
 
-def place(key: tuple, sources: Mapping[Path, tuple[Any, yaml.Node | None]]) -> str:
+def place(key: tuple, sources: Mapping[Path, Lines]) -> str:
     """Return the file and line of a value, or of the section around it, as the start of a message.
 
     Args:
         key: Keys of sections and numbers of list entries.
-        sources: What ``parse`` returns for each file, the last overlay first.
+        sources: Lines of each file, the last overlay first.
     """
-    while key:
-        for path, (content, node) in sources.items():
-            try:
-                reduce(getitem, key, content)
-            except (KeyError, IndexError, TypeError):
-                continue
-            line = 0
-            for part in key:  # a key that <<: merges has no line in its section
-                found = [each for each in _entries(node) if each[0] == str(part)]
-                _, line, node = found[-1] if found else (part, line, None)
-            return f"{path}, line {line}: "
-        key = key[:-1]
+    for depth in range(len(key), 0, -1):
+        above = tuple(map(str, key[:depth]))
+        for path, lines in sources.items():
+            if line := dict(lines).get(above):
+                return f"{path}, line {line}: "
     return ""
 
 
-def _entries(node: yaml.Node | None) -> list[tuple[str, int, yaml.Node]]:
-    """Return key or number, line from 1, and node of each entry of a section or list."""
+def _lines(node: yaml.Node | None, above: tuple[str, ...] = ()) -> Lines:
+    """Return the key and the line of each entry of a section or list, and of those in it."""
+    entries, found = [], []
     if isinstance(node, yaml.MappingNode):
-        return [(name.value, name.start_mark.line + 1, value) for name, value in node.value]
-    if isinstance(node, yaml.SequenceNode):
-        return [(str(i), value.start_mark.line + 1, value) for i, value in enumerate(node.value)]
-    return []
+        entries = [(name.value, name, value) for name, value in node.value]
+    elif isinstance(node, yaml.SequenceNode):
+        entries = [(str(number), value, value) for number, value in enumerate(node.value)]
+    for name, mark, value in entries:
+        # Not of an earlier section, merged into this one by <<, which may change it.
+        if mark.start_mark.line >= node.start_mark.line:
+            key = (*above, name)
+            found += [(key, mark.start_mark.line + 1), *_lines(value, key)]
+    return found
