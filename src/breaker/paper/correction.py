@@ -35,7 +35,7 @@ if TYPE_CHECKING:  # corrections need a model alone: torch is not loaded for the
 _SMALLEST_SIZE = 400  # of the result's 2000 draws: means are known to 5 % of a posterior sd
 _LARGEST_K = 0.7  # above it errors of importance sampling are not reliable (Vehtari et al., 2024)
 _EFFICIENCY = 0.4  # of a round: twice what the result needs
-_FIT_SIZE = 100  # effective size that a fit is made to: twice the coefficients of one coordinate
+_FIT_SIZE = 100  # effective size that a fit needs: thrice the coefficients of its last coordinate
 _FREEDOM = 5.0  # of the maps' Student-t: heavy enough for tails that a fit has not seen
 _RIDGE = {"linear": 2.0, "quadratic": 8.0}  # prior of coefficients, worth so many draws
 
@@ -281,10 +281,9 @@ class Corrected:
     Attributes:
         draws: Equally weighted draws, resampled, ``(d, q)``, physical units; those of an
             unresolved record are its best so far, nan if there are none.
-        importance: Weights of the last round, and what they say.
-        rounds: Rounds of adaptation.
-        resolved: Whether effective size and tail of the weights are good enough.
-        reason: Why not, in words; empty if resolved.
+        importance: Weights of the last round of adaptation.
+        resolved, reason: Whether effective size and tail of the weights are good enough, and why
+            they are not, in words.
     """
 
     draws: np.ndarray

@@ -96,8 +96,7 @@ def infer(
 
     Args:
         curves: ``travel (operation, time)``, ``accepted``, ``reason`` and ``file (operation)``.
-            Rejected operations, and those that the network does not accept, stay in the result as
-            missing values with their reason.
+            Operations without a posterior stay, as missing values with their reason.
         draws: Draws for each operation.
         misfit_p_value: Posterior predictive p-value below which a record counts as misfit.
 

@@ -22,7 +22,6 @@ from breaker.paper.bank import distance, excess
 from breaker.paper.joint_model import Model
 
 _MOST_STEPS = 1000  # of a solver: a file that asks for more would take for ever
-_SOLVER_STEPS = 8  # for the density of validation rows: enough to rank weights (see training)
 
 
 class Posterior(nn.Module):
@@ -88,7 +87,8 @@ class Posterior(nn.Module):
     def validation_loss(self, measured: Tensor, z: Tensor, noise: Tensor, time: Tensor) -> Tensor:
         """Return minus the log density of each row, ``(n,)``; arguments as of ``loss``."""
         features = self.summary(measured)
-        return -self.inference.log_prob(z[:, None], features, steps=_SOLVER_STEPS)[:, 0]
+        # Eight steps rank weights; what draws and densities need is chosen after the training.
+        return -self.inference.log_prob(z[:, None], features, steps=8)[:, 0]
 
     @torch.no_grad()
     def sample(self, measured: np.ndarray, noise: np.ndarray) -> np.ndarray:

@@ -29,19 +29,16 @@ def split(curves: int, *counts: int) -> list[slice]:
 
 
 class Batch(NamedTuple):
-    """What ``Posterior.loss`` takes, in its order.
+    """The arguments of ``Posterior.loss``.
 
-    Attributes:
-        measured: Records, ``(n, t)``, mm.
-        z: Standardised outputs, ``(n, q)``.
-        noise, time: Start points ``(n, 2, q)`` and times ``(n, 2, 1)`` of flow matching: a point,
-            and its mirror image at the same time, of which most of the gradient's noise cancels.
+    Flow matching starts at a point and its mirror image at the same time, of which most of the
+    gradient's noise cancels.
     """
 
-    measured: Tensor
-    z: Tensor
-    noise: Tensor
-    time: Tensor
+    measured: Tensor  # records (n, t), mm
+    z: Tensor  # standardised outputs (n, q)
+    noise: Tensor  # start points (n, 2, q)
+    time: Tensor  # their times (n, 2, 1)
 
 
 @dataclass
@@ -90,12 +87,7 @@ class Rows(DrawnRows):
 
 @dataclass
 class OnlineRows:
-    """Rows that are simulated for the batch that takes them: no row is seen twice.
-
-    Attributes:
-        posterior: The network in training.
-        device: Device of the training.
-    """
+    """Rows that are simulated for the batch that takes them: no row is seen twice."""
 
     posterior: Posterior
     device: torch.device | str = "cpu"
