@@ -22,16 +22,20 @@ _EXTRAS = {"torch": "networks", "xarray": "stores", "zarr": "stores", "pandas": 
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command.
+    """Run the command, and return its exit status.
 
-    Returns:
-        The exit status: 0; 1 where it failed; 130 where it was interrupted; 141 where the reader of
-        its output left.
+    It is 0; 1 where it failed; 130 where it was interrupted; 141 where the reader of its output
+    left.
     """
-    _prepare_streams()
+    for name in ("stdout", "stderr"):
+        stream = getattr(sys, name)
+        if stream is None:  # it is closed
+            setattr(sys, name, open(os.devnull, "w", encoding="utf-8"))  # noqa: SIM115
+        elif isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="replace")  # letters that it lacks
     set_threads(1)  # records are small, and inferred one by one: more threads wait for each other
     arguments = sys.argv[1:] if arguments is None else arguments
-    status = 1
+    status, fault = 1, ""
     try:
         options = _parser(arguments[:1]).parse_args(arguments)
         if not sys.stderr.isatty():
@@ -41,18 +45,18 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except SystemExit as end:  # --help, --version, a wrong option, or a signal
         raise SystemExit(_flushed(end.code)) from None
     except KeyboardInterrupt:
-        _complain("interrupted")
-        status = 130
+        status, fault = 130, "interrupted"
     except BrokenPipeError:
         status = 141
     except ModuleNotFoundError as error:
-        extra = _EXTRAS.get(error.name, "workflow")
-        remedy = f'run `pip install "{DISTRIBUTION}[{extra}]"`'
-        _complain(f"missing in the environment of {sys.executable}: {error.name}; {remedy}")
+        remedy = f'run `pip install "{DISTRIBUTION}[{_EXTRAS.get(error.name, "workflow")}]"`'
+        fault = f"missing in the environment of {sys.executable}: {error.name}; {remedy}"
     except MemoryError:
-        _complain(f"out of memory; {options.smaller}")
+        fault = f"out of memory; {options.smaller}"
     except (ConfigurationError, OSError, ValueError) as error:
-        _complain(str(error))
+        fault = str(error)
+    if fault:
+        say(f"breaker: {fault}", beside=True)
     return _flushed(status)
 
 
@@ -60,8 +64,8 @@ def run() -> int:
     """Run the command as a process of its own, without garbage collection.
 
     There is hardly any garbage, and to look for it takes a third of the time of a first answer.
-    A kill, or a terminal that closes, ends the command as an interrupt does, so that no file stays
-    half written.
+    A kill, or a terminal that closes, ends the command as an interrupt does: no file stays half
+    written.
     """
     gc.disable()
     for each in ("SIGTERM", "SIGHUP"):  # Windows has the first alone
@@ -78,20 +82,6 @@ def _end(number: int, _: object) -> None:
     raise SystemExit(128 + number)
 
 
-def _complain(text: str) -> None:
-    say(f"breaker: {text}", beside=True)
-
-
-def _prepare_streams() -> None:
-    """Make any text printable: replace letters that an output lacks; a closed output takes all."""
-    for name in ("stdout", "stderr"):
-        stream = getattr(sys, name)
-        if stream is None:
-            setattr(sys, name, open(os.devnull, "w", encoding="utf-8"))  # noqa: SIM115
-        elif isinstance(stream, io.TextIOWrapper):
-            stream.reconfigure(errors="replace")
-
-
 def _flushed(status: int) -> int:
     """Return the status, or another where what was printed could not be written."""
     try:
@@ -103,7 +93,7 @@ def _flushed(status: int) -> int:
         if isinstance(error, BrokenPipeError):
             return 141
         if status == 0:
-            _complain(f"{UNPRINTED}: {error.strerror}")
+            say(f"breaker: {UNPRINTED}: {error.strerror}", beside=True)
         return 1
 
 
@@ -116,9 +106,8 @@ class _Parser(argparse.ArgumentParser):
 
 def _parser(named: Sequence[str]) -> argparse.ArgumentParser:
     """Return the parser of the command that is named first, or of all where none is."""
-    parser = _Parser(
-        prog="breaker", description="From a breaker's travel curve to the state of its drive."
-    )
+    what = "From a breaker's travel curve to the state of its drive."
+    parser = _Parser(prog="breaker", description=what)
     parser.add_argument("--version", action="version", version=f"breaker {__version__}")
     parser.set_defaults(smaller="name fewer files, or lower endurance.draws")
     commands = parser.add_subparsers(required=True, metavar="COMMAND")

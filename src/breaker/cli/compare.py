@@ -36,7 +36,7 @@ def add(compare: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Read both visits, compare them, and print the comparison."""
     own = {visit: getattr(options, f"config_{visit}") for visit in _VISITS}
-    named = {visit: getattr(options, visit) for visit in _VISITS}
+    named = {"before": options.before, "today": options.today}
     read = [*named.values(), options.config, *own.values()]
     check_outputs([(options.plot, "picture")], [file for some in read for file in some])
     config = inputs.settings_of(options.config)
@@ -89,7 +89,5 @@ def _check_visits(visits: Mapping[str, Sequence]) -> None:
     for name in ("breaker", "phase"):
         first, second = ({getattr(op, name) for op in visit} for visit in of)
         if not (first & second or "" in first | second):
-            raise ValueError(
-                f"the table of the first visit is of {name} {', '.join(first)}, that of the "
-                f"second of {', '.join(second)}; compare one drive, or mend a table"
-            )
+            what = f"{name} {', '.join(first)}, that of the second of {', '.join(second)}"
+            raise ValueError(f"the table of the first visit is of {what}; compare one drive")

@@ -28,7 +28,6 @@ def run(options: argparse.Namespace) -> int:
     check_outputs(outputs, [*options.folders, *options.config])
     config = settings_of(options.config)
     limits = limits_of(config, options.config)
-    # Imported here, so that --help and wrong options answer at once.
     from breaker.configuration.loading import check, defaults, merge
     from breaker.documents.terminal import text_of
     from breaker.drive.answers.prior_checks import check_fitted
@@ -59,8 +58,7 @@ def run(options: argparse.Namespace) -> int:
     limits = [e for e in from_list(limits, recorded.motions, speeds) if e.of == "model"]
     checks = check_fitted(fitted, recorded, limits, seed)
     text = overlay_text(overlay, recorded, checks)
-    lines = "The lines of configuration:\n\n" + text.removesuffix("\n")
-    written = [write_lines(options.output, text) if options.output else lines]
+    written = [write_lines(options.output, text) if options.output else text.removesuffix("\n")]
     if options.plot:
         from breaker.figures.reports import fitted_prior
 

@@ -112,9 +112,9 @@ def _propose(options: argparse.Namespace, config: Mapping) -> int:
     from breaker.reading.files.table_proposal import propose_manifest
     from breaker.reading.inspection.file_description import describe_file
 
-    own = {"configured": config["endurance"]["format"] != FORMAT}
-    of = options.file, options.channels, config["motions"], describe_file
-    text, remarks = propose_manifest(*of, **own)
+    own = config["endurance"]["format"] != FORMAT
+    asked = options.file, options.channels, config["motions"]
+    text, remarks = propose_manifest(*asked, describe_file, configured=own)
     if options.output:
         say(write_lines(options.output, text))
         step = "complete it"

@@ -11,9 +11,8 @@ from breaker.model.parameters import MOTIONS
 from breaker.reading.files.guards import opened_at_once
 
 _ENDINGS = {"picture": (".png", ".pdf", ".svg", ".jpg", ".jpeg"), "report": (".html", ".pdf")}
-_PAGE = b'content="breaker report"'  # in the head of a report that is a page
 _PICTURES = (b"\x89PNG", b"%PDF", b"<?xml", b"\xff\xd8\xff")  # first bytes of pictures
-_COLUMNS = {b"motion", b"operation", b"output", b"interval_95_lower"}  # of a table of answers
+_WORDS = {"table": b",interval_95_lower,", "report": b'content="breaker report"'}  # near the top
 
 
 def check_outputs(wanted: Sequence[tuple[str | None, str]], read: Iterable[str]) -> None:
@@ -78,12 +77,8 @@ def _is_own(target: Path, kind: str) -> bool:
         return False
     with opened_at_once(target) as stream:
         begins = stream.read(4096) or b""
-    if kind == "table":
-        own = {*begins.partition(b"\n")[0].split(b",")} >= _COLUMNS
-    else:
-        own = kind in ("picture", "report") and begins.startswith(_PICTURES)
-        own |= kind == "report" and _PAGE in begins
-    return own or not begins
+    of_words = kind in _WORDS and _WORDS[kind] in begins
+    return not begins or of_words or (kind in _ENDINGS and begins.startswith(_PICTURES))
 
 
 def write(name: str, fill: Callable[[Path], object]) -> None:

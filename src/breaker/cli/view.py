@@ -3,10 +3,12 @@
 import argparse
 import gc
 import importlib.util
+import os
 import sys
 import tempfile
 import webbrowser
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 
 from breaker import DISTRIBUTION
@@ -14,8 +16,6 @@ from breaker.cli.inputs import add_path, settings_of
 from breaker.cli.outputs import check_outputs, write_lines
 from breaker.cli.report import content_of, read_of
 from breaker.common.visible_text import say
-
-_NEEDED = ("bokeh", "tornado")
 
 
 def add(view: argparse.ArgumentParser) -> None:
@@ -31,7 +31,7 @@ def add(view: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Serve the page until the user ends it."""
-    if lacking := [name for name in _NEEDED if importlib.util.find_spec(name) is None]:
+    if lacking := [each for each in ("bokeh", "tornado") if not importlib.util.find_spec(each)]:
         raise ValueError(f'the page needs {", ".join(lacking)}: pip install "{DISTRIBUTION}[app]"')
     if options.example and options.folder:
         raise ValueError("--example shows exports of its own; leave it out, or the folder")
@@ -46,29 +46,22 @@ def run(options: argparse.Namespace) -> int:
     with tempfile.TemporaryDirectory(prefix="breaker-view-") as own:
         named = options.folder or "."
         if options.example:
-            named = str(Path(own, "example"))
-            Path(named).mkdir()
+            os.mkdir(named := os.path.join(own, "example"))
             write_visits(config, Path(named))
         server = PageServer(Session(named, options.config, commands(), own), options.port)
 
         def ready() -> None:
             say(f"the page is at {server.address}\nCtrl-C ends it")
-            if not (options.no_browser or _opened(server.address)):
-                say("no browser could be started: open the address in one of this machine")
             sys.stdout.flush()  # a pipe or a file is told the address now, not at the end
+            if not options.no_browser:
+                with suppress(OSError, webbrowser.Error):
+                    webbrowser.open(server.address)
 
         try:
             asyncio.run(server.serve(asyncio.Event(), ready))
         except KeyboardInterrupt:
             say("ended; what was being written is written")
     return 0
-
-
-def _opened(address: str) -> bool:
-    try:
-        return webbrowser.open(address)
-    except (OSError, webbrowser.Error):
-        return False
 
 
 def commands():
