@@ -105,10 +105,9 @@ def _not_a_model(path: str | Path, error: Exception) -> ModelFileError:
 
 
 def _content(path: str | Path) -> bytes:
-    try:
-        return Path(path).read_bytes()
-    except (FileNotFoundError, IsADirectoryError) as error:
-        raise FileNotFoundError(f"there is no model file {path}; {_REMEDY}") from error
+    if not Path(path).is_file():
+        raise FileNotFoundError(f"there is no model file {path}; {_REMEDY}")
+    return Path(path).read_bytes()
 
 
 def _parts(content: bytes) -> tuple[dict[str, Any], bytes]:
@@ -133,7 +132,7 @@ def _finished(content: bytes) -> bytes:
 
 
 def _settings(about: Mapping[str, str]) -> dict:
-    """Return settings in which every number is finite, and sizes are such as networks have."""
+    """Return settings, in which numbers are finite and sizes are such as networks have."""
     if (found := about.get("format")) != _FORMAT:
         raise ModelFileError(f"its format is {found!r}, this version of breaker reads {_FORMAT!r}")
     try:
