@@ -9,7 +9,7 @@ from breaker.configuration.loading import ConfigurationError, load
 
 
 def main(*files: str) -> int:
-    """Check files; return the exit status: 0 right, 1 wrong, 2 no file."""
+    """Check files; return the exit status."""
     if not files:
         print("usage: python -m breaker.configuration FILE...", file=sys.stderr)
         return 2

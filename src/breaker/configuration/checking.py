@@ -16,7 +16,6 @@ import yaml
 from pydantic import ValidationError
 
 from breaker.configuration.settings import Limit, Section, defaults
-from breaker.model.parameters import MOTIONS
 
 Key = tuple[str | int, ...]
 """Where a value stands: keys of sections and numbers of list entries, outermost first."""
@@ -47,19 +46,13 @@ def problems(section: type[Section], content: Any) -> dict[Key, str]:
                 continue  # it holds only what differs
             key, text = _problem(each, content)
             # A value that may be of two types has an error for each of them.
-            found[key] = (
-                f"{found[key]} Or it {text.partition(', but ')[2]}" if key in found else text
-            )
+            or_else = f"{found.get(key)} Or it {text.partition(', but ')[2]}"
+            found[key] = or_else if key in found else text
     return found
 
 
 def dotted(key: Key) -> str:
-    """Write a key as ``network.summary.kernels[0]``.
-
-    Example:
-        >>> dotted(("motions", 0))
-        'motions[0]'
-    """
+    """Write a key as ``network.summary.kernels[0]``."""
     parts = (f"[{part}]" if type(part) is int else f".{part}" for part in key)
     return "".join(parts).removeprefix(".").removesuffix(".[key]")
 
@@ -99,8 +92,6 @@ def _problem(error: Mapping, content: Any) -> tuple[Key, str]:
 
 def _unknown(key: Key) -> str:
     """Say that a key is unknown, and which one was probably meant."""
-    if key[0] in ("network", "training") and key[-1] in MOTIONS:
-        return f"is not a known key. Did you mean by_motion.{key[-1]}.{key[0]}?"
     known = [*leaves(defaults())]
     if key[0] == "by_motion":
         key = key[2:]

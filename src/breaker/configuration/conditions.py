@@ -147,17 +147,14 @@ def _events(endurance) -> Found:
 def _folder(endurance, motions, known) -> Found:
     """Operations that cannot be listed, or whose records lack a setting."""
     stated: list[Mapping] = []
-    if endurance["curves"] is None:
-        stated = [{}]
-        for key in ("breaker", "phase"):
-            if endurance[key] is not None:
-                text = "needs endurance.curves: the simulated test has one breaker. Set it to null."
-                yield ("endurance", key), text
-    else:
-        for motion in motions:
-            yield from _refused(
-                ("endurance", "curves"), lambda on: stated.extend(_stated(endurance, on)), motion
-            )
+    for key in ("breaker", "phase"):
+        if endurance["curves"] is None and endurance[key] is not None:
+            text = "needs endurance.curves: the simulated test has one breaker. Set it to null."
+            yield ("endurance", key), text
+    for motion in motions:
+        yield from _refused(
+            ("endurance", "curves"), lambda on: stated.extend(_stated(endurance, on)), motion
+        )
     for text in {lacking({**FORMAT, **endurance["format"], **each}) for each in stated} - {""}:
         yield ("endurance", "format"), f"cannot be used: {text}."
     if known:
@@ -166,14 +163,11 @@ def _folder(endurance, motions, known) -> Found:
 
 
 def _stated(endurance: Mapping, motion: str) -> list[Mapping]:
-    """Return what the table states of each operation: of a motion, or of all of several breakers.
-
-    Raises:
-        OSError, ValueError: If the operations cannot be listed.
-    """
-    curves, breaker, phase, events = (
-        endurance[key] for key in ("curves", "breaker", "phase", "events")
-    )
+    """Return what the table states of each operation: of a motion, or of several breakers."""
+    curves, breaker, phase = (endurance[key] for key in ("curves", "breaker", "phase"))
+    events = endurance["events"]
+    if curves is None:
+        return [{}]
     if breaker is None and len(list_breakers(curves)) > 1:
         fleet = list_fleet(curves, phase=phase, events=events)
         return [each.settings for some in fleet.values() for _, each in some]

@@ -23,10 +23,6 @@ def load(paths: Sequence[str | Path] = (), *, curves: bool = True) -> dict[str, 
 
     Raises:
         ConfigurationError: If a file cannot be read or the configuration is wrong.
-
-    Example:
-        >>> load(["config/paper.yaml"])["sensor"]["zero_sd"]
-        0.0
     """
     config = reduce(merge, map(read, paths), defaults())
     check(config, files=tuple(reversed(paths)), curves=curves)
@@ -81,14 +77,12 @@ def of_motion(config: Mapping[str, Any], motion: str) -> dict[str, dict[str, Any
     return found
 
 
-def check(
-    config: Mapping[str, Any], *, files: Sequence[str | Path] = (), curves: bool = True
-) -> None:
+def check(config: Mapping, *, files: Sequence[str | Path] = (), curves: bool = True) -> None:
     """Check a merged configuration: keys, types, ranges, and keys that must fit each other.
 
     Args:
-        files: Files it came from, if known, the last overlay first. A message names the file and
-            line of a value. A key that stands twice in a file is a problem too: YAML drops one.
+        files: Files it came from, the last overlay first: a message names the file and line of a
+            value. A key that stands twice in one is a problem, too: YAML drops the first.
         curves: Whether to look at the folder ``endurance.curves``, and what must fit it.
 
     Raises:
@@ -108,6 +102,5 @@ def check(
         lines += [f"{path}, {text}" for text in repeated(each)]
     lines = list(dict.fromkeys(lines))  # a table of operations may be wrong for both motions
     if lines:
-        count = "a problem" if len(lines) == 1 else f"{len(lines)} problems"
-        text = "\n  ".join([f"The configuration has {count}:", *lines])
+        text = "\n  ".join([f"Problems of the configuration: {len(lines)}", *lines])
         raise ConfigurationError(f"{text}\ndocs/settings.md explains every key.")

@@ -65,9 +65,7 @@ Summary = _text(200, pattern=r"^(time_series|[A-Za-z_][\w.]*:[A-Za-z_]\w*)$")
 Column = _text(200) | _number(int, 1, 1000)
 Trigger = _text(200) | _number(int, 0, 1000)
 Amount = _number(float, -1e6, 1e6)
-Known = _where(
-    _list(Amount, 2, 2), lambda pair: pair[1] > 0.0, "the standard deviation must be above 0"
-)
+Known = _where(_list(Amount, 2, 2), lambda pair: pair[1] > 0.0, "the sd must be above 0")
 Points = _list(_text(100), 2, 2)
 SpeedName = _text(100, pattern=r"^(closing|opening)_speed(_[a-z0-9_]+)?$")
 Bound = Amount | _text(14, pattern=r"^[+-]?[0-9]{1,4}(\.[0-9]{1,6})? ?%$")
@@ -86,10 +84,7 @@ _ORDERED = (lambda ends: ends[0] <= ends[1], "the first must not exceed the seco
 Numbers = _where(_list(_number(int, 0, 10**9), 2, 2), *_ORDERED)
 Range = _where(_list(_number(float, -100, 100), 2, 2), *_ORDERED)
 Motions = _where(_list(Motion, 1, 2), lambda some: len({*some}) == len(some), "no motion twice")
-Interval = _text(
-    40,
-    pattern=r"^(every operation|([0-9]{1,8}\.)?[0-9]{0,8}[1-9][0-9]{0,8} (operation|year)s?)$",
-)
+Interval = _text(40, pattern=r"^(every operation|([0-9]+\.)?[0-9]*[1-9][0-9]* (operation|year)s?)$")
 FirstRecords = _number(int, 2, 100_000) | Numbers
 Renewed = Literal[("all", "transducer", *NAMES)]
 
