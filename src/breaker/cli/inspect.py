@@ -33,21 +33,20 @@ def run(options: argparse.Namespace) -> int:
     from breaker.reading.files.folder_listing import is_folder
     from breaker.reading.files.operations_table import MANIFEST
 
+    folder = is_folder(options.file)
+    unfit = ("channel", "plot") if folder else ("channels",)
+    _refuse(options, unfit, f"is not for a {'folder' if folder else 'file'}")
     outputs = [(options.output, "lines"), (options.plot, "picture")]
-    if not is_folder(options.file):
-        _refuse(options, ("channels",), "is for a folder")
-        check_outputs(outputs, [options.file, *options.config])
-        return _look_into(options, settings_of(options.config))
-    _refuse(options, ("channel", "plot"), "is for a file")
     check_outputs(outputs, [options.file, *options.config])
     config = settings_of(options.config)
+    if not folder:
+        return _look_into(options, config)
     if os.path.lexists(table := Path(options.file, MANIFEST)):
         why = f"is for a folder without a table, and {table} is there"
         _refuse(options, ("output", "channels"), why)
-        return _check(options.file, config)
-    if not (options.output or options.channels) and _is_numbered(options.file, config):
-        return _check(options.file, config)
-    return _propose(options, config)
+    elif options.output or options.channels or not _is_numbered(options.file, config):
+        return _propose(options, config)
+    return _check(options.file, config)
 
 
 def _refuse(options: argparse.Namespace, names: Sequence[str], why: str) -> None:
