@@ -1,7 +1,4 @@
-"""Check YAML files, each laid over those before it: ``python -m breaker.configuration FILE...``.
-
-A message names the file and the line of each wrong value, which a workflow does not know.
-"""
+"""Check files, each over those before it, by line: ``python -m breaker.configuration FILE...``."""
 
 import sys
 

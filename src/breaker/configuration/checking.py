@@ -23,11 +23,10 @@ Key = tuple[str | int, ...]
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d{1,2})?", re.IGNORECASE)
 _WORDS = {
     "a valid integer": "a whole number",
-    "a valid number": "a number",
     "a valid string": "a text",
     "a valid boolean": "true or false",
-    "a valid list": "a list",
     "a valid dictionary": "a section",
+    "a valid": "a",
     " after validation": "",
     "greater than or equal to": "at least",
     "less than or equal to": "at most",

@@ -32,7 +32,7 @@ def broken(config: Mapping[str, Any], wrong: Collection[str], *, curves: bool) -
     Args:
         curves: Whether to look at the folder ``endurance.curves``.
     """
-    conditions = (_trainings, _costs, _prior, _limits, _known, _files, _events)
+    conditions = (_trainings, _costs, _prior, _limits, _known, _names)
     for condition in (*conditions, *([_folder] if curves else [])):
         names = inspect.signature(condition).parameters
         if not {*names} & {*wrong}:
@@ -133,13 +133,10 @@ def _known(known, speeds) -> Found:
             yield ("known", name), f"is {fact}, which {complaint}"
 
 
-def _files(family, advice) -> Found:
+def _names(family, advice, endurance) -> Found:
     yield from _refused(("family", "name"), family_of, family["name"])
     if unknown := [name for name in advice if name not in advice_of()]:
         yield ("advice",), f"has {', '.join(unknown)}, but must name entries of {ADVICE.name}."
-
-
-def _events(endurance) -> Found:
     yield from _refused(("endurance", "format"), complete, endurance["format"])
     yield from _distinct(("endurance", "events"), endurance["events"], event_words)
 
@@ -164,8 +161,7 @@ def _folder(endurance, motions, known) -> Found:
 
 def _stated(endurance: Mapping, motion: str) -> list[Mapping]:
     """Return what the table states of each operation: of a motion, or of several breakers."""
-    curves, breaker, phase = (endurance[key] for key in ("curves", "breaker", "phase"))
-    events = endurance["events"]
+    curves, breaker, phase, events = map(endurance.get, ("curves", "breaker", "phase", "events"))
     if curves is None:
         return [{}]
     if breaker is None and len(list_breakers(curves)) > 1:

@@ -1,7 +1,4 @@
-"""Data files: families of drives, the simulated test, advice; with units and reasons beside them.
-
-A family is checked when it is read; tests check the others, which are not one's own.
-"""
+"""Data files: families of drives, the simulated test and advice, with units and reasons."""
 
 from collections.abc import Mapping
 from pathlib import Path

@@ -51,9 +51,8 @@ def read(path: str | Path) -> dict[str, Any]:
 def merge(base: Mapping[str, Any], overlay: Mapping[str, Any]) -> dict[str, Any]:
     """Lay one configuration over another: sections key by key, anything else as a whole.
 
-    Example:
-        >>> merge({"bank": {"shards": 4, "curves": 9}, "seed": 1}, {"bank": {"shards": 2}})
-        {'bank': {'shards': 2, 'curves': 9}, 'seed': 1}
+    >>> merge({"bank": {"shards": 4, "curves": 9}, "seed": 1}, {"bank": {"shards": 2}})
+    {'bank': {'shards': 2, 'curves': 9}, 'seed': 1}
     """
     merged = dict(base)
     for key, value in overlay.items():

@@ -86,7 +86,7 @@ Range = _where(_list(_number(float, -100, 100), 2, 2), *_ORDERED)
 Motions = _where(_list(Motion, 1, 2), lambda some: len({*some}) == len(some), "no motion twice")
 Interval = _text(40, pattern=r"^(every operation|([0-9]+\.)?[0-9]*[1-9][0-9]* (operation|year)s?)$")
 FirstRecords = _number(int, 2, 100_000) | Numbers
-Renewed = Literal[("all", "transducer", *NAMES)]
+Events = dict[str, _list(Literal[("all", "transducer", *NAMES)], 0, 9)]
 
 LogNormal = _section(
     "A log-normal distribution.",
@@ -221,11 +221,7 @@ Settings = _section(
         curves=_f(Text | None, None, "Folder of the curve files; null is the simulated test."),
         breaker=_f(Text | None, None, "Breaker to use, if operations.csv has several; null: all."),
         phase=_f(Text | None, None, "Phase to use, if there are several."),
-        events=_f(
-            dict[str, _list(Renewed, 0, 9)],
-            {},
-            "More events of operations.csv, each with what it renews, such as {oil: [gamma_a]}.",
-        ),
+        events=_f(Events, {}, "More events, each with what it renews, as in {oil: [gamma_a]}."),
         operations_per_job=_f(int, 1000, "Operations read and inferred by one job.", 1, 100_000),
         draws=_f(int, 500, "Posterior draws of each operation.", 10, 25_000),
         misfit_p_value=_f(float, 1e-3, "p-value below which a record is flagged.", gt=0, lt=1),
@@ -258,8 +254,7 @@ Settings = _section(
     by_motion=_f(
         dict[Motion, OfMotion],
         {"opening": {"training": {"steps": 2850}}},
-        "Settings of network and training that differ for one motion: the posterior of an opening "
-        "is sharper, so that its training takes more steps.",
+        "What differs for one motion: the sharper posterior of an opening takes more steps.",
     ),
     bank=_section(
         "Training bank of each motion: curves without noise, one Zarr store and one job a shard.",
@@ -329,9 +324,8 @@ Settings = _section(
         "quantity: {GL 314: {stroke: [178, 184], opening travel_time: [null, 19.5]}}.",
     ),
     planning=_section(
-        "When to service: at the operation of least expected cost per operation "
-        "(docs/decisions.md). Costs are in any unit. A service is recommended when it is due "
-        "within operations or years.",
+        "When to service: at the least expected cost per operation, in any unit "
+        "(docs/decisions.md). A service is recommended when it is due within operations or years.",
         operations=_f(float, 500, "Operations ahead.", 0, 1e9),
         years=_f(float, 2.0, "Years ahead, where dates are known.", 0, 100),
         service_cost=_f(float, 1.0, "Cost of a planned service.", high=1e12, gt=0),
@@ -388,6 +382,7 @@ Effect = Literal[
     *("stick", "slip", "load", "opening_progress", "drag_power", "reading", "way_force"),
     *("time_force", "speed_force"),
 ]
+KindOfWear = dict[Literal["share", "parameters", "elements"], float | Numbers]
 Stop = Literal["closing_stop", "opening_stop"]
 StopPart = Literal["reach", "damping", "power", "depth", "stiffness", "profile"]
 Worn = Literal[(*NAMES, *get_args(Effect), "closing_stop.damping", "opening_stop.damping")]
@@ -403,13 +398,7 @@ FamilyFile = _section(
         "How many parameters and effects change, of one kind of wear or of several with shares.",
         parameters=(Numbers, [0, 0]),
         elements=(Numbers, [0, 0]),
-        kinds=(
-            dict[
-                Literal["none", "sparse", "dense"],
-                dict[Literal["share", "parameters", "elements"], float | Numbers],
-            ],
-            {},
-        ),
+        kinds=(dict[Literal["none", "sparse", "dense"], KindOfWear], {}),
         smallest=(float, 1.0),
         change=(dict[Worn, Range], ...),
     ),
