@@ -21,19 +21,13 @@ def compiled(*, late: bool = False, **options: Any) -> Callable[[Callable], Call
         late: Whether a process runs the function as it is until it has seen some arrays: what reads
             one record then does without numba, which takes longer to load than all else.
         options: Further ones of ``numba.njit``.
-
-    Example:
-        >>> compiled()(lambda a, b: a / b)(1.0, 0.0)
-        inf
     """
 
     def decorate(function: Callable) -> Callable:
         njit, _ = numba_or_plain()
         try:
             return njit(cache=True, error_model="numpy", **options)(function)
-        except RuntimeError as error:
-            if "cannot cache" not in str(error):
-                raise
+        except RuntimeError:  # nothing can be kept
             return njit(error_model="numpy", **options)(function)
 
     return (lambda function: _Late(function, decorate)) if late else decorate
@@ -44,14 +38,11 @@ def numba_or_plain() -> tuple[Callable, Callable]:
     try:
         from numba import njit, prange
     except ModuleNotFoundError:
-        return _plain_njit, range
+        return lambda function=None, **_: _plain(function) if function else _plain, range
     return njit, prange
 
 
-def _plain_njit(function: Callable | None = None, **_: Any) -> Callable:
-    if function is None:
-        return _plain_njit
-
+def _plain(function: Callable) -> Callable:
     @wraps(function)
     def plain(*args: Any) -> Any:
         with np.errstate(all="ignore"):
@@ -70,7 +61,7 @@ class _Late:
 
     def __init__(self, function: Callable, decorate: Callable[[Callable], Callable]) -> None:
         update_wrapper(self, function)
-        self.plain, self.decorate = _plain_njit(function), decorate
+        self.plain, self.decorate = _plain(function), decorate
 
     @cached_property
     def fast(self) -> Callable:

@@ -8,32 +8,16 @@ from pathlib import Path
 
 _HERE = Path(__file__).parent
 
-CARD = _HERE / "MODEL_CARD.md"
-"""What the models are, for whom, and how good."""
-
-ADVICE = _HERE / "advice.yaml"
-"""Where to look first, by quantity."""
-
-SIMULATED_TEST = _HERE / "simulated_test.yaml"
-"""Drive, wear and sensor of the simulated endurance test."""
-
-HELD_BACK = "held_back"
-"""Family that no network is trained on."""
-
-FAMILIES = ("medium_voltage", "any")
-"""Families of drives, in the order in which they are tried."""
-
-KINDS = ("levels", "changes")
-"""Networks of each."""
+CARD = _HERE / "MODEL_CARD.md"  # what the models are, for whom, and how good
+ADVICE = _HERE / "advice.yaml"  # where to look first, by quantity
+SIMULATED_TEST = _HERE / "simulated_test.yaml"  # drive, wear and sensor of this endurance test
+HELD_BACK = "held_back"  # the family that no network is trained on
+FAMILIES = ("medium_voltage", "any")  # families of drives, in the order in which they are tried
+KINDS = ("levels", "changes")  # networks of each
 
 
 def model_file(family: str, kind: str) -> Path:
-    """Return the file of a network.
-
-    Example:
-        >>> model_file("medium_voltage", "levels").name
-        'medium_voltage_levels.safetensors'
-    """
+    """Return the file of a network: of a family, and one of ``KINDS``."""
     return _HERE / f"{family}_{kind}.safetensors"
 
 

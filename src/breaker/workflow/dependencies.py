@@ -5,7 +5,7 @@ depends on the modules that it imports, and on what these import in turn.
 """
 
 import ast
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
 
@@ -13,18 +13,15 @@ _PACKAGE = Path(__file__).resolve().parents[1]
 
 
 def modules_of(script: str | Path, *, itself: bool = False) -> list[str]:
-    """Return the files of the package that a script imports, directly or not, sorted.
+    """Return the files of the package that a script, or ``itself``, imports, directly or not.
 
-    Paths below the working directory are relative to it, so that a project can be moved.
-
-    Args:
-        script: A Python file.
-        itself: Whether the script is one of them.
+    They are sorted; paths below the working directory are relative to it, so that a project can be
+    moved.
     """
     waiting = [Path(script).resolve()]
     found = set(waiting if itself else [])
     while waiting:
-        new = set(_imported(waiting.pop())) - found
+        new = _imported(waiting.pop()) - found
         found |= new
         waiting.extend(new)
     here = Path.cwd()
@@ -32,47 +29,34 @@ def modules_of(script: str | Path, *, itself: bool = False) -> list[str]:
 
 
 @cache
-def _imported(file: Path) -> list[Path]:
+def _imported(file: Path) -> set[Path]:
     """Return files of the package that a file itself imports, packages on the way too."""
-    found: list[Path] = []
-    if file.suffix == ".py":
-        for node in _statements(ast.parse(file.read_text(encoding="utf-8"))):
-            if isinstance(node, ast.Import):
-                for alias in node.names:
-                    found += _files(alias.name, ())
-            elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
-                found += _files(node.module, [alias.name for alias in node.names])
-    return found
+    if file.suffix != ".py":
+        return set()
+    names = _names(ast.parse(file.read_text(encoding="utf-8")))
+    return {path for name in names for path in _files(name)}
 
 
-def _statements(node: ast.AST) -> Iterator[ast.AST]:
-    """Yield all statements below a node, but those of ``if TYPE_CHECKING:``, which never run."""
+def _names(node: ast.AST) -> Iterator[str]:
+    """Yield dotted names that are imported below a node, but under ``if TYPE_CHECKING:``."""
     for child in ast.iter_child_nodes(node):
-        if not isinstance(child, ast.stmt | ast.excepthandler | ast.match_case):
+        if isinstance(child, ast.Import | ast.ImportFrom):
+            above = f"{child.module}." if isinstance(child, ast.ImportFrom) else ""
+            yield from (above + alias.name for alias in child.names)
+        elif not isinstance(child, ast.stmt | ast.excepthandler | ast.match_case):
             continue  # an expression, which holds no import
-        if isinstance(child, ast.If) and ast.unparse(child.test) == "TYPE_CHECKING":
-            continue
-        yield child
-        yield from _statements(child)
+        elif not (isinstance(child, ast.If) and ast.unparse(child.test) == "TYPE_CHECKING"):
+            yield from _names(child)
 
 
-def _files(module: str, names: Sequence[str]) -> Iterator[Path]:
-    """Yield files of ``from module import names``, or of ``import module`` without names."""
-    package, *parts = module.split(".")
-    if package != "breaker":
-        return
+def _files(name: str) -> Iterator[Path]:
+    """Yield the files of a dotted name: packages, and a module with its template and its data."""
+    package, *parts = name.split(".")
     place = _PACKAGE
-    for part in parts:
-        yield place / "__init__.py"
+    for part in ["", *parts] if package == "breaker" else []:
         place = place / part
-    if not place.is_dir():
-        yield place.with_suffix(".py")
-        yield from place.parent.glob(f"{place.name}.html")  # its template
-        yield from place.parent.glob(f"{place.name}.yaml")  # its data
-        return
-    yield place / "__init__.py"
-    for name in names:  # a module, or a package; what a package itself defines is in its file
-        if (place / name).is_dir():
-            yield place / name / "__init__.py"
-        elif (file := place / f"{name}.py").exists():
-            yield file
+        if place.is_dir():
+            yield place / "__init__.py"
+        elif place.with_suffix(".py").is_file():
+            files = (place.with_suffix(ending) for ending in (".py", ".html", ".yaml"))
+            yield from (file for file in files if file.is_file())

@@ -7,13 +7,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from types import TracebackType
 
-_VARIABLES = (
-    "OMP_NUM_THREADS",
-    "OPENBLAS_NUM_THREADS",
-    "MKL_NUM_THREADS",
-    "VECLIB_MAXIMUM_THREADS",
-    "NUMEXPR_NUM_THREADS",
-)
+_LIBRARIES = ("OMP", "OPENBLAS", "MKL", "VECLIB", "NUMEXPR")
 
 
 def checkpoint_of(output: str | Path, ending: str) -> Path:
@@ -21,26 +15,19 @@ def checkpoint_of(output: str | Path, ending: str) -> Path:
 
     Snakemake removes the outputs of a job that fails, and knows nothing of this file.
 
-    Example:
-        >>> checkpoint_of("drive/results/models/closing.safetensors", ".pt").as_posix()
-        'drive/checkpoints/models/closing.pt'
+    >>> checkpoint_of("drive/results/models/closing.safetensors", ".pt").as_posix()
+    'drive/checkpoints/models/closing.pt'
     """
     path = Path(output).with_suffix(ending)
     return Path(*("checkpoints" if part == "results" else part for part in path.parts))
 
 
 def chunks_of(numbers: Iterable[int], size: int) -> dict[str, list[int]]:
-    """Sort numbers into chunks, each a job of its own: number 1 to ``size``, and so on.
+    """Sort numbers of operations into chunks by name, each a job: number 1 to ``size``, and so on.
 
     An operation that is appended leaves all earlier chunks as they are, and the operations of one
-    number are in the same chunk in both motions. Empty chunks are left out.
-
-    Args:
-        numbers: Numbers of operations, from 0 or 1 on; some may be missing or stand twice.
-        size: How many numbers there are to a chunk.
-
-    Returns:
-        Names of the chunks, ``000`` and on, with the numbers in each; both rising.
+    number are in the same chunk in both motions. Empty chunks are left out, and numbers that stand
+    twice are taken once; number 0 is with number 1.
 
     >>> chunks_of([1, 2, 3, 4, 11], size=3)
     {'000': [1, 2, 3], '001': [4], '003': [11]}
@@ -52,13 +39,9 @@ def chunks_of(numbers: Iterable[int], size: int) -> dict[str, list[int]]:
 
 
 def start(job: object) -> logging.Logger:
-    """Set up a job of Snakemake and return its logger.
+    """Set up the job of an object ``snakemake``, with as many threads as its rule has.
 
-    Messages and an uncaught exception go to the rule's log file and to stderr. A job computes on as
-    many threads as its rule has.
-
-    Args:
-        job: The object ``snakemake`` of a script.
+    Messages and an uncaught exception go to the rule's log file and to stderr.
     """
     handlers = [
         logging.FileHandler(job.log[0], mode="w", encoding="utf-8"),
@@ -66,19 +49,19 @@ def start(job: object) -> logging.Logger:
     ]
     form = f"%(asctime)s {job.rule}: %(message)s"
     logging.basicConfig(level=logging.INFO, format=form, datefmt="%H:%M:%S", handlers=handlers)
-    logger = logging.getLogger("breaker")
-
-    def log_exception(
-        kind: type[BaseException], error: BaseException, trace: TracebackType | None
-    ) -> None:
-        if issubclass(kind, KeyboardInterrupt):
-            logger.error("interrupted")
-        else:
-            logger.error("%s: %s", kind.__name__, error, exc_info=(kind, error, trace))
-
-    sys.excepthook = log_exception
+    sys.excepthook = _log_exception
     set_threads(job.threads)
-    return logger
+    return logging.getLogger("breaker")
+
+
+def _log_exception(
+    kind: type[BaseException], error: BaseException, trace: TracebackType | None
+) -> None:
+    logger = logging.getLogger("breaker")
+    if issubclass(kind, KeyboardInterrupt):
+        logger.error("interrupted")
+    else:
+        logger.error("%s: %s", kind.__name__, error, exc_info=(kind, error, trace))
 
 
 def set_threads(count: int) -> None:
@@ -88,8 +71,9 @@ def set_threads(count: int) -> None:
     before, as the command line does. (Snakemake sets the same variables for its jobs.) Threads that
     wait for each other on a busy machine are slower than one alone, up to five times.
     """
-    for name in _VARIABLES:
-        os.environ[name] = str(count)
+    for name in _LIBRARIES:
+        limit = "MAXIMUM" if name == "VECLIB" else "NUM"
+        os.environ[f"{name}_{limit}_THREADS"] = str(count)
     if "numba" in sys.modules:
         numba = sys.modules["numba"]
         numba.set_num_threads(min(count, numba.config.NUMBA_NUM_THREADS))
