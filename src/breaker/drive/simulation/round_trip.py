@@ -69,6 +69,8 @@ def through_files(
         mine = which == i
         through = _through(sensor, motion, theta[mine], moves[mine], rng, dialects[i])
         measured[mine], first[mine], reason[mine] = through
+    # Networks of the paper take whole records. The reader masks a sample in one of a thousand.
+    reason[(reason == "") & np.isnan(measured).any(axis=1)] = "a sample is missing or masked"
     truth = np.column_stack([theta, moves - first]) if sensor.infers_onset else theta
     read, rejected = reason == "", dict(Counter(reason[reason != ""]).most_common())
     if not read.any():
