@@ -21,15 +21,12 @@ from breaker.common.lazy_numpy import np
 _FORMAT = "breaker network 1"
 _LARGEST = 10_000  # layers, widths and samples; ten times those of any network of the project
 _REMEDY = "train it anew"
+# What is raised where settings are not those of a model.
+_UNFIT = (ArithmeticError, AttributeError, LookupError, RuntimeError, TypeError, ValueError)
 
 
 class ModelFileError(ValueError):
     """A model file that cannot be used; the message names the file, the fault and the remedy."""
-
-    @classmethod
-    def of_settings(cls, error: Exception) -> ModelFileError:
-        """Return the error of a file from whose settings no model can be built."""
-        return cls(f"its settings do not describe a model ({type(error).__name__}: {error})")
 
 
 class SavedModel(NamedTuple):
@@ -68,6 +65,9 @@ def open_model(path: str | Path) -> Iterator[SavedModel]:
     content = _content(path)
     try:
         arrays = load(content)
+    except (SafetensorError, KeyError) as error:  # KeyError: a type that numpy does not have
+        raise _not_a_model(path, error) from error
+    try:
         header, tensors = _parts(content)
         about = header.get("__metadata__", {})
         settings = _settings(about)
@@ -75,10 +75,11 @@ def open_model(path: str | Path) -> Iterator[SavedModel]:
             what = "is another" if found else "is missing"
             raise ModelFileError(f"its checksum {what}: it was changed after it was written")
         yield SavedModel(settings, arrays)
-    except (SafetensorError, KeyError) as error:  # KeyError: a type that numpy does not have
-        raise _not_a_model(path, error) from error
     except ModelFileError as error:
         raise ModelFileError(f"{path}: {error}; {_REMEDY}") from error
+    except _UNFIT as error:
+        why = f"its settings do not describe a model ({type(error).__name__}: {error})"
+        raise ModelFileError(f"{path}: {why}; {_REMEDY}") from error
 
 
 def settings_of(path: str | Path) -> dict:
@@ -86,7 +87,7 @@ def settings_of(path: str | Path) -> dict:
     content = _content(path)
     try:
         return _settings(_parts(content)[0]["__metadata__"])
-    except (KeyError, TypeError, ValueError) as error:  # such as a ModelFileError
+    except _UNFIT as error:  # such as a ModelFileError
         raise _not_a_model(path, error) from error
 
 
@@ -135,12 +136,9 @@ def _settings(about: Mapping[str, str]) -> dict:
     """Return settings, in which numbers are finite and sizes are such as networks have."""
     if (found := about.get("format")) != _FORMAT:
         raise ModelFileError(f"its format is {found!r}, this version of breaker reads {_FORMAT!r}")
-    try:
-        settings = dict(json.loads(about["settings"], parse_float=_finite, parse_constant=_finite))
-        _check_sizes([settings.get("network"), settings.get("sensor", {}).get("samples", 0)])
-        return settings
-    except (ArithmeticError, AttributeError, KeyError, RecursionError, TypeError, ValueError) as no:
-        raise ModelFileError.of_settings(no) from no
+    settings = dict(json.loads(about["settings"], parse_float=_finite, parse_constant=_finite))
+    _check_sizes([settings.get("network"), settings.get("sensor", {}).get("samples", 0)])
+    return settings
 
 
 def _finite(text: str) -> float:

@@ -67,23 +67,20 @@ def open_network(path: str | Path) -> Levels | Changes:
                 weights[name.removeprefix("network.")] = saved.weight(name, "float32")
             else:
                 arrays[name] = saved.weight(name, "float64")
-        try:
-            Prior.from_settings(saved.settings["prior"])
-            network = Network(weights, _KINDS[kind].atoms)
-            found = {name: arrays[name] for name in ("usual", "centre", "scale")}
-            for name in _PARTS[kind]:
-                of = _TUPLES[name]
-                found[name] = {
-                    m: of(*(arrays[f"{name}.{m}.{part}"] for part in of._fields)) for m in MOTIONS
-                }
-            if kind == "levels":
-                names, factors = (*NAMES, *EVENTS), widening(saved.settings["family"])
-                found["widening"] = {
-                    n: np.array([of.get(name, 1.0) for name in names]) for n, of in factors.items()
-                }
-            return _KINDS[kind](settings=saved.settings, network=network, **found)
-        except (KeyError, TypeError, ValueError) as error:
-            raise ModelFileError.of_settings(error) from error
+        Prior.from_settings(saved.settings["prior"])
+        network = Network(weights, _KINDS[kind].atoms)
+        found = {name: arrays[name] for name in ("usual", "centre", "scale")}
+        for name in _PARTS[kind]:
+            of = _TUPLES[name]
+            found[name] = {
+                m: of(*(arrays[f"{name}.{m}.{part}"] for part in of._fields)) for m in MOTIONS
+            }
+        if kind == "levels":
+            names, factors = (*NAMES, *EVENTS), widening(saved.settings["family"])
+            found["widening"] = {
+                n: np.array([of.get(name, 1.0) for name in names]) for n, of in factors.items()
+            }
+        return _KINDS[kind](settings=saved.settings, network=network, **found)
 
 
 def shipped_networks(*kinds: str) -> Iterator[tuple[Levels | Changes, ...]]:
