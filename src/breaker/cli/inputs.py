@@ -7,9 +7,8 @@ from pathlib import Path
 from breaker.configuration.loading import defaults, load, read
 from breaker.model.parameters import MOTIONS
 
-ADVANCED = Path("config/advanced.yaml")
-PROJECT = Path("config/config.yaml")
-"""Where the workflow's configuration is, from the project's folder; the second over the first."""
+# The workflow's configuration in a project's folder; the second is laid over the first.
+ADVANCED, PROJECT = Path("config/advanced.yaml"), Path("config/config.yaml")
 
 SEVERAL = {"nargs": "+", "action": "extend", "default": []}
 """Settings of an option that takes several values, and may be given several times."""
@@ -80,8 +79,7 @@ def overlays_of(records: Sequence, good: Sequence, options: argparse.Namespace) 
     """Return each ``Overlay`` of records over good ones; none where no ``--reference`` is named.
 
     Raises:
-        ValueError: If the good record cannot be read, or has no motion of the others; or if a
-            tolerance is given without it.
+        ValueError: If no good record fits, or a tolerance is given without one.
     """
     if options.reference is None:
         if options.tolerance is not None:

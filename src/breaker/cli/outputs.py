@@ -27,10 +27,9 @@ def check_outputs(wanted: Sequence[tuple[str | None, str]], read: Iterable[str])
         read: Files and folders that the command was given.
 
     Raises:
-        OSError: If the folder of an output is not there or may not be written, or something is at
-            its place that is not replaced.
-        ValueError: If it would be read as a record by the next command, if two outputs are one, or
-            its ending is wrong.
+        OSError: If there is no such folder, or it or what is there may not be replaced.
+        ValueError: If the next command would read it as a record, if two outputs are one, or its
+            ending is wrong.
     """
     folders = {os.path.realpath(Path(each, sub)) for each in read for sub in ("", *MOTIONS)}
     earlier: list[Path] = []
@@ -82,11 +81,7 @@ def _is_own(target: Path, kind: str) -> bool:
 
 
 def write(name: str, fill: Callable[[Path], object]) -> None:
-    """Let a function write a file or a folder under a name, whole or not at all.
-
-    Raises:
-        OSError: If it cannot be written, as on a full disk; what was there stays.
-    """
+    """Let a function write a file or a folder under a name, whole or not at all."""
     try:
         with whole(name) as part:
             fill(part)

@@ -52,9 +52,7 @@ def run(options: argparse.Namespace) -> int:
 def read_of(options: argparse.Namespace, opened=None):
     """Return the ``Visit`` of the options; a good record not named is that of the configuration.
 
-    Args:
-        options: Options of the command.
-        opened: ``Files`` in which files are opened, once.
+    ``opened`` are ``Files``, in which each file is opened once.
 
     Raises:
         OSError, ValueError: If there is nothing of which a report can be.
@@ -81,11 +79,7 @@ def read_of(options: argparse.Namespace, opened=None):
 
 
 def content_of(report, ending: str) -> tuple[bytes, str]:
-    """Return a ``Report`` as ".html" or ".pdf", and what to say of its letters.
-
-    Raises:
-        ValueError: If it is to be a PDF, and WeasyPrint is not installed.
-    """
+    """Return a ``Report`` as ".html" or ".pdf" (if WeasyPrint is there), and of its letters."""
     from breaker.documents.html_page import html_page, pdf_of
     from breaker.figures.reports import curves
     from breaker.figures.style import encoded, without_font

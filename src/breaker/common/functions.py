@@ -12,11 +12,7 @@ from pathlib import Path
 
 
 def load(text: str) -> Callable:
-    """Return the function that ``module:function`` names.
-
-    Raises:
-        ValueError: If there is no such module or function; with the remedy.
-    """
+    """Return the function of ``module:function``; a ValueError with the remedy if there is none."""
     file = file_of(text)
     module, _, name = text.partition(":")
     with _working_directory():

@@ -20,11 +20,7 @@ def in_digits(value: float, digits: int, *, sign: bool = False) -> str:
 
 
 def first_of(names: Sequence[str], most: int) -> str:
-    """List names, at most so many, and count the others.
-
-    >>> first_of(["a", "b", "c"], 2)
-    'a, b and 1 more'
-    """
+    """List names, at most so many, and count the others, as in "a, b and 1 more"."""
     more = len(names) - most
     return ", ".join(names[:most]) + (f" and {more} more" if more > 0 else "")
 
@@ -35,10 +31,6 @@ def in_p(value: float) -> str:
 
 
 def natural(path: str | Path) -> list[tuple[int, str]]:
-    """Return a key by which 9 comes before 10.
-
-    >>> sorted(["b 10", "b 9"], key=natural)
-    ['b 9', 'b 10']
-    """
+    """Return a key by which 9 comes before 10."""
     parts = re.split("([0-9]+)", str(path))
     return [(int(part), "") if part.isdecimal() else (0, part) for part in parts]

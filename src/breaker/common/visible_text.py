@@ -9,8 +9,7 @@ _HIDDEN = re.compile(
     "[\u034f\u115f\u1160\u17b4\u17b5\u180b-\u180d\u180f\u3164\ufe00-\ufe0f\uffa0"
     "\U000e0100-\U000e01ef]"
 )
-UNPRINTED = "the text could not be printed"
-"""Begin of the message about an output that accepts no text, such as a full disk."""
+UNPRINTED = "the text could not be printed"  # on an output that accepts none, such as a full disk
 
 
 def visible_text(text: str) -> str:

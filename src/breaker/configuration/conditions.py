@@ -15,7 +15,7 @@ from breaker.configuration.settings import defaults
 from breaker.model.equations import PRESSED, pressed_half_space
 from breaker.model.limits import entries_of_type, from_list
 from breaker.model.parameters import MOTIONS, NAMES, PARAMETERS, Size
-from breaker.model.quantities import check_fact, check_quantity, every_speed, speeds_of
+from breaker.model.quantities import check_fact, every_speed
 from breaker.reading.files.folder_listing import list_breakers, list_fleet, list_once
 from breaker.reading.files.format_settings import FORMAT, complete, lacking
 from breaker.reading.files.operations_table import event_words
@@ -27,10 +27,8 @@ _SUPPORT = 0.01  # least share of the prior in which the contact stays pressed
 
 
 def broken(config: Mapping[str, Any], wrong: Collection[str], *, curves: bool) -> Found:
-    """Yield what is wrong with sections together, but for those that are ``wrong`` by themselves.
-
-    Args:
-        curves: Whether to look at the folder ``endurance.curves``.
+    """Yield what is wrong with sections together, but for those that are ``wrong`` by themselves;
+    ``curves`` tells whether to look at the folder ``endurance.curves``.
     """
     conditions = (_trainings, _costs, _prior, _limits, _known, _names)
     for condition in (*conditions, *([_folder] if curves else [])):
@@ -45,11 +43,6 @@ def _refused(key: tuple, build: Callable, *given: Any) -> Found:
         build(*given)
     except (OSError, ValueError) as error:
         yield key, f"cannot be used: {str(error).rstrip('.')}."
-
-
-def _at_most(key: tuple, value: float, limit: str, most: float) -> Found:
-    if value > most:
-        yield key, f"is {value}, but must not exceed {limit} ({most}). Change one of them."
 
 
 def _distinct(key: tuple, names: Iterable[str], meant: Callable = lambda name: [name]) -> Found:
@@ -70,16 +63,15 @@ def _trainings(network, training, by_motion, bank, sensor, validation) -> Found:
         keys = ("batch", "validation_curves", "held_out_curves")
         needs = sum(own["training"][key] for key in keys)
         if curves < needs:
-            yield (
-                ("bank",),
-                f"has {curves} curves (shards times curves_per_shard), but the training of "
-                f"{motion} needs {needs} ({' + '.join(keys)}). Raise the former or lower these.",
-            )
-        parts = own["network"]["summary"]["components"]
-        key = ("network", "summary", "components")
-        yield from _at_most(key, parts, "sensor.samples", sensor["samples"])
-    judged = ("validation", "judged_curves")
-    yield from _at_most(judged, validation["judged_curves"], "curves", validation["curves"])
+            text = f"has {curves} curves (shards times curves_per_shard), but the training of "
+            text += f"{motion} needs {needs} ({' + '.join(keys)}). Raise the former or lower these."
+            yield ("bank",), text
+        if (parts := own["network"]["summary"]["components"]) > (most := sensor["samples"]):
+            text = f"is {parts}, but must not exceed sensor.samples ({most}). Change one of them."
+            yield ("network", "summary", "components"), text
+    if (judged := validation["judged_curves"]) > (most := validation["curves"]):
+        text = f"is {judged}, but must not exceed curves ({most}). Change one of them."
+        yield ("validation", "judged_curves"), text
 
 
 def _costs(planning) -> Found:
@@ -96,20 +88,19 @@ def _prior(prior, size) -> Found:
         median = prior[each.name]["median"]
         usual = medians[each.name]["median"] * Size(**size).factor(each.unit)
         if not 1 / UNLIKE <= median / usual <= UNLIKE:
-            yield (
-                ("prior", each.name, "median"),
+            text = (
                 f"is {median:g}, {median / usual:,.4g} times that of the reference drive at this "
-                f"size ({usual:.3g}). Its unit is {each.unit}. For another size, set size.",
             )
+            text += f"size ({usual:.3g}). Its unit is {each.unit}. For another size, set size."
+            yield ("prior", each.name, "median"), text
     columns = ([prior[name][key] for name in NAMES] for key in ("median", "log_sd"))
     slope, offset = pressed_half_space(*columns)
     share = 0.5 * math.erfc(-offset / math.hypot(*slope) / math.sqrt(2))
     if share < _SUPPORT:
-        yield (
-            ("prior",),
+        text = (
             f"leaves the contact pressed ({PRESSED}) in {share:.1e} of its draws; {_SUPPORT:g} is "
-            f"needed. Raise prior.f.median, or lower that of k_a or L.",
         )
+        yield ("prior",), f"{text}needed. Raise prior.f.median, or lower that of k_a or L."
 
 
 def _limits(limits, limits_by_type, motions, speeds) -> Found:
@@ -124,11 +115,8 @@ def _limits(limits, limits_by_type, motions, speeds) -> Found:
         yield from _refused(("limits_by_type", name), entries_of_type, ranges, defined)
 
 
-def _known(known, speeds) -> Found:
+def _known(known) -> Found:
     for name, fact in known.items():
-        complaints = [check_quantity(name, motion, speeds_of(speeds)) for motion in MOTIONS]
-        if all(complaints):
-            yield ("known", name), f"cannot be used. {' '.join(complaints)}"
         if complaint := check_fact(*fact):
             yield ("known", name), f"is {fact}, which {complaint}"
 
@@ -155,8 +143,7 @@ def _folder(endurance, motions, known) -> Found:
     for text in {lacking({**FORMAT, **endurance["format"], **each}) for each in stated} - {""}:
         yield ("endurance", "format"), f"cannot be used: {text}."
     if known:
-        text = "is not used by the workflow: give known values to `breaker infer`. Leave it empty."
-        yield ("known",), text
+        yield ("known",), "is not used by the workflow: give it to `breaker infer`. Leave it empty."
 
 
 def _stated(endurance: Mapping, motion: str) -> list[Mapping]:

@@ -11,11 +11,7 @@ from breaker.shipped import ADVICE, SIMULATED_TEST, family_file
 
 
 def family_of(name: str) -> dict[str, Any]:
-    """Return a family, of ``breaker.shipped`` or a YAML file: effects, contacts and wear.
-
-    Raises:
-        ConfigurationError: If there is no such family, or its file is wrong.
-    """
+    """Return a family of ``breaker.shipped`` or a YAML file; ConfigurationError if it is wrong."""
     from breaker.configuration.checking import dotted, problems
     from breaker.configuration.settings import FamilyFile
 

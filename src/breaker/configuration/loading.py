@@ -16,10 +16,7 @@ UNLIKE = 30.0
 
 
 def load(paths: Sequence[str | Path] = (), *, curves: bool = True) -> dict[str, Any]:
-    """Read YAML files, each laid over the defaults and the files before it, and check the result.
-
-    Args:
-        curves: Whether ``endurance.curves`` is the folder in question: as of ``check``.
+    """Read YAML files, each laid over the defaults and the files before it, and ``check`` them.
 
     Raises:
         ConfigurationError: If a file cannot be read or the configuration is wrong.
@@ -49,11 +46,7 @@ def read(path: str | Path) -> dict[str, Any]:
 
 
 def merge(base: Mapping[str, Any], overlay: Mapping[str, Any]) -> dict[str, Any]:
-    """Lay one configuration over another: sections key by key, anything else as a whole.
-
-    >>> merge({"bank": {"shards": 4, "curves": 9}, "seed": 1}, {"bank": {"shards": 2}})
-    {'bank': {'shards': 2, 'curves': 9}, 'seed': 1}
-    """
+    """Lay one configuration over another: sections key by key, anything else as a whole."""
     merged = dict(base)
     for key, value in overlay.items():
         below = merged.get(key)
@@ -80,8 +73,8 @@ def check(config: Mapping, *, files: Sequence[str | Path] = (), curves: bool = T
     """Check a merged configuration: keys, types, ranges, and keys that must fit each other.
 
     Args:
-        files: Files it came from, the last overlay first: a message names the file and line of a
-            value. A key that stands twice in one is a problem, too: YAML drops the first.
+        files: Files it came from, the last overlay first, in which values are looked for. A key
+            that stands twice in one is a problem, too: YAML drops the first.
         curves: Whether to look at the folder ``endurance.curves``, and what must fit it.
 
     Raises:

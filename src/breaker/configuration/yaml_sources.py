@@ -22,11 +22,7 @@ class ConfigurationError(ValueError):
 
 
 def parse(path: str | Path) -> tuple[Any, Lines]:
-    """Return what a YAML file holds, and where.
-
-    Raises:
-        ConfigurationError: If it cannot be read, or is not YAML.
-    """
+    """Return what a YAML file holds, and where; a ConfigurationError if it cannot be read."""
     path = Path(path)
     try:
         text = read_bytes(path).decode("utf-8")
@@ -58,11 +54,9 @@ def repeated(lines: Lines) -> Iterator[str]:
 
 
 def place(key: tuple, sources: Mapping[Path, Lines]) -> str:
-    """Return the file and line of a value, or of the section around it, as the start of a message.
+    """Return the file and line of a value, or of the section around it, as a message begins.
 
-    Args:
-        key: Keys of sections and numbers of list entries.
-        sources: Lines of each file, the last overlay first.
+    The key holds names of sections and numbers of list entries; the last overlay comes first.
     """
     for depth in range(len(key), 0, -1):
         above = tuple(map(str, key[:depth]))
