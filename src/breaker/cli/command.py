@@ -22,10 +22,8 @@ _EXTRAS = {"torch": "networks", "xarray": "stores", "zarr": "stores", "pandas": 
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command, and return its exit status.
-
-    It is 0; 1 where it failed; 130 where it was interrupted; 141 where the reader of its output
-    left.
+    """Run the command, and return its exit status: 0; 1 where it failed; 130 where it was
+    interrupted; 141 where the reader of its output left.
     """
     for name in ("stdout", "stderr"):
         stream = getattr(sys, name)
@@ -63,9 +61,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def run() -> int:
     """Run the command as a process of its own, without garbage collection.
 
-    There is hardly any garbage, and to look for it takes a third of the time of a first answer.
-    A kill, or a terminal that closes, ends the command as an interrupt does: no file stays half
-    written.
+    To look for garbage takes a third of the time of a first answer. A kill, or a terminal that
+    closes, ends the command as an interrupt does: no file stays half written.
     """
     gc.disable()
     for each in ("SIGTERM", "SIGHUP"):  # Windows has the first alone

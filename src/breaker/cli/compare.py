@@ -19,10 +19,9 @@ def add(compare: argparse.ArgumentParser) -> None:
     measured then and now, which parameters have changed, by how much, and how probable no change
     and one beyond 5 % are. The status is 1 if nothing was compared.
     """
-    what = "records of the first visit, or their folder"
-    inputs.add_path(compare, "before", "BEFORE", what, nargs="+")
-    what = "those of the second visit"
-    inputs.add_path(compare, "--today", "TODAY", what, **inputs.SEVERAL, required=True)
+    inputs.add_path(compare, "before", "BEFORE", "records of the first visit", nargs="+")
+    today = inputs.SEVERAL | {"required": True}
+    inputs.add_path(compare, "--today", "TODAY", "records of the second visit", **today)
     for visit in _VISITS:
         what = f"configuration files of the visit {visit} alone, laid over the others"
         inputs.add_path(compare, f"--config-{visit}", "YAML", what, **inputs.SEVERAL)

@@ -14,10 +14,9 @@ def add(fit_prior: argparse.ArgumentParser) -> None:
     with room for wear. Prints checks of it and the lines of configuration that hold it, which
     `breaker infer --config` and the workflow take as they are.
     """
-    what = "folder of the records of one breaker, or of several with a table operations.csv"
+    what = "records of one breaker, or of several with a table operations.csv"
     add_path(fit_prior, "folders", "FOLDER", what, nargs="+")
-    of_type = "of folders with a table, take the breakers that it states to be of this type alone"
-    fit_prior.add_argument("--type", default="", metavar="NAME", help=of_type)
+    fit_prior.add_argument("--type", default="", metavar="NAME", help="as the table states it")
     add_path(fit_prior, "--output", "YAML", "write the lines there")
     add_path(fit_prior, "--plot", "PNG", "draw the prior there")
 
@@ -40,8 +39,8 @@ def run(options: argparse.Namespace) -> int:
     seed = config["seed"]
     recorded, fitted = _fitted(options, config)
     usual = defaults()
-    format_settings = config["endurance"]["format"].items()
-    given = {k: v for k, v in format_settings if v != usual["endurance"]["format"][k]}
+    form = usual["endurance"]["format"]
+    given = {k: v for k, v in config["endurance"]["format"].items() if v != form[k]}
 
     def overlay_with(fitted: FittedPrior) -> dict:
         return overlay_of(recorded, fitted, usual["sensor"], given)

@@ -17,18 +17,15 @@ def add(infer: argparse.ArgumentParser) -> None:
     whether limits are exceeded. A file may hold a closing, an opening or both. The status is 1 if
     no record could be used.
     """
-    what = "a record, or a folder of records of one breaker"
-    inputs.add_path(infer, "files", "FILE", what, nargs="+")
+    inputs.add_path(infer, "files", "FILE", "records of one breaker, or their folder", nargs="+")
     inputs.add_choice(infer)
     what = "what is known of a parameter, the wipe, or the time of touch or parting"
     known = {"type": _fact, "metavar": "NAME=VALUE:SD"}
     infer.add_argument("--known", help=f"{what}, such as mu=2.4:0.07", **known, **inputs.SEVERAL)
-    what = "a network of another family, trained by the workflow"
-    inputs.add_path(infer, "--model", "FILE", what)
+    inputs.add_path(infer, "--model", "FILE", "a network of another family")
     infer.add_argument("--json", action="store_true", help="print one JSON document")
     inputs.add_path(infer, "--output", "CSV", "write a table there, with all columns")
-    what = "draw the answer there, or with --reference the overlay"
-    inputs.add_path(infer, "--plot", "PNG", what)
+    inputs.add_path(infer, "--plot", "PNG", "draw the answer there, or the overlay on a reference")
     inputs.add_reference(infer)
     inputs.add_path(infer, "--draws", "ZARR", "write all draws there, for ArviZ")
 

@@ -58,8 +58,7 @@ def add_choice(command: argparse.ArgumentParser) -> None:
     command.add_argument("--motion", choices=MOTIONS, help="take this motion alone")
     command.add_argument("--channel", default="", metavar="NAME", help="the column of travel")
     for name in ("breaker", "phase"):
-        what = f"which {name} of a folder's table"
-        command.add_argument(f"--{name}", metavar="NAME", help=what)
+        command.add_argument(f"--{name}", metavar="NAME", help=f"{name} of a folder's table")
 
 
 def choice_of(options: argparse.Namespace) -> dict[str, str | None]:
@@ -69,8 +68,7 @@ def choice_of(options: argparse.Namespace) -> dict[str, str | None]:
 
 def add_reference(command: argparse.ArgumentParser) -> None:
     """Add the options that name a good record, and how far others may depart from it."""
-    what = "a good record: draw the others over it, with differences"
-    add_path(command, "--reference", "GOOD", what)
+    add_path(command, "--reference", "GOOD", "a good record, to draw the others over")
     what = "of the stroke, half of the band about the good record (default: 5)"
     command.add_argument("--tolerance", type=percent, metavar="PERCENT", help=what)
 

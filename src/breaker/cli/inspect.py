@@ -19,10 +19,8 @@ def add(inspect: argparse.ArgumentParser) -> None:
     """
     inspect.set_defaults(smaller="export the record with fewer channels")
     add_path(inspect, "file", "FILE|FOLDER", "a record as it was exported, or a folder of records")
-    what = "the column of travel of a file, if there are several"
-    inspect.add_argument("--channel", default="", metavar="NAME", help=what)
-    what = "write the proposed lines, or the proposed table of a folder, there, if nothing is"
-    add_path(inspect, "--output", "YAML|CSV", what)
+    inspect.add_argument("--channel", default="", metavar="NAME", help="the column of travel")
+    add_path(inspect, "--output", "YAML|CSV", "write what is proposed there, if nothing is")
     add_path(inspect, "--plot", "PNG", "draw the record of a file there")
     what = "columns of travel in each file of a folder whose table is proposed"
     inspect.add_argument("--channels", metavar="NAME", help=what, **SEVERAL)

@@ -14,8 +14,7 @@ def add(report: argparse.ArgumentParser) -> None:
     adds, and the curves. A file may hold O, C, C-O or O-C-O, and several channels, which are phases
     or poles. The status is 1 if no record could be used.
     """
-    what = "a record of the visit, or a folder of them"
-    inputs.add_path(report, "files", "FILE", what, nargs="+")
+    inputs.add_path(report, "files", "FILE", "records of the visit, or their folder", nargs="+")
     what = "write the report there; a PDF needs WeasyPrint, else print the page from a browser"
     inputs.add_path(report, "--output", "HTML|PDF", what, required=True)
     inputs.add_path(report, "--before", "FILE", "records of the visit before", **inputs.SEVERAL)

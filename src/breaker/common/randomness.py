@@ -30,6 +30,9 @@ def systematic(weights: np.ndarray, n: int, start: float, rng: np.random.Generat
         weights: Of the draws, ``(d,)``, not negative, of any sum above 0.
         start: A uniform number from 0 to 1, where the first is taken.
         rng: Of the order.
+
+    >>> np.sort(systematic(np.array([0.0, 3.0, 1.0]), 4, 0.5, np.random.default_rng(1)))
+    array([1, 1, 1, 2])
     """
     edges = np.cumsum(weights)
     positions = (start + np.arange(n)) / n * edges[-1]

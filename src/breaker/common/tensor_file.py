@@ -35,11 +35,6 @@ class SavedModel(NamedTuple):
     settings: dict
     arrays: Mapping[str, np.ndarray]
 
-    @property
-    def shapes(self) -> dict[str, tuple[int, ...]]:
-        """Shapes of the weights, by their names."""
-        return {name: each.shape for name, each in self.arrays.items()}
-
     def weight(self, name: str, dtype: str) -> np.ndarray:
         """Return a tensor of the weights; refuse another type, and numbers that are not finite."""
         found = np.array(self.arrays[name])  # which may be changed, unlike that of the file

@@ -205,8 +205,9 @@ def _functions(settings: Mapping) -> list[str]:
 def _weights(saved: SavedModel, wanted: Mapping[str, Tensor]) -> dict[str, Tensor]:
     """Return the tensors of a file, if they have the shapes and types wanted and are finite."""
     shapes = {name: tuple(each.shape) for name, each in wanted.items()}
-    for name in sorted(saved.shapes.keys() | shapes.keys()):
-        found, asked = (each.get(name, "none") for each in (saved.shapes, shapes))
+    own = {name: each.shape for name, each in saved.arrays.items()}
+    for name in sorted(own.keys() | shapes.keys()):
+        found, asked = (each.get(name, "none") for each in (own, shapes))
         if found != asked:
             raise ModelFileError(
                 f"tensor {name} has the shape {found}, its settings ask for {asked}"

@@ -62,7 +62,7 @@ def open_network(path: str | Path) -> Levels | Changes:
         if kind not in [*_KINDS]:
             raise ModelFileError("it is no network of a family of drives")
         weights, arrays = {}, {}
-        for name in saved.shapes:
+        for name in saved.arrays:
             if name.startswith("network."):
                 weights[name.removeprefix("network.")] = saved.weight(name, "float32")
             else:
