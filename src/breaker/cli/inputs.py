@@ -2,6 +2,7 @@
 
 import argparse
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 
 from breaker.configuration.loading import defaults, load, read
@@ -39,10 +40,9 @@ def a_path(text: str) -> str:
 
 def percent(text: str) -> float:
     """Return a share, from percent."""
-    try:
+    value = 0.0
+    with suppress(ValueError):
         value = float(text)
-    except ValueError:
-        value = 0.0
     if not 0.0 < value < 100.0:
         raise argparse.ArgumentTypeError(f"{text!r} is not a percentage above 0 and below 100")
     return value / 100.0
@@ -88,7 +88,6 @@ def overlays_of(records: Sequence, good: Sequence, options: argparse.Namespace) 
     if good and all(each.reason for each in good):
         raise ValueError(f"the reference cannot be used: {good[0].reason}")
     if not (found := overlaid(records, good, options.tolerance or TOLERANCE)):
-        motions = " or ".join(dict.fromkeys(each.motion for each in records))
-        named = options.reference
-        raise ValueError(f"the reference {named} has no usable {motions}; name one that has")
+        lacks = f"has no usable {' or '.join(dict.fromkeys(each.motion for each in records))}"
+        raise ValueError(f"the reference {options.reference} {lacks}; name one that has")
     return found

@@ -22,14 +22,12 @@ def check_outputs(wanted: Sequence[tuple[str | None, str]], read: Iterable[str])
     a configuration or a table of operations, replace nothing.
 
     Args:
-        wanted: Name and kind of each output that a command has: "table", "picture", "report",
-            "store" or "lines". The name is None where the output is not asked for.
+        wanted: Name, or None, and kind of each output: "table", "picture", "report", "store" or
+            "lines".
         read: Files and folders that the command was given.
 
     Raises:
-        OSError: If there is no such folder, or it or what is there may not be replaced.
-        ValueError: If the next command would read it as a record, if two outputs are one, or its
-            ending is wrong.
+        OSError, ValueError: With the remedy.
     """
     folders = {os.path.realpath(Path(each, sub)) for each in read for sub in ("", *MOTIONS)}
     earlier: list[Path] = []
@@ -51,15 +49,13 @@ def _check_output(name: str, target: Path, kind: str, *, among_records: bool) ->
     if endings and ending not in endings:
         raise ValueError(f"{name} is no name of a {kind}; end it in {' or '.join(endings[:3])}")
     if not target.parent.is_dir():
-        folder = Path(name).parent
-        raise FileNotFoundError(f"there is no folder {folder}/ for {name}; make it first")
+        raise FileNotFoundError(f"there is no folder {Path(name).parent}/; make it for {name}")
     if os.path.lexists(target) and not _is_own(target, kind):
         what = "is there already and may hold work of yours: it is not overwritten"
         raise FileExistsError(f"{name} {what}. Name another, or delete it")
     table = kind == "lines" and target.name == MANIFEST
     if among_records and ending in ENDINGS and not table:
-        what = "would be read as a record, as others of this folder are"
-        raise ValueError(f"{name} {what}; name another place")
+        raise ValueError(f"{name} would be read as a record of this folder; name another place")
     if not os.access(target if target.exists() else target.parent, os.W_OK):
         raise PermissionError(f"{name} may not be written; name another")
 

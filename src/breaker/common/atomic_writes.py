@@ -12,10 +12,8 @@ from pathlib import Path
 def whole(path: str | Path) -> Iterator[Path]:
     """Yield a hidden name beside a path; what is written there takes its place at the end.
 
-    A link is followed: what it leads to is replaced. A file keeps its permissions.
-
-    Raises:
-        OSError: If it cannot be replaced; what was there stays, as after any error.
+    What a link leads to is replaced. A file keeps its permissions. After any error, such as an
+    OSError where it cannot be replaced, what was there stays.
     """
     target = Path(os.path.realpath(path))
     # A name of its own, as that of the target may have the greatest length.

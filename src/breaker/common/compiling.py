@@ -15,12 +15,9 @@ _PLAIN = 300_000  # elements, with which plain Python takes less time than numba
 def compiled(*, late: bool = False, **options: Any) -> Callable[[Callable], Callable]:
     """Return a decorator that compiles a function, and keeps the machine code for later processes.
 
-    Where nothing can be kept, as in a read-only container, every process compiles anew.
-
-    Args:
-        late: Whether a process runs the function as it is until it has seen some arrays: what reads
-            one record then does without numba, which takes longer to load than all else.
-        options: Further ones of ``numba.njit``.
+    Where nothing can be kept, as in a read-only container, every process compiles anew. ``late``
+    runs the function as it is until a process has seen some arrays: what reads one record then does
+    without numba, which takes longer to load than all else. Options are those of ``numba.njit``.
     """
 
     def decorate(function: Callable) -> Callable:

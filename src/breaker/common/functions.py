@@ -23,10 +23,8 @@ def load(text: str) -> Callable:
 
 
 def file_of(text: str) -> Path:
-    """Return the file of a module, which is not run, relative if below the working directory.
-
-    Raises:
-        ValueError: If the text is of another form, or there is no such module; with the remedy.
+    """Return the file of a module, which is not run, relative if below the working directory; a
+    ValueError with the remedy if the text is of another form, or there is no such module.
     """
     module, colon, name = text.partition(":")
     if not (colon and all(part.isidentifier() for part in [*module.split("."), name])):

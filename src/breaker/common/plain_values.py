@@ -18,11 +18,7 @@ class Plain:
 
 
 def plainly(value: object) -> object:
-    """Return a number, text, array or document of them as JSON has it, numbers to six digits.
-
-    >>> plainly({"sd": np.array([2.0 / 3.0, np.nan])})
-    {'sd': [0.666667, None]}
-    """
+    """Return a number, text, array or document of them as JSON has it, numbers to six digits."""
     if isinstance(value, Plain):
         return replace(value, **{e.name: plainly(getattr(value, e.name)) for e in fields(value)})
     if isinstance(value, Mapping):

@@ -51,8 +51,7 @@ def open_model(path: str | Path) -> Iterator[SavedModel]:
 
     Raises:
         FileNotFoundError: If there is no such file.
-        ModelFileError: If it is not a model file, is of another format, was changed after it was
-            written, or holds settings or tensors that make no model.
+        ModelFileError: If it is of another format, was changed, or makes no model.
     """
     from safetensors import SafetensorError
     from safetensors.numpy import load

@@ -30,11 +30,7 @@ def _shown(found: re.Match) -> str:
 
 
 def say(text: str, *, beside: bool = False, end: str = "\n") -> None:
-    """Print a text as ``visible_text`` returns it; ``beside`` what others read on stderr.
-
-    Raises:
-        OSError: If the output accepts no text, such as a full disk; or a BrokenPipeError.
-    """
+    """Print a text as ``visible_text`` returns it; ``beside`` what others read on stderr."""
     try:
         print(visible_text(text), file=sys.stderr if beside else sys.stdout, end=end)
     except BrokenPipeError:

@@ -33,13 +33,12 @@ def describe(dataset: xr.Dataset, title: str, **settings: object) -> xr.Dataset:
 def save(dataset: xr.Dataset, path: str | Path) -> None:
     """Write a dataset as one Zarr store, in place of what is there; equal ones give equal bytes.
 
-    Encodings are dropped: a text would keep the length that it had where it was read from. The
-    checksums are written last, so a store whose writing was interrupted has none.
+    The checksums are written last, so a store whose writing was interrupted has none.
     """
     path = Path(path)
     if path.is_dir():
         shutil.rmtree(path)
-    write_zarr(dataset.drop_encoding(), path)
+    write_zarr(dataset.drop_encoding(), path)  # which holds lengths of texts that were read
     (path / _CHECKSUMS).write_text(json.dumps(_checksums(path), indent=0), encoding="utf-8")
 
 
@@ -59,12 +58,7 @@ def write_zarr(content: xr.Dataset | xr.DataTree, folder: Path) -> None:
 
 
 def open_store(path: str | Path) -> xr.Dataset:
-    """Open a store that ``save`` has written. Values are read when they are used.
-
-    Raises:
-        StoreError: If there is no such store, its writing was interrupted, or a file of it is lost
-            or has changed.
-    """
+    """Open a store that ``save`` has written, or raise a StoreError; values are read when used."""
     path = Path(path)
     if not path.is_dir():
         raise StoreError(path, "there is no such store")
@@ -85,8 +79,8 @@ def open_store(path: str | Path) -> xr.Dataset:
 def _checksums(store: Path) -> dict[str, list[int]]:
     """Return size in bytes and CRC-32 of each file of a store, by name."""
     found = {}
-    for file in sorted(store.rglob("*")):
-        if file.is_file() and file.name != _CHECKSUMS:
-            content = file.read_bytes()
-            found[file.relative_to(store).as_posix()] = [len(content), zlib.crc32(content)]
+    for file in sorted(each for each in store.rglob("*") if each.is_file()):
+        content = file.read_bytes()
+        found[file.relative_to(store).as_posix()] = [len(content), zlib.crc32(content)]
+    found.pop(_CHECKSUMS, None)
     return found

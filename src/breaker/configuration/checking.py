@@ -17,8 +17,7 @@ from pydantic import ValidationError
 
 from breaker.configuration.settings import Limit, Section, defaults
 
-Key = tuple[str | int, ...]
-"""Where a value stands: keys of sections and numbers of list entries, outermost first."""
+Key = tuple[str | int, ...]  # of a value: names of sections and numbers of entries, outermost first
 
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d{1,2})?", re.IGNORECASE)
 _WORDS = {
@@ -98,9 +97,8 @@ def _unknown(key: Key) -> str:
         known = [(*key[:2], name) for name in Limit.model_fields]
     inside = {path[: len(key)] for path in known if path[: len(key) - 1] == key[:-1]}
     siblings = [path[-1] for path in sorted(inside)]
-    meant = [(*key[:-1], name) for name in difflib.get_close_matches(key[-1], siblings, n=1)]
-    meant = meant or [path for path in known if path[-1] == key[-1]]
-    if meant:
+    close = [(*key[:-1], name) for name in difflib.get_close_matches(key[-1], siblings, n=1)]
+    if meant := close or [path for path in known if path[-1] == key[-1]]:
         return f"is not a known key. Did you mean {' or '.join(map(dotted, meant))}?"
     return f"is not a known key. Known here: {', '.join(siblings)}."
 

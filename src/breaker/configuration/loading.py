@@ -16,11 +16,7 @@ UNLIKE = 30.0
 
 
 def load(paths: Sequence[str | Path] = (), *, curves: bool = True) -> dict[str, Any]:
-    """Read YAML files, each laid over the defaults and the files before it, and ``check`` them.
-
-    Raises:
-        ConfigurationError: If a file cannot be read or the configuration is wrong.
-    """
+    """Read YAML files, each laid over the defaults and the files before it, and ``check`` them."""
     config = reduce(merge, map(read, paths), defaults())
     check(config, files=tuple(reversed(paths)), curves=curves)
     return config
@@ -34,11 +30,7 @@ def defaults() -> dict[str, Any]:
 
 
 def read(path: str | Path) -> dict[str, Any]:
-    """Read one YAML file of keys.
-
-    Raises:
-        ConfigurationError: If there is no such file, or it is not YAML with keys at top level.
-    """
+    """Read one YAML file of keys; raise a ConfigurationError if it is none."""
     content, _ = parse(path)
     if not isinstance(content, dict):
         raise ConfigurationError(f"{path}: must hold keys and values, such as 'seed: 1'")

@@ -146,11 +146,7 @@ Training = _section(
     device=_f(Literal["auto", "cpu", "cuda"], "auto", "Device; auto is CUDA if available."),
 )
 
-OfMotion = _section(
-    "Settings of one motion that differ from those of both.",
-    network=Network,
-    training=Training,
-)
+OfMotion = _section("What differs for one motion.", network=Network, training=Training)
 
 Limit = _section(
     "A limit: a name, `upper` or `lower`, usually a motion; or quantity, reference, tolerance.",

@@ -13,8 +13,7 @@ _Loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)  # the same in C, where 
 # Errors that PyYAML lets through where a value is not what its tag or its shape promises.
 _UNREADABLE = (ValueError, ArithmeticError, LookupError, TypeError, AttributeError, RecursionError)
 
-Lines = list[tuple[tuple[str, ...], int]]
-"""Key and line of every value of a file."""
+Lines = list[tuple[tuple[str, ...], int]]  # key and line of every value of a file
 
 
 class ConfigurationError(ValueError):

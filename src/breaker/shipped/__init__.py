@@ -30,9 +30,8 @@ def widening(family: str) -> dict[int, dict[str, float]]:
     """Return by how much wider draws of levels are told than the network has them, so that
     intervals hold in the worst group of drives of other code (``studies/widening.py``).
 
-    Returns:
-        Factors by name of an output, by the number of motions that tell a drive; none of a family
-        for which they were not measured.
+    Factors are by name of an output, by the number of motions that tell a drive; there are none of
+    a family for which they were not measured.
     """
     known = json.loads((_HERE / "widening.json").read_text(encoding="utf-8")).get(family, {})
     return {int(motions): factors for motions, factors in known.items()}

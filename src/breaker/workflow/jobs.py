@@ -5,7 +5,7 @@ import os
 import sys
 from collections.abc import Iterable
 from pathlib import Path
-from types import TracebackType
+from typing import Any
 
 _LIBRARIES = ("OMP", "OPENBLAS", "MKL", "VECLIB", "NUMEXPR")
 
@@ -43,10 +43,8 @@ def start(job: object) -> logging.Logger:
 
     Messages and an uncaught exception go to the rule's log file and to stderr.
     """
-    handlers = [
-        logging.FileHandler(job.log[0], mode="w", encoding="utf-8"),
-        logging.StreamHandler(sys.stderr),
-    ]
+    file = logging.FileHandler(job.log[0], mode="w", encoding="utf-8")
+    handlers = [file, logging.StreamHandler(sys.stderr)]
     form = f"%(asctime)s {job.rule}: %(message)s"
     logging.basicConfig(level=logging.INFO, format=form, datefmt="%H:%M:%S", handlers=handlers)
     sys.excepthook = _log_exception
@@ -54,9 +52,7 @@ def start(job: object) -> logging.Logger:
     return logging.getLogger("breaker")
 
 
-def _log_exception(
-    kind: type[BaseException], error: BaseException, trace: TracebackType | None
-) -> None:
+def _log_exception(kind: type[BaseException], error: BaseException, trace: Any) -> None:
     logger = logging.getLogger("breaker")
     if issubclass(kind, KeyboardInterrupt):
         logger.error("interrupted")
