@@ -40,9 +40,10 @@ def run(options: argparse.Namespace) -> int:
     check_outputs([(options.plot, "picture")], [file for some in read for file in some])
     config = inputs.settings_of(options.config)
     configs = {visit: _config_of(files, options.config, config) for visit, files in own.items()}
-    if facts := config["known"]:
-        why = "breaker compare takes no facts beside records; leave the section known out"
-        raise ValueError(f"known: {', '.join(facts)}: {why}")
+    if config["known"]:
+        raise ValueError(
+            "breaker compare takes no facts beside records; leave the section known out"
+        )
     # Imported here, so that --help and wrong options answer at once.
     from breaker.common.plain_values import to_json
     from breaker.documents.terminal import text_of
@@ -69,9 +70,7 @@ def run(options: argparse.Namespace) -> int:
 
 def _config_of(own: Sequence[str], shared: Sequence[str], config: Mapping) -> Mapping:
     """Return the configuration of a visit; its own files must not change what holds for both."""
-    if not own:
-        return config
-    found = inputs.settings_of([*shared, *own])
+    found = inputs.settings_of([*shared, *own]) if own else config
     for key in _SHARED:
         here, both = (reduce(getitem, key.split("."), each) for each in (found, config))
         if here != both:

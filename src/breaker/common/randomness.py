@@ -1,7 +1,6 @@
 """Random numbers from one seed of the configuration and a purpose.
 
-Every generator of the project is made here. So a result depends on the seed and the purpose, and
-not on the order of jobs or the number of cores.
+All generators are made here, so no result depends on the order of jobs or the number of cores.
 """
 
 import hashlib

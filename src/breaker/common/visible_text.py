@@ -13,8 +13,7 @@ UNPRINTED = "the text could not be printed"  # on an output that accepts none, s
 
 
 def visible_text(text: str) -> str:
-    r"""Return a text with escapes for control characters, marks of the direction of writing, and
-    signs without a width. Ends of lines and tabs stay.
+    r"""Return a text with escapes for all that acts or has no width, but ends of lines and tabs.
 
     >>> visible_text("Weg \x1b[2J\u202e\u200b\n")
     'Weg \\x1b[2J\\u202e\\u200b\n'

@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping
 from pathlib import Path
-from types import MappingProxyType
 from typing import Any
 
 from breaker.configuration.loading import read
@@ -28,6 +27,6 @@ def simulated_test(config: Mapping[str, Any]) -> dict[str, Any]:
     return read(SIMULATED_TEST) | config["simulated_test"]
 
 
-def advice_of(own: Mapping[str, str] = MappingProxyType({})) -> dict[str, str]:
+def advice_of(own: Mapping[str, str] | None = None) -> dict[str, str]:
     """Return where to look first, by quantity: the words that ship, or one's own instead."""
-    return {**read(ADVICE), **own}
+    return {**read(ADVICE), **(own or {})}

@@ -50,8 +50,7 @@ def merge(base: Mapping[str, Any], overlay: Mapping[str, Any]) -> dict[str, Any]
 def of_motion(config: Mapping[str, Any], motion: str) -> dict[str, dict[str, Any]]:
     """Return the sections ``network`` and ``training`` with what ``by_motion`` changes in them.
 
-    Of the inference networks, only the chosen kind is kept: ``{"kind", ...}``, flat, so that no
-    model depends on the others.
+    Of inference networks, the chosen one alone is kept, flat, so that no model depends on others.
     """
     both = {key: config[key] for key in ("network", "training")}
     found = merge(both, config["by_motion"].get(motion, {}))

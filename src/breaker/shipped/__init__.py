@@ -27,11 +27,10 @@ def family_file(name: str) -> Path:
 
 
 def widening(family: str) -> dict[int, dict[str, float]]:
-    """Return by how much wider draws of levels are told than the network has them, so that
-    intervals hold in the worst group of drives of other code (``studies/widening.py``).
+    """Return factors by output, by the number of motions that tell a drive; none if not measured.
 
-    Factors are by name of an output, by the number of motions that tell a drive; there are none of
-    a family for which they were not measured.
+    Draws of levels are told so much wider than the network has them that intervals hold in the
+    worst group of drives of other code (``studies/widening.py``).
     """
     known = json.loads((_HERE / "widening.json").read_text(encoding="utf-8")).get(family, {})
     return {int(motions): factors for motions, factors in known.items()}

@@ -13,10 +13,9 @@ _PACKAGE = Path(__file__).resolve().parents[1]
 
 
 def modules_of(script: str | Path, *, itself: bool = False) -> list[str]:
-    """Return the files of the package that a script, or ``itself``, imports, directly or not.
+    """Return the files of the package that a script imports, directly or not, and ``itself``.
 
-    They are sorted; paths below the working directory are relative to it, so that a project can be
-    moved.
+    Sorted; those below the working directory are relative to it, so that a project can be moved.
     """
     waiting = [Path(script).resolve()]
     found = set(waiting if itself else [])
