@@ -100,9 +100,10 @@ def test_what_the_files_need_is_written_along(folder, tmp_path, capsys):
     head, *rows = table.splitlines()
     chosen = [head, *(row for row in rows if row.startswith("closing_0"))]
     (one / "operations.csv").write_text("\n".join(chosen), encoding="utf-8")
-    assert main(["fit-prior", str(one), "--config", str(overlay)]) == 0
-    printed = capsys.readouterr().out
-    lines = yaml.safe_load(printed.split("The lines of configuration:")[1])
+    output = tmp_path / "prior.yaml"
+    assert main(["fit-prior", str(one), "--config", str(overlay), "--output", str(output)]) == 0
+    printed = capsys.readouterr().out + output.read_text(encoding="utf-8")
+    lines = yaml.safe_load(output.read_text(encoding="utf-8"))
     assert lines["endurance"] == {"format": {"zero": "rest"}}
     assert lines["motions"] == ["closing"]
     assert printed.count("WARNING: ") == 2  # on the terminal, and in the lines
