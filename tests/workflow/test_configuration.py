@@ -2,6 +2,7 @@
 
 import os
 import re
+import sys
 from copy import deepcopy
 from functools import reduce
 from operator import getitem
@@ -417,3 +418,60 @@ def test_a_family_of_ones_own_is_checked_by_key(tmp_path, name):
 def test_the_simulated_test_is_a_file_and_its_length_a_setting():
     found = simulated_test(merge(defaults(), {"simulated_test": {"operations": 7}}))
     assert found == {**read(SIMULATED_TEST), "operations": 7}
+
+
+OWN = """
+import numpy as np
+
+
+class Prior:
+    names = ("a", "b")
+
+    def sample(self, n, rng):
+        return rng.random((n, 2)) + 1.0
+
+
+class Narrow(Prior):
+    names = ("a", "b", "c")
+
+
+def broken():
+    raise RuntimeError("boom")
+
+
+def simulate(theta, times, motion, rng):
+    return theta[:, :1] * np.ones_like(times)
+
+
+def short(theta, times, motion, rng):
+    return theta
+"""
+
+
+@pytest.mark.parametrize(
+    ("prior", "simulator", "good"),
+    [
+        ("Prior", "simulate", True),
+        ("Prior", None, False),  # the drive of the paper has other parameters
+        ("Narrow", "simulate", False),
+        ("broken", "simulate", False),
+        ("Prior", "short", False),
+        ("nothing", "simulate", False),
+        ("Prior", "nothing", False),
+    ],
+)
+def test_functions_of_ones_own_are_tried_before_the_first_job(
+    tmp_path, monkeypatch, prior, simulator, good
+):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.delitem(sys.modules, "own", raising=False)
+    (tmp_path / "own.py").write_text(OWN, encoding="utf-8")
+    model = {"prior": f"own:{prior}", "simulator": simulator and f"own:{simulator}"}
+    mine = tmp_path / "my.yaml"
+    mine.write_text(yaml.safe_dump({"model": model, "sensor": {"onset_sd": 0.0}}))
+    if good:
+        assert load([mine])["model"] == model
+        return
+    with pytest.raises(ConfigurationError) as refused:
+        load([mine])
+    assert re.search(r"my.yaml, line \d+: model.(prior|simulator) is own:", str(refused.value))

@@ -75,6 +75,8 @@ def _problem(error: Mapping, content: Any) -> tuple[Key, str]:
     words = error["msg"].partition("should")[2].partition(" or instance of")[0]
     for technical, plain in _WORDS.items():
         words = words.replace(technical, plain)
+    if kind == "string_pattern_mismatch" and r"[\w.]*:" in words:
+        words = " be module:function" + (" or time_series" if "time_series" in words else "")
     if kind == "extra_forbidden":
         return place, _unknown(place)
     if kind == "invalid_key" or place[-1:] == ("[key]",):

@@ -9,6 +9,7 @@ import math
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from typing import Any
 
+from breaker.common.functions import load
 from breaker.configuration.definitions import ADVICE, advice_of, family_of
 from breaker.configuration.loading import UNLIKE, of_motion
 from breaker.configuration.settings import defaults
@@ -30,7 +31,7 @@ def broken(config: Mapping[str, Any], wrong: Collection[str], *, curves: bool) -
     """Yield what is wrong with sections together, but for those that are ``wrong`` by themselves;
     ``curves`` tells whether to look at the folder ``endurance.curves``.
     """
-    conditions = (_trainings, _costs, _prior, _limits, _known, _names)
+    conditions = (_trainings, _costs, _prior, _limits, _known, _names, _own)
     for condition in (*conditions, *([_folder] if curves else [])):
         names = inspect.signature(condition).parameters
         if not {*names} & {*wrong}:
@@ -127,6 +128,28 @@ def _names(family, advice, endurance) -> Found:
         yield ("advice",), f"has {', '.join(unknown)}, but must name entries of {ADVICE.name}."
     yield from _refused(("endurance", "format"), complete, endurance["format"])
     yield from _distinct(("endurance", "events"), endurance["events"], event_words)
+
+
+def _own(model, prior, sensor, network, by_motion, motions) -> Found:
+    """Functions of your own that are not there, fail, or return other shapes than they must."""
+    both = {"network": network, "training": {}, "by_motion": by_motion}
+    named = {("model", key): name for key, name in model.items() if name}
+    for motion in motions:
+        kind = of_motion(both, motion)["network"]["summary"]["kind"]
+        named |= {("network", "summary", "kind"): kind} if ":" in kind else {}
+    settings, tried = {"model": model, "prior": prior, "sensor": sensor}, ()
+    try:
+        for key, name in named.items():
+            tried = key
+            load(name)
+        if tried := next((key for key in named if key[0] == "model"), ()):
+            from breaker.paper.joint_model import Model  # compiled code, for own functions alone
+
+            for motion in motions:
+                Model.from_settings(settings | {"motion": motion}).try_out()
+    except Exception as error:  # whatever code of others may raise
+        text = str(error) if isinstance(error, ValueError) else f"{type(error).__name__}: {error}"
+        yield tried, f"is {named[tried]}, which cannot be used: {text} (docs/extend.md)."
 
 
 def _folder(endurance, motions, known) -> Found:

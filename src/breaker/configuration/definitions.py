@@ -6,7 +6,7 @@ from typing import Any
 
 from breaker.configuration.loading import read
 from breaker.configuration.yaml_sources import ConfigurationError
-from breaker.shipped import ADVICE, SIMULATED_TEST, family_file
+from breaker.shipped import ADVICE, FAMILIES, SIMULATED_TEST, family_file
 
 
 def family_of(name: str) -> dict[str, Any]:
@@ -15,6 +15,8 @@ def family_of(name: str) -> dict[str, Any]:
     from breaker.configuration.settings import FamilyFile
 
     file = Path(name) if name.endswith((".yaml", ".yml")) else family_file(name)
+    if not file.exists():
+        raise ConfigurationError(f"{name} is not there. Take {', '.join(FAMILIES)}, or a YAML file")
     content = read(file)
     if found := problems(FamilyFile, content):
         lines = [f"{file}: {dotted(key)} {text}" for key, text in found.items()]

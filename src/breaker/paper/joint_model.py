@@ -183,6 +183,21 @@ class Model:
             )
         return Motion(curves, np.full(len(theta), np.inf), np.zeros(len(theta), dtype=bool))
 
+    def try_out(self) -> None:
+        """Draw, simulate and weigh a few parameters.
+
+        Raises:
+            ValueError: If a function of one's own returns another shape, or what is not finite.
+        """
+        rng, n = generator(0, "trial"), 5
+        theta, onset = self.sample(n, rng)
+        if not np.isfinite(self.simulate(theta, onset, rng).travel).all():
+            raise ValueError("the simulator must return finite curves")
+        if hasattr(getattr(self.prior, "prior", None), "log_prob"):
+            found = np.shape(self.prior.prior.log_prob(theta))
+            if found != (n,):
+                raise ValueError(f"log_prob must return shape {(n,)} for {n} rows, not {found}")
+
     def curves(self, values: np.ndarray, rng: np.random.Generator | None = None) -> np.ndarray:
         """Return the curves of outputs ``(n, q)``, ``(n, t)``, mm, without noise."""
         p = len(self.parameters)
