@@ -184,19 +184,14 @@ class Model:
         return Motion(curves, np.full(len(theta), np.inf), np.zeros(len(theta), dtype=bool))
 
     def try_out(self) -> None:
-        """Draw, simulate and weigh a few parameters.
-
-        Raises:
-            ValueError: If a function of one's own returns another shape, or what is not finite.
-        """
-        rng, n = generator(0, "trial"), 5
-        theta, onset = self.sample(n, rng)
+        """Raise a ValueError if functions of one's own return other shapes or nothing finite."""
+        rng = generator(0, "trial")
+        theta, onset = self.sample(5, rng)
         if not np.isfinite(self.simulate(theta, onset, rng).travel).all():
             raise ValueError("the simulator must return finite curves")
-        if hasattr(getattr(self.prior, "prior", None), "log_prob"):
-            found = np.shape(self.prior.prior.log_prob(theta))
-            if found != (n,):
-                raise ValueError(f"log_prob must return shape {(n,)} for {n} rows, not {found}")
+        log_prob = getattr(getattr(self.prior, "prior", None), "log_prob", None)
+        if log_prob and np.shape(log_prob(theta)) != (5,):
+            raise ValueError(f"log_prob(theta) must return (n,), not {np.shape(log_prob(theta))}")
 
     def curves(self, values: np.ndarray, rng: np.random.Generator | None = None) -> np.ndarray:
         """Return the curves of outputs ``(n, q)``, ``(n, t)``, mm, without noise."""

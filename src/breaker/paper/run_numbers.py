@@ -94,9 +94,7 @@ def _of_correlations(draws: np.ndarray) -> dict[str, str]:
 
 
 def _of_simulated_test(truth: xr.Dataset, paper: xr.Dataset, family: xr.Dataset) -> dict[str, str]:
-    """Return how far the model is from the curves, the share of blocks whose 90 % band contains the
-    truth, by network and by family, and the changes of parameters over the test, percent.
-    """
+    """Return distances of the model, coverage of blocks, and changes of parameters, percent."""
     found = _ends("difference", truth.difference, 1)
     true = moved(truth_in_blocks(paper, truth.value))
     found |= _each("true_change", pd.Series(true, NAMES), 1)
@@ -111,11 +109,8 @@ def _of_simulated_test(truth: xr.Dataset, paper: xr.Dataset, family: xr.Dataset)
 def numbers_of_life(
     life: xr.Dataset, limits: pd.DataFrame, decisions: pd.DataFrame, failures: Mapping[str, float]
 ) -> dict[str, str]:
-    """Return when a life changed, when each limit was exceeded, and when a service was planned.
-
-    Args:
-        life, limits, decisions: Those of the workflow.
-        failures: True operation at which each limit is first exceeded; empty for measured records.
+    """Return when a life changed, when each limit was exceeded, and when a service was planned;
+    ``failures`` are true operations by limit, none for measured records.
     """
     noticed = life.noticed.values[life.certainty.values >= 0.0]
     found = {"changes": noticed.size}
