@@ -86,12 +86,8 @@ def test_measured_curves_are_inferred_and_a_prior_with_a_density_leaves_out_noth
         folder=folder,
     )
     assert {"infer", "gather"} < set(re.findall(r"^(?:local)?rule (\w+):", said, re.M))
-    exact = "own:exact"
-    with (folder / "own.py").open("a", encoding="utf-8") as file:
-        file.write(
-            "def exact():\n    prior = Prior()\n    prior.log_prob = None\n    return prior\n"
-        )
-    model = {"model": {"prior": exact}}
+    shutil.copy(ROOT / "docs/examples/own_prior.py", folder)
+    model = {"model": {"prior": "own_prior:Springs"}}
     (folder / "exact.yaml").write_text(yaml.dump(model), encoding="utf-8")
     said = snakemake("-n", "all", "--configfile", "exact.yaml", folder=folder)
     assert {"correct_validation", "life"} < set(re.findall(r"^(?:local)?rule (\w+):", said, re.M))
