@@ -469,6 +469,8 @@ def test_functions_of_ones_own_are_tried_before_the_first_job(
     model = {"prior": f"own:{prior}", "simulator": simulator and f"own:{simulator}"}
     mine = tmp_path / "my.yaml"
     mine.write_text(yaml.safe_dump({"model": model, "sensor": {"onset_sd": 0.0}}))
+    assert load([mine], curves=False)["model"] == model  # as commands on records do
+    assert "own" not in sys.modules
     if good:
         assert load([mine])["model"] == model
         return

@@ -54,9 +54,8 @@ wildcard_constraints:
 def code(script):
     """A script and the modules of the package that it imports: a change of any reruns its rule.
 
-    Files of one's own functions are among them, where the script builds the model or a network. A
-    script of a repository is only in Snakemake's cache, under another path in each run: of such
-    the modules alone.
+    They include files of one's own functions, where the script builds the model or a network. The
+    script of a remote repository is left out, as Snakemake's cache has another path in each run.
     """
     file = Path(code.__code__.co_filename).parents[1] / "scripts" / f"{script}.py"
     here = file.exists()

@@ -29,10 +29,11 @@ _SUPPORT = 0.01  # least share of the prior in which the contact stays pressed
 
 def broken(config: Mapping[str, Any], wrong: Collection[str], *, curves: bool) -> Found:
     """Yield what is wrong with sections together, but for those that are ``wrong`` by themselves;
-    ``curves`` tells whether to look at the folder ``endurance.curves``.
+    ``curves`` tells whether to look at the folder ``endurance.curves`` and at own functions.
     """
-    conditions = (_trainings, _costs, _prior, _limits, _known, _names, _own)
-    for condition in (*conditions, *([_folder] if curves else [])):
+    conditions = (_trainings, _costs, _prior, _limits, _known, _names)
+    # Only the workflow uses these: a command on records runs no function that a file names.
+    for condition in (*conditions, *([_own, _folder] if curves else [])):
         names = inspect.signature(condition).parameters
         if not {*names} & {*wrong}:
             yield from condition(*(config[name] for name in names))
