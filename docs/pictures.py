@@ -27,11 +27,11 @@ from breaker.configuration.definitions import simulated_test
 from breaker.configuration.loading import defaults
 from breaker.drive.answers.visit_document import VisitDocument
 from breaker.drive.simulation.endurance_rig import Rig
+from breaker.drive.simulation.export import write_curve
 from breaker.figures.reports import visits
 from breaker.figures.style import save
 from breaker.figures.verdict import verdict
 from breaker.model.parameters import MOTIONS, NAMES
-from breaker.reading.instruments.export import write_curve
 
 DOCS = Path(__file__).resolve().parent
 DATA = DOCS / "pictures.json"

@@ -14,7 +14,7 @@ from lock import closure
 from wheel_check import ROOT, asked, fresh, installed, run
 
 VERSIONS = ("3.11", "3.12", "3.13", "3.14")
-TESTS = ("tests/common", "tests/files", "tests/records", "tests/inspection", "tests/model")
+TESTS = ("tests/common", "tests/records", "tests/model")
 
 
 def interpreter(version: str) -> str | None:

@@ -43,6 +43,7 @@ from breaker.common.randomness import generator
 from breaker.configuration.definitions import family_of
 from breaker.configuration.loading import load
 from breaker.drive.family.network_files import shipped_networks
+from breaker.drive.family.normalised_shape import shape_of
 from breaker.drive.family.record_inputs import network_record
 from breaker.drive.life.forecast import Future
 from breaker.drive.life.life_records import MotionRecords, Series
@@ -56,8 +57,7 @@ from breaker.model.limits import Limit
 from breaker.model.parameters import NAMES
 from breaker.model.prior import Prior
 from breaker.model.sensor import Sensor
-from breaker.reading.records.measurements import Measured, measure_curve
-from breaker.reading.records.normalised_shape import shape_of
+from breaker.records.measurements import Measured, measure_curve
 from breaker.shipped import HELD_BACK
 from studies.other_lives import Curves, OtherLife, records_of, truth_of
 from studies.sensors import Reading

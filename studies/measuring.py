@@ -21,8 +21,8 @@ from breaker.model.evaluation import evaluate
 from breaker.model.parameters import MOTIONS, Size
 from breaker.model.prior import Prior
 from breaker.model.quantities import SPEEDS, Point, Speed, quantities_of, speeds_of
-from breaker.reading.records.contact_edges import Contact
-from breaker.reading.records.measurements import measure_curve
+from breaker.records.contacts import Contact
+from breaker.records.measurements import measure_curve
 
 __all__ = ["measure_drives", "own_quantities"]
 

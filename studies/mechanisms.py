@@ -36,8 +36,8 @@ from breaker.drive.answers.drive_records import read_operations
 from breaker.drive.answers.evidence import Answer, Given
 from breaker.model.parameters import MOTIONS, NAMES, Size
 from breaker.model.prior import Prior
-from breaker.reading.files.operations_table import Operation
-from breaker.reading.records.contact_edges import Contact
+from breaker.records.contacts import Contact
+from breaker.records.operations import Operation
 
 NOISE, TRIGGER = 0.1, 0.3  # mm and ms, sd of a sample and of the release
 TIMES = ("touch_from_10", "parting_from_10", "touch_from_release", "parting_from_release")

@@ -25,11 +25,11 @@ from breaker.common.randomness import generator
 from breaker.configuration.loading import load
 from breaker.drive.answers.visit_changes import changes, compare
 from breaker.drive.family.network_files import shipped_networks
+from breaker.drive.family.normalised_shape import shape_of
 from breaker.drive.family.record_inputs import network_record
 from breaker.model.parameters import MOTIONS, NAMES, Size
 from breaker.model.prior import Prior
 from breaker.model.sensor import Sensor
-from breaker.reading.records.normalised_shape import shape_of
 from tests.raws import raw_of
 
 TIMES, LEAD = np.arange(-8.0, 58.0, 0.2), 8.0  # ms, of records that are compared

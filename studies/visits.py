@@ -28,13 +28,13 @@ from breaker.drive.answers.drive_records import read_operations
 from breaker.drive.answers.visit_changes import VERDICT_WORDS, changes, compare, measured_changes
 from breaker.drive.family.network_files import shipped_networks
 from breaker.drive.simulation.drive_family import Family
+from breaker.drive.simulation.export import write_curve
 from breaker.drive.simulation.rich_drive import Drive
 from breaker.model.parameters import MOTIONS, NAMES
 from breaker.model.prior import Prior
 from breaker.model.quantities import speeds_of
 from breaker.model.sensor import Sensor
-from breaker.reading.files.operations_table import Operation
-from breaker.reading.instruments.export import write_curve
+from breaker.records.operations import Operation
 from breaker.shipped import HELD_BACK
 from studies.measuring import own_quantities
 from studies.sensors import Reading

@@ -2,11 +2,11 @@
 
 import numpy as np
 
-from breaker.reading.files.operations_table import Operation
-from breaker.reading.records.contact_edges import Contact
-from breaker.reading.records.currents import Currents
-from breaker.reading.records.motion import Segment
-from breaker.reading.records.raw_record import Raw
+from breaker.records.contacts import Contact
+from breaker.records.currents import Currents
+from breaker.records.motion import Segment
+from breaker.records.operations import Operation
+from breaker.records.record import Raw
 
 
 def raw_of(way, step, moves, motion="closing"):

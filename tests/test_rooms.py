@@ -141,7 +141,7 @@ def loaded(*modules: str) -> set[str]:
 
 
 def test_what_rules_read_is_light():
-    light = ["model.parameters", "model.limits", "reading.files.guards"]
+    light = ["model.parameters", "model.limits", "records.files"]
     light += ["configuration.loading", "workflow.jobs", "workflow.dependencies"]
     assert HEAVY & loaded(*light) == set()
     assert "numba" in loaded("model.curves")

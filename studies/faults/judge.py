@@ -27,14 +27,14 @@ import numpy as np
 import xarray as xr
 
 from breaker.common.randomness import generator
+from breaker.drive.simulation.dialects import DIALECTS
 from breaker.model.curves import travel
 from breaker.model.parameters import MOTIONS
 from breaker.model.prior import Prior
 from breaker.model.sensor import Sensor
-from breaker.reading.files.operations_table import Operation
-from breaker.reading.instruments.dialects import DIALECTS
-from breaker.reading.records.curve_reader import read_curves
-from breaker.reading.records.model_grid import Grid
+from breaker.records.curves import read_curves
+from breaker.records.grid import Grid
+from breaker.records.operations import Operation
 from studies.faults.files import TEXT
 from studies.faults.records import PHYSICAL
 

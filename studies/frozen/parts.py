@@ -17,8 +17,8 @@ import yaml
 
 from breaker.common.randomness import generator
 from breaker.common.zarr_store import open_store
+from breaker.drive.simulation.dialects import DIALECTS
 from breaker.model.parameters import MOTIONS
-from breaker.reading.instruments.dialects import DIALECTS
 from studies.exports.__main__ import call, one_sheet, summary
 from studies.faults.files import TEXT
 from studies.faults.judge import KINDS, good_file, try_kind

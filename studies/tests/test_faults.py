@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from breaker.reading.records import curve_reader as reader
-from breaker.reading.records import measurements
-from breaker.reading.records import raw_record as raw
+from breaker.records import curves as reader
+from breaker.records import measurements
+from breaker.records import record as raw
 from studies.faults import judge as judging
 from studies.faults.__main__ import defects, run, tabulate
 from studies.faults.judge import KINDS, good_file, is_right, judge, try_kind

@@ -9,8 +9,8 @@ from breaker.drive.answers.drive_records import read_operations
 from breaker.drive.answers.evidence import AnswerSettings, Given
 from breaker.drive.answers.inference import infer_drive
 from breaker.model.quantities import speeds_at
-from breaker.reading.files.operations_table import Operation
-from breaker.reading.records.contact_edges import Contact
+from breaker.records.contacts import Contact
+from breaker.records.operations import Operation
 from tests.cli.conftest import written
 
 SETTINGS = AnswerSettings(draws=400, misfit_p_value=1e-3, seed=1)

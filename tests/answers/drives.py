@@ -3,9 +3,9 @@
 import numpy as np
 
 from breaker.drive.simulation.drive_family import Family
+from breaker.drive.simulation.export import write_curve
 from breaker.model.parameters import MOTIONS, Size
 from breaker.model.prior import Prior
-from breaker.reading.instruments.export import write_curve
 
 SHARE = 0.5  # spread between breakers, in log-sds of the default prior
 NAMED = "file,motion,operation,breaker\n"

@@ -10,9 +10,9 @@ import yaml
 from breaker.cli import main
 from breaker.configuration.loading import load
 from breaker.model.parameters import NAMES
-from breaker.reading.files.folder_listing import list_operations
-from breaker.reading.records.curve_reader import read_curves
-from breaker.reading.records.model_grid import Grid
+from breaker.records.curves import read_curves
+from breaker.records.folder import list_operations
+from breaker.records.grid import Grid
 from tests.exports import way
 
 ROOT = Path(__file__).parents[2]

@@ -7,8 +7,8 @@ import numpy as np
 from breaker.drive.answers.evidence import DriveRecord
 from breaker.drive.answers.identity import doubts_about, visits_in_order, without_copies
 from breaker.drive.family.record_inputs import normalise_record
-from breaker.reading.files.operations_table import Operation
-from breaker.reading.files.preamble import Preamble
+from breaker.records.header import Preamble
+from breaker.records.operations import Operation
 from tests.raws import raw_of
 
 STEP = 0.05

@@ -17,13 +17,13 @@ from breaker.drive.answers.drive_records import _Reader, read_operations
 from breaker.drive.answers.evidence import Answer, Given
 from breaker.drive.family.level_network import LevelDraws
 from breaker.drive.family.membership import Match
+from breaker.drive.simulation.export import write_curve
 from breaker.model.curves import travel
 from breaker.model.parameters import NAMES, Size, powers
 from breaker.model.prior import Prior
-from breaker.reading.files.operations_table import Operation
-from breaker.reading.files.preamble import Preamble
-from breaker.reading.inspection.preparation import Prepared
-from breaker.reading.instruments.export import write_curve
+from breaker.records.header import Preamble
+from breaker.records.operations import Operation
+from breaker.records.preparation import Prepared
 from tests.answers.conftest import SETTINGS, TOUCH, spread
 from tests.cli.conftest import written
 from tests.raws import smooth

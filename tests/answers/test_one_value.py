@@ -14,7 +14,7 @@ from breaker.drive.answers.test_report import report_of
 from breaker.drive.answers.visit import Visit
 from breaker.model.parameters import MOTIONS
 from breaker.model.quantities import EVENTS, INFERRED
-from breaker.reading.files.operations_table import Operation
+from breaker.records.operations import Operation
 from tests.exports import write
 
 LIMITS = [{"quantity": "stroke", "reference": 178, "tolerance": 5}]

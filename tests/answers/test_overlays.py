@@ -5,8 +5,8 @@ import pytest
 
 from breaker.drive.answers.drive_records import read_operations
 from breaker.drive.answers.reference_curve import overlaid
-from breaker.reading.files.operations_table import Operation
-from breaker.reading.instruments.export import write_curve
+from breaker.drive.simulation.export import write_curve
+from breaker.records.operations import Operation
 
 DURATION = 20.0  # ms, of a good motion
 

@@ -3,9 +3,9 @@
 import numpy as np
 
 from breaker.drive.answers.drive_records import read_operations
+from breaker.drive.simulation.export import write_curve
 from breaker.model.parameters import MOTIONS
-from breaker.reading.files.operations_table import Operation
-from breaker.reading.instruments.export import write_curve
+from breaker.records.operations import Operation
 
 TIME = 0.1 * np.arange(6000)  # ms
 BEGINS = {"opening": (50.0, 400.0), "closing": (200.0,)}

@@ -8,10 +8,10 @@ import pytest
 from breaker.drive.answers.assessment import Assessment
 from breaker.drive.answers.drive_records import read_operations
 from breaker.drive.answers.remounting import slack_between
+from breaker.drive.simulation.export import write_curve
 from breaker.model.curves import travel
 from breaker.model.parameters import MOTIONS
-from breaker.reading.files.operations_table import Operation
-from breaker.reading.instruments.export import write_curve
+from breaker.records.operations import Operation
 
 TIME = 0.1 * np.arange(760)  # ms
 

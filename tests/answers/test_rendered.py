@@ -18,11 +18,11 @@ from breaker.drive.answers.limit_verdicts import VERDICTS, judged
 from breaker.drive.answers.picture_data import shown
 from breaker.drive.family.level_network import LevelDraws
 from breaker.drive.family.membership import PARTS
+from breaker.drive.family.normalised_shape import SHAPE_TIMES
 from breaker.model.limits import Limit, from_list
 from breaker.model.parameters import MOTIONS, NAMES
 from breaker.model.quantities import AFTER_RELEASE, QUANTITIES
-from breaker.reading.records.measurements import Measured
-from breaker.reading.records.normalised_shape import SHAPE_TIMES
+from breaker.records.measurements import Measured
 
 
 def limit(name, value, of="model", *more):

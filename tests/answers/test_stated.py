@@ -5,8 +5,8 @@ from types import SimpleNamespace
 import pytest
 
 from breaker.drive.answers.identity import dates_in_words
-from breaker.reading.files.operations_table import Operation
-from breaker.reading.files.preamble import Preamble
+from breaker.records.header import Preamble
+from breaker.records.operations import Operation
 
 MARCH, APRIL, LATER = "2021-03-04", "2021-04-03", "2021-04-14"
 

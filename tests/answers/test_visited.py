@@ -26,11 +26,11 @@ from breaker.drive.family.change_network import ChangeDraws
 from breaker.drive.family.level_network import LevelDraws
 from breaker.drive.family.membership import PARTS, Match
 from breaker.drive.family.network_inputs import Basis
+from breaker.drive.family.normalised_shape import SHAPE_TIMES
 from breaker.model.limits import from_list
 from breaker.model.parameters import MOTIONS, NAMES
 from breaker.model.quantities import speeds_of
-from breaker.reading.records.contact_edges import Contact
-from breaker.reading.records.normalised_shape import SHAPE_TIMES
+from breaker.records.contacts import Contact
 from tests.raws import raw_of, smooth
 
 SPEEDS = speeds_of({"closing_speed_mean": ["10 % of stroke", "90 % of stroke"]})

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from breaker.common.randomness import generator
+from breaker.drive.simulation.export import write_curve
 from breaker.model.curves import travel
-from breaker.reading.instruments.export import write_curve
 
 TIME = 0.1 * np.arange(760)  # ms
 FEW = "endurance: {draws: 100}\n"

@@ -6,7 +6,7 @@ import shutil
 import pytest
 
 from breaker.cli import main
-from breaker.reading.files.folder_listing import list_operations
+from breaker.records.folder import list_operations
 from tests.cli.conftest import written
 
 

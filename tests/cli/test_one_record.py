@@ -21,10 +21,10 @@ from breaker.drive.answers.drive_records import read_operations
 from breaker.drive.fleet.examination import examine
 from breaker.drive.fleet.members import members_of
 from breaker.model.parameters import MOTIONS
-from breaker.reading.files.folder_listing import list_fleet
-from breaker.reading.inspection.preparation import Prepared
-from breaker.reading.records.curve_reader import read_curves
-from breaker.reading.records.model_grid import Grid
+from breaker.records.curves import read_curves
+from breaker.records.folder import list_fleet
+from breaker.records.grid import Grid
+from breaker.records.preparation import Prepared
 from tests.exports import write
 
 FORM = {"time_column": None, "travel_column": "Travel 1", "rate": None}

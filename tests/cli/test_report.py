@@ -12,7 +12,7 @@ from matplotlib.image import imread
 
 from breaker.cli import main
 from breaker.configuration.loading import defaults
-from breaker.reading.inspection.setting_proposal import inspect_file
+from breaker.records.proposal import inspect_file
 from tests.exports import write
 
 EXPORT = {"endurance": {"draws": 50, "format": {"time_column": None, "rate": 5.0}}}

@@ -5,10 +5,10 @@ import pytest
 
 from breaker.configuration.definitions import simulated_test
 from breaker.drive.simulation.endurance_rig import Rig
+from breaker.drive.simulation.export import write_curve
 from breaker.figures import style
 from breaker.figures.records import record
-from breaker.reading.inspection.setting_proposal import inspect_file
-from breaker.reading.instruments.export import write_curve
+from breaker.records.proposal import inspect_file
 from tests.figures.drawn import line_of, words
 
 SENSOR = {"start": -2.0, "stop": 58.0, "samples": 151, "noise_sd": 0.1}

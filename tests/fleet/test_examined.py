@@ -13,11 +13,11 @@ from breaker.drive.fleet.examination import examine, stored
 from breaker.drive.fleet.fleet_page import fleet_document
 from breaker.drive.fleet.members import Member, members_of
 from breaker.drive.fleet.ranking import compare_poles, fleet_table, learn_types, type_table
+from breaker.drive.simulation.export import write_curve
 from breaker.figures.reports import fleet as picture
 from breaker.model.curves import travel
 from breaker.model.parameters import MOTIONS, NAMES
-from breaker.reading.files.folder_listing import list_fleet
-from breaker.reading.instruments.export import write_curve
+from breaker.records.folder import list_fleet
 
 TIME, SPREAD = 0.1 * np.arange(760), 0.02  # ms
 ODD, WORN, BROKEN, POLES, REMOUNTED = "Q4", "Q2", "Q7", "Q1", "Q8"

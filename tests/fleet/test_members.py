@@ -1,8 +1,8 @@
 """Drives of a fleet, and their visits."""
 
 from breaker.drive.fleet.members import Member, members_of
-from breaker.reading.files.folder_listing import list_fleet
-from breaker.reading.files.operations_table import Operation
+from breaker.records.folder import list_fleet
+from breaker.records.operations import Operation
 
 
 def test_operations_without_a_date_belong_to_the_visit_before():

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from breaker.drive.family.network_inputs import Basis
+from breaker.drive.family.normalised_shape import SHAPE_TIMES
 from breaker.drive.life.coordinates import Coordinates
 from breaker.drive.life.life_records import MotionRecords, Series
-from breaker.reading.records.normalised_shape import SHAPE_TIMES
 
 N, G = 400, SHAPE_TIMES.size
 

@@ -8,6 +8,7 @@ import pytest
 
 from breaker.configuration.loading import load
 from breaker.drive.family.network_files import open_network
+from breaker.drive.family.normalised_shape import shape_of
 from breaker.drive.family.record_inputs import network_record
 from breaker.drive.life.forecast import Future
 from breaker.drive.life.life_records import MotionRecords, Series
@@ -19,8 +20,7 @@ from breaker.drive.life.tracker import Tracker
 from breaker.drive.simulation.rich_drive import Drive, Elements
 from breaker.model.limits import Limit
 from breaker.model.parameters import MOTIONS, NAMES
-from breaker.reading.records.measurements import measure_curve
-from breaker.reading.records.normalised_shape import shape_of
+from breaker.records.measurements import measure_curve
 from breaker.shipped import KINDS, model_file
 
 PLANNING = load()["planning"]

@@ -4,10 +4,10 @@ import logging
 
 import pytest
 
-from breaker.reading.files import formats
-from breaker.reading.files.format_settings import complete
-from breaker.reading.files.formats import FORMATS, added_formats, read_columns
-from breaker.reading.files.guards import RejectedCurveError
+from breaker.records.files import RejectedCurveError
+from breaker.records.formats import registry as formats
+from breaker.records.formats.registry import FORMATS, added_formats, read_columns
+from breaker.records.settings import complete
 from tests.plugins.distribution import install
 
 GOOD = """

@@ -15,10 +15,10 @@ from breaker.paper.joint_model import limit_over_prior
 from breaker.paper.posterior import Posterior
 from breaker.paper.training import freeze_inputs
 from breaker.paper.validation import quality, scale_of
-from breaker.reading.files.folder_listing import list_operations
-from breaker.reading.inspection.preparation import Prepared
-from breaker.reading.records.curve_reader import read_curves
-from breaker.reading.records.model_grid import Grid
+from breaker.records.curves import read_curves
+from breaker.records.folder import list_operations
+from breaker.records.grid import Grid
+from breaker.records.preparation import Prepared
 from tests.networks_fixtures import settings
 from tests.scripts import ROOT
 

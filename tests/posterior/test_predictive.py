@@ -17,7 +17,7 @@ from breaker.paper.inference import (
     validate,
 )
 from breaker.paper.validation import table
-from breaker.reading.records.curve_reader import open_curves
+from breaker.records.curves import open_curves
 from tests.networks_fixtures import exact_curves, frozen, operations_of, pin, simulated
 
 DRAWS = 25

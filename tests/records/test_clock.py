@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from breaker.common.randomness import generator
-from breaker.reading.records.record_axes import even_times
-from breaker.reading.records.rejections import UnusableError
+from breaker.records.axes import even_times
+from breaker.records.rejections import UnusableError
 
 MS = {"time_unit": "ms", "rate": None}
 TIME = 0.1 * np.arange(760)

@@ -6,8 +6,8 @@ import pytest
 from breaker.common.randomness import generator
 from breaker.model.curves import travel
 from breaker.model.parameters import MOTIONS
-from breaker.reading.records.landmarks import first_motion
-from breaker.reading.records.record_doubts import inconsistencies
+from breaker.records.first_motion import first_motion
+from breaker.records.record_doubts import inconsistencies
 
 NOISE = 0.1
 RECORDS = 150

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 from breaker.model.quantities import CURRENTS
-from breaker.reading.files.operations_table import Operation
-from breaker.reading.files.word_meanings import amperes_of
-from breaker.reading.records.currents import Channel, Currents
-from breaker.reading.records.curve_reader import read_curves
-from breaker.reading.records.model_grid import Grid
-from breaker.reading.records.rejections import NotShownError
+from breaker.records.currents import Channel, Currents
+from breaker.records.curves import read_curves
+from breaker.records.grid import Grid
+from breaker.records.operations import Operation
+from breaker.records.rejections import NotShownError
+from breaker.records.words import amperes_of
 
 STEP = 0.1  # ms
 TIME = np.arange(0.0, 120.0, STEP)

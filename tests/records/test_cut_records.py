@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from breaker.model.quantities import SPEEDS
-from breaker.reading.records.faulty_samples import doubtful_samples
-from breaker.reading.records.measurements import measure_curve
-from breaker.reading.records.record_doubts import of_no_drive
+from breaker.records.faulty_samples import doubtful_samples
+from breaker.records.measurements import measure_curve
+from breaker.records.record_doubts import of_no_drive
 
 
 def motion(time, stroke, duration, over):

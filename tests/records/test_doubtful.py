@@ -8,8 +8,8 @@ from breaker.configuration.definitions import family_of
 from breaker.drive.simulation.drive_family import Family
 from breaker.model.curves import travel
 from breaker.model.parameters import MOTIONS
-from breaker.reading.records.faulty_samples import doubtful_samples, doubts_in_words
-from breaker.reading.records.record_axes import seen_quantum
+from breaker.records.axes import seen_quantum
+from breaker.records.faulty_samples import doubtful_samples, doubts_in_words
 from breaker.shipped import HELD_BACK
 
 RATES = [1.0, 2.5, 10.0, 20.0]

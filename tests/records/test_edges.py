@@ -5,12 +5,12 @@ import pytest
 
 from breaker.model.curves import travel
 from breaker.model.parameters import MOTIONS
-from breaker.reading.files.format_settings import complete
-from breaker.reading.files.operations_table import Operation
-from breaker.reading.records.contact_edges import events_of, switching_of, trigger_of
-from breaker.reading.records.curve_reader import read_curves
-from breaker.reading.records.model_grid import Grid
-from breaker.reading.records.motion import LocatedMotion, Segment
+from breaker.records.contacts import events_of, switching_of, trigger_of
+from breaker.records.curves import read_curves
+from breaker.records.grid import Grid
+from breaker.records.motion import LocatedMotion, Segment
+from breaker.records.operations import Operation
+from breaker.records.settings import complete
 
 TIME = np.arange(0.0, 80.0, 0.1)
 MOVES, TOUCH = 20.0, 31.23

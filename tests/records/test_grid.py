@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from breaker.common.randomness import generator
-from breaker.reading.records.model_grid import check_missing, grid_remarks, on_grid, onset_remark
-from breaker.reading.records.rejections import UnusableError
+from breaker.records.grid import check_missing, grid_remarks, on_grid, onset_remark
+from breaker.records.rejections import UnusableError
 
 GRID = np.linspace(-2.0, 58.0, 151)
 RATES = [1.0, 2.2, 3.0, 4.0, 7.3, 9.6, 100.0]

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from breaker.reading.records.error_propagation import Trace
-from breaker.reading.records.faulty_samples import doubtful_samples, hidden_slip
-from breaker.reading.records.measurements import measure_curve
+from breaker.records.faulty_samples import doubtful_samples, hidden_slip
+from breaker.records.measurements import measure_curve
+from breaker.records.propagation import Trace
 
 KINDS = {
     "behind": lambda time, at, size: size * (time > 135.0 + at),

@@ -6,8 +6,8 @@ import pytest
 from breaker.common.randomness import generator
 from breaker.model.curves import travel
 from breaker.model.parameters import MOTIONS
-from breaker.reading.records.landmarks import first_motion
-from breaker.reading.records.rejections import UnusableError
+from breaker.records.first_motion import first_motion
+from breaker.records.rejections import UnusableError
 
 
 def start_of(time, travel, motion):

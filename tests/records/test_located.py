@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from breaker.reading.files.format_settings import complete
-from breaker.reading.files.operations_table import Operation
-from breaker.reading.records.raw_record import read_raws
+from breaker.records.operations import Operation
+from breaker.records.record import read_raws
+from breaker.records.settings import complete
 
 STROKE = 150.0
 

@@ -11,11 +11,11 @@ from breaker.model.curves import travel
 from breaker.model.evaluation import evaluate
 from breaker.model.parameters import Size
 from breaker.model.quantities import EVENTS, quantities_of, speeds_of
-from breaker.reading.records import motion as located
-from breaker.reading.records.contact_edges import Contact
-from breaker.reading.records.landmarks import first_motion
-from breaker.reading.records.measurements import Reading, measure_curve
-from breaker.reading.records.motion import LocatedMotion, find_segment
+from breaker.records import motion as located
+from breaker.records.contacts import Contact
+from breaker.records.first_motion import first_motion
+from breaker.records.measurements import Reading, measure_curve
+from breaker.records.motion import LocatedMotion, find_segment
 from tests.raws import smooth
 
 SPEEDS = speeds_of(

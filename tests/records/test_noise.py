@@ -5,7 +5,7 @@ import pytest
 from scipy.signal import lfilter
 
 from breaker.common.randomness import generator
-from breaker.reading.records.noise import noise_at_rest, noise_remarks
+from breaker.records.noise import noise_at_rest, noise_remarks
 
 TIMES = np.linspace(-2.0, 58.0, 151)
 

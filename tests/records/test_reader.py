@@ -11,15 +11,15 @@ import pytest
 
 from breaker.common.randomness import generator
 from breaker.common.zarr_store import describe, save
+from breaker.drive.simulation.export import write_curve
 from breaker.model.curves import travel
 from breaker.model.parameters import MOTIONS
-from breaker.reading.files.format_settings import FORMAT, complete
-from breaker.reading.files.guards import RejectedCurveError
-from breaker.reading.files.operations_table import Operation
-from breaker.reading.instruments.export import write_curve
-from breaker.reading.records.curve_reader import open_curves, read_curves, read_record
-from breaker.reading.records.model_grid import Grid
-from breaker.reading.records.record_axes import Scale
+from breaker.records.axes import Scale
+from breaker.records.curves import open_curves, read_curves, read_record
+from breaker.records.files import RejectedCurveError
+from breaker.records.grid import Grid
+from breaker.records.operations import Operation
+from breaker.records.settings import FORMAT, complete
 
 STEP, EVERY = 0.1, 4  # ms between samples of a file; samples for one of the model's grid
 HEAD = 6  # lines before the first sample of what write_curve writes

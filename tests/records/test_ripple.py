@@ -11,9 +11,9 @@ from breaker.configuration.loading import load
 from breaker.drive.family.record_inputs import normalise_record
 from breaker.drive.simulation.drive_family import Family
 from breaker.model.prior import Prior
-from breaker.reading.records.landmarks import first_motion
-from breaker.reading.records.measurements import measure_curve
-from breaker.reading.records.noise import ripple_of
+from breaker.records.first_motion import first_motion
+from breaker.records.measurements import measure_curve
+from breaker.records.noise import ripple_of
 from tests.raws import raw_of
 
 STEP, STROKE = 0.1, 160.0

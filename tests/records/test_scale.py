@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from breaker.common.randomness import generator
-from breaker.reading.files.format_settings import complete
-from breaker.reading.records.record_axes import Scale, seen_quantum
-from breaker.reading.records.rejections import UnusableError
+from breaker.records.axes import Scale, seen_quantum
+from breaker.records.rejections import UnusableError
+from breaker.records.settings import complete
 
 
 def scale(**settings):

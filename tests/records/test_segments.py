@@ -6,8 +6,8 @@ import pytest
 from breaker.common.randomness import generator
 from breaker.drive.simulation.rich_drive import Drive, Elements, Stop
 from breaker.model.parameters import MOTIONS
-from breaker.reading.records.motion import find_segment
-from breaker.reading.records.rejections import UnusableError
+from breaker.records.motion import find_segment
+from breaker.records.rejections import UnusableError
 
 # A damper at the open end, so that the opening has a rebound and a rest.
 DRIVE = Drive(

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from breaker.reading.records.curve_fits import running_median, settling
+from breaker.records.fits import running_median, settling
 
 TIME = np.arange(0.0, 40.0, 0.1)
 SWINGS = np.exp(-0.08 * TIME) * np.cos(0.2 * TIME + 0.5)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from breaker.reading.records.normalised_shape import (
+from breaker.drive.family.normalised_shape import (
     SHAPE_TIMES,
     effective_noise,
     normalise,

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from breaker.reading.records.error_propagation import Trace, Uncertain
-from breaker.reading.records.rejections import NotShownError
+from breaker.records.propagation import Trace, Uncertain
+from breaker.records.rejections import NotShownError
 
 TIME = np.arange(0.0, 60.0, 0.1)
 CURVE = 7.0 * (1.0 + np.tanh((TIME - 30.0) / 4.0))

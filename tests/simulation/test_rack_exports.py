@@ -13,11 +13,11 @@ from breaker.drive.simulation.endurance_rig import Rig
 from breaker.drive.simulation.rack_exports import CHANNELS, HIGH_VOLTAGE, write_exports
 from breaker.drive.simulation.visit_exports import write_visits
 from breaker.model.parameters import Size
-from breaker.reading.files.operations_table import Operation
-from breaker.reading.inspection.proposal_words import overlay_of
-from breaker.reading.inspection.setting_proposal import inspect_file
-from breaker.reading.records.curve_reader import read_curves
-from breaker.reading.records.model_grid import Grid
+from breaker.records.curves import read_curves
+from breaker.records.grid import Grid
+from breaker.records.operations import Operation
+from breaker.records.proposal import inspect_file
+from breaker.records.proposal_text import overlay_of
 from breaker.shipped import HELD_BACK
 
 OPERATIONS = 3

@@ -15,9 +15,9 @@ from breaker.model.parameters import MOTIONS, NAMES
 from breaker.model.quantities import EVENTS
 from breaker.paper.inference import main_motion
 from breaker.paper.joint_model import Model
-from breaker.reading.files.folder_listing import list_operations
-from breaker.reading.records.curve_reader import read_curves
-from breaker.reading.records.model_grid import Grid
+from breaker.records.curves import read_curves
+from breaker.records.folder import list_operations
+from breaker.records.grid import Grid
 from studies.measuring import own_quantities
 from studies.peers.mode import mode
 

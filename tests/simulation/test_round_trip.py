@@ -7,11 +7,11 @@ import pytest
 from scipy.stats import chi2
 
 from breaker.common.randomness import generator
+from breaker.drive.simulation.dialects import DIALECTS
 from breaker.drive.simulation.round_trip import through_files
 from breaker.model.curves import travel
 from breaker.model.parameters import MOTIONS, NAMES
-from breaker.reading.files.format_settings import FORMAT
-from breaker.reading.instruments.dialects import DIALECTS
+from breaker.records.settings import FORMAT
 
 CURVES = 60
 # Each record's chi-square has t degrees of freedom at the truth. Two-sided, over all records of a

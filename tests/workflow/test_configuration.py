@@ -26,7 +26,7 @@ from breaker.configuration.yaml_sources import parse
 from breaker.drive.family.mechanisms import MECHANISMS
 from breaker.model.quantities import AFTER_RELEASE, ANSWERED, QUANTITIES
 from breaker.networks.summary import INFERENCE_NETWORKS, build
-from breaker.reading.files.format_settings import FORMAT, READABLE
+from breaker.records.settings import FORMAT, READABLE
 from breaker.shipped import FAMILIES, HELD_BACK, SIMULATED_TEST, family_file
 from tests.networks_fixtures import built
 from tests.scripts import script

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 import yaml
 
+from breaker.drive.simulation.export import write_curve
 from breaker.model.curves import travel
-from breaker.reading.instruments.export import write_curve
 from tests.workflow.conftest import ROOT, snakemake
 
 HEAD = "file,motion,operation,breaker,phase,date"

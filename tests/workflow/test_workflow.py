@@ -180,7 +180,7 @@ EDITS = {
     "trend": (setting(trend={"horizon": 5000}), LIFE),
     # The reader, and nothing that only simulates.
     "a word of the lexicon": (
-        edit_in("src/breaker/reading/files/lexicon.yaml", "'travel|", "'travel|excursion|"),
+        edit_in("src/breaker/records/lexicon.yaml", "'travel|", "'travel|excursion|"),
         [*READING, "validate_reader", "figure_validation_reader", "quality"],
     ),
     "a shipped network": (

@@ -6,7 +6,7 @@ no other. A life goes through all of them at once.
 
 from functools import cache
 
-from breaker.reading.files.folder_listing import (
+from breaker.records.folder import (
     fingerprint,
     list_breakers,
     list_fleet,

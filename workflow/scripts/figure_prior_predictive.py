@@ -6,7 +6,7 @@ from breaker.common.zarr_store import open_store
 from breaker.figures.predictive import prior_predictive
 from breaker.figures.style import save
 from breaker.paper.validation import prior_check
-from breaker.reading.records.curve_reader import open_curves
+from breaker.records.curves import open_curves
 from breaker.workflow.jobs import start
 
 log = start(snakemake)

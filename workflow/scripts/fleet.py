@@ -4,6 +4,7 @@ from pathlib import Path
 
 import xarray as xr
 
+from breaker.common.safe_text import save_frame
 from breaker.common.zarr_store import open_store
 from breaker.documents.html_page import html_page
 from breaker.drive.fleet.drive_document import DriveDocument
@@ -12,7 +13,6 @@ from breaker.drive.fleet.ranking import fleet_table, learn_types, type_table
 from breaker.figures.reports import fleet
 from breaker.figures.style import save
 from breaker.model.prior import Prior
-from breaker.reading.files.safe_text import save_frame
 from breaker.workflow.jobs import start
 
 log = start(snakemake)

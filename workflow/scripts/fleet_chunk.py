@@ -3,7 +3,7 @@
 from breaker.common.zarr_store import describe, save
 from breaker.drive.fleet.examination import examine, stored
 from breaker.drive.fleet.members import members_of
-from breaker.reading.files.folder_listing import list_fleet
+from breaker.records.folder import list_fleet
 from breaker.workflow.jobs import start
 
 log = start(snakemake)

@@ -2,10 +2,10 @@
 
 import pandas as pd
 
+from breaker.common.safe_text import save_frame
 from breaker.common.zarr_store import save
 from breaker.paper.validation import intervals, table
-from breaker.reading.files.safe_text import save_frame
-from breaker.reading.records.curve_reader import open_curves
+from breaker.records.curves import open_curves
 from breaker.workflow.jobs import start
 
 log = start(snakemake)

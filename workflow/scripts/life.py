@@ -7,7 +7,7 @@ from breaker.drive.life.life_records import Event
 from breaker.drive.life.life_results import follow_curves
 from breaker.model.limits import from_list
 from breaker.model.quantities import speeds_of
-from breaker.reading.records.curve_reader import open_curves
+from breaker.records.curves import open_curves
 from breaker.workflow.jobs import start
 
 UNUSED = ("travel", "measured_reason", "remarks")  # which a long life has much of

@@ -5,10 +5,10 @@ from pathlib import Path
 from breaker.common.zarr_store import describe, save
 from breaker.model.quantities import speeds_of
 from breaker.model.sensor import grid
-from breaker.reading.files.folder_listing import list_operations
-from breaker.reading.inspection.preparation import Prepared
-from breaker.reading.records.curve_reader import read_curves
-from breaker.reading.records.model_grid import Grid
+from breaker.records.curves import read_curves
+from breaker.records.folder import list_operations
+from breaker.records.grid import Grid
+from breaker.records.preparation import Prepared
 from breaker.workflow.jobs import start
 
 log = start(snakemake)

@@ -6,10 +6,10 @@ import numpy as np
 
 from breaker.common.randomness import generator
 from breaker.common.zarr_store import describe, save
+from breaker.drive.simulation.dialects import DIALECTS
 from breaker.drive.simulation.round_trip import through_files
 from breaker.paper.inference import sample_records
 from breaker.paper.posterior import Posterior
-from breaker.reading.instruments.dialects import DIALECTS
 from breaker.workflow.jobs import start
 
 log = start(snakemake)

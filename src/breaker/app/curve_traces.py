@@ -12,11 +12,11 @@ import numpy as np
 
 from breaker.drive.answers.evidence import Answer, DriveRecord
 from breaker.drive.answers.reference_curve import Overlay
-from breaker.reading.files.format_settings import TO_MS
-from breaker.reading.files.guards import printable
-from breaker.reading.files.word_meanings import holds
-from breaker.reading.inspection.file_contents import Layout
-from breaker.reading.records.measurements import Reading
+from breaker.records.files import printable
+from breaker.records.layout import Layout
+from breaker.records.measurements import Reading
+from breaker.records.settings import TO_MS
+from breaker.records.words import holds
 
 MOST = 3000
 """Points of a trace that are sent at once."""

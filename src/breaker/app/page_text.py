@@ -18,7 +18,7 @@ from breaker.common.numerals import in_digits
 from breaker.common.visible_text import visible_text
 from breaker.documents.html_page import html_page
 from breaker.documents.parts import tone_of
-from breaker.reading.files.guards import printable
+from breaker.records.files import printable
 
 
 @cache

@@ -6,9 +6,9 @@ from typing import Any, NamedTuple
 from breaker.app.page_choices import FIELDS, Field, as_text
 from breaker.drive.answers.evidence import DriveRecord
 from breaker.drive.answers.visit import Visit
-from breaker.reading.files.format_settings import FORMAT
-from breaker.reading.inspection.file_contents import Layout
-from breaker.reading.inspection.setting_proposal import Proposal
+from breaker.records.layout import Layout
+from breaker.records.proposal import Proposal
+from breaker.records.settings import FORMAT
 
 
 class SettingRow(NamedTuple):

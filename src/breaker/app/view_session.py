@@ -24,13 +24,13 @@ from breaker.drive.answers.reference_curve import overlaid
 from breaker.drive.answers.test_report import Report, report_of
 from breaker.drive.answers.visit import Visit
 from breaker.model.parameters import MOTIONS
-from breaker.reading.files.file_facts import Description
-from breaker.reading.files.folder_listing import record_files
-from breaker.reading.files.guards import Files, printable
-from breaker.reading.files.operations_table import MANIFEST
-from breaker.reading.inspection.file_contents import Layout, look_into
-from breaker.reading.inspection.file_description import describe_file
-from breaker.reading.inspection.setting_proposal import Proposal, inspect_file
+from breaker.records.description import describe_file
+from breaker.records.file_facts import Description
+from breaker.records.files import Files, printable
+from breaker.records.folder import record_files
+from breaker.records.layout import Layout, look_into
+from breaker.records.operations import MANIFEST
+from breaker.records.proposal import Proposal, inspect_file
 
 SHOWN = 100
 """Files of a list that are looked into at a time."""

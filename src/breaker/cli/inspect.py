@@ -28,8 +28,8 @@ def add(inspect: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Inspect a file, or check or propose the table of a folder."""
-    from breaker.reading.files.folder_listing import is_folder
-    from breaker.reading.files.operations_table import MANIFEST
+    from breaker.records.folder import is_folder
+    from breaker.records.operations import MANIFEST
 
     folder = is_folder(options.file)
     unfit = ("channel", "plot") if folder else ("channels",)
@@ -56,8 +56,8 @@ def _refuse(options: argparse.Namespace, names: Sequence[str], why: str) -> None
 def _look_into(options: argparse.Namespace, config: Mapping) -> int:
     """Propose how to read a file; the status is 1 where no motion can be read."""
     from breaker.documents.terminal import text_of
-    from breaker.reading.inspection.proposal_words import overlay_of, words_of
-    from breaker.reading.inspection.setting_proposal import inspect_file
+    from breaker.records.proposal import inspect_file
+    from breaker.records.proposal_text import overlay_of, words_of
 
     proposal = inspect_file(options.file, config["sensor"], options.channel)
     overlay = overlay_of(proposal)
@@ -74,7 +74,7 @@ def _look_into(options: argparse.Namespace, config: Mapping) -> int:
 
 def _is_numbered(folder: str, config: Mapping) -> bool:
     """Return whether files in the folders of motions are numbered as the workflow reads them."""
-    from breaker.reading.files.folder_listing import list_operations
+    from breaker.records.folder import list_operations
 
     found = False
     for motion in config["motions"]:
@@ -90,7 +90,7 @@ def _is_numbered(folder: str, config: Mapping) -> bool:
 def _check(folder: str, config: Mapping) -> int:
     """Read the records of a folder as the workflow will, and print what becomes of them."""
     from breaker.documents.terminal import text_of
-    from breaker.reading.inspection.acceptance import check_folder, words_of_checked
+    from breaker.records.acceptance import check_folder, words_of_checked
 
     motions = config["motions"]
     checked = check_folder(folder, config["endurance"], config["sensor"], motions)
@@ -105,9 +105,9 @@ def _check(folder: str, config: Mapping) -> int:
 
 def _propose(options: argparse.Namespace, config: Mapping) -> int:
     """Propose the table of a folder. What to check in it is printed beside it."""
-    from breaker.reading.files.format_settings import FORMAT
-    from breaker.reading.files.table_proposal import propose_manifest
-    from breaker.reading.inspection.file_description import describe_file
+    from breaker.records.description import describe_file
+    from breaker.records.settings import FORMAT
+    from breaker.records.table_proposal import propose_manifest
 
     own = config["endurance"]["format"] != FORMAT
     asked = options.file, options.channels, config["motions"]

@@ -8,7 +8,7 @@ from pathlib import Path
 from breaker.common.atomic_writes import whole
 from breaker.common.visible_text import say
 from breaker.model.parameters import MOTIONS
-from breaker.reading.files.guards import opened_at_once
+from breaker.records.files import opened_at_once
 
 _ENDINGS = {"picture": (".png", ".pdf", ".svg", ".jpg", ".jpeg"), "report": (".html", ".pdf")}
 _PICTURES = (b"\x89PNG", b"%PDF", b"<?xml", b"\xff\xd8\xff")  # first bytes of pictures
@@ -42,8 +42,8 @@ def check_outputs(wanted: Sequence[tuple[str | None, str]], read: Iterable[str])
 
 
 def _check_output(name: str, target: Path, kind: str, *, among_records: bool) -> None:
-    from breaker.reading.files.formats import ENDINGS
-    from breaker.reading.files.operations_table import MANIFEST
+    from breaker.records.formats.registry import ENDINGS
+    from breaker.records.operations import MANIFEST
 
     ending, endings = target.suffix.lower(), _ENDINGS.get(kind)
     if endings and ending not in endings:

@@ -17,10 +17,10 @@ from breaker.model.equations import PRESSED, pressed_half_space
 from breaker.model.limits import entries_of_type, from_list
 from breaker.model.parameters import MOTIONS, NAMES, PARAMETERS, Size
 from breaker.model.quantities import check_fact, every_speed
-from breaker.reading.files.folder_listing import list_breakers, list_fleet, list_once
-from breaker.reading.files.format_settings import FORMAT, complete, lacking
-from breaker.reading.files.operations_table import event_words
-from breaker.reading.files.word_meanings import bare
+from breaker.records.folder import list_breakers, list_fleet, list_once
+from breaker.records.operations import event_words
+from breaker.records.settings import FORMAT, complete, lacking
+from breaker.records.words import bare
 
 Found = Iterator[tuple[tuple[str | int, ...], str]]
 

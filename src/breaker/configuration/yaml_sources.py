@@ -7,7 +7,7 @@ from typing import Any
 
 import yaml
 
-from breaker.reading.files.guards import RejectedCurveError, read_bytes
+from breaker.records.files import RejectedCurveError, read_bytes
 
 _Loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)  # the same in C, where PyYAML has it
 # Errors that PyYAML lets through where a value is not what its tag or its shape promises.

@@ -12,12 +12,12 @@ from breaker.figures import panels as p
 from breaker.figures import style
 from breaker.model.parameters import PARAMETERS
 from breaker.model.quantities import EVENTS
-from breaker.reading.records.curve_fits import filled
+from breaker.records.fits import filled
 
 if TYPE_CHECKING:
     from breaker.drive.answers.picture_data import PictureCurve, Shown
     from breaker.drive.answers.reference_curve import Overlay
-    from breaker.reading.inspection.setting_proposal import InspectedMotion, Proposal
+    from breaker.records.proposal import InspectedMotion, Proposal
 
 MOTIONS = {"closing": style.CORRECTED, "opening": style.AMORTISED}  # colours
 BAND = {"color": style.PRIOR, "alpha": 0.25, "lw": 0}  # of tolerances

@@ -1,7 +1,7 @@
 """Quantities of a motion: names, units and definitions of what a curve or a record shows.
 
 These are quantities beside the seven parameters, in the words of analysers (the paper has none).
-``evaluation`` computes them from exact curves of the model, and ``breaker.reading.records`` reads
+``evaluation`` computes them from exact curves of the model, and ``breaker.records`` reads
 them from records. Limits, reports and tables name them. This module holds definitions alone, and
 loads without numpy.
 """

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from breaker.common.plain_values import Plain, plainly
+from breaker.common.safe_text import table_text
 from breaker.drive.answers.evidence import MAY_SLIDE, WITH_CONTACT, Answer
 from breaker.drive.answers.identity import doubts_about
 from breaker.drive.answers.limit_verdicts import NORMAL, VERDICTS, Verdict
@@ -23,8 +24,7 @@ from breaker.model.quantities import (
     EVENTS,
     quantities_of,
 )
-from breaker.reading.files.guards import printable
-from breaker.reading.files.safe_text import table_text
+from breaker.records.files import printable
 
 _FEWEST = 2  # records that are summed up together
 _LEVELS = (0.5, 0.25, 0.75, 0.025, 0.975)

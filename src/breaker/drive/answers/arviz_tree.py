@@ -8,10 +8,10 @@ import xarray as xr
 from breaker import __version__
 from breaker.common.randomness import generator
 from breaker.drive.answers.evidence import Answer, Given
+from breaker.drive.family.normalised_shape import SHAPE_TIMES
 from breaker.model.parameters import PARAMETERS
 from breaker.model.quantities import ABOUT, AFTER_RELEASE
-from breaker.reading.files.guards import printable
-from breaker.reading.records.normalised_shape import SHAPE_TIMES
+from breaker.records.files import printable
 
 
 def tree(answers: Sequence[Answer], given: Given, *, seed: int) -> xr.DataTree:

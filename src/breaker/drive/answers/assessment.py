@@ -21,8 +21,8 @@ from breaker.drive.family.network_files import shipped_levels
 from breaker.model.limits import Limit, from_list
 from breaker.model.parameters import MOTIONS, Size
 from breaker.model.quantities import OF_STROKE, Speed, speeds_at
-from breaker.reading.files.guards import Files
-from breaker.reading.files.operations_table import Operation
+from breaker.records.files import Files
+from breaker.records.operations import Operation
 
 if TYPE_CHECKING:
     from breaker.drive.answers.visit_document import VisitDocument
@@ -83,7 +83,7 @@ class Assessment:
             return ()
         points = {**OF_STROKE, **self.config["speeds"]}
         if any(each.stated.speed_points for each in usable):
-            from breaker.reading.inspection.printed_comparison import stated_speeds
+            from breaker.records.printed import stated_speeds
 
             stated = [stated_speeds(each.stated) for each in usable]
             for motion in MOTIONS:

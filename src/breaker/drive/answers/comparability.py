@@ -18,8 +18,8 @@ from breaker.drive.answers.visit_changes import (
 from breaker.model.limits import Limit
 from breaker.model.parameters import NAMES
 from breaker.model.quantities import Speed
-from breaker.reading.records.measurements import Measured
-from breaker.reading.records.raw_record import Raw
+from breaker.records.measurements import Measured
+from breaker.records.record import Raw
 
 # Shares of a stroke: by more than the first a worn drive differs only if its time does, too, as a
 # ratio scales ways alone; by more than the second, no wear of the family of drives does.

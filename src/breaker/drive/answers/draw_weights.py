@@ -8,9 +8,9 @@ import numpy as np
 from breaker.common.numerals import in_digits
 from breaker.drive.answers.evidence import Answer, Given
 from breaker.drive.family.change_network import agreement_of
+from breaker.drive.family.normalised_shape import SHAPE_TIMES
 from breaker.drive.family.untold import APART
 from breaker.model.parameters import NAMES, Size
-from breaker.reading.records.normalised_shape import SHAPE_TIMES
 
 _CONTRADICTED = 3.0  # sd, of a fact
 SURPRISING = 4.0

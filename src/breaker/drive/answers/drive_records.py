@@ -10,13 +10,13 @@ import numpy as np
 from breaker.common.numerals import in_digits
 from breaker.drive.answers.evidence import DriveRecord
 from breaker.drive.answers.identity import without_copies
+from breaker.drive.family.normalised_shape import Shape
 from breaker.drive.family.record_inputs import normalise_record
 from breaker.model.parameters import MOTIONS
-from breaker.reading.files.guards import Files
-from breaker.reading.files.operations_table import Operation
-from breaker.reading.inspection.preparation import Prepared
-from breaker.reading.records.normalised_shape import Shape
-from breaker.reading.records.raw_record import Raw, read_raws, taken_apart
+from breaker.records.files import Files
+from breaker.records.operations import Operation
+from breaker.records.preparation import Prepared
+from breaker.records.record import Raw, read_raws, taken_apart
 
 
 def read_operations(

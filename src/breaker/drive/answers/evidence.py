@@ -9,14 +9,14 @@ import numpy as np
 from breaker.drive.family.level_network import LevelDraws, Levels
 from breaker.drive.family.membership import Match
 from breaker.drive.family.network_inputs import NormalisedRecords
+from breaker.drive.family.normalised_shape import SHAPE_TIMES, Shape
 from breaker.model.parameters import GAP, MOTIONS, NAMES, UNIT, Size, powers
 from breaker.model.quantities import ANSWERED, EVENTS, INFERRED, Speed
-from breaker.reading.files.operations_table import Operation
-from breaker.reading.files.preamble import Preamble
-from breaker.reading.records.contact_edges import Contact
-from breaker.reading.records.measurements import Measured
-from breaker.reading.records.normalised_shape import SHAPE_TIMES, Shape
-from breaker.reading.records.raw_record import Raw
+from breaker.records.contacts import Contact
+from breaker.records.header import Preamble
+from breaker.records.measurements import Measured
+from breaker.records.operations import Operation
+from breaker.records.record import Raw
 
 if TYPE_CHECKING:
     from breaker.model.prior import Prior

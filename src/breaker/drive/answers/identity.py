@@ -9,9 +9,9 @@ from dataclasses import replace
 
 from breaker.common.numerals import first_of
 from breaker.drive.answers.evidence import DriveRecord
-from breaker.reading.files.date_text import earlier
-from breaker.reading.files.guards import printable
-from breaker.reading.files.word_meanings import bare, channel_of, phase_in
+from breaker.records.dates import earlier
+from breaker.records.files import printable
+from breaker.records.words import bare, channel_of, phase_in
 
 _NAMED = 4  # files in a sentence
 

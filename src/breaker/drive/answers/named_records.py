@@ -16,17 +16,17 @@ from breaker.common.numerals import natural
 from breaker.drive.answers.assessment import Assessment
 from breaker.drive.answers.evidence import DriveRecord
 from breaker.model.parameters import MOTIONS
-from breaker.reading.files.file_names import phases_in_names
-from breaker.reading.files.folder_listing import (
+from breaker.records.description import travel_channels
+from breaker.records.file_names import phases_in_names
+from breaker.records.files import Files, Opened
+from breaker.records.folder import (
     is_folder,
     list_fleet,
     list_operations,
     record_files,
 )
-from breaker.reading.files.guards import Files, Opened
-from breaker.reading.files.operations_table import MANIFEST, Operation
-from breaker.reading.inspection.file_contents import stated_in
-from breaker.reading.inspection.file_description import travel_channels
+from breaker.records.layout import stated_in
+from breaker.records.operations import MANIFEST, Operation
 
 _Pole = tuple[Sequence[str], str]  # phases of a file's channels, and its date; "" where not known
 

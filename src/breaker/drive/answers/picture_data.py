@@ -13,11 +13,11 @@ from breaker.drive.answers.answer_words import how_it_fits
 from breaker.drive.answers.evidence import WITH_CONTACT, Answer, Given
 from breaker.drive.answers.reference_curve import Overlay
 from breaker.drive.family.membership import PARTS
+from breaker.drive.family.normalised_shape import SHAPE_TIMES
 from breaker.model.parameters import NAMES
-from breaker.reading.files.guards import printable
-from breaker.reading.records.measurements import Reading
-from breaker.reading.records.normalised_shape import SHAPE_TIMES
-from breaker.reading.records.raw_record import Raw
+from breaker.records.files import printable
+from breaker.records.measurements import Reading
+from breaker.records.record import Raw
 
 _PRIOR = 1000  # draws
 _MOST = 30  # operations of which posteriors are shown

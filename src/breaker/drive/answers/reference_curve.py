@@ -12,7 +12,7 @@ import numpy as np
 
 from breaker.common.numerals import in_digits
 from breaker.drive.answers.evidence import DriveRecord
-from breaker.reading.files.guards import printable
+from breaker.records.files import printable
 
 TOLERANCE = 0.05
 """Share of the stroke, half of the band about a good record."""

@@ -16,11 +16,11 @@ from breaker.drive.answers.evidence import Answer, DriveRecord
 from breaker.drive.family.level_network import Levels
 from breaker.drive.family.membership import Match, choose_family
 from breaker.model.parameters import Size
-from breaker.reading.files.folder_listing import list_fleet, list_operations
-from breaker.reading.files.guards import printable
-from breaker.reading.files.operations_table import MANIFEST, Operation
-from breaker.reading.files.word_meanings import bare, usual_spelling
-from breaker.reading.records.raw_record import Raw
+from breaker.records.files import printable
+from breaker.records.folder import list_fleet, list_operations
+from breaker.records.operations import MANIFEST, Operation
+from breaker.records.record import Raw
+from breaker.records.words import bare, usual_spelling
 
 _MOST = 20  # records of a breaker and a motion: more of them say no more of what breakers share
 _ARRIVED = 0.05  # of the stroke, from the rest after the motion

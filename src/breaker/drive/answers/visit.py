@@ -12,15 +12,15 @@ from breaker.drive.answers.evidence import DriveRecord
 from breaker.drive.answers.identity import dates_in_words
 from breaker.drive.answers.reference_curve import Overlay
 from breaker.drive.answers.visit_document import VisitDocument
-from breaker.reading.files.guards import printable, read_bytes
-from breaker.reading.files.lexicon import WORDS
-from breaker.reading.files.preamble import Preamble
-from breaker.reading.files.word_meanings import channel_of, phase_in, says
-from breaker.reading.inspection.printed_comparison import (
+from breaker.records.files import printable, read_bytes
+from breaker.records.header import Preamble
+from breaker.records.lexicon import WORDS
+from breaker.records.printed import (
     meant_motions,
     measured_name,
     stated_speeds,
 )
+from breaker.records.words import channel_of, phase_in, says
 
 _PNG = b"\x89PNG\r\n\x1a\n"
 _OF_BREAKER = ("station", "bay", "type", "serial")  # what a file may state of its breaker

@@ -35,7 +35,7 @@ from breaker.drive.family.record_means import (
 )
 from breaker.model.parameters import NAMES, PARAMETERS, Parameter
 from breaker.model.quantities import AFTER_RELEASE, CURRENTS, QUANTITIES, Speed, quantities_of
-from breaker.reading.records.raw_record import Raw
+from breaker.records.record import Raw
 
 VERDICT_WORDS = ("changed", "not told", "did not change")
 

@@ -12,7 +12,7 @@ from typing import NamedTuple, TypeVar
 import numpy as np
 
 from breaker.drive.family.network_inputs import Basis, NormalisedRecords
-from breaker.reading.records.normalised_shape import SHAPE_TIMES
+from breaker.drive.family.normalised_shape import SHAPE_TIMES
 
 T = TypeVar("T")
 

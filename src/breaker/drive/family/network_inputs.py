@@ -10,8 +10,8 @@ from typing import NamedTuple, Self
 
 import numpy as np
 
+from breaker.drive.family.normalised_shape import SHAPE_STEP, SHAPE_TIMES
 from breaker.model.parameters import MOTIONS
-from breaker.reading.records.normalised_shape import SHAPE_STEP, SHAPE_TIMES
 
 _PARTS = 12  # of the grid, of each of which the share that is there is told
 _RIDGE = 1e-9

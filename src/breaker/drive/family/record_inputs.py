@@ -3,8 +3,8 @@
 import numpy as np
 
 from breaker.drive.family.network_inputs import NormalisedRecords
-from breaker.reading.records.normalised_shape import Shape, effective_noise, shape_of
-from breaker.reading.records.raw_record import Raw
+from breaker.drive.family.normalised_shape import Shape, effective_noise, shape_of
+from breaker.records.record import Raw
 
 _LEAST = 5e-5  # noise over the stroke, below which no network was trained
 _SEEN = -0.4, 2.4  # durations after 10 % of the way, between which every trained record has samples

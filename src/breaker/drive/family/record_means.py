@@ -11,9 +11,9 @@ from typing import NamedTuple, TypeVar
 import numpy as np
 
 from breaker.drive.family.network_inputs import Basis, NormalisedRecords, without_onset
+from breaker.drive.family.normalised_shape import Shape, median_units
 from breaker.drive.family.record_inputs import normalise_record
-from breaker.reading.records.normalised_shape import Shape, median_units
-from breaker.reading.records.raw_record import Raw
+from breaker.records.record import Raw
 
 SCATTER_DIRECTIONS = 8
 """First components of changes, in which scatter is measured, as noise."""

@@ -36,12 +36,12 @@ from breaker.model.limits import entries_of_type
 from breaker.model.parameters import MOTIONS, NAMES
 from breaker.model.quantities import every_speed
 from breaker.model.sensor import grid
-from breaker.reading.files.folder_listing import known_of
-from breaker.reading.files.guards import printable
-from breaker.reading.files.word_meanings import bare
-from breaker.reading.inspection.preparation import Prepared
-from breaker.reading.records.curve_reader import read_curves
-from breaker.reading.records.model_grid import Grid
+from breaker.records.curves import read_curves
+from breaker.records.files import printable
+from breaker.records.folder import known_of
+from breaker.records.grid import Grid
+from breaker.records.preparation import Prepared
+from breaker.records.words import bare
 
 _MOST = 20  # operations of a visit that are read: more say no more of the drive
 _STILL = 0.05  # probability of no change, below which a parameter has changed

@@ -4,9 +4,9 @@ from collections.abc import Iterable, Mapping, Sequence
 from datetime import datetime, timedelta
 from typing import NamedTuple
 
-from breaker.reading.files.format_settings import FORMAT
-from breaker.reading.files.operations_table import Operation
-from breaker.reading.inspection.file_contents import stated_in
+from breaker.records.layout import stated_in
+from breaker.records.operations import Operation
+from breaker.records.settings import FORMAT
 
 _APART = timedelta(days=30)  # between records, from which these are of another visit
 

@@ -25,7 +25,7 @@ from breaker.drive.fleet.drive_document import (
 from breaker.model.parameters import NAMES, PARAMETERS
 from breaker.model.prior import Prior
 from breaker.model.quantities import QUANTITIES, SPEED_UNIT
-from breaker.reading.files.word_meanings import bare, usual_spelling
+from breaker.records.words import bare, usual_spelling
 
 _ENDS = (0.05, 0.5, 0.95)
 # Times by which phases are compared, by rank: instants first, which a standard bounds.

@@ -7,9 +7,9 @@ import numpy as np
 import xarray as xr
 
 from breaker.drive.family.network_inputs import NormalisedRecords
+from breaker.drive.family.normalised_shape import SHAPE_TIMES, median_units
 from breaker.drive.family.record_inputs import network_record, stored_shape
-from breaker.reading.files.operations_table import EVENTS, event_words
-from breaker.reading.records.normalised_shape import SHAPE_TIMES, median_units
+from breaker.records.operations import EVENTS, event_words
 
 _TRANSDUCER = "transducer"
 _STEP = {"temperature": 10.0, "voltage": 0.1}  # of a condition: K; share of that of the new ones

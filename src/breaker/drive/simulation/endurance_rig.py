@@ -13,9 +13,9 @@ import numpy as np
 from tqdm import tqdm
 
 from breaker.common.randomness import generator
+from breaker.drive.simulation.export import write_curve
 from breaker.drive.simulation.rich_drive import Drive, Elements
 from breaker.model.parameters import NAMES
-from breaker.reading.instruments.export import write_curve
 
 
 @dataclass(frozen=True)

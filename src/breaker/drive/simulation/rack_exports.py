@@ -11,9 +11,9 @@ from pathlib import Path
 import numpy as np
 
 from breaker.common.randomness import generator
+from breaker.drive.simulation.dialects import DIALECTS
 from breaker.drive.simulation.rich_drive import Drive
 from breaker.model.parameters import FORCE, Size
-from breaker.reading.instruments.dialects import DIALECTS
 
 HIGH_VOLTAGE = Size(lengths=10.35, times=4.46)
 """Size beside the default drive: 150 mm, and 3.5 m/s where it is fastest."""

@@ -11,8 +11,8 @@ from breaker.drive.simulation.endurance_rig import Rig
 from breaker.model.curves import travel
 from breaker.model.parameters import NAMES
 from breaker.model.quantities import SPEEDS, Speed, quantities_of
-from breaker.reading.records.measurements import measure_curve
-from breaker.reading.records.motion import Contact
+from breaker.records.measurements import measure_curve
+from breaker.records.motion import Contact
 
 _STAGES = 41  # of a life, at which quantities are measured; what wears is smooth in between
 

@@ -13,13 +13,13 @@ from typing import NamedTuple
 
 import numpy as np
 
+from breaker.drive.simulation.dialects import DIALECTS, Dialect
 from breaker.model.curves import travel
 from breaker.model.prior import Prior
 from breaker.model.sensor import Sensor
-from breaker.reading.files.operations_table import Operation
-from breaker.reading.instruments.dialects import DIALECTS, Dialect
-from breaker.reading.records.curve_reader import read_curves
-from breaker.reading.records.model_grid import Grid
+from breaker.records.curves import read_curves
+from breaker.records.grid import Grid
+from breaker.records.operations import Operation
 
 _MARGIN = 8.0  # ms that a record is longer than the grid, at each end
 _SPREAD = 4.0  # ms over which the first motion falls anywhere

@@ -9,11 +9,11 @@ from breaker.common.compiling import compiled
 from breaker.drive.family.change_network import Changes, change_outputs
 from breaker.drive.family.mechanisms import WEARING, mechanism_outputs
 from breaker.drive.family.network_inputs import Basis, change_inputs, units_of, without_onset
+from breaker.drive.family.normalised_shape import SHAPE_TIMES
 from breaker.drive.training.family_bank import GRID as TIMES
 from breaker.drive.training.family_records import record_shapes
 from breaker.drive.training.level_rows import CLEAN, MOST, BankRows
 from breaker.model.parameters import MOTIONS, NAMES
-from breaker.reading.records.normalised_shape import SHAPE_TIMES
 
 _COMPONENTS = 40
 _BACK = 0.2  # share of the changes that go from worn to new, as after maintenance

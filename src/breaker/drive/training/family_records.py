@@ -10,8 +10,8 @@ import numpy as np
 
 from breaker.common.compiling import compiled
 from breaker.drive.family.network_inputs import NormalisedRecords
+from breaker.drive.family.normalised_shape import SHAPE_TIMES, effective_noise, normalise
 from breaker.drive.training.family_bank import GRID as TIMES
-from breaker.reading.records.normalised_shape import SHAPE_TIMES, effective_noise, normalise
 
 _FIRST, _STEP = TIMES[0], TIMES[1] - TIMES[0]
 

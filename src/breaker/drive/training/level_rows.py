@@ -9,11 +9,11 @@ import xarray as xr
 from breaker.drive.family.level_network import EVENTS, Levels, level_outputs, outputs_there
 from breaker.drive.family.mechanisms import MECHANISMS, mechanism_outputs
 from breaker.drive.family.network_inputs import Basis, level_inputs, units_of
+from breaker.drive.family.normalised_shape import SHAPE_TIMES
 from breaker.drive.simulation.rich_drive import CONTACTS, ELEMENTS
 from breaker.drive.training.family_bank import shapes
 from breaker.drive.training.family_records import record_shapes
 from breaker.model.parameters import FORCE, GAP, MOTIONS, NAMES
-from breaker.reading.records.normalised_shape import SHAPE_TIMES
 
 MOST = 8000
 """Drives that components are of."""

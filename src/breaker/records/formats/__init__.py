@@ -1,0 +1,1 @@
+"""The formats of curve files, each a module: see ``registry``."""

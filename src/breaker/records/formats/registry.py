@@ -1,0 +1,163 @@
+"""The formats of curve files, each a module: whatever the format, one form comes out.
+
+A format is a module with
+
+- ``ENDINGS``: what messages call a file of it, by ending in lower case;
+- ``SIGNATURES``: first bytes that prove a file to be of it, whatever its ending; a file with the
+  ending that has none of them is not. Empty for a format that is text, which reading proves;
+- ``EXTRA``: the extra of this package that it needs; empty for none;
+- ``read(opened, settings, channel)``: ``Columns``, see ``read_columns``;
+- ``look(opened)``: what it shows before anything is known of it, ``Labelled`` or ``Tables``; None
+  where all of it is to be guessed.
+
+Each passes the tests in ``tests/records/format_contract.py``. Other distributions add such modules by
+the entry points ``breaker.formats``.
+"""
+
+import logging
+import warnings
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import replace
+from importlib.metadata import entry_points
+from pathlib import Path
+from types import ModuleType
+
+from breaker import DISTRIBUTION
+from breaker.records.files import (
+    Opened,
+    RejectedCurveError,
+    TooLargeError,
+    as_opened,
+    is_store,
+)
+from breaker.records.formats import comtrade, excel, netcdf, text
+from breaker.records.settings import READ_BY
+from breaker.records.sheet import Columns
+
+_OLD = (".xls", ".xlsb", ".ods")
+_OLD_WORKBOOK = b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1"
+_OWN = (text, excel, comtrade, netcdf)
+_NAMES = ("ENDINGS", "SIGNATURES", "EXTRA", "read", "look")
+
+
+def added_formats() -> Iterator[ModuleType]:
+    """Yield the formats of other distributions; the log names those that cannot be used."""
+    for entry in entry_points(group="breaker.formats"):
+        try:
+            format_ = entry.load()
+            if lacking := [name for name in _NAMES if not hasattr(format_, name)]:
+                raise TypeError(f"it has no {' and no '.join(lacking)}")
+        except Exception as error:  # whatever code of others raises
+            said = "the format %s cannot be used (%s); its files are not read"
+            logging.getLogger(__name__).error(said, entry.value, error)
+        else:
+            yield format_
+
+
+FORMATS = (*_OWN, *added_formats())
+"""All formats; a file of no known ending or signature is taken for one of the first, a text."""
+
+ENDINGS = tuple(ending for each in FORMATS for ending in each.ENDINGS)
+"""Endings of the files of records. A ``.cfg`` has a ``.dat`` beside it, a ``.zarr`` is a folder."""
+
+
+def read_columns(file: str | Path | Opened, settings: Mapping, channel: str = "") -> Columns:
+    """Read the columns of time and travel of one record.
+
+    Args:
+        file: File of one record, or one that is opened: then the same columns are read of it once.
+        settings: The section ``endurance.format``, complete.
+        channel: Column of the travel, where it is not that of the settings.
+
+    Raises:
+        RejectedCurveError: If the file cannot be used.
+    """
+    opened = as_opened(file)
+    form = tuple(repr(settings[key]) for key in READ_BY)
+    # A rate is named in a remark where a column of the time is not there, else it reads nothing.
+    rate = settings["rate"] if isinstance(settings["time_column"], str) else None
+    return opened.once(("columns", channel, rate, form), lambda: _read(opened, settings, channel))
+
+
+def _read(opened: Opened, settings: Mapping, channel: str) -> Columns:
+    format_ = format_of(opened)
+    with understood(opened):
+        columns = format_.read(opened, settings, channel)
+    if format_ is not _named(opened.file):
+        said = f"is {kind_in(opened)} by its content, whatever its name ends in"
+        columns = replace(columns, remarks=(*columns.remarks, said))
+    for each in (columns.time, columns.travel, columns.lines, *columns.beside.values()):
+        if each is not None:
+            each.flags.writeable = False  # others read the same
+    return columns
+
+
+def format_of(opened: Opened) -> ModuleType:
+    """Return the format of a file: the one that its content proves, or else the one of its ending.
+
+    Raises:
+        RejectedCurveError: If it is of a kind that cannot be read, or not of that of its ending.
+    """
+    named = _named(opened.file)
+    if is_store(opened.file):
+        return named  # a folder
+    if _ending(opened.file) in _OLD or opened.content.startswith(_OLD_WORKBOOK):
+        raise RejectedCurveError(opened.file, "is of a kind that cannot be read; save it as .xlsx")
+    for each in FORMATS:
+        if opened.content.startswith(each.SIGNATURES):
+            return each
+    if named.SIGNATURES and not any(each in opened.content for each in named.SIGNATURES):
+        kind = named.ENDINGS[_ending(opened.file)]
+        reason = f"ends as {kind}, but does not begin as one; is it whole? Export it again"
+        raise RejectedCurveError(opened.file, reason)
+    return named
+
+
+def _ending(file: str | Path) -> str:
+    return Path(file).suffix.lower()
+
+
+def _named(file: str | Path) -> ModuleType:
+    """The format of a file by its ending."""
+    return next((each for each in FORMATS if _ending(file) in each.ENDINGS), text)
+
+
+def kind_in(opened: Opened) -> str:
+    """Return what messages call a file; empty of a text without a known ending."""
+    format_ = format_of(opened)
+    usual = "" if format_ is text else next(iter(format_.ENDINGS.values()))
+    return format_.ENDINGS.get(_ending(opened.file), usual)
+
+
+def is_text(opened: Opened) -> bool:
+    """Say whether a file is a text; raise as ``format_of``."""
+    return format_of(opened) is text
+
+
+@contextmanager
+def understood(opened: Opened) -> Iterator[None]:
+    """Turn whatever is raised while a file that is no text is read into a reason.
+
+    Raises:
+        RejectedCurveError: If anything is raised.
+    """
+    format_, file = format_of(opened), opened.file
+    if format_ is text:
+        yield
+        return
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # of packages, about what is not read here
+            yield
+    except RejectedCurveError:
+        raise
+    except Exception as error:  # a damaged file raises anything in the package that reads it
+        kind, said = kind_in(opened), f"{type(error).__name__}: {error}"
+        reason = f"is {kind} that cannot be read ({said[:200]}); is it whole? Export it again"
+        if isinstance(error, TooLargeError):
+            reason = str(error)
+        if isinstance(error, ModuleNotFoundError):
+            extra = f"{DISTRIBUTION}[{format_.EXTRA}]"
+            reason = f'is {kind}, which needs {error.name}: pip install "{extra}"'
+        raise RejectedCurveError(file, reason) from error

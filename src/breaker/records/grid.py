@@ -1,0 +1,163 @@
+"""A record on the model's grid of time, around its first motion.
+
+Where the record's step divides the grid's, the grid takes whole samples. Any other rate: a time of
+the grid takes the nearest sample, moved to that time by the cubic through it and its neighbours,
+four in all. No sample serves two times of the grid, and a time without a sample within half a step
+of the grid has none, which is how a slow record fits: a number is never made from a sample that
+another time of the grid has. Of white noise, such a cubic keeps a part or all, and never makes
+more. High rates are not averaged, for that would change the noise unnoticed.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from breaker.common.numerals import in_digits
+from breaker.records.rejections import UnusableError
+
+_WHOLE = 1e-3  # samples, by which a step of the grid may be off whole ones
+_ON = 1e-6  # samples, from which a time is on a sample
+_FEWEST = 16  # samples of a motion, which is two for each parameter
+
+
+class Grid(NamedTuple):
+    """The model's grid, and the errors that the model takes for granted on it.
+
+    Attributes:
+        times: Times, ``(t,)``, ms around the first motion.
+        noise_sd: Standard deviation of the noise, mm; a record whose own is another has a remark.
+            None compares nothing.
+        zero_sd: The same of the zero, mm.
+        onset_sd: The same of the first motion, ms; 0 compares nothing, either.
+    """
+
+    times: np.ndarray
+    noise_sd: float | None = None
+    zero_sd: float | None = None
+    onset_sd: float | None = None
+
+
+class Gridded(NamedTuple):
+    """A record on the grid.
+
+    Attributes:
+        travel: Travel, ``(t,)``, mm; NaN where a sample is missing.
+        start: Time of the record that is 0 on the grid, ms.
+        sampled: For which times the record's rate gives a sample, ``(t,)`` of bool.
+        moved: Longest time by which a sample is moved, ms; 0 where all are whole.
+    """
+
+    travel: np.ndarray
+    start: float
+    sampled: np.ndarray
+    moved: float
+
+
+def on_grid(time: np.ndarray, travel: np.ndarray, times: np.ndarray, moves: float) -> Gridded:
+    """Put a record on the grid; samples before it begins and after it ends are missing.
+
+    Args:
+        time: Times, ``(n,)``, ms, evenly spaced.
+        travel: Travel, ``(n,)``, mm; NaN where a sample is missing.
+        times: The model's grid, ``(t,)``, ms around the first motion.
+        moves: Time of the first motion, ms.
+    """
+    step = float(time[-1] - time[0]) / (len(time) - 1)
+    every = float(times[1] - times[0]) / step
+    first = round((moves + times[0] - time[0]) / step)
+    start = float(time[first] if 0 <= first < len(time) else time[0] + first * step)
+    start -= float(times[0])
+    if every > 0.5 and abs(every - round(every)) <= _WHOLE:
+        every = round(every)
+    place = first + every * np.arange(len(times))
+    nearest = np.rint(place)
+    # Of the times that have the same nearest sample, the one that is nearest to it has it.
+    sampled = np.abs(place - nearest) <= 0.5 * min(every, 1.0) + _ON
+    sampled[1:] &= ~(sampled[:-1] & (nearest[1:] == nearest[:-1]))
+    indices, weights = cubic_weights(place[sampled])
+    record = np.full(len(times), np.nan)
+    # A weight of 0 needs no sample; any other makes NaN of NaN.
+    parts = np.where(weights == 0.0, 0.0, weights * _at(travel, indices))
+    record[sampled] = parts.sum(axis=1)
+    return Gridded(record, start, sampled, float(np.abs(place - nearest)[sampled].max() * step))
+
+
+def _at(travel: np.ndarray, indices: np.ndarray) -> np.ndarray:
+    """Travel at indices; NaN before the first sample and after the last."""
+    there = (indices >= 0) & (indices < len(travel))
+    return np.where(there, travel[np.where(there, indices, 0)], np.nan)
+
+
+def cubic_weights(place: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the four samples about each place, and their weights in the cubic through them.
+
+    Args:
+        place: Where, ``(m,)``, in samples.
+
+    Returns:
+        Indices and weights, both ``(m, 4)``; on a sample its weight is 1 and the others are 0.
+    """
+    place = np.where(np.abs(place - np.rint(place)) < _ON, np.rint(place), place)
+    before = np.floor(place)
+    x = (place - before)[:, None]
+    nodes = np.arange(-1.0, 3.0)
+    others = np.array([nodes[nodes != node] for node in nodes])  # (4, 3)
+    weights = np.prod((x[:, :, None] - others) / (nodes[:, None] - others), axis=2)
+    return before.astype(int)[:, None] + nodes.astype(int), weights
+
+
+def check_missing(gridded: Gridded, allowed: float) -> None:
+    """Refuse a record that lacks more samples than a share of those that its rate gives."""
+    count = int(gridded.sampled.sum())
+    if count < min(_FEWEST, gridded.sampled.size):
+        raise UnusableError(
+            f"only {count} of the {gridded.sampled.size} times of the model's grid have a sample: "
+            "check the rate, size.times and the section sensor"
+        )
+    missing = int(np.isnan(gridded.travel[gridded.sampled]).sum())
+    if missing > allowed * count:
+        raise UnusableError(
+            f"{missing} of the {count} samples of the model's grid are missing, more than the "
+            f"share of {allowed:g} that endurance.format.missing allows"
+        )
+
+
+def onset_remark(sd: float, onset_sd: float | None) -> str:
+    """Say where a first motion is less certain, by the sd of its fit, than the model takes for
+    granted, ms; "" where it is not.
+    """
+    if not onset_sd or sd <= onset_sd:
+        return ""
+    return (
+        f"the first motion is certain to ±{in_digits(sd, 2)} ms only, more than sensor.onset_sd, "
+        f"{onset_sd:g} ms: does the travel move before it, by hum or a drift?"
+    )
+
+
+def grid_remarks(
+    gridded: Gridded, time: np.ndarray, times: np.ndarray, *, back: bool
+) -> tuple[str, str]:
+    """Say where a record does not cover the grid, and where its rate does not fit; "" if it does.
+
+    Args:
+        time: Times of the record's part, ``(n,)``, ms.
+        times: The model's grid, ``(t,)``, ms.
+        back: Whether the part ends because the travel goes back.
+    """
+    step = float(time[-1] - time[0]) / (len(time) - 1)
+    late = time[0] - gridded.start - times[0]
+    early = gridded.start + times[-1] - time[-1]
+    ends = []
+    if late > step:
+        ends.append(f"the record begins {late:.1f} ms after the grid")
+    if early > step:
+        why = "the travel goes back" if back else "the record ends"
+        ends.append(f"{why} {early:.1f} ms before the grid ends, at {time[-1]:.1f} ms")
+    rate = ""
+    if gridded.moved > 0.0 or not gridded.sampled.all():
+        none = int((~gridded.sampled).sum())
+        lacks = f"; {none} times of the grid have no sample" if none else ""
+        by = in_digits(gridded.moved, 2)
+        moved = f"moved by up to {by} ms to" if gridded.moved else "whole at"
+        rate = f"one sample every {in_digits(step, 4)} ms, {moved} times of the grid{lacks}"
+    return ", ".join(ends), rate

@@ -1,0 +1,414 @@
+"""Quantities read from a record itself, with their uncertainty: what an instrument would print.
+
+Read at the record's own rate, by local fits and means, without the model of the drive. Rest
+positions are the record's own, so its zero does not enter. An uncertainty is that of the record's
+own noise: its size, its colour, the step of its readings, and a drive not quite at rest at the end.
+A scale of the sensor that is wrong is not seen.
+
+What a record does not show, such as touch where no contact was measured, is nan, with the reason.
+
+A rest that drifts, creeps, swings or is cut short has a value all the same, with an error as large
+as what is seen to move, or may follow.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
+from typing import NamedTuple
+
+import numpy as np
+
+from breaker.common.numerals import in_digits
+from breaker.model.quantities import CURRENTS, SPEEDS, Point, Speed, quantities_of
+from breaker.records.axes import seen_quantum
+from breaker.records.currents import Currents
+from breaker.records.faulty_samples import doubtful_samples, hidden_slip, leap_at
+from breaker.records.first_motion import first_motion
+from breaker.records.motion import Contact, LocatedMotion, Segment, find_segment
+from breaker.records.propagation import Trace, Uncertain
+from breaker.records.rejections import NotShownError, UnusableError
+
+_AROUND = 6.0, 9.0  # times the motion's duration, the record before and after it that counts
+_TRAVEL = (0.1, 0.9)  # shares of the stroke between which a travel time is taken
+_SEEN = 4.5  # sd, from which a way beyond rest is seen
+_SWINGS = 3.0  # times the duration, farthest top after the arrival
+# Error of the first motion over the motion's duration: by the noise of a mean over it, in strokes;
+# and at least, as of a force that builds up, whose first motion is seen late. In noise it is early.
+_FIRST = (14.0, 0.012)
+_LEAP = 0.04  # times the duration, lines before and behind a slip
+_CLIPPED = "the reading is at the end of the sensor's range"
+_EDGE = 0.41  # samples, error of the time between two edges
+_ERRORS = 8  # beside those of samples: more than a speed has, or all other quantities in eighths
+
+_BEFORE = (5.0, 0.05)  # times the motion's duration, the rest before it: from, to
+_AFTER = 8.0  # times that, farthest rest after it,
+_LAST = 1 / 3  # of which this share counts
+_TAIL = 0.7  # share of the time after the arrival from which its rest follows if it moves
+_SHORT = 6.0  # samples, least length of a rest
+_PARTS = 4  # of the rest after a motion, whose means are compared
+_STILL = 16.0  # sum of squares of these, in sds, up to which a drive rests
+_DRIFT_SEEN = 3.0  # sd, from which a drift is seen
+_DRIFTS = 0.6  # times the way that a drift goes until the end, its error
+_LATE = 0.6  # share of the time after the arrival in which it is looked for
+_CALMS = 2.0  # times the duration, for which a drive may swing
+_ONWARD, _CREEPS = 2.8, 2.0  # times the way seen in a rest that drifts or creeps, its error
+_SWING, _RESTS = 0.5, 0.08  # durations at the end in which a swing shows; of the stroke, the most
+_FITTED = 0.2  # of a swing, the error of the rest about which it does, where that is fitted
+_UNSEEN, _FADES = 0.12, 2.2  # strokes of a swing that turns there, and how fast it fades, durations
+_SOON = 0.8  # durations after the arrival, before which no drive rests
+
+
+class Measured(NamedTuple):
+    """A quantity of a record.
+
+    Attributes:
+        value: In the quantity's unit; nan if the record does not show it.
+        sd: Standard deviation of its error.
+        reason: Why there is none, "" if there is one.
+    """
+
+    value: float
+    sd: float
+    reason: str
+
+
+_UNKNOWN = Contact()
+_NO_CURRENTS = Currents(np.zeros(0))
+
+
+def measure_curve(
+    time: np.ndarray,
+    travel: np.ndarray,
+    motion: str,
+    *,
+    contact: Contact = _UNKNOWN,
+    speeds: Sequence[Speed] = SPEEDS,
+) -> dict[str, Measured]:
+    """Read the quantities of a curve of which nothing else is known.
+
+    Args:
+        time: Times, ``(n,)``, ms, evenly spaced, some of them before the first motion.
+        travel: Travel towards closed, ``(n,)``, mm; NaN where a sample is missing.
+        motion: "closing" or "opening".
+        contact: When the contact touched or parted, and the trigger came.
+        speeds: How speeds are defined.
+
+    Raises:
+        ValueError: If the motion is not in the curve, or its beginning is not.
+
+    Example:
+        >>> time = np.arange(0.0, 100.0, 0.1)
+        >>> way = np.clip((time - 20.0) / 10.0, 0.0, 1.0)
+        >>> noise = 0.05 * np.random.default_rng(1).standard_normal(time.size)
+        >>> found = measure_curve(time, 14.0 * way**2 * (3.0 - 2.0 * way) + noise, "closing")
+        >>> f"{found['stroke'].value:.2f} +- {found['stroke'].sd:.3f} mm"
+        '14.00 +- 0.006 mm'
+        >>> found["closing_speed"].reason
+        'no contact timing: the time of touch or parting is not known'
+    """
+    quantum, step = seen_quantum(travel), float(time[-1] - time[0]) / (time.size - 1)
+    doubts = doubtful_samples(travel, step, quantum)
+    left = np.where(doubts == "", travel, np.nan)
+    segment = find_segment(time, left, motion)
+    inside = slice(segment.begin, segment.end)
+    moves = first_motion(time[inside], left[inside], motion)
+    located = LocatedMotion(motion, time, travel, doubts, quantum, segment, *moves)
+    return Reading(located, contact, speeds).quantities()
+
+
+@dataclass(eq=False)
+class Reading:
+    """What is read of the part of a record that is one motion.
+
+    Attributes:
+        located: That motion.
+        contact: When the contact touched or parted, and the trigger came.
+        speeds: How speeds are defined.
+        currents: Of coil and motor.
+        hidden: Sample of the trace from which on it is elsewhere by a slip that no sample alone
+            shows, and by how much, mm; None without one.
+    """
+
+    located: LocatedMotion
+    contact: Contact = _UNKNOWN
+    speeds: Sequence[Speed] = SPEEDS
+    currents: Currents = _NO_CURRENTS
+
+    def __post_init__(self) -> None:
+        located, segment, moves = self.located, self.located.segment, self.located.moves
+        time, sign = located.time[located.inside], 1.0 if located.motion == "closing" else -1.0
+        forward = sign * located.left
+        done = (forward - sign * segment.before) / segment.stroke >= _TRAVEL[1]
+        done &= time >= moves  # an outlier may lie before
+        if not done.any():
+            raise UnusableError("the motion does not go on to 90 % of its stroke")
+        self.arrival = float(time[int(done.argmax())])
+        self.duration = max(self.arrival - moves, 2.0 * located.step)
+        first = moves - _AROUND[0] * self.duration
+        last = self.arrival + _AROUND[1] * self.duration
+        near = slice(*np.searchsorted(time, [first, last]))
+        errors = _ERRORS * (len(self.speeds) + _ERRORS)
+        around = *located.process, located.quantum, self.duration, segment.stroke, errors
+        rippled = located.ripple.rms
+        kinds = located.doubts[located.inside]
+        self.clipped = time[kinds == "clipped"]
+        slips = near.start + 1 + np.flatnonzero(kinds[near.start + 1 :] == "slip")
+        count = round(_LEAP * self.duration / located.step)
+        slips = [(k - near.start, leap_at(forward, k, count)) for k in slips]
+        self.trace = Trace(time[near], forward[near], *around, rippled, slips)
+        self.hidden = hidden_slip(self.trace, self.arrival)
+        if self.hidden is not None:
+            self.trace.slips = [*slips, self.hidden]
+        self.rests = Rests(self.trace, segment, moves, self.arrival)
+
+    def quantities(self) -> dict[str, Measured]:
+        """Return those of ``catalogue.quantities_of`` that records show, by name."""
+        ways = {
+            "stroke": self.stroke,
+            **dict.fromkeys(("wipe_at_touch", "wipe_at_parting"), self.wipe),
+            "travel_time": self.travel_time,
+            **dict.fromkeys(("over_travel", "rebound"), self.beyond),
+            **dict.fromkeys(("touch_time", "part_time"), self.switching),
+            "latch_time": self.latch,
+            **dict.fromkeys(("closing_time", "opening_time"), self.operating_time),
+            "bounce_time": self.bounce_time,
+            **{each.name: partial(self.speed, each) for each in self.speeds},
+            **{name: partial(self._current, name) for name in CURRENTS},
+        }
+        names = quantities_of(self.located.motion, self.speeds, ("record",))
+        return {name: self.told(ways[name]) for name in names}
+
+    def told(self, way) -> Measured:
+        """A quantity, or why there is none."""
+        try:
+            found = way()
+        except NotShownError as error:
+            return Measured(np.nan, np.nan, str(error))
+        return Measured(found.value, self.trace.sd(found), "")
+
+    @property
+    def before(self) -> Uncertain:
+        """Rest before the motion."""
+        if self.clipped.size and self.clipped[0] < self.trace.known[0]:
+            raise NotShownError(f"{_CLIPPED} before the motion")
+        return self.rests.before
+
+    @cached_property
+    def after(self) -> Uncertain:
+        """Rest after the motion."""
+        if self.clipped.size and self.clipped[-1] > self.trace.known[-1]:
+            raise NotShownError(f"{_CLIPPED} after the motion")
+        # Of a slip that the two motions of a record share, nobody knows in which it was.
+        return self.rests.after + self.trace.error(0.0, 0.5 * self.located.unreturned)
+
+    def switching(self) -> Uncertain:
+        """Time from the first motion to touch or parting, ms."""
+        return self._switching - self._first_motion
+
+    def latch(self) -> Uncertain:
+        """Time from the trigger to the first motion, ms."""
+        return self._first_motion - self._trigger
+
+    def operating_time(self) -> Uncertain:
+        """Time from the trigger to touch or parting, ms."""
+        return self._switching - self._trigger
+
+    def bounce_time(self) -> Uncertain:
+        """Time from the first touch to the last, ms."""
+        first, last = self.contact.time, self.contact.settles
+        if not np.isfinite(last):
+            raise NotShownError("no contact channel: whether the contact bounces is not known")
+        return self.trace.error(last - first, _EDGE * self.located.step)
+
+    def _current(self, name: str) -> Uncertain:
+        """A quantity of the currents of coil and motor."""
+        return self.trace.error(*getattr(self.currents, name)())
+
+    def stroke(self) -> Uncertain:
+        """Way between the rests, mm."""
+        return self.after - self.before
+
+    def wipe(self) -> Uncertain:
+        """Way between the touch or parting and the closed rest, mm."""
+        level = self.trace.at(self._switching)
+        return self.after - level if self.located.motion == "closing" else level - self.before
+
+    def travel_time(self) -> Uncertain:
+        """Time between two shares of the stroke, ms."""
+        begin, end = (self.place(Point(100.0 * share, "%"))[0] for share in _TRAVEL)
+        return end - begin
+
+    def beyond(self) -> Uncertain:
+        """Largest way beyond the rest after the motion, mm."""
+        last = self.arrival + _SWINGS * self.duration
+        if ((self.clipped > self.arrival) & (self.clipped < last)).any():
+            least = float(np.nanmax(self.trace.travel)) - self.after.value
+            raise NotShownError(f"{_CLIPPED} there: at least {in_digits(least, 3)} mm")
+        way = self.trace.top(self.arrival, last) - self.after
+        if way.value >= _SEEN * self.trace.sd(way):
+            return way
+        # The top of noise is above what it hides, and no way is negative.
+        return Uncertain(max(way.value, 0.0), way.slope) + self.trace.error(0.0, abs(way.value))
+
+    def speed(self, speed: Speed) -> Uncertain:
+        """Mean speed between two points, mm/ms."""
+        (begin, low), (end, high) = self.place(speed.start), self.place(speed.end)
+        if not end.value > begin.value:
+            raise NotShownError(f"{speed.points[1]} is not after {speed.points[0]}")
+        return (high - low) / (end - begin)
+
+    @cached_property
+    def _first_motion(self) -> Uncertain:
+        """Time of the first motion, ms."""
+        noise = self.trace.noise_of_mean / self.trace.stroke
+        sd = self.duration * float(np.hypot(*np.multiply(_FIRST, (noise, 1.0))))
+        return self.trace.error(self.located.moves, max(sd, self.located.first_motion_sd))
+
+    @property
+    def _trigger(self) -> Uncertain:
+        """Time at which the coil was energised, ms."""
+        if not np.isfinite(self.contact.trigger):
+            raise NotShownError("no trigger: when the coil was energised is not known")
+        return self.trace.error(self.contact.trigger, self.contact.trigger_sd)
+
+    @cached_property
+    def _switching(self) -> Uncertain:
+        """Time of touch or parting, ms."""
+        if not np.isfinite(self.contact.time):
+            raise NotShownError("no contact timing: the time of touch or parting is not known")
+        return self.trace.error(self.contact.time, self.contact.sd)
+
+    def place(self, point: Point) -> tuple[Uncertain, Uncertain]:
+        """Return time and travel of a point, ms and mm; the travel rises in any motion."""
+        if point.later:
+            at = self.place(replace(point, later=0.0))[0] + point.later
+            return at, self.trace.at(at)
+        if not point.of_event:
+            return self._between_rests(point)
+        at = self._switching
+        if point.unit == "ms":
+            at = at + point.amount
+            return at, self.trace.at(at)
+        level = self.trace.at(at) + point.amount
+        if point.amount < 0.0:
+            return self.trace.left(level, at.value), level
+        if point.amount > 0.0:
+            return self.trace.reaches(level, at.value), level
+        return at, level
+
+    def _between_rests(self, point: Point) -> tuple[Uncertain, Uncertain]:
+        """Time and travel of a point that is told from rests."""
+        if point.unit == "mm":
+            level = (self.after if point.amount < 0.0 else self.before) + point.amount
+        elif point.amount == 0.0:
+            return self._first_motion, self.before
+        else:
+            level = self.before + (self.after - self.before) * (point.amount / 100.0)
+        return self.trace.reaches(level, self.located.moves), level
+
+
+@dataclass(eq=False)
+class Rests:
+    """The rests of a motion.
+
+    Attributes:
+        trace: The curve, in the direction of the motion.
+        segment: The part of the record that is the motion.
+        moves, arrival: Times of the first motion and of 90 % of the way, ms.
+    """
+
+    trace: Trace
+    segment: Segment
+    moves: float
+    arrival: float
+
+    @cached_property
+    def before(self) -> Uncertain:
+        """Travel at rest before the motion, mm; a drift that is seen goes on up to the motion."""
+        mean = self.trace.rest(*self._lead, "before")
+        return mean + self.trace.error(0.0, _ONWARD / 4.0 * self._drift * float(np.ptp(self._lead)))
+
+    @cached_property
+    def _lead(self) -> tuple[float, float]:
+        """From when to when the drive rests before the motion, ms."""
+        begin, end = (self.moves - share * self.trace.duration for share in _BEFORE)
+        first = float(self.trace.known[0])
+        return max(begin, first), max(end, min(self.moves, first + _SHORT * self.trace.step))
+
+    @cached_property
+    def _drift(self) -> float:
+        """How fast the reading is seen to drift, before the motion or late after it, mm/ms."""
+        last = self._end
+        late, slopes = (last - _LATE * (last - self.arrival), last), [0.0]
+        swings = last - self.arrival < _CALMS * self.trace.duration
+        for (begin, end), count in ((self._lead, 2), (late, _PARTS))[: 1 if swings else 2]:
+            parts = self.trace.parts(begin, end, count)
+            ways = np.diff([each.value for each in parts])
+            steady = parts and ((ways > 0.0).all() or (ways < 0.0).all())
+            if steady and abs(ways.sum()) > _DRIFT_SEEN * self.trace.sd(parts[-1] - parts[0]):
+                slopes.append(abs(float(ways.sum())) / (end - begin) * count / (count - 1))
+        return max(slopes)
+
+    @cached_property
+    def after(self) -> Uncertain:
+        """Travel at rest after the motion, mm: where the drive rests or settles."""
+        duration, stroke = self.trace.duration, self.segment.stroke
+        end = self._end
+        after, window = (end - self.arrival) / duration, max(_SWING * duration, self._few)
+        late = self.trace.parts(end - window, end, _PARTS)
+        swings = self._seen(late) if late else stroke
+        if after < _SOON or swings > _RESTS * stroke:
+            raise NotShownError("the record ends before the drive rests")
+        settled = self._settled
+        found = settled if settled is not None else self._last(end)
+        follows = _UNSEEN * stroke * float(np.exp(-_FADES * after))
+        follows += (_FITTED if settled is not None else 1.0) * swings
+        drifts = _DRIFTS * self._drift * (end - self.moves)
+        return found + self.trace.error(0.0, follows + drifts)
+
+    def window(self, side: str) -> tuple[float, float]:
+        """Return from when to when the rest "before" or "after" the motion is read, ms."""
+        if side == "before":
+            return self._lead
+        end = self._end
+        last = max(_LAST * (end - self.arrival), _SHORT * self.trace.step)
+        return end - (last if self._settled is None else _TAIL * (end - self.arrival)), end
+
+    @cached_property
+    def _end(self) -> float:
+        """Until when the rest after the motion is looked at, ms."""
+        return min(float(self.trace.known[-1]), self.arrival + _AFTER * self.trace.duration)
+
+    @cached_property
+    def _settled(self) -> Uncertain | None:
+        """Where the end of the curve settles, mm; None where that is not seen."""
+        return self.trace.settles(
+            self._end - _TAIL * (self._end - self.arrival), self._end, self.arrival
+        )
+
+    @property
+    def _few(self) -> float:
+        """Least time in which parts of a rest have samples enough, ms."""
+        return (_PARTS * _SHORT + 2.0) * self.trace.step
+
+    def _seen(self, parts: Sequence[Uncertain]) -> float:
+        """Way between parts of a rest that is more than noise, mm."""
+        way = float(np.ptp([part.value for part in parts]))
+        return max(0.0, way - _DRIFT_SEEN * self.trace.sd(parts[-1] - parts[0]))
+
+    def _last(self, end: float) -> Uncertain:
+        """Mean of the last third of the time after the arrival, up to an end."""
+        begin = end - max(_LAST * (end - self.arrival), _SHORT * self.trace.step)
+        mean = self.trace.rest(begin, end, "after")
+        parts = self.trace.parts(begin, end, _PARTS)
+        if not parts:
+            return self.trace.still(begin, end, self.arrival)
+        off = [part - mean for part in parts]
+        square = sum((each.value / max(self.trace.sd(each), 1e-12)) ** 2 for each in off)
+        if square <= _STILL:
+            return self.trace.still(begin, end, self.arrival)
+        values = [part.value for part in parts]
+        ways = np.diff(values)
+        creeps = (ways > 0.0).all() or (ways < 0.0).all()
+        found = parts[-1] if creeps else mean
+        return found + self.trace.error(0.0, (_CREEPS if creeps else 1.0) * float(np.ptp(values)))

@@ -1,0 +1,138 @@
+"""Tests that every format of curve files passes. Another distribution copies this file.
+
+A test module of a format is
+
+    from format_contract import Example, FormatContract
+
+    class TestAcme(FormatContract):
+        example = Example("a.acme", {"travel_column": "way"}, "way", write)
+
+where ``write`` writes ``TIME`` and ``TRAVEL`` into a file of the format. The settings name columns
+and units; what they leave out is as in the defaults.
+"""
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+
+from breaker.records import files as guards
+from breaker.records.files import Opened, RejectedCurveError
+from breaker.records.formats.registry import ENDINGS, FORMATS, format_of, read_columns
+from breaker.records.layout import look_into
+from breaker.records.settings import TO_MS, complete
+from breaker.records.sheet import Labelled, Tables
+from breaker.records.words import split_unit
+
+TIME = np.round(0.1 * np.arange(60), 1)
+"""Times of the example, ms."""
+
+TRAVEL = np.round(0.02 * np.arange(60) ** 1.5, 3)
+"""Travel of the example, mm."""
+
+
+class Example(NamedTuple):
+    """A file of a format.
+
+    Attributes:
+        name: Of the file.
+        settings: Those of ``endurance.format`` that read it.
+        channel: Its column of travel, in mm.
+        write: Writes ``TIME`` and ``TRAVEL`` into a file.
+    """
+
+    name: str
+    settings: Mapping
+    channel: str
+    write: Callable[[Path], None]
+
+
+class FormatContract:
+    """The tests; a subclass states the ``example``."""
+
+    example: Example
+
+    @pytest.fixture
+    def curve_file(self, tmp_path) -> Path:
+        """The example as a file."""
+        self.example.write(tmp_path / self.example.name)
+        return tmp_path / self.example.name
+
+    @pytest.fixture
+    def settings(self) -> Mapping:
+        """All settings that read the example."""
+        return complete(self.example.settings)
+
+    def test_it_is_one_of_the_formats(self, curve_file):
+        """Else its entry point is not there, or the log says why it is not used."""
+        format_ = format_of(Opened(curve_file))
+        assert format_ in FORMATS
+        assert curve_file.suffix in format_.ENDINGS
+        assert curve_file.suffix in ENDINGS
+
+    def test_what_is_read_is_what_was_written(self, curve_file, settings):
+        columns = read_columns(curve_file, settings)
+        assert np.allclose(columns.time * TO_MS[settings["time_unit"]], TIME)
+        assert np.allclose(columns.travel, TRAVEL, atol=1e-3)
+        assert columns.lines.shape == columns.time.shape == columns.travel.shape
+
+    def test_what_it_shows_holds_what_is_read(self, curve_file, settings):
+        format_ = format_of(Opened(curve_file))
+        shown = format_.look(Opened(curve_file))
+        assert shown is None or isinstance(shown, Labelled | Tables)
+        layout = look_into(curve_file)
+        place = [split_unit(name)[0] for name in layout.names].index(self.example.channel)
+        assert layout.kind == format_.ENDINGS[curve_file.suffix]
+        read = read_columns(curve_file, settings).travel
+        assert np.allclose(layout.columns[place], read)
+        assert layout.units[place] == "mm"
+
+    def test_another_column_is_refused_by_name(self, curve_file, settings):
+        with pytest.raises(RejectedCurveError, match="'no such'"):
+            read_columns(curve_file, settings, "no such")
+
+    @pytest.mark.parametrize("content", [b"", b"\0\1\2" * 99, b"no record"])
+    def test_what_is_no_record_is_refused_in_one_line(self, curve_file, settings, content):
+        curve_file.write_bytes(content)
+        for use in (
+            lambda: read_columns(curve_file, settings),
+            lambda: look_into(curve_file),
+        ):
+            with pytest.raises(ValueError, match=curve_file.stem) as refused:
+                use()
+            assert str(refused.value).startswith(str(curve_file))
+            assert str(refused.value).isprintable()
+
+    def test_what_is_not_there_is_refused(self, curve_file, settings):
+        curve_file.unlink()
+        with pytest.raises(RejectedCurveError, match="is not there"):
+            read_columns(curve_file, settings)
+
+    def test_it_is_opened_once(self, curve_file, settings, monkeypatch):
+        """However often it is read; each part of it that is a file of its own, too."""
+        read, real = [], guards.read_bytes
+        monkeypatch.setattr(guards, "read_bytes", lambda f: read.append(f) or real(f))
+        opened = Opened(curve_file)
+        for _ in range(2):
+            read_columns(opened, settings)
+            look_into(opened)
+        parts = [curve_file, *(each for each in curve_file.parent.iterdir() if each != curve_file)]
+        assert [str(each) for each in read] == [str(each) for each in parts]
+
+    def test_what_is_kept_of_an_opened_file_counts(self, curve_file, settings):
+        """Or files of which few bytes are read, such as Zarr stores, are kept without end."""
+        opened = Opened(curve_file)
+        read = read_columns(opened, settings)
+        columns = opened.size
+        assert columns >= sum(each.nbytes for each in (read.time, read.travel, read.lines))
+        layout = look_into(opened)
+        assert opened.size == columns + sum(each.nbytes for each in layout.columns)
+
+    def test_an_opened_file_stays_what_it_was(self, curve_file, settings):
+        opened = Opened(curve_file)
+        before = read_columns(opened, settings).travel
+        for each in curve_file.parent.iterdir():
+            each.unlink()
+        assert np.array_equal(read_columns(opened, settings).travel, before)

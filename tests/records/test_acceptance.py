@@ -1,0 +1,91 @@
+"""What is said of a folder before any training."""
+
+from pathlib import Path
+
+import pytest
+
+from breaker.configuration.definitions import simulated_test
+from breaker.documents.terminal import text_of
+from breaker.drive.simulation.endurance_rig import Rig
+from breaker.drive.simulation.export import write_curve
+from breaker.records.acceptance import check_folder, words_of_checked
+
+SENSOR = {"start": -2.0, "stop": 58.0, "samples": 151, "noise_sd": 0.1}
+SENSOR |= {"onset_sd": 0.3, "zero_sd": 0.1}
+ENDURANCE = {"format": {}, "breaker": None, "phase": None, "events": {}}
+
+
+@pytest.fixture(scope="module")
+def rig(defaults):
+    return Rig.from_settings(simulated_test(defaults), seed=1)
+
+
+@pytest.fixture
+def folder(tmp_path, rig):
+    """Twelve closings and an opening."""
+    for motion, count in (("closing", 12), ("opening", 1)):
+        (tmp_path / motion).mkdir()
+        for number in range(1, count + 1):
+            file = tmp_path / motion / f"{motion}_{number:03d}.csv"
+            write_curve(file, *rig.record(motion, number), motion=motion, operation=number)
+    return tmp_path
+
+
+def check(folder, motions=("closing", "opening"), **endurance):
+    return check_folder(folder, {**ENDURANCE, **endurance}, SENSOR, motions)
+
+
+def said_of(folder, **endurance):
+    return text_of(words_of_checked(check(folder, **endurance)))
+
+
+def test_a_folder_without_faults_is_a_table(folder):
+    checked = check(folder)
+    assert [(each.motion, each.accepted) for each in checked] == [("closing", 12), ("opening", 1)]
+    lines = text_of(words_of_checked(checked)).splitlines()
+    assert len(lines) == 3
+    assert lines[1].split()[:5] == ["closing", "12", "12", "0", "0"]
+    low, _, high = lines[1].split()[5:8]
+    assert 14 < float(low) <= float(high) < 15
+
+
+def test_what_cannot_be_listed_is_said_and_the_rest_goes_on(folder):
+    (folder / "opening" / "opening_001.csv").rename(folder / "opening" / "opening.csv")
+    checked = check(folder)
+    assert [each.accepted for each in checked] == [12, 0]
+    assert "opening: " in text_of(words_of_checked(checked))
+    assert "has no number" in text_of(words_of_checked(checked))
+
+
+def test_an_event_that_the_workflow_refuses_is_refused(folder):
+    rows = ["file,motion,operation,event", "closing/closing_001.csv,closing,1,danced"]
+    (folder / "operations.csv").write_text("\n".join(rows), encoding="utf-8")
+    assert [each.accepted for each in check(folder)] == [0, 0]
+    (closing,) = check(folder, ["closing"], events={"danced": ["f"]})
+    assert (closing.accepted, closing.trouble) == (1, "")
+
+
+def test_breakers_and_phases_of_a_table_are_apart(folder):
+    rows = [f"closing/closing_{n:03d}.csv,closing,{n},CB{1 + n % 2},L1" for n in range(1, 13)]
+    rows.append("opening/opening_001.csv,opening,1,CB1,L1")
+    text = "\n".join(["file,motion,operation,breaker,phase", *rows, ""])
+    (folder / "operations.csv").write_text(text, encoding="utf-8")
+    found = {(e.breaker, e.phase, e.motion): e.accepted for e in check(folder)}
+    assert found["CB1", "L1", "closing"] == found["CB2", "L1", "closing"] == 6
+    assert found["CB1", "L1", "opening"] == 1
+    assert found["CB2", "L1", "opening"] == 0
+    assert {each.breaker for each in check(folder, breaker="CB2")} == {"CB2"}
+
+
+def test_many_files_are_read_as_few_are(folder, rig):
+    for number in range(13, 103):
+        write_curve(
+            folder / "closing" / f"closing_{number:03d}.csv",
+            *rig.record("closing", number),
+            motion="closing",
+            operation=number,
+        )
+    checked = check(folder)
+    assert checked[0].accepted == 102
+    files = [f"closing_{number:03d}.csv" for number in range(13, 103)]
+    assert [Path(each.file).name for each in checked[0].records[12:]] == files

@@ -1,0 +1,126 @@
+"""Exports of an analyser: what they state is shown, proposed, and set beside what is measured."""
+
+import pytest
+import yaml
+
+from breaker.documents.terminal import text_of
+from breaker.records.header import Printed
+from breaker.records.layout import stated_in
+from breaker.records.printed import meant_motions, measured_name
+from breaker.records.proposal import inspect_file
+from breaker.records.proposal_text import overlay_of, words_of
+from tests.exports import preamble, write
+
+SENSOR = {"start": -2.0, "stop": 58.0, "samples": 151, "noise_sd": 0.1}
+
+
+def inspected(tmp_path, channel="", **given):
+    write(tmp_path / "export.csv", **given)
+    return inspect_file(tmp_path / "export.csv", SENSOR, channel)
+
+
+@pytest.mark.parametrize("rate", [5.0, 10.0, 20.0])
+@pytest.mark.parametrize("kind", ["C", "O", "CO", "OCO"])
+def test_the_rate_stated_reads_every_motion(tmp_path, rate, kind):
+    motions = ["closing" if sign == "C" else "opening" for sign in kind]
+    length = 150.0 * (len(motions) + 1)
+    proposal = inspected(tmp_path, rate=rate, motions=motions, length=length, channels=1)
+    settings = yaml.safe_load(overlay_of(proposal))["endurance"]["format"]
+    assert (settings["time_column"], settings["rate"]) == (None, rate)
+    assert [each.motion for each in proposal.motions] == motions
+    assert all(each.record for each in proposal.motions)
+    assert proposal.motions[0].record.moves == pytest.approx(55.0, abs=1.0)
+
+
+@pytest.mark.parametrize("plot", [200.0, 800.0])
+def test_a_length_that_contradicts_the_rate_leaves_it_to_fill_in(tmp_path, plot):
+    proposal = inspected(tmp_path, plot=plot)
+    assert list(proposal.lacking) == ["rate"]
+    assert any(f"{4000 / plot:g} kHz" in each for each in proposal.remarks)
+    assert proposal.compared == []
+
+
+@pytest.mark.parametrize("unused", ["zeros", "cross"])
+def test_unused_channels_are_no_travels(tmp_path, unused):
+    proposal = inspected(tmp_path, unused=unused)
+    assert [travel.place for travel in proposal.travels] == [6, 7, 8]
+    assert proposal.settings["stroke"] == [160.0, 197.0]
+    assert ("'Travel 4', 'Travel 5', 'Travel 6'" in text_of(words_of(proposal))) == (
+        unused == "cross"
+    )
+    if unused == "cross":
+        assert [t.place for t in inspected(tmp_path, "Travel 5", unused=unused).travels] == [10]
+
+
+def test_printed_results_stand_beside_measured_ones(tmp_path):
+    results = {"Stroke (mm)": [178.0, 182.0, 178.7], "Closing Velocity (m/s)": [4.1, 4.1, 4.4]}
+    proposal = inspected(tmp_path, results=results)
+    found = [(each.printed.quantity, str(each.column), each.differs) for each in proposal.compared]
+    assert found == [
+        ("stroke", "Travel 1", False),
+        ("stroke", "Travel 2", True),
+        ("stroke", "Travel 3", False),
+        ("speed", "Travel 1", False),
+        ("speed", "Travel 2", False),
+        ("speed", "Travel 3", True),
+    ]
+    assert proposal.compared[1].difference == pytest.approx(178.36 / 182.0 - 1.0, abs=1e-3)
+    assert text_of(words_of(proposal)).count("  <") == 2
+
+
+@pytest.mark.parametrize("stroke", [[291.9, 292.5, 293.1], [478.7, 479.7, 480.6], None])
+def test_a_ratio_is_shown_but_not_applied(tmp_path, stroke):
+    proposal = inspected(tmp_path, ratio=1.64, results={"Stroke (mm)": stroke} if stroke else None)
+    assert "ratio" not in proposal.settings
+    assert "1.64" in text_of(words_of(proposal))
+
+
+def test_of_a_workbook(tmp_path):
+    book = pytest.importorskip("openpyxl").Workbook()
+    lines = preamble(rate=5.0, length=8.0)
+    for line in [*(line.split(",") for line in lines), ["Travel 1 (mm)"], *[[0.1]] * 40]:
+        book.active.append(line)
+    book.save(tmp_path / "a.xlsx")
+    found = stated_in(tmp_path / "a.xlsx")
+    assert (found.rate, found.serial, found.rate_doubt) == (5.0, "HV-20417", "")
+
+
+@pytest.mark.parametrize(
+    ("quantity", "closing", "opening"),
+    [
+        ("stroke", "stroke", "stroke"),
+        ("over_travel", "over_travel", "rebound"),
+        ("rebound", "", ""),  # the way back behind the rest
+    ],
+)
+def test_a_printed_result_is_of_what_is_measured_alike(quantity, closing, opening):
+    printed = Printed(quantity, "", "", 1.0, "mm", quantity)
+    assert [measured_name(printed, m) for m in ("closing", "opening")] == [closing, opening]
+
+
+@pytest.mark.parametrize(
+    ("quantity", "of", "there", "expected"),
+    [
+        ("over_travel", "", ["opening", "closing", "opening"], ["closing"]),
+        ("over_travel", "", ["opening"], ["opening"]),
+        ("over_travel", "opening", ["closing", "opening"], ["opening"]),
+        ("stroke", "", ["closing", "opening"], ["closing", "opening"]),
+    ],
+)
+def test_an_over_travel_of_no_motion_is_of_the_closing(quantity, of, there, expected):
+    assert meant_motions(Printed(quantity, of, "", 1.0, "mm", quantity), there) == expected
+
+
+def test_a_printed_time_stands_beside_that_from_coil_to_contact_or_has_its_reason(tmp_path):
+    printed = {
+        "Close Time (ms)": [50.0] * 3,
+        "Rebound (mm)": [3.0] * 3,
+        "Open Time (ms)": [0.0] * 3,
+    }
+    proposal = inspected(tmp_path, results=printed)
+    times = [each for each in proposal.compared if each.printed.quantity == "closing_time"]
+    assert all(40.0 < each.measured < 80.0 for each in times)
+    others = {(each.printed.quantity, each.reason) for each in proposal.compared} - {
+        ("closing_time", "")
+    }
+    assert others == {("rebound", "makers mean different things by it")}

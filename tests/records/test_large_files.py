@@ -1,0 +1,104 @@
+"""Files larger than a record: they are answered or refused, in little memory."""
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from breaker.documents.terminal import text_of
+from breaker.records import proposal as proposals
+from breaker.records.cells import Lines, cells_of
+from breaker.records.layout import look_into
+from breaker.records.proposal import inspect_file
+from breaker.records.proposal_text import words_of
+
+SENSOR = {"start": -2.0, "stop": 58.0, "samples": 151, "noise_sd": 0.1}
+MOST = 400  # MiB, imports included; a small file takes a third of it
+
+LOOK = """
+import re, sys
+from pathlib import Path
+from breaker.records.settings import FORMAT
+from breaker.records.formats.registry import read_columns
+from breaker.records.proposal import inspect_file
+numbers = FORMAT | {"time_column": None, "rate": 10, "travel_column": 1}
+try:
+    read_columns(sys.argv[1], numbers) if sys.argv[2:] else inspect_file(sys.argv[1], {})
+except ValueError as error:
+    print(str(error)[:400])
+# Not ru_maxrss, which begins with that of the process that started this one.
+print(int(re.search(r"VmHWM:\\s+(\\d+) kB", Path("/proc/self/status").read_text())[1]) // 1024)
+"""
+
+
+def numbers(count, last=""):
+    """Lines of numbers, with something behind the seventh."""
+    lines = [f"{i / 1e4:.4f},{i % 7}" for i in range(count)]
+    lines[6] += last
+    return "\n".join(lines)
+
+
+@pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="tells no peak of memory")
+@pytest.mark.parametrize(
+    ("text", "said", "way"),
+    [
+        (numbers(1000, "," * 5_000_000), "line 7: has 5,000,00. signs", []),
+        ((",".join(["1.5"] * 1_000_000) + "\n") * 8, "line 1: has 4,000,000 signs", []),
+        ((",".join(["1"] * 600) + "\n") * 30_000, "line 1: has 600 columns", []),
+        ((",".join(["1"] * 30) + "\n") * 300_000, "300,000 samples, but of 30 columns", []),
+        ("\n" * 5_000_000, "more than 2,000,000 lines", []),
+        ("1\n" * 20_000_000, "more than 2,000,000 lines", ["read"]),
+        ("1\r" * 20_000_000, "more than 2,000,000 lines", ["read"]),
+        ("1\n" * 1_300_000, "1,300,000 samples, but of 1 columns at most 1,200,000", ["read"]),
+    ],
+    ids=["commas", "million", "wide", "cells", "blank", "lines", "returns", "samples"],
+)
+def test_what_no_recorder_writes_is_refused_in_little_memory(tmp_path, text, said, way):
+    file = tmp_path / "hostile.csv"
+    file.write_text(text, encoding="utf-8", newline="")
+    command = [sys.executable, "-c", LOOK, file, *way]
+    *words, peak = subprocess.check_output(command, text=True).splitlines()
+    assert re.search(f"hostile.csv.*{said}", words[0])
+    assert int(peak) < MOST
+
+
+def test_cells_that_are_quoted_without_need_are_split_together():
+    lines = [f'"{i}",{i},"{i / 7:.3f}"\n' for i in range(9)]
+    columns = Lines(lines, range(9), ",").columns(1, 3)
+    rows = [cells_of(line, ",") for line in lines[1:]]
+    assert [[cell.strip() for cell in column] for column in columns] == [
+        *map(list, zip(*rows, strict=True))
+    ]
+    for odd in ('"1,5",2,3', '5",2,3', '"1" x,2,3', '"1""2",2,3'):
+        assert Lines([*lines, odd], range(10), ",").columns(0, 3) is None
+
+
+def test_of_a_long_record_the_first_motions_are_read(tmp_path, monkeypatch):
+    time = np.arange(0.0, 200.0, 0.1)
+    travel = 16 / (1 + np.exp(50 - time)) - 16 / (1 + np.exp(150 - time))
+    file = tmp_path / "long.csv"
+    rows = [f"{t / 1e3:.4f},{s:.3f}" for t, s in zip(time, travel, strict=True)]
+    file.write_text("\n".join(["time,travel", "s,mm", *rows]), encoding="utf-8")
+    whole = inspect_file(file, SENSOR)
+    assert [each.record is None for each in whole.motions] == [False, False]
+    monkeypatch.setattr(proposals, "_MOST", 1)
+    short = inspect_file(file, SENSOR)
+    assert [each.record is None for each in short.motions] == [False, True]
+    assert (short.settings, short.sensor) == (whole.settings, whole.sensor)
+    assert re.search("opening .* not read", text_of(words_of(short)))
+    assert "choose a column by --channel, or export a" in text_of(words_of(short))
+
+
+@pytest.mark.parametrize("bad", ['"x', '"1;2', "1;2;3;4;5", "\0"])
+def test_lines_that_are_short_long_or_quoted_oddly_hide_no_others(tmp_path, bad):
+    """The third column is empty but for the last lines, which are read in a block of their own."""
+    rows = [f"{i};{i / 7:.3f}" for i in range(20_000)] + [f"{i};1;2" for i in range(20_000)]
+    rows[100] = bad
+    file = tmp_path / "odd.txt"
+    file.write_text("\n".join(rows), encoding="utf-8")
+    time, _, third = look_into(file).columns[:3]
+    assert np.isfinite(time).sum() >= 39_999
+    assert np.isfinite(third[-20_000:]).sum() >= 19_999

@@ -1,0 +1,238 @@
+"""Which operations are in a folder: by its table or by names, and what is refused before a plan."""
+
+import os
+from dataclasses import astuple, replace
+
+import numpy as np
+import pytest
+
+from breaker.records.curves import read_curves
+from breaker.records.folder import (
+    fingerprint,
+    list_known,
+    list_operations,
+    record_files,
+)
+from breaker.records.grid import Grid
+from breaker.records.operations import Operation
+
+
+def fill(folder, *names):
+    for name in names:
+        file = folder / name
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text("", encoding="utf-8")
+
+
+def table(folder, *rows, head="file,motion,operation,breaker,phase"):
+    (folder / "operations.csv").write_text("\n".join([head, *rows]), encoding="utf-8")
+
+
+# ---- by names ------------------------------------------------------------------------------------
+
+
+def test_operations_are_in_the_order_of_their_numbers(tmp_path):
+    fill(tmp_path / "closing", "op_10.csv", "op_9.csv", "op_100.csv", "op_2.csv")
+    listed = list_operations(tmp_path, "closing")
+    assert [each.number for each in listed] == [2, 9, 10, 100]
+    assert [each.file.name for each in listed] == [f"op_{n}.csv" for n in (2, 9, 10, 100)]
+
+
+def test_files_of_all_readable_kinds_count_and_nothing_beside_them(tmp_path):
+    readable = ["1.csv", "2.TXT", "3.tsv", "4.xlsx", "5.cfg", "6.cff", "7.nc"]
+    beside = ["5.dat", "5.hdr", ".8.csv", "._1.csv", "~$4.xlsx", "9.bak", "10.csv~", "11.md"]
+    fill(tmp_path, *readable, *beside, "old/12.csv", "operations.csv")
+    (tmp_path / "8.zarr").mkdir()
+    assert [file.name for file in record_files(tmp_path)] == [*readable, "8.zarr"]
+    assert record_files(tmp_path / "nowhere") == []
+
+
+@pytest.mark.parametrize(
+    "names",
+    [
+        ["x_20-11-2024_15-13-07.csv"],
+        ["operation_0007_10kHz.csv"],
+        ["op_1.csv", "notes.txt"],
+        ["2024-11-20.csv", "2024-11-21.csv"],
+    ],
+)
+def test_names_that_leave_a_doubt_are_refused_with_the_table_as_remedy(tmp_path, names):
+    fill(tmp_path / "closing", *names)
+    with pytest.raises(ValueError, match=r"closing/.* has .*`breaker inspect .*` proposes one"):
+        list_operations(tmp_path, "closing")
+
+
+@pytest.mark.parametrize("other", ["b_007.csv", "a_7.xlsx"])
+def test_two_files_of_one_operation_are_refused_and_both_named(tmp_path, other):
+    fill(tmp_path / "closing", "a_7.csv", other, "c_8.csv")
+    with pytest.raises(ValueError, match=r"_0*7\.\w+ and .*_0*7\.\w+ are both operation 7; rename"):
+        list_operations(tmp_path, "closing")
+
+
+@pytest.mark.parametrize("folder", ["", "not there"])
+def test_a_folder_without_records_is_refused(tmp_path, folder):
+    fill(tmp_path, "op_1.md")
+    with pytest.raises(FileNotFoundError, match=r"no file of a record .*endurance\.curves must"):
+        list_operations(tmp_path / folder, "closing")
+
+
+# ---- by the table --------------------------------------------------------------------------------
+
+
+def test_a_table_goes_before_names(tmp_path):
+    fill(tmp_path, "closing/op_1.csv", "x/20-11-2024.csv")
+    table(tmp_path, "x/20-11-2024.csv,closing,7", head="file,motion,operation")
+    (found,) = list_operations(tmp_path, "closing")
+    # As tuples: from Python 3.13 on, dataclasses that hold nan are unequal.
+    assert astuple(found) == astuple(Operation(7, tmp_path / "x/20-11-2024.csv"))
+    with pytest.raises(FileNotFoundError, match="no operation of motion opening; add its rows"):
+        list_operations(tmp_path, "opening")
+
+
+def test_one_file_may_hold_several_operations(tmp_path):
+    fill(tmp_path, "co.csv")
+    rows = ["co.csv,closing,1,A,0,90", "co.csv,opening,1,A,200,", "co.csv,closing,2,A,400,500"]
+    table(tmp_path, *rows, head="file,motion,operation,channel,from,to")
+    first, second = list_operations(tmp_path, "closing")
+    assert (first.channel, first.begin, first.end) == ("A", 0.0, 90.0)
+    assert (second.number, second.begin, second.file) == (2, 400.0, first.file)
+
+
+def several(tmp_path):
+    fill(tmp_path, "1.csv")
+    rows = [(b, p) for b in ("Q1", "Q2") for p in ("L1", "L2", "L3")]
+    table(tmp_path, *(f"1.csv,closing,1,{b},{p}" for b, p in rows))
+    return tmp_path
+
+
+def test_one_of_several_breakers_and_phases_must_be_chosen(tmp_path):
+    folder = several(tmp_path)
+    with pytest.raises(ValueError, match=r"breaker: Q1, Q2; choose one by endurance\.breaker"):
+        list_operations(folder, "closing")
+    with pytest.raises(ValueError, match=r"phase: L1, L2, L3; choose one by endurance\.phase"):
+        list_operations(folder, "closing", breaker="Q2")
+    (found,) = list_operations(folder, "closing", breaker="Q2", phase="L3")
+    assert (found.breaker, found.phase) == ("Q2", "L3")
+
+
+@pytest.mark.parametrize("chosen", [{"breaker": "Q9"}, {"breaker": "Q1", "phase": "A"}])
+def test_a_choice_that_is_not_there_is_refused_with_those_that_are(tmp_path, chosen):
+    with pytest.raises(ValueError, match=r"endurance\.\w+ is \w+, but .* has [QL]1, [QL]2"):
+        list_operations(several(tmp_path), "closing", **chosen)
+
+
+def test_a_row_without_a_breaker_is_none_of_the_named(tmp_path):
+    fill(tmp_path, "1.csv")
+    table(tmp_path, "1.csv,closing,1,Q1,", "1.csv,closing,2,,")
+    with pytest.raises(ValueError, match=r"breaker: \(empty\), Q1; choose"):
+        list_operations(tmp_path, "closing")
+
+
+def test_a_choice_without_a_table_is_refused(tmp_path):
+    fill(tmp_path, "closing/1.csv")
+    with pytest.raises(ValueError, match=r"endurance\.phase is L1, but .* has no table"):
+        list_operations(tmp_path, "closing", phase="L1")
+
+
+# ---- before a plan -------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", ["op_{x}_1.csv", "op_<x>_1.csv", "op\n_1.csv", "a\t1.csv"])
+@pytest.mark.parametrize("place", ["names", "table", "folder"])
+def test_a_name_that_is_a_pattern_or_a_control_sign_is_refused(tmp_path, name, place):
+    if place == "folder":
+        tmp_path, name = tmp_path / name, "1.csv"
+    fill(tmp_path, f"closing/{name}")
+    if place == "table":
+        quoted = f'"closing/{name}"'
+        table(tmp_path, f"{quoted},closing,1", head="file,motion,operation")
+    with pytest.raises(ValueError, match=r"sign in its name|cannot be printed") as told:
+        list_operations(tmp_path, "closing")
+    assert str(told.value).replace("\n", "").isprintable()
+
+
+@pytest.mark.parametrize("by", ["names", "table"])
+def test_what_is_no_file_is_refused(tmp_path, by):
+    fill(tmp_path / "closing", "op_1.csv")
+    os.symlink("nowhere", tmp_path / "closing/op_2.csv")
+    if by == "table":
+        table(tmp_path, "closing/op_2.csv,closing,1", head="file,motion,operation")
+    with pytest.raises(ValueError, match=r"op_2\.csv is not there"):
+        list_operations(tmp_path, "closing")
+
+
+# ---- the source ----------------------------------------------------------------------------------
+
+
+def test_the_fingerprint_changes_with_whatever_a_record_is_read_from(tmp_path):
+    fill(tmp_path, "a/closing/1.cfg", "a/closing/1.dat", "b/closing/1.cfg", "a/2.zarr/x/0")
+    for file in tmp_path.rglob("*.*"):
+        os.utime(file, (1e9, 1e9))
+    (found,) = list_operations(tmp_path / "a", "closing")
+    store = Operation(2, tmp_path / "a/2.zarr")
+    seen = {fingerprint([found]), fingerprint([store]), fingerprint([found, store])}
+    assert fingerprint([found]) in seen
+    seen.add(fingerprint(list_operations(tmp_path / "b", "closing")))
+    seen.add(fingerprint([replace(found, channel="A")]))
+    seen.add(fingerprint([replace(found, begin=1.0)]))
+    seen.add(fingerprint([replace(found, event="greased")]))
+    seen |= {fingerprint([replace(found, settings={"rate": rate})]) for rate in (10.0, 20.0)}
+    os.utime(found.file, (1e9, 1e9 + 1))
+    seen.add(fingerprint([found]))
+    found.file.with_suffix(".dat").write_text("new")
+    seen.add(fingerprint([found]))
+    (tmp_path / "a/2.zarr/x/0").write_text("new")
+    seen.add(fingerprint([store]))
+    assert len(seen) == 12
+    assert fingerprint([store]) == fingerprint([store])
+
+
+# ---- from the table to curves --------------------------------------------------------------------
+
+
+def test_each_record_is_read_with_what_its_row_states(tmp_path):
+    """A linkage in degrees and half its rate, without times; and rows that state too little."""
+    time = np.arange(0.0, 200.0, 0.1)
+    travel = 14.0 / (1.0 + np.exp(60.0 - time))
+    for name, reading in {"mm": travel, "deg": (90.0 - travel / 0.5)[::2]}.items():
+        np.savetxt(tmp_path / f"{name}.csv", reading, fmt="%.3f", header="travel", comments="")
+    rows = [
+        "mm.csv,closing,1,10,,,",
+        "deg.csv,closing,2,5,deg,0.5,-1",
+        "mm.csv,closing,3,,,,",
+        "deg.csv,closing,4,5,deg,,-1",
+    ]
+    table(tmp_path, *rows, head="file,motion,operation,rate,travel_unit,ratio,sign")
+    settings = {"time_column": None, "zero": "rest"}
+    grid, listed = Grid(np.arange(-2.0, 58.0, 0.4)), list_operations(tmp_path, "closing")
+    curves = read_curves(listed, settings, grid, "closing")
+    assert curves.accepted.values.tolist() == [True, True, False, False]
+    assert curves.rate.values[:2] == pytest.approx([10.0, 5.0])
+    strokes = curves.measured.sel(quantity="stroke").values[:2]
+    assert strokes == pytest.approx([14.0, 14.0], abs=0.05)
+    for reason, said in zip(
+        curves.reason.values[2:],
+        ["column rate of operations.csv", "the column ratio of"],
+        strict=True,
+    ):
+        assert said in reason
+    with pytest.raises(ValueError, match="rate is needed"):  # of a folder that states nothing
+        read_curves([Operation(1, tmp_path / "mm.csv")], settings, grid, "closing")
+
+
+def test_what_is_known_of_operations_of_any_motion(tmp_path):
+    """An event belongs to the next operation that is looked at, whichever motion's row has it."""
+    rows = [
+        "a.csv,closing,1,L1,20,",
+        "b.csv,opening,1,L1,24,greased",
+        "c.csv,closing,4,L1,,inspected",
+        "d.csv,opening,4,L1,,inspected",
+        "e.csv,opening,5,L1,,remounted",
+        "f.csv,opening,9,L1,-3,overhaul",
+        "g.csv,opening,6,L2,99,repair",
+    ]
+    table(tmp_path, *rows, head="file,motion,operation,phase,temperature,event")
+    events, conditions = list_known(tmp_path, [1, 6, 8], phase="L1")
+    assert events == {1: "greased", 6: "inspected, remounted"}
+    assert conditions == {"temperature": {1: 22.0, 9: -3.0}}
+    assert list_known(tmp_path / "none", [1]) == ({}, {})

@@ -1,0 +1,217 @@
+"""Exports in the styles of several makers and languages: rate, stroke, motion and phases."""
+
+import numpy as np
+import pytest
+import yaml
+
+from breaker.records.axes import Scale
+from breaker.records.channels import InspectionError
+from breaker.records.curves import read_record
+from breaker.records.description import travel_channels
+from breaker.records.grid import Grid
+from breaker.records.proposal import inspect_file
+from breaker.records.proposal_text import overlay_of
+from breaker.records.settings import complete
+from tests.exports import way
+
+SENSOR = {"start": -2.0, "stop": 58.0, "samples": 151, "noise_sd": 0.1}
+GRID = Grid(np.linspace(-2.0, 58.0, 151))
+# Lines of the head, sign between columns, decimal sign, encoding, rate, and phases.
+MAKERS = {
+    "german": (
+        "Anlage: Nord\nAbtastrate: 10 kHz\nSchaltfolge: E\n\nWeg L1;Weg L2;Hauptkontakt L1\nmm;mm;",
+        *(";", ",", "utf-16", 10.0, "L1 L2"),
+    ),
+    "json": (
+        '{\n"serialNumber": "HV-1",\n"sampleRate_Hz": 20000,\n"channels": ["R", "Y", "B"]\n}\n'
+        "travel_1\ttravel_2\tcontact_1\nmm\tmm\t-",
+        *("\t", ".", "utf-8", 20.0, "R Y"),
+    ),
+    "names above": (
+        "Travel U,Travel V,Contact\n(mm),(mm),(-)\nSample interval 100 us\nOperation: Close",
+        *(",", ".", "utf-8", 10.0, "U V"),
+    ),
+    "two tables": (
+        "Sampling frequency,10,kHz\n\nTimes\nPole,Close time (ms)\nA,61.2\nB,61.5\n\nRecord\n"
+        "Stroke A (mm),Stroke B (mm),Aux",
+        *(",", ".", "utf-8", 10.0, "A B"),
+    ),
+    "french": (
+        "N° de série;778\nFréquence d'échantillonnage;10 kHz\nManœuvre;F\n\n"
+        "Course R (mm);Course S (mm);Contact",
+        *(";", ",", "cp1252", 10.0, "R S"),
+    ),
+    "spanish": (
+        "Subestación: Sur\nFrecuencia de muestreo: 20 kHz\nOperación: Cierre\n"
+        "Carrera U [mm]\tCarrera V [mm]\tContacto",
+        *("\t", ",", "utf-8", 20.0, "U V"),
+    ),
+    "italian": (
+        "Matricola: 7\nFrequenza di campionamento [kHz]: 10\nManovra: Chiusura\n"
+        "Corsa A [mm];Corsa B [mm];Contatto",
+        *(";", ",", "latin-1", 10.0, "A B"),
+    ),
+    "chinese": (
+        "出厂编号：A-99\n采样频率：10kHz\n操作：合闸\n行程A相(mm),行程B相(mm),触头",
+        *(",", ".", "gb18030", 10.0, "A B"),
+    ),
+    "russian": (
+        "Заводской номер: 12\nЧастота дискретизации, кГц: 10\nОперация: включение\n"
+        "Ход A, мм;Ход B, мм;Контакт",
+        *(";", ",", "cp1251", 10.0, "A B"),
+    ),
+    "short": ("fs = 10k\nSchaltung: EIN\nWeg T, mm;Weg S, mm;K", ";", ",", "utf-8", 10.0, "T S"),
+    "inches": (
+        'Sample Rate (Samples/s),"10,000"\nStroke A (in),Stroke B (in),C',
+        *(",", ".", "utf-8", 10.0, "A B"),
+    ),
+    "quoted": (
+        '"Sample Rate","10.000","kHz"\n"CB S/N","Z-1"\n"Pole 1 (mm)","Pole 2 (mm)",""',
+        *(",", ".", "utf-8", 10.0, "1 2"),
+    ),
+    "comments": (
+        "# sampling_rate_hz=10000\n# stroke_unit=mm\ns_A,s_B,c",
+        *(",", ".", "utf-8", 10.0, "A B"),
+    ),
+    "blanks": (
+        "Sampling Interval: 1.000E-04 s\ntravel_R(mm)  travel_Y(mm)  c",
+        *(" ", ".", "utf-8", 10.0, "R Y"),
+    ),
+}
+
+
+def put(file, head, sign, decimal, rate, *, encoding="utf-8", size=1.0, before=None):
+    """Write a closing of two travels and a contact, with a column before them if there is one."""
+    time = np.arange(0.0, 300.0, 1.0 / rate)
+    noise = np.random.default_rng(0).normal(0.0, 0.1, (2, time.size))
+    travels = (178.0 * way(time, 60.0, 60.0) + noise) / size
+    columns = [*travels, travels[0] > 80.0 / size]
+    rows = [
+        sign.join(f"{v:.4f}".replace(".", decimal) for v in r) for r in zip(*columns, strict=True)
+    ]
+    if before is not None:
+        rows = [f"{before(t)}{sign}{row}" for t, row in zip(time, rows, strict=True)]
+    file.write_text("\n".join([head, *rows, ""]), encoding=encoding)
+    return file
+
+
+@pytest.mark.parametrize("maker", MAKERS)
+def test_what_is_proposed_for_a_maker_reads_its_export(tmp_path, maker):
+    head, sign, decimal, encoding, rate, phases = MAKERS[maker]
+    size = 25.4 if maker == "inches" else 1.0
+    file = put(tmp_path / "a.csv", head, sign, decimal, rate, encoding=encoding, size=size)
+    proposal = inspect_file(file, SENSOR)
+    assert not proposal.lacking
+    settings = yaml.safe_load(overlay_of(proposal))["endurance"]["format"]
+    assert (settings["time_column"], settings["rate"]) == (None, rate)
+    names = [name for name, _ in travel_channels(file).values()]
+    assert " ".join(names) == phases
+    for motion in proposal.motions:
+        own = complete({**settings, "travel_column": motion.column})
+        record = read_record(motion.operation, own, Scale.from_settings(own), GRID, motion.motion)
+        assert motion.motion == "closing"
+        assert record.segment.stroke == pytest.approx(178.0, abs=0.5)
+
+
+def test_a_ratio_may_have_its_unit_and_stays_to_be_filled_in(tmp_path):
+    head = "fs = 10k\nÜbersetzung: 1,64 mm/°\nDrehwinkel L1 [°];Drehwinkel L2 [°];K"
+    proposal = inspect_file(put(tmp_path / "a.csv", head, ";", ",", 10.0), SENSOR)
+    assert proposal.settings["travel_unit"] == "deg"
+    assert "stated is a ratio of 1.64" in proposal.lacking["ratio"]
+
+
+@pytest.mark.parametrize("title", ["", "\n[Channel B]\nTime (ms),Travel (mm)"])
+def test_channels_one_below_the_other_are_refused(tmp_path, title):
+    time = np.arange(0.0, 300.0, 0.2)
+    block = [f"{t:.1f},{178 * y:.2f}" for t, y in zip(time, way(time, 60.0, 60.0), strict=True)]
+    lines = ["Time (ms),Travel (mm)", *block, *filter(None, [title]), *block]
+    file = tmp_path / "a.csv"
+    file.write_text("\n".join(lines), encoding="utf-8")
+    with pytest.raises(InspectionError, match=r"begins anew .* export a column for each channel"):
+        inspect_file(file, SENSOR)
+
+
+def drive(kind, closed=0.0):
+    """Reading at times, ms, of motions such as "CO"; a closing goes far beyond its rest."""
+    time = np.arange(0.0, 260.0 * len(kind) + 60.0, 0.2)
+    reading = np.full(time.size, float(kind[0] == "O"))
+    for k, letter in enumerate(kind):
+        over = 0.2 if letter == "C" else 0.02
+        reading += (1 if letter == "C" else -1) * way(time, 60.0 + 260.0 * k, 40.0, over=over)
+    noise = np.random.default_rng(0).normal(0.0, 0.05, time.size)
+    return time, closed + (1.0 if closed == 0.0 else -1.0) * 180.0 * reading + noise
+
+
+def table(file, head, *columns, sign=","):
+    rows = [sign.join(f"{value:.4f}" for value in row) for row in zip(*columns, strict=True)]
+    file.write_text("\n".join([head, *rows, ""]), encoding="utf-8")
+    return file
+
+
+@pytest.mark.parametrize("kind", ["CO", "OCO", "OC"])
+@pytest.mark.parametrize("closed", [0.0, 180.0])
+def test_a_sign_that_no_text_says_is_a_guess_by_the_curve(tmp_path, kind, closed):
+    time, reading = drive(kind, closed)
+    file = table(tmp_path / "a.csv", "t (ms),TRV1(mm)", time, reading)
+    proposal = inspect_file(file, SENSOR)
+    if (kind, closed) != ("OC", 180.0):  # which looks like a C-O of a breaker that is open at 0
+        assert "".join(each.motion[0].upper() for each in proposal.motions) == kind
+    assert proposal.remarks[-1].startswith("the sign is a guess: the file begins with ")
+    assert all(each.record for each in proposal.motions)
+
+
+@pytest.mark.parametrize(("coil", "motion"), [("Close coil", "closing"), ("Trip coil", "opening")])
+def test_the_coil_before_it_names_the_first_motion(tmp_path, coil, motion):
+    time, reading = drive("C")
+    pulse = 4.0 * (np.abs(time - 50.0) < 20.0)
+    file = table(tmp_path / "a.csv", f"t (ms),TRV1(mm),{coil} (A)", time, reading, pulse)
+    proposal = inspect_file(file, SENSOR)
+    assert proposal.motions[0].motion == motion
+    assert proposal.settings["trigger_column"] == f"{coil} (A)"
+    assert not any("guess" in each for each in proposal.remarks)
+
+
+def test_the_sign_of_a_remark_before_names_is_no_name(tmp_path):
+    time, reading = drive("CO")
+    head = "# CIGRE record\n# drive 6\n#   t_us     s1_m    s2_m    icoil_A"
+    columns = (1e3 * time, 1e-3 * reading, 1e-3 * reading, 0.0 * time)
+    proposal = inspect_file(table(tmp_path / "a.txt", head, *columns, sign="  "), SENSOR)
+    assert all(each.record for each in proposal.motions)
+    chosen = [
+        proposal.settings[f"{of}_{what}"]
+        for of in ("time", "travel")
+        for what in ("column", "unit")
+    ]
+    assert chosen == ["t", "us", "s1", "m"]
+
+
+@pytest.mark.parametrize(
+    ("name", "unit"), [("Posicion(grados)", "deg"), ("Weg(Zoll)", "inch"), ("Travel A(in)", "inch")]
+)
+def test_a_unit_glued_to_a_name_is_one(tmp_path, name, unit):
+    time, reading = drive("C")
+    file = table(tmp_path / "a.csv", f"t (ms),{name}", time, reading / 25.4)
+    proposal = inspect_file(file, SENSOR)
+    assert proposal.settings["travel_unit"] == unit
+    assert ("ratio" in proposal.lacking) == (unit == "deg")
+    assert not any("unit of the travel" in each for each in proposal.remarks)
+
+
+def test_a_channel_that_is_rejected_is_not_proposed(tmp_path):
+    time, reading = drive("C")
+    file = table(tmp_path / "a.csv", "t (ms),Travel 1 (mm),Travel 2 (mm)", time, reading, reading)
+    lines = file.read_text(encoding="utf-8").splitlines()
+    lines[700] = "139.8,overflow,170.0"
+    file.write_text("\n".join(lines), encoding="utf-8")
+    proposal = inspect_file(file, SENSOR)
+    assert [bool(each.record) for each in proposal.motions] == [False, True]
+    assert proposal.settings["travel_column"] == "Travel 2"
+
+
+def test_of_columns_without_names_one_of_another_quantity_is_no_travel(tmp_path):
+    _, reading = drive("C")
+    lines = [f"{a:.1f},{844.0 - 4.7 * a:.1f}" for a in reading]
+    (tmp_path / "a.csv").write_text("\n".join(lines), encoding="utf-8")
+    proposal = inspect_file(tmp_path / "a.csv", SENSOR)
+    assert proposal.settings["travel_column"] == 1
+    assert "of another quantity; if one is a travel" in proposal.remarks[0]
