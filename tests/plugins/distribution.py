@@ -4,7 +4,7 @@ import re
 import tomllib
 from pathlib import Path
 
-CONTRACT = Path(__file__).parents[1] / "files" / "format_contract.py"
+CONTRACT = Path(__file__).parents[1] / "records" / "format_contract.py"
 PAGE = Path(__file__).parents[2] / "docs" / "library.md"
 _BLOCK = re.compile(r"```\w+\n# (\S+)\n(.*?)```", re.DOTALL)
 

@@ -34,7 +34,7 @@ def name_of(format_):
 
 # By the module of a format: each has one.
 EXAMPLES = {
-    "delimited_text": of_dialect("tab"),
+    "text": of_dialect("tab"),
     "excel": of_dialect("excel"),
     "comtrade": of_dialect("comtrade"),
     "netcdf": of_dialect("netcdf"),
@@ -42,7 +42,7 @@ EXAMPLES = {
 
 
 class TestText(FormatContract):
-    example = EXAMPLES["delimited_text"]
+    example = EXAMPLES["text"]
 
 
 class TestExcel(FormatContract):
