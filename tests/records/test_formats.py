@@ -5,8 +5,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.records.format_contract import TIME, TRAVEL, Example, FormatContract
-from tests.records.refused import told
 
 from breaker.drive.simulation.dialects import DIALECTS
 from breaker.records.files import Opened
@@ -20,6 +18,8 @@ from breaker.records.formats.registry import (
 )
 from breaker.records.layout import look_into
 from breaker.records.settings import complete
+from tests.records.format_contract import TIME, TRAVEL, Example, FormatContract
+from tests.records.refused import told
 
 
 def of_dialect(name):

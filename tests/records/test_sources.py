@@ -18,7 +18,6 @@ import pytest
 import xarray as xr
 from packaging.requirements import Requirement
 from scipy.io import netcdf_file
-from tests.records.refused import told
 
 from breaker.common.randomness import generator
 from breaker.drive.simulation.dialects import DIALECTS
@@ -28,6 +27,7 @@ from breaker.records.formats import excel as workbooks
 from breaker.records.formats.registry import FORMATS, read_columns
 from breaker.records.layout import look_into
 from breaker.records.settings import complete
+from tests.records.refused import told
 
 TIME = np.round(0.1 * np.arange(60), 1)
 TRAVEL = np.round(0.02 * np.arange(60) ** 1.5, 3)

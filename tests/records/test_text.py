@@ -4,7 +4,6 @@ import time as clock
 
 import numpy as np
 import pytest
-from tests.records.refused import told
 
 from breaker.common.randomness import generator
 from breaker.drive.simulation.dialects import DIALECTS
@@ -13,6 +12,7 @@ from breaker.records.files import RejectedCurveError
 from breaker.records.formats.registry import read_columns
 from breaker.records.settings import TO_MS, complete
 from breaker.records.words import split_unit, unit_of
+from tests.records.refused import told
 
 TIME = 0.1 * np.arange(40)
 TRAVEL = np.round(0.05 * np.arange(40) ** 1.2, 3)

@@ -10,8 +10,8 @@ A format is a module with
 - ``look(opened)``: what it shows before anything is known of it, ``Labelled`` or ``Tables``; None
   where all of it is to be guessed.
 
-Each passes the tests in ``tests/records/format_contract.py``. Other distributions add such modules by
-the entry points ``breaker.formats``.
+Each passes the tests in ``tests/records/format_contract.py``. Other distributions add such modules
+by the entry points ``breaker.formats``.
 """
 
 import logging
