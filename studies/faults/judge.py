@@ -143,8 +143,10 @@ def good_file(layout: str, motion: str, number: int, seed: int) -> Good:
         truth = curve[0] + _SENSOR.zero_sd * rng.standard_normal()
         record = truth + _SENSOR.noise_sd * rng.standard_normal(time.size)
         stroke = abs(np.median(record[-20:]) - np.median(record[:20]))
-        known = {"rate": dialect.rate, "samples": time.size}
-        known["stroke"] = [(1 - _STROKE) * stroke, (1 + _STROKE) * stroke]
+        known = {
+            "rate": dialect.rate,
+            "stroke": [(1 - _STROKE) * stroke, (1 + _STROKE) * stroke],
+        }
         good = Good(
             layout, motion, time, record, truth, {**dialect.settings, **known}, 0.0, record, {}
         )

@@ -236,7 +236,6 @@ Settings = _section(
             zero=_f(Amount | Literal["rest"], 0.0, "Reading when open; rest: that of each record."),
             sign=_f(Literal[1, -1], 1, "1 if the reading grows towards closed, -1 if it falls."),
             quantum=_f(float | None, None, "mm, step of the reading; null finds it.", 0, 10),
-            samples=_f(int | None, None, "Usual samples of a record; null: any.", 2, 10_000_000),
             stroke=_f(Stroke | None, None, "mm, least and largest stroke; null: of any breaker."),
             contact_column=_f(Column | None, None, "Name or number of the main contact's column."),
             timing_sd=_f(float, 0.1, "ms, sd of the times of touch and separation.", 0.01, 10),

@@ -112,21 +112,6 @@ def _check_increase(time: np.ndarray, lines: np.ndarray) -> None:
         raise UnusableError(reason, line=int(lines[back[0] + 1]))
 
 
-def count_remark(count: int, settings: Mapping) -> str:
-    """Say where a record is not as long as all should be, gaps included; "" if it is.
-
-    >>> count_remark(759, {"samples": 760})
-    'is 759 samples long, not the 760 of endurance.format.samples: were some lost or repeated?'
-    """
-    usual = settings["samples"]
-    if usual is None or count == usual:
-        return ""
-    return (
-        f"is {count} samples long, not the {usual} of endurance.format.samples: were some lost or "
-        "repeated?"
-    )
-
-
 def _whole_steps(steps: np.ndarray) -> np.ndarray:
     """Number of steps of the clock from each sample to the next, ``(n - 1,)``, at least 1."""
     step = np.median(steps)

@@ -13,7 +13,7 @@ import numpy as np
 
 from breaker.common.numerals import in_digits
 from breaker.model.quantities import Speed
-from breaker.records.axes import Scale, count_remark, even_times, seen_quantum
+from breaker.records.axes import Scale, even_times, seen_quantum
 from breaker.records.contacts import Contact, events_of
 from breaker.records.currents import Channel, Currents
 from breaker.records.faulty_samples import doubtful_samples, doubts_in_words
@@ -238,7 +238,7 @@ def _raw(samples: _Samples, motion: str) -> Raw:
     channels = {k: Channel(beside[k], amperes) for k, amperes in columns.amperes.items()}
     event = contact.trigger, contact.trigger_sd
     currents = Currents(time, channels, inside, found[-2], *event)
-    said = (*columns.remarks, uneven, count_remark(time.size, settings), *odd)
+    said = (*columns.remarks, uneven, *odd)
     return Raw(*found, operation, settings, rest, contact, currents, said)
 
 

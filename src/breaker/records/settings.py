@@ -29,7 +29,6 @@ FORMAT = {
     "zero": 0.0,
     "sign": 1,
     "quantum": None,
-    "samples": None,
     "stroke": None,
     "contact_column": None,
     "timing_sd": 0.1,
