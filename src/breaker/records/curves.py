@@ -258,19 +258,20 @@ def _to_grid(raw: Raw, grid: Grid) -> ReadRecord:
     """Put a record on the grid."""
     times, noise_sd, zero_sd, onset_sd = grid
     gridded = raw.on_grid(times)
-    try:
-        check_missing(gridded, raw.settings["missing"])
-    except UnusableError as error:
-        raise RejectedCurveError(raw.operation.file, str(error)) from error
     step, grid_step = (float(each[1] - each[0]) for each in (raw.time, times))
     noise = raw.noise_at(grid_step)
-    remarks = [
-        raw.warning,
-        *raw.remarks_on(noise_sd, zero_sd),
-        onset_remark(raw.first_motion_sd, onset_sd),
-        *grid_remarks(gridded, raw.time[raw.inside], times, back=not np.isnan(raw.segment.back)),
-        *([] if noise_sd is None else noise_remarks(noise, noise_sd, step, times)),
-    ]
+    back = not np.isnan(raw.segment.back)
+    try:
+        check_missing(gridded, raw.settings["missing"])
+        remarks = [
+            raw.warning,
+            *raw.remarks_on(noise_sd, zero_sd),
+            onset_remark(raw.first_motion_sd, onset_sd),
+            *grid_remarks(gridded, raw.time[raw.inside], times, back=back),
+            *([] if noise_sd is None else noise_remarks(noise, noise_sd, step, times)),
+        ]
+    except UnusableError as error:
+        raise RejectedCurveError(raw.operation.file, str(error)) from error
     said = tuple(remark for remark in remarks if remark)
     of_file = {each.name: getattr(raw, each.name) for each in fields(raw)}
     record = ReadRecord(**of_file, noise=noise, gridded=gridded, remarks=said)
