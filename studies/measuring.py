@@ -21,7 +21,7 @@ from breaker.model.evaluation import evaluate
 from breaker.model.parameters import MOTIONS, Size
 from breaker.model.prior import Prior
 from breaker.model.quantities import SPEEDS, Point, Speed, quantities_of, speeds_of
-from breaker.records.contacts import Contact
+from breaker.records.contacts import ContactTimes
 from breaker.records.measurements import measure_curve
 
 __all__ = ["measure_drives", "own_quantities"]
@@ -122,7 +122,7 @@ def measure_drives(
         if quantum:
             curve = quantum * stroke * np.round(curve / (quantum * stroke))
         sd = _CONTACT_SD * times
-        contact = Contact(switching + sd * rng.standard_normal(), sd)
+        contact = ContactTimes(switching + sd * rng.standard_normal(), sd)
         found = measure_curve(time, curve, motion, contact=contact, speeds=speeds)
         for name, modelled in zip(own, model, strict=True):
             if name not in found:  # of the model alone

@@ -36,7 +36,7 @@ from breaker.drive.answers.drive_records import read_operations
 from breaker.drive.answers.evidence import Answer, Given
 from breaker.model.parameters import MOTIONS, NAMES, Size
 from breaker.model.prior import Prior
-from breaker.records.contacts import Contact
+from breaker.records.contacts import ContactTimes
 from breaker.records.operations import Operation
 
 NOISE, TRIGGER = 0.1, 0.3  # mm and ms, sd of a sample and of the release
@@ -363,7 +363,9 @@ def timed(record, begins: Mapping, curves: Mapping, rng: np.random.Generator, sd
     """A record whose contact was seen to switch, with an error of a standard deviation in ms."""
     at = begins[record.motion] + curves[record.motion].switching + sd * rng.standard_normal()
     return (
-        replace(record, raw=replace(record.raw, contact=Contact(at, sd))) if record.raw else record
+        replace(record, raw=replace(record.raw, contact=ContactTimes(at, sd)))
+        if record.raw
+        else record
     )
 
 

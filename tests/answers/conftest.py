@@ -9,7 +9,7 @@ from breaker.drive.answers.drive_records import read_operations
 from breaker.drive.answers.evidence import AnswerSettings, Given
 from breaker.drive.answers.inference import infer_drive
 from breaker.model.quantities import speeds_at
-from breaker.records.contacts import Contact
+from breaker.records.contacts import ContactTimes
 from breaker.records.operations import Operation
 from tests.cli.conftest import written
 
@@ -49,7 +49,7 @@ def timed(records):
     """The first closing, with the touch that a contact's voltage would show, and its sd."""
 
     def timed(switching, sd=0.1):
-        raw = replace(records[0].raw, contact=Contact(switching, sd))
+        raw = replace(records[0].raw, contact=ContactTimes(switching, sd))
         return replace(records[0], raw=raw)
 
     return timed

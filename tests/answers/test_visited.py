@@ -30,7 +30,7 @@ from breaker.drive.family.normalised_shape import SHAPE_TIMES
 from breaker.model.limits import from_list
 from breaker.model.parameters import MOTIONS, NAMES
 from breaker.model.quantities import speeds_of
-from breaker.records.contacts import Contact
+from breaker.records.contacts import ContactTimes
 from tests.raws import raw_of, smooth
 
 SPEEDS = speeds_of({"closing_speed_mean": ["10 % of stroke", "90 % of stroke"]})
@@ -279,7 +279,7 @@ def test_a_way_past_the_rest_changes_in_shares_of_itself_and_a_late_touch_is_wor
         rise = np.clip((time - 20.0) / 15.0, 0.0, 1.0)
         way = rise**2 * (3.0 - 2.0 * rise) + over * np.exp(-np.square((time - 40.0) / 3.0))
         raw = raw_of(80.0 * way + 0.02 * rng.standard_normal(time.size), 0.1, 19.0)
-        return {"closing": [replace(raw, contact=Contact(touch, 0.1))]}
+        return {"closing": [replace(raw, contact=ContactTimes(touch, 0.1))]}
 
     rows = measured_changes(visit(0.2, 29.0), visit(0.1, 30.0), SPEEDS)
     touch, over = (next(e for e in rows if e.name == f) for f in ("touch_time", "over_travel"))

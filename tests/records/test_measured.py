@@ -12,7 +12,7 @@ from breaker.model.evaluation import evaluate
 from breaker.model.parameters import Size
 from breaker.model.quantities import EVENTS, quantities_of, speeds_of
 from breaker.records import motion as located
-from breaker.records.contacts import Contact
+from breaker.records.contacts import ContactTimes
 from breaker.records.first_motion import first_motion
 from breaker.records.measurements import Reading, measure_curve
 from breaker.records.motion import LocatedMotion, find_segment
@@ -28,7 +28,7 @@ SPEEDS = speeds_of(
 )
 TIMED = {"closing": "touch_time", "opening": "part_time"}
 NOISE, CONTACT_SD = 0.1, 0.1
-AS_IT_IS, UNKNOWN, TIMING = Size(1.0, 1.0), Contact(), Contact(18.0, 0.1)
+AS_IT_IS, UNKNOWN, TIMING = Size(1.0, 1.0), ContactTimes(), ContactTimes(18.0, 0.1)
 
 
 def record_of(theta, motion, rng, *, size=AS_IT_IS, speeds=SPEEDS):
@@ -39,7 +39,7 @@ def record_of(theta, motion, rng, *, size=AS_IT_IS, speeds=SPEEDS):
     read = curve + NOISE * rng.standard_normal(time.size) + 0.05 * rng.standard_normal()
     timing = evaluate([TIMED[motion]], theta[None], motion)[0, 0]
     touch = begins + timing + CONTACT_SD * rng.standard_normal()
-    reading = reading_of(time, read, motion, Contact(touch, CONTACT_SD), speeds)
+    reading = reading_of(time, read, motion, ContactTimes(touch, CONTACT_SD), speeds)
     lengths, times = size.lengths, size.times
     found = reading.located
     rests = {name: lengths * getattr(found.segment, name) for name in ("before", "after")}
@@ -51,7 +51,7 @@ def record_of(theta, motion, rng, *, size=AS_IT_IS, speeds=SPEEDS):
         moves=times * found.moves,
         moves_sd=times * found.moves_sd,
     )
-    contact = Contact(*(times * each for each in reading.contact))
+    contact = ContactTimes(times * reading.contact.time, times * reading.contact.sd)
     return Reading(sized, contact, speeds).quantities()
 
 
@@ -140,14 +140,14 @@ def test_without_contact_timing(reading):
 
 def test_latch_time(reading):
     """From the trigger to the first motion, which is uncertain by itself."""
-    found = replace(reading, contact=Contact(trigger=2.0)).quantities()["latch_time"]
+    found = replace(reading, contact=ContactTimes(trigger=2.0)).quantities()["latch_time"]
     assert abs(found.value - 6.0) < 5.0 * found.sd
     assert 0.05 < found.sd < 0.5
     assert "no trigger" in replace(reading, contact=TIMING).quantities()["latch_time"].reason
 
 
 def test_times_from_the_trigger_and_of_bounces(reading):
-    timed = Contact(18.0, 0.1, 2.0, 21.5)
+    timed = ContactTimes(18.0, 0.1, trigger=2.0, bounce_time=3.5)
     found = replace(reading, contact=timed).quantities()
     assert found["closing_time"][:2] == pytest.approx((16.0, 0.1))
     assert found["bounce_time"].value == pytest.approx(3.5)

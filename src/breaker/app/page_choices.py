@@ -66,6 +66,7 @@ FIELDS = (
     ),
     Field("zero", "Reading of the open breaker (a number, or rest)", "text"),
     Field("contact_column", "Main contact", "column", none="as found beside each travel"),
+    Field("current_column", "Test current", "column", none="as found beside the contact"),
     Field("trigger_column", "Coil", "column", none="as found beside each travel"),
     Field("motor_column", "Motor", "column", none="as found beside each travel"),
     Field("delimiter", "Sign between columns", "text"),

@@ -32,7 +32,7 @@ class SettingRow(NamedTuple):
 
 
 _ORDER = ("lacking", "doubtful", "chosen", "sure")
-_BESIDE = ("contact_column", "trigger_column", "motor_column")
+_BESIDE = ("contact_column", "current_column", "trigger_column", "motor_column")
 _SEARCHED = {"travel_column": "the column that moves as a drive does"}
 _SEARCHED |= dict.fromkeys(_BESIDE, "by name, number and time, beside each travel")
 

@@ -238,6 +238,7 @@ Settings = _section(
             quantum=_f(float | None, None, "mm, step of the reading; null finds it.", 0, 10),
             stroke=_f(Stroke | None, None, "mm, least and largest stroke; null: of any breaker."),
             contact_column=_f(Column | None, None, "Name or number of the main contact's column."),
+            current_column=_f(Column | None, None, "Column of the test current of the contact."),
             timing_sd=_f(float, 0.1, "ms, sd of the times of touch and separation.", 0.01, 10),
             trigger_column=_f(Trigger | None, None, "Column of trigger or coil; 0: at time 0."),
             motor_column=_f(Column | None, None, "Column of the current of the charging motor."),

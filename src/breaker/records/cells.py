@@ -19,7 +19,8 @@ _COMMENT = re.compile(r"^([#%!]|//)\s+")  # its sign is no cell of a line of nam
 _BEFORE_UNIT = re.compile(r"(?<=[^\s\])])\s+(?=[\[(])")
 _NOT_ALIKE = '"([#!%/'  # signs of which a line has its own meaning
 
-LARGEST_NUMBER = {"time": 1e16, "travel": 1e9, "contact": 1e40, "trigger": 1e40, "motor": 1e40}
+LARGEST_NUMBER = {"time": 1e16, "travel": 1e9}
+LARGEST_NUMBER |= dict.fromkeys(("contact", "current", "trigger", "motor"), 1e40)
 """Beyond it is no time (those since 1970 are 2e15 microseconds), and no reading of a sensor. Some
 instruments write 9.9e37 for the resistance of an open contact."""
 

@@ -26,8 +26,8 @@ class Beside(NamedTuple):
     """What goes with a travel in a motion.
 
     Attributes:
-        settings: Columns by ``contact_column``, ``trigger_column`` and ``motor_column`` of
-            ``endurance.format``; a key is lacking where none is found.
+        settings: Columns by ``contact_column``, ``current_column``, ``trigger_column`` and
+            ``motor_column`` of ``endurance.format``; a key is lacking where none is found.
         others: Columns of contacts of the same travel that are not taken.
     """
 
@@ -97,11 +97,26 @@ def columns_beside(
                 "trigger_column": _coil(layout, coils, motion, pole),
                 "motor_column": _motor(layout) if motion == "closing" else [],
             }
+            taken["current_column"] = current_of(layout, counted[0]) if counted else []
             settings = {key: layout.column(places[0]) for key, places in taken.items() if places}
             others = (layout.column(i) for i in contacts if i not in counted[:1])
             each[motion] = Beside(settings, tuple(others))
         found.append(each)
     return found
+
+
+def current_of(layout: Layout, contact: int) -> list[int]:
+    """Return the column of the test current of a contact's resistance, by place; none or one.
+
+    Analysers of dynamic resistance write it behind the resistance, under the same number or phase.
+    """
+    place = contact + 1
+    if place >= len(layout.names) or not holds(layout.names[contact], "resistance"):
+        return []
+    name, unit = layout.names[place], layout.units[place] or ""
+    flows = np.isfinite(amperes_of(name, unit)) or holds(name, "current")
+    alike = _marks(name) == _marks(layout.names[contact])
+    return [place] if flows and alike and not holds(name, "resistance") else []
 
 
 def coils_before(layout: Layout, travel: Travel, k: int) -> dict[int, int]:

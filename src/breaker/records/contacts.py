@@ -7,11 +7,12 @@ the first touch that counts.
 """
 
 from collections.abc import Mapping
+from typing import NamedTuple
 
 import numpy as np
 
 from breaker.records.fits import running_median
-from breaker.records.motion import Contact, LocatedMotion
+from breaker.records.motion import LocatedMotion
 from breaker.records.words import label_of
 
 _EARLY = 1.0  # ms, by which the first motion may be read late
@@ -28,9 +29,36 @@ _UNSEEN = 1.0  # ms, sd of a trigger that came with the first sample
 _SLOWEST = 100.0  # ms, from trigger to the first motion: no breaker takes longer
 
 
+class ContactTimes(NamedTuple):
+    """Times of the contact in a record, in ms; nan where unknown or withheld.
+
+    Attributes:
+        time, sd: Counted touch or separation, at which the current starts or stops, and the
+            standard deviation of its error.
+        main, main_sd: Touch or separation of the main contact, where an arcing contact differs.
+        arcing, arcing_sd: Touch or separation of the arcing contact.
+        trigger, trigger_sd: When the coil was energised.
+        bounces: Number of interruptions after the first touch.
+        bounce_time: Time from the first touch to the last.
+        why: Reason for which the contact times are withheld; empty otherwise.
+    """
+
+    time: float = np.nan
+    sd: float = np.nan
+    main: float = np.nan
+    main_sd: float = np.nan
+    arcing: float = np.nan
+    arcing_sd: float = np.nan
+    trigger: float = np.nan
+    trigger_sd: float = 0.0
+    bounces: float = np.nan
+    bounce_time: float = np.nan
+    why: str = ""
+
+
 def events_of(
     settings: Mapping, located: LocatedMotion, channels: Mapping[str, np.ndarray]
-) -> tuple[Contact, list[str]]:
+) -> tuple[ContactTimes, list[str]]:
     """Return contact's time and trigger of a motion, by channels.
 
     Args:
@@ -66,7 +94,12 @@ def events_of(
     elif settings["trigger_column"] == 0 and inside.start == 0 and moves >= 0.0:
         trigger = 0.0
     sd = np.nan if np.isnan(switching) else sd
-    return Contact(switching, sd, trigger, settles, trigger_sd, main), said
+    parts = (np.nan, np.nan) if np.isnan(main) else (switching, sd)
+    bounce = settles - switching
+    bounces = np.nan if np.isnan(bounce) else float(bounce > 0.0)
+    main_sd = sd if np.isfinite(main) else np.nan
+    times = switching, sd, main, main_sd, *parts, trigger, trigger_sd, bounces, bounce
+    return ContactTimes(*times), said
 
 
 def _not_seen(kind: str, settings: Mapping, does: str) -> str:

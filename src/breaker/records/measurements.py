@@ -21,10 +21,11 @@ import numpy as np
 from breaker.common.numerals import in_digits
 from breaker.model.quantities import CURRENTS, SPEEDS, Point, Speed, quantities_of
 from breaker.records.axes import seen_quantum
+from breaker.records.contacts import ContactTimes
 from breaker.records.currents import Currents
 from breaker.records.faulty_samples import doubtful_samples, hidden_slip, leap_at
 from breaker.records.first_motion import first_motion
-from breaker.records.motion import Contact, LocatedMotion, Segment, find_segment
+from breaker.records.motion import LocatedMotion, Segment, find_segment
 from breaker.records.propagation import Trace, Uncertain
 from breaker.records.rejections import NotShownError, UnusableError
 
@@ -72,7 +73,7 @@ class Measured(NamedTuple):
     reason: str
 
 
-_UNKNOWN = Contact()
+_UNKNOWN = ContactTimes()
 _NO_CURRENTS = Currents(np.zeros(0))
 
 
@@ -81,7 +82,7 @@ def measure_curve(
     travel: np.ndarray,
     motion: str,
     *,
-    contact: Contact = _UNKNOWN,
+    contact: ContactTimes = _UNKNOWN,
     speeds: Sequence[Speed] = SPEEDS,
 ) -> dict[str, Measured]:
     """Read the quantities of a curve of which nothing else is known.
@@ -90,7 +91,7 @@ def measure_curve(
         time: Times, ``(n,)``, ms, evenly spaced, some of them before the first motion.
         travel: Travel towards closed, ``(n,)``, mm; NaN where a sample is missing.
         motion: "closing" or "opening".
-        contact: When the contact touched or parted, and the trigger came.
+        contact: Times of contact and trigger.
         speeds: How speeds are defined.
 
     Raises:
@@ -130,7 +131,7 @@ class Reading:
     """
 
     located: LocatedMotion
-    contact: Contact = _UNKNOWN
+    contact: ContactTimes = _UNKNOWN
     speeds: Sequence[Speed] = SPEEDS
     currents: Currents = _NO_CURRENTS
 
@@ -171,6 +172,8 @@ class Reading:
             **dict.fromkeys(("touch_time", "part_time"), self.switching),
             "latch_time": self.latch,
             **dict.fromkeys(("closing_time", "opening_time"), self.operating_time),
+            **dict.fromkeys(("main_closing_time", "main_opening_time"), self.main_operating_time),
+            "arcing_wipe": self.arcing_wipe,
             "bounce_time": self.bounce_time,
             **{each.name: partial(self.speed, each) for each in self.speeds},
             **{name: partial(self._current, name) for name in CURRENTS},
@@ -213,12 +216,21 @@ class Reading:
         """Time from the trigger to touch or parting, ms."""
         return self._switching - self._trigger
 
+    def main_operating_time(self) -> Uncertain:
+        """Time from the trigger to touch or separation of the main contact, ms."""
+        return self._main - self._trigger
+
+    def arcing_wipe(self) -> Uncertain:
+        """Travel between touch or separation of the main and of the arcing contact, mm."""
+        way = self.trace.at(self._main) - self.trace.at(self._arcing)
+        return way if self.located.motion == "closing" else way * -1.0
+
     def bounce_time(self) -> Uncertain:
         """Time from the first touch to the last, ms."""
-        first, last = self.contact.time, self.contact.settles
-        if not np.isfinite(last):
-            raise NotShownError("no contact channel: whether the contact bounces is not known")
-        return self.trace.error(last - first, _EDGE * self.located.step)
+        if not np.isfinite(bounce := self.contact.bounce_time):
+            reason = "no contact channel: whether the contact bounces is not known"
+            raise NotShownError(self.contact.why or reason)
+        return self.trace.error(bounce, _EDGE * self.located.step)
 
     def _current(self, name: str) -> Uncertain:
         """A quantity of the currents of coil and motor."""
@@ -275,8 +287,25 @@ class Reading:
     def _switching(self) -> Uncertain:
         """Time of touch or parting, ms."""
         if not np.isfinite(self.contact.time):
-            raise NotShownError("no contact timing: the time of touch or parting is not known")
+            reason = "no contact timing: the time of touch or parting is not known"
+            raise NotShownError(self.contact.why or reason)
         return self.trace.error(self.contact.time, self.contact.sd)
+
+    @cached_property
+    def _main(self) -> Uncertain:
+        """Time of touch or separation of the main contact, ms."""
+        if not np.isfinite(self.contact.main):
+            reason = "no resistance that shows the main contact apart from the arcing contact"
+            raise NotShownError(self.contact.why or reason)
+        return self.trace.error(self.contact.main, self.contact.main_sd)
+
+    @cached_property
+    def _arcing(self) -> Uncertain:
+        """Time of touch or separation of the arcing contact, ms."""
+        if not np.isfinite(self.contact.arcing):
+            reason = "no resistance that shows the arcing contact"
+            raise NotShownError(self.contact.why or reason)
+        return self.trace.error(self.contact.arcing, self.contact.arcing_sd)
 
     def place(self, point: Point) -> tuple[Uncertain, Uncertain]:
         """Return time and travel of a point, ms and mm; the travel rises in any motion."""

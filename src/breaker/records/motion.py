@@ -8,7 +8,6 @@ and speed, so neither unit nor stroke nor rate matters.
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
 
@@ -39,26 +38,6 @@ _LOW = 0.03, 0.2  # of the way, a rise by which first motions are told
 # Times the time of the low rise, before it, in which a drive creeps; by how much: sd of that by
 # noise, strokes; and sd of the noise by which it has left that line.
 _LEAD, _CREEPING, _LEAST, _OFF = 1.5, 6.0, 0.003, 3.0
-
-
-class Contact(NamedTuple):
-    """When the contact touched or parted, and what started the motion.
-
-    Attributes:
-        time: Of the contact in the record, ms; nan if unknown.
-        sd: Standard deviation of its error, ms.
-        trigger: When the coil was energised, ms; nan if unknown.
-        settles: When the contact changes its state for the last time, ms; nan if unknown.
-        trigger_sd: Standard deviation of the trigger's error, ms.
-        main: When the main contact did where ``time`` is that of the arcing contact, ms; else nan.
-    """
-
-    time: float = np.nan
-    sd: float = np.nan
-    trigger: float = np.nan
-    settles: float = np.nan
-    trigger_sd: float = 0.0
-    main: float = np.nan
 
 
 @dataclass(frozen=True)

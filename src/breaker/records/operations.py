@@ -423,6 +423,7 @@ READ: dict[str, Callable] = {
     "zero": _zero,
     "sign": _one_of({"1": 1, "+1": 1, "-1": -1}),
     "contact_column": _column(1),
+    "current_column": _column(1),
     "trigger_column": _column(0),
     "motor_column": _column(1),
 }

@@ -24,7 +24,7 @@ from breaker.records.settings import FORMAT, complete
 from breaker.records.words import MOTION_OF, holds
 
 # Of ``endurance.format``, that go with a travel.
-_WITH = {"contact_column", "trigger_column", "motor_column"}
+_WITH = {"contact_column", "current_column", "trigger_column", "motor_column"}
 _RATES, _LENGTHS = 0.01, 0.02  # shares, by which rates and lengths of a record may differ
 
 
@@ -92,11 +92,12 @@ def _columns_with(operation: Operation, motion: str, opened: Opened, form: Mappi
         if 0 < columns.width < 2 + (form["time_column"] is not None):
             return {}  # most files: nothing is beside the travel
         names = columns.names
-        named = names is None or any(holds(each, "motor") for each in names)
-        if open_keys == {"motor_column"} and not named:
-            return {}  # contact and coil are named, and there is no motor
+        kinds = "motor", "current"
+        named = names is None or any(holds(each, kind) for each in names for kind in kinds)
+        if open_keys <= {"current_column", "motor_column"} and not named:
+            return {}  # contact and coil are named, and there is no other current
         # Here, as most files need neither, and an answer comes in a third of a second.
-        from breaker.records.contact_columns import Beside
+        from breaker.records.contact_columns import Beside, current_of
         from breaker.records.description import travel_channels
 
         layout = look_into(opened)
@@ -106,6 +107,11 @@ def _columns_with(operation: Operation, motion: str, opened: Opened, form: Mappi
         _, beside = travel_channels(opened).get(str(layout.column(place)), ("", {}))
         found = beside.get(motion, Beside()).settings
         other = own is not None and place != own
+        if not other and form["contact_column"] is not None:
+            contact = layout.place_of(form["contact_column"])
+            current = [] if contact is None else current_of(layout, contact)
+            found = {k: v for k, v in found.items() if k != "current_column"}
+            found |= {"current_column": layout.column(place) for place in current}
         return {k: v for k, v in found.items() if k in open_keys and (other or form[k] is None)}
     return {}
 

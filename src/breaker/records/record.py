@@ -14,7 +14,7 @@ import numpy as np
 from breaker.common.numerals import in_digits
 from breaker.model.quantities import Speed
 from breaker.records.axes import Scale, even_times, seen_quantum
-from breaker.records.contacts import Contact, events_of
+from breaker.records.contacts import ContactTimes, events_of
 from breaker.records.currents import Channel, Currents
 from breaker.records.faulty_samples import doubtful_samples, doubts_in_words
 from breaker.records.files import Files, RejectedCurveError
@@ -55,7 +55,7 @@ class Raw(LocatedMotion):
     operation: Operation
     settings: Mapping
     rest: float
-    contact: Contact
+    contact: ContactTimes
     currents: Currents
     said: tuple[str, ...]
     warning: str = ""
@@ -135,7 +135,7 @@ class Raw(LocatedMotion):
         )
 
     def measured(
-        self, speeds: Sequence[Speed], contact: Contact | None = None
+        self, speeds: Sequence[Speed], contact: ContactTimes | None = None
     ) -> dict[str, Measured]:
         """Return the quantities that are read from the record itself.
 

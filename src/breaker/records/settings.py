@@ -31,6 +31,7 @@ FORMAT = {
     "quantum": None,
     "stroke": None,
     "contact_column": None,
+    "current_column": None,
     "timing_sd": 0.1,
     "trigger_column": None,
     "motor_column": None,
@@ -40,7 +41,7 @@ FORMAT = {
 
 READ_BY = (
     *("encoding", "delimiter", "decimal", "time_column", "time_unit", "travel_column"),
-    *("travel_unit", "contact_column", "trigger_column", "motor_column"),
+    *("travel_unit", "contact_column", "current_column", "trigger_column", "motor_column"),
 )
 """Settings by which the columns of a file are read; the others say what is made of these."""
 

@@ -61,7 +61,7 @@ def by_words(table: Mapping[str, Mapping[str, str]]) -> Callable[[str], tuple[st
 
 # ---- units, and columns by their names -----------------------------------------------------------
 
-BESIDE = ("contact", "trigger", "motor")
+BESIDE = ("contact", "current", "trigger", "motor")
 """Columns that a record may have beside time and travel, in any unit."""
 
 _KNOWN = {each: unit for unit, spelt in WORDS["units"].items() for each in spelt.split()}

@@ -12,7 +12,7 @@ from breaker.drive.family.network_inputs import NormalisedRecords
 from breaker.drive.family.normalised_shape import SHAPE_TIMES, Shape
 from breaker.model.parameters import GAP, MOTIONS, NAMES, UNIT, Size, powers
 from breaker.model.quantities import ANSWERED, EVENTS, INFERRED, Speed
-from breaker.records.contacts import Contact
+from breaker.records.contacts import ContactTimes
 from breaker.records.header import Preamble
 from breaker.records.measurements import Measured
 from breaker.records.operations import Operation
@@ -236,7 +236,7 @@ class Answer:
         return self.prior_p_value < _IMPROBABLE
 
     @property
-    def contact(self) -> Contact:
+    def contact(self) -> ContactTimes:
         """The contact of the record, with the inferred touch or parting where none was timed."""
         contact = self.record.raw.contact
         if self.record.timed or self.draws is None or self.may_slide:

@@ -28,7 +28,7 @@ NORMAL = {90: 1.645, 95: 1.96}
 
 _TIMES = 20.0  # by which no limit is off what it is of,
 _MAY_BE_SMALL = {"over_travel", "rebound", "bounce_time", "latch_time"}  # but of these
-_MAY_BE_SMALL |= {"wipe", "wipe_at_touch", "wipe_at_parting"}
+_MAY_BE_SMALL |= {"wipe", "wipe_at_touch", "wipe_at_parting", "arcing_wipe"}
 _ENDS = 0.025, 0.975  # of a 95 % interval
 
 

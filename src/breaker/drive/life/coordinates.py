@@ -29,7 +29,7 @@ _MOVES = 30.0  # what wear may do to the rest of a measured quantity, in its sca
 # Of which the curve says nothing.
 _APART = {
     *("latch_time", "touch_time", "part_time"),
-    *("closing_time", "opening_time", "bounce_time"),
+    *("closing_time", "opening_time", "main_closing_time", "main_opening_time", "bounce_time"),
     *CURRENTS,
 }
 _SCATTERS = 0.005  # share by which what is measured of operations usually scatters

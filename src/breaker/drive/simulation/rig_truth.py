@@ -11,8 +11,8 @@ from breaker.drive.simulation.endurance_rig import Rig
 from breaker.model.curves import travel
 from breaker.model.parameters import NAMES
 from breaker.model.quantities import SPEEDS, Speed, quantities_of
+from breaker.records.contacts import ContactTimes
 from breaker.records.measurements import measure_curve
-from breaker.records.motion import Contact
 
 _STAGES = 41  # of a life, at which quantities are measured; what wears is smooth in between
 
@@ -59,7 +59,7 @@ def _measured(
         drive = rig.worn(operation, scatter=False)
         for j, motion in enumerate(motions):
             curve, switching = drive.operate(motion, times)
-            contact = Contact(switching if np.isfinite(switching) else np.nan, 0.0)
+            contact = ContactTimes(switching if np.isfinite(switching) else np.nan, 0.0)
             try:
                 found = measure_curve(times, curve, motion, contact=contact, speeds=speeds)
             except ValueError:  # the sensor's record does not hold the motion: it is rejected, too
