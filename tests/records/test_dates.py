@@ -4,8 +4,7 @@ from datetime import datetime
 
 import pytest
 
-from breaker.records.dates import moments
-from breaker.records.operations import iso_date
+from breaker.records.dates import cell_date, earlier, moments, name_dates, one_date
 
 WHEN = datetime(2024, 11, 20, 15, 13, 7)
 
@@ -48,28 +47,47 @@ def test_other_numbers_are_no_dates(text):
         ("2024-11-20T15:13:07+01:00", "2024-11-20T15:13:07+01:00"),
         ("2024-11-20T15:13:07Z", "2024-11-20T15:13:07+00:00"),
         ("20.11.2024", "2024-11-20"),
-        ("20.11.2024 15:13:07", "2024-11-20T15:13:07"),
+        ("3.4.2024 15:13:07", "2024-04-03T15:13:07"),
+        ("11/20/2024 3:13 PM", "2024-11-20T15:13:00"),
+        ("2024/11/20 9:05", "2024-11-20T09:05:00"),
+        ("04/04/2024", "2024-04-04"),
     ],
 )
 def test_dates_of_cells_become_iso(text, iso):
-    assert iso_date(text) == iso
+    assert cell_date(text) == iso
 
 
 @pytest.mark.parametrize(
     "text",
     [
-        "11/20/2024",
-        "20.11.24",
-        "2024-13-01",
-        "2024-02-30",
-        "20241120",
-        "2024-11-20T25:00",
-        "today",
-        "٢٠٢٤-11-20",
-        "2024-W47-3",
-        "",
+        *("20.11.24", "2024-13-01", "2024-02-30", "20241120", "2024-11-20T25:00", "today"),
+        *("٢٠٢٤-11-20", "2024-W47-3", "", "03/04/2024", "31/31/2024", "20.11.2024 25:00", "12"),
     ],
 )
 def test_other_dates_are_refused(text):
-    with pytest.raises(ValueError, match="is no date"):
-        iso_date(text)
+    with pytest.raises(ValueError, match="2024-11-20T15:13:07"):
+        cell_date(text)
+
+
+def test_the_table_goes_before_the_header_and_the_header_before_the_name():
+    name, either = "x_20-11-2024_15-13.csv", ("2024-04-03", "2024-03-04")
+    assert one_date("2024-01-01", ("2024-01-02",), name) == "2024-01-01"
+    assert one_date("", ("2024-01-02",), name) == "2024-01-02"
+    assert one_date("", (), name) == "2024-11-20T15:13:00"
+    assert one_date("", either, name) == ""
+    assert one_date("", (), "3-4-2024.csv") == ""
+
+
+@pytest.mark.parametrize("stem", ["op_7", "20-11-24", "x_05042024", "2024-11-20_to_2024-11-21"])
+def test_a_name_with_a_doubtful_date_has_none(stem):
+    assert name_dates(stem) == {}
+
+
+def test_only_what_is_certain_is_earlier():
+    summer, winter = "2024-10-27T02:50:00+02:00", "2024-10-27T02:10:00+01:00"
+    assert (earlier(summer, winter), earlier(winter, summer)) == (False, True)
+    assert not earlier(summer, "2024-10-27T01:00:00")
+    assert not earlier("2024-10-27T12:00:00", "2024-10-27")
+    assert earlier("2024-10-27T12:00:00", "2024-10-27T11:00:00")
+    assert earlier("2024-10-28", "2024-10-27T11:00:00")
+    assert not earlier("", "2024-10-27")

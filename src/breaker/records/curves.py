@@ -179,6 +179,7 @@ def _dataset(
     import xarray as xr
 
     read = [record if isinstance(record, ReadRecord) else None for record in records]
+    known = [one.operation if one else row for one, row in zip(read, operations, strict=True)]
     travel, whole = _samples(read, len(times))
     texts = {
         "reason": ["" if isinstance(record, ReadRecord) else str(record) for record in records],
@@ -189,7 +190,7 @@ def _dataset(
         "missing": np.isnan(travel).sum(axis=1),
         "accepted": np.array([each is not None for each in read], dtype=bool),
         **{name: np.array(values, dtype=str) for name, values in texts.items()},
-        **{name: np.array([getattr(each, name) for each in operations]) for name in ABOUT},
+        **{name: np.array([getattr(each, name) for each in known]) for name in ABOUT},
     }
     numbers = [each.numbers if each else _NUMBERS for each in read]
     names = quantities_of(motion, speeds, ("record",))

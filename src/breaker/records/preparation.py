@@ -13,6 +13,7 @@ from math import isfinite, isnan
 from pathlib import Path
 
 from breaker.common.numerals import in_digits
+from breaker.records.dates import one_date
 from breaker.records.files import Files, Opened, printable
 from breaker.records.formats.registry import read_columns
 from breaker.records.header import Preamble
@@ -51,13 +52,16 @@ class Prepared:
         return self._stated[file]
 
     def told(self, operation: Operation, motion: str) -> Operation:
-        """Return an operation with settings that its file tells, and its row does not."""
+        """Return an operation with its one date, and settings that its file has and its row not."""
         form = {**FORMAT, **self.settings, **operation.settings}
         stated = self.stated(operation)
         told = _columns_with(operation, motion, self.files[operation.file], form)
         if form["rate"] is form["time_column"] is None and isfinite(stated.rate):
             told["rate"] = stated.rate
-        return replace(operation, settings={**operation.settings, **told}) if told else operation
+        when = one_date(operation.date, stated.dates, operation.file)
+        if not told and when == operation.date:
+            return operation
+        return replace(operation, date=when, settings={**operation.settings, **told})
 
     def checked(self, raw: Raw, row: Operation) -> Raw:
         """Return a record with what is to be said of it.

@@ -9,7 +9,7 @@ from dataclasses import replace
 
 from breaker.common.numerals import first_of
 from breaker.drive.answers.evidence import DriveRecord
-from breaker.records.dates import earlier
+from breaker.records.dates import earlier, instant
 from breaker.records.files import printable
 from breaker.records.words import bare, channel_of, phase_in
 
@@ -76,7 +76,9 @@ def _are_poles(records: Sequence[DriveRecord]) -> bool:
 def visits_in_order(visits: Mapping[str, Sequence[DriveRecord]]) -> list[str]:
     """Return a warning where the visit before is later than that of today."""
     dates = {
-        visit: sorted(filter(None, (date_of(each) for each in records if not each.reason)))
+        visit: sorted(
+            filter(None, (date_of(each) for each in records if not each.reason)), key=instant
+        )
         for visit, records in visits.items()
     }
     before, today = dates.values()

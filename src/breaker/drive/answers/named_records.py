@@ -16,6 +16,7 @@ from breaker.common.numerals import natural
 from breaker.drive.answers.assessment import Assessment
 from breaker.drive.answers.evidence import DriveRecord
 from breaker.model.parameters import MOTIONS
+from breaker.records.dates import one_date
 from breaker.records.description import travel_channels
 from breaker.records.file_names import phases_in_names
 from breaker.records.files import Files, Opened
@@ -109,7 +110,8 @@ def read_visit(
             found[channel] = phase or in_names[file]
         phases = [phase for channel, phase in found.items() if phase not in (channel, "")]
         stated = stated_in(opened[file], form, next(iter(found)))
-        poles[file] = phases if len(phases) == len(found) else (), stated.date
+        when = one_date("", stated.dates, file)
+        poles[file] = phases if len(phases) == len(found) else (), when
     numbers = numbers_of_poles(poles)
     loose = [
         Operation(after + numbers[file], file, channel, phase=phase)

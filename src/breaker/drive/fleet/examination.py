@@ -4,7 +4,7 @@ there are many records, its first and last visit are compared where there are fe
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from datetime import datetime, timedelta
+from datetime import timedelta
 from typing import NamedTuple
 
 import numpy as np
@@ -37,6 +37,7 @@ from breaker.model.parameters import MOTIONS, NAMES
 from breaker.model.quantities import every_speed
 from breaker.model.sensor import grid
 from breaker.records.curves import read_curves
+from breaker.records.dates import instant
 from breaker.records.files import printable
 from breaker.records.folder import known_of
 from breaker.records.grid import Grid
@@ -152,8 +153,8 @@ def _about(member: Member, visits: Sequence, answers: Sequence[Answer]) -> Drive
         records=sum(map(len, member.operations.values())),
         visits=len(visits),
         operation=member.numbers[-1],
-        first=min(dates.values(), default=""),
-        last=max(dates.values(), default=""),
+        first=min(dates.values(), default="", key=instant),
+        last=max(dates.values(), default="", key=instant),
         trust=trust,
         rejected=[each.record.reason for each in answers if each.record.reason],
         measured=[Shown(*of, float(np.mean(values))) for of, values in shown.items()],
@@ -195,7 +196,7 @@ def _compared(member: Member, visits: Mapping[str, Sequence], assessment: Assess
     dates = [member.dates.get(each) for each in (member.numbers[0], member.numbers[-1])]
     if said["state"] == "now" or not all(dates):
         return said
-    first, last = (datetime.fromisoformat(each).replace(tzinfo=None) for each in dates)
+    first, last = map(instant, dates)
     due = [(_left(limit, rows), limit.name) for limit in found.limits]
     left, name = min(due, default=(np.inf, ""))
     days = left * ((last - first) / timedelta(days=1))

@@ -1,9 +1,12 @@
 """The drives of a fleet: each phase of each breaker, its operations and its visits."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from datetime import datetime, timedelta
+from dataclasses import replace
+from datetime import timedelta
 from typing import NamedTuple
 
+from breaker.records.dates import instant, one_date
+from breaker.records.files import Files
 from breaker.records.layout import stated_in
 from breaker.records.operations import Operation
 from breaker.records.settings import FORMAT
@@ -46,7 +49,7 @@ class Member(NamedTuple):
         found: list[list[int]] = []
         dates, last = self.dates, None
         for number in self.numbers:
-            day = _day(dates[number]) if number in dates else last
+            day = instant(dates[number]) if number in dates else last
             if not found or (last and day - last > _APART):
                 found.append([])
             found[-1].append(number)
@@ -68,24 +71,30 @@ def members_of(
     """Return the drives of breakers, one for each phase.
 
     Args:
-        rows: Motion and operation of each row, by breaker, as of ``folder_listing.list_fleet``.
+        rows: Motion and operation of each row, by breaker, as of ``folder.list_fleet``. Where the
+            table has no date, that of the header or of the name of the file counts.
         motions: Those that are looked at. Where the table names no type, it is that which stands
             above the samples.
         settings: The section ``endurance.format``.
     """
-    found = []
+    found, files = [], Files()
     for breaker, of in rows.items():
         for phase in dict.fromkeys(each.phase for _, each in of):
             own = [pair for pair in of if pair[1].phase == phase and pair[0] in motions]
             if not own:
                 continue
-            each = {m: [e for of_, e in own if of_ == m] for m in motions}
+            each = {m: [_dated(e, settings, files) for of_, e in own if of_ == m] for m in motions}
             each = {m: sorted(some, key=lambda e: e.number) for m, some in each.items() if some}
             named = next((e.type for _, e in own if e.type), "")
-            named = named or stated_in(own[-1][1].file, settings, own[-1][1].channel).type
+            last = own[-1][1]
+            named = named or stated_in(files[last.file], settings, last.channel).type
             found.append(Member(breaker, phase, named, each))
     return found
 
 
-def _day(date: str) -> datetime:
-    return datetime.fromisoformat(date).replace(tzinfo=None)
+def _dated(operation: Operation, settings: Mapping, files: Files) -> Operation:
+    """Return an operation with its one date."""
+    if operation.date:
+        return operation
+    stated = stated_in(files[operation.file], settings, operation.channel)
+    return replace(operation, date=one_date("", stated.dates, operation.file))

@@ -12,6 +12,7 @@ import xarray as xr
 
 from breaker.drive.life.limit_states import STATES, standing
 from breaker.model.quantities import ABOUT, CONDITIONS, metadata_names
+from breaker.records.dates import instant
 
 DECISIONS = {
     "breaker": "name of the breaker",
@@ -249,7 +250,7 @@ def days_per_operation(operations: np.ndarray, dates: Sequence[str]) -> np.ndarr
 def _dated(operations: np.ndarray, dates: Sequence[str]) -> tuple[np.ndarray, np.ndarray]:
     """Numbers and days, since year 1, of the operations that have a date."""
     there = [i for i, date in enumerate(dates) if date]
-    found = [datetime.fromisoformat(dates[i]).replace(tzinfo=None) for i in there]
+    found = [instant(dates[i]) for i in there]
     days = [(date - datetime.min) / timedelta(days=1) for date in found]
     return np.asarray(operations)[there], np.array(days, dtype=float)
 
