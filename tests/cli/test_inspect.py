@@ -43,8 +43,9 @@ def test_a_file_that_cannot_be_inspected(folder, capsys):
     assert "fall from line to line; sort its lines by time" in capsys.readouterr().err
     with (folder / "b 2.csv").open("a", encoding="utf-8") as damaged:
         damaged.write("x,y\n")
-    assert main(["inspect", "b 2.csv"]) == 1
+    assert main(["inspect", "b 2.csv", "--output", "b.yaml"]) == 1
     assert "REJECTED" in capsys.readouterr().out
+    assert not (folder / "b.yaml").exists()  # never proposed is what reads nothing
     assert main(["inspect", "a.csv", "--channel", "force"]) == 1
     assert "there are 'travel'" in capsys.readouterr().err
 

@@ -148,15 +148,27 @@ def table(file, head, *columns, sign=","):
     return file
 
 
-@pytest.mark.parametrize("kind", ["CO", "OCO", "OC"])
-@pytest.mark.parametrize("closed", [0.0, 180.0])
-def test_a_sign_that_no_text_says_is_a_guess_by_the_curve(tmp_path, kind, closed):
+@pytest.mark.parametrize(
+    ("kind", "closed", "lacking"),
+    [
+        ("CO", 0.0, []),
+        ("OCO", 0.0, []),
+        ("C", 0.0, []),
+        ("CO", 180.0, ["sign"]),  # the closed breaker rests at 0
+        ("OCO", 180.0, ["sign"]),
+        ("OC", 0.0, ["sign"]),
+    ],
+)
+def test_a_sign_that_no_text_says_is_proposed_where_the_curve_is_clear(
+    tmp_path, kind, closed, lacking
+):
     time, reading = drive(kind, closed)
     file = table(tmp_path / "a.csv", "t (ms),TRV1(mm)", time, reading)
     proposal = inspect_file(file, SENSOR)
-    if (kind, closed) != ("OC", 180.0):  # which looks like a C-O of a breaker that is open at 0
+    assert [*proposal.lacking] == lacking
+    if not lacking:
         assert "".join(each.motion[0].upper() for each in proposal.motions) == kind
-    assert proposal.remarks[-1].startswith("the sign is a guess: the file begins with ")
+    assert any("sign" in remark or "closes" in remark for remark in proposal.remarks)
     assert all(each.record for each in proposal.motions)
 
 

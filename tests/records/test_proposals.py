@@ -11,13 +11,14 @@ from breaker.drive.simulation.dialects import ANGLES, DIALECTS
 from breaker.drive.simulation.endurance_rig import Rig
 from breaker.records.channels import InspectionError
 from breaker.records.curves import read_curves
+from breaker.records.description import guess_grid
 from breaker.records.files import RejectedCurveError
 from breaker.records.grid import Grid
-from breaker.records.guesses import guess_grid
 from breaker.records.layout import LayoutError, look_into
 from breaker.records.operations import Operation
 from breaker.records.proposal import inspect_file
 from breaker.records.proposal_text import overlay_of, words_of
+from breaker.records.settings import FORMAT
 
 SENSOR = {"start": -2.0, "stop": 58.0, "samples": 151, "noise_sd": 0.1}
 TIMES = np.linspace(-2.0, 58.0, 151)
@@ -94,8 +95,8 @@ def test_what_is_proposed_for_a_dialect_reads_it_as_its_own_settings_do(
     lacking = {"angles": {"table": str(ANGLES)}}.get(name, {})
     assert list(proposal.lacking) == (["ratio"] if lacking else [])
     if name == "degrees":
-        # It states no unit, so that mm are the guess, and said to be one.
-        assert "mm is a guess from the stroke" in text_of(words_of(proposal))
+        # It states no unit, so that mm are the guess, with the line that sets another.
+        assert any(each.remarks for each in proposal.guesses if "travel_unit" in each.settings)
         lacking = {"travel_unit": "deg", "ratio": 0.25, "stroke": [12.0, 17.0]}
     if name == "angles":
         settings["zero"] = 0.0  # of the table, not of the reading
@@ -159,13 +160,20 @@ def test_without_a_rate_it_asks(put, closing):
     assert yaml.safe_load(overlay_of(proposal))["endurance"]["format"]["rate"] is None
 
 
-def test_times_in_uneven_steps_are_named_and_the_rate_is_asked_for(put, closing):
+@pytest.mark.parametrize(
+    ("name", "times"),
+    [("time_ms", lambda t: [f"{int(each)}" for each in t]), ("x", lambda t: cells(t // 0.2 / 5))],
+    ids=["printed with too few digits", "each twice, as by minimum and maximum"],
+)
+def test_times_in_uneven_steps_are_kept_and_named(put, closing, name, times):
+    """No rate stands in for them: the record is refused as long as they are uneven."""
     time, travel = closing
-    lines = rows([f"{int(t)}" for t in time], cells(travel))
-    proposal = inspect_file(put("time_ms,travel_mm", *lines), SENSOR)
-    assert proposal.settings["time_column"] is None
-    assert list(proposal.lacking) == ["rate"]
-    assert any("'time'" in remark for remark in proposal.remarks)
+    proposal = inspect_file(put(f"{name},travel_mm", *rows(times(time), cells(travel))), SENSOR)
+    column = {**FORMAT, **proposal.settings}["time_column"]
+    assert column == name.removesuffix("_ms")
+    assert any(repr(column) in remark for remark in proposal.remarks)
+    assert [each.record for each in proposal.motions] == [None]
+    assert not proposal.is_read
 
 
 def test_volts_leave_the_ratio_to_fill_in(put, closing):
@@ -186,8 +194,7 @@ def test_the_name_of_a_motion_tells_the_sign(put, closing):
     proposal = inspect_file(put(*lines, name="opening_1.csv"), SENSOR)
     assert proposal.settings["sign"] == -1
     assert proposal.settings["zero"] == "rest"
-    proposal = inspect_file(put(*lines, name="record_1.csv"), SENSOR)
-    assert any("change endurance.format.sign" in remark for remark in proposal.remarks)
+    assert [*inspect_file(put(*lines, name="record_1.csv"), SENSOR).lacking] == ["sign"]
 
 
 def test_a_rest_at_zero_tells_the_sign_where_no_name_does(put, closing):

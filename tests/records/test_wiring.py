@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from breaker.records.channels import Travel, stated_contacts
-from breaker.records.contact_columns import Beside, columns_beside, switches_at
+from breaker.records.contact_columns import Beside, columns_beside, first_by_contacts
 from breaker.records.description import travel_channels
 from breaker.records.layout import Layout
 from breaker.records.motion import Course
@@ -170,7 +170,7 @@ def test_a_travel_called_that_of_a_contact_is_no_contact():
     noise = 0.1 * np.random.default_rng(1).standard_normal(TIME.size)
     ohms = np.full(TIME.size, 8000.0)
     layout = Layout({}, [], names, ["mm", "mm", None], [rises, noise, ohms])
-    assert np.isnan(switches_at(layout, Travel(0, "mm", Course(TIME, rises))))
+    assert first_by_contacts(layout, Travel(0, "mm", Course(TIME, rises))) == {}
 
 
 def test_coils_of_poles_whose_channels_have_other_numbers_go_in_their_order():

@@ -61,13 +61,17 @@ def _look_into(options: argparse.Namespace, config: Mapping) -> int:
 
     proposal = inspect_file(options.file, config["sensor"], options.channel)
     overlay = overlay_of(proposal)
-    written = [write_lines(options.output, overlay)] if options.output else []
+    output = options.output if proposal.is_read else None
+    written = [write_lines(output, overlay)] if output else []
     if options.plot:
         from breaker.figures.records import record
 
         written.append(draw(record(proposal), options.plot))
     say(text_of(words_of(proposal)))
-    say(f"\nProposed, to lay over {PROJECT}:\n\n{overlay}")
+    if proposal.is_read:
+        say(f"\nProposed, to lay over {PROJECT}:\n\n{overlay}")
+    else:
+        say(f"\nNothing is proposed, as these settings read no motion (see above):\n\n{overlay}")
     say_written(written)
     return 0 if any(each.record for each in proposal.motions) else 1
 

@@ -1,4 +1,8 @@
-"""Which columns of contacts and of a coil go with a column of travel, by phase, number and time."""
+"""Which columns of contacts, coils and a motor go with a column of travel: by phase, number, time.
+
+A contact is a column of a contact, of the resistance across it, or of an auxiliary switch, whose
+reading changes; a current is none.
+"""
 
 import re
 from collections.abc import Iterable, Mapping, Sequence
@@ -8,31 +12,33 @@ from typing import NamedTuple
 import numpy as np
 
 from breaker.model.parameters import MOTIONS
-from breaker.records.channels import Travel, stated_contacts
+from breaker.records.channels import FAINT, FEWEST, Travel, stated_contacts
 from breaker.records.layout import Layout
+from breaker.records.motion import Course
 from breaker.records.settings import TO_MM
 from breaker.records.words import COLUMN_PHASE, amperes_of, holds, motion_of
 
-_AMPERES = re.compile(r"\bA\b|(?i:\bamp)")  # the unit, in its own case, or the word
+_COIL = (20.0, 0.98)  # A, that no coil takes, and the share of its samples that has less
+
 _PHASES = re.compile(rf"(?<![a-z])({COLUMN_PHASE})(?![a-z])")
-_FEWEST = 40  # samples
-_LARGEST, _USUAL = 20.0, 0.98  # A, of a coil, and the share of its samples that has less
-_SWITCHED = 3.0  # ratio of the resistances of a contact that is open and closed, at least
-_ON = 0.25  # of its range, from which a coil is energised
-_PULSE = (0.1, 15.0)  # least range of one that is: of the largest, and of its noise
+_KINDS = ("contact", "resistance", "52a", "52b")  # the first of these counts
+# Of no number or phase: units, C1 and T1 of coils, and the device numbers 52a and 52b.
+_NO_MARKS = re.compile(r"[\[(].*?[\])]|\b[cCtT](?=\d)|\b52[abAB]\b")
 
 
 class Beside(NamedTuple):
     """What goes with a travel in a motion.
 
     Attributes:
-        settings: Columns by ``contact_column``, ``current_column``, ``trigger_column`` and
-            ``motor_column`` of ``endurance.format``; a key is lacking where none is found.
+        settings: Columns by key of ``endurance.format``, such as ``contact_column``; a key is
+            lacking where none is found.
         others: Columns of contacts of the same travel that are not taken.
+        auxiliary: Column of the contact where that is an auxiliary switch; else empty.
     """
 
     settings: Mapping[str, str | int] = MappingProxyType({})
     others: tuple[str | int, ...] = ()
+    auxiliary: str | int = ""
 
 
 class _Pole(NamedTuple):
@@ -49,7 +55,7 @@ class _Pole(NamedTuple):
 
 
 def columns_beside(
-    layout: Layout, travels: Sequence[Travel], sign: int = 1
+    sheet: Layout, travels: Sequence[Travel], sign: int = 1
 ) -> list[dict[str, Beside]]:
     """Return what goes with each travel, by motion.
 
@@ -58,132 +64,177 @@ def columns_beside(
     resistances, which are numbered by channel, nobody knows what the channels belong to.
     As IEC 62271-100 counts the times of a pole, the arcing contacts go before the main ones,
     resistor contacts are left out, and of breaks in series that counts which touches last or parts
-    first. A coil goes with the motion that its name says, and without one with those that it is
+    first; an auxiliary switch counts where nothing else does, 52a before its opposite 52b. A
+    coil goes with the motion that its name states, and without one with those that it is
     energised before. Its number is that of a pole where as many coils as poles are energised; else
     it is one of several for all poles, of which the first that is energised counts.
 
     Args:
-        layout: Of the file.
+        sheet: Of the file.
         travels: All of its columns of travel.
         sign: 1 if their reading grows towards closed, -1 if it falls.
     """
-    own = [_marks(layout.names[each.place]) for each in travels]
-    for travel, (phases, _) in zip(travels, own, strict=True):
-        phases |= {travel.phase.casefold()} - {""}
-    travelling = {each.place for each in travels}
-    there = [i for i in range(len(layout.names)) if _has_signal(layout, i)]
-    there = [i for i in there if i not in travelling and layout.units[i] not in TO_MM]
-    taken = [layout.names[i] if i not in travelling else "" for i in range(len(layout.names))]
-    stated = stated_contacts(layout.preamble, taken)
-    several = len(_named(layout, there, "resistance")) > 1
-    known = _known_phases(own)
-    numbered = set().union(*(numbers for _, numbers in own))
+    marks = [_marks(sheet.names[each.place]) for each in travels]
+    if len(marks) > 1 and all(phases == marks[0][0] for phases, _ in marks):
+        marks = [(set(), numbers) for _, numbers in marks]  # a letter that all have is no phase
+    marks = [(p | _marks(t.phase)[0], n) for t, (p, n) in zip(travels, marks, strict=True)]
+    known, numbered = (set().union(*each) for each in zip(*marks, strict=True))
+    places = {each.place for each in travels}
+    contacts = _contacts(sheet, places)
+    several = sum(holds(sheet.names[i], "resistance") for i in contacts) > 1
+    stated = stated_contacts(
+        sheet.preamble, ["" if i in places else name for i, name in enumerate(sheet.names)]
+    )
     found = []
-    for order, (travel, marks) in enumerate(zip(travels, own, strict=True), start=1):
-        pole = _Pole(*marks, order, len(travels), known, numbered)
-        fits = [i for i in there if _go_together(layout.names[i], pole, several)]
-        contacts = _named(layout, fits, "contact") or _named(layout, fits, "resistance")
-        if stated is not None:
-            own = pole.numbers or {str(order)}
-            contacts = [i for i in there if i in stated and stated[i][0] in own]
-        each = {}
+    for order, (travel, own) in enumerate(zip(travels, marks, strict=True), start=1):
+        pole = _Pole(*own, order, len(travels), known, numbered)
+        if stated is None:
+            fits = [i for i in contacts if _go_together(sheet.names[i], pole, several)]
+        else:
+            number = pole.numbers or {str(order)}
+            fits = [i for i in contacts if i in stated and stated[i][0] in number]
+        kinds = [[i for i in fits if _kind(sheet, i) == kind] for kind in _KINDS]
+        fits = next(filter(None, kinds), [])
+        beside = {}
         for motion in MOTIONS:
-            own_way = travel.rises == ((motion == "closing") == (sign > 0))
-            k = int(own_way.argmax())
-            counted = _counted(layout, contacts, travel, (motion, k))
-            coils = coils_before(layout, travel, k) if own_way.any() else {}
-            taken = {
-                "contact_column": counted,
-                "trigger_column": _coil(layout, coils, motion, pole),
-                "motor_column": _motor(layout) if motion == "closing" else [],
-            }
-            taken["current_column"] = current_of(layout, counted[0]) if counted else []
-            settings = {key: layout.column(places[0]) for key, places in taken.items() if places}
-            others = (layout.column(i) for i in contacts if i not in counted[:1])
-            each[motion] = Beside(settings, tuple(others))
-        found.append(each)
+            own = travel.rises == ((motion == "closing") == (sign > 0))
+            beside[motion] = _beside(sheet, travel, pole, motion, own, fits)
+        found.append(beside)
     return found
 
 
-def current_of(layout: Layout, contact: int) -> list[int]:
-    """Return the column of the test current of a contact's resistance, by place; none or one.
+def _beside(
+    sheet: Layout,
+    travel: Travel,
+    pole: _Pole,
+    motion: str,
+    own: np.ndarray,
+    contacts: Sequence[int],
+) -> Beside:
+    """What goes with a travel in a motion, of which some of its motions are."""
+    k = int(own.argmax())
+    counted = _counted(sheet, contacts, travel, motion, k)[:1]
+    coils = coils_before(sheet, travel, k) if own.any() else {}
+    taken = {
+        "contact_column": counted,
+        "current_column": [each for i in counted for each in current_of(sheet, i)],
+        "trigger_column": _coil(sheet, coils, motion, pole),
+        "motor_column": _motor(sheet) if motion == "closing" else [],
+    }
+    settings = {k: sheet.column(v[0]) for k, v in taken.items() if v}
+    auxiliary = [sheet.column(i) for i in counted if _kind(sheet, i) in _KINDS[2:]]
+    others = tuple(sheet.column(i) for i in contacts if i not in counted)
+    return Beside(settings, others, *auxiliary)
 
-    Analysers of dynamic resistance write it behind the resistance, under the same number or phase.
-    """
-    place = contact + 1
-    if place >= len(layout.names) or not holds(layout.names[contact], "resistance"):
-        return []
-    name, unit = layout.names[place], layout.units[place] or ""
-    flows = np.isfinite(amperes_of(name, unit)) or holds(name, "current")
-    alike = _marks(name) == _marks(layout.names[contact])
-    return [place] if flows and alike and not holds(name, "resistance") else []
+
+def _kind(sheet: Layout, place: int) -> str:
+    """Kind of a column by which a contact is seen; empty of all others, currents among them."""
+    name = sheet.names[place]
+    if switch := next((kind for kind in _KINDS[2:] if holds(name, kind)), ""):
+        return switch
+    if holds(name, "coil") or holds(name, "of the drive") or sheet.units[place] in TO_MM:
+        return ""
+    if np.isfinite(amperes_of(name, sheet.units[place] or "")):
+        return ""
+    return next((kind for kind in _KINDS if holds(name, kind)), "")
 
 
-def coils_before(layout: Layout, travel: Travel, k: int) -> dict[int, int]:
+def _contacts(sheet: Layout, travels: Iterable[int]) -> list[int]:
+    """Columns of contacts whose reading changes, none of them a travel."""
+    places = (i for i in range(len(sheet.names)) if i not in travels and _kind(sheet, i))
+    return _signals(sheet, places)
+
+
+def _signals(sheet: Layout, places: Iterable[int]) -> list[int]:
+    """Columns with more than noise, and not faint beside others of their kind and unit."""
+    ranges: dict[int, float] = {}
+    for i in places:
+        values = sheet.columns[i]
+        if np.isfinite(values).sum() >= FEWEST:
+            course = Course(np.arange(values.size, dtype=float), values)
+            ranges[i] = float(np.ptp(course.smooth)) if course.moves else 0.0
+    of = {i: (sheet.units[i], _kind(sheet, i)) for i in ranges}
+    most = {kind: max(ranges[i] for i in ranges if of[i] == kind) for kind in of.values()}
+    return [i for i, width in ranges.items() if width > 0.0 and width >= FAINT * most[of[i]]]
+
+
+def coils_before(sheet: Layout, travel: Travel, k: int) -> dict[int, int]:
     """Return the columns of coils, and the sample at which each is energised before a motion, k,
     of a travel; -1 where it is not.
     """
-    named = [i for i in _named(layout, range(len(layout.names)), "coil") if _is_coil(layout, i)]
-    ranges = {i: float(np.nanmax(layout.columns[i]) - np.nanmin(layout.columns[i])) for i in named}
-    begin, end = travel.part(k)[0], int(travel.course.middles[k])
+    named = [i for i in range(len(sheet.names)) if i != travel.place and _is_coil(sheet, i)]
     found = dict.fromkeys(named, -1)
-    for i in named:
-        values = layout.columns[i]
-        noise = 1.4826 * float(np.nanmedian(np.abs(np.diff(values, n=3)))) / np.sqrt(20.0)
-        if ranges[i] < max(_PULSE[0] * max(ranges.values()), _PULSE[1] * noise):
-            continue
-        on = np.abs(values - np.nanmedian(values)) > _ON * ranges[i]
+    begin, end = travel.part(k)[0], int(travel.course.middles[k])
+    for i in _signals(sheet, named):
+        values = sheet.columns[i]
+        on = np.abs(values - np.nanmedian(values)) > FAINT * (np.nanmax(values) - np.nanmin(values))
         edges = np.flatnonzero(on & ~np.append(False, on[:-1]))
         edges = edges[(edges >= begin) & (edges < end)]
         found[i] = int(edges[0]) if edges.size else -1
     return found
 
 
-def closes_by_resistance(layout: Layout, travel: Travel) -> float:
-    """Return how surely resistances of contacts fall in the first motion of a travel: 1 where all
-    that change do, -1 where all rise, 0 where there are none.
+def _is_coil(sheet: Layout, place: int) -> bool:
+    """Whether a column may be of a coil, and not of a motor or of a resistance test."""
+    name, values = sheet.names[place], sheet.columns[place]
+    if not holds(name, "coil") or any(holds(name, k) for k in ("test current", "of the drive")):
+        return False
+    if np.isfinite(values).sum() < FEWEST or np.nanmin(values) == np.nanmax(values):
+        return False
+    before = sheet.names[place - 1] if place else ""
+    if holds(before, "resistance") and _marks(before)[1] == _marks(name)[1]:
+        return False
+    amperes = amperes_of(name, sheet.units[place] or "")
+    return not amperes * np.nanquantile(np.abs(values), _COIL[1]) > _COIL[0]
+
+
+def current_of(sheet: Layout, contact: int) -> list[int]:
+    """Return the column of the test current of a contact's resistance, by place; none or one.
+
+    It has the same number and phase, and stands behind the resistance where several have.
+    """
+    names, found = sheet.names, []
+    for i, name in enumerate(names) if _kind(sheet, contact) == "resistance" else ():
+        flows = np.isfinite(amperes_of(name, sheet.units[i] or "")) or holds(name, "current")
+        alike = i != contact and _marks(name) == _marks(names[contact])
+        if flows and alike and not (_kind(sheet, i) or _is_coil(sheet, i) or i in _motor(sheet)):
+            found.append(i)
+    return found if len(found) == 1 else [i for i in found if i == contact + 1]
+
+
+def first_by_contacts(sheet: Layout, travel: Travel) -> dict[str, str]:
+    """Return what contacts show the first motion of a travel to be, by why: "closing" or "opening".
+
+    A resistance and an auxiliary switch show it by their levels. Other contacts show it by when
+    they switch, as the gap is most of the way: late in a closing, and early in an opening.
     """
     begin, end = travel.part(0)
-    fall = []
-    for i in _named(layout, range(len(layout.names)), "resistance"):
-        values = layout.columns[i][begin:end]
-        if not _has_signal(layout, i) or not np.isfinite(values).all():
+    rests = min(travel.arrives(0), end - 1)
+    closes: dict[str, bool] = {}
+    for i in _contacts(sheet, {travel.place}):
+        kind, values = _kind(sheet, i), np.abs(sheet.columns[i])
+        at = begin + _switches(values, (begin, end))
+        if at < travel.begins(0):
             continue
-        count = max(_FEWEST // 4, travel.begins(0) - begin)
-        before, after = (np.median(np.abs(each)) for each in (values[:count], values[-count:]))
-        if max(before, after) > _SWITCHED * min(before, after):
-            fall.append(np.sign(before - after))
-    return float(np.mean(fall)) if fall else 0.0
+        before, after = map(np.nanmedian, (values[begin : at + 1], values[rests:end]))
+        share = travel.done(0)[at]
+        if kind == "contact" and abs(share - 0.5) > 0.5 * FAINT:
+            late = bool(share > 0.5)
+            closes[f"a contact that switches {'late' if late else 'early'} in it"] = late
+        elif kind != "contact" and min(before, after) < FAINT * max(before, after):
+            rises = bool(after > before)
+            way = "rises" if rises else "falls"
+            closes[f"a {kind} that {way} in it"] = rises == (kind == "52a")
+    return {why: "closing" if each else "opening" for why, each in closes.items()}
 
 
-def switches_at(layout: Layout, travel: Travel) -> float:
-    """Return the share of the first motion of a travel after which contacts switch in it, their
-    median; nan where none does. A gap is most of the way: they touch late, and part early.
-    """
-    part, done, found = travel.part(0), travel.done(0), []
-    for i in _named(layout, range(len(layout.names)), "contact"):
-        if i != travel.place and layout.units[i] not in TO_MM and _has_signal(layout, i):
-            at = _switches(layout.columns[i], part)
-            if at >= 0 and travel.begins(0) <= part[0] + at:
-                found.append(float(done[part[0] + at]))
-    return float(np.median(found)) if found else float("nan")
-
-
-def _known_phases(poles: Sequence[tuple[set[str], set[str]]]) -> set[str]:
-    """All phases of travels."""
-    if len(poles) > 1 and all(phases == poles[0][0] for phases, _ in poles):
-        for phases, _ in poles:  # a letter that all have, as in s1 and s2, is no phase
-            phases.clear()
-    return set().union(*(phases for phases, _ in poles))
-
-
-def _coil(layout: Layout, at: Mapping[int, int], motion: str, pole: _Pole) -> list[int]:
+def _coil(sheet: Layout, at: Mapping[int, int], motion: str, pole: _Pole) -> list[int]:
     """The coil of a motion of a pole, of those that are energised at some samples; none or one."""
-    marks = {i: _marks(layout.names[i]) for i in at}
+    marks = {i: _marks(sheet.names[i]) for i in at}
     own = [i for i in at if not marks[i][0] & pole.known or marks[i][0] & pole.phases]
-    own = [i for i in own if motion_of(layout.names[i]) in ("", motion)]
+    own = [i for i in own if motion_of(sheet.names[i]) in ("", motion)]
     energised = [i for i in own if at[i] >= 0]
-    energised = [i for i in energised if motion_of(layout.names[i])] or energised
+    energised = [i for i in energised if motion_of(sheet.names[i])] or energised
     if not energised:
         return own if len(own) == 1 else []
     numbers = [marks[i][1] for i in energised]
@@ -199,18 +250,18 @@ def _coil(layout: Layout, at: Mapping[int, int], motion: str, pole: _Pole) -> li
 
 
 def _counted(
-    layout: Layout, contacts: Sequence[int], travel: Travel, motion: tuple[str, int]
+    sheet: Layout, contacts: Sequence[int], travel: Travel, motion: str, k: int
 ) -> list[int]:
     """Contacts of a travel that may count in a motion, k, the one that does first."""
-    counted = [i for i in contacts if not holds(layout.names[i], "resistor contact")]
-    counted = _named(layout, counted, "arcing") or counted
-    if not any(_marks(layout.names[travel.place])) and len(counted) > 1:
+    counted = [i for i in contacts if not holds(sheet.names[i], "resistor contact")]
+    counted = _named(sheet, counted, "arcing") or counted
+    if not any(_marks(sheet.names[travel.place])) and len(counted) > 1:
         # Of several numbers each may be a pole of its own.
-        counted = _named(layout, counted, "break")
+        counted = _named(sheet, counted, "break")
     if len(counted) > 1:
-        at = {i: _switches(layout.columns[i], travel.part(motion[1])) for i in counted}
+        at = {i: _switches(sheet.columns[i], travel.part(k)) for i in counted}
         counted = [i for i in counted if at[i] >= 0]
-        counted.sort(key=at.__getitem__, reverse=motion[0] == "closing")
+        counted.sort(key=at.__getitem__, reverse=motion == "closing")
     return counted
 
 
@@ -221,33 +272,15 @@ def _switches(values: np.ndarray, part: tuple[int, int]) -> int:
     return int(changes[0]) if changes.size else -1
 
 
-def _named(layout: Layout, places: Iterable[int], kind: str) -> list[int]:
-    return [i for i in places if holds(layout.names[i], kind)]
+def _named(sheet: Layout, places: Iterable[int], kind: str) -> list[int]:
+    return [i for i in places if holds(sheet.names[i], kind)]
 
 
-def _has_signal(layout: Layout, place: int) -> bool:
-    """Whether a column that may be one of a contact or coil has a signal."""
-    values = layout.columns[place]
-    there = values[np.isfinite(values)]
-    named = not holds(layout.names[place], "of the drive")
-    return named and there.size >= _FEWEST and np.ptp(there) > 0.0
-
-
-def _is_coil(layout: Layout, place: int) -> bool:
-    """Whether a column of a current may be that of a coil, and not that of a resistance test."""
-    if not _has_signal(layout, place) or holds(layout.names[place], "test current"):
-        return False
-    name, before = layout.names[place], layout.names[place - 1] if place else ""
-    pair = holds(before, "resistance") and _marks(before)[1] == _marks(name)[1]
-    usual = np.nanquantile(np.abs(layout.columns[place]), _USUAL)
-    return not pair and not (_AMPERES.search(name) and usual > _LARGEST)
-
-
-def _motor(layout: Layout) -> list[int]:
+def _motor(sheet: Layout) -> list[int]:
     """The column of a motor's current; of several, nobody knows whose each is."""
-    named = _named(layout, range(len(layout.names)), "motor")
-    found = [i for i in named if np.isfinite(amperes_of(layout.names[i], layout.units[i] or ""))]
-    found = [i for i in found if np.isfinite(layout.columns[i]).sum() >= _FEWEST]
+    named = _named(sheet, range(len(sheet.names)), "motor")
+    found = [i for i in named if np.isfinite(amperes_of(sheet.names[i], sheet.units[i] or ""))]
+    found = [i for i in found if np.isfinite(sheet.columns[i]).sum() >= FEWEST]
     return found if len(found) == 1 else []
 
 
@@ -265,5 +298,5 @@ def _go_together(name: str, pole: _Pole, several: bool) -> bool:
 
 def _marks(name: str) -> tuple[set[str], set[str]]:
     """Phases and numbers in the name of a column."""
-    bare = re.sub(r"[\[(].*?[\])]|\b[cCtT](?=\d)", " ", name)  # A may be a unit, or a phase
+    bare = _NO_MARKS.sub(" ", name)
     return set(_PHASES.findall(bare.lower())), set(re.findall(r"(?<![lL\d])\d+", bare))

@@ -1,4 +1,4 @@
-"""Settings for a record of unknown origin: proposed from what it looks like, confirmed by reading.
+"""Settings for a record of unknown origin: proposed from what it tells, confirmed by reading.
 
 A proposal holds only what differs from the defaults. What a file does not tell, such as the mm of a
 degree, is left to fill in; to try all else, a number stands in for it, and is not proposed.
@@ -14,34 +14,34 @@ import numpy as np
 
 from breaker.records.axes import Scale
 from breaker.records.channels import Clock, Travel, chosen_travels, find_clock
-from breaker.records.contact_columns import Beside, columns_beside
+from breaker.records.contact_columns import Beside
 from breaker.records.curves import ReadRecord, read_record
-from breaker.records.files import Files, RejectedCurveError
-from breaker.records.grid import Grid
-from breaker.records.guesses import (
+from breaker.records.description import (
     Guess,
+    SeenMotion,
     guess_direction,
     guess_grid,
     guess_rest,
     guess_time,
     guess_unit,
+    motions_of,
     of_default_size,
     strokes_of,
+    usual_ratio,
 )
+from breaker.records.files import Files, RejectedCurveError
+from breaker.records.grid import Grid
 from breaker.records.layout import Layout, look_into
 from breaker.records.noise import noise_remarks
 from breaker.records.operations import Operation
 from breaker.records.printed import PrintedComparison, compare_printed
-from breaker.records.settings import FORMAT, TO_MS, complete
+from breaker.records.settings import FORMAT, complete
 
 NOT_READ = "not read, as the record is long; choose a column by --channel, or export a shorter part"
 
-_STILL = 15.0  # ms at rest, at least, after which a motion is over; a slow rebound takes longer
 _NOISES = (1e-4, 10.0)  # mm, that the configuration takes; an exact curve has less
 _NOISE = 1.25  # times the noise of the settings, from which another is proposed
-# Cells that are read, of a record once per motion, and those that a line counts for beside its own.
-_MOST, _LINE = 26_000_000, 17
-_STROKE = 15.0  # mm, that stands in for what is not known
+_MOST = 600_000  # samples that are read, of a record once per motion: some seconds
 
 
 @dataclass(frozen=True)
@@ -55,7 +55,7 @@ class InspectedMotion:
         begins, arrives: Times, ms of the file, about: the first motion, and the rest after it.
         record: The record; None if it was rejected or not read.
         said: Why it was, or what is doubtful about it; empty if nothing is.
-        phase: Of the column; empty where nothing says it.
+        phase: Of the column; empty where nothing states it.
         beside: Contact and coil that go with it.
     """
 
@@ -95,6 +95,11 @@ class Proposal:
     remarks: Sequence[str]
     guesses: Sequence[Guess] = ()
 
+    @property
+    def is_read(self) -> bool:
+        """Whether the settings read a motion, or would once they are filled in."""
+        return bool(self.lacking) or any(each.record for each in self.motions)
+
     @cached_property
     def compared(self) -> list[PrintedComparison]:
         """Results that the text states, beside what is measured; none where a setting lacks, as
@@ -121,85 +126,70 @@ def inspect_file(
         RejectedCurveError: If the file cannot be read.
     """
     files = Files() if files is None else files
-    clock = find_clock(layout := look_into(files[file]))
-    every, travels, unused = chosen_travels(layout, clock, channel)
-    direction = guess_direction(layout, travels)
-    guesses = [guess_time(layout, clock), guess_unit(layout, travels), direction]
-    settings, lacking = {**FORMAT, **layout.settings}, {}
+    sheet = look_into(files[file])
+    clock = find_clock(sheet)
+    every, travels, remarks = chosen_travels(sheet, clock, channel)
+    guesses = [
+        guess_time(sheet, clock),
+        guess_unit(sheet, travels),
+        guess_direction(sheet, travels),
+    ]
+    settings, lacking = {**FORMAT, **sheet.settings}, {}
     for guess in guesses:
         settings |= guess.settings
         lacking |= guess.lacking
-    instead = {"rate": clock.likely_rate, "ratio": _STROKE / np.median(strokes_of(travels))}
-    tried = settings | {key: instead[key] for key in lacking}
+    instead = {"rate": clock.likely_rate, "ratio": usual_ratio(travels), "time_unit": "ms"}
+    tried = settings | {key: instead[key] for key in lacking if key in instead}
     mm, sign = abs(Scale.from_settings(tried).factor), settings["sign"]
-    rest = guess_rest(travels, mm, sign)
-    columns = {layout.column(travel.place) for travel in travels}
-    found = [each for each in motions_of(layout, clock, every, sign) if each.column in columns]
-    grid = _grid(found, travels, clock.likely_rate, sensor)
+    guesses.append(rest := guess_rest(travels, mm, sign))
     settings, tried = (each | rest.settings for each in (settings, tried))
-    changed = {**grid.settings}
-    motions = _read(found, tried, Grid(_times(sensor | changed)), _most(layout), files)
-    settings |= _common(found) | _best_column(motions)
+    columns = {sheet.column(travel.place) for travel in travels}
+    found = [each for each in motions_of(sheet, clock, every, sign) if each.column in columns]
+    grid = _grid(found, clock.likely_rate, sensor)
+    motions = _read(found, tried, Grid(_times(sensor | grid.settings)), sheet, files)
+    settings |= _common(motions) | _best_column(motions)
+    # Of another size of drive, `breaker fit-prior` proposes the sensor along with the prior.
+    changed = {}
     if "ratio" in lacking:
         settings["stroke"] = FORMAT["stroke"]
-    else:
-        changed |= _noise(motions, sensor)
-    # Of another size of drive, `breaker fit-prior` proposes the sensor along with the prior.
-    sized = "ratio" not in lacking and of_default_size(mm * strokes_of(travels))
-    motions = [_judged(each, (sensor | changed) if sized else {}) for each in motions]
-    guesses += [rest, grid] if sized else [rest]
+    elif of_default_size(mm * strokes_of(travels)):
+        changed = grid.settings | _noise(motions, sensor)
+        guesses.append(grid)
+        motions = [_with_noise(each, sensor | changed) for each in motions]
     return Proposal(
-        layout=layout,
+        layout=sheet,
         clock=clock,
         travels=travels,
         settings={key: value for key, value in settings.items() if value != FORMAT[key]},
-        sensor=changed if sized else {},
+        sensor=changed,
         lacking=lacking,
         motions=motions,
-        remarks=[*unused, *(remark for guess in guesses for remark in guess.remarks)],
+        remarks=[*remarks, *(said for g in guesses for said in g.remarks), *_of_contacts(motions)],
         guesses=guesses,
     )
 
 
-def motions_of(
-    layout: Layout, clock: Clock, travels: Sequence[Travel], sign: int
-) -> list[InspectedMotion]:
-    """Return the motions of all travels of a file; one that is there more than once needs its
-    part. The sign is 1 if their reading grows towards closed, -1 if it falls.
-    """
-    rate, start = clock.likely_rate, 0.0
-    if clock.place is not None:
-        start = float(layout.columns[clock.place][0]) * TO_MS[clock.unit]
-    found = []
-    for travel, beside in zip(travels, columns_beside(layout, travels, sign), strict=True):
-        closing, column = travel.rises == (sign > 0), layout.column(travel.place)
-        for k in range(closing.size):
-            part = travel.part(k) if (closing == closing[k]).sum() > 1 else (np.nan, np.nan)
-            begins = travel.begins(k)
-            still = max(round(_STILL * rate), 2 * (travel.course.middles[k] - begins))
-            times = [start + i / rate for i in (*part, begins, travel.arrives(k, still))]
-            operation = Operation(k + 1, layout.file, begin=times[0], end=times[1])
-            motion = "closing" if closing[k] else "opening"
-            about = {"phase": travel.phase, "beside": beside[motion]}
-            found.append(InspectedMotion(column, operation, motion, *times[2:], **about))
-    return found
-
-
-def _grid(
-    motions: Sequence[InspectedMotion], travels: Sequence[Travel], rate: float, sensor: Mapping
-) -> Guess:
+def _grid(motions: Sequence[SeenMotion], rate: float, sensor: Mapping) -> Guess:
     """A grid that holds the longest motion, in the room that each has in its record."""
     longest = max(each.arrives - each.begins for each in motions)
-    room = min(travel.room(k) for travel in travels for k in range(len(travel.rises)))
+    room = min(each.travel.room(each.number) for each in motions)
     return guess_grid(longest, room / rate, rate, sensor)
 
 
 def _common(motions: Sequence[InspectedMotion]) -> dict[str, str | int]:
-    """Contact and coil that all motions have."""
-    first, *others = (dict(each.beside.settings) for each in motions)
-    return {
-        key: value for key, value in first.items() if all(of.get(key) == value for of in others)
-    }
+    """Columns of contact and coil that all motions have."""
+    first, *others = (each.beside.settings.items() for each in motions)
+    return dict(item for item in first if all(item in of for of in others))
+
+
+def _of_contacts(motions: Sequence[InspectedMotion]) -> list[str]:
+    """What to look at where an auxiliary switch stands for the contacts."""
+    taken = dict.fromkeys(each.beside.auxiliary for each in motions if each.beside.auxiliary)
+    return [
+        f"{column!r} is an auxiliary switch: it follows the main contacts some ms apart, and times "
+        "of contacts are those of the switch"
+        for column in taken
+    ]
 
 
 def _best_column(motions: Sequence[InspectedMotion]) -> dict[str, str | int]:
@@ -210,26 +200,32 @@ def _best_column(motions: Sequence[InspectedMotion]) -> dict[str, str | int]:
     return {"travel_column": max(read, key=read.__getitem__)} if read else {}
 
 
-def _most(layout: Layout) -> int:
-    """How many motions are read: the first, and as many others as take seconds together."""
-    return max(1, _MOST // (layout.columns[0].size * (len(layout.columns) + _LINE)))
-
-
 def _read(
-    motions: Sequence[InspectedMotion], settings: Mapping, grid: Grid, most: int, files: Files
+    motions: Sequence[SeenMotion], settings: Mapping, grid: Grid, sheet: Layout, files: Files
 ) -> list[InspectedMotion]:
-    """Motions as they are read, up to a number of them."""
-    settings = complete(settings)
+    """Motions as they are read: the first, and as many others as take seconds together."""
+    settings, read = complete(settings), []
     scale = Scale.from_settings(settings)
-    read = []
-    for each in motions[:most]:
+    most = max(1, _MOST // sheet.columns[0].size)
+    for count, seen in enumerate(motions):
+        operation = Operation(seen.number + 1, sheet.file, begin=seen.part[0], end=seen.part[1])
+        times = seen.begins, seen.arrives
+        each = InspectedMotion(
+            *(seen.column, operation, seen.motion, *times),
+            phase=seen.travel.phase,
+            beside=seen.beside,
+        )
+        how = settings | {"travel_column": seen.column}
+        if count >= most:
+            read.append(replace(each, said=(NOT_READ,)))
+            continue
         try:
-            own = settings | {"travel_column": each.column, **each.beside.settings}
-            record = read_record(each.operation, own, scale, grid, each.motion, files)
-            read.append(replace(each, record=record))
+            own = how | seen.beside.settings
+            record = read_record(operation, own, scale, grid, seen.motion, files)
+            read.append(replace(each, record=record, said=tuple(record.remarks)))
         except RejectedCurveError as error:
             read.append(replace(each, said=(str(error),)))
-    return read + [replace(each, said=(NOT_READ,)) for each in motions[most:]]
+    return read
 
 
 def _noise(motions: Sequence[InspectedMotion], sensor: Mapping) -> dict:
@@ -242,18 +238,13 @@ def _noise(motions: Sequence[InspectedMotion], sensor: Mapping) -> dict:
     return {"noise_sd": float(f"{np.clip(np.median(seen), *_NOISES):.2g}")}
 
 
-def _judged(motion: InspectedMotion, sensor: Mapping) -> InspectedMotion:
-    """A motion with what is doubtful about its record, the noise compared with the sensor's, if
-    that is of such drives.
-    """
-    record = motion.record
-    if record is None:
+def _with_noise(motion: InspectedMotion, sensor: Mapping) -> InspectedMotion:
+    """A motion with remarks on its noise, compared with the sensor's."""
+    if (record := motion.record) is None:
         return motion
-    if not sensor:
-        return replace(motion, said=tuple(record.remarks))
     step = float(record.time[1] - record.time[0])
     noise = noise_remarks(record.noise, sensor["noise_sd"], step, _times(sensor))
-    return replace(motion, said=(*record.remarks, *noise))
+    return replace(motion, said=(*motion.said, *noise))
 
 
 def _times(sensor: Mapping) -> np.ndarray:

@@ -10,12 +10,10 @@ import yaml
 from breaker.common.numerals import first_of, in_digits
 from breaker.common.visible_text import visible_text
 from breaker.documents.parts import Document, Remark, Section, Table
-from breaker.documents.terminal import wrapped
 from breaker.records.printed import stated_remarks
 from breaker.records.proposal import NOT_READ, InspectedMotion, Proposal
 from breaker.records.settings import FORMAT
 
-_LONGEST = 10  # of an overlay
 _STATED = "  {:<16} {}"
 _COMPARED = "  {:<12}  {:<8}  {:<16}  {:>9}  {:>9}  {:<6}  {:<1}"
 _MOTIONS = "  {:<12}  {:<8}  {:>12}  {:>9}  {:>9}  {:>8}  {:>7}  {:>8}  {:>8}  {:<1}"
@@ -24,21 +22,15 @@ ITEM = "  - "
 
 
 def overlay_of(proposal: Proposal) -> str:
-    """Return the lines of YAML to lay over config/config.yaml, ten at most.
+    """Return the lines of YAML to lay over config/config.yaml.
 
     A key that the file does not tell stands there without a value, so that the configuration is
     refused until it is filled in.
     """
     given = {**proposal.settings, **dict.fromkeys(proposal.lacking)}
-    pairs = {key: f"{key}: {_yaml(given[key])}" for key in FORMAT if key in given}
-    lacking = {key: f"  # FILL IN: {why}" for key, why in proposal.lacking.items()}
+    notes = {key: f"  # FILL IN: {why}" for key, why in proposal.lacking.items()}
+    lines = [f"    {k}: {_yaml(given[k])}{notes.get(k, '')}" for k in FORMAT if k in given]
     sensor = [f"sensor: {_yaml(proposal.sensor)}"] if proposal.sensor else []
-    lines = [f"    {pair}{lacking.get(key, '')}" for key, pair in pairs.items()]
-    if 2 + len(lines) + len(sensor) > _LONGEST:
-        packed = [f"{pair},{lacking[key]}" for key, pair in pairs.items() if key in lacking]
-        known = ", ".join(pair for key, pair in pairs.items() if key not in lacking)
-        packed = [*(f"      {line}" for line in packed), *wrapped(known, " " * 6, " " * 6)]
-        lines = ["    {", *packed, "    }"]
     return "\n".join(["endurance:", "  format:", *lines, *sensor, ""])
 
 
@@ -150,17 +142,20 @@ def _stated(proposal: Proposal) -> list[Table]:
 
 def _wired(proposal: Proposal) -> list[Table]:
     """The contact, the coil and the motor of each motion, where there are any."""
-    rows = []
+    rows = {}
     for each in proposal.motions:
-        settings, others = each.beside
-        found = (str(settings.get(f"{key}_column", "")) for key in ("contact", "trigger", "motor"))
-        contact, coil, motor = found
+        settings, others, *_ = each.beside
+        contact, current, coil, motor = (
+            str(settings.get(f"{key}_column", ""))
+            for key in ("contact", "current", "trigger", "motor")
+        )
+        more = {"with": current, "not": ", ".join(map(str, others)) if contact else ""}
+        contact += "".join(f", {word} {column}" for word, column in more.items() if column)
         coil += f", motor {motor}" if motor else ""
-        left = f", not {', '.join(map(str, others))}" if contact and others else ""
         if contact or coil:
-            rows.append((str(each.column), each.motion, contact + left, coil))
+            rows[str(each.column), each.motion, contact, coil] = None
     title = "  contacts and coils, which breaker report and breaker inspect FOLDER take for each"
-    return [Table(rows=rows, title=title, form="  {:<12}  {:<8}  {}  {:<1}")] if rows else []
+    return [Table(rows=[*rows], title=title, form="  {:<12}  {:<8}  {}  {:<1}")] if rows else []
 
 
 def _compared(proposal: Proposal) -> list[Table]:
