@@ -115,7 +115,7 @@ def _columns_with(operation: Operation, motion: str, opened: Opened, form: Mappi
             contact = layout.place_of(form["contact_column"])
             current = [] if contact is None else current_of(layout, contact)
             found = {k: v for k, v in found.items() if k != "current_column"}
-            found |= {"current_column": layout.column(place) for place in current}
+            found |= {"current_column": layout.column(current[0])} if current else {}
         return {k: v for k, v in found.items() if k in open_keys and (other or form[k] is None)}
     return {}
 
