@@ -152,8 +152,12 @@ def test_times_from_the_trigger_and_of_bounces(reading):
     assert found["closing_time"][:2] == pytest.approx((16.0, 0.1))
     assert found["bounce_time"].value == pytest.approx(3.5)
     assert 0.0 < found["bounce_time"].sd < 0.1
+    travels = found["time_to_90"].value - found["time_to_10"].value
+    assert travels == pytest.approx(found["travel_time"].value)
+    assert found["latch_time"].value < found["time_to_10"].value < found["time_to_50"].value
     found = replace(reading, contact=TIMING).quantities()
     assert "no trigger" in found["closing_time"].reason
+    assert "no trigger" in found["time_to_50"].reason
     assert "no contact channel" in found["bounce_time"].reason
 
 

@@ -258,6 +258,9 @@ _TABLE = (  # name, unit, whether more (1) or less (-1) is worse, motions, sourc
     ("part_time", "ms", 1, _OPENING, _BOTH, "first motion to contact separation"),
     ("rebound", "mm", 1, _OPENING, _BOTH, "largest travel beyond the open rest position"),
     ("latch_time", "ms", 1, MOTIONS, _RECORD, "trigger to first detected motion"),
+    ("time_to_10", "ms", 1, MOTIONS, _RECORD, "trigger to 10 % of the stroke"),
+    ("time_to_50", "ms", 1, MOTIONS, _RECORD, "trigger to 50 % of the stroke"),
+    ("time_to_90", "ms", 1, MOTIONS, _RECORD, "trigger to 90 % of the stroke"),
     ("closing_time", "ms", 1, _CLOSING, _RECORD, "trigger to contact touch"),
     ("opening_time", "ms", 1, _OPENING, _RECORD, "trigger to contact separation"),
     ("main_closing_time", "ms", 1, _CLOSING, _RECORD, "trigger to touch of the main contact"),
@@ -321,6 +324,9 @@ QUANTITIES = quantities()
 
 AFTER_RELEASE = {motion: f"{event}_after_release" for motion, event in EVENTS.items()}
 """Name of the time from the start of motion to the contact event, by motion."""
+
+SHARES = {f"time_to_{percent}": percent for percent in (10, 50, 90)}
+"""Percent of the stroke to which a time from the trigger goes, by its name."""
 
 CURRENTS = {
     **dict.fromkeys(("coil_current", "coil_dip_time", "coil_off_time"), "trigger"),

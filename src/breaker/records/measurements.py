@@ -19,7 +19,7 @@ from typing import NamedTuple
 import numpy as np
 
 from breaker.common.numerals import in_digits
-from breaker.model.quantities import CURRENTS, SPEEDS, Point, Speed, quantities_of
+from breaker.model.quantities import CURRENTS, SHARES, SPEEDS, Point, Speed, quantities_of
 from breaker.records.axes import seen_quantum
 from breaker.records.contacts import ContactTimes
 from breaker.records.currents import Currents
@@ -171,6 +171,7 @@ class Reading:
             **dict.fromkeys(("over_travel", "rebound"), self.beyond),
             **dict.fromkeys(("touch_time", "part_time"), self.switching),
             "latch_time": self.latch,
+            **{name: partial(self.time_to, percent) for name, percent in SHARES.items()},
             **dict.fromkeys(("closing_time", "opening_time"), self.operating_time),
             **dict.fromkeys(("main_closing_time", "main_opening_time"), self.main_operating_time),
             "arcing_wipe": self.arcing_wipe,
@@ -211,6 +212,10 @@ class Reading:
     def latch(self) -> Uncertain:
         """Time from the trigger to the first motion, ms."""
         return self._first_motion - self._trigger
+
+    def time_to(self, percent: float) -> Uncertain:
+        """Time from the trigger to a percent of the stroke, ms; a slow start does not enter."""
+        return self.place(Point(percent, "%"))[0] - self._trigger
 
     def operating_time(self) -> Uncertain:
         """Time from the trigger to touch or parting, ms."""

@@ -22,6 +22,7 @@ from breaker.model.quantities import (
     ANSWERED,
     CURRENTS,
     EVENTS,
+    SHARES,
     quantities_of,
 )
 from breaker.records.files import printable
@@ -345,7 +346,9 @@ def _quantities(answer: Answer) -> dict[str, QuantityEstimate]:
     zones = {each.name: each.words for each in answer.speeds if each.motion == motion}
     for name, each in quantities_of(motion, answer.speeds, of=None).items():
         reason, source, known = answer.why_not(name), None, _drawn(None)
-        if reason and (name == "latch_time" or name in {*ANSWERED, *CURRENTS}):
+        if reason and name in {*ANSWERED, *CURRENTS}:
+            continue
+        if name in {"latch_time", *SHARES} and np.isnan(answer.record.raw.contact.trigger):
             continue
         if not reason and answer.is_inferred(name) and answer.draws is not None:
             known, source = _drawn(answer.inferred(name)), "inferred"

@@ -16,7 +16,7 @@ from breaker.drive.family.network_inputs import Basis, without_onset
 from breaker.drive.family.record_means import SCATTER_DIRECTIONS, beside_usual
 from breaker.drive.life.life_records import Series
 from breaker.drive.life.path_fit import Block
-from breaker.model.quantities import CURRENTS
+from breaker.model.quantities import CURRENTS, SHARES
 
 _COMPONENTS = 24
 _ROWS = 1000  # records that are projected at once
@@ -28,7 +28,7 @@ _RIDGE = 2.0
 _MOVES = 30.0  # what wear may do to the rest of a measured quantity, in its scatter
 # Of which the curve says nothing.
 _APART = {
-    *("latch_time", "touch_time", "part_time"),
+    *("latch_time", "touch_time", "part_time", *SHARES),
     *("closing_time", "opening_time", "main_closing_time", "main_opening_time", "bounce_time"),
     *CURRENTS,
 }
