@@ -12,8 +12,7 @@ from tests.plugins.distribution import install
 
 GOOD = """
 ENDINGS, SIGNATURES, EXTRA = {'.bad': 'a bad record'}, (), ''
-def read(opened, settings, channel=''): raise RuntimeError('no')
-def look(opened): return None
+def read(opened, form): raise RuntimeError('no')
 """
 
 

@@ -20,10 +20,8 @@ import pytest
 
 from breaker.records import files as guards
 from breaker.records.files import Opened, RejectedCurveError
-from breaker.records.formats.registry import ENDINGS, FORMATS, format_of, read_columns
-from breaker.records.layout import look_into
+from breaker.records.formats.registry import ENDINGS, FORMATS, format_of, look_into, read_columns
 from breaker.records.settings import TO_MS, complete
-from breaker.records.sheet import Labelled, Tables
 from breaker.records.words import split_unit
 
 TIME = np.round(0.1 * np.arange(60), 1)
@@ -80,8 +78,6 @@ class FormatContract:
 
     def test_what_it_shows_holds_what_is_read(self, curve_file, settings):
         format_ = format_of(Opened(curve_file))
-        shown = format_.look(Opened(curve_file))
-        assert shown is None or isinstance(shown, Labelled | Tables)
         layout = look_into(curve_file)
         place = [split_unit(name)[0] for name in layout.names].index(self.example.channel)
         assert layout.kind == format_.ENDINGS[curve_file.suffix]
@@ -127,8 +123,8 @@ class FormatContract:
         read = read_columns(opened, settings)
         columns = opened.size
         assert columns >= sum(each.nbytes for each in (read.time, read.travel, read.lines))
-        layout = look_into(opened)
-        assert opened.size == columns + sum(each.nbytes for each in layout.columns)
+        size = sum(each.nbytes for each in look_into(opened).columns)
+        assert opened.size >= columns + size
 
     def test_an_opened_file_stays_what_it_was(self, curve_file, settings):
         opened = Opened(curve_file)

@@ -14,9 +14,9 @@ from breaker.records.formats.registry import (
     _named,
     format_of,
     kind_in,
+    look_into,
     read_columns,
 )
-from breaker.records.layout import look_into
 from breaker.records.settings import complete
 from tests.records.format_contract import TIME, TRAVEL, Example, FormatContract
 from tests.records.refused import told

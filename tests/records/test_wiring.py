@@ -6,8 +6,8 @@ import pytest
 from breaker.records.channels import Travel, stated_contacts
 from breaker.records.contact_columns import Beside, columns_beside, first_by_contacts
 from breaker.records.description import travel_channels
-from breaker.records.layout import Layout
 from breaker.records.motion import Course
+from breaker.records.sheet import Sheet
 from tests.exports import way, write
 
 TIME = np.arange(0.0, 400.0, 0.2)
@@ -19,7 +19,7 @@ def beside(*names, motion="closing", quiet=(), late=()):
     """What goes with the first of columns; some have no signal, some are closed for less time."""
     columns = [np.where(name in late, LATE, SIGNAL) * 1.0 * (name not in quiet) for name in names]
     columns[0] = 100.0 * (way(TIME, 50.0, 60.0) - way(TIME, 240.0, 40.0))
-    layout = Layout({}, [], list(names), [None] * len(names), columns)
+    layout = Sheet("a.csv", list(names), columns)
     travels = [Travel(0, "mm", Course(TIME, columns[0]))]
     return columns_beside(layout, travels)[0][motion]
 
@@ -89,7 +89,7 @@ def wired(coils, *, poles=(1, 2, 3), second=None, motions=("closing", "opening")
     columns = [rises] * len(poles)
     for at in coils.values():
         columns.append(sum(np.abs(TIME - t - 20.0) < 20.0 for t in at) * 4.0 + 0.0 * TIME)
-    layout = Layout({}, [], names, [None] * len(names), columns)
+    layout = Sheet("a.csv", names, columns)
     travels = [Travel(k, "mm", Course(TIME, rises)) for k in range(len(poles))]
     found = columns_beside(layout, travels)
     return [[each[of].settings.get("trigger_column") for of in motions] for each in found]
@@ -150,13 +150,13 @@ def test_rows_above_the_columns_say_which_contact_is_of_which_travel(shift):
         travel[place], breaks[place] = of, f"{called}Break1"
     breaks[7] = "NA"
     rows = [[""] * shift + each for each in (travel, breaks)]
-    layout = Layout({}, rows, names, [None] * len(names), columns)
+    layout = Sheet("a.csv", names, columns, preamble=rows)
     travels = [Travel(k, "mm", Course(TIME, columns[k])) for k in (1, 2)]
     first, second = columns_beside(layout, travels)
     assert first["closing"].settings["contact_column"] == "DCRM Res CH2"  # touches last
     assert second["closing"].settings["contact_column"] == "DCRM Res CH4"
     assert {e["closing"].settings["trigger_column"] for e in (first, second)} == {names[0]}
-    silent = Layout({}, [], names, [None] * len(names), columns)
+    silent = Sheet("a.csv", names, columns)
     for each in columns_beside(silent, travels):
         assert "contact_column" not in each["closing"].settings
 
@@ -169,7 +169,7 @@ def test_a_travel_called_that_of_a_contact_is_no_contact():
     rises = 100.0 * (way(TIME, 50.0, 60.0) - way(TIME, 240.0, 40.0))
     noise = 0.1 * np.random.default_rng(1).standard_normal(TIME.size)
     ohms = np.full(TIME.size, 8000.0)
-    layout = Layout({}, [], names, ["mm", "mm", None], [rises, noise, ohms])
+    layout = Sheet("a.csv", names, [rises, noise, ohms], ["mm", "mm", ""])
     assert first_by_contacts(layout, Travel(0, "mm", Course(TIME, rises))) == {}
 
 
@@ -177,7 +177,7 @@ def test_coils_of_poles_whose_channels_have_other_numbers_go_in_their_order():
     names = [f"Travel T{k} (mm)" for k in (2, 4, 6)] + [f"C{k} Current (A)" for k in range(1, 4)]
     rises = 100.0 * (way(TIME, 50.0, 60.0) - way(TIME, 240.0, 40.0))
     coils = [3.0 * ((TIME > 20.0) & (TIME < 45.0)) for _ in range(3)]
-    layout = Layout({}, [], names, [None] * 6, [rises, rises, rises, *coils])
+    layout = Sheet("a.csv", names, [rises, rises, rises, *coils])
     found = columns_beside(layout, [Travel(k, "mm", Course(TIME, rises)) for k in range(3)])
     taken = [each["closing"].settings["trigger_column"] for each in found]
     assert taken == names[3:]

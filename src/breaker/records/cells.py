@@ -1,9 +1,8 @@
 """The cells of a text: its lines split into them, and each as a number, strictly.
 
-A line is split where it is looked at; lines of samples that are alike are split together, column by
-column. What is not a plain decimal number is none, and is said to be none: Python's ``float`` takes
-``1_000``, digits of any script and ``inf``; an instrument writes none of these, but a damaged file
-may.
+Lines of samples that are alike are split together, column by column, in a third of the time. What
+is not a plain decimal number is none: Python's ``float`` takes ``1_000``, digits of any script and
+``inf``; an instrument writes none of these, but a damaged file may.
 """
 
 from __future__ import annotations
@@ -13,6 +12,7 @@ import re
 from collections.abc import Sequence
 
 from breaker.common.lazy_numpy import np
+from breaker.records.lexicon import WORDS
 
 _COMMENT = re.compile(r"^([#%!]|//)\s+")  # its sign is no cell of a line of names
 # The blank before a unit in brackets that follows a name, where blanks separate.
@@ -27,6 +27,7 @@ instruments write 9.9e37 for the resistance of an open contact."""
 MISSING = frozenset(["", "nan", "na", "n/a", "#n/a", "-", "--", "---"])
 """What stands in the cell of a missing sample, in lower case."""
 
+_STATES = {word: float(state) for state, words in enumerate(WORDS["states"]) for word in words}
 # Never tries fewer digits than there are: that would take the square of their number.
 _NUMBER = re.compile(r"[-+]?(?:[0-9]++\.?[0-9]*+|\.[0-9]++)(?:[eE][-+]?[0-9]++)?")
 _HINTS = {
@@ -45,69 +46,6 @@ _REMEDY = (
     "leave the cell empty where a sample is missing; a line of remarks begins with #, and what "
     "stands below the samples is to be deleted"
 )
-
-
-class Lines(Sequence):
-    """Rows of cells: the lines of a text that are not blank.
-
-    Args:
-        every: All lines of the text, or of a part of it.
-        kept: Places of those that are not blank.
-        delimiter: The sign between cells; where it is " ", any blanks are one.
-    """
-
-    def __init__(self, every: Sequence[str], kept: Sequence[int], delimiter: str) -> None:
-        self._every, self._delimiter = every, delimiter
-        self._kept = every if len(kept) == len(every) else [every[i] for i in kept]
-        self._columns: dict[tuple[int, int], list[list[str]] | None] = {}
-
-    def __len__(self) -> int:
-        return len(self._kept)
-
-    def __getitem__(self, place: int | slice) -> list:
-        if isinstance(place, slice):
-            return [cells_of(line, self._delimiter) for line in self._kept[place]]
-        return cells_of(self._kept[place], self._delimiter)
-
-    def above(self, line: int, others: Sequence[int]) -> list[list[str]]:
-        """Return the cells of what stands above a line, counted from 1, but for other lines; where
-        blanks separate, each is one cell, as blanks are between words, too.
-        """
-        some = (text for i, text in enumerate(self._every[: line - 1], 1) if i not in others)
-        if self._delimiter == " ":
-            return [[text.strip()] for text in some]
-        return [cells_of(text, self._delimiter) for text in some]
-
-    def columns(self, first: int, width: int) -> list[list[str]] | None:
-        """Return the columns of cells of the rows from the first on, or None where one has another
-        number of cells, or may be a remark.
-        """
-        if (first, width) not in self._columns:
-            self._columns[first, width] = self._split(self._kept[first:], width)
-        return self._columns[first, width]
-
-    def _split(self, lines: Sequence[str], width: int) -> list[list[str]] | None:
-        sign = self._delimiter
-        joined = f"{sign}\0{sign}".join(lines)  # no text has a zero byte
-        if '"' in joined:  # cells that are quoted without need
-            joined = _unquoted(f"{sign}{joined}{sign}", sign)[1:-1]
-        if any(each in joined for each in _NOT_ALIKE):
-            return None
-        cells, step = joined.split(None if sign == " " else sign), width + 1
-        ends = cells[width::step]
-        if len(cells) != step * len(lines) - 1 or ends.count("\0") != len(ends):
-            return None
-        return [cells[place::step] for place in range(width)]
-
-
-def _unquoted(text: str, sign: str) -> str:
-    """A text without quotation marks, if each pair of them holds a whole cell without a delimiter;
-    as it was, if not.
-    """
-    parts = text.split('"')
-    beside = set(parts[::2])  # hardly any two differ where all cells are quoted
-    whole = all(each.endswith(sign) and each.removeprefix("\n").startswith(sign) for each in beside)
-    return "".join(parts) if whole and sign not in "\0".join(parts[1::2]) else text
 
 
 def cells_of(line: str, delimiter: str) -> list[str]:
@@ -132,16 +70,50 @@ def cells_of(line: str, delimiter: str) -> list[str]:
     return [cell.strip() for cell in cells]
 
 
-def strict_numbers(
-    cells: Sequence[str], decimal: str, largest: float
-) -> tuple[np.ndarray, list[int]]:
-    """Return cells of a column as numbers, ``(t,)``, NaN where missing, and the places of what is
-    no number, or one beyond the largest of a reading.
+def columns_of_alike(lines: Sequence[str], width: int, delimiter: str) -> list[list[str]] | None:
+    """Return the columns of cells of lines, or None where one has another number of cells, or may
+    be a remark.
 
-    Example:
-        >>> values, wrong = strict_numbers(["1,5", "", "1_000"], ",", 1e9)
-        >>> values.tolist(), wrong
-        ([1.5, nan, nan], [2])
+    >>> columns_of_alike(["1,2", "3,4"], 2, ","), columns_of_alike(["1,2", "3"], 2, ",")
+    ([['1', '3'], ['2', '4']], None)
+    """
+    joined = f"{delimiter}\0{delimiter}".join(lines)  # no text has a zero byte
+    if '"' in joined:  # cells that are quoted without need
+        joined = _unquoted(f"{delimiter}{joined}{delimiter}", delimiter)[1:-1]
+    if any(sign in joined for sign in _NOT_ALIKE):
+        return None
+    cells, step = joined.split(None if delimiter == " " else delimiter), width + 1
+    ends = cells[width::step]
+    if len(cells) != step * len(lines) - 1 or ends.count("\0") != len(ends):
+        return None
+    return [cells[place::step] for place in range(width)]
+
+
+def _unquoted(text: str, sign: str) -> str:
+    """A text without quotation marks, if each pair of them holds a whole cell without a delimiter;
+    as it was, if not.
+    """
+    parts = text.split('"')
+    around = set(parts[::2])  # hardly any two differ where all cells are quoted
+    whole = all(part.endswith(sign) and part.startswith(sign) for part in around)
+    return "".join(parts) if whole and sign not in "\0".join(parts[1::2]) else text
+
+
+def is_remark(row: Sequence[str]) -> bool:
+    """Say whether a row is a remark: it begins with `#`, `!`, `//` or, not for a unit, `%`."""
+    cell = row[0].strip() if row else ""
+    return cell.startswith(("#", "!", "//")) or (cell.startswith("%") and cell != "%")
+
+
+def strict_numbers(cells: Sequence[str], decimal: str) -> tuple[np.ndarray, list[int]]:
+    """Return cells of a column as numbers, ``(t,)``, NaN where missing, and the places of what is
+    no number. A column of words for two states, such as ON and OFF, is one of 1 and 0.
+
+    >>> values, wrong = strict_numbers(["1,5", "", "1_000"], ",")
+    >>> values.tolist(), wrong
+    ([1.5, nan, nan], [2])
+    >>> strict_numbers(["OFF", "on"], ".")[0].tolist()
+    [0.0, 1.0]
     """
     joined = "\n".join(cells)
     plain = joined.isascii() and "_" not in joined and (decimal == "." or "." not in joined)
@@ -150,35 +122,28 @@ def strict_numbers(
         try:
             values = np.fromiter(map(float, same), float, len(cells))
         except ValueError:
-            pass  # a missing sample, or no number
+            pass  # a missing sample, a state, or no number
         else:
-            if not (np.abs(values) > largest).any():
+            if not np.isinf(values).any():
                 return values, []
+    bare = [cell.strip() for cell in cells]
+    if (states := {cell.lower() for cell in {*bare}} - MISSING) and states <= _STATES.keys():
+        return np.array([_STATES.get(cell.lower(), np.nan) for cell in bare]), []
     values, wrong = np.full(len(cells), np.nan), []
-    for i, cell in enumerate(map(str.strip, cells)):
-        if cell.lower() in MISSING:
-            continue
-        number = float(cell.replace(decimal, ".")) if is_number(cell, decimal) else np.nan
-        if abs(number) <= largest:
-            values[i] = number
-        else:
+    for i, cell in enumerate(bare):
+        if is_number(cell, decimal):
+            values[i] = float(cell.replace(decimal, "."))
+        elif cell.lower() not in MISSING:
             wrong.append(i)
     return values, wrong
 
 
-def are_readings(values: np.ndarray, kind: str) -> bool:
-    """Say whether values ``(t,)``, NaN where missing, are none beyond the largest of a kind."""
-    return bool((np.isnan(values) | (np.abs(values) <= LARGEST_NUMBER[kind])).all())
-
-
-def why_none(cell: str, decimal: str, largest: float) -> str:
+def why_none(cell: str) -> str:
     """Return why a cell is no number, and what to do about it.
 
-    >>> why_none("1_000", ".", 1e9)
+    >>> why_none("1_000")
     'which is not a number: export without separators of thousands'
     """
-    if is_number(cell, decimal):
-        return f"which is no reading: it is beyond {largest:.0e}"
     cell = cell.strip()[:100]
     hints = (hint for like, hint in _HINTS.items() if re.fullmatch(like, cell, re.IGNORECASE))
     return f"which is not a number: {next(hints, _REMEDY)}"

@@ -93,11 +93,11 @@ def _columns_with(operation: Operation, motion: str, opened: Opened, form: Mappi
         if not open_keys:
             return {}
         columns = read_columns(opened, complete(form), operation.channel)
-        if 0 < columns.width < 2 + (form["time_column"] is not None):
+        names = columns.sheet.names
+        if len(names) < 2 + (form["time_column"] is not None):
             return {}  # most files: nothing is beside the travel
-        names = columns.names
         kinds = "motor", "current"
-        named = names is None or any(holds(each, kind) for each in names for kind in kinds)
+        named = not any(names) or any(holds(each, kind) for each in names for kind in kinds)
         if open_keys <= {"current_column", "motor_column"} and not named:
             return {}  # contact and coil are named, and there is no other current
         # Here, as most files need neither, and an answer comes in a third of a second.

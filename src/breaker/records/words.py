@@ -68,23 +68,22 @@ _KNOWN = {each: unit for unit, spelt in WORDS["units"].items() for each in spelt
 _KNOWN |= {other: other for other in WORDS["other_units"].split()}
 _FOLDED = {spelling.casefold(): unit for spelling, unit in _KNOWN.items() if len(spelling) > 1}
 _BEHIND = re.compile(
-    r"(.*?)\s*(?:\[(.*)\]|\((.*)\)|/\s*(\S+)|\sin\s+(\S+)|[,_]\s*(\w{2,}|m|°)|([°º˚])"
+    r"(.*?)\s*(?:\[(.*)\]|\((.*)\)|/\s*(\S+)|(?:^|\s)in\s+(\S+)|[,_]\s*(\w{2,}|m|°)|([°º˚])"
     r"|(?<=\s)(?P<bare>[^\W_]{2,}|[ms]))\s*"
 )
 _LONGEST_NAME = 200  # signs of a name
 _AMPERES = re.compile(r"([\[(/,_ ])\s*(mA|A|[Aa]mp(?:ere)?s?)\s*[\])]?\s*")
 
 
-def wanted_columns(
-    rows: Iterable[Sequence[str]], settings: Mapping, channel: str
-) -> dict[str, str | int]:
+def wanted_columns(rows: Iterable[Sequence[str]], settings: Mapping) -> dict[str, str | int]:
     """Return the columns that are wanted, by kind: ``"time"``, if there is one, ``"travel"``, and
-    those of ``BESIDE`` that the settings name. A channel that is a number in words is a number,
+    those of ``BESIDE`` that the settings name. A travel that is a number in words is a number,
     unless one of the rows has it for a name.
     """
-    if channel.isdecimal() and not any(places_of(row, channel) for row in rows):
-        channel = int(channel)
-    wanted = {"time": settings["time_column"], "travel": channel or settings["travel_column"]}
+    travel = settings["travel_column"]
+    if str(travel).isdecimal() and not any(places_of(row, str(travel)) for row in rows):
+        travel = int(travel)
+    wanted = {"time": settings["time_column"], "travel": travel}
     # A trigger at time 0 has no column.
     wanted |= {kind: settings[f"{kind}_column"] or None for kind in BESIDE}
     return {kind: column for kind, column in wanted.items() if column is not None}
@@ -204,11 +203,12 @@ def split_unit(name: str) -> tuple[str, str | None]:
     found = _BEHIND.fullmatch(name) if len(name) <= _LONGEST_NAME else None
     behind = next(filter(None, found.groups()[1:]), "") if found else ""
     inches = found and "in" in found.groups()[1:3] and holds(found[1], "travel")
-    unit = None if behind.strip() in WORDS["no_units"] and not inches else unit_of(behind)
+    sure = inches or (found and found[5])  # `CH1 in V`
+    unit = unit_of(behind) if sure or behind.strip() not in WORDS["no_units"] else None
     if found and found["bare"]:  # `Coil s` and `Travel min` have none
         timely = holds(found[1], "time") or holds(found[1], "travel")
         unit = unit if timely and unit in WORDS["units"] else None
-    return (found[1], unit) if unit else (name, None)
+    return (found[1] or name, unit) if unit else (name, None)
 
 
 # ---- motions -------------------------------------------------------------------------------------

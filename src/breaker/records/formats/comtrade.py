@@ -11,19 +11,9 @@ from pathlib import Path
 
 from breaker.common.lazy_numpy import np
 from breaker.common.numerals import in_digits
-from breaker.records.cells import are_readings
 from breaker.records.files import Opened, RejectedCurveError, check_size
 from breaker.records.settings import FORMAT, TO_MS
-from breaker.records.sheet import Columns, Labelled
-from breaker.records.words import (
-    BESIDE,
-    amperes_of,
-    check_unit,
-    label_of,
-    place_of,
-    unit_of,
-    wanted_columns,
-)
+from breaker.records.sheet import Sheet
 
 _SECTION = re.compile(rb"(?im)^--- *file type: *([a-z]+)[^\r\n]*---[ \t]*\r?\n?")
 _MOST_CHANNELS = 10_000
@@ -37,50 +27,37 @@ SIGNATURES: tuple[bytes, ...] = ()
 EXTRA = "comtrade"
 
 
-def read(opened: Opened, settings: Mapping, channel: str = "") -> Columns:
-    """Read an analog channel, by its name or number, and the times of a COMTRADE record: see
-    ``formats``. The record knows its own times; they are returned in ``time_unit``.
+def read(opened: Opened, form: Mapping) -> list[Sheet]:
+    """Return the times of a COMTRADE record, its analog and its status channels: see ``registry``.
+    The record knows its own times; they are in ``time_unit``.
     """
-    file, record = opened.file, _open(opened, settings["encoding"])
-    cfg = record.cfg
-    names = [each.name for each in cfg.analog_channels]
-    wanted = wanted_columns([names], settings, channel)
-    column = wanted["travel"]
-    place = place_of(file, names, column)
-    described = cfg.analog_channels[place]
-    remarks = check_unit(file, ("travel", label_of(column)), described.uu, settings)
-    if described.pors.upper() == "S" and described.primary != described.secondary:
-        ratio = " : ".join(in_digits(each, 6) for each in (described.primary, described.secondary))
-        remarks += (f"{label_of(column)} is of the secondary side, with a ratio of {ratio}",)
-    travel = np.asarray(record.analog[place])
-    if not are_readings(travel, "travel"):
-        raise RejectedCurveError(file, f"{label_of(column)} has values that are no readings")
-    time = np.asarray(record.time) * 1e3 / TO_MS[settings["time_unit"]]
-    # Contacts and triggers may be analog or status channels.
-    every = [*names, *(each.name for each in cfg.status_channels)]
-    values = [*record.analog, *record.status]
-    places = {kind: place_of(file, every, wanted[kind]) for kind in wanted.keys() & {*BESIDE}}
-    beside = {kind: np.asarray(values[each], dtype=float) for kind, each in places.items()}
-    units = [each.uu for each in cfg.analog_channels] + [""] * len(cfg.status_channels)
-    amperes = {kind: amperes_of(every[place], units[place]) for kind, place in places.items()}
-    return Columns(time, travel, np.arange(1, travel.size + 1), remarks, beside, amperes)
-
-
-def look(opened: Opened) -> Labelled:
-    """Return its analog channels, with times as the settings have them by default."""
+    file, settings = opened.file, {}
     try:
-        record, settings = _open(opened, "utf-8"), {}
+        record = _open(opened, form.get("encoding", "utf-8"))
     except RejectedCurveError:
+        if form:
+            raise
         settings = {"encoding": "latin-1"}
         record = _open(opened, **settings)
-    channels = record.cfg.analog_channels
-    names = [FORMAT["time_column"], *(each.name for each in channels)]
-    units = [FORMAT["time_unit"], *(unit_of(each.uu) for each in channels)]
-    columns = [np.asarray(record.time), *map(np.asarray, record.analog)]
-    said = [["Station :", str(record.cfg.station_name)]]
-    if (when := record.cfg.start_timestamp).year > 1970:
+    cfg, unit = record.cfg, form.get("time_unit", FORMAT["time_unit"])
+    analog, status = cfg.analog_channels, cfg.status_channels
+    name = form.get("time_column")
+    names = [*(each.name for each in (*analog, *status)), name if isinstance(name, str) else "time"]
+    texts = [*(each.uu for each in analog), *[""] * len(status), unit]
+    columns = [*map(np.asarray, record.analog)]
+    columns += [np.asarray(each, dtype=float) for each in record.status]
+    columns.append(np.asarray(record.time) * 1e3 / TO_MS[unit])
+    said = [["Station :", str(cfg.station_name)]]
+    if (when := cfg.start_timestamp).year > 1970:
         said.append(["Test Date :", when.isoformat()])
-    return Labelled(settings, said, names, units, columns)
+    notes = {
+        place: f"{each.name!r} is of the secondary side, with a ratio of "
+        f"{in_digits(each.primary, 6)} : {in_digits(each.secondary, 6)}"
+        for place, each in enumerate(analog)
+        if each.pors.upper() == "S" and each.primary != each.secondary
+    }
+    clock = len(names) - 1
+    return [Sheet(file, names, columns, texts, said, settings, clock=clock, notes=notes)]
 
 
 def _open(opened: Opened, encoding: str):

@@ -4,13 +4,13 @@ import io
 import re
 import zipfile
 from collections.abc import Iterator, Mapping, Sequence
-from itertools import islice
+from dataclasses import replace
 from pathlib import Path
 
 from breaker.records.files import LARGEST, Opened, RejectedCurveError, TooLargeError
-from breaker.records.sheet import Columns, Tables, columns_of
+from breaker.records.formats.text import sheet_of
+from breaker.records.sheet import Sheet
 
-_BLOCK = 20_000  # rows at a time
 _GAP = 1_000  # blank rows in a row that end a sheet
 _LARGEST_SHEET = 2**24  # cells and signs
 
@@ -27,34 +27,32 @@ SIGNATURES = (b"PK\3\4",)
 EXTRA = "excel"
 
 
-def read(opened: Opened, settings: Mapping, channel: str = "") -> Columns:
-    """Read the columns of a workbook, of its first sheet that has them: see ``formats``. A row
-    counts as a line; encoding and delimiter do not matter.
+def read(opened: Opened, form: Mapping) -> list[Sheet]:
+    """Return the sheets of a workbook that have columns of samples: see ``registry``. A row counts
+    as a line; encoding and delimiter do not matter.
 
     Raises:
-        RejectedCurveError: Of the first sheet, if no sheet has the columns.
+        RejectedCurveError: Of the first sheet, if no sheet has columns.
     """
-    file, book = opened.file, _open(opened)
-    settings, first = {**settings, "delimiter": "\t"}, None
-    for sheet in book.worksheets:
+    settings, found, first = {"decimal": form.get("decimal", ".")}, [], None
+    for sheet in _open(opened).worksheets:
+        lines: list[str] = []
+        for number, cells in _rows_of(sheet, settings["decimal"]):
+            lines += [""] * (number - 1 - len(lines)) + [_line(cells)]
+        signs = {**settings, "delimiter": "\t"}
         try:
-            return columns_of(file, _blocks(sheet, settings["decimal"]), settings, channel)
+            found.append(sheet_of(opened.file, "\n".join(lines), signs, form))
         except RejectedCurveError as error:
             first = first or error
-    raise first or RejectedCurveError(file, "has no sheet")
-
-
-def look(opened: Opened) -> Tables:
-    """Return its sheets: rows that are not blank."""
-    sheets = _open(opened).worksheets
-    lines = ([_line(cells) for _, cells in _rows_of(sheet, ".")] for sheet in sheets)
-    return Tables(lines, "has no sheet with columns of numbers")
+    if not found:
+        raise first or RejectedCurveError(opened.file, "has no sheet")
+    return [replace(each, settings=settings) for each in found]
 
 
 def _line(cells: Sequence[str]) -> str:
     """A row as a line of text, in which no cell has a tab or quotes another."""
     whole = "\t".join(" ".join(cell.split()).replace('"', "″") for cell in cells)
-    return whole.rstrip("\t") + "\n"
+    return whole.rstrip("\t")
 
 
 def _open(opened: Opened):
@@ -102,13 +100,6 @@ def _check_parts(file: str | Path, content: bytes, book: zipfile.ZipFile) -> Non
             raise RejectedCurveError(file, f"{reason} into a new workbook")
         if _ENTITIES.search(text):
             raise RejectedCurveError(file, f"defines texts in its part {part.filename}; {_REMEDY}")
-
-
-def _blocks(sheet, decimal: str) -> Iterator[tuple[list[int], list[list[str]]]]:
-    """Numbers and cells of the rows of a sheet that are not blank, block after block."""
-    rows = _rows_of(sheet, decimal)
-    while block := list(islice(rows, _BLOCK)):
-        yield [number for number, _ in block], [row for _, row in block]
 
 
 def _rows_of(sheet, decimal: str) -> Iterator[tuple[int, list[str]]]:

@@ -16,7 +16,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from breaker.common.lazy_numpy import np
-from breaker.records.cells import are_readings
 from breaker.records.files import (
     Opened,
     RejectedCurveError,
@@ -26,16 +25,7 @@ from breaker.records.files import (
     read_bytes,
     require_folder,
 )
-from breaker.records.sheet import Columns, Labelled
-from breaker.records.words import (
-    BESIDE,
-    amperes_of,
-    check_unit,
-    label_of,
-    place_of,
-    unit_of,
-    wanted_columns,
-)
+from breaker.records.sheet import Sheet
 
 if TYPE_CHECKING:
     import h5py
@@ -60,31 +50,37 @@ _LARGEST_CHUNK = 80_000_000  # bytes of a chunk
 _MOST_BYTES, _MOST_CHUNKS = 320_000_000, 10_000  # stated; consolidated metadata do so again
 
 
-def read(opened: Opened, settings: Mapping, channel: str = "") -> Columns:
-    """Read a variable of a NetCDF file or a Zarr store, which has to be of one record, and its
-    coordinate of time: see ``formats``.
+def read(opened: Opened, form: Mapping) -> list[Sheet]:
+    """Return the variables of a NetCDF file or a Zarr store along each dimension, those along the
+    longest one first: see ``registry``. The time is the coordinate of a dimension, unless another
+    variable has its name.
     """
+    file, found = opened.file, []
     with _open(opened) as dataset:
-        return _columns(opened.file, dataset, settings, channel)
-
-
-def look(opened: Opened) -> Labelled:
-    """Return the variables along the longest dimension."""
-    file = opened.file
-    with _open(opened) as dataset:
-        longest = max(dataset.sizes, key=dataset.sizes.get, default=None)
-        found = {
-            str(name): each
-            for name, each in dataset.variables.items()
-            if each.dims == (longest,) and each.dtype.kind in "iuf"
-        }
-        check_size(file, dataset.sizes.get(longest, 0), len(found))
-        columns = [each.values.astype(float) for each in found.values()]
         said = [[f"{name} :", str(value)] for name, value in dataset.attrs.items()]
+        for along in sorted(dataset.sizes, key=dataset.sizes.get, reverse=True):
+            every = {
+                str(name): each
+                for name, each in dataset.variables.items()
+                if each.dtype.kind in "iuf" and _along(each) == along
+            }
+            check_size(file, dataset.sizes[along], len(every))
+            names = list(every)
+            columns = [each.values.reshape(-1).astype(float) for each in every.values()]
+            texts = [_unit_text(each) for each in every.values()]
+            timed = along in names and form.get("time_column", "") is not None
+            clock = names.index(along) if timed else None
+            if names:
+                found.append(Sheet(file, names, columns, texts, said, clock=clock))
     if not found:
         raise RejectedCurveError(file, "has no variable of numbers along one dimension")
-    units = [unit_of(_unit_text(each)) for each in found.values()]
-    return Labelled({}, said, list(found), units, columns)
+    return found
+
+
+def _along(variable) -> str | None:
+    """The only dimension along which a variable has several values."""
+    long = [str(name) for name, size in variable.sizes.items() if size > 1]
+    return long[0] if len(long) == 1 else None
 
 
 def _open(opened: Opened):
@@ -161,54 +157,6 @@ def _check_hdf5(file: h5py.File) -> None:
 
     look("/", file)
     file.visititems(look)
-
-
-def _columns(file: str | Path, dataset, settings: Mapping, channel: str) -> Columns:
-    """The columns of a dataset, in which the variable of the travel lies along one dimension."""
-    names = list(map(str, dataset.variables))
-    wanted = wanted_columns([names], settings, channel)
-    travel = dataset[names[place_of(file, names, wanted["travel"])]]
-    along = [name for name, size in travel.sizes.items() if size > 1]
-    if len(along) != 1:
-        reason = f"{label_of(wanted['travel'])} is no single record: its sizes are "
-        raise RejectedCurveError(file, reason + ", ".join(map(str, travel.sizes.items())))
-    check_size(file, travel.size, len(wanted))
-    remarks = _unit(file, "travel", travel, settings)
-    readings = _numbers(file, "travel", travel)
-    lines, beside, amperes = np.arange(1, readings.size + 1), {}, {}
-    for kind in wanted.keys() & {*BESIDE}:
-        name = names[place_of(file, names, wanted[kind])]
-        beside[kind] = _numbers(file, kind, dataset[name])
-        amperes[kind] = amperes_of(name, _unit_text(dataset[name]))
-        if beside[kind].size != readings.size:
-            reason = f"{label_of(wanted[kind])} has {beside[kind].size} values for {readings.size}"
-            raise RejectedCurveError(file, f"{reason} samples of travel")
-    if "time" not in wanted:
-        return Columns(None, readings, lines, remarks, beside, amperes)
-    # The time by its name, or else the coordinate along which the travel lies.
-    named = [name for name in names if name in (wanted["time"], along[0])]
-    named.sort(key=lambda name: name != wanted["time"])
-    place = place_of(file, names, named[0] if named else wanted["time"])
-    time = dataset[names[place]]
-    if time.size != readings.size:
-        reason = f"{names[place]!r} has {time.size} times for {readings.size} samples"
-        raise RejectedCurveError(file, reason)
-    remarks += _unit(file, "time", time, settings)
-    return Columns(_numbers(file, "time", time), readings, lines, remarks, beside, amperes)
-
-
-def _unit(file: str | Path, kind: str, variable, settings: Mapping) -> tuple[str, ...]:
-    return check_unit(file, (kind, repr(variable.name)), _unit_text(variable), settings)
-
-
-def _numbers(file: str | Path, kind: str, variable) -> np.ndarray:
-    """The values of a variable, ``(t,)``, NaN where missing."""
-    if variable.dtype.kind not in "iuf":
-        raise RejectedCurveError(file, f"{variable.name!r} is not of numbers")
-    values = variable.values.reshape(-1).astype(float)
-    if not are_readings(values, kind):
-        raise RejectedCurveError(file, f"{variable.name!r} has values that are no readings")
-    return values
 
 
 def _check_store(folder: str | Path) -> None:

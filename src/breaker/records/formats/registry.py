@@ -1,4 +1,4 @@
-"""The formats of curve files, each a module: whatever the format, one form comes out.
+"""The formats of curve files, each a module: whatever the format, sheets come out.
 
 A format is a module with
 
@@ -6,18 +6,18 @@ A format is a module with
 - ``SIGNATURES``: first bytes that prove a file to be of it, whatever its ending; a file with the
   ending that has none of them is not. Empty for a format that is text, which reading proves;
 - ``EXTRA``: the extra of this package that it needs; empty for none;
-- ``read(opened, settings, channel)``: ``Columns``, see ``read_columns``;
-- ``look(opened)``: what it shows before anything is known of it, ``Labelled`` or ``Tables``; None
-  where all of it is to be guessed.
+- ``read(opened, form)``: its sheets, see ``sheet.Sheet``. The form is the section
+  ``endurance.format``, complete, or empty where nothing is known yet.
 
-Each passes the tests in ``tests/records/format_contract.py``. Other distributions add such modules
-by the entry points ``breaker.formats``.
+``example_format`` is one with all that there is to say. Each passes the tests of
+``tests/records/format_contract.py``. Other distributions add such modules by the entry points
+``breaker.formats``.
 """
 
 import logging
 import warnings
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import replace
 from importlib.metadata import entry_points
 from pathlib import Path
@@ -32,13 +32,14 @@ from breaker.records.files import (
     is_store,
 )
 from breaker.records.formats import comtrade, excel, netcdf, text
-from breaker.records.settings import READ_BY
-from breaker.records.sheet import Columns
+from breaker.records.header import Preamble
+from breaker.records.settings import FORMAT, READ_BY, complete
+from breaker.records.sheet import Columns, LayoutError, Sheet, columns_of
 
 _OLD = (".xls", ".xlsb", ".ods")
 _OLD_WORKBOOK = b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1"
 _OWN = (text, excel, comtrade, netcdf)
-_NAMES = ("ENDINGS", "SIGNATURES", "EXTRA", "read", "look")
+_NAMES = ("ENDINGS", "SIGNATURES", "EXTRA", "read")
 
 
 def added_formats() -> Iterator[ModuleType]:
@@ -81,16 +82,82 @@ def read_columns(file: str | Path | Opened, settings: Mapping, channel: str = ""
 
 
 def _read(opened: Opened, settings: Mapping, channel: str) -> Columns:
-    format_ = format_of(opened)
+    form = {**settings, "travel_column": channel or settings["travel_column"]}
+    first = None
+    for sheet in _sheets(opened, form):
+        try:
+            columns = columns_of(sheet, form)
+        except RejectedCurveError as error:
+            first = first or error
+            continue
+        for array in (columns.time, columns.travel, columns.lines, *columns.beside.values()):
+            if array is not None:
+                array.flags.writeable = False  # others read the same
+        return columns
+    raise first or RejectedCurveError(opened.file, "has no table of samples")
+
+
+def look_into(file: str | Path | Opened) -> Sheet:
+    """Return the sheet of a file of which nothing is known: guessed of a text, as it is stated of
+    other kinds.
+
+    Args:
+        file: The file, or one that is opened: then it is looked into once.
+
+    Raises:
+        LayoutError: If there are no columns of numbers.
+        RejectedCurveError: If the file cannot be read.
+
+    Example:
+        >>> import tempfile
+        >>> rows = [f"{i / 10:.1f};{i / 7:.3f}".replace(".", ",") for i in range(50)]
+        >>> with tempfile.NamedTemporaryFile("w") as file:
+        ...     print("Rig 3", "Zeit;Weg", "[msec];mm", *rows, sep="\\n", file=file, flush=True)
+        ...     sheet = look_into(file.name)
+        >>> sheet.settings
+        {'encoding': 'utf-8', 'delimiter': ';', 'decimal': ','}
+        >>> sheet.preamble, sheet.names, sheet.units
+        ([['Rig 3']], ['Zeit', 'Weg'], ['ms', 'mm'])
+    """
+    opened = as_opened(file)
+    return opened.once("sheet", lambda: _look(opened))
+
+
+def _look(opened: Opened) -> Sheet:
+    for sheet in _sheets(opened, {}):
+        if len(sheet.columns):
+            return sheet
+    raise LayoutError(opened.file, "has no table with columns of numbers")
+
+
+def _sheets(opened: Opened, form: Mapping) -> Sequence[Sheet]:
+    """The sheets of a file, each with what messages call the file."""
+    format_, kind = format_of(opened), kind_in(opened)
     with understood(opened):
-        columns = format_.read(opened, settings, channel)
+        sheets = format_.read(opened, form)
+    said: tuple[str, ...] = ()
     if format_ is not _named(opened.file):
-        said = f"is {kind_in(opened)} by its content, whatever its name ends in"
-        columns = replace(columns, remarks=(*columns.remarks, said))
-    for each in (columns.time, columns.travel, columns.lines, *columns.beside.values()):
-        if each is not None:
-            each.flags.writeable = False  # others read the same
-    return columns
+        said = (f"is {kind} by its content, whatever its name ends in",)
+    kind = {"kind": kind} if kind else {}
+    return [replace(each, remarks=(*each.remarks, *said), **kind) for each in sheets]
+
+
+def stated_in(file: str | Path | Opened, settings: Mapping = FORMAT, channel: str = "") -> Preamble:
+    """Return what a file states above its samples; nothing of one that cannot be read.
+
+    Args:
+        file: The file, or one that is opened.
+        settings: The section ``endurance.format``; where a file cannot be read by it, it is looked
+            into.
+        channel: Column of the travel, where it is not that of the settings.
+    """
+    opened = as_opened(file)
+    with suppress(ValueError):
+        with suppress(ValueError):
+            if format_of(opened) is text:
+                return read_columns(opened, complete(settings), channel).stated
+        return look_into(opened).stated
+    return Preamble()
 
 
 def format_of(opened: Opened) -> ModuleType:
@@ -128,11 +195,6 @@ def kind_in(opened: Opened) -> str:
     format_ = format_of(opened)
     usual = "" if format_ is text else next(iter(format_.ENDINGS.values()))
     return format_.ENDINGS.get(_ending(opened.file), usual)
-
-
-def is_text(opened: Opened) -> bool:
-    """Say whether a file is a text; raise as ``format_of``."""
-    return format_of(opened) is text
 
 
 @contextmanager
