@@ -248,6 +248,7 @@ def test_a_name_with_two_brackets_keeps_channel_and_unit():
     assert [(e.quantity, e.channel, e.value, e.unit) for e in found] == [
         ("stroke", "T1", 150.1, "mm"),
         ("speed", "T2", 4.1, "m/s"),
+        ("coil_current", "C1", 2.1, "A"),
     ]
 
 

@@ -1,7 +1,4 @@
-"""What stands above the samples, as names and their values: whatever separates the two.
-
-Pairs in cells of their own, several in a line, pairs in one cell, and rows of a table.
-"""
+"""Names and values above the samples, whatever sign or cell separates them."""
 
 import re
 from collections import Counter
@@ -17,25 +14,24 @@ _SPLIT = re.compile(
     rf"[\t;|]|\s{{2,}}|,\s*(?!(?i:{WORDS['before_colon']})\s*[:=])"  # rather a unit than a name
     r"(?=[^\W\d_][^,:=]{1,60}[:=](?!\d))"
 )
-_COMMAS = re.compile(r"[:=]\s*,|,\s*,")  # a line of commas in a file of other signs
+_COMMAS = re.compile(r"[:=]\s*,|,\s*,")  # a line of commas in a file with another delimiter
 _NUMBER = r"[-+]?\d+(?:[.,]\d+)*(?:[eE][-+]?\d+)?"
 _VALUE = re.compile(rf"({_NUMBER}|[-+]?[.,]\d+)[.,]?\s*([^\d\s:,;.]\S{{0,11}})?")
 _BEHIND = re.compile(rf"(.*?\D)[\s,]+((?:1\s?:\s?)?{_NUMBER}\s*[^\d\s]{{0,11}})")
-_NAMED = re.compile(r"[^\d\W].*?[:=：]")
-_LABEL = re.compile(r"[A-Za-z]{1,3}[\W_]?\d{1,2}")  # of a channel, in a bracket beside the unit
-_DIGIT, _DIGITS = "\0", re.compile(r"\d+")  # what stands for numbers: no name has it
-_LONG = 8  # signs of a name that may have lost one
+_LABEL = re.compile(r"[A-Za-z]{1,3}[\W_]?\d{1,2}")  # of a channel, in a bracket next to the unit
 _UNIT = re.compile(r"\s*[\[(]([^\[\]()]{1,12})[\])]\s*")
+_DIGIT, _DIGITS = "\0", re.compile(r"\d+")  # a sign that stands for numbers, as no name has it
+_LONG = 8  # characters of a name from which a missing letter leaves the name recognisable
 
 
 class Pair(NamedTuple):
-    """A name and what stands behind it.
+    """A name and its values.
 
     Attributes:
-        name: Without its unit and the sign behind it.
-        unit: In brackets in the name; empty where none is.
-        values: What stands in the cells behind it, without blank ones.
-        row: Place of its line, from 0.
+        name: Name without its unit and the sign behind it.
+        unit: Unit in the name, empty where there is none.
+        values: Cells behind the name that are not blank.
+        row: Place of the line, from 0.
     """
 
     name: str
@@ -45,18 +41,26 @@ class Pair(NamedTuple):
 
     @property
     def text(self) -> str:
-        """The first value; empty where there is none."""
+        """First value, empty where there is none."""
         return self.values[0] if self.values else ""
 
     def number(self, decimal: str = ".") -> tuple[float, str]:
-        """Return the first value as a number, NaN where it is none, and its unit."""
+        """Return the first value as a number, NaN where it is not a number, and its unit."""
         values, unit = numbers_of(self.values[:1], decimal)
-        beside = self.values[1] if len(self.values) == 2 and not self.values[1][0].isdigit() else ""
-        return (values or [float("nan")])[0], unit or self.unit or beside
+        behind = self.values[1] if len(self.values) == 2 and not self.values[1][0].isdigit() else ""
+        return (values or [float("nan")])[0], unit or self.unit or behind
+
+
+class Token(NamedTuple):
+    """A part of a line: its text, whether it is a name, and the place of its cell, from 0."""
+
+    text: str
+    named: bool
+    place: int
 
 
 def numbers_of(cells: Sequence[str], decimal: str) -> tuple[list[float], str]:
-    """Return cells as numbers, NaN where one is none, and the unit behind the first that has one.
+    """Return cells as numbers, NaN where a cell is not a number, and the first unit behind one.
 
     >>> numbers_of(["1,64 mm", "-"], ",")
     ([1.64, nan], 'mm')
@@ -70,9 +74,7 @@ def numbers_of(cells: Sequence[str], decimal: str) -> tuple[list[float], str]:
 
 
 def _float(text: str, decimal: str) -> float:
-    """A number; a sign between its digits that is not the decimal one separates thousands where
-    three digits follow it each time.
-    """
+    """Return a number. The sign that is not the decimal sign separates groups of three digits."""
     other = "," if decimal == "." else "."
     if other in text and re.fullmatch(rf"[-+]?\d{{1,3}}(?:[{other}]\d{{3}})+", text):
         text = text.replace(other, "")
@@ -89,86 +91,96 @@ def pairs_of(rows: Iterable[Sequence[str]]) -> list[Pair]:
     Range  ('8000',)
     Bay  ('4',)
     """
-    found = []
+    found: list[Pair] = []
     for place, row in enumerate(rows):
         name, values = "", []
-        for cell, named in _tokens(row):
+        for text, named, _ in [*tokens_of(row)[0], Token("", True, 0)]:
             if named and name:
-                found.append(_pair(name, values, place))
+                found.append(Pair(*name_of(name), tuple(values), place))
             if named:
-                name, values = cell, []
-            elif name and cell:
-                values.append(cell)
-        if name:
-            found.append(_pair(name, values, place))
+                name, values = text, []
+            elif name and text:
+                values.append(text)
     return _respelled(found)
 
 
 def _respelled(pairs: Sequence[Pair]) -> list[Pair]:
-    """Pairs, with names that lack one letter of those of other channels as these have them.
+    """Complete names that lack one letter of the name that other channels have.
 
     >>> names = ["Mechanism Travel T1", "Mechanism Travel T2", "Mehanism Travel T3"]
     >>> _respelled([Pair(name, "", ("1",), 0) for name in names])[-1].name
     'Mechanism Travel T3'
     """
-    kinds = Counter(_DIGITS.sub(_DIGIT, pair.name) for pair in pairs)
+    right = respelling([pair.name for pair in pairs])
+    return [pair._replace(name=right.get(pair.name, pair.name)) for pair in pairs]
+
+
+def respelling(names: Sequence[str]) -> dict[str, str]:
+    """Return the right spelling of each name that lacks one letter, by that name."""
+    kinds = Counter(_DIGITS.sub(_DIGIT, name) for name in names)
     usual = [kind for kind, count in kinds.items() if count > 1 and _DIGIT in kind]
     whole = {k[:i] + k[i + 1 :]: k for k in usual for i in range(len(k)) if k[i].isalpha()}
-    found = []
-    for pair in pairs:
-        near = whole.get(_DIGITS.sub(_DIGIT, pair.name), "")
-        if near and len(near) > _LONG and kinds[_DIGITS.sub(_DIGIT, pair.name)] == 1:
-            for number in _DIGITS.findall(pair.name):
+    found = {}
+    for name in names:
+        near = whole.get(kind := _DIGITS.sub(_DIGIT, name), "")
+        if len(near) > _LONG and kinds[kind] == 1:
+            for number in _DIGITS.findall(name):
                 near = near.replace(_DIGIT, number, 1)
-            pair = pair._replace(name=near)
-        found.append(pair)
+            found[name] = near
     return found
 
 
-def _pair(name: str, values: Sequence[str], row: int) -> Pair:
-    brackets = [each[1].strip() for each in _UNIT.finditer(name)]
+def name_of(text: str) -> tuple[str, str]:
+    """Return a name without its unit, and the unit; a channel in brackets belongs to the name.
+
+    >>> name_of("Contact Travel(T1)(mm)")
+    ('Contact Travel T1', 'mm')
+    """
+    brackets = [each[1].strip() for each in _UNIT.finditer(text)]
     label = next(filter(_LABEL.fullmatch, brackets), "") if len(brackets) > 1 else ""
     unit = next((each for each in brackets if each != label), "")
-    bare = f"{_UNIT.sub(' ', name).strip()} {label}".strip() if brackets else name
+    bare = f"{_UNIT.sub(' ', text).strip()} {label}".strip() if brackets else text
     known = unit
-    if not (unit or "/" in name):
-        bare, known = split_unit(name)
-    return Pair(bare or name, (known or "") if bare else "", tuple(values), row)
+    if not (unit or "/" in text):
+        bare, known = split_unit(text)
+    return bare or text, (known or "") if bare else ""
 
 
-def _tokens(row: Sequence[str]) -> list[tuple[str, bool]]:
-    """Cells of a line, and whether each is a name: by the sign behind it, or else by its place."""
-    cells: list[str] = []
-    for part in (part for cell in row for part in _parts(cell)):
+def tokens_of(row: Sequence[str]) -> tuple[list[Token], bool]:
+    """Return the parts of a line, and whether signs behind the names tell names from values.
+
+    Without a sign the place of a cell decides: the first cell is a name, and so is one behind a
+    blank cell and before another cell.
+    """
+    cells: list[tuple[str, int]] = []
+    for part, place in ((part, i) for i, cell in enumerate(row) for part in _parts(cell)):
         if part in (":", "=") and cells:
-            cells[-1] += part  # in a cell of its own
+            cells[-1] = cells[-1][0] + part, cells[-1][1]  # in a cell of its own
         else:
-            cells.append(part)
-    if any(map(_NAMED.match, cells)) or any(
-        _SIGN.search(cell) and not moments(cell) for cell in cells
+            cells.append((part, place))
+    if any(_SIGN.search(cell) and not moments(cell) for cell, _ in cells) or any(
+        re.match(r"[^\d\W].*?[:=：]", cell) for cell, _ in cells
     ):
-        return [token for cell in cells for token in _signed(cell)]
-    filled = [cell for cell in cells if cell]
-    if len(filled) == 1 and (behind := _BEHIND.fullmatch(filled[0])):
-        return [(behind[1].strip(" ,"), True), (behind[2], False)]
-    if len(filled) == len(cells) > 2 and len(cells) % 2 == 0 and all(map(_is_word, cells[::2])):
-        return [(cell, place % 2 == 0) for place, cell in enumerate(cells)]
-    # Without a sign the first cell is a name, and so is one behind a blank cell and before another.
+        return [Token(*each, place) for cell, place in cells for each in _signed(cell)], True
+    filled = [(cell, place) for cell, place in cells if cell]
+    if len(filled) == 1 and (behind := _BEHIND.fullmatch(filled[0][0])):
+        place = filled[0][1]
+        return [Token(behind[1].strip(" ,"), True, place), Token(behind[2], False, place)], False
+    paired = len(filled) == len(cells) > 2 and len(cells) % 2 == 0
+    if paired and all(re.match(r"[^\W\d_].*[^\W\d_]{2}", cell) for cell, _ in cells[::2]):
+        return [Token(cell, i % 2 == 0, place) for i, (cell, place) in enumerate(cells)], False
     tokens, before = [], ""
-    for i, cell in enumerate(cells):
-        begins = cell and not before and "".join(cells[i + 1 : i + 2]) and not cell[0].isdigit()
-        tokens.append((cell, bool(begins)))
+    for i, (cell, place) in enumerate(cells):
+        after = cells[i + 1][0] if i + 1 < len(cells) else ""
+        tokens.append(
+            Token(cell, bool(cell and not before and after and not cell[0].isdigit()), place)
+        )
         before = cell
-    return tokens
-
-
-def _is_word(cell: str) -> bool:
-    """Whether a cell without a sign may be a name rather than a value, a phase or a unit."""
-    return re.match(r"[^\W\d_].*[^\W\d_]{2}", cell) is not None
+    return tokens, False
 
 
 def _parts(cell: str) -> list[str]:
-    """A cell, split where it is a line of other signs."""
+    """Split a cell that is a line with another delimiter."""
     quotes = '"' if cell.count('"') % 2 == 0 else r'^\s*"|(?<!\d)"\s*$'  # an odd one may be an inch
     cell = re.sub(quotes, "", cell).strip(" \t,").lstrip("#%! ")
     if _COMMAS.search(cell):
@@ -179,7 +191,7 @@ def _parts(cell: str) -> list[str]:
 
 
 def _signed(cell: str) -> list[tuple[str, bool]]:
-    """A cell as a name, with its value if it has one, or as a value."""
+    """Split a cell at its sign into name and value; a cell without a sign is a value."""
     sign = _SIGN.search(cell)
     if not sign or not re.match(r"[^\W\d_]", cell):
         return [(cell, False)]

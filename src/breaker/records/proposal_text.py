@@ -162,7 +162,7 @@ def _compared(proposal: Proposal) -> list[Table]:
     """Results of the analyser beside those measured here; a mark where they differ."""
     rows = []
     for each in proposal.compared:
-        quantity, _, channel, value, unit, _ = each.printed
+        quantity, _, channel, value, unit, *_ = each.printed
         there = np.isfinite(each.measured)
         differs = f"{each.difference:+.1%}{'  <' if each.differs else ''}" if there else each.reason
         shown = in_digits(each.measured, 4) if there else ""
