@@ -57,10 +57,10 @@ UNCLEAR = [
     (["1732115587", "1732115599"], "more than 5 digits"),
     (["9" * 200], "more than 5 digits"),
     *(
-        ([name], "belongs to what stands beside it")
+        ([name], "belongs to")
         for name in ("closing_L1", "x_ch2", "phase_1", "breaker7", "v2", "220V", "10 kHz", "90%")
     ),
-    (["gap_0.5", "gap_0.6"], "belongs to what stands beside it"),
+    (["gap_0.5", "gap_0.6"], "belongs to"),
     (["op_5.v2"], "has 2 numbers, 5 and 2"),
     (["op_1_05", "op_1_5"], "has 2 numbers, 1 and 5"),
 ]

@@ -8,10 +8,9 @@ import pytest
 
 from breaker.records import table_proposal
 from breaker.records.description import describe_file
-from breaker.records.file_facts import Description, Part
 from breaker.records.header import Preamble
 from breaker.records.operations import read_manifest
-from breaker.records.table_proposal import propose_manifest
+from breaker.records.table_proposal import Description, Part, propose_manifest
 from tests.exports import write
 
 
@@ -42,7 +41,7 @@ def test_numbers_are_those_of_the_names_where_they_say_them(tmp_path):
     assert remarks == []
 
 
-def test_else_names_order_them_and_no_date_is_taken_from_a_name_or_a_file(tmp_path):
+def test_else_their_dates_order_them_and_no_date_is_that_of_the_file_system(tmp_path):
     names = [
         f"{motion}/x_{day}-11-2024.csv" for motion in ("closing", "opening") for day in (3, 20)
     ]
@@ -50,7 +49,7 @@ def test_else_names_order_them_and_no_date_is_taken_from_a_name_or_a_file(tmp_pa
     os.utime(folder / names[0], (1e9, 1e9))
     rows, remarks = proposed(folder, *reversed(names))
     assert [(row[1], row[3], row[4]) for row in rows] == [
-        (number, f"{motion}/x_{day}-11-2024.csv", "")
+        (number, f"{motion}/x_{day}-11-2024.csv", f"2024-11-{day:02}")
         for number, day in ((1, 3), (2, 20))
         for motion in ("closing", "opening")
     ]
@@ -109,7 +108,7 @@ def test_a_folder_without_records_has_no_table(tmp_path, name, reason):
 
 
 def test_a_folder_of_everything_is_refused_before_it_is_looked_through(tmp_path, monkeypatch):
-    monkeypatch.setattr(table_proposal, "_MOST_FOLDERS", 3)
+    monkeypatch.setattr(table_proposal, "MOST_PARTS", 3)
     for name in ("a", "b", "c"):
         (tmp_path / name).mkdir()
     with pytest.raises(FileNotFoundError, match="no file of a"):
@@ -216,12 +215,43 @@ def test_poles_that_no_text_names_are_named_by_files(tmp_path):
     assert rows["9.csv"]["phase"] == ""
 
 
-def test_a_date_is_that_of_the_text_alone(tmp_path):
+def test_a_date_is_that_of_the_header_or_else_of_the_name(tmp_path):
     either = ("2021-04-05T10:42:17", "2021-05-04T10:42:17")
     files = {"5.5.2021.csv": ("7", ("2021-03-14",), ""), "x 04.05.2021.csv": ("7", either, "")}
-    rows, remarks = said_of(tmp_path, files | {"6.5.2021.csv": ("7", (), "")})
-    assert [row["date"] for row in rows.values()] == ["2021-03-14", "", "FILL IN"]
-    assert any("the date of 1 files is to be filled in, first x 04" in each for each in remarks)
+    files |= {"6.5.2021.csv": ("7", (), ""), "y 6-5-2021.csv": ("7", (), "")}
+    rows, remarks = said_of(tmp_path, files)
+    dates = {name: row["date"] for name, row in rows.items()}
+    assert [dates[name] for name in files] == ["2021-03-14", "FILL IN", "2021-05-06", "FILL IN"]
+    assert any("the date of 2 files is to be filled in" in each for each in remarks)
+
+
+def test_other_files_decide_on_day_and_month(tmp_path):
+    one = {"channels": 1}
+    given = [(f"{k}.csv", one | {"date": day, "seed": k}) for k, day in enumerate(["03/04/2021"])]
+    rows, _ = analysers(tmp_path, *given)
+    assert [row["date"] for row in rows] == ["FILL IN"]
+    given += [("8.csv", one | {"date": "16/04/2021", "seed": 8})]
+    rows, remarks = analysers(tmp_path, *given)
+    assert [row["date"][:10] for row in rows] == ["2021-04-03", "2021-04-16"]
+    assert any("0.csv" in each and "order of another file" in each for each in remarks)
+    rows, _ = analysers(tmp_path, *given, ("9.csv", one | {"date": "04/17/2021", "seed": 9}))
+    assert "FILL IN" in [row["date"] for row in rows]
+
+
+def test_equal_samples_count_once_unless_files_state_otherwise(tmp_path):
+    """A copy that was saved again has other bytes; copies of two breakers are a doubt."""
+    one = {"channels": 1, "bay": "Bay 4"}
+    rows, remarks = analysers(
+        tmp_path,
+        ("a.csv", one),
+        ("b.csv", one | {"results": {"Stroke (mm)": [178.0]}}),
+        ("c.csv", one | {"serial": "HV-2"}),
+        ("d.csv", one | {"seed": 1}),
+    )
+    assert sorted({row["file"] for row in rows}) == ["a.csv", "c.csv", "d.csv"]
+    assert {row["breaker"] for row in rows} == {"HV-20417", "HV-2"}
+    assert any("left out: b.csv has the samples of a.csv" in each for each in remarks)
+    assert any("c.csv has the samples of a.csv, but" in each for each in remarks)
 
 
 def test_channels_without_phases_are_to_be_filled_in(tmp_path):

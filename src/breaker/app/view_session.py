@@ -25,12 +25,12 @@ from breaker.drive.answers.test_report import Report, report_of
 from breaker.drive.answers.visit import Visit
 from breaker.model.parameters import MOTIONS
 from breaker.records.description import describe_file
-from breaker.records.file_facts import Description
 from breaker.records.files import Files, printable
 from breaker.records.folder import record_files
 from breaker.records.layout import Layout, look_into
 from breaker.records.operations import MANIFEST
 from breaker.records.proposal import Proposal, inspect_file
+from breaker.records.table_proposal import Description
 
 SHOWN = 100
 """Files of a list that are looked into at a time."""

@@ -76,8 +76,8 @@ _PATTERNS = [
 def dates_of(text: str) -> dict[bool, str]:
     """Return the readings of the date in a text as ISO 8601, by whether the day stands first.
 
-    An unambiguous date, such as 2021-03-02, has the same reading twice; a date in which only one
-    order is possible has one.
+    An unambiguous date, such as 2021-03-02 or 2.3.2021, has the same reading twice; a date in which
+    only one order is possible has one.
 
     >>> dates_of("14/03/2021"), dates_of("2/3/2021")[True], dates_of("2021-03-02")[False]
     ({True: '2021-03-14'}, '2021-03-02', '2021-03-02')
@@ -89,9 +89,9 @@ def dates_of(text: str) -> dict[bool, str]:
     first, sign, second, year = match.groups()
     year = int(year) + 2000 * (len(year) == 2)
     found = {}
-    # Between points the day comes first, by the standards of all who write them.
-    for day_first in (True,) if sign == "." else (True, False):
-        day, month = (first, second) if day_first else (second, first)
+    for day_first in (True, False):
+        # Between points the day comes first, by the standards of all who write them.
+        day, month = (first, second) if day_first or sign == "." else (second, first)
         with suppress(ValueError):
             found[day_first] = date(year, int(month), int(day)).isoformat()
     return found
@@ -115,20 +115,15 @@ def clock_of(text: str) -> str:
     return f"T{hour:02}:{minute:02}:{second:02}{offset}" if fine else ""
 
 
-def day_order(texts: Iterable[str]) -> bool | None:
-    """Return whether the day stands first in dates of one kind, such as 03/04/2026.
+def day_order(dates: Iterable[Mapping[bool, str]]) -> bool | None:
+    """Return whether the day stands first in dates of one kind, by their readings.
 
-    Dates in which only one order is possible decide, such as 14/03/2026. Dates with points between
-    do not count.
+    Dates in which only one order is possible decide, such as 14/03/2026.
 
     Returns:
         True or False; None where no date decides, or dates contradict each other.
     """
-    orders = set()
-    for text in texts:
-        if (match := _DIGITS.search(text)) and match[2] != ".":
-            readings = dates_of(text)
-            orders |= {*readings} if len(readings) == 1 else set()
+    orders = {order for readings in dates if len(readings) == 1 for order in readings}
     return orders.pop() if len(orders) == 1 else None
 
 

@@ -4,6 +4,7 @@ What is clear is a setting. Where two values are close, one is taken and a remar
 sets the other; where nothing speaks for either, or the file contradicts itself, the key is lacking.
 """
 
+import hashlib
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -22,11 +23,11 @@ from breaker.records.channels import (
     find_clock,
 )
 from breaker.records.contact_columns import Beside, coils_before, columns_beside, first_by_contacts
-from breaker.records.file_facts import Description, Part
 from breaker.records.files import Opened, RejectedCurveError, as_opened
 from breaker.records.layout import Layout, LayoutError, look_into
 from breaker.records.operations import FILL_IN
 from breaker.records.settings import TO_MM, TO_MS
+from breaker.records.table_proposal import Description, Part
 from breaker.records.words import MOTION_OF, holds, motion_of, motions_in, unit_of
 
 _MARGIN = (
@@ -349,7 +350,10 @@ def describe_file(file: str | Path) -> Description:
     del settings["travel_column"]
     sign = guesses[-1].settings["sign"]
     parts = tuple(_parts(sheet, clock, motions_of(sheet, clock, travels, sign)))
-    return seen._replace(parts=parts, settings=settings, sure=guesses[-1].sure)
+    columns = np.stack([sheet.columns[each.place] for each in travels])
+    samples = hashlib.sha256(columns.tobytes()).hexdigest()
+    seen = seen._replace(samples=samples, parts=parts, settings=settings)
+    return seen._replace(sure=guesses[-1].sure)
 
 
 def _parts(sheet: Layout, clock: Clock, motions: Sequence[SeenMotion]) -> Iterator[Part]:

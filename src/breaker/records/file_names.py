@@ -1,6 +1,6 @@
 """The number of an operation, and its phase, in the name of its file. Light to import.
 
-A number is one where the names leave no doubt. Names of one kind differ in their digits only. The
+A number counts where the names leave no doubt. Names of one kind differ in their digits only. The
 counter of a kind is its only number, or the only one that varies. So a name that is added can make
 a number vary that did not, and with it the names ambiguous, which is an error; but it never makes
 another number the counter.
@@ -17,9 +17,11 @@ from breaker.records.words import IN_FILE, any_of
 LARGEST_COUNTER = 9_999_999
 """More than any drive operates."""
 
-_RUN = re.compile("[0-9]+")
 _MOST_DIGITS = 5  # of a counter in a name: six are a date or a time, too
-# What belongs to a number, and a number to which it belongs: a unit, a fraction; a channel, a date.
+
+_RUN = re.compile("[0-9]+")
+_YEAR = re.compile("19[5-9][0-9]|20[0-5][0-9]|2060")
+# A unit or a fraction that belongs to a number; a channel or a date to which the number belongs.
 _UNIT = re.compile(rf"[ _-]?(?:{WORDS['behind_number']})\b|[^\W\d_]|[%°]|[.,][0-9]")
 _LABEL = re.compile(
     rf"(?:^|[^a-z])(?:{any_of(WORDS['labels']['no counter'])}[ _-]?|"
@@ -54,8 +56,10 @@ def numbers_in(stems: Sequence[str]) -> list[int | str]:
 
 
 def phases_in_names(files: Sequence[Path]) -> dict[Path, str]:
-    """Return the phase that the name of each file has: where names are alike but for it, and for
-    digits, and all phases are of one system; of no file where one of them lacks it.
+    """Return the phase in the name of each file; of no file where one of them has none.
+
+    A letter is a phase where names are alike but for it, and for digits, and all phases are of one
+    system.
 
     >>> names = ["108-R 24-12-2020.csv", "108-Y 24-12-2020.csv"]
     >>> [*phases_in_names([Path(name) for name in names]).values()]
@@ -65,53 +69,48 @@ def phases_in_names(files: Sequence[Path]) -> dict[Path, str]:
     """
     groups: dict[str, dict[Path, str]] = {}
     for file in files:
-        if len(each := IN_FILE.findall(file.stem)) == 1:
+        if len(letters := IN_FILE.findall(file.stem)) == 1:
             alike = re.sub("[0-9]", "0", IN_FILE.sub("", file.stem))
-            groups.setdefault(alike, {})[file] = each[0]
+            groups.setdefault(alike, {})[file] = letters[0]
     named = {}
-    for some in groups.values():
-        there = {*some.values()}
+    for phases in groups.values():
+        there = {*phases.values()}
         if len(there) > 1 and any(there <= {*system.split()} for system in WORDS["systems"]):
-            named |= some
+            named |= phases
     return named if len(named) == len(files) else {}
 
 
 def _numbers_of_kind(stems: Sequence[str]) -> Sequence[int | str]:
-    """The same for names that differ in their digits only."""
+    """Return the same for names that differ in their digits only."""
     runs = [list(_RUN.finditer(stem)) for stem in stems]
     columns = list(zip(*runs, strict=True))
     varying = [column for column in columns if len({int(run[0]) for run in column}) > 1]
     if not columns:
         return ["has no number"] * len(stems)
     if len(columns) > 1 and len(varying) != 1:
-        return [_ambiguous([str(int(run[0])) for run in each], len(varying)) for each in runs]
+        vary = f"{len(varying)} of them vary" if varying else "no other name shows which one counts"
+        numbers = [[str(int(run[0])) for run in row] for row in runs]
+        return [
+            f"has {len(row)} numbers, {', '.join(row[:-1])} and {row[-1]}, and {vary}"
+            for row in numbers
+        ]
     counters = varying[0] if varying else columns[0]
     whys = [_no_counter(stem, run) for stem, run in zip(stems, counters, strict=True)]
-    if why := next(filter(None, whys), "") or _years(stems[0], counters):
+    # A counter that passes through 2000 has other values, too.
+    counted = _COUNTS.search(stems[0][: counters[0].start()])
+    if not counted and all(_YEAR.fullmatch(run[0]) for run in counters):
+        whys = ["looks like a year"]
+    if why := next(filter(None, whys), ""):
         return [f"has the number {run[0]}, which {why}" for run in counters]
     return [int(run[0]) for run in counters]
 
 
-def _ambiguous(numbers: list[str], varying: int) -> str:
-    listed = f"{', '.join(numbers[:-1])} and {numbers[-1]}"
-    vary = f"{varying} of them vary" if varying else "no other name shows which one counts"
-    return f"has {len(numbers)} numbers, {listed}, and {vary}"
-
-
 def _no_counter(stem: str, run: re.Match) -> str:
-    """Say why a number of a name counts no operations; empty if nothing speaks against it."""
-    before, after = stem[: run.start()], stem[run.end() :]
+    """Return why a number of a name counts no operations; empty if nothing speaks against it."""
     if len(run[0]) > _MOST_DIGITS:
         return f"has more than {_MOST_DIGITS} digits, as a date or a stamp"
     if any(m.start <= run.start() and run.end() <= m.stop for m in moments(stem)):
         return "looks like part of a date or time"
-    if _UNIT.match(after) or _LABEL.search(before):
-        return "belongs to what stands beside it, such as a unit"
+    if _UNIT.match(stem[run.end() :]) or _LABEL.search(stem[: run.start()]):
+        return "belongs to a word or sign next to it, such as a unit"
     return ""
-
-
-def _years(stem: str, runs: Sequence[re.Match]) -> str:
-    """Say so if numbers look like years. A counter that passes through 2000 has others, too."""
-    all_years = all(len(run[0]) == 4 and 1950 <= int(run[0]) <= 2060 for run in runs)
-    counted = _COUNTS.search(stem[: runs[0].start()])
-    return "looks like a year" if all_years and not counted else ""

@@ -3,40 +3,33 @@
 Light to import: the plan of the workflow is made from it.
 """
 
-import gc
 import hashlib
 import math
 import os
 from bisect import bisect_left
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from functools import lru_cache
+from itertools import pairwise
 from pathlib import Path
 
 from breaker.model.quantities import CONDITIONS
 from breaker.records.file_names import numbers_in
 from breaker.records.files import RejectedCurveError, is_store, no_file, printable
 from breaker.records.formats.registry import ENDINGS
-from breaker.records.operations import (
-    MANIFEST,
-    Operation,
-    breakers_in,
-    read_manifest,
-)
+from breaker.records.operations import MANIFEST, SHOWN, Operation, breakers_in, read_manifest
 
-_SHOWN = 3  # files in a message
+# ---- files ---------------------------------------------------------------------------------------
 
 
 def record_files(folder: str | Path) -> list[Path]:
-    """List what has the ending of a record in a folder, by name; ending in any case.
+    """List the files in a folder that have the ending of a record, in any case, by name.
 
     Hidden files, locks of open workbooks (``~$``) and the table of operations are left out. The
     list is empty if there is no such folder.
     """
-    if not os.path.isdir(folder):
-        return []
     return [
         Path(folder, name)
-        for name in sorted(os.listdir(folder))
+        for name in (sorted(os.listdir(folder)) if os.path.isdir(folder) else ())
         if os.path.splitext(name)[1].lower() in ENDINGS
         and not name.startswith((".", "~$"))
         and name != MANIFEST
@@ -46,6 +39,34 @@ def record_files(folder: str | Path) -> list[Path]:
 def is_folder(name: str | Path) -> bool:
     """Return whether a name is that of a folder that is not itself a record."""
     return os.path.isdir(name) and not is_store(name)
+
+
+def why_no_record(file: Path) -> str:
+    """Return why a file cannot be a record, by its name and kind; empty if it may be one.
+
+    Snakemake takes braces and angle brackets for a pattern; signs that cannot be printed and
+    backslashes are in no table.
+    """
+    text = file.as_posix()
+    if not text.isprintable() or any(sign in text for sign in "{}<>\\"):
+        return "has a sign in its name that a table cannot hold; rename it"
+    return "" if is_store(file) and file.is_dir() else no_file(file)
+
+
+def _require_files(operations: Iterable[Operation]) -> None:
+    """Refuse what is not a file, and names that stand for something else than themselves."""
+    files = dict.fromkeys(each.file for each in operations)
+    wrong = [f"{file} {why}" for file in files if (why := why_no_record(Path(file)))]
+    if wrong:
+        raise ValueError(f"{_first(wrong)}; put the file there, or leave it out")
+
+
+def _first(wrong: Sequence[str]) -> str:
+    more = [f"{len(wrong) - SHOWN} more"] if len(wrong) > SHOWN else []
+    return "; ".join([*map(printable, wrong[:SHOWN]), *more])
+
+
+# ---- operations ----------------------------------------------------------------------------------
 
 
 def list_operations(
@@ -66,39 +87,40 @@ def list_operations(
         motion: "closing" or "opening".
         breaker, phase: ``endurance.breaker`` and ``endurance.phase``: which of those in the table,
             if there are several.
-        events: ``endurance.events``: what the table may name beside the usual events; None for any
-            text.
+        events: ``endurance.events``: what the table may name in addition to the usual events; None
+            for any text.
 
     Raises:
         FileNotFoundError: If there is no operation of this motion.
-        ValueError: If the table is wrong, a name says no number, two files say the same one, there
-            are several breakers or phases and none is chosen, or something cannot be a file of a
-            record. The message says what to do.
+        ValueError: If the table is wrong, a name has no number, two records have the same one,
+            there are several breakers or phases and none is chosen, or something cannot be a file
+            of a record. The message states what to do.
     """
     table, chosen = Path(folder, MANIFEST), {"breaker": breaker, "phase": phase}
     if os.path.lexists(table):
-        operations = [each for of, each in _rows(table, chosen, events) if of == motion]
+        operations = [each for of, each in _chosen_rows(table, chosen, events) if of == motion]
         if not operations:
             raise FileNotFoundError(
                 f"{table} has no operation of motion {motion}; add its rows, or leave it out of "
                 "motions"
             )
-    elif said := " and ".join(f"endurance.{k} is {v}" for k, v in chosen.items() if v):
+    elif given := " and ".join(f"endurance.{k} is {v}" for k, v in chosen.items() if v):
         raise ValueError(
-            f"{said}, but {printable(folder)} has no table {MANIFEST} that names any; set it to "
+            f"{given}, but {printable(folder)} has no table {MANIFEST} that names any; set it to "
             "null, or add the table"
         )
     else:
         operations = _from_names(Path(folder, motion))
     _require_files(operations)
-    return sorted(each_line(operations), key=lambda each: each.number)
-
-
-def each_line(operations: Iterable[Operation]) -> list[Operation]:
-    """Return operations; one for each line, with its number and date, where a file holds one record
-    per line and the operation names no line. Files that hold one record are not opened for it.
-    """
-    return [*operations]
+    found = sorted(each_line(operations), key=lambda each: each.number)
+    for one, other in pairwise(found):
+        if one.number == other.number:
+            raise ValueError(
+                f"{_place(one)} and {_place(other)} are both operation {one.number}; rename one of "
+                f"the files, or state which file is which operation in a table {MANIFEST}: "
+                f"`breaker inspect {printable(folder)}` proposes one"
+            )
+    return found
 
 
 @lru_cache
@@ -112,10 +134,61 @@ def list_once(
     return list_operations(folder, motion, breaker=breaker, phase=phase, events=events)
 
 
+def each_line(operations: Iterable[Operation]) -> list[Operation]:
+    """Return operations; one for each line, with its number and date, where a file has one record
+    per line and the operation names no line.
+    """
+    return [*operations]
+
+
+def _place(operation: Operation) -> str:
+    line = f", line {operation.line}" if operation.line else ""
+    return f"{printable(operation.file)}{line}"
+
+
+def _chosen_rows(
+    table: Path, chosen: Mapping[str, str | None], events: Collection[str] | None
+) -> list[tuple[str, Operation]]:
+    """Return the rows of a table that are of the chosen breaker and phase."""
+    rows = read_manifest(table, events)
+    for name, value in chosen.items():
+        there = sorted({getattr(each, name) for _, each in rows})
+        shown = ", ".join(printable(each) or "(empty)" for each in there)
+        if value is None and len(there) > 1:
+            raise ValueError(
+                f"{table} has {len(there)} different values in its column {name}: {shown}; choose "
+                f"one by endurance.{name}, or in a command by --{name} NAME"
+            )
+        if value is not None and value not in there:
+            raise ValueError(f"endurance.{name} is {value}, but {table} has {shown}")
+        rows = [row for row in rows if value is None or getattr(row[1], name) == value]
+    return rows
+
+
+def _from_names(folder: Path) -> list[Operation]:
+    """Return the operations in the folder of a motion, by the names of its files."""
+    files = record_files(folder)
+    if not files:
+        raise FileNotFoundError(
+            f"{printable(folder)}/ has no file of a record ({' '.join(ENDINGS)}); endurance.curves "
+            f"must name a folder with a subfolder for each motion, or with a table {MANIFEST}"
+        )
+    named = list(zip(files, numbers_in([file.stem for file in files]), strict=True))
+    if unclear := [f"{file} {why}" for file, why in named if isinstance(why, str)]:
+        raise ValueError(
+            f"{_first(unclear)}. Rename it, or state which file is which operation in a table "
+            f"{MANIFEST}: `breaker inspect {printable(folder.parent)}` proposes one"
+        )
+    return [Operation(number, file) for file, number in named]
+
+
+# ---- several breakers ----------------------------------------------------------------------------
+
+
 def list_breakers(folder: str | Path) -> Sequence[str]:
     """List the breakers in the table of a folder, in the order of their first rows.
 
-    None where there is no table, or one that cannot be read: ``list_fleet`` says why.
+    None where there is no table, or one that cannot be read: ``list_fleet`` states why.
     """
     table = Path(folder, MANIFEST)
     return _breakers(table, _state(table))
@@ -158,20 +231,18 @@ def _fleet(
     breakers: tuple[str, ...] | None,
     phase: str | None,
 ) -> dict[str, list[tuple[str, Operation]]]:
-    gc.disable()  # rows are no garbage, and looking through them takes a third of the time
-    try:
-        rows = read_manifest(table, events, breakers and frozenset(breakers))
-    finally:
-        gc.enable()
-    gc.freeze()
+    rows = read_manifest(table, events, breakers and frozenset(breakers))
     found: dict[str, list[tuple[str, Operation]]] = {}
-    for motion, each in rows:
-        if phase in (None, each.phase):
-            found.setdefault(each.breaker, []).append((motion, each))
-    if lacking := {each.breaker for _, each in rows} - found.keys():
+    for motion, row in rows:
+        if phase in (None, row.phase):
+            found.setdefault(row.breaker, []).extend((motion, each) for each in each_line([row]))
+    if lacking := {row.breaker for _, row in rows} - found.keys():
         raise ValueError(f"endurance.phase is {phase}, which {table} has not of {min(lacking)}")
     _require_files(each for some in found.values() for _, each in some)
     return found
+
+
+# ---- what is known of operations -----------------------------------------------------------------
 
 
 def list_known(
@@ -181,21 +252,22 @@ def list_known(
     breaker: str | None = None,
     phase: str | None = None,
 ) -> tuple[dict[int, str], dict[str, dict[int, float]]]:
-    """List what the table of a folder, if there is one, knows of operations: see ``known_of``.
+    """List what the table of a folder, if there is one, states of operations: see ``known_of``.
 
     Args:
         folder, breaker, phase: As of ``list_operations``.
     """
     if not os.path.lexists(Path(folder, MANIFEST)):
         return {}, {}
-    rows = _rows(Path(folder, MANIFEST), {"breaker": breaker, "phase": phase}, None)
-    return known_of((each for _, each in rows), numbers)
+    chosen = {"breaker": breaker, "phase": phase}
+    rows = _chosen_rows(Path(folder, MANIFEST), chosen, None)
+    return known_of(each_line(row for _, row in rows), numbers)
 
 
 def known_of(
     rows: Iterable[Operation], numbers: Sequence[int]
 ) -> tuple[dict[int, str], dict[str, dict[int, float]]]:
-    """Return what rows of a table, of any motion, know of a drive's operations.
+    """Return what rows of a table, of any motion, state of a drive's operations.
 
     Args:
         numbers: Operations that are looked at, rising. An event belongs to the first of them that
@@ -212,110 +284,36 @@ def known_of(
     """
     events: dict[int, list[str]] = {}
     conditions: dict[str, dict[int, list[float]]] = {name: {} for name in CONDITIONS}
-    for each in sorted(rows, key=lambda row: row.number):
-        if each.event and (next_one := bisect_left(numbers, each.number)) < len(numbers):
-            events.setdefault(numbers[next_one], []).append(each.event)
-        for name, found in conditions.items():
-            if not math.isnan(value := getattr(each, name)):
-                found.setdefault(each.number, []).append(value)
-    return (
-        {number: ", ".join(dict.fromkeys(texts)) for number, texts in events.items()},
-        {
-            name: {number: sum(values) / len(values) for number, values in found.items()}
-            for name, found in conditions.items()
-            if found
-        },
-    )
-
-
-def _rows(
-    table: Path, chosen: dict[str, str | None], events: Collection[str] | None
-) -> list[tuple[str, Operation]]:
-    """Rows of a table that are of the chosen breaker and phase."""
-    rows = read_manifest(table, events)
-    for name, value in chosen.items():
-        there = sorted({getattr(operation, name) for _, operation in rows})
-        shown = ", ".join(printable(each) or "(empty)" for each in there)
-        if value is None and len(there) > 1:
-            raise ValueError(
-                f"{table} has {len(there)} different values in its column {name}: {shown}; choose "
-                f"one by endurance.{name}, or in a command by --{name} NAME"
-            )
-        if value is not None and value not in there:
-            raise ValueError(f"endurance.{name} is {value}, but {table} has {shown}")
-        rows = [row for row in rows if value is None or getattr(row[1], name) == value]
-    return rows
-
-
-def _from_names(folder: Path) -> list[Operation]:
-    files = record_files(folder)
-    if not files:
-        raise FileNotFoundError(
-            f"{printable(folder)}/ has no file of a record ({' '.join(ENDINGS)}); endurance.curves "
-            f"must name a folder with a subfolder for each motion, or with a table {MANIFEST}"
-        )
-    remedy = (
-        f"say which file is which operation in a table {MANIFEST}: "
-        f"`breaker inspect {printable(folder.parent)}` proposes one"
-    )
-    named = list(zip(files, numbers_in([file.stem for file in files]), strict=True))
-    if unclear := [f"{file} {why}" for file, why in named if isinstance(why, str)]:
-        raise ValueError(f"{_first(unclear)}. Rename it, or {remedy}")
-    listed: dict[int, Path] = {}
-    for file, number in named:
-        if (other := listed.setdefault(number, file)) is not file:
-            raise ValueError(
-                f"{printable(file)} and {printable(other)} are both operation {number}; "
-                f"rename one of them, or {remedy}"
-            )
-    return [Operation(number, file) for number, file in listed.items()]
-
-
-def is_odd(path: str | Path) -> bool:
-    """Return whether a path has a sign that no path of a record may have.
-
-    Snakemake takes braces and angle brackets for a pattern; signs that cannot be printed and
-    backslashes are in no table.
-    """
-    text = Path(path).as_posix()
-    return not text.isprintable() or any(sign in text for sign in "{}<>\\")
-
-
-def why_no_record(file: Path) -> str:
-    """Say why a file is none of a record, by its name and kind; empty if it may be one."""
-    if is_odd(file):
-        return "has a sign in its name that a table cannot hold; rename it"
-    return "" if is_store(file) and file.is_dir() else no_file(file)
-
-
-def _require_files(operations: Iterable[Operation]) -> None:
-    """Refuse what is no file, and names that stand for something else than themselves."""
-    files = dict.fromkeys(each.file for each in operations)
-    wrong = [f"{file} {why}" for file in files if (why := why_no_record(file))]
-    if wrong:
-        raise ValueError(f"{_first(wrong)}; put the file there, or leave it out")
-
-
-def _first(wrong: Sequence[str]) -> str:
-    more = [f"{len(wrong) - _SHOWN} more"] if len(wrong) > _SHOWN else []
-    return "; ".join([*map(printable, wrong[:_SHOWN]), *more])
+    for row in sorted(rows, key=lambda row: row.number):
+        if row.event and (next_one := bisect_left(numbers, row.number)) < len(numbers):
+            events.setdefault(numbers[next_one], []).append(row.event)
+        for name, values in conditions.items():
+            if not math.isnan(value := getattr(row, name)):
+                values.setdefault(row.number, []).append(value)
+    means = {
+        name: {number: sum(some) / len(some) for number, some in values.items()}
+        for name, values in conditions.items()
+        if values
+    }
+    return {number: ", ".join(dict.fromkeys(texts)) for number, texts in events.items()}, means
 
 
 def fingerprint(operations: Iterable[Operation]) -> str:
     """Return a text that changes with the operations, and the name, size or time of any file."""
+    states: dict[str | Path, list] = {}
     found = hashlib.sha256()
     for each in operations:
-        state = [(str(file), *_state(file)) for file in _parts(Path(each.file))]
-        found.update(f"{each!r} {state}".encode(errors="backslashreplace"))
+        if each.file not in states:
+            states[each.file] = [(str(part), *_state(part)) for part in _parts(Path(each.file))]
+        found.update(f"{each!r} {states[each.file]}".encode(errors="backslashreplace"))
     return found.hexdigest()
 
 
 def _parts(file: Path) -> list[Path]:
-    """The files of a record."""
+    """Return the files of a record."""
     if is_store(file):
         return sorted(file.rglob("*"))
-    beside = (".dat", ".DAT") if file.suffix.lower() == ".cfg" else ()
-    return [file, *map(file.with_suffix, beside)]
+    return [file, *map(file.with_suffix, (".dat", ".DAT") if file.suffix.lower() == ".cfg" else ())]
 
 
 def _state(file: Path) -> tuple[int, int]:

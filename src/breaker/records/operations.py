@@ -17,7 +17,7 @@ from typing import Any
 from breaker.common.numerals import in_digits
 from breaker.common.safe_text import as_meant
 from breaker.model.parameters import MOTIONS
-from breaker.records.dates import cell_date, day_order, earlier
+from breaker.records.dates import cell_date, dates_of, day_order, earlier
 from breaker.records.file_names import LARGEST_COUNTER
 from breaker.records.files import MOST_COLUMNS, RejectedCurveError, printable, read_bytes
 from breaker.records.settings import FORMAT, READABLE, TO_MM, TO_MS
@@ -125,7 +125,7 @@ def read_manifest(
         readers["event"] = _event_reader(events)
     if "date" in names:
         place = names.index("date")
-        order = day_order(cells[place] for _, cells in rows if len(cells) > place)
+        order = day_order(dates_of("".join(cells[place : place + 1])) for _, cells in rows)
         readers["date"] = partial(cell_date, order=order)
     lines: dict[tuple, int] = {}
     for line, cells in rows if not wrong else ():

@@ -1,38 +1,128 @@
 """A first ``operations.csv`` of a folder, to be checked and completed.
 
-What files state goes before their names. What neither tells is FILL IN, so that the table is
+What files state goes before their names. What neither states is FILL IN, so that the table is
 refused until it is completed. Light to import.
 """
 
+import math
 import os
 from collections import Counter, defaultdict
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
+from types import MappingProxyType
+from typing import Any, NamedTuple
 
 from breaker.common.numerals import natural
 from breaker.common.safe_text import table_text
 from breaker.model.parameters import MOTIONS
 from breaker.model.quantities import ABOUT
-from breaker.records.file_facts import (
-    Description,
-    FoundFile,
-    Part,
-    Row,
-    descriptions,
-    number_cell,
-    settings_cells,
-    with_phases,
-)
-from breaker.records.file_names import numbers_in
-from breaker.records.files import is_store, printable
+from breaker.records.dates import dates_of, day_order, in_order, name_dates
+from breaker.records.file_names import numbers_in, phases_in_names
+from breaker.records.files import MOST_PARTS, is_store, printable
 from breaker.records.folder import record_files, why_no_record
-from breaker.records.operations import FILL_IN
+from breaker.records.header import Preamble
+from breaker.records.lexicon import WORDS
+from breaker.records.operations import FILL_IN, LONGEST
 from breaker.records.settings import FORMAT
-from breaker.records.words import motions_in
+from breaker.records.words import by_words, motions_in
 
-_MOST_FOLDERS = 20_000  # of a walk: a large fleet has some thousands
-_LONGEST = 200  # signs of a cell
+_meant = by_words(WORDS["stated"])
 _COLUMNS = ("file", "motion", "operation", "channel", *ABOUT, "from", "to")
+
+
+class Part(NamedTuple):
+    """A motion of a channel that is seen in a file.
+
+    Attributes:
+        motion: "closing" or "opening".
+        channel: Column of the travel.
+        phase: Its phase, empty if nothing states it.
+        begin, end: Part of the record that contains the motion, ms; NaN for its beginning and end.
+        ratio: Stated mm for one unit of the reading; NaN where that is a length, or none is stated.
+        beside: Columns that go with it, by ``contact_column``, ``trigger_column`` and
+            ``motor_column``.
+    """
+
+    motion: str
+    channel: str
+    phase: str
+    begin: float
+    end: float
+    ratio: float
+    beside: Mapping[str, str | int] = MappingProxyType({})
+
+
+class Description(NamedTuple):
+    """What is seen in a file.
+
+    Attributes:
+        preamble: Header of the file.
+        parts: Motions in the file.
+        rate: kHz, by the times of its samples or as stated; NaN where it is doubtful or not stated,
+            None where nothing is seen.
+        timed: Whether it has the times of its samples.
+        settings: Of ``endurance.format``, as far as the file shows how it is read; FILL IN for
+            others.
+        sure: Whether it is certain which of its motions close.
+        reason: Why it is not a record; empty if it may be one.
+        samples: Digest of the samples of its travels, the same in copies; empty where not known.
+    """
+
+    preamble: Preamble = Preamble()
+    parts: tuple[Part, ...] = ()
+    rate: float | None = None
+    timed: bool = False
+    settings: Mapping[str, Any] = MappingProxyType({})
+    sure: bool = True
+    reason: str = ""
+    samples: str = ""
+
+    @property
+    def rate_cell(self) -> str:
+        """The rate as a cell; one that is not stated must not be that of the settings."""
+        return FILL_IN if self.rate is not None and math.isnan(self.rate) else _cell(self.rate)
+
+
+class _File(NamedTuple):
+    """A file of records.
+
+    Attributes:
+        path: From the folder of the table, with / between its parts.
+        motions: Motions that are seen, or else stated by its folders or its name; both if unknown.
+        folder: Its other folders.
+        seen: What is seen in it.
+        breaker, date: Cells of the table.
+        sure: Whether it is certain which of its motions close.
+    """
+
+    path: str
+    motions: tuple[str, ...]
+    folder: str
+    seen: Description = Description()
+    breaker: str = ""
+    date: str = ""
+    sure: bool = True
+
+    @property
+    def stem(self) -> str:
+        """Name without ending."""
+        return Path(self.path).stem
+
+
+class _Row(NamedTuple):
+    """An operation of one motion: its file, and which of the motions of that kind in the file."""
+
+    file: _File
+    motion: str
+    place: int
+
+    @property
+    def parts(self) -> list[Part]:
+        """That motion in each channel, where it is seen."""
+        own = [part for part in self.file.seen.parts if part.motion == self.motion]
+        channels = dict.fromkeys(part.channel for part in own)
+        of_each = ([part for part in own if part.channel == channel] for channel in channels)
+        return [parts[self.place] for parts in of_each if len(parts) > self.place]
 
 
 def propose_manifest(
@@ -45,20 +135,20 @@ def propose_manifest(
 ) -> tuple[str, list[str]]:
     """Propose the table of a folder and those below it.
 
-    Breaker, date and settings are those that the files state, phases those of the files or else of
-    their names. A file that has the content of another, or is no record, is left out. Where nothing
-    is seen the motion comes from folders named after it, or else from the name; other folders are
-    breakers. The counter comes from the names where they leave no doubt; else operations are
-    numbered from 1, by the dates that the files state, or else by name.
+    A copy of another file, and a file that is not a record, are left out. Breaker and settings are
+    those that the files state, phases and dates those of the files or else of their names. A motion
+    that is not seen comes from a folder that is named after it, or else from the name; other
+    folders are breakers. The counter comes from the names where they leave no doubt; else
+    operations are numbered from 1, by their dates, or else by name.
 
     Args:
         folder: Folder of the curve files.
         channels: Columns of travel that each file has, side by side: a row for each, and each a
             phase of its own.
         motions: Which motions have rows; a file of another one is left out.
-        look: Says what is seen in a file, so that it is not only its name that tells.
-        configured: Whether a configuration says how the files are read: then the table does so only
-            of rates and ratios in which they differ.
+        look: Describes a file, so that not only its name counts.
+        configured: Whether a configuration states how the files are read: then the table does so
+            only of rates and ratios in which they differ.
 
     Returns:
         The text of the table, and what to check in it, in words.
@@ -73,8 +163,8 @@ def propose_manifest(
         )
     every, remarks = _files(Path(folder))
     if look:
-        every, said = _looked_at(Path(folder), every, look, configured or bool(channels))
-        remarks += said
+        every = [_seen(e, look(Path(folder, e.path)), configured or bool(channels)) for e in every]
+        every = _records(every, remarks)
     files = [file for file in every if {*file.motions} & {*motions}]
     if others := len(every) - len(files):
         remarks.append(f"left out: {others} files of another motion than {' or '.join(motions)}")
@@ -82,123 +172,219 @@ def propose_manifest(
         raise FileNotFoundError(
             "; ".join([f"{printable(folder)} has no file of a record", *remarks])
         )
-    remarks += _of_motions(files, motions)
-    files = _with_breakers(files)
-    for what in ("breaker", "date"):
-        remarks += _to_fill_in(files, what)
-    rows, said = _rows(files, motions)
-    return _text(rows, channels), [*remarks, *said]
+    _check_motions(files, motions, remarks)
+    files = _with_dates(_with_breakers(files, remarks), remarks)
+    return _text(_numbered(files, motions, remarks), channels), remarks
 
 
-def _looked_at(
-    folder: Path, files: Sequence[FoundFile], look: Callable[[Path], Description], configured: bool
-) -> tuple[list[FoundFile], list[str]]:
-    """Files of records with what is seen in them, and what is left out."""
-    seen, remarks = descriptions(folder, [file.path for file in files], look)
-    found = [_seen(file, seen[file.path], configured) for file in files if file.path in seen]
-    remarks += [
-        f"left out: {printable(each.path)} is no record: {each.seen.reason}"
-        for each in found
-        if each.seen.reason
-    ]
-    return [each for each in found if not each.seen.reason], remarks
+# ---- files ---------------------------------------------------------------------------------------
 
 
-def _of_motions(files: Sequence[FoundFile], motions: Sequence[str]) -> list[str]:
-    """What to check of motions, where nothing says them or some are in no file."""
-    if unsaid := sum(len(file.motions) > 1 and not file.seen.parts for file in files):
-        return [
-            f"no folder or name says the motion of {unsaid} files, so each has a row of "
-            f"{' and '.join(motions)}: delete what it does not hold"
-        ]
-    held = [each for each in motions if any(each in file.motions for file in files)]
-    lacking = " or ".join(each for each in motions if each not in held)
-    said = f"no file holds {lacking}: set motions: [{', '.join(held)}] in the configuration"
-    return [said] if lacking and any(file.seen.parts for file in files) else []
+def _files(folder: Path) -> tuple[list[_File], list[str]]:
+    """Return the files in a folder and below that may be records, and what was left out."""
+    found, remarks = [], []
+    top = motions_in(folder.resolve().name)
+    for count, (place, folders, _) in enumerate(os.walk(folder)):
+        if count > MOST_PARTS:
+            raise FileNotFoundError(
+                f"{printable(folder)} has more than {MOST_PARTS:,} folders, which no collection "
+                "of curve files needs; name the folder of the curve files"
+            )
+        folders[:] = sorted(
+            name for name in folders if not name.startswith(".") and not is_store(name)
+        )
+        for file in record_files(place):
+            path = file.relative_to(folder).as_posix()
+            if why := why_no_record(file):
+                remarks.append(f"left out: {printable(path)} {why}")
+                continue
+            parts = path.split("/")[:-1]
+            spoken = [motions_in(part) for part in parts]
+            # The folder that is nearest to the file goes first, then its name.
+            motions = next(filter(None, [*reversed(spoken), motions_in(file.stem), top]), ())
+            other = "/".join(p for p, stated in zip(parts, spoken, strict=True) if not stated)
+            found.append(_File(path, motions if len(motions) == 1 else MOTIONS, other))
+    return found, remarks
 
 
-def _seen(file: FoundFile, seen: Description, configured: bool) -> FoundFile:
-    """A file with what is seen in it: its motions go before what names say. Parts and settings are
-    left out where a configuration has them, or names say the motion of what is read as it is.
+def _seen(file: _File, seen: Description, configured: bool) -> _File:
+    """Return a file with what is seen in it: its motions go before those of names. Parts and
+    settings are left out where a configuration has them, or names state the motion of a file that
+    is read with the defaults.
     """
-    said, stated = len(file.motions) == 1, seen.preamble.serial or seen.preamble.bay
+    named, stated = len(file.motions) == 1, seen.preamble.serial or seen.preamble.bay
     usual = {**FORMAT, **seen.settings, "sign": 1, "zero": 0.0}
     plain = usual == FORMAT and [*dict.fromkeys(p.channel for p in seen.parts)] == ["travel"]
-    if not stated and (configured or (said and plain)):
+    if not stated and (configured or (named and plain)):
         seen = seen._replace(parts=())
     if configured or plain:
         seen = seen._replace(settings={}, sure=True)
-    if configured or said:  # reading says why not
+    if configured or named:  # reading shows why not
         seen = seen._replace(reason="")
-    held = {part.motion for part in seen.parts}
-    found = tuple(motion for motion in MOTIONS if motion in held)
-    return file._replace(seen=seen, motions=found or file.motions, sure=seen.sure or said)
+    found = tuple(motion for motion in MOTIONS if motion in {part.motion for part in seen.parts})
+    return file._replace(seen=seen, motions=found or file.motions, sure=seen.sure or named)
 
 
-def _with_breakers(files: Sequence[FoundFile]) -> list[FoundFile]:
-    """Files with their breakers: the serial number that a file states, or else the bay, or else its
-    folder; to be filled in where other files, or others of the folder, state theirs.
+def _records(files: Sequence[_File], remarks: list[str]) -> list[_File]:
+    """Return the files that are records, each once: of files with equal samples the first by name;
+    all, with a remark, where they state different breakers, dates or phases.
     """
-    preambles = [file.seen.preamble for file in files]
-    stated = [each.serial or " ".join(each.bay.split()) for each in preambles]
+    first: dict[str, _File] = {}
+    kept = set()
+    for file in sorted(files, key=lambda file: natural(file.path)):
+        other = first.setdefault(file.seen.samples, file) if file.seen.samples else file
+        if file.seen.reason:
+            remarks.append(f"left out: {printable(file.path)} is no record: {file.seen.reason}")
+        elif other is file:
+            kept.add(file.path)
+        elif all(a == b for a, b in zip(_stated(file), _stated(other), strict=True) if a and b):
+            remarks.append(f"left out: {file.path} has the samples of {other.path}")
+        else:
+            kept.add(file.path)
+            remarks.append(
+                f"{file.path} has the samples of {other.path}, but states another breaker, date or "
+                "phase: leave out the one that is a copy"
+            )
+    lacking = [e for e in files if e.path in kept and e.seen.rate_cell == FILL_IN]
+    for file in lacking[:1]:
+        why = file.seen.preamble.rate_doubt or "not stated"
+        said = f"the rate of {len(lacking)} files is to be filled in, first {file.path}: {why}"
+        remarks.append(said)
+    return [file for file in files if file.path in kept]
+
+
+def _stated(file: _File) -> tuple:
+    """Return what a file states that may differ between records with equal samples."""
+    stated = file.seen.preamble
+    phases = {part.phase for part in file.seen.parts} - {""}
+    return stated.serial, stated.bay, stated.dates, phases
+
+
+def _check_motions(files: Sequence[_File], motions: Sequence[str], remarks: list[str]) -> None:
+    """Remark where nothing states the motion of files, or some motions are in no file."""
+    unsaid = sum(len(file.motions) > 1 and not file.seen.parts for file in files)
+    held = [motion for motion in motions if any(motion in file.motions for file in files)]
+    if unsaid:
+        remarks.append(
+            f"no folder or name states the motion of {unsaid} files, so each has a row of "
+            f"{' and '.join(motions)}: delete what it does not contain"
+        )
+    elif len(held) < len(motions) and any(file.seen.parts for file in files):
+        lacking = " or ".join(motion for motion in motions if motion not in held)
+        remarks.append(
+            f"no file contains {lacking}: set motions: [{', '.join(held)}] in the configuration"
+        )
+
+
+def _with_breakers(files: Sequence[_File], remarks: list[str]) -> list[_File]:
+    """Return files with their breakers: the serial number that a file states, or else the bay, or
+    else its folder; to be filled in where other files, or others of the folder, state theirs.
+    """
+    stated = [f.seen.preamble.serial or " ".join(f.seen.preamble.bay.split()) for f in files]
     states = {file.folder for file, name in zip(files, stated, strict=True) if name}
-    unknown = FILL_IN if states else ""
     found = []
     for file, name in zip(files, stated, strict=True):
-        folder = "" if file.folder in states else file.folder
-        found.append(file._replace(breaker=(name or folder or unknown)[:_LONGEST]))
+        other = FILL_IN if states and (file.folder in states or not file.folder) else file.folder
+        found.append(file._replace(breaker=(name or other)[:LONGEST]))
+    lacking = [file.path for file in found if file.breaker == FILL_IN]
+    if lacking:
+        remarks.append(
+            f"the breaker of {len(lacking)} files is to be filled in, first {lacking[0]}: they do "
+            "not state it, and others do"
+        )
     return found
 
 
-def _to_fill_in(files: Sequence[FoundFile], what: str) -> list[str]:
-    """What to check of breakers or dates that are to be filled in."""
-    why = {
-        "breaker": "they do not state it, and others do",
-        "date": "day and month may be either",
-    }
-    cells = {file.path: file.breaker if what == "breaker" else file.day for file in files}
-    lacking = [path for path, cell in cells.items() if cell == FILL_IN]
-    said = f"the {what} of {len(lacking)} files is to be filled in, first "
-    return [f"{said}{lacking[0]}: {why[what]}"] if lacking else []
+def _with_dates(files: Sequence[_File], remarks: list[str]) -> list[_File]:
+    """Return files with their dates: that of the header, or else that of the name. Others of the
+    same kind decide where the day and the month may be either; else the date is to be filled in.
+    """
+    pairs = [pair for file in files for pair in file.seen.preamble.pairs]
+    order = day_order(dates_of(pair.text) for pair in pairs if "date" in _meant(pair.name))
+    in_names = [name_dates(file.stem) for file in files]
+    order_of_names = day_order(in_names)
+    found, decided = [], []
+    for file, named in zip(files, in_names, strict=True):
+        stated = file.seen.preamble.dates
+        readings = dict(zip((True, False), stated * (3 - len(stated)), strict=False)) or named
+        days = in_order(readings, order if stated else order_of_names)
+        decided += [file.path] if len({*readings.values()}) > len(days) else []
+        found.append(file._replace(date=FILL_IN if len(days) > 1 else "".join(days)))
+    lacking = [file.path for file in found if file.date == FILL_IN]
+    if lacking:
+        remarks.append(
+            f"the date of {len(lacking)} files is to be filled in, first {lacking[0]}: day and "
+            "month may be either"
+        )
+    if decided:
+        remarks.append(
+            f"day and month of {len(decided)} files, first {decided[0]}, are in the order of "
+            "another file, in which only one order is possible"
+        )
+    return found
 
 
-def _rows(
-    files: Sequence[FoundFile], motions: Sequence[str]
-) -> tuple[list[tuple[int, Row]], list[str]]:
-    """Operations with their counters, and what to check of these."""
-    breakers: dict[tuple[str, str], list[FoundFile]] = defaultdict(list)
+def _with_phases(files: Sequence[_File]) -> list[_File]:
+    """Return the files of a breaker with the phases in their names, and FILL IN where several
+    channels of one file have none of their own.
+    """
+    phases = [{part.channel: part.phase for part in file.seen.parts} for file in files]
+    pairs = list(zip(files, phases, strict=True))
+    in_names = phases_in_names([Path(f.path) for f, own in pairs if [*own.values()] == [""]])
+    found = []
+    for file, own in pairs:
+        several = [*own.values()]
+        if len(own) == 1:
+            named = in_names.get(Path(file.path), "")
+            own = {channel: phase or named for channel, phase in own.items()}
+        else:
+            own = {c: p if p and several.count(p) == 1 else FILL_IN for c, p in own.items()}
+        parts = tuple(part._replace(phase=own[part.channel]) for part in file.seen.parts)
+        found.append(file._replace(seen=file.seen._replace(parts=parts)))
+    return found
+
+
+# ---- operations ----------------------------------------------------------------------------------
+
+
+def _numbered(
+    files: Sequence[_File], motions: Sequence[str], remarks: list[str]
+) -> list[tuple[int, _Row]]:
+    """Return operations with their counters, breaker by breaker."""
+    breakers: dict[tuple[str, str], list[_File]] = defaultdict(list)
     for file in files:
         unknown = file.folder if file.breaker == FILL_IN else ""
         breakers[file.breaker, unknown].append(file)
-    rows, remarks = [], []
+    found = []
     for (breaker, _), own in sorted(breakers.items()):
-        found = [row for file in with_phases(own) for row in _rows_of(file, motions)]
-        numbered = _by_names(found)
+        rows = [row for file in _with_phases(own) for row in _rows_of(file, motions)]
+        numbered = _by_names(rows)
         if numbered is None:
-            numbered, order = _in_order(found)
+            numbered, order = _in_order(rows)
             name = "" if breaker in ("", FILL_IN) else f"{breaker}: "
             remarks.append(
-                f"{name}{len(found)} operations are numbered from 1 in the order of {order}, as "
-                "the names do not say the counter"
+                f"{name}{len(rows)} operations are numbered from 1 in the order of {order}, as "
+                "the names do not state the counter"
             )
-        rows += numbered
-    return rows, remarks
+        found += numbered
+    return sorted(found, key=lambda pair: (pair[1].file.breaker, pair[0], pair[1].motion))
 
 
-def _rows_of(file: FoundFile, motions: Sequence[str]) -> Iterator[Row]:
-    """The operations in a file, in each motion as many as its channels have at most."""
+def _rows_of(file: _File, motions: Sequence[str]) -> Iterator[_Row]:
+    """Yield the operations in a file, in each motion as many as its channels have at most."""
     for motion in motions:
         if motion in file.motions:
             counts = Counter(p.channel for p in file.seen.parts if p.motion == motion)
             for place in range(max(counts.values(), default=1)):
-                yield Row(file, motion, place)
+                yield _Row(file, motion, place)
 
 
-def _by_names(rows: Sequence[Row]) -> list[tuple[int, Row]] | None:
-    """Operations with the counters that names say; None where they leave a doubt."""
-    groups: dict[tuple[str, str], list[Row]] = defaultdict(list)
+def _by_names(rows: Sequence[_Row]) -> list[tuple[int, _Row]] | None:
+    """Return operations with the counters in the names; None where they leave a doubt."""
+    groups: dict[tuple[str, str], list[_Row]] = defaultdict(list)
     for row in rows:
-        groups[row.motion, row.phase].append(row)
+        phases = [part.phase for part in row.parts]
+        groups[row.motion, phases[0] if len(phases) == 1 else ""].append(row)
     found = []
     for group in groups.values():
         numbers = numbers_in([row.file.stem for row in group])
@@ -208,19 +394,16 @@ def _by_names(rows: Sequence[Row]) -> list[tuple[int, Row]] | None:
     return found
 
 
-def _in_order(rows: Sequence[Row]) -> tuple[list[tuple[int, Row]], str]:
-    """Operations with counters from 1, and by what they are in order.
+def _in_order(rows: Sequence[_Row]) -> tuple[list[tuple[int, _Row]], str]:
+    """Return operations with counters from 1, and by what they are in order.
 
     Files of one pole each are poles of the same operations. The first operations of a day, in any
     motion and pole, are those after the last of the day before.
     """
-    dated = all(row.file.day not in ("", FILL_IN) for row in rows)
-    days = [row.file.day if dated else "" for row in rows]
-    pairs = zip(days, rows, strict=True)
+    dated = all(row.file.date not in ("", FILL_IN) for row in rows)
+    keys = [(row.file.date if dated else "", natural(row.file.path), row.place) for row in rows]
     found, counts, before, last = [], {}, 0, ""
-    for day, row in sorted(
-        pairs, key=lambda pair: (pair[0], natural(pair[1].file.path), pair[1].place)
-    ):
+    for (day, *_), row in sorted(zip(keys, rows, strict=True), key=lambda pair: pair[0]):
         if day[:10] != last:
             before, last = before + max(counts.values(), default=0), day[:10]
             counts = {}
@@ -229,90 +412,57 @@ def _in_order(rows: Sequence[Row]) -> tuple[list[tuple[int, Row]], str]:
         number = 1 + max(counts.get((row.motion, pole), 0) for pole in poles)
         counts |= {(row.motion, pole): number for pole in poles}
         found.append((before + number, row))
-    return found, "the dates that they state" if dated else "their names"
+    return found, "their dates" if dated else "their names"
 
 
-def _files(folder: Path) -> tuple[list[FoundFile], list[str]]:
-    """The files of records in a folder and those below it, and what was left out."""
-    found, remarks = [], []
-    for file in _walk(folder):
-        path = file.relative_to(folder).as_posix()
-        if why := why_no_record(file):
-            remarks.append(f"left out: {printable(path)} {why}")
-        else:
-            found.append(_described(file, path, folder.resolve().name))
-    return found, remarks
+# ---- cells ---------------------------------------------------------------------------------------
 
 
-def _walk(folder: Path) -> Iterator[Path]:
-    """What has the ending of a record, also in folders below that are neither hidden nor such.
-
-    Raises:
-        FileNotFoundError: If there are more than ``_MOST_FOLDERS`` of these.
+def _text(rows: Sequence[tuple[int, _Row]], channels: Sequence[str]) -> str:
+    """Return the table: with settings where files differ from the defaults, and columns that go
+    with the travel.
     """
-    for count, (place, folders, _) in enumerate(os.walk(folder)):
-        if count > _MOST_FOLDERS:
-            raise FileNotFoundError(
-                f"{printable(folder)} has more than {_MOST_FOLDERS:,} folders, which no collection "
-                "of curve files needs; name the folder of the curve files"
-            )
-        folders[:] = sorted(
-            name for name in folders if not name.startswith(".") and not is_store(name)
-        )
-        yield from record_files(place)
-
-
-def _described(file: Path, path: str, top: str) -> FoundFile:
-    parts = path.split("/")[:-1]
-    spoken = [motions_in(part) for part in parts]
-    # The folder that is nearest to the file goes first, then its name.
-    motions = next(filter(None, [*reversed(spoken), motions_in(file.stem), motions_in(top)]), ())
-    return FoundFile(
-        path=path,
-        stem=file.stem,
-        motions=motions if len(motions) == 1 else MOTIONS,
-        folder="/".join(part for part, each in zip(parts, spoken, strict=True) if not each),
-    )
-
-
-def _text(rows: Sequence[tuple[int, Row]], channels: Sequence[str]) -> str:
-    """The table; with settings where files differ from the usual, and columns beside travels."""
-    seen = [row.file.seen for _, row in rows]
-    settings = settings_cells([row.file for _, row in rows], FORMAT)
-    rates = {_rate(each) for each in seen if not each.timed} - {""}
-    ratios = {part.ratio for each in seen for part in each.parts if part.ratio > 0}
-    own = {key for cells in settings.values() for key in cells}
-    own |= {"rate"} if len(rates) > 1 or FILL_IN in rates or "time_column" in own else set()
-    own |= {"ratio"} if len(ratios) > 1 else set()
-    own |= {key for each in seen for part in each.parts for key in part.beside}
-    columns, table = [*_COLUMNS, *(key for key in FORMAT if key in own)], []
-    for number, row in sorted(
-        rows, key=lambda each: (each[1].file.breaker, each[0], each[1].motion)
-    ):
+    seen = {row.file.path: row.file.seen for _, row in rows}
+    settings = {path: {**FORMAT, **each.settings} for path, each in seen.items()}
+    own = {key for key in FORMAT if any(each[key] != FORMAT[key] for each in settings.values())}
+    rates = {each.rate_cell for each in seen.values() if not each.timed} - {""}
+    ratios = {part.ratio for each in seen.values() for part in each.parts if part.ratio > 0}
+    shown = own | ({"ratio"} if len(ratios) > 1 else set())
+    shown |= {"rate"} if len(rates) > 1 or FILL_IN in rates or "time_column" in own else set()
+    shown |= {key for each in seen.values() for part in each.parts for key in part.beside}
+    table = []
+    for number, row in rows:
         file = row.file
-        known = {"file": file.path, "motion": row.motion, "operation": number}
-        known |= {"breaker": file.breaker, "date": file.day, **settings[file.path]}
-        known |= {} if file.seen.timed else {"rate": _rate(file.seen)}
-        known |= {} if file.sure else {"motion": FILL_IN, "sign": FILL_IN}
-        parts = [{"channel": channel, "phase": channel} for channel in channels] or [
-            {"channel": part.channel, "phase": part.phase, **_ends(file, part)}
-            | ({"ratio": number_cell(part.ratio)} if part.ratio > 0 else {})
-            | part.beside
-            for part in row.parts
-        ]
-        for part in parts or [{}]:
-            table.append(known | part)
-    return table_text(columns, table)
+        cells = {"file": file.path, "motion": row.motion, "operation": number}
+        cells |= {"breaker": file.breaker, "date": file.date}
+        if file.seen.settings:
+            cells |= {key: _setting_cell(key, settings[file.path][key]) for key in own}
+        cells |= {} if file.seen.timed else {"rate": file.seen.rate_cell}
+        cells |= {} if file.sure else {"motion": FILL_IN, "sign": FILL_IN}
+        parts = [{"channel": channel, "phase": channel} for channel in channels]
+        parts = parts or [_part_cells(file, part) for part in row.parts] or [{}]
+        table += [cells | part for part in parts]
+    return table_text([*_COLUMNS, *(key for key in FORMAT if key in shown)], table)
 
 
-def _ends(file: FoundFile, part: Part) -> dict[str, str]:
-    """Where in its record a motion is; to be filled in where several are, at an unknown rate."""
-    same = [p for p in file.seen.parts if (p.motion, p.channel) == (part.motion, part.channel)]
-    lacking = file.seen.lacks_rate and len(same) > 1
+def _part_cells(file: _File, part: Part) -> dict[str, Any]:
+    """Return the cells of a motion; where it is, is to be filled in where several are, at an
+    unknown rate.
+    """
+    alike = [p for p in file.seen.parts if (p.motion, p.channel) == (part.motion, part.channel)]
+    lacking = file.seen.rate_cell == FILL_IN and len(alike) > 1
     ends = {"from": part.begin, "to": part.end}
-    return {key: FILL_IN if lacking else number_cell(at) for key, at in ends.items()}
+    cells = {key: FILL_IN if lacking else _cell(at) for key, at in ends.items()}
+    cells |= {"channel": part.channel, "phase": part.phase, **part.beside}
+    return cells | ({"ratio": _cell(part.ratio)} if part.ratio > 0 else {})
 
 
-def _rate(seen: Description) -> str:
-    """The rate of a file, as a cell: what it does not tell must not be that of the settings."""
-    return FILL_IN if seen.lacks_rate else number_cell(seen.rate)
+def _setting_cell(key: str, value: object) -> str:
+    if value is None or isinstance(value, float):
+        return "none" if key == "time_column" else _cell(value)
+    return {"\t": "tab", " ": "blank"}.get(str(value), str(value))
+
+
+def _cell(value: float | None) -> str:
+    """Return the cell of a number; empty for one that is not known, as None or NaN."""
+    return "" if value is None or math.isnan(value) else f"{value:.6g}"
