@@ -1,5 +1,7 @@
 """Which records of which breakers are read from folders."""
 
+import shutil
+
 import pytest
 
 from breaker.common.randomness import generator
@@ -115,3 +117,16 @@ def test_nothing_to_read(tmp_path, folder, read):
         file.write_text("time,travel\n0,1\n", encoding="utf-8")
     with pytest.raises(ValueError, match="none of 8 records can be used"):
         read(folder)
+
+
+def test_a_copy_in_any_folder_or_breaker_counts_once(tmp_path, folder, drives, read):
+    """A record of Q0 that was saved again as one of Q1, and a folder that is there twice."""
+    copied = folder / "closing_1_1.csv"
+    copied.write_bytes((folder / "closing_0_1.csv").read_bytes() + b"\n")
+    again = shutil.copytree(folder, tmp_path / "again")
+    found = read(folder, again)
+    assert names_and_counts(found) == {
+        "Q0": {"closing": 2, "opening": 2},
+        "Q1": {"closing": 1, "opening": 2},
+    }
+    assert len(found.rejected) == 1 + 8

@@ -13,6 +13,7 @@ from breaker.common.numerals import in_p
 from breaker.drive.answers.answer_words import differs_in_words
 from breaker.drive.answers.assessment import Assessment
 from breaker.drive.answers.evidence import Answer, DriveRecord
+from breaker.drive.answers.identity import without_copies
 from breaker.drive.family.level_network import Levels
 from breaker.drive.family.membership import Match, choose_family
 from breaker.model.parameters import Size
@@ -207,16 +208,18 @@ def read_breakers(
         ValueError: If no record can be used. The message says what to do.
     """
     found: dict[str, dict[str, list[DriveRecord]]] = defaultdict(lambda: defaultdict(list))
-    rejected, left_out = [], 0
+    read, names, rejected, left_out = [], [], [], 0
     for motion, breakers in listed.items():
         for name, every in breakers.items():
             some = [every[i] for i in _spread(len(every))]
             left_out += len(every) - len(some)
-            for each in assessment.read({motion: some}):
-                if each.reason:
-                    rejected.append(each.reason)
-                else:  # of one name in two folders, operations have numbers of their own in each
-                    found[name][os.path.dirname(each.operation.file)].append(each)
+            read += assessment.read({motion: some})
+            names += [name] * (len(read) - len(names))
+    for name, each in zip(names, without_copies(read), strict=True):  # of all breakers
+        if each.reason:
+            rejected.append(each.reason)
+        else:  # of one name in two folders, operations have numbers of their own in each
+            found[name][os.path.dirname(each.operation.file)].append(each)
     usable = [
         each for folders in found.values() for records in folders.values() for each in records
     ]
