@@ -6,7 +6,7 @@ from breaker.records.contacts import ContactTimes
 from breaker.records.currents import Currents
 from breaker.records.motion import Segment
 from breaker.records.operations import Operation
-from breaker.records.record import Raw
+from breaker.records.record import Record
 
 
 def raw_of(way, step, moves, motion="closing"):
@@ -15,7 +15,7 @@ def raw_of(way, step, moves, motion="closing"):
     segment = Segment(0, len(way), float(whole[0]), float(whole[-1]), 0.0, np.nan)
     time = step * np.arange(len(way))
     located = motion, time, whole, np.full(len(way), ""), 0.0, segment, moves, 0.0
-    return Raw(*located, Operation(1, "a.csv"), {}, 0.0, ContactTimes(), Currents(time), ())
+    return Record(*located, Operation(1, "a.csv"), {}, 0.0, ContactTimes(), Currents(time), ())
 
 
 def smooth(rng, motion="closing", *, stroke=80.0, noise=1e-3, late=0.0, bump=0.0, **more):

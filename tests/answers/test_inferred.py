@@ -23,7 +23,7 @@ from breaker.model.parameters import NAMES, Size, powers
 from breaker.model.prior import Prior
 from breaker.records.header import Preamble
 from breaker.records.operations import Operation
-from breaker.records.preparation import Prepared
+from breaker.records.reader import Reader
 from tests.answers.conftest import SETTINGS, TOUCH, spread
 from tests.cli.conftest import written
 from tests.raws import smooth
@@ -288,7 +288,9 @@ def test_no_draw_has_a_gap_beyond_the_stroke_or_a_contact_beyond_the_rest(answer
 def test_what_is_missing_is_of_the_motion():
     """A gap within it, but not that the record ends early."""
     raw = replace(smooth(np.random.default_rng(1), until=45.0), settings={"missing": 0.05})
-    reader = _Reader("closing", Prepared({}, _stated={raw.operation.file: Preamble()}), 0)
+    files = Reader({})
+    files.header = lambda operation: Preamble()
+    reader = _Reader("closing", files, 0)
     assert reader.records(raw.operation, raw)[0].reason == ""
     gap = replace(raw, whole=np.where(np.abs(raw.time - 30.0) < 4.0, np.nan, raw.whole))
     (found,) = reader.records(raw.operation, gap)

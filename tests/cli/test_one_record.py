@@ -24,7 +24,7 @@ from breaker.model.parameters import MOTIONS
 from breaker.records.curves import read_curves
 from breaker.records.folder import list_fleet
 from breaker.records.grid import Grid
-from breaker.records.preparation import Prepared
+from breaker.records.reader import Reader
 from tests.exports import write
 
 FORM = {"time_column": None, "travel_column": "Travel 1", "rate": None}
@@ -89,7 +89,7 @@ def followed(config):
     """What the workflow reads of a record for a life."""
     form, operations = config["endurance"]["format"], dict(list_fleet("fleet")["Q1"])
     records = read_operations({m: [each] for m, each in operations.items()}, form)
-    about = {"speeds": Assessment(config).speeds_of(records), "preparation": Prepared(form)}
+    about = {"speeds": Assessment(config).speeds_of(records)}
     found = {}
     for motion, each in operations.items():
         curves = read_curves([each], form, Grid(np.arange(-2.0, 40.0, 0.5)), motion, **about)
@@ -120,13 +120,13 @@ def test_a_record_has_the_same_numbers_through_every_command(config, capsys, mon
 
 def test_a_command_that_prepares_a_record_in_another_way_is_noticed(config, capsys, monkeypatch):
     """Planted: a report that takes the contact from another column."""
-    alone, real = inferred(capsys), Prepared.told
+    alone, real = inferred(capsys), Reader.with_stated
 
     def told(self, *about):
         found = real(self, *about)
         return replace(found, settings=found.settings | {"contact_column": "Res 1"})
 
-    monkeypatch.setattr(Prepared, "told", told)
+    monkeypatch.setattr(Reader, "with_stated", told)
     assert ("touch_time", "closing") in unlike(alone, reported(capsys, monkeypatch))
 
 

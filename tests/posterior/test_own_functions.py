@@ -18,7 +18,6 @@ from breaker.paper.validation import quality, scale_of
 from breaker.records.curves import read_curves
 from breaker.records.folder import list_operations
 from breaker.records.grid import Grid
-from breaker.records.preparation import Prepared
 from tests.networks_fixtures import settings
 from tests.scripts import ROOT
 
@@ -77,9 +76,9 @@ def test_own_curves_are_read_and_inferred(tmp_path, monkeypatch, defaults):
     posterior = untrained(settings())
     form, sensor = defaults["endurance"]["format"], posterior.sensor
     errors = {name: getattr(sensor, name) for name in ("noise_sd", "zero_sd", "onset_sd")}
-    files, about = list_operations("curves", "closing"), {"preparation": Prepared(form)}
+    files = list_operations("curves", "closing")
     grid = Grid(sensor.times, **errors)
-    curves = read_curves(files, form, grid, "closing", speeds=(), **about)
+    curves = read_curves(files, form, grid, "closing", speeds=())
     assert curves.accepted.values.all()
     assert curves.sizes["operation"] == 12
     found = infer(posterior, curves, draws=20, seed=1, misfit_p_value=1e-3)

@@ -8,7 +8,7 @@ from breaker.configuration.definitions import simulated_test
 from breaker.documents.terminal import text_of
 from breaker.drive.simulation.endurance_rig import Rig
 from breaker.drive.simulation.export import write_curve
-from breaker.records.acceptance import check_folder, words_of_checked
+from breaker.records.acceptance import check_folder, document_of
 
 SENSOR = {"start": -2.0, "stop": 58.0, "samples": 151, "noise_sd": 0.1}
 SENSOR |= {"onset_sd": 0.3, "zero_sd": 0.1}
@@ -36,13 +36,13 @@ def check(folder, motions=("closing", "opening"), **endurance):
 
 
 def said_of(folder, **endurance):
-    return text_of(words_of_checked(check(folder, **endurance)))
+    return text_of(document_of(check(folder, **endurance)))
 
 
 def test_a_folder_without_faults_is_a_table(folder):
     checked = check(folder)
     assert [(each.motion, each.accepted) for each in checked] == [("closing", 12), ("opening", 1)]
-    lines = text_of(words_of_checked(checked)).splitlines()
+    lines = text_of(document_of(checked)).splitlines()
     assert len(lines) == 3
     assert lines[1].split()[:5] == ["closing", "12", "12", "0", "0"]
     low, _, high = lines[1].split()[5:8]
@@ -53,8 +53,8 @@ def test_what_cannot_be_listed_is_said_and_the_rest_goes_on(folder):
     (folder / "opening" / "opening_001.csv").rename(folder / "opening" / "opening.csv")
     checked = check(folder)
     assert [each.accepted for each in checked] == [12, 0]
-    assert "opening: " in text_of(words_of_checked(checked))
-    assert "has no number" in text_of(words_of_checked(checked))
+    assert "opening: " in text_of(document_of(checked))
+    assert "has no number" in text_of(document_of(checked))
 
 
 def test_an_event_that_the_workflow_refuses_is_refused(folder):
@@ -62,7 +62,7 @@ def test_an_event_that_the_workflow_refuses_is_refused(folder):
     (folder / "operations.csv").write_text("\n".join(rows), encoding="utf-8")
     assert [each.accepted for each in check(folder)] == [0, 0]
     (closing,) = check(folder, ["closing"], events={"danced": ["f"]})
-    assert (closing.accepted, closing.trouble) == (1, "")
+    assert (closing.accepted, closing.error) == (1, "")
 
 
 def test_breakers_and_phases_of_a_table_are_apart(folder):
@@ -70,11 +70,11 @@ def test_breakers_and_phases_of_a_table_are_apart(folder):
     rows.append("opening/opening_001.csv,opening,1,CB1,L1")
     text = "\n".join(["file,motion,operation,breaker,phase", *rows, ""])
     (folder / "operations.csv").write_text(text, encoding="utf-8")
-    found = {(e.breaker, e.phase, e.motion): e.accepted for e in check(folder)}
-    assert found["CB1", "L1", "closing"] == found["CB2", "L1", "closing"] == 6
-    assert found["CB1", "L1", "opening"] == 1
-    assert found["CB2", "L1", "opening"] == 0
-    assert {each.breaker for each in check(folder, breaker="CB2")} == {"CB2"}
+    found = {e.name: e.accepted for e in check(folder)}
+    assert found["CB1 L1 closing"] == found["CB2 L1 closing"] == 6
+    assert found["CB1 L1 opening"] == 1
+    assert found["CB2 L1 opening"] == 0
+    assert {e.name.split()[0] for e in check(folder, breaker="CB2")} == {"CB2"}
 
 
 def test_many_files_are_read_as_few_are(folder, rig):

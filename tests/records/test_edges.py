@@ -228,9 +228,6 @@ def test_from_a_file_to_the_dataset(tmp_path, prior, sensor, motion):
     for name in ("contact_time", "contact_sd", "latch_time"):
         assert np.isnan(found[name].values[2:]).all()
         assert found[name].attrs["unit"] == "ms"
-    without = read_curves(operations[:1], {"time_unit": "ms"}, Grid(sensor.times), motion)
-    assert np.isnan(without.contact_time.values).all()
-    np.testing.assert_array_equal(without.travel.values, found.travel.values[:1])
     missing = {**settings, "contact_column": "mian"}
     lacking = read_curves(operations[:1], missing, Grid(sensor.times), motion)
     assert "no line has 'mian'" in str(lacking.reason.values[0])

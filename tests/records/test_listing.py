@@ -216,8 +216,6 @@ def test_each_record_is_read_with_what_its_row_states(tmp_path):
         strict=True,
     ):
         assert said in reason
-    with pytest.raises(ValueError, match="rate is needed"):  # of a folder that states nothing
-        read_curves([Operation(1, tmp_path / "mm.csv")], settings, grid, "closing")
 
 
 def test_what_is_known_of_operations_of_any_motion(tmp_path):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from breaker.records.operations import Operation
-from breaker.records.record import read_raws
+from breaker.records.reader import Reader
 from breaker.records.settings import complete
 
 STROKE = 150.0
@@ -27,7 +27,9 @@ def raws(tmp_path, *, slip=0.0, noise=0.05, creeps=0.0, swings=0.0, ends=400.0, 
     path = tmp_path / "a.csv"
     np.savetxt(path, np.c_[time, travel], delimiter=",", header="time,travel", comments="")
     settings = complete({"time_unit": "ms", "travel_unit": "mm", "zero": "rest"})
-    return [each for (each,) in read_raws([Operation(1, path)], settings, "closing", "opening")]
+    return [
+        each for (each,) in Reader(settings).read_all([Operation(1, path)], "closing", "opening")
+    ]
 
 
 @pytest.mark.parametrize("slip", [-3.0, 2.0])
@@ -66,7 +68,7 @@ def test_a_slip_of_the_first_of_three_motions_is_seen_by_the_rests_of_one_positi
         (tmp_path / "a.csv").write_text((tmp_path / "a.csv").read_text().removeprefix("# "))
         settings = complete({"time_unit": "ms", "travel_unit": "mm", "zero": "rest"})
         operation = Operation(1, tmp_path / "a.csv", begin=200.0, end=420.0)
-        ((raw,),) = read_raws([operation], settings, "closing")
+        raw = Reader(settings).read(operation, "closing")
         assert raw.unreturned == pytest.approx(slip, abs=0.2)
 
 
@@ -81,7 +83,7 @@ def test_a_slip_within_the_noise_of_one_motion_is_in_its_stroke(tmp_path, slip):
         travel += 0.1 * np.random.default_rng(seed).standard_normal(time.size)
         path = tmp_path / "a.csv"
         np.savetxt(path, np.c_[time, travel], delimiter=",", header="time,travel", comments="")
-        ((raw,),) = read_raws([Operation(1, path)], settings | {"time_unit": "ms"}, "closing")
+        raw = Reader(settings | {"time_unit": "ms"}).read(Operation(1, path), "closing")
         remarks = " ".join(raw.remarks_on())
         assert ("slip at" in remarks) + ("the transducer slipped" in remarks) == bool(slip)
         for name, found in raw.measured(()).items():
@@ -102,6 +104,6 @@ def test_a_first_motion_in_the_creep_of_the_motion_before_is_uncertain(tmp_path)
             travel = way + 0.05 * np.random.default_rng(seed).standard_normal(time.size)
             path = tmp_path / "a.csv"
             np.savetxt(path, np.c_[time, travel], delimiter=",", header="time,travel", comments="")
-            ((raw,),) = read_raws([Operation(1, path)], settings | {"time_unit": "ms"}, "opening")
+            raw = Reader(settings | {"time_unit": "ms"}).read(Operation(1, path), "opening")
             assert abs(raw.moves - 160.0) < 2.0 * raw.first_motion_sd
             assert creeps or raw.first_motion_sd == raw.moves_sd

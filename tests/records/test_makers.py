@@ -4,14 +4,12 @@ import numpy as np
 import pytest
 import yaml
 
-from breaker.records.axes import Scale
 from breaker.records.channels import InspectionError
-from breaker.records.curves import read_record
 from breaker.records.description import travel_channels
 from breaker.records.grid import Grid
 from breaker.records.proposal import inspect_file
 from breaker.records.proposal_text import overlay_of
-from breaker.records.settings import complete
+from breaker.records.reader import Reader
 from tests.exports import way
 
 SENSOR = {"start": -2.0, "stop": 58.0, "samples": 151, "noise_sd": 0.1}
@@ -107,8 +105,8 @@ def test_what_is_proposed_for_a_maker_reads_its_export(tmp_path, maker):
     names = [name for name, _ in travel_channels(file).values()]
     assert " ".join(names) == phases
     for motion in proposal.motions:
-        own = complete({**settings, "travel_column": motion.column})
-        record = read_record(motion.operation, own, Scale.from_settings(own), GRID, motion.motion)
+        own = {**settings, "travel_column": motion.column}
+        record = Reader(own).read(motion.operation, motion.motion)
         assert motion.motion == "closing"
         assert record.segment.stroke == pytest.approx(178.0, abs=0.5)
 

@@ -8,7 +8,6 @@ from breaker.model.sensor import grid
 from breaker.records.curves import read_curves
 from breaker.records.folder import list_operations
 from breaker.records.grid import Grid
-from breaker.records.preparation import Prepared
 from breaker.workflow.jobs import start
 
 log = start(snakemake)
@@ -19,8 +18,8 @@ listed = list_operations(folder, motion, **params.chosen)
 files = [each for each in listed if each.number in wanted]
 
 model_grid = Grid(grid(**params.grid), **params.errors)
-about = {"speeds": speeds_of(params.speeds), "preparation": Prepared(params.format)}
-curves = read_curves(files, params.format, model_grid, motion, **about)
+speeds = speeds_of(params.speeds)
+curves = read_curves(files, params.format, model_grid, motion, speeds=speeds)
 log.info("%d of %d operations rejected", (~curves.accepted).sum(), len(files))
 settings = {name: params[name] for name in ("format", "grid", "source", "speeds")}
 save(describe(curves, f"measured {motion} curves", **settings), snakemake.output[0])

@@ -94,12 +94,12 @@ def _is_numbered(folder: str, config: Mapping) -> bool:
 def _check(folder: str, config: Mapping) -> int:
     """Read the records of a folder as the workflow will, and print what becomes of them."""
     from breaker.documents.terminal import text_of
-    from breaker.records.acceptance import check_folder, words_of_checked
+    from breaker.records.acceptance import check_folder, document_of
 
     motions = config["motions"]
     checked = check_folder(folder, config["endurance"], config["sensor"], motions)
     accepted = {each.motion for each in checked if each.accepted}
-    say(text_of(words_of_checked(checked)))
+    say(text_of(document_of(checked)))
     remedy = f"set endurance.curves: {folder} in the configuration to use what is accepted"
     if lacking := " and no ".join(motion for motion in motions if motion not in accepted):
         remedy = f"no {lacking} is accepted: correct this, and run the command again"

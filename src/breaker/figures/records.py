@@ -39,7 +39,7 @@ def record(proposal: "Proposal") -> Figure:
         style.title(figure, "No motion could be read", name, failed=True)
         return figure
     first = [each for each in read if each.column == read[0].column]
-    one, shown = first[0].record, first[:2]
+    one, noise, shown = first[0].record, first[0].result.noise, first[:2]
     figure = style.new_figure(11.0, 9.4)
     grid = figure.add_gridspec(3, len(shown) + 1, height_ratios=[1.5, 0.9, 1.1])
     entire = figure.add_subplot(grid[0, :])
@@ -59,10 +59,10 @@ def record(proposal: "Proposal") -> Figure:
         axis = figure.add_subplot(grid[2, k])
         _near(axis, each, -reach, reach, f"{each.motion} begins at {each.record.moves:.1f} ms")
         axis.axvline(each.record.moves, color=MOTIONS[each.motion], lw=1.2)
-    axis, sd = figure.add_subplot(grid[2, -1]), one.noise.sd
+    axis, sd = figure.add_subplot(grid[2, -1]), noise.sd
     words = [f"at rest: sd {in_digits(sd, 2)} mm"]
     words += [f"steps of {in_digits(one.quantum, 2)} mm"] if one.quantum else []
-    words += [f"correlation {one.noise.colour:.2f}"] if np.isfinite(one.noise.colour) else []
+    words += [f"correlation {noise.colour:.2f}"] if np.isfinite(noise.colour) else []
     _near(axis, shown[0], -50.0, -1.0, ", ".join(words))
     axis.axhspan(one.segment.before - sd, one.segment.before + sd, **BAND)
     doubts = sum(int((each.record.doubts != "").sum()) for each in read)

@@ -1,6 +1,6 @@
-"""What will be accepted of a folder of records, and why the rest will not, before any training."""
+"""Read a folder of records before any training; report what is accepted, and why not the rest."""
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from functools import partial
@@ -12,26 +12,25 @@ import numpy as np
 from breaker.common.numerals import in_digits
 from breaker.documents.parts import Document, Remark, Section, Table
 from breaker.model.quantities import SPEEDS
-from breaker.records.curves import ReadRecord, read_records
+from breaker.records.curves import GriddedRecord, read_records
 from breaker.records.files import printable
 from breaker.records.folder import list_operations
 from breaker.records.grid import Grid
 from breaker.records.operations import MANIFEST, Operation, read_manifest
-from breaker.records.preparation import Prepared
 from breaker.records.proposal_text import ITEM, alike
 
-_PART = 50  # files that one process reads at a time
+_PART = 50  # files that one process reads at a time: some seconds of work
 
 
 class CheckedRecord(NamedTuple):
-    """What is shown of a record.
+    """Result of one record.
 
     Attributes:
-        file: Its name.
-        reason: Why it was rejected; empty of one that is accepted.
-        remarks: What is doubtful about one that is, in words.
-        noise: Standard deviation at rest, mm; NaN of one that is rejected.
-        stroke: mm; the same.
+        file: Name of the file.
+        reason: Why the record was rejected; "" if it was accepted.
+        remarks: Remarks on an accepted record.
+        noise: Standard deviation at rest, mm; NaN if rejected.
+        stroke: Stroke, mm; NaN if rejected.
     """
 
     file: str
@@ -42,147 +41,127 @@ class CheckedRecord(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Checked:
-    """The records of one motion, of one breaker and phase where a table names them.
+class CheckedGroup:
+    """Records of one motion, of one breaker and phase where a table names them.
 
     Attributes:
+        name: Breaker, phase and motion.
         motion: "closing" or "opening".
-        breaker, phase: Names; empty where there are none.
-        records: As read; None if the operations could not be listed.
-        trouble: Why they could not.
+        records: Results of the records; None if the operations could not be listed.
+        error: Why the operations could not be listed.
     """
 
+    name: str
     motion: str
-    breaker: str = ""
-    phase: str = ""
     records: Sequence[CheckedRecord] | None = None
-    trouble: str = ""
+    error: str = ""
 
     @property
     def accepted(self) -> int:
         """Number of accepted records."""
-        return sum(not each.reason for each in self.records or ())
+        return sum(not record.reason for record in self.records or ())
 
 
 def check_folder(
     folder: str | Path, endurance: Mapping, sensor: Mapping, motions: Iterable[str]
-) -> list[Checked]:
+) -> list[CheckedGroup]:
     """Read all records of a folder.
 
     Args:
-        folder: As for ``endurance.curves``.
+        folder: Folder as for ``endurance.curves``.
         endurance: The section of the configuration: ``format``, ``events``, and ``breaker`` and
             ``phase`` where one of several is meant.
-        sensor: The section of the configuration: the model's grid, and the noise.
+        sensor: The section of the configuration: grid of the model, and noise.
         motions: "closing", "opening" or both.
     """
     times = np.linspace(sensor["start"], sensor["stop"], sensor["samples"])
     grid = Grid(times, sensor["noise_sd"], sensor["zero_sd"], sensor["onset_sd"])
-    read = partial(_read, settings=endurance["format"], grid=grid)
-    checked = []
+    groups = []
     for motion in motions:
         for breaker, phase in _groups(folder, endurance):
-            of = motion, breaker or "", phase or ""
+            name = " ".join(filter(None, [breaker, phase, motion]))
+            of = {"breaker": breaker, "phase": phase, "events": endurance["events"]}
             try:
-                operations = list_operations(
-                    folder, motion, breaker=breaker, phase=phase, events=endurance["events"]
-                )
+                operations = list_operations(folder, motion, **of)
             except (ValueError, OSError) as error:
-                checked.append(Checked(*of, trouble=str(error)))
+                groups.append(CheckedGroup(name, motion, error=str(error)))
+                continue
+            read = partial(_read, settings=endurance["format"], grid=grid, motion=motion)
+            parts = [operations[i : i + _PART] for i in range(0, len(operations), _PART)]
+            if len(parts) > 1:
+                with ProcessPoolExecutor() as pool:
+                    results = [*pool.map(read, parts)]
             else:
-                checked.append(Checked(*of, _in_parts(partial(read, motion=motion), operations)))
+                results = map(read, parts)
+            groups.append(CheckedGroup(name, motion, [one for part in results for one in part]))
+    return groups
+
+
+def _read(operations: Sequence[Operation], **about: object) -> list[CheckedRecord]:
+    """Read some operations as the workflow reads them."""
+    checked = []
+    for operation, result in zip(operations, read_records(operations, **about), strict=True):
+        file = printable(operation.file)
+        if isinstance(result, GriddedRecord):
+            stroke = result.record.measured(SPEEDS)["stroke"].value
+            remarks = "; ".join(result.remarks)
+            checked.append(CheckedRecord(file, "", remarks, result.noise.sd, stroke))
+        else:
+            checked.append(CheckedRecord(file, str(result)))
     return checked
 
 
-def _read(
-    operations: Sequence[Operation], settings: Mapping, **about: object
-) -> list[CheckedRecord]:
-    """Read some operations as the workflow reads them, and keep what is shown."""
-    found, how = [], Prepared(settings)
-    records = read_records(operations, settings, preparation=how, **about)
-    for operation, record in zip(operations, records, strict=True):
-        file = printable(operation.file)
-        if isinstance(record, ReadRecord):
-            stroke = record.measured(SPEEDS)["stroke"].value
-            remarks = "; ".join(record.remarks)
-            found.append(CheckedRecord(file, "", remarks, record.noise.sd, stroke))
-        else:
-            found.append(CheckedRecord(file, str(record)))
-    return found
-
-
-def _in_parts(read: Callable, operations: Sequence[Operation]) -> list[CheckedRecord]:
-    """What is read of operations, on all cores where there are many of them."""
-    if len(operations) < 2 * _PART:
-        return read(operations)
-    parts = [operations[i : i + _PART] for i in range(0, len(operations), _PART)]
-    with ProcessPoolExecutor() as pool:
-        return [each for part in pool.map(read, parts) for each in part]
-
-
 def _groups(folder: str | Path, endurance: Mapping) -> list[tuple[str | None, str | None]]:
-    """Breakers and phases of a folder, or those that are chosen."""
+    """Return breakers and phases of a folder, or those that are chosen."""
     chosen = breaker, phase = endurance.get("breaker"), endurance.get("phase")
     try:
         rows = read_manifest(Path(folder, MANIFEST))
     except ValueError:
-        return [chosen]  # there is no table, or listing says what is wrong with it
-    there = sorted({(each.breaker, each.phase) for _, each in rows})
+        return [chosen]  # no table, or listing the operations reports what is wrong with it
+    there = sorted({(operation.breaker, operation.phase) for _, operation in rows})
     fit = [(b, p) for b, p in there if breaker in (None, b) and phase in (None, p)]
     return fit or [chosen]
 
 
-# ---- in words -----------------------------------------------------------------------------------
-
-
-def words_of_checked(checked: Sequence[Checked]) -> Document:
+def document_of(groups: Sequence[CheckedGroup]) -> Document:
     """Return a table of what was accepted, and the reasons and remarks, each once."""
-    parts: list = [_table(checked)]
-    for trouble in dict.fromkeys(each.trouble for each in checked if each.trouble):
-        of = ", ".join(_name(each) for each in checked if each.trouble == trouble)
-        parts.append(Section(f"{of}: {trouble}"))
-    sections = {"Rejected:": "reason", "Remarks on what was accepted:": "remarks"}
-    read = [(_name(each), each.records) for each in checked if each.records is not None]
-    for title, kind in sections.items():
-        if found := [(name, *pair) for name, records in read for pair in _texts(records, kind)]:
-            parts.append(Section(title, _grouped(found)))
+    parts: list = [_table(groups)]
+    for error in dict.fromkeys(group.error for group in groups if group.error):
+        names = ", ".join(group.name for group in groups if group.error == error)
+        parts.append(Section(f"{names}: {error}"))
+    for title, kind in {"Rejected:": "reason", "Remarks on accepted records:": "remarks"}.items():
+        texts = [
+            (group.name, record.file, text)
+            for group in groups
+            for record in group.records or ()
+            if (text := getattr(record, kind))
+        ]
+        if texts:
+            parts.append(Section(title, _grouped(texts)))
     return Document(parts=parts)
 
 
-def _name(checked: Checked) -> str:
-    return " ".join(filter(None, [checked.breaker, checked.phase, checked.motion]))
-
-
-def _texts(records: Sequence[CheckedRecord], kind: str) -> list[tuple[str, str]]:
-    """File and text of each record that has one of a kind."""
-    return [(each.file, text) for each in records if (text := getattr(each, kind))]
-
-
-def _table(checked: Sequence[Checked]) -> Table:
+def _table(groups: Sequence[CheckedGroup]) -> Table:
     rows = []
-    for each in checked:
-        if each.records is None:
-            rows.append([_name(each), "none", "0", "", "", "", ""])
-            continue
-        count, remarked = len(each.records), sum(bool(one.remarks) for one in each.records)
-        numbers = [count, each.accepted, remarked, count - each.accepted]
-        ends = ([getattr(one, name) for one in each.records] for name in ("stroke", "noise"))
-        ranges = (_range(np.array(values)) for values in ends)
-        rows.append([_name(each), *map(str, numbers), *ranges])
+    for group in groups:
+        records = group.records or ()
+        remarked = sum(bool(record.remarks) for record in records)
+        counts = len(records), group.accepted, remarked, len(records) - group.accepted
+        values = ([getattr(record, name) for record in records] for name in ("stroke", "noise"))
+        rows.append([group.name, *map(str, counts), *map(_range, values)])
     head = ("", "records", "accepted", "with remarks", "rejected", "stroke (mm)", "noise (mm)")
     return Table(head, rows)
 
 
-def _range(values: np.ndarray) -> str:
-    values = values[np.isfinite(values)]
-    ends = (values.min(), values.max()) if values.size else ()
-    return " to ".join(in_digits(end, 3) for end in ends)
+def _range(values: Sequence[float]) -> str:
+    finite = [value for value in values if np.isfinite(value)]
+    return f"{in_digits(min(finite), 3)} to {in_digits(max(finite), 3)}" if finite else ""
 
 
-def _grouped(found: Sequence[tuple[str, str, str]]) -> list[Remark]:
-    """Items with each text once, where texts are alike: how many, and the first of them."""
+def _grouped(texts: Sequence[tuple[str, str, str]]) -> list[Remark]:
+    """Return texts that differ in numbers alone once: how many they are, and the first."""
     lines = []
-    for members in sorted(alike(found), key=len, reverse=True):
+    for members in sorted(alike(texts), key=len, reverse=True):
         name, file, text = members[0]
         text = text if text.startswith(file) else f"{file}: {text}"
         count = f"{len(members)} of {name}, first " if len(members) > 1 else f"{name}, "

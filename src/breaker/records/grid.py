@@ -107,7 +107,7 @@ def cubic_weights(place: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def check_missing(gridded: Gridded, allowed: float) -> None:
-    """Refuse a record that lacks more samples than a share of those that its rate gives."""
+    """Raise UnusableError where more samples are missing than a share of those of the rate."""
     count = int(gridded.sampled.sum())
     if count < min(_FEWEST, gridded.sampled.size):
         raise UnusableError(
@@ -122,42 +122,30 @@ def check_missing(gridded: Gridded, allowed: float) -> None:
         )
 
 
-def onset_remark(sd: float, onset_sd: float | None) -> str:
-    """Say where a first motion is less certain, by the sd of its fit, than the model takes for
-    granted, ms; "" where it is not.
-    """
-    if not onset_sd or sd <= onset_sd:
-        return ""
-    return (
-        f"the first motion is certain to ±{in_digits(sd, 2)} ms only, more than sensor.onset_sd, "
-        f"{onset_sd:g} ms: does the travel move before it, by hum or a drift?"
-    )
-
-
-def grid_remarks(
-    gridded: Gridded, time: np.ndarray, times: np.ndarray, *, back: bool
-) -> tuple[str, str]:
-    """Say where a record does not cover the grid, and where its rate does not fit; "" if it does.
+def grid_remarks(gridded: Gridded, time: np.ndarray, times: np.ndarray, *, back: bool) -> list[str]:
+    """Return remarks where a record does not cover a grid or its rate does not fit.
 
     Args:
+        gridded: The record on the grid.
         time: Times of the record's part, ``(n,)``, ms.
-        times: The model's grid, ``(t,)``, ms.
+        times: Times of the grid, ``(t,)``, ms.
         back: Whether the part ends because the travel goes back.
     """
     step = float(time[-1] - time[0]) / (len(time) - 1)
     late = time[0] - gridded.start - times[0]
     early = gridded.start + times[-1] - time[-1]
-    ends = []
+    remarks = []
     if late > step:
-        ends.append(f"the record begins {late:.1f} ms after the grid")
+        remarks.append(f"the record begins {late:.1f} ms after the grid")
     if early > step:
         why = "the travel goes back" if back else "the record ends"
-        ends.append(f"{why} {early:.1f} ms before the grid ends, at {time[-1]:.1f} ms")
-    rate = ""
+        remarks.append(f"{why} {early:.1f} ms before the grid ends, at {time[-1]:.1f} ms")
     if gridded.moved > 0.0 or not gridded.sampled.all():
         none = int((~gridded.sampled).sum())
         lacks = f"; {none} times of the grid have no sample" if none else ""
-        by = in_digits(gridded.moved, 2)
-        moved = f"moved by up to {by} ms to" if gridded.moved else "whole at"
-        rate = f"one sample every {in_digits(step, 4)} ms, {moved} times of the grid{lacks}"
-    return ", ".join(ends), rate
+        moved = (
+            f"moved by up to {in_digits(gridded.moved, 2)} ms to" if gridded.moved else "whole at"
+        )
+        every = in_digits(step, 4)
+        remarks.append(f"one sample every {every} ms, {moved} times of the grid{lacks}")
+    return remarks

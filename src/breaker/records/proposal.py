@@ -15,7 +15,7 @@ import numpy as np
 from breaker.records.axes import Scale
 from breaker.records.channels import Clock, Travel, chosen_travels, find_clock
 from breaker.records.contact_columns import Beside
-from breaker.records.curves import ReadRecord, read_record
+from breaker.records.curves import GriddedRecord, put_on_grid
 from breaker.records.description import (
     Guess,
     SeenMotion,
@@ -35,7 +35,9 @@ from breaker.records.layout import Layout, look_into
 from breaker.records.noise import noise_remarks
 from breaker.records.operations import Operation
 from breaker.records.printed import PrintedComparison, compare_printed
-from breaker.records.settings import FORMAT, complete
+from breaker.records.reader import Reader
+from breaker.records.record import Record
+from breaker.records.settings import FORMAT
 
 NOT_READ = "not read, as the record is long; choose a column by --channel, or export a shorter part"
 
@@ -53,7 +55,7 @@ class InspectedMotion:
         operation: Where it is in the column.
         motion: "closing" or "opening".
         begins, arrives: Times, ms of the file, about: the first motion, and the rest after it.
-        record: The record; None if it was rejected or not read.
+        result: The record and its remarks; None if it was rejected or not read.
         said: Why it was, or what is doubtful about it; empty if nothing is.
         phase: Of the column; empty where nothing states it.
         beside: Contact and coil that go with it.
@@ -64,10 +66,15 @@ class InspectedMotion:
     motion: str
     begins: float
     arrives: float
-    record: ReadRecord | None = None
+    result: GriddedRecord | None = None
     said: tuple[str, ...] = ()
     phase: str = ""
     beside: Beside = field(default_factory=Beside)
+
+    @property
+    def record(self) -> Record | None:
+        """The record that was read; None where it was not."""
+        return self.result.record if self.result else None
 
 
 @dataclass(frozen=True)
@@ -204,8 +211,7 @@ def _read(
     motions: Sequence[SeenMotion], settings: Mapping, grid: Grid, sheet: Layout, files: Files
 ) -> list[InspectedMotion]:
     """Motions as they are read: the first, and as many others as take seconds together."""
-    settings, read = complete(settings), []
-    scale = Scale.from_settings(settings)
+    read = []
     most = max(1, _MOST // sheet.columns[0].size)
     for count, seen in enumerate(motions):
         operation = Operation(seen.number + 1, sheet.file, begin=seen.part[0], end=seen.part[1])
@@ -215,14 +221,14 @@ def _read(
             phase=seen.travel.phase,
             beside=seen.beside,
         )
-        how = settings | {"travel_column": seen.column}
+        how = {**settings, "travel_column": seen.column}
         if count >= most:
             read.append(replace(each, said=(NOT_READ,)))
             continue
         try:
             own = how | seen.beside.settings
-            record = read_record(operation, own, scale, grid, seen.motion, files)
-            read.append(replace(each, record=record, said=tuple(record.remarks)))
+            result = put_on_grid(Reader(own, files).read(operation, seen.motion), grid)
+            read.append(replace(each, result=result, said=result.remarks))
         except RejectedCurveError as error:
             read.append(replace(each, said=(str(error),)))
     return read
@@ -231,8 +237,8 @@ def _read(
 def _noise(motions: Sequence[InspectedMotion], sensor: Mapping) -> dict:
     """The noise of the sensor, mm, where it is not that of the configuration."""
     # Before later motions, the drive may still ring from the one before.
-    first = [each.record for each in motions if each.record and each.operation.number == 1]
-    seen = [record.noise.sd for record in first if np.isfinite(record.noise.sd)]
+    first = [each.result for each in motions if each.result and each.operation.number == 1]
+    seen = [result.noise.sd for result in first if np.isfinite(result.noise.sd)]
     if not seen or 1 / _NOISE <= np.median(seen) / sensor["noise_sd"] <= _NOISE:
         return {}
     return {"noise_sd": float(f"{np.clip(np.median(seen), *_NOISES):.2g}")}
@@ -240,10 +246,10 @@ def _noise(motions: Sequence[InspectedMotion], sensor: Mapping) -> dict:
 
 def _with_noise(motion: InspectedMotion, sensor: Mapping) -> InspectedMotion:
     """A motion with remarks on its noise, compared with the sensor's."""
-    if (record := motion.record) is None:
+    if (result := motion.result) is None:
         return motion
-    step = float(record.time[1] - record.time[0])
-    noise = noise_remarks(record.noise, sensor["noise_sd"], step, _times(sensor))
+    step = result.record.step
+    noise = noise_remarks(result.noise, sensor["noise_sd"], step, _times(sensor))
     return replace(motion, said=(*motion.said, *noise))
 
 

@@ -194,9 +194,9 @@ def _row(each: InspectedMotion) -> Sequence[str]:
         f"{record.moves:.1f}",
         f"{each.arrives:.1f}",
         in_digits(record.segment.stroke, 4),
-        in_digits(record.noise.sd, 2),
-        f"{record.noise.colour:.2f}",
+        in_digits(each.result.noise.sd, 2),
+        f"{each.result.noise.colour:.2f}",
         in_digits(record.quantum, 2) if record.quantum else "fine",
-        str(record.numbers["masked"]),
+        str(record.masked),
         "accepted",
     ]

@@ -19,7 +19,7 @@ from breaker.model.limits import Limit
 from breaker.model.parameters import NAMES
 from breaker.model.quantities import Speed
 from breaker.records.measurements import Measured
-from breaker.records.record import Raw
+from breaker.records.record import Record
 
 # Shares of a stroke: by more than the first a worn drive differs only if its time does, too, as a
 # ratio scales ways alone; by more than the second, no wear of the family of drives does.
@@ -162,7 +162,7 @@ def _apart(before: float, today: float, least: float, share: float) -> bool:
 
 def judged_today(
     found: VisitChanges,
-    today: Mapping[str, Sequence[Raw]],
+    today: Mapping[str, Sequence[Record]],
     limits: Sequence[Limit],
     speeds: Sequence[Speed],
     seed: int,

@@ -15,8 +15,8 @@ from breaker.drive.family.record_inputs import normalise_record
 from breaker.model.parameters import MOTIONS
 from breaker.records.files import Files
 from breaker.records.operations import Operation
-from breaker.records.preparation import Prepared
-from breaker.records.record import Raw, read_raws, taken_apart
+from breaker.records.reader import Reader, separate_motions
+from breaker.records.record import Record
 
 
 def read_operations(
@@ -37,14 +37,14 @@ def read_operations(
             than once is there as often, with numbers beyond those of the operations.
         files: In which they are opened, where others open them, too.
     """
-    prepared = Prepared(settings, files or Files())
+    reader = Reader(settings, files)
     found = {}
     for each, same in groupby(operations, key=operations.get):  # files of both are read once
         motions = [*same]
-        read = read_raws(each, settings, *motions, preparation=prepared)
+        read = reader.read_all(each, *motions)
         for motion, raws in zip(motions, read, strict=True):
-            reader = _Reader(motion, prepared, len(each) if loose else 0)
-            found[motion] = [reader.records(*row) for row in zip(each, raws, strict=True)]
+            of_motion = _Reader(motion, reader, len(each) if loose else 0)
+            found[motion] = [of_motion.records(*row) for row in zip(each, raws, strict=True)]
     if loose and len(found) == len(MOTIONS):
         kept = [_kept(*both) for both in zip(*found.values(), strict=True)]
         found = dict(zip(found, zip(*kept, strict=True), strict=True)) if kept else {}
@@ -56,27 +56,28 @@ class _Reader(NamedTuple):
 
     Attributes:
         motion: The motion.
-        prepared: How records are prepared.
+        reader: Reader of the files.
         beyond: From which numbers of operations go on where a motion comes again.
     """
 
     motion: str
-    prepared: Prepared
+    reader: Reader
     beyond: int
 
-    def records(self, operation: Operation, raw: Raw | Exception) -> list[DriveRecord]:
+    def records(self, operation: Operation, raw: Record | Exception) -> list[DriveRecord]:
         """The records of a motion in a file: one, or each that it has where numbers go beyond."""
-        apart = taken_apart(operation, raw) if self.beyond else []
+        several = self.beyond and isinstance(raw, Exception)
+        apart = separate_motions(operation, raw) if several else []
         if not apart:
             return [self._record(operation, raw)]
         each = [replace(one, number=one.number + k * self.beyond) for k, one in enumerate(apart)]
-        (raws,) = read_raws(each, self.prepared.settings, self.motion, preparation=self.prepared)
+        (raws,) = self.reader.read_all(each, self.motion)
         return [self._record(*both) for both in zip(each, raws, strict=True)]
 
-    def _record(self, operation: Operation, raw: Raw | Exception) -> DriveRecord:
-        stated = self.prepared.stated(operation)
-        if not isinstance(raw, Raw):
-            operation = self.prepared.told(operation, self.motion)
+    def _record(self, operation: Operation, raw: Record | Exception) -> DriveRecord:
+        stated = self.reader.header(operation)
+        if not isinstance(raw, Record):
+            operation = self.reader.with_stated(operation, self.motion)
             return DriveRecord(operation, self.motion, stated, str(raw))
         about = raw.operation, self.motion, stated
         try:

@@ -16,7 +16,7 @@ from breaker.records.contacts import ContactTimes
 from breaker.records.header import Preamble
 from breaker.records.measurements import Measured
 from breaker.records.operations import Operation
-from breaker.records.record import Raw
+from breaker.records.record import Record
 
 if TYPE_CHECKING:
     from breaker.model.prior import Prior
@@ -62,7 +62,7 @@ class DriveRecord:
     motion: str
     stated: Preamble
     reason: str = ""
-    raw: Raw | None = None
+    raw: Record | None = None
     shape: Shape | None = None
     seen: NormalisedRecords | None = None
 

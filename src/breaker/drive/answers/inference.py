@@ -232,5 +232,5 @@ def _beside(answer: Answer, given: Given, remarks: Sequence[str]) -> Answer:
 def _measured(answer: Answer) -> Answer:
     """Read what the record shows, at the inferred touch where none was timed."""
     raw = answer.record.raw
-    remarks = (*filter(None, raw.remarks_on()), *answer.remarks)
+    remarks = (*raw.remarks_on(), *answer.remarks)
     return replace(answer, measured=raw.measured(answer.speeds, answer.contact), remarks=remarks)

@@ -17,7 +17,7 @@ from breaker.drive.family.normalised_shape import SHAPE_TIMES
 from breaker.model.parameters import NAMES
 from breaker.records.files import printable
 from breaker.records.measurements import Reading
-from breaker.records.record import Raw
+from breaker.records.record import Record
 
 _PRIOR = 1000  # draws
 _MOST = 30  # operations of which posteriors are shown
@@ -217,7 +217,7 @@ def _marked(answer: Answer) -> Marked:
     )
 
 
-def _beside(raw: Raw, near: np.ndarray) -> dict[str, np.ndarray]:
+def _beside(raw: Record, near: np.ndarray) -> dict[str, np.ndarray]:
     """Contact and coil of a record at some samples of its motion, as shares of their ranges."""
     found = {}
     for kind in ("trigger", "contact"):

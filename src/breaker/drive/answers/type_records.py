@@ -20,7 +20,7 @@ from breaker.model.parameters import Size
 from breaker.records.files import printable
 from breaker.records.folder import list_fleet, list_operations
 from breaker.records.operations import MANIFEST, Operation
-from breaker.records.record import Raw
+from breaker.records.record import Record
 from breaker.records.words import bare, usual_spelling
 
 _MOST = 20  # records of a breaker and a motion: more of them say no more of what breakers share
@@ -48,7 +48,7 @@ class Span(NamedTuple):
     rings: bool = False
 
     @classmethod
-    def of(cls, raw: Raw) -> Self:
+    def of(cls, raw: Record) -> Self:
         """Return that of one record."""
         time, segment = raw.time[raw.inside], raw.segment
         moving = np.abs(raw.left - segment.after) > _ARRIVED * segment.stroke

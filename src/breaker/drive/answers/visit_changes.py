@@ -35,7 +35,7 @@ from breaker.drive.family.record_means import (
 )
 from breaker.model.parameters import NAMES, PARAMETERS, Parameter
 from breaker.model.quantities import AFTER_RELEASE, CURRENTS, QUANTITIES, Speed, quantities_of
-from breaker.records.record import Raw
+from breaker.records.record import Record
 
 VERDICT_WORDS = ("changed", "not told", "did not change")
 
@@ -150,8 +150,8 @@ class QuantityChange(Plain):
 
 
 def compare(
-    before: Mapping[str, Sequence[Raw]],
-    today: Mapping[str, Sequence[Raw]],
+    before: Mapping[str, Sequence[Record]],
+    today: Mapping[str, Sequence[Record]],
     networks: Iterable[tuple[Levels, Changes]],
     rng: np.random.Generator,
     *,
@@ -292,8 +292,8 @@ def _change(
 
 
 def measured_changes(
-    before: Mapping[str, Sequence[Raw]],
-    today: Mapping[str, Sequence[Raw]],
+    before: Mapping[str, Sequence[Record]],
+    today: Mapping[str, Sequence[Record]],
     speeds: Sequence[Speed],
     beyond: float = 0.05,
 ) -> list[QuantityChange]:

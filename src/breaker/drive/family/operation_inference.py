@@ -23,7 +23,7 @@ def infer_operations(
     Draws of an operation do not depend on the others. Size and prior are those of the family.
 
     Args:
-        curves: Measured curves in the layout of ``curve_reader.read_curves``; rejected ones stay
+        curves: Measured curves in the layout of ``read_curves``; rejected ones stay
             in the result, as missing values with their reason.
         families: Networks of levels, in the order in which they are tried.
         misfit_p_value: p-value of the membership below which nothing is inferred of a record.

@@ -4,14 +4,14 @@ import numpy as np
 
 from breaker.drive.family.network_inputs import NormalisedRecords
 from breaker.drive.family.normalised_shape import Shape, effective_noise, shape_of
-from breaker.records.record import Raw
+from breaker.records.record import Record
 
 _LEAST = 5e-5  # noise over the stroke, below which no network was trained
 _SEEN = -0.4, 2.4  # durations after 10 % of the way, between which every trained record has samples
 _FINEST = 0.025  # durations between samples, below which none was: finer ones count as their mean
 
 
-def normalise_record(raw: Raw, like: Shape | None = None) -> tuple[Shape, NormalisedRecords]:
+def normalise_record(raw: Record, like: Shape | None = None) -> tuple[Shape, NormalisedRecords]:
     """Normalise a measured record: return its shape, and the same for networks, physical units.
 
     Args:

@@ -13,7 +13,7 @@ import numpy as np
 from breaker.drive.family.network_inputs import Basis, NormalisedRecords, without_onset
 from breaker.drive.family.normalised_shape import Shape, median_units
 from breaker.drive.family.record_inputs import normalise_record
-from breaker.records.record import Raw
+from breaker.records.record import Record
 
 SCATTER_DIRECTIONS = 8
 """First components of changes, in which scatter is measured, as noise."""
@@ -56,7 +56,7 @@ class Mean(NamedTuple):
         return np.sqrt(np.square(scores).mean(axis=1) * n / (n - 1.0)) if n > 1 else np.empty(0)
 
 
-def mean_record(raws: Sequence[Raw], like: Shape | None = None) -> Mean:
+def mean_record(raws: Sequence[Record], like: Shape | None = None) -> Mean:
     """Normalise records of one motion and average them.
 
     A step of the grid is there where half of the records have samples, whose mean it is.
@@ -86,7 +86,7 @@ def mean_record(raws: Sequence[Raw], like: Shape | None = None) -> Mean:
     return Mean(units, whole, without_onset(np.tile(mean, (n, 1)), way, both))
 
 
-def mean_with_scatter(raws: Sequence[Raw], basis: Basis) -> Mean:
+def mean_with_scatter(raws: Sequence[Record], basis: Basis) -> Mean:
     """Return the mean of records of one motion, whose noise has the scatter of operations.
 
     Raises:
@@ -120,7 +120,7 @@ def _noise_of(mean: Mean, count: int, apart: np.ndarray, seen: int) -> np.ndarra
 
 
 def mean_and_change(
-    before: Sequence[Raw], today: Sequence[Raw], basis: Basis
+    before: Sequence[Record], today: Sequence[Record], basis: Basis
 ) -> tuple[NormalisedRecords, NormalisedRecords]:
     """Return the mean of a reference, and the change from it, as ``Changes.draw`` takes them, whose
     noise has the scatter of operations of both visits.

@@ -41,7 +41,6 @@ from breaker.records.dates import instant
 from breaker.records.files import printable
 from breaker.records.folder import known_of
 from breaker.records.grid import Grid
-from breaker.records.preparation import Prepared
 from breaker.records.words import bare
 
 _MOST = 20  # operations of a visit that are read: more say no more of the drive
@@ -264,9 +263,8 @@ def _followed(member: Member, used: Sequence[Answer], assessment: Assessment) ->
     longer = np.median([each.record.shape.duration for each in used]) / usual
     sensor, form = config["sensor"], config["endurance"]["format"]
     times = longer * grid(**{key: sensor[key] for key in ("start", "stop", "samples")})
-    prepared = Prepared(form)
     curves = {
-        motion: read_curves(each, form, Grid(times), motion, speeds=speeds, preparation=prepared)
+        motion: read_curves(each, form, Grid(times), motion, speeds=speeds)
         for motion, each in member.operations.items()
     }
     rows = [each for motion in MOTIONS for each in member.operations.get(motion, ())]

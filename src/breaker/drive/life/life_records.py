@@ -132,7 +132,7 @@ def series_of(
     """Return the series of measured operations.
 
     Args:
-        data: What ``curve_reader.read_curves`` returns of each motion.
+        data: What ``read_curves`` returns of each motion.
         reference: How many of the first operations with a record are new; or the first and the last
             number of those that are.
         followed: Names of measured quantities that are followed, by motion.
