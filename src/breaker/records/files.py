@@ -19,7 +19,8 @@ MOST_COLUMNS = 300
 _MOST_SAMPLES = 1_200_000  # a record of 10 s at 100 kHz has a million
 _MOST_LINES = 2_000_000
 _MOST_CELLS = 8_000_000
-_MOST_PARTS = 10_000  # files of a record that is a folder
+MOST_PARTS = 10_000
+"""Files of a record that is a folder, and folders of a collection."""
 
 _KINDS = {
     stat.S_IFDIR: "a folder",
@@ -146,7 +147,7 @@ def require_folder(folder: str | Path) -> None:
                 raise RejectedCurveError(folder, f"its part {os.path.relpath(file, folder)} {why}")
             size += os.stat(file).st_size
         count += len(names) + len(folders)
-        if count > _MOST_PARTS or size > LARGEST:
+        if count > MOST_PARTS or size > LARGEST:
             held = f"{size / 2**20:.0f} MiB" if size > LARGEST else f"{count} parts"
             raise RejectedCurveError(folder, _too_large(held))
 
