@@ -104,7 +104,8 @@ Einschaltgeschwindigkeit P [m/s],<-closing_speed>""",
     "phases behind a name": """Ranges
 Closing Time  R: <closing_time R>  Y: <closing_time Y>  B: <closing_time B>
 Opening Time (ms) : R=<opening_time R>; Y=<opening_time Y>; B=<opening_time B>
-Stroke R/Y/B (mm) : <?stroke R> / <?stroke Y> / <?stroke B>
+Stroke (mm) : R <?stroke R>; Y <?stroke Y>; B <?stroke B>
+Stroke (mm) : <-stroke>; <-stroke>; <-stroke>
 Rated Closing Time (ms) : <-closing_time>
 Closing Time Tolerance (ms) : <-bounce_time>""",
     "contacts": """Timing,Phase R,Phase Y,Phase B

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 from breaker.common.numerals import in_digits
 from breaker.records.dates import clock_of, dates_of
-from breaker.records.header_pairs import Pair, numbers_of, pairs_of
+from breaker.records.header_pairs import Pair, lines_of, numbers_of, pairs_of
 from breaker.records.lexicon import WORDS
 from breaker.records.printed import Printed, near_event, printed_in
 from breaker.records.settings import RATES, TO_MS
@@ -107,7 +107,7 @@ def header_of(rows: Sequence[Sequence[str]], decimal: str = ".", samples: int = 
     (10.0, '17')
     """
     rows = [[cell[: _MOST[2]] for cell in row[: _MOST[1]]] for row in rows[: _MOST[0]]]
-    pairs = pairs_of(rows)
+    pairs = pairs_of(lines := lines_of(rows))
     named = {key: _named(pairs, key) for key in ("station", "bay", "type", "serial")}
     named["station"] = named["station"] or _named(pairs, "site")
     operations = filter(None, (sequence_of(pair.text) for pair in _of(pairs, "operation")))
@@ -128,7 +128,7 @@ def header_of(rows: Sequence[Sequence[str]], decimal: str = ".", samples: int = 
         operation=next(operations, ""),
         phases=_phases(pairs),
         speed_points=tuple(_of(pairs, "point of speed")),
-        results=printed_in(rows, decimal, _widths(pairs, decimal)),
+        results=printed_in(lines, decimal, _widths(pairs, decimal)),
         doubts=unsure,
         **named,
     )
@@ -237,11 +237,11 @@ def _checked(stated: _Rate, length: float, samples: int) -> tuple[float, str]:
 def _rate_of(pairs: Iterable[Pair], decimal: str = ".") -> _Rate:
     """Return the rate that pairs state.
 
-    >>> _rate_of([Pair("Sampling Speed", "kC", ("10",), 0)]).kHz
+    >>> _rate_of([Pair("Sampling Speed", "kC", ("10",))]).kHz
     10.0
-    >>> _rate_of([Pair("dt", "", ("0,05", "ms"), 0)], ",").kHz
+    >>> _rate_of([Pair("dt", "", ("0,05", "ms"))], ",").kHz
     20.0
-    >>> _rate_of([Pair("Sampling rate", "", ("10",), 0)]).doubt
+    >>> _rate_of([Pair("Sampling rate", "", ("10",))]).doubt
     "'Sampling rate: 10' has no unit"
     """
     sure, unsure = {}, {}

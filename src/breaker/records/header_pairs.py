@@ -20,8 +20,10 @@ _VALUE = re.compile(rf"({_NUMBER}|[-+]?[.,]\d+)[.,]?\s*([^\d\s:,;.]\S{{0,11}})?"
 _BEHIND = re.compile(rf"(.*?\D)[\s,]+((?:1\s?:\s?)?{_NUMBER}\s*[^\d\s]{{0,11}})")
 _LABEL = re.compile(r"[A-Za-z]{1,3}[\W_]?\d{1,2}")  # of a channel, in a bracket next to the unit
 _UNIT = re.compile(r"\s*[\[(]([^\[\]()]{1,12})[\])]\s*")
-_DIGIT, _DIGITS = "\0", re.compile(r"\d+")  # a sign that stands for numbers, as no name has it
-_LONG = 8  # characters of a name from which a missing letter leaves the name recognisable
+_DIGITS = re.compile(r"\d+")
+_LONG = (
+    8  # letters of a name from which one that lacks a letter is no other name, as C1 and CH1 are
+)
 
 
 class Pair(NamedTuple):
@@ -31,13 +33,11 @@ class Pair(NamedTuple):
         name: Name without its unit and the sign behind it.
         unit: Unit in the name, empty where there is none.
         values: Cells behind the name that are not blank.
-        row: Place of the line, from 0.
     """
 
     name: str
     unit: str
     values: tuple[str, ...]
-    row: int
 
     @property
     def text(self) -> str:
@@ -82,51 +82,58 @@ def _float(text: str, decimal: str) -> float:
     return float(text) if text.count(".") < 2 else float("nan")
 
 
-def pairs_of(rows: Iterable[Sequence[str]]) -> list[Pair]:
-    """Return the pairs of lines, by their cells; a line that has not been split is one cell.
+class Line(NamedTuple):
+    """A line: its cells, their parts, and whether signs behind names tell these from values."""
 
-    >>> for pair in pairs_of([["Speed (kC) :", "10", "", "Range :", "8000"], ["Bay = 4"]]):
-    ...     print(*pair[:3])
+    cells: Sequence[str]
+    tokens: Sequence[Token]
+    signed: bool
+
+
+def lines_of(rows: Iterable[Sequence[str]]) -> list[Line]:
+    """Return lines by their cells; a line that has not been split is one cell.
+
+    A name that lacks one letter of the name that other channels have is completed.
+
+    >>> rows = [["Mechanism Travel T1: 1"], ["Mechanism Travel T2: 1"], ["Mehanism Travel T3: 1"]]
+    >>> lines_of(rows)[-1].tokens[0].text
+    'Mechanism Travel T3'
+    """
+    lines = [Line(row, *_tokens_of(row)) for row in rows]
+    kinds = Counter(_DIGITS.sub("0", t.text) for line in lines for t in line.tokens if t.named)
+    usual = [kind for kind, count in kinds.items() if count > 1 and "0" in kind]
+    whole = {k[:i] + k[i + 1 :]: k for k in usual for i in range(len(k)) if k[i].isalpha()}
+
+    def completed(token: Token) -> Token:
+        kind = _DIGITS.sub("0", token.text)
+        near = whole.get(kind, "") if token.named and kinds[kind] == 1 else ""
+        near = near if len(near) > _LONG else ""
+        numbers = iter(_DIGITS.findall(token.text))
+        return token._replace(text=re.sub("0", lambda _: next(numbers), near) or token.text)
+
+    return [line._replace(tokens=[*map(completed, line.tokens)]) for line in lines]
+
+
+def pairs_of(lines: Iterable[Line]) -> list[Pair]:
+    """Return the pairs of lines.
+
+    >>> rows = [["Speed (kC) :", "10", "", "Range :", "8000"], ["Bay = 4"]]
+    >>> for pair in pairs_of(lines_of(rows)):
+    ...     print(*pair)
     Speed kC ('10',)
     Range  ('8000',)
     Bay  ('4',)
     """
     found: list[Pair] = []
-    for place, row in enumerate(rows):
+    for line in lines:
         name, values = "", []
-        for text, named, _ in [*tokens_of(row)[0], Token("", True, 0)]:
+        for text, named, _ in [*line.tokens, Token("", True, 0)]:
             if named and name:
-                found.append(Pair(*name_of(name), tuple(values), place))
+                found.append(Pair(*name_of(name), tuple(values)))
             if named:
                 name, values = text, []
             elif name and text:
                 values.append(text)
-    return _respelled(found)
-
-
-def _respelled(pairs: Sequence[Pair]) -> list[Pair]:
-    """Complete names that lack one letter of the name that other channels have.
-
-    >>> names = ["Mechanism Travel T1", "Mechanism Travel T2", "Mehanism Travel T3"]
-    >>> _respelled([Pair(name, "", ("1",), 0) for name in names])[-1].name
-    'Mechanism Travel T3'
-    """
-    right = respelling([pair.name for pair in pairs])
-    return [pair._replace(name=right.get(pair.name, pair.name)) for pair in pairs]
-
-
-def respelling(names: Sequence[str]) -> dict[str, str]:
-    """Return the right spelling of each name that lacks one letter, by that name."""
-    kinds = Counter(_DIGITS.sub(_DIGIT, name) for name in names)
-    usual = [kind for kind, count in kinds.items() if count > 1 and _DIGIT in kind]
-    whole = {k[:i] + k[i + 1 :]: k for k in usual for i in range(len(k)) if k[i].isalpha()}
-    found = {}
-    for name in names:
-        near = whole.get(kind := _DIGITS.sub(_DIGIT, name), "")
-        if len(near) > _LONG and kinds[kind] == 1:
-            for number in _DIGITS.findall(name):
-                near = near.replace(_DIGIT, number, 1)
-            found[name] = near
     return found
 
 
@@ -146,37 +153,34 @@ def name_of(text: str) -> tuple[str, str]:
     return bare or text, (known or "") if bare else ""
 
 
-def tokens_of(row: Sequence[str]) -> tuple[list[Token], bool]:
-    """Return the parts of a line, and whether signs behind the names tell names from values.
+def _tokens_of(row: Sequence[str]) -> tuple[list[Token], bool]:
+    """Return the parts of a line, and whether signs tell its names.
 
     Without a sign the place of a cell decides: the first cell is a name, and so is one behind a
     blank cell and before another cell.
     """
-    cells: list[tuple[str, int]] = []
+    cells: list[Token] = []
     for part, place in ((part, i) for i, cell in enumerate(row) for part in _parts(cell)):
         if part in (":", "=") and cells:
-            cells[-1] = cells[-1][0] + part, cells[-1][1]  # in a cell of its own
+            cells[-1] = cells[-1]._replace(text=cells[-1].text + part)  # in a cell of its own
         else:
-            cells.append((part, place))
-    if any(_SIGN.search(cell) and not moments(cell) for cell, _ in cells) or any(
-        re.match(r"[^\d\W].*?[:=：]", cell) for cell, _ in cells
-    ):
-        return [Token(*each, place) for cell, place in cells for each in _signed(cell)], True
-    filled = [(cell, place) for cell, place in cells if cell]
-    if len(filled) == 1 and (behind := _BEHIND.fullmatch(filled[0][0])):
-        place = filled[0][1]
+            cells.append(Token(part, False, place))
+    texts = [cell.text for cell in cells]
+    if any(re.match(r"[^\d\W].*?[:=：]", t) or (_SIGN.search(t) and not moments(t)) for t in texts):
+        return [Token(*each, cell.place) for cell in cells for each in _signed(cell.text)], True
+    filled = [cell for cell in cells if cell.text]
+    if len(filled) == 1 and (behind := _BEHIND.fullmatch(filled[0].text)):
+        place = filled[0].place
         return [Token(behind[1].strip(" ,"), True, place), Token(behind[2], False, place)], False
-    paired = len(filled) == len(cells) > 2 and len(cells) % 2 == 0
-    if paired and all(re.match(r"[^\W\d_].*[^\W\d_]{2}", cell) for cell, _ in cells[::2]):
-        return [Token(cell, i % 2 == 0, place) for i, (cell, place) in enumerate(cells)], False
-    tokens, before = [], ""
-    for i, (cell, place) in enumerate(cells):
-        after = cells[i + 1][0] if i + 1 < len(cells) else ""
-        tokens.append(
-            Token(cell, bool(cell and not before and after and not cell[0].isdigit()), place)
-        )
-        before = cell
-    return tokens, False
+    worded = all(re.match(r"[^\W\d_].*[^\W\d_]{2}", text) for text in texts[::2])
+    paired = worded and len(filled) == len(cells) > 2 and len(cells) % 2 == 0
+    named = [i % 2 == 0 for i in range(len(cells))]
+    if not paired:
+        around = zip(["", *texts], texts, [*texts[1:], ""], strict=False)
+        named = [
+            bool(t and not before and after and not t[0].isdigit()) for before, t, after in around
+        ]
+    return [cell._replace(named=each) for cell, each in zip(cells, named, strict=True)], False
 
 
 def _parts(cell: str) -> list[str]:
