@@ -152,12 +152,26 @@ def test_a_name_that_is_a_pattern_or_a_control_sign_is_refused(tmp_path, name, p
 
 
 @pytest.mark.parametrize("by", ["names", "table"])
-def test_what_is_no_file_is_refused(tmp_path, by):
+def test_a_missing_file_does_not_end_the_others(tmp_path, by):
+    """It is rejected when it is read. Planted fault: all are missing."""
     fill(tmp_path / "closing", "op_1.csv")
     os.symlink("nowhere", tmp_path / "closing/op_2.csv")
     if by == "table":
-        table(tmp_path, "closing/op_2.csv,closing,1", head="file,motion,operation")
-    with pytest.raises(ValueError, match=r"op_2\.csv is not there"):
+        rows = [f"closing/op_{n}.csv,closing,{n}" for n in (1, 2)]
+        table(tmp_path, *rows, head="file,motion,operation")
+    listed = list_operations(tmp_path, "closing")
+    assert [each.number for each in listed] == [1, 2]
+    curves = read_curves(listed, {}, Grid(np.arange(-2.0, 58.0, 0.4)), "closing")
+    assert "op_2.csv" in curves.reason.values[1]
+    (tmp_path / "closing/op_1.csv").unlink()
+    with pytest.raises(ValueError, match=r"op_1\.csv is not there" if by == "table" else "op_2"):
+        list_operations(tmp_path, "closing")
+
+
+def test_a_pipe_is_refused(tmp_path):
+    fill(tmp_path / "closing", "op_1.csv")
+    os.mkfifo(tmp_path / "closing/op_2.csv")
+    with pytest.raises(ValueError, match=r"op_2\.csv is a pipe"):
         list_operations(tmp_path, "closing")
 
 

@@ -41,23 +41,33 @@ def is_folder(name: str | Path) -> bool:
     return os.path.isdir(name) and not is_store(name)
 
 
-def why_no_record(file: Path) -> str:
-    """Return why a file cannot be a record, by its name and kind; empty if it may be one.
+def is_odd(path: str | Path) -> bool:
+    """Return whether a path has a sign that no path of a record may have.
 
     Snakemake takes braces and angle brackets for a pattern; signs that cannot be printed and
     backslashes are in no table.
     """
-    text = file.as_posix()
-    if not text.isprintable() or any(sign in text for sign in "{}<>\\"):
+    text = Path(path).as_posix()
+    return not text.isprintable() or any(sign in text for sign in "{}<>\\")
+
+
+def why_no_record(file: Path) -> str:
+    """Return why a file cannot be a record, by its name and kind; empty if it may be one."""
+    if is_odd(file):
         return "has a sign in its name that a table cannot hold; rename it"
     return "" if is_store(file) and file.is_dir() else no_file(file)
 
 
 def _require_files(operations: Iterable[Operation]) -> None:
-    """Refuse what is not a file, and names that stand for something else than themselves."""
+    """Refuse what is not a file, and names that stand for something else than themselves.
+
+    A missing file is rejected when it is read, so that it does not end the others; all missing
+    files are refused.
+    """
     files = dict.fromkeys(each.file for each in operations)
-    wrong = [f"{file} {why}" for file in files if (why := why_no_record(Path(file)))]
-    if wrong:
+    whys = {file: why for file in files if (why := why_no_record(Path(file)))}
+    wrong = [f"{f} {why}" for f, why in whys.items() if os.path.exists(f) or is_odd(f)]
+    if wrong or (len(whys) == len(files) and (wrong := [f"{f} {w}" for f, w in whys.items()])):
         raise ValueError(f"{_first(wrong)}; put the file there, or leave it out")
 
 
