@@ -224,4 +224,4 @@ def test_of_columns_without_names_one_of_another_quantity_is_no_travel(tmp_path)
     (tmp_path / "a.csv").write_text("\n".join(lines), encoding="utf-8")
     proposal = inspect_file(tmp_path / "a.csv", SENSOR)
     assert proposal.settings["travel_column"] == 1
-    assert "of another quantity; if one is a travel" in proposal.remarks[0]
+    assert "--channel" in proposal.remarks[0]

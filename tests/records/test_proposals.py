@@ -218,7 +218,7 @@ def test_only_integers_and_what_is_no_length_are_counts(put, closing, size, digi
     proposal = inspect_file(put("time [s],travel", *lines), SENSOR)
     assert {"travel_unit": "mm", **proposal.settings}["travel_unit"] == unit
     assert [*proposal.lacking] == lacking
-    assert any("the unit of the travel is not stated" in each for each in proposal.remarks)
+    assert any(each.remarks for each in proposal.guesses if "travel_unit" in each.settings)
 
 
 def test_currents_and_contacts_are_no_travel(put, closing):

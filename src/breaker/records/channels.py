@@ -7,30 +7,22 @@ a clock, and what moves between rests as a mass does is a travel.
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
 from breaker.common.numerals import in_digits
+from breaker.records import words
 from breaker.records.layout import Layout
 from breaker.records.lexicon import WORDS
 from breaker.records.motion import Course
 from breaker.records.settings import RATES, TO_MM, TO_MS
-from breaker.records.words import (
-    PHASE,
-    any_of,
-    channel_of,
-    holds,
-    listed_in,
-    phase_in,
-    split_unit,
-)
 
 STROKES = (2.0, 300.0)
 """Strokes, mm, of contacts and drives: of vacuum interrupters up to those of 800 kV."""
 
 FAINT = 0.25
-"""Share of the largest range, or of a stroke, below which a signal is one of another channel: poles
-of a breaker are alike."""
+"""Share of the largest range, or of a stroke, below which a signal is that of another channel."""
 
 FEWEST = 40
 """Samples of a column, at least; with fewer it lists results."""
@@ -39,18 +31,17 @@ _FEW = 0.05  # share of samples that may be damaged, and of a stroke within whic
 _UNEVEN = 0.2  # of a step, by which times are off that are printed with few digits
 _OSCILLATES = 6  # motions: no operating sequence has more
 
-_TRAVEL_UNITS = frozenset([*TO_MM, "deg", "rad", "V", "counts", "%"])
-_TRANSDUCER = re.compile(rf"{any_of(WORDS['labels']['transducer'])}\W{{0,2}}0*(\d+)", re.I)
-_BREAK = re.compile(rf"({PHASE})?\W{{0,2}}{any_of(WORDS['labels']['break'])}\W{{0,2}}\d*", re.I)
-_NOT_CONNECTED = re.compile(any_of(WORDS["labels"]["not connected"]), re.I)
+_LABELS = WORDS["labels"]
+_TRANSDUCER = re.compile(rf"{words.any_of(_LABELS['transducer'])}\W{{0,2}}0*(\d+)", re.I)
+_BREAK = re.compile(rf"({words.PHASE})?\W{{0,2}}{words.any_of(_LABELS['break'])}\W{{0,2}}\d*", re.I)
+_NOT_CONNECTED = re.compile(words.any_of(_LABELS["not connected"]), re.I)
 
 
 class InspectionError(ValueError):
     """A file for which no settings can be proposed; the message has the reason."""
 
 
-@dataclass(frozen=True)
-class Clock:
+class Clock(NamedTuple):
     """When the samples of a record were taken.
 
     Attributes:
@@ -65,12 +56,12 @@ class Clock:
     unit: str | None
     rate: float
     remarks: tuple[str, ...] = ()
-    rank: tuple[bool, bool, bool] = (False, False, False)
+    rank: tuple[bool, ...] = ()
 
     @property
     def likely_rate(self) -> float:
         """The rate, kHz, or where there is none a usual one in its stead."""
-        return float(np.sqrt(RATES[0] * RATES[1])) if np.isnan(self.rate) else self.rate
+        return float(np.sqrt(np.prod(RATES))) if np.isnan(self.rate) else self.rate
 
 
 def find_clock(sheet: Layout) -> Clock:
@@ -87,13 +78,25 @@ def find_clock(sheet: Layout) -> Clock:
         doubt = f"the rate is doubtful: {stated.rate_doubt}" if stated.rate_doubt else ""
         return Clock(None, None, stated.rate, (doubt,) if doubt else ())
     clock = max(clocks, key=lambda each: each.rank)
-    _check_order(sheet, clock.place)
-    remarks = [*clock.remarks]
-    rivals = (each for each in clocks if each.rank == clock.rank)
+    column, times = sheet.column(clock.place), sheet.columns[clock.place]
+    steps = np.diff(times := times[np.isfinite(times)])
+    if np.quantile(steps, 1.0 - _FEW) < 0.0:
+        raise InspectionError(
+            f"{sheet.file}: its times, column {column!r}, fall from line to line; sort its lines "
+            "by time"
+        )
+    if (anew := (steps < 0) & (np.abs(times[1:] - times[0]) <= 2 * np.median(steps))).any():
+        raise InspectionError(
+            f"{sheet.file}: its time begins anew after {anew.argmax() + 1} samples, so channels or "
+            "records stand one below the other; export a column for each channel, and a file for "
+            "each record"
+        )
+    rivals = [each for each in clocks if each.rank == clock.rank]
     if close := [each for each in rivals if not np.isclose(each.rate, clock.rate, equal_nan=True)]:
         lines = " or ".join(f"time_column: {sheet.column(each.place)}" for each in close)
-        remarks.append(f"{sheet.column(clock.place)!r} is taken for the time; if not, set {lines}")
-    return replace(clock, remarks=tuple(remarks))
+        said = f"{column!r} is taken for the time; if it is another one, set {lines}"
+        return clock._replace(remarks=(*clock.remarks, said))
+    return clock
 
 
 def _clock_in(sheet: Layout, place: int) -> Clock | None:
@@ -104,48 +107,28 @@ def _clock_in(sheet: Layout, place: int) -> Clock | None:
         return None
     steps = np.diff(times)
     least, low, step, high, most = np.quantile(steps, (_FEW, 0.25, 0.5, 0.75, 1 - _FEW))
-    called = holds(name, "time") and name.strip() != "T"  # which is a phase, as R and S are
-    ordered = (least >= 0.0 or most <= 0.0) and times[-1] != times[0]
+    called = words.holds(name, "time") and name.strip() != "T"  # which is a phase, as R and S are
     even = bool(least > 0.0 and high - low <= _UNEVEN * step)
-    is_clock = even and (called or step != 1.0)  # or else it counts the samples
-    rises = place == 0 and least >= 0.0 < high and not even  # as where each time stands twice
-    if not (unit or is_clock or (called and ordered) or rises):
+    ordered = (least >= 0.0 or most <= 0.0) and times[-1] != times[0]
+    first = place == 0 and least >= 0.0 < high  # as where each time stands twice
+    counts = even and step == 1.0
+    if not (unit or (called and ordered) or ((even or first) and not counts)):
         return None
     if not even:  # the first and the last time may be false
         step = abs(float(times[-2] - times[1])) / (times.size - 3) or np.nan
     rates = {each: 1.0 / (step * ms) for each, ms in TO_MS.items()}
-    likely = [unit] if unit else [e for e, rate in rates.items() if RATES[0] <= rate <= RATES[1]]
-    if not (likely or called):
-        return None
-    remarks, unit = [], likely[0] if likely else None
-    if not sheet.units[place]:
+    likely = [each for each, rate in rates.items() if RATES[0] <= rate <= RATES[1]]
+    remarks, rank = [], (even, unit is not None, called)
+    if not unit:
+        unit = next(iter(likely), None)
         of = f"those of {unit}" if unit else "of no recorder"
         remarks.append(f"the time's unit is not stated; steps of {in_digits(step, 4)} are {of}")
     if not even:
         ends = " to ".join(in_digits(float(each), 4) for each in (steps.min(), steps.max()))
         column = repr(sheet.column(place))
         remarks.append(f"the steps of the times in {column} are not even: {ends} {unit or ''}")
-    rank = even, sheet.units[place] is not None, called
-    return Clock(place, unit, rates.get(unit, np.nan), tuple(remarks), rank)
-
-
-def _check_order(sheet: Layout, place: int) -> None:
-    """Refuse times that fall, or begin anew."""
-    time = sheet.columns[place][np.isfinite(sheet.columns[place])]
-    steps = np.diff(time)
-    if np.quantile(steps, 1.0 - _FEW) < 0.0:
-        column = sheet.column(place)
-        raise InspectionError(
-            f"{sheet.file}: its times, column {column!r}, fall from line to line; sort its lines "
-            "by time"
-        )
-    anew = (steps < 0) & (np.abs(time[1:] - time[0]) <= 2 * np.median(steps))
-    if anew.any():
-        raise InspectionError(
-            f"{sheet.file}: its time begins anew after {anew.argmax() + 1} samples, so channels or "
-            "records stand one below the other; export a column for each channel, and a file for "
-            "each record"
-        )
+    clock = Clock(place, unit, rates.get(unit, np.nan), tuple(remarks), rank)
+    return clock if unit or called else None
 
 
 @dataclass(frozen=True)
@@ -179,6 +162,17 @@ class Travel:
         """Way of each motion between the rests, ``(m,)``, in the unit of the reading."""
         return np.array([each.stroke for each in self.course.motions])
 
+    @property
+    def is_length(self) -> bool:
+        """Whether strokes are possible: of whole counts, in a stated unit, or up to the longest."""
+        whole = not np.nan_to_num(self.course.reading % 1.0).any()
+        return bool(self.unit or whole or np.median(self.strokes) <= STROKES[1])
+
+    @property
+    def in_mm(self) -> float:
+        """Usual stroke, mm of a length, or else in the unit of the reading."""
+        return float(np.median(self.strokes)) * TO_MM.get(self.unit, 1.0)
+
     def part(self, k: int) -> tuple[int, int]:
         """First sample, and the one after the last, of the part with one motion alone."""
         at = self.course.middles
@@ -207,6 +201,31 @@ class Travel:
         rests = np.diff(np.append(moving, np.inf)) > 2 * (middle - begins)
         return int(middle + moving[rests.argmax()] + 1)
 
+    def is_of_drive(self) -> bool:
+        """Return whether it moves between rests; what jumps is a contact, and what oscillates no
+        operating sequence.
+        """
+        course = self.course
+        if np.isfinite(course.reading).sum() < FEWEST or not course.moves:
+            return False
+        leaves, reaches, _ = course.crossings
+        jumps = reaches - leaves < max(2, course.half // 2)  # a running median keeps them sharp
+        if not 0 < leaves.size <= _OSCILLATES or jumps.any():
+            return False
+        return bool(self.strokes.min() > FAINT * np.ptp(course.smooth))
+
+    def is_of_mass(self) -> bool:
+        """Return whether a motion takes longer for its first tenth than for one of the next: a mass
+        starts slowly, and a current rises fastest at first.
+        """
+        for k, middle in enumerate(self.course.middles.tolist()):
+            back = self.done(k)[self.part(k)[0] : middle + 1][::-1]
+            at = [-int((back <= share).argmax()) for share in np.arange(0.5 * _FEW, 0.5, 0.1)]
+            first, *others = np.diff(at)
+            if first > (1.0 + _UNEVEN) * min(others):
+                return True
+        return False
+
 
 def find_travels(sheet: Layout, clock: Clock) -> list[Travel]:
     """Find the columns that move between rests: those named a travel, or else all that do so as a
@@ -215,42 +234,17 @@ def find_travels(sheet: Layout, clock: Clock) -> list[Travel]:
     named, shaped = [], []
     for place, values in enumerate(sheet.columns):
         unit, name = sheet.units[place], sheet.names[place]
-        if place == clock.place or (unit and unit not in _TRAVEL_UNITS):
+        if place == clock.place or unit not in (None, *TO_MM, "deg", "rad", "V", "counts", "%"):
             continue
-        is_named = unit in TO_MM or unit in ("deg", "rad") or holds(name, "travel")
-        if holds(name, "of no travel") and not is_named:
+        is_named = unit in (*TO_MM, "deg", "rad") or words.holds(name, "travel")
+        if words.holds(name, "of no travel") and not is_named:
             continue
         reading = np.where(np.isfinite(values), values, np.nan)
-        travel = Travel(place, unit, Course(np.arange(values.size) / clock.likely_rate, reading))
-        if _moves_between_rests(travel) and (is_named or _is_of_mass(travel)):
+        time = np.arange(values.size) / min(clock.likely_rate, RATES[1])
+        travel = Travel(place, unit, Course(time, reading))
+        if travel.is_of_drive() and (is_named or travel.is_of_mass()):
             (named if is_named else shaped).append(travel)
     return named or shaped
-
-
-def _moves_between_rests(travel: Travel) -> bool:
-    course = travel.course
-    if np.isfinite(course.reading).sum() < FEWEST or not course.moves:
-        return False
-    leaves, reaches, _ = course.crossings
-    # A running median keeps a jump, as of a contact, sharp.
-    jumps = reaches - leaves < max(2, course.half // 2)
-    if not 0 < leaves.size <= _OSCILLATES or jumps.any():
-        return False
-    return bool(travel.strokes.min() > FAINT * np.ptp(course.smooth))
-
-
-def _is_of_mass(travel: Travel) -> bool:
-    """Whether a motion takes longer for its first tenth than for one of the next: a mass starts
-    slowly, and a current rises fastest at first. One motion is enough: before another, the drive
-    may still creep to its rest.
-    """
-    for k, middle in enumerate(travel.course.middles.tolist()):
-        back = travel.done(k)[travel.part(k)[0] : middle + 1][::-1]
-        at = [-int((back <= share).argmax()) for share in np.arange(0.5 * _FEW, 0.5, 0.1)]
-        first, *others = np.diff(at)
-        if first > (1.0 + _UNEVEN) * min(others):
-            return True
-    return False
 
 
 def chosen_travels(
@@ -258,64 +252,43 @@ def chosen_travels(
 ) -> tuple[list[Travel], list[Travel], list[str]]:
     """Return the columns of travel, those of them that are asked for, and remarks on the others.
 
+    Poles of a breaker are alike: what moves by far less is left out, as by cross-talk.
+
     Raises:
         InspectionError: If none moves, or the channel is not one of them.
     """
-    file = sheet.file
     travels = find_travels(sheet, clock)
     if not travels:
         raise InspectionError(
-            f"{file}: none of {len(sheet.columns)} columns moves between two rests as a drive "
-            "does; did the breaker move, and is the record longer than the motion?"
+            f"{sheet.file}: none of {len(sheet.columns)} columns moves between two rests as a "
+            "drive does; did the breaker move, and is the record longer than the motion?"
         )
-    unused = _unused_among(travels)
-    used = [each for each in travels if each not in unused]
-    if not channel:
-        used = _with_phases(sheet, used)
-        return used, used, _remarks(sheet, unused, used)
-    for each in travels:
-        column = sheet.column(each.place)
-        if channel in (sheet.names[each.place], str(column), str(each.place + 1)):
-            every = _with_phases(sheet, used if each in used else [each])
-            return every, [one for one in every if one.place == each.place], []
-    listed = ", ".join(repr(sheet.column(travel.place)) for travel in travels)
-    raise InspectionError(f"{file}: {channel!r} is no column of travel; there are {listed}")
-
-
-def _unused_among(travels: Sequence[Travel]) -> list[Travel]:
-    """Columns whose way is no stroke in any unit of length, or that of cross-talk, where others'
-    are not.
-    """
-    unused = [each for each in travels if _is_other(each)]
-    unused = unused if len(unused) < len(travels) else []
-    left = [each for each in travels if each not in unused]
-    ways = [(t.unit in TO_MM, np.median(t.strokes) * TO_MM.get(t.unit, 1.0)) for t in left]
-    most = {kind: max(way for k, way in ways if k == kind) for kind, _ in ways}
-    faint = (t for t, (k, way) in zip(left, ways, strict=True) if way < FAINT * most[k])
-    return [*unused, *faint]
-
-
-def _is_other(travel: Travel) -> bool:
-    """Whether readings without a unit are neither whole counts nor of a stroke in mm."""
-    whole = not np.nan_to_num(travel.course.reading % 1.0).any()
-    return travel.unit is None and not whole and bool(np.median(travel.strokes) > STROKES[1])
-
-
-def _remarks(sheet: Layout, unused: Sequence[Travel], used: Sequence[Travel]) -> list[str]:
-    """What to look at: columns that are left out, and which to choose where none is named."""
-    remarks = []
-    if unused:
-        names = ", ".join(repr(sheet.column(each.place)) for each in unused)
-        ways = (max((each.strokes.max() for each in of), default=0.0) for of in (unused, used))
-        least, most = (in_digits(float(way), 4) for way in ways)
+    likely = [each for each in travels if each.is_length] or travels
+    most: dict[bool, float] = {}
+    for each in likely:
+        most[each.unit in TO_MM] = max(each.in_mm, most.get(each.unit in TO_MM, 0.0))
+    kept = [each for each in likely if each.in_mm >= FAINT * most[each.unit in TO_MM]]
+    columns = {each.place: sheet.column(each.place) for each in travels}
+    if channel:
+        asked = [t for t in travels if channel in (sheet.names[t.place], str(t.place + 1))]
+        asked = asked or [t for t in travels if channel == str(columns[t.place])]
+        if not asked:
+            listed = ", ".join(map(repr, columns.values()))
+            reason = f"{channel!r} is no column of travel; there are {listed}"
+            raise InspectionError(f"{sheet.file}: {reason}")
+        every = _with_phases(sheet, kept if asked[0] in kept else asked)
+        return every, [each for each in every if each.place == asked[0].place], []
+    remarks, used = [], _with_phases(sheet, kept)
+    if unused := [f"{columns[t.place]!r}" for t in travels if t not in kept]:
         remarks.append(
-            f"{names} moved by up to {least} beside {most}: not used, as by cross-talk or of "
-            "another quantity; if one is a travel, choose it by --channel"
+            f"{', '.join(unused)} moved by no stroke, or by far less than the others: not used, as "
+            "by cross-talk; if one is a travel, choose it by --channel"
         )
-    if len(used) > 1 and not any(t.unit or holds(sheet.names[t.place], "travel") for t in used):
-        lines = " or ".join(f"travel_column: {sheet.column(each.place)}" for each in used)
+    named = any(t.unit or words.holds(sheet.names[t.place], "travel") for t in used)
+    if len(used) > 1 and not named:
+        lines = " or ".join(f"travel_column: {columns[each.place]}" for each in used)
         remarks.append(f"no column is named a travel, and {len(used)} move as one: set {lines}")
-    return remarks
+    return used, used, remarks
 
 
 def _with_phases(sheet: Layout, travels: Sequence[Travel]) -> list[Travel]:
@@ -327,56 +300,48 @@ def _with_phases(sheet: Layout, travels: Sequence[Travel]) -> list[Travel]:
     for number, phase in (stated_contacts(sheet.preamble, names) or {}).values():
         if phase:
             phases.setdefault(int(number), phase)
-    in_name = [] if phases else listed_in(sheet.file.stem)
+    in_name = [] if phases else words.listed_in(sheet.file.stem)
     found = []
     for order, each in enumerate(travels, start=1):
         name = sheet.names[each.place]
-        stated = phases.get(channel_of(name) or order, phases.get(0, ""))
+        stated = phases.get(words.channel_of(name) or order, phases.get(0, ""))
         if len(in_name) == len(travels):
             stated = in_name[order - 1]
-        found.append(replace(each, phase=phase_in(name) or stated))
+        found.append(replace(each, phase=words.phase_in(name) or stated))
     return found
 
 
 def stated_contacts(
     rows: Iterable[Sequence[str]], names: Sequence[str]
 ) -> Mapping[int, tuple[str, str]] | None:
-    """Return the number of the travel and the phase of each contact that is connected.
+    """Return the number of the travel and the phase of each contact that is connected, by column.
 
     One row names the transducer of each contact (``TR1``), one the phase and the number of its
-    break (``YBreak2``, or ``NA`` where nothing is connected).
+    break (``YBreak2``, or ``NA`` where nothing is connected). Cells stand above their columns, or
+    are as many as these, in the same order. None where no row states transducers.
 
     Args:
         rows: Cells of the lines above the columns, in their order.
         names: Of the columns, empty where one is a travel.
-
-    Returns:
-        By column; the phase as it stands there, empty where it is not stated. None where no row
-        states which travel a contact belongs to.
     """
-    ways = [split_unit(name)[1] in TO_MM for name in names]  # as of `Contact Travel T2 (mm)`
-    contacts = [i for i, name in enumerate(names) if holds(name, "contact") and not ways[i]]
-    contacts = contacts or [i for i, name in enumerate(names) if holds(name, "resistance")]
+    ways = [words.split_unit(name)[1] in TO_MM for name in names]  # `Contact Travel T2 (mm)`
+    contacts = [i for i, name in enumerate(names) if words.holds(name, "contact") and not ways[i]]
+    contacts = contacts or [i for i, name in enumerate(names) if words.holds(name, "resistance")]
     stated: dict[re.Pattern, dict[int, str]] = {_TRANSDUCER: {}, _BREAK: {}}
     apart: set[int] = set()
     for row in rows:
         cells = [cell.strip() for cell in row]
+        nothing = [i for i, cell in enumerate(cells) if _NOT_CONNECTED.fullmatch(cell)]
         for kind, known in stated.items():
             found = {i: m[1] or "" for i, cell in enumerate(cells) if (m := kind.fullmatch(cell))}
-            nothing = [i for i, cell in enumerate(cells) if _NOT_CONNECTED.fullmatch(cell)]
-            places = _placed([*found, *nothing], contacts) if found else {}
+            there = sorted([*found, *nothing]) if found else []
+            places = {}
+            if {*there} & {*contacts}:
+                places = {i: i for i in contacts}
+            elif len(there) == len(contacts):
+                places = dict(zip(there, contacts, strict=True))
             known |= {places[i]: text for i, text in found.items() if i in places}
             apart |= {places[i] for i in nothing if i in places}
     travels, phases = stated.values()
-    if not travels:
-        return None
-    return {place: (travels[place], phases.get(place, "")) for place in travels.keys() - apart}
-
-
-def _placed(cells: Sequence[int], contacts: Sequence[int]) -> dict[int, int]:
-    """Columns of contacts by the places of cells: where they stand, or else in their order where
-    there are as many.
-    """
-    if set(cells) & set(contacts):
-        return {i: i for i in cells if i in contacts}
-    return dict(zip(sorted(cells), contacts, strict=True)) if len(cells) == len(contacts) else {}
+    there = {i: (travels[i], phases.get(i, "")) for i in travels.keys() - apart}
+    return there if travels else None

@@ -42,9 +42,7 @@ class Beside(NamedTuple):
 
 
 class _Pole(NamedTuple):
-    """Phases and numbers of a travel, its place among the travels, from 1, and how many these are;
-    and phases and numbers of all of them.
-    """
+    """A travel: phases and numbers in its name, its place among so many, and those of all."""
 
     phases: set[str]
     numbers: set[str]

@@ -6,24 +6,22 @@ degree, is left to fill in; to try all else, a number stands in for it, and is n
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 
 import numpy as np
 
 from breaker.records.axes import Scale
-from breaker.records.channels import Clock, Travel, chosen_travels, find_clock
-from breaker.records.contact_columns import Beside
-from breaker.records.curves import GriddedRecord, put_on_grid
+from breaker.records.channels import FAINT, Clock, Travel, chosen_travels, find_clock
+from breaker.records.curves import put_on_grid
 from breaker.records.description import (
     Guess,
-    SeenMotion,
-    guess_direction,
+    InspectedMotion,
     guess_grid,
     guess_rest,
-    guess_time,
-    guess_unit,
+    guesses_of,
+    merged,
     motions_of,
     of_default_size,
     strokes_of,
@@ -33,48 +31,14 @@ from breaker.records.files import Files, RejectedCurveError
 from breaker.records.grid import Grid
 from breaker.records.layout import Layout, look_into
 from breaker.records.noise import noise_remarks
-from breaker.records.operations import Operation
 from breaker.records.printed import PrintedComparison, compare_printed
 from breaker.records.reader import Reader
-from breaker.records.record import Record
 from breaker.records.settings import FORMAT
 
 NOT_READ = "not read, as the record is long; choose a column by --channel, or export a shorter part"
 
 _NOISES = (1e-4, 10.0)  # mm, that the configuration takes; an exact curve has less
-_NOISE = 1.25  # times the noise of the settings, from which another is proposed
 _MOST = 600_000  # samples that are read, of a record once per motion: some seconds
-
-
-@dataclass(frozen=True)
-class InspectedMotion:
-    """One motion of one channel, and how it was read with the proposal.
-
-    Attributes:
-        column: Name or number of the column.
-        operation: Where it is in the column.
-        motion: "closing" or "opening".
-        begins, arrives: Times, ms of the file, about: the first motion, and the rest after it.
-        result: The record and its remarks; None if it was rejected or not read.
-        said: Why it was, or what is doubtful about it; empty if nothing is.
-        phase: Of the column; empty where nothing states it.
-        beside: Contact and coil that go with it.
-    """
-
-    column: str | int
-    operation: Operation
-    motion: str
-    begins: float
-    arrives: float
-    result: GriddedRecord | None = None
-    said: tuple[str, ...] = ()
-    phase: str = ""
-    beside: Beside = field(default_factory=Beside)
-
-    @property
-    def record(self) -> Record | None:
-        """The record that was read; None where it was not."""
-        return self.result.record if self.result else None
 
 
 @dataclass(frozen=True)
@@ -100,7 +64,7 @@ class Proposal:
     lacking: dict[str, str]
     motions: Sequence[InspectedMotion]
     remarks: Sequence[str]
-    guesses: Sequence[Guess] = ()
+    guesses: Sequence[Guess]
 
     @property
     def is_read(self) -> bool:
@@ -133,70 +97,42 @@ def inspect_file(
         RejectedCurveError: If the file cannot be read.
     """
     files = Files() if files is None else files
-    sheet = look_into(files[file])
-    clock = find_clock(sheet)
+    clock = find_clock(sheet := look_into(files[file]))
     every, travels, remarks = chosen_travels(sheet, clock, channel)
-    guesses = [
-        guess_time(sheet, clock),
-        guess_unit(sheet, travels),
-        guess_direction(sheet, travels),
-    ]
-    settings, lacking = {**FORMAT, **sheet.settings}, {}
-    for guess in guesses:
-        settings |= guess.settings
-        lacking |= guess.lacking
+    settings, lacking = merged(guesses := guesses_of(sheet, clock, travels))
     instead = {"rate": clock.likely_rate, "ratio": usual_ratio(travels), "time_unit": "ms"}
-    tried = settings | {key: instead[key] for key in lacking if key in instead}
+    tried = FORMAT | settings | {key: instead[key] for key in instead if key in lacking}
     mm, sign = abs(Scale.from_settings(tried).factor), settings["sign"]
-    guesses.append(rest := guess_rest(travels, mm, sign))
-    settings, tried = (each | rest.settings for each in (settings, tried))
+    guesses.append(guess_rest(travels, mm, sign))
     columns = {sheet.column(travel.place) for travel in travels}
     found = [each for each in motions_of(sheet, clock, every, sign) if each.column in columns]
-    grid = _grid(found, clock.likely_rate, sensor)
-    motions = _read(found, tried, Grid(_times(sensor | grid.settings)), sheet, files)
+    longest = max(each.arrives - each.begins for each in found)
+    room = min(each.travel.room(each.operation.number - 1) for each in found) / clock.likely_rate
+    grid = guess_grid(longest, room, clock.likely_rate, sensor)
+    motions = _read(found, tried | guesses[-1].settings, sensor | grid.settings, files)
+    settings, lacking = merged(guesses)
     settings |= _common(motions) | _best_column(motions)
-    # Of another size of drive, `breaker fit-prior` proposes the sensor along with the prior.
     changed = {}
     if "ratio" in lacking:
         settings["stroke"] = FORMAT["stroke"]
     elif of_default_size(mm * strokes_of(travels)):
-        changed = grid.settings | _noise(motions, sensor)
+        # Of another size of drive, `breaker fit-prior` proposes the sensor along with the prior.
+        changed = {**grid.settings, **_noise(motions, sensor)}
         guesses.append(grid)
         motions = [_with_noise(each, sensor | changed) for each in motions]
-    return Proposal(
-        layout=sheet,
-        clock=clock,
-        travels=travels,
-        settings={key: value for key, value in settings.items() if value != FORMAT[key]},
-        sensor=changed,
-        lacking=lacking,
-        motions=motions,
-        remarks=[*remarks, *(said for g in guesses for said in g.remarks), *_of_contacts(motions)],
-        guesses=guesses,
-    )
-
-
-def _grid(motions: Sequence[SeenMotion], rate: float, sensor: Mapping) -> Guess:
-    """A grid that holds the longest motion, in the room that each has in its record."""
-    longest = max(each.arrives - each.begins for each in motions)
-    room = min(each.travel.room(each.number) for each in motions)
-    return guess_grid(longest, room / rate, rate, sensor)
+    remarks += [remark for guess in guesses for remark in guess.remarks]
+    for column in dict.fromkeys(each.beside.auxiliary for each in motions):
+        said = f"{column!r} is an auxiliary switch: its times are not those of the main contacts"
+        remarks += [said] if column else []
+    settings = {key: value for key, value in settings.items() if value != FORMAT[key]}
+    of = sheet, clock, travels, settings, changed, lacking, motions, remarks, guesses
+    return Proposal(*of)
 
 
 def _common(motions: Sequence[InspectedMotion]) -> dict[str, str | int]:
     """Columns of contact and coil that all motions have."""
     first, *others = (each.beside.settings.items() for each in motions)
     return dict(item for item in first if all(item in of for of in others))
-
-
-def _of_contacts(motions: Sequence[InspectedMotion]) -> list[str]:
-    """What to look at where an auxiliary switch stands for the contacts."""
-    taken = dict.fromkeys(each.beside.auxiliary for each in motions if each.beside.auxiliary)
-    return [
-        f"{column!r} is an auxiliary switch: it follows the main contacts some ms apart, and times "
-        "of contacts are those of the switch"
-        for column in taken
-    ]
 
 
 def _best_column(motions: Sequence[InspectedMotion]) -> dict[str, str | int]:
@@ -208,38 +144,27 @@ def _best_column(motions: Sequence[InspectedMotion]) -> dict[str, str | int]:
 
 
 def _read(
-    motions: Sequence[SeenMotion], settings: Mapping, grid: Grid, sheet: Layout, files: Files
+    motions: Sequence[InspectedMotion], settings: Mapping, sensor: Mapping, files: Files
 ) -> list[InspectedMotion]:
     """Motions as they are read: the first, and as many others as take seconds together."""
-    read = []
-    most = max(1, _MOST // sheet.columns[0].size)
-    for count, seen in enumerate(motions):
-        operation = Operation(seen.number + 1, sheet.file, begin=seen.part[0], end=seen.part[1])
-        times = seen.begins, seen.arrives
-        each = InspectedMotion(
-            *(seen.column, operation, seen.motion, *times),
-            phase=seen.travel.phase,
-            beside=seen.beside,
-        )
-        how = {**settings, "travel_column": seen.column}
-        if count >= most:
-            read.append(replace(each, said=(NOT_READ,)))
-            continue
+    grid, read = Grid(_times(sensor)), []
+    most = max(1, _MOST // motions[0].travel.course.reading.size)
+    for each in motions[:most]:
+        own = {**settings, "travel_column": each.column, **each.beside.settings}
         try:
-            own = how | seen.beside.settings
-            result = put_on_grid(Reader(own, files).read(operation, seen.motion), grid)
+            result = put_on_grid(Reader(own, files).read(each.operation, each.motion), grid)
             read.append(replace(each, result=result, said=result.remarks))
         except RejectedCurveError as error:
             read.append(replace(each, said=(str(error),)))
-    return read
+    return read + [replace(each, said=(NOT_READ,)) for each in motions[most:]]
 
 
-def _noise(motions: Sequence[InspectedMotion], sensor: Mapping) -> dict:
+def _noise(motions: Sequence[InspectedMotion], sensor: Mapping) -> dict[str, float]:
     """The noise of the sensor, mm, where it is not that of the configuration."""
     # Before later motions, the drive may still ring from the one before.
     first = [each.result for each in motions if each.result and each.operation.number == 1]
     seen = [result.noise.sd for result in first if np.isfinite(result.noise.sd)]
-    if not seen or 1 / _NOISE <= np.median(seen) / sensor["noise_sd"] <= _NOISE:
+    if not seen or abs(np.median(seen) / sensor["noise_sd"] - 1.0) <= FAINT:
         return {}
     return {"noise_sd": float(f"{np.clip(np.median(seen), *_NOISES):.2g}")}
 
@@ -248,8 +173,7 @@ def _with_noise(motion: InspectedMotion, sensor: Mapping) -> InspectedMotion:
     """A motion with remarks on its noise, compared with the sensor's."""
     if (result := motion.result) is None:
         return motion
-    step = result.record.step
-    noise = noise_remarks(result.noise, sensor["noise_sd"], step, _times(sensor))
+    noise = noise_remarks(result.noise, sensor["noise_sd"], result.record.step, _times(sensor))
     return replace(motion, said=(*motion.said, *noise))
 
 

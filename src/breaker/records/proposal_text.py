@@ -2,7 +2,7 @@
 
 import json
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 
 import numpy as np
 import yaml
@@ -17,6 +17,7 @@ from breaker.records.settings import FORMAT
 _STATED = "  {:<16} {}"
 _COMPARED = "  {:<12}  {:<8}  {:<16}  {:>9}  {:>9}  {:<6}  {:<1}"
 _MOTIONS = "  {:<12}  {:<8}  {:>12}  {:>9}  {:>9}  {:>8}  {:>7}  {:>8}  {:>8}  {:<1}"
+_BESIDE = "  {:<12}  {:<8}  {}  {:<1}"
 ITEM = "  - "
 """How an item of a list begins on a terminal."""
 
@@ -39,7 +40,6 @@ def _yaml(value: object) -> str:
     if isinstance(value, str) and len(value) == 1:
         return json.dumps(value)  # a sign
     look = {"default_flow_style": True, "width": np.inf, "sort_keys": False}
-    # Within brackets, since packed lines are, where `I [A]` needs quotation marks.
     text = yaml.safe_dump([value], allow_unicode=True, **look)
     if visible_text(text) != text:  # as it is shown, it is to be read
         text = yaml.safe_dump([value], **look)
@@ -48,12 +48,10 @@ def _yaml(value: object) -> str:
 
 def words_of(proposal: Proposal) -> Document:
     """Return what was found in a file, and whether it can be read with the proposal."""
-    parts = [Section(str(proposal.layout.file), [f"  {_text(proposal)}", f"  {_time(proposal)}"])]
-    parts += [
-        *_stated(proposal),
-        _table(proposal),
-        *_wired(proposal),
-        *_compared(proposal),
+    parts = [
+        Section(str(proposal.layout.file), [f"  {_text(proposal)}", f"  {_time(proposal)}"]),
+        *(t for t in (_stated(proposal), _table(proposal), _wired(proposal)) if t.rows),
+        *(t for t in [_compared(proposal)] if t.rows),
     ]
     unit = {**FORMAT, **proposal.settings}["travel_unit"]
     about = stated_remarks(proposal.layout.stated, unit, proposal.compared)
@@ -68,14 +66,11 @@ def words_of(proposal: Proposal) -> Document:
 
 def _said_of(proposal: Proposal) -> list[str]:
     """What there is to say of single motions; once, where several differ in numbers only."""
-    said = [
-        (str(proposal.layout.file), f"{each.motion}, {each.column}", text)
-        for each in proposal.motions
-        for text in each.said
-    ]
-    lines = []
-    for members in alike((file, file, text) for file, _, text in said):
-        of = [where for file, where, text in said if (file, file, text) in members]
+    file, lines = str(proposal.layout.file), []
+    said = [(f"{m.motion}, {m.column}", text) for m in proposal.motions for text in m.said]
+    for members in alike((file, file, text) for _, text in said):
+        texts = {text for _, _, text in members}
+        of = [where for where, text in said if text in texts]
         lines.append(f"{first_of(of, 1)}: {members[0][2]}")
     return lines
 
@@ -93,72 +88,66 @@ def alike(said: Iterable[tuple[str, str, str]]) -> list[list[tuple[str, str, str
 
 
 def _text(proposal: Proposal) -> str:
-    layout, signs = proposal.layout, ""
-    if "delimiter" in layout.settings:
-        between = {"\t": "a tab", " ": "blanks"}.get(layout.settings["delimiter"])
-        between = between or repr(layout.settings["delimiter"])
-        signs = f": {{encoding}}, {between} between columns, decimal sign {{decimal!r}}"
-        signs = signs.format(**layout.settings)
-    named = "names" if any(layout.names) else "no names"
+    sheet, signs = proposal.layout, ""
+    if between := sheet.settings.get("delimiter"):
+        shown = {"\t": "a tab", " ": "blanks"}.get(between, repr(between))
+        encoding, decimal = (sheet.settings.get(key) for key in ("encoding", "decimal"))
+        signs = f": {encoding}, {shown} between columns, decimal sign {decimal!r}"
+    named = "names" if any(sheet.names) else "no names"
     return (
-        f"{layout.kind}{signs}; {len(layout.preamble)} lines of text, {named}, "
-        f"{len(layout.columns)} columns, {layout.columns[0].size} samples"
+        f"{sheet.kind}{signs}; {len(sheet.preamble)} lines of text, {named}, "
+        f"{len(sheet.columns)} columns, {sheet.columns[0].size} samples"
     )
 
 
 def _time(proposal: Proposal) -> str:
-    clock = proposal.clock
-    lasts = f"{proposal.layout.columns[0].size / clock.rate:.1f} ms"
+    clock, sheet = proposal.clock, proposal.layout
+    at = "no column"
     if clock.place is not None:
-        column = proposal.layout.column(clock.place)
-        return f"time: column {column!r} in {clock.unit}, {in_digits(clock.rate, 4)} kHz, {lasts}"
+        at = f"column {sheet.column(clock.place)!r} in {clock.unit or 'an unknown unit'}"
     if np.isnan(clock.rate):
-        why = "the rate is doubtful" if proposal.layout.stated.rate_doubt else "no rate is stated"
-        return f"time: no column, and {why}"
-    return f"time: no column, {in_digits(clock.rate, 6)} kHz, {lasts}"
+        return f"time: {at}, and the rate is {'doubtful' if sheet.stated.rate_doubt else 'unknown'}"
+    lasts = f"{sheet.columns[0].size / clock.rate:.1f} ms"
+    return f"time: {at}, {in_digits(clock.rate, 6)} kHz, {lasts}"
 
 
-def _stated(proposal: Proposal) -> list[Table]:
+def _stated(proposal: Proposal) -> Table:
     """What the text above the samples says of the breaker, the test and the settings."""
     stated = proposal.layout.stated
-    phases = (f"{number or 'all'} {name}" for number, name in sorted(stated.phases.items()))
+    numbers = {"rate": (stated.rate, "kHz"), "length": (stated.length, "ms")}
+    numbers |= {"linkage ratio": (stated.ratio, "")}
+    points = (f"{p.name} {p.text} {p.number()[1]}".strip() for p in stated.speed_points)
     given = {
         "breaker": ", ".join(filter(None, [stated.station, stated.bay, stated.type])),
         "serial number": stated.serial,
         "test": " or ".join(stated.dates),
         "operation": stated.operation,
-        "rate": "" if np.isnan(stated.rate) else f"{in_digits(stated.rate, 6)} kHz",
-        "length": "" if np.isnan(stated.length) else f"{in_digits(stated.length, 6)} ms",
-        "linkage ratio": "" if np.isnan(stated.ratio) else in_digits(stated.ratio, 6),
+        **{key: f"{in_digits(n, 6)} {u}" for key, (n, u) in numbers.items() if not np.isnan(n)},
         "travel unit": stated.travel_unit,
-        "phases": ", ".join(phases),
-        "points of speed": ", ".join(
-            f"{pair.name} {pair.text} {pair.number()[1]}".strip() for pair in stated.speed_points
-        ),
+        "phases": ", ".join(f"{k or 'all'} {name}" for k, name in sorted(stated.phases.items())),
+        "points of speed": ", ".join(points),
     }
     rows = [(f"{name}:", value) for name, value in given.items() if value]
-    return [Table(rows=rows, title="  stated above the samples", form=_STATED)] if rows else []
+    return Table(rows=rows, title="  stated above the samples", form=_STATED)
 
 
-def _wired(proposal: Proposal) -> list[Table]:
-    """The contact, the coil and the motor of each motion, where there are any."""
+def _wired(proposal: Proposal) -> Table:
+    """The contact, the coil and the motor, once for each channel and motion."""
     rows = {}
     for each in proposal.motions:
         settings, others, *_ = each.beside
-        contact, current, coil, motor = (
-            str(settings.get(f"{key}_column", ""))
-            for key in ("contact", "current", "trigger", "motor")
-        )
-        more = {"with": current, "not": ", ".join(map(str, others)) if contact else ""}
-        contact += "".join(f", {word} {column}" for word, column in more.items() if column)
+        kinds = "contact", "current", "trigger", "motor"
+        contact, current, coil, motor = (str(settings.get(f"{of}_column", "")) for of in kinds)
+        contact += f", test current {current}" if current else ""
+        contact += f", not {', '.join(map(str, others))}" if contact and others else ""
         coil += f", motor {motor}" if motor else ""
         if contact or coil:
             rows[str(each.column), each.motion, contact, coil] = None
     title = "  contacts and coils, which breaker report and breaker inspect FOLDER take for each"
-    return [Table(rows=[*rows], title=title, form="  {:<12}  {:<8}  {}  {:<1}")] if rows else []
+    return Table(rows=[*rows], title=title, form=_BESIDE)
 
 
-def _compared(proposal: Proposal) -> list[Table]:
+def _compared(proposal: Proposal) -> Table:
     """Results of the analyser beside those measured here; a mark where they differ."""
     rows = []
     for each in proposal.compared:
@@ -170,33 +159,25 @@ def _compared(proposal: Proposal) -> list[Table]:
         rows.append((*named, in_digits(value, 4), shown, unit, differs))
     title = "  results of the analyser, and those measured here"
     heads = ("column", "motion", "quantity", "printed", "measured", "unit", "differs")
-    return [Table(heads, rows, title, form=_COMPARED)] if rows else []
+    return Table(heads, rows, title, form=_COMPARED)
 
 
 def _table(proposal: Proposal) -> Table:
     """A line for each motion of each channel; times in ms, lengths in mm."""
     heads = ("column", "motion", "first motion", "rest by", "stroke", "noise", "colour", "quantum")
     heads += ("doubtful", "as proposed")
-    rows = [*map(_row, proposal.motions)]
+    rows = [_row(each) for each in proposal.motions]
     return Table(heads, rows, "  times in ms, lengths in mm", form=_MOTIONS)
 
 
-def _row(each: InspectedMotion) -> Sequence[str]:
-    column = str(each.column)
-    named = not each.phase or each.phase in column.split()
-    place = [column if named else f"{column} {each.phase}", each.motion]
-    record = each.record
+def _row(each: InspectedMotion) -> tuple[str, ...]:
+    column, phase, record = str(each.column), each.travel.phase, each.record
+    place = column if phase in (*column.split(), "") else f"{column} {phase}", each.motion
+    arrives = f"{each.arrives:.1f}"
     if record is None:
         end = "not read" if each.said == (NOT_READ,) else "REJECTED"
-        return [*place, f"{each.begins:.1f}", f"{each.arrives:.1f}", *[""] * 5, end]
-    return [
-        *place,
-        f"{record.moves:.1f}",
-        f"{each.arrives:.1f}",
-        in_digits(record.segment.stroke, 4),
-        in_digits(each.result.noise.sd, 2),
-        f"{each.result.noise.colour:.2f}",
-        in_digits(record.quantum, 2) if record.quantum else "fine",
-        str(record.masked),
-        "accepted",
-    ]
+        return *place, f"{each.begins:.1f}", arrives, *[""] * 5, end
+    quantum = in_digits(record.quantum, 2) if record.quantum else "fine"
+    sizes = in_digits(record.segment.stroke, 4), in_digits(each.result.noise.sd, 2)
+    noise = f"{each.result.noise.colour:.2f}", quantum, str(record.masked)
+    return *place, f"{record.moves:.1f}", arrives, *sizes, *noise, "accepted"
