@@ -118,6 +118,27 @@ Close Coil Current (A),<Ccoil_current *>
 Trip Coil Peak Current (A),<Ocoil_current *>
 Close Coil Resistance (Ohm),<-coil_current *>
 Average Close Coil Current (A),<-coil_current *>""",
+    "names above": each("""Phase : P
+Operation : Close
+Operating Time (ms) : <closing_time P>
+Stroke (mm) : <Cstroke P>
+Operation : Open
+Operating Time (ms) : <opening_time P>
+Time : <-bounce_time>"""),
+    "a line of units": "Phase,Close Time,Open Time,Travel,Max Travel\n,ms,ms,mm,mm\n"
+    + each("P,<closing_time P>,<opening_time P>,<?stroke P>,<-stroke>"),
+    "a column for each motion": each("""Pole P
+Parameter,Closing,Opening
+Time (ms),<closing_time P>,<opening_time P>
+Over Travel (mm),<over_travel P>,<rebound P>
+Velocity (m/s),<-closing_speed>,<-opening_speed>
+"""),
+    "zones behind values": each("""PHASE P,,,
+CLOSE TIME,<closing_time P>,MS,OVER-TRAVEL,<over_travel P>,MM,BOUNCE-BACK,<-bounce_time>,MM
+CLOSE VELOCITY : <closing_speed P 10> M/S (10%-90%)
+CLOSE VELOCITY (from 20 to 80 %) : <closing_speed P 20> M/S"""),
+    "times of contacts": "Pole,Main Close (ms),PIR Close (ms),Main Open (ms),Close pulse (ms)\n"
+    + each("P,<closing_time P>,<-closing_time>,<opening_time P>,<-closing_time>"),
     "remarks": each("""Phase P Closing Time = <closing_time P> ms (max <-closing_time> ms)
 Phase P Opening Time = <opening_time P> ms [<-opening_time> .. <-opening_time>]
 Phase P Closing Speed (10 ms before touch) = <closing_speed P touch> m/s

@@ -110,7 +110,7 @@ def header_of(rows: Sequence[Sequence[str]], decimal: str = ".", samples: int = 
     pairs = pairs_of(lines := lines_of(rows))
     named = {key: _named(pairs, key) for key in ("station", "bay", "type", "serial")}
     named["station"] = named["station"] or _named(pairs, "site")
-    operations = filter(None, (sequence_of(pair.text) for pair in _of(pairs, "operation")))
+    operations = {sequence_of(pair.text) for pair in _of(pairs, "operation")} - {""}
     length = _length(pairs, decimal, samples)
     rate, doubt = _checked(_rate_of(pairs, decimal), length, samples)
     ratio, unsure = _ratio(pairs, decimal)
@@ -125,7 +125,7 @@ def header_of(rows: Sequence[Sequence[str]], decimal: str = ".", samples: int = 
         ratio=ratio,
         travel_unit=next((pair.text for pair in _of(pairs, "unit")), ""),
         dates=dates,
-        operation=next(operations, ""),
+        operation=operations.pop() if len(operations) == 1 else "",
         phases=_phases(pairs),
         speed_points=tuple(_of(pairs, "point of speed")),
         results=printed_in(lines, decimal, _widths(pairs, decimal)),
@@ -213,8 +213,9 @@ def _phases(pairs: Sequence[Pair]) -> dict[int, str]:
             values = pair.values if len(pair.values) > 1 else re.split(r"[\s,/]+", pair.text)
             phases = list(filter(None, map(phase_in, values)))
             named = {0: phases[0]} if len(phases) == 1 else dict(enumerate(phases, start=1))
-            found = named | found
-    return found
+            alike = found.get(0, "") in ("", *phases[:1]) or len(named) > 1
+            found = named | found if alike else {**found, 0: ""}
+    return {number: phase for number, phase in found.items() if phase}
 
 
 # ---- the rate ------------------------------------------------------------------------------------

@@ -22,6 +22,7 @@ from breaker.records.lexicon import WORDS
 from breaker.records.settings import TO_MM, TO_MS
 from breaker.records.words import (
     COLUMN_PHASE,
+    MOTION_OF,
     any_of,
     by_words,
     channel_in,
@@ -30,6 +31,7 @@ from breaker.records.words import (
     motion_of,
     motions_in,
     phase_in,
+    sequence_of,
     unit_of,
 )
 
@@ -40,12 +42,15 @@ if TYPE_CHECKING:
 
 _results_in, _parts_in = by_words(WORDS["results"]), by_words(WORDS["contact parts"])
 _heads_in = by_words({each: WORDS[each] for each in ("result_heads", "barred_heads")})
+_stated_in = by_words({key: WORDS["stated"][key] for key in ("operation", "phases")})
 _LABELS = {key: any_of(words) for key, words in WORDS["labels"].items()}
 _BREAK = re.compile(rf"{_LABELS['break']}[\W_]*(\d)", re.I)
 _COIL = re.compile(r"\bc(?:oil)?[\W_]*(\d)", re.I)
 _TRANSDUCER = re.compile(rf"{_LABELS['transducer']}\W{{0,2}}(\d+)", re.I)
 _PHASE = re.compile(rf"({COLUMN_PHASE})[\W_]*{_LABELS['phase behind its letter']}\b", re.I)
-_SHARES = re.compile(r"([\d.]+)\s*%?\s*(?:-|–|\.\.+|to|bis)\s*([\d.]+)\s*%(?: of \w+)?", re.I)
+_SHARES = re.compile(
+    r"(?:from |between )?([\d.]+)\s*%?\s*(?:-|–|\.\.+|to|bis)\s*([\d.]+)\s*%(?: of \w+)?", re.I
+)
 _NEAR = re.compile(rf"([\d.]+) ?(ms|mm) (before|after) (?:the )?{WORDS['contact_event']}\w*", re.I)
 _REMARK = re.compile(r"(?<=\S)\s*[(\[][^()\[\]]*\d[^()\[\]]*[)\]]\s*$")  # such as (max 60 ms)
 _LABELLED = re.compile(r"(.*[^\s:=])\s*[:=\s]\s*(?=[-+]?\d)")  # such as R=52.3
@@ -147,14 +152,21 @@ class _Reader:
             cells = [token.text for token in tokens]  # a line that has not been split
         numbers = any(math.isfinite(self._number(cell)[0]) for cell in cells)
         heads = [] if numbers or line.signed else self._heads_of(cells)
+        if self.heads and tokens and all(unit_of(token.text) for token in tokens):
+            heads = [cell and f"({cell})" for cell in cells]
         if not tokens:
             self.heads, self.apart = [], True
         elif len(tokens) == 1 and not numbers:
             self._entitle(tokens[0].text)
-        elif self.heads and numbers and not line.signed and sum(map(_names, cells)) < 2:
+        elif (
+            self.heads
+            and numbers
+            and not line.signed
+            and sum(bool(_quantity(cell)) for cell in cells) < 2
+        ):
             self._table(cells)
         else:
-            if self.heads and heads:  # below heads of several columns
+            if self.heads and heads:  # below heads of several columns, or a line of units
                 above = accumulate([*self.heads, *[""] * len(heads)], lambda a, b: b or a)
                 heads = [f"{a} {b}".strip() for a, b in zip(above, heads, strict=False)]
             self.heads = heads
@@ -214,27 +226,36 @@ class _Reader:
             if token.named and signed and name.text and not quantity and _is_channel(token.text):
                 words = [token.text]  # a channel behind the name of a quantity
             elif quantity or (token.named and (signed or not token.text)):
-                self._values(name, values)
-                before = [] if values or signed else words
+                before = [] if self._values(name, values) or signed else words
                 name = token._replace(text=" ".join([*before, token.text]))
                 words, values = [], []
             else:
                 values.append((" ".join(words), token.text))
                 words = [token.text] if math.isnan(self._number(token.text)[0]) else []
 
-    def _values(self, name: Token, values: Sequence[tuple[str, str]]) -> None:
-        """Read the values of a name: one, or several that have a label each."""
+    def _values(self, name: Token, values: Sequence[tuple[str, str]]) -> bool:
+        """Read the values of a name, one or several that have a label each, if it has numbers."""
         found, units = [], []
         for label, text in values:
             number, unit = self._number(text)
             if (match := _LABELLED.match(text)) and _is_channel(match[1]):
                 label, (number, unit) = match[1], self._number(text[match.end() :])
             if math.isfinite(number):
-                found.append((label, number))
+                remark = "".join(_REMARK.findall(text)).strip(" ()[]")
+                zone = remark if _points_in(remark)[0] else ""
+                known = not label or _channel_in(label) or _part_in(label) or _heads_in(label)
+                found += [([label, zone], number)] if known else []
             units.append(unit or (text if found and unit_of(text) else ""))
-        if len({label for label, _ in found}) == len(found):
-            for label, number in found:
-                self._add(name.text, [label], number, next(filter(None, units), ""), name.place)
+        if len({label for (label, _), _ in found}) == len(found):
+            for labels, number in found:
+                self._add(name.text, labels, number, next(filter(None, units), ""), name.place)
+        if len(values) == 1 and not _quantity(name.text):  # a name of the lines below
+            kinds = _stated_in(name_of(name.text)[0])
+            if "operation" in kinds:
+                self.title = MOTION_OF.get(sequence_of(values[0][1]), "")
+            elif "phases" in kinds and _channel_in(values[0][1]):
+                self.pole = f"{name.text} {values[0][1]}"
+        return bool(found)
 
     def _add(self, name: str, labels: Sequence[str], value: float, unit: str, at: int = -1) -> None:
         """Add a result, if its words state what it is and nothing else."""
@@ -246,7 +267,7 @@ class _Reader:
             for each, label in zip(others, labels, strict=True)
             if each and not (each[0] and channel_of(label))
         }
-        if self.barred or not quantity or others - {quantity}:
+        if self.barred or not quantity or others - {quantity, "contact_time"}:
             return
         self.filled = True
         (bare, own), *more = map(name_of, (name, *labels))
@@ -261,17 +282,15 @@ class _Reader:
             points, channel = self.widths.get(motion, ()), self.wired[at]
         if points and points[-1] in ("before", "after"):
             points = near_event(motion, *points)
-        if all(len(motions_in(text)) < 2 for text in (name, *labels)):
+        one = all(len(motions_in(text)) < 2 for text in (name, *labels))
+        if one and ((motion and unit) or quantity != "contact_time"):
             self.found.append(Printed(quantity, motion, channel, value, unit, bare, part, points))
 
 
 def _quantity(text: str) -> str:
     """Return the quantity of a name; empty where it has none, or not one of an operation."""
-    return next(iter(_results_in(_points_in(text)[1])), "")
-
-
-def _names(text: str) -> bool:
-    return bool(_quantity(text))
+    bare, unit = name_of(_points_in(text)[1])
+    return next(iter(_results_in(bare) or _results_in(f"{bare} in {unit}")), "")
 
 
 def _channel_in(text: str) -> str:
