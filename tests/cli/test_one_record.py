@@ -119,15 +119,15 @@ def test_a_record_has_the_same_numbers_through_every_command(config, capsys, mon
 
 
 def test_a_command_that_prepares_a_record_in_another_way_is_noticed(config, capsys, monkeypatch):
-    """Planted: a report that takes the contact from another column."""
+    """Planted: a report that takes another ratio."""
     alone, real = inferred(capsys), Reader.with_stated
 
     def told(self, *about):
         found = real(self, *about)
-        return replace(found, settings=found.settings | {"contact_column": "Res 1"})
+        return replace(found, settings=found.settings | {"ratio": 1.01})
 
     monkeypatch.setattr(Reader, "with_stated", told)
-    assert ("touch_time", "closing") in unlike(alone, reported(capsys, monkeypatch))
+    assert ("closing_speed", "closing") in unlike(alone, reported(capsys, monkeypatch))
 
 
 OF_STROKE = [f"{m}_speed_{zone}" for m in MOTIONS for zone in ("10_90", "10_50", "50_90")]

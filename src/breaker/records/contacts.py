@@ -1,32 +1,30 @@
-"""Edges of channels beside the travel: when a main contact touched or parted, and the trigger came.
+"""Times of contact and trigger: when the contact touched or separated, and the coil was energised.
 
-The channels may be of any kind and unit: a voltage over or a current through the contact, its
-resistance, a binary input, a coil's current. So an edge is told by the channel's own levels alone,
-and a state counts once it lasts 0.2 ms: shorter is a disturbance. Of contacts that bounce, it is
-the first touch that counts.
+The contact makes when its test current starts to flow, and breaks when the current stops. While it
+flows, a resistance beyond its range is that of the arcing contact. Without a current, a resistance
+counts by the end of its range, and any other signal by half of its step. Times that the channels
+do not determine, or that contradict the travel, are withheld with the reason.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from breaker.records.fits import running_median
-from breaker.records.motion import LocatedMotion
-from breaker.records.words import label_of
+from breaker.records.motion import LocatedMotion, white_noise
+from breaker.records.rejections import NotShownError
+from breaker.records.words import holds, label_of, places_of
 
-_EARLY = 1.0  # ms, by which the first motion may be read late
-_LASTS = 0.2  # ms
-_CLEAR = 6.0  # sd of the noise, by which levels must differ
-_FEWEST = 3  # samples of a level
-_RESISTS = 5.0  # ratio of the levels of a resistance, of which the logarithm counts
-_NEAR, _FLAT = 0.1, 0.05  # of an edge: ends of it, and what a level between them keeps
-_NOT_OPEN, _NOT_CLOSED = 0.02, 0.85  # shares of the change of a resistance, where contacts arc
-_BESIDE, _SOON = 1.0, 0.5  # ms beside an edge that tell that resistance; contacts as one
-_RISES = 0.1, 0.25  # of a trigger: below which it rests, and up to which its rise is straight
-_HIDDEN, _WINDOW = 0.02, 4.0  # share of a rise that is rest; rises, of the window that is fitted
-_UNSEEN = 1.0  # ms, sd of a trigger that came with the first sample
-_SLOWEST = 100.0  # ms, from trigger to the first motion: no breaker takes longer
+_LASTS = 0.2  # ms: pick-up of switching is shorter, and any state of a contact longer
+_CLEAR = 6.0  # sd: white noise exceeds it once in 5e8 samples
+_LEAST = 0.02  # of a step: offsets and hum of a test current, and of a range, stay below it
+_FEWEST = 3  # samples of a level: the fewest with a median and a spread
+_ARCING = 1e3  # ratio of 20 milliohm, the most of an arcing contact, to 20 microohm of a main one
+_RESOLVED = 1.0  # ms: error of a first motion, by its definition, and shortest level of a contact
+_RISE = 0.25  # of a step: up to there a test or coil current rises straight
+_SLOWEST = 100.0  # ms from trigger to first motion: any coil and latch are faster
+_UNSEEN = "the contact does not switch during the motion"
 
 
 class ContactTimes(NamedTuple):
@@ -40,7 +38,7 @@ class ContactTimes(NamedTuple):
         trigger, trigger_sd: When the coil was energised.
         bounces: Number of interruptions after the first touch.
         bounce_time: Time from the first touch to the last.
-        why: Reason for which the contact times are withheld; empty otherwise.
+        why: Reason for which the counted time is withheld; empty otherwise.
     """
 
     time: float = np.nan
@@ -56,216 +54,334 @@ class ContactTimes(NamedTuple):
     why: str = ""
 
 
+class _Switch(NamedTuple):
+    """Signal of a contact as a share of its step: 0 when open, 1 when closed.
+
+    Attributes:
+        time, share: Times of the samples that are not missing, ms, and shares, ``(n,)``.
+        noise: Standard deviation of the share when open.
+        closing: Whether touches count, as in a closing; else separations.
+        begin: Time from which on they count, ms.
+    """
+
+    time: np.ndarray
+    share: np.ndarray
+    noise: float
+    closing: bool
+    begin: float
+
+    @property
+    def least(self) -> float:
+        """Smallest share that noise of the open contact does not make."""
+        return float(np.clip(_CLEAR * self.noise, _LEAST, _RISE))
+
+    def edges(self, level: float, *, back: bool = False) -> np.ndarray:
+        """Return when the contact switches at a level, or when it switches back, ``(m,)``, ms."""
+        on = running_median((self.share >= level) * 1.0, _window(self.time)) > 0.5
+        changes = np.flatnonzero((on[1:] != on[:-1]) & (on[1:] == (self.closing != back)))
+        first, second = self.share[changes], self.share[changes + 1]
+        part = np.clip((level - first) / np.where(first == second, 1.0, second - first), 0.0, 1.0)
+        part = np.where(np.abs(second - first) > 0.5, 0.5, part)  # a jump is anywhere between
+        at = self.time[changes] + part * (self.time[changes + 1] - self.time[changes])
+        return at[at >= self.begin]
+
+    def edge(self, level: float) -> float:
+        """Return when the contact first switches at a level, ms; raise if it never does."""
+        if not (found := self.edges(level)).size:
+            raise NotShownError(_UNSEEN)
+        return float(found[0])
+
+    def open_edge(self) -> tuple[float, float]:
+        """Return when the signal leaves or reaches the level of the open contact, and its sd, ms.
+
+        A line through two small shares leads back to that level, as a current rises slowly.
+        """
+        low, high = self.edge(self.least), self.edge(2.0 * self.least)
+        return 2.0 * low - high, self.sd(low, high - low)
+
+    def sd(self, at: float, *spans: float) -> float:
+        """Return the sd of a time, ms, that lies within spans and between two samples."""
+        after = int(np.clip(np.searchsorted(self.time, at), 1, self.time.size - 1))
+        spans = (*spans, float(self.time[after] - self.time[after - 1]))
+        return float(np.sqrt(np.square(spans).sum() / 12.0))
+
+    def counted(self, level: float, at: float, sd: float) -> ContactTimes:
+        """Return a counted time with the bounces at a level; raise if an opening closes again."""
+        switches, back = self.edges(level), self.edges(level, back=True)
+        lasts, bounces = float(np.ptp(switches)), float((back > switches[0]).sum())
+        if not self.closing and lasts > _RESOLVED:
+            raise NotShownError(f"the contact closes again within {lasts:.1f} ms of separation")
+        return ContactTimes(at, sd, bounces=bounces, bounce_time=lasts)
+
+
 def events_of(
-    settings: Mapping, located: LocatedMotion, channels: Mapping[str, np.ndarray]
+    settings: Mapping,
+    located: LocatedMotion,
+    channels: Mapping[str, np.ndarray],
+    names: Sequence[str] | None = None,
 ) -> tuple[ContactTimes, list[str]]:
-    """Return contact's time and trigger of a motion, by channels.
+    """Return the times of contact and trigger of a motion, and what is doubtful, in words.
 
     Args:
         settings: The section ``endurance.format``, complete.
         located: The motion.
-        channels: Those of ``"contact"`` and ``"trigger"`` that the record has, ``(n,)``.
+        channels: Those of ``"contact"``, ``"current"`` (test current) and ``"trigger"`` that the
+            record has, ``(n,)``; nan where a sample is missing.
+        names: Names of the columns of the file, where known.
+    """
+    time, moves, closing = located.time[located.inside], located.moves, located.motion == "closing"
+    own = {kind: channel[located.inside] for kind, channel in channels.items()}
+    found, said, column = ContactTimes(), [], settings["contact_column"]
+    if "contact" in own:
+        places = places_of(names, column) if names else []
+        name = names[places[0]] if len(places) == 1 else str(column)
+        sides = (time < moves, time > moves + 0.75 * (time[-1] - moves))[:: -1 if closing else 1]
+        begin = moves - max(_RESOLVED, 3.0 * located.moves_sd)
+        try:
+            signals = own["contact"], own.get("current"), holds(name, "resistance")
+            found = _as_travelled(_times(time, *signals, sides, closing, begin), located)
+        except NotShownError as error:
+            found = ContactTimes(why=str(error))
+        if found.why:
+            said.append(f"{label_of(column)}: {found.why}; see endurance.format.current_column")
+        for key in ("sd", "main_sd", "arcing_sd"):
+            sd = float(np.hypot(settings["timing_sd"], getattr(found, key)))
+            found = found._replace(**{key: sd})
+    if "trigger" in own:
+        label, (at, sd) = (
+            label_of(settings["trigger_column"]),
+            trigger_of(time, own["trigger"], moves),
+        )
+        if np.isnan(at):
+            said.append(f"{label} does not rise before the {located.motion}")
+        elif moves - at > _SLOWEST:
+            lead = f"{label} rises {moves - at:.0f} ms before the first motion"
+            said.append(f"{lead}, which no drive takes: another motion's trigger")
+        else:
+            found = found._replace(trigger=at, trigger_sd=sd)
+    elif settings["trigger_column"] == 0 and located.inside.start == 0 and moves >= 0.0:
+        found = found._replace(trigger=0.0)
+    return found, said
+
+
+def contact_separations(
+    time: np.ndarray,
+    resistance: np.ndarray,
+    current: np.ndarray | None = None,
+    *,
+    limit: float | None = None,
+) -> ContactTimes:
+    """Find the separations of the main and of the arcing contact in the resistance of an opening.
+
+    Args:
+        time: Times, ``(n,)``, ms, evenly spaced, from the closed contact on.
+        resistance: Of the contact, ``(n,)``, milliohm; nan where a sample is missing.
+        current: Test current, ``(n,)``, in any unit; None if it was not recorded.
+        limit: End of the range, milliohm; None: the largest value, if the record ends with it.
 
     Returns:
-        Contact and trigger, and what is doubtful about channels, in words.
+        Times whose ``main`` and ``arcing`` are nan, and ``why`` the reason, where not seen.
+
+    Example:
+        >>> time = np.arange(0.0, 40.0, 0.1)
+        >>> found = contact_separations(time, np.select([time < 12, time < 30], [0.05, 0.5], 10.0))
+        >>> f"{found.main:.2f} {found.arcing:.2f} ms"
+        '11.95 29.95 ms'
     """
-    motion, time, inside, moves = located.motion, located.time, located.inside, located.moves
-    said = []
-    switching = trigger = settles = main = np.nan
-    trigger_sd, sd = 0.0, settings["timing_sd"]
-    if "contact" in channels:
-        switching, settles, main = switching_of(
-            time[inside], channels["contact"][inside], moves, motion
-        )
-        sd = float(np.hypot(sd, located.step / np.sqrt(12.0)))  # it is between two samples
-        if not switching >= moves - _EARLY:
-            said.append(_not_seen("contact", settings, f"switch during the {motion}"))
-            switching = settles = main = np.nan
-    if "trigger" in channels:
-        trigger, trigger_sd = trigger_of(time[inside], channels["trigger"][inside], moves)
-        if np.isnan(trigger):
-            said.append(_not_seen("trigger", settings, f"rise before the {motion}"))
-        elif moves - trigger > _SLOWEST:
-            said.append(
-                f"{label_of(settings['trigger_column'])} rises {moves - trigger:.0f} ms before the "
-                f"first motion, which no breaker takes: it is no trigger of this {motion}"
-            )
-            trigger = np.nan
-    elif settings["trigger_column"] == 0 and inside.start == 0 and moves >= 0.0:
-        trigger = 0.0
-    sd = np.nan if np.isnan(switching) else sd
-    parts = (np.nan, np.nan) if np.isnan(main) else (switching, sd)
-    bounce = settles - switching
-    bounces = np.nan if np.isnan(bounce) else float(bounce > 0.0)
-    main_sd = sd if np.isfinite(main) else np.nan
-    times = switching, sd, main, main_sd, *parts, trigger, trigger_sd, bounces, bounce
-    return ContactTimes(*times), said
+    there = np.flatnonzero(~np.isnan(resistance))
+    parts = there[: there.size // 20 + _FEWEST], there[-there.size // 20 - _FEWEST :]
+    sides = [np.isin(np.arange(time.size), part) for part in parts]
+    top, last = limit or float(np.nanmax(resistance)), resistance[there[-1 if limit else -2 :]]
+    try:
+        # The reading stays at the end of its range; a rise that the record cuts goes on.
+        if current is None and (last < (1.0 - 0.1 * _LEAST) * top).any():
+            raise NotShownError("the arcing contact does not separate within the record")
+        return _times(time, resistance, current, True, sides, False, -np.inf, top)
+    except NotShownError as error:
+        return ContactTimes(why=str(error))
 
 
-def _not_seen(kind: str, settings: Mapping, does: str) -> str:
-    column = label_of(settings[f"{kind}_column"])
-    return f"{column} does not {does}: see endurance.format.{kind}_column"
-
-
-def switching_of(
-    time: np.ndarray, contact: np.ndarray, moves: float, motion: str
-) -> tuple[float, float, float]:
-    """Return when the contact of a motion first leaves its state, when it does so for the last
-    time, and when its main contact does, ms; nan if that is not seen.
-
-    The contact keeps its state of before the first motion up to the switching, and has another one
-    in the last quarter of the time after the first motion. Long before it may bounce from the
-    motion before. A level between both is that of an arcing contact, by whose touch and parting a
-    pole counts: of a few milliohm it is closed beside an open one.
+def _times(
+    time: np.ndarray,
+    contact: np.ndarray,
+    current: np.ndarray | None,
+    resists: bool,
+    sides: Sequence[np.ndarray],
+    closing: bool,
+    begin: float,
+    limit: float = np.nan,
+) -> ContactTimes:
+    """Return the times of a contact; raise NotShownError if they are not seen, or doubtful.
 
     Args:
-        time: Times of the motion, ``(n,)``, ms, evenly spaced.
-        contact: Channel of the contact, ``(n,)``; nan where a sample is missing.
-        moves: Time of the first motion, ms.
-        motion: "closing" or "opening".
+        resists: Whether the channel is a resistance, as it is with a test current.
+        sides: Samples of the closed and of the open contact, ``(n,)`` of bool.
+        closing, begin: As for ``_Switch``.
+        limit: End of the range of a resistance; nan: what the open contact reads.
     """
-    there = contact[~np.isnan(contact)]
-    resists = there.size > 0 and 0.0 < _RESISTS * there.min() < there.max()
-    if resists:
-        contact = np.log(contact)
-    before = contact[time < moves]
-    after = contact[time > moves + 0.75 * (time[-1] - moves)]
-    (first, noise), (last, other) = _level(before), _level(after)
-    if not abs(last - first) > _CLEAR * max(noise, other):
-        return np.nan, np.nan, np.nan
-    own = time >= moves - _EARLY - _LASTS
-    time, share = time[own], (contact[own] - first) / (last - first)
-    # Backwards, the channel leaves its last state where it last came to it.
-    at, settles = _reaches(time, share, 0.5), _reaches(time[::-1], 1.0 - share[::-1], 0.5)
-    if resists and (last < first) == (motion == "closing"):
-        noise = (noise if motion == "closing" else other) / abs(last - first)
-        arcing, main = _both_contacts(time, share, noise, motion)
-        return (at, settles, np.nan) if np.isnan(main) else (arcing, settles, main)
-    ends = _reaches(time, share, _NEAR), _reaches(time, share, 1.0 - _NEAR)
-    between = share[(time > ends[0]) & (time < ends[1])]
-    between = between[~np.isnan(between)]
-    if between.size < _FEWEST or np.mean(np.abs(between - np.median(between)) < _FLAT) <= 0.5:
-        return at, settles, np.nan
-    early, late = ends
-    return (early, settles, late) if motion == "closing" else (late, settles, early)
+    there = ~np.isnan(contact) & (True if current is None else ~np.isnan(current))
+    time, sides = time[there], [side[there] for side in sides]
+    contact = resistance = contact[there]
+    if resists or current is not None:
+        positive = contact[contact > 0.0]
+        contact = np.log(np.maximum(contact, positive.min() if positive.size else 1.0))
+    values = contact if current is None else current[there]
+    (closed, spread), (opened, noise) = (_level(values[side]) for side in sides)
+    if current is None and np.isfinite(limit):
+        opened, noise = float(np.log(limit)), 0.0
+    step = abs(closed - opened)
+    if not step > _CLEAR * max(noise, spread):
+        raise NotShownError(_UNSEEN)
+    signal = _Switch(time, (values - opened) / (closed - opened), noise / step, closing, begin)
+    if current is None and not resists:
+        return _of_steps(signal)
+    at, sd = signal.open_edge()
+    if current is not None and not closing:  # the contact separates anywhere in the fall
+        falls = signal.edge(1.0 - _RISE)
+        at, sd = 0.5 * (at + falls), signal.sd(at, at - falls)
+    found, main, why = signal.counted(signal.least, at, sd), (np.nan, np.nan), ""
+    made = (signal.share >= signal.least) & ((time >= at) if closing else (time <= at))
+    rest = _level(contact[sides[0]])[0]
+    levels = _two_levels(contact[made], rest)
+    try:
+        main = _main(signal, resistance[made], made, np.exp(levels), at)
+    except NotShownError as error:
+        why = str(error)
+    apart = np.isfinite(main[0])
+    if current is not None:
+        both = (at, sd) if apart else main
+        return ContactTimes(*found[:2], *main, *both, *found[6:])
+    if apart and levels[1] - rest > np.log(_ARCING):  # a pre-insertion resistor
+        return ContactTimes(*main, *main)
+    if not apart and step > np.log(_ARCING):
+        return found
+    # Beyond the end of the range the contact conducts for as long as an e-fold takes, or a bounce.
+    folds = abs(signal.edge(1.0 / step) - at)
+    jumps = closing and folds <= max(_LASTS, np.diff(time[:2])[0])  # as where a bounce ends
+    sd = signal.sd(at, 2.0 * max(folds, _RESOLVED))
+    if apart and opened - levels[1] > 1.0 and not found.bounces and not jumps:
+        return ContactTimes(at, sd, *main, at, sd)
+    if not apart and not why:
+        main = found[:2]
+    why = why or "the arcing contact may conduct beyond the range of the resistance"
+    return ContactTimes(main=main[0], main_sd=main[1], why=why)
 
 
-def _both_contacts(
-    time: np.ndarray, share: np.ndarray, noise: float, motion: str
+def _of_steps(signal: _Switch) -> ContactTimes:
+    """Return the times of a signal that steps, such as a voltage or a binary input.
+
+    A lasting level nearer to the open contact is a pre-insertion resistor, which half of the step
+    passes over; one nearer to the closed contact may be either.
+    """
+    at, *ends = (signal.edge(level) for level in (0.5, signal.least, 1.0 - signal.least))
+    between = signal.share[(signal.time > min(ends)) & (signal.time < max(ends))]
+    if np.ptp(ends) > _RESOLVED and np.median(between) > 0.5:
+        raise NotShownError(f"it stays between open and closed for {np.ptp(ends):.1f} ms")
+    return signal.counted(0.5, at, signal.sd(at, at - signal.edge(1.0 - _RISE)))
+
+
+def _two_levels(values: np.ndarray, low: float) -> tuple[float, float]:
+    """Return the medians of two groups of logarithms, first more and less than an e-fold above a
+    low level, then nearer to either median; the second is nan where all are near the first.
+    """
+    level, levels = low + 1.0, (low, np.nan)
+    for _ in values:
+        upper = values > level
+        if upper.all() or not upper.any():
+            return low, np.nan
+        found = float(np.median(values[~upper])), float(np.median(values[upper]))
+        if found == levels:
+            break
+        levels, level = found, 0.5 * sum(found)
+    return levels
+
+
+def _main(
+    signal: _Switch, resistance: np.ndarray, made: np.ndarray, levels: np.ndarray, counted: float
 ) -> tuple[float, float]:
-    """When the arcing and the main contact of a resistance touch or part, ms; nan if as one.
-
-    An open contact reads the end of the range, so that the least departure that its noise does not
-    make is an arcing contact, however near that is to the end; its resistance is that beside the
-    departure, and halfway from there to the closed one the main contact switches.
+    """Return when the main contact touches or separates, and the sd, ms; nan if as one.
 
     Args:
-        share: Of the change of the logarithm that is done, ``(n,)``; nan where a sample is missing.
-        noise: That of the open contact, in such shares.
+        resistance: Where a contact conducts, ``(m,)``.
+        made: Samples at which one does, ``(n,)`` of bool.
+        levels: Resistance of the main and of the arcing contact.
+        counted: When the arcing contact touches or separates, ms.
+
+    Raises:
+        NotShownError: If the resistance crosses from one level to the other more than once.
     """
-    least = float(np.clip(_CLEAR * noise, _NOT_OPEN, 0.5))
-    closing, there = motion == "closing", ~np.isnan(share)
-    beside = max(_BESIDE, _FEWEST * float(time[1] - time[0]))
-    time, share = time[there], share[there]
-    arcing = _reaches(time, share, least if closing else 1.0 - least)
-    after = time - arcing if closing else arcing - time
-    near = share[(after > 0.0) & (after <= beside)]
-    arcs = float(np.median(near)) if near.size else np.nan
-    closed = arcs if closing else 1.0 - arcs  # share of the way to the resistance when closed
-    if not closed < _NOT_CLOSED:
-        return arcing, np.nan
-    main = _reaches(time, share, 0.5 * (arcs + closing))
-    return arcing, main if abs(main - arcing) > _SOON else np.nan
+    low, high = levels
+    if not high > np.e * low:  # a sliding contact wears as much
+        return np.nan, np.nan
+    own = signal._replace(time=signal.time[made], share=(high - resistance) / (high - low))
+    crossings = own.edges(0.5)
+    if not crossings.size or abs(counted - crossings[0]) <= max(
+        _LASTS, *2.0 * np.diff(own.time[:2])
+    ):
+        return np.nan, np.nan
+    at, spread = float(crossings[0]), float(np.ptp(crossings))
+    if spread > _RISE * abs(counted - at):
+        raise NotShownError(f"the resistance changes levels several times in {spread:.1f} ms")
+    # The main contact is apart once hardly any of the current flows through it.
+    marks = own.edges(_RISE)
+    at = float([at, *marks[marks <= at]][-1] if signal.closing else [*marks[marks >= at], at][0])
+    return at, own.sd(at, spread, own.edge(1.0 - _RISE) - at)
+
+
+def _as_travelled(found: ContactTimes, located: LocatedMotion) -> ContactTimes:
+    """Return times unless they contradict the travel: a drive at rest switches no contact."""
+    before, after = located.segment.before, located.segment.after
+    arrived = (located.left - before) / (after - before) >= 1.0 - _LEAST
+    end = located.time[located.inside][arrived][:1].min(initial=np.inf)
+    if found.time > end:
+        raise NotShownError(f"it switches at {found.time:.1f} ms, after the travel has arrived")
+    return found._replace(main=np.nan, main_sd=np.nan) if found.main > end else found
 
 
 def trigger_of(time: np.ndarray, trigger: np.ndarray, moves: float) -> tuple[float, float]:
-    """Return when a trigger's channel begins to leave its rest before a motion, and the standard
-    deviation of that, ms; nan if it never does.
+    """Return when the channel of a trigger leaves its rest before a motion, and the sd, ms.
 
-    Its rest is that in the first tenth of the time before the first motion, at least 1 ms. Many
-    recorders start with the trigger, so that the channel has left its rest by then, or leaves it;
-    then its rest is that at the end. A coil's current rises slowly: the line that fits the first
-    part of its rise best leads back to the rest.
+    Its rest is that of the first tenth of the time before the first motion, at least 1 ms. Many
+    recorders start with the trigger: then the rest is that of the end. Both are nan where it never
+    leaves its rest.
 
     Args:
-        time, moves: As for ``switching_of``.
+        time: Times of the motion, ``(n,)``, ms, evenly spaced.
         trigger: Channel of the trigger or of the coil's current, ``(n,)``; nan where missing.
+        moves: Time of the first motion, ms.
     """
     there = ~np.isnan(trigger)
-    time, trigger = time[there], trigger[there]
-    lead = time < moves
+    time, lead = time[there], time[there] < moves
     if lead.sum() < _FEWEST:
         return np.nan, np.nan
-    at_end = trigger[time > time[-1] - 0.25 * (time[-1] - moves)]
-    time, trigger = time[lead], trigger[lead]
-    at_first = trigger[time <= time[0] + max(1.0, 0.1 * (moves - time[0]))]
-    found = _leaves(time, trigger, *_level(at_first))
-    return found if np.isfinite(found[0]) else _leaves(time, trigger, *_level(at_end), begun=True)
+    count = 2 * _window(time) - 1
+    smooth = running_median(trigger[there], count)
+    least = white_noise(trigger[there]) * np.sqrt(0.5 * np.pi / count)  # of a median of so many
+    ends = smooth[time > time[-1] - 0.25 * (time[-1] - moves)]
+    begins = smooth[time <= time[0] + max(_RESOLVED, 0.1 * (moves - time[0]))]
+    time, smooth = time[lead], smooth[lead]
+    for rest, spread in (_level(begins), _level(ends)):
+        noise = max(least, spread)
+        found = np.nan, np.nan
+        most = float((smooth - rest)[np.abs(smooth - rest).argmax()])
+        if abs(most) * _RISE > _CLEAR * noise:
+            signal = _Switch(time, (smooth - rest) / most, noise / abs(most), True, -np.inf)
+            if signal.edges(2.0 * signal.least).size and signal.edges(signal.least).size:
+                return signal.open_edge()
+            if signal.share[0] > _RISE and abs(rest + most) > abs(rest):  # the current flows
+                found = float(time[0]), _RESOLVED
+    return found
 
 
-def _leaves(
-    time: np.ndarray, values: np.ndarray, rest: float, noise: float, *, begun: bool = False
-) -> tuple[float, float]:
-    """When values leave a rest, and the sd of that; nan if not for sure.
-
-    Args:
-        begun: Whether they may have left it with the first sample.
-    """
-    step = float(np.median(np.diff(time)))
-    smooth = running_median(values - rest, 2 * max(1, round(_LASTS / step)) + 1)
-    largest = int(np.abs(smooth).argmax())
-    most = float(smooth[largest])
-    if not abs(most) > 2 * _CLEAR * noise:
-        return np.nan, np.nan
-    share = smooth / most
-    # At first the current of the motion before may end.
-    own = int((share <= _RISES[0]).argmax()) if (share <= _RISES[0]).any() else 0
-    first = _reaches(time[own:], share[own:], _RISES[1])
-    if np.isnan(first):
-        held = begun and share[0] > _RISES[1] and abs(rest + most) > abs(rest)  # a current
-        return (float(time[0]), _UNSEEN) if held else (np.nan, np.nan)
-    hidden = max(_HIDDEN, 2.0 * noise / abs(most))
-    before = time[(time < first) & (share <= hidden)]
-    rise = first - before[-1] if before.size else first - time[0]
-    near = (time >= first - _WINDOW * max(rise, _LASTS)) & (time <= first + step)
-    return _begins(time[near], (values[near] - rest) / most, max(noise / abs(most), 1e-3))
-
-
-def _begins(time: np.ndarray, share: np.ndarray, noise: float) -> tuple[float, float]:
-    """Where the line begins that, after zeros, fits shares ``(n,)`` best, and the sd of that."""
-    step = float(np.median(np.diff(time)))
-    starts = np.linspace(time[0] - step, time[-1], 400)
-    ramps = np.maximum(time - starts[:, None], 0.0)
-    slopes = (ramps @ share) / np.maximum(np.square(ramps).sum(axis=1), 1e-12)
-    squares = np.square(share - slopes[:, None] * ramps).sum(axis=1) / noise**2
-    weights = np.exp(-0.5 * (squares - squares.min()))
-    weights /= weights.sum()
-    at = float(weights @ starts)
-    return at, float(np.hypot(np.sqrt(weights @ np.square(starts - at)), step / np.sqrt(12.0)))
+def _window(time: np.ndarray) -> int:
+    """Return over how many samples a median passes over what lasts for less than a state does."""
+    return max(2 * int(np.ceil(_LASTS / np.median(np.diff(time)) - 1e-6)) - 1, 1)
 
 
 def _level(samples: np.ndarray) -> tuple[float, float]:
-    """Median and sd of the noise of a level; nan if there are too few samples."""
+    """Return the median of a level and the sd of its noise; nan if there are too few samples."""
     samples = samples[~np.isnan(samples)]
     if samples.size < _FEWEST:
         return np.nan, np.nan
     middle = np.median(samples)
     return float(middle), float(np.median(np.abs(samples - middle)) / 0.6745)
-
-
-def _reaches(time: np.ndarray, share: np.ndarray, level: float) -> float:
-    """First time at which a share ``(n,)`` reaches a level for as long as it has to last.
-
-    Between two samples by a straight line; nan if it is there from the beginning, or never is.
-    """
-    there = ~np.isnan(share)
-    time, share = time[there], share[there]
-    step = float(np.median(np.abs(np.diff(time))))
-    lasts = max(1, round(_LASTS / step))
-    beyond = share >= level
-    runs = np.lib.stride_tricks.sliding_window_view(beyond, lasts).all(axis=1)
-    first = int(runs.argmax())
-    if not runs.any() or first == 0:
-        return np.nan
-    low, high = share[first - 1], share[first]
-    return float(time[first - 1] + (time[first] - time[first - 1]) * (level - low) / (high - low))

@@ -125,8 +125,7 @@ def read_manifest(
         readers["event"] = _event_reader(events)
     if "date" in names:
         place = names.index("date")
-        dates = ("".join(cells[place : place + 1]) for _, cells in rows)
-        order = day_order(dates_of(cell) for cell in dates if not cell[:4].isdigit())
+        order = day_order(dates_of("".join(cells[place : place + 1])) for _, cells in rows)
         readers["date"] = partial(cell_date, order=order)
     lines: dict[tuple, int] = {}
     for line, cells in rows if not wrong else ():

@@ -1,0 +1,97 @@
+"""Length of the arcing contact against the times that its resistance shows.
+
+``python -m studies.resistance FILE`` reads openings of contacts of known length, finds when the
+main and the arcing contact separate, and prints the table of docs/resistance.md. FILE is a CSV with
+the columns remaining_length_mm, time_ms and resistance_mohm; source and licence are in the page.
+"""
+
+import argparse
+import csv
+from collections import defaultdict
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+from scipy.stats import chi2
+
+from breaker.records.contacts import ContactTimes, contact_separations
+
+__all__ = ["fit", "read", "table"]
+
+_COLUMNS = "remaining_length_mm", "time_ms", "resistance_mohm"
+_HEAD = (
+    "| Length, mm | Main contact, ms | Arcing contact, ms | Between both, ms | Residual, mm |",
+    "|---|---|---|---|---|",
+)
+_INTERVAL = 0.05, 0.95  # of the residual sd: a 90 % interval
+
+
+def read(file: Path) -> dict[float, tuple[np.ndarray, np.ndarray]]:
+    """Read times and resistances of every opening, by the length of its contact.
+
+    Raises:
+        ValueError: If a column is missing or a cell is not a number, with its line.
+    """
+    openings: dict[float, list[tuple[float, float]]] = defaultdict(list)
+    with file.open(encoding="utf-8", newline="") as lines:
+        rows = csv.DictReader(lines)
+        if lacking := [name for name in _COLUMNS if name not in (rows.fieldnames or ())]:
+            raise ValueError(f"{file} has no column {' and no '.join(lacking)}")
+        for number, row in enumerate(rows, start=2):
+            try:
+                length, time, resistance = (float(row[name]) for name in _COLUMNS)
+            except (TypeError, ValueError) as error:
+                raise ValueError(f"{file}, line {number}: {error}") from error
+            openings[length].append((time, resistance))
+    return {length: tuple(np.array(openings[length]).T) for length in sorted(openings)}
+
+
+def fit(lengths: np.ndarray, between: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Fit a line of lengths ``(n,)``, mm, against the times between both separations, ms.
+
+    Returns:
+        Its slope, mm/ms, and length at 0, ``(2,)``; residuals, ``(n,)``, mm; residual standard
+        deviation with its 90 % interval, ``(3,)``, mm.
+    """
+    line = np.polyfit(between, lengths, 1)
+    residuals = lengths - np.polyval(line, between)
+    free = lengths.size - line.size
+    squares = float(residuals @ residuals)
+    low, high = (float(np.sqrt(squares / chi2.ppf(1.0 - part, free))) for part in _INTERVAL)
+    return line, residuals, np.array([np.sqrt(squares / free), low, high])
+
+
+def table(found: Mapping[float, ContactTimes]) -> list[str]:
+    """Return the lines of the page: a row for each contact, and the fit below."""
+    seen = {length: each for length, each in found.items() if np.isfinite(each.arcing)}
+    lengths = np.array([*seen])
+    between = np.array([each.arcing - each.main for each in seen.values()])
+    (slope, _), residuals, (sd, low, high) = fit(lengths, between)
+    off = dict(zip(seen, residuals, strict=True))
+    lines = [*_HEAD]
+    for length, each in found.items():
+        cells = ["", each.why, "", ""]
+        if length in seen:
+            pairs = (each.main, each.main_sd), (each.arcing, each.arcing_sd)
+            cells = [f"{value:.2f} ± {error:.2f}" for value, error in pairs]
+            cells += [f"{each.arcing - each.main:.2f}", f"{off[length]:+.2f}"]
+        lines.append(f"| {length:g} | {' | '.join(cells)} |")
+    share = float(np.corrcoef(lengths, between)[0, 1])
+    fitted = (
+        f"{slope:.3f} mm/ms, residual sd {sd:.2f} mm (90 % interval {low:.2f} to {high:.2f} mm)"
+    )
+    return [*lines, "", f"n = {lengths.size}: {fitted}, correlation {share:.4f}"]
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Print the table of a file."""
+    parser = argparse.ArgumentParser(prog="python -m studies.resistance", description=__doc__)
+    parser.add_argument("file", type=Path, help="CSV of openings of contacts of known length")
+    openings = read(parser.parse_args(arguments).file)
+    found = {length: contact_separations(*each) for length, each in openings.items()}
+    print("\n".join(table(found)))
+    return 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

@@ -1,0 +1,260 @@
+"""Times of contacts and triggers: what signals determine, and what is withheld."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from breaker.model.curves import travel
+from breaker.model.parameters import MOTIONS
+from breaker.records.contacts import contact_separations, events_of, trigger_of
+from breaker.records.curves import read_curves
+from breaker.records.grid import Grid
+from breaker.records.operations import Operation
+from breaker.records.settings import complete
+from tests.records.contact_signals import Case, random_case
+
+SIGNALS = {
+    "voltage": lambda closed: np.where(closed, 0.02, 24.0),
+    "resistance": lambda closed: np.where(closed, 4e-5, 9.9e37),
+    "binary": lambda closed: closed.astype(float),
+    "inverted": lambda closed: 1.0 - closed,
+}
+TIME, MOVES = np.arange(0.0, 80.0, 0.1), 20.0
+
+
+def case_of(motion="opening", **more):
+    return Case(np.random.default_rng(5), motion, **more)
+
+
+def closed_in(case, late=0.0):
+    """Samples at which the arcing contact is closed."""
+    return case.own < case.arcing - late
+
+
+@pytest.mark.parametrize("signal", SIGNALS)
+@pytest.mark.parametrize("motion", MOTIONS)
+def test_any_signal_counts_within_a_sample(signal, motion):
+    """With noise of a percent of its step, missing samples, and disturbances of one sample."""
+    case = case_of(motion)
+    values = SIGNALS[signal](closed_in(case))
+    least = 1e-9 if signal == "resistance" else np.ptp(values)
+    noise = 0.01 * least * case.rng.standard_normal(values.size)
+    noise[:: values.size // 7] += 0.9 * np.ptp(values)
+    noise[5::31] = np.nan
+    for each in (values, values + noise):
+        found = case.read(each, name=signal)
+        assert found.time == pytest.approx(case.mirrored(case.arcing), abs=0.16)
+        assert (found.bounces, found.bounce_time) == (0.0, 0.0)
+        assert np.isnan(found.main)
+
+
+@pytest.mark.parametrize("current", [True, False])
+def test_interruptions_are_bounces(current):
+    case, gaps = case_of("closing"), ((1.0, 2.5), (4.0, 4.6))
+    amperes = case.current(rises=0.3, gaps=gaps)
+    values = case.resistance(gaps) if current else SIGNALS["voltage"](amperes > 10.0)
+    found = case.read(values, amperes if current else None, "DCRM Res" if current else "Contact")
+    assert found.time == pytest.approx(case.mirrored(case.arcing), abs=0.3)
+    assert found.bounces == 2.0
+    assert found.bounce_time == pytest.approx(4.6, abs=0.3)
+
+
+def test_ripple_of_a_closed_contact_is_not_a_bounce():
+    case = case_of("closing", cut=4.0)
+    since = case.time - case.mirrored(case.arcing)
+    ripples = np.exp(np.log(0.28) + np.sin(2.0 * np.pi * since / 4.0))
+    values = np.where(since < 0.0, 4.0, np.where(since < 40.0, ripples, 0.12))
+    found = case.read(values, case.current())
+    assert (found.bounces, found.bounce_time) == (0.0, 0.0)
+    assert found.time == pytest.approx(case.mirrored(case.arcing), abs=0.3)
+    assert np.isnan(found.main)  # the arcing contact is not told from the ripple
+    assert np.isnan(case.read(values).bounces)
+    planted = case.read(values, case.current(gaps=[(10.0, 11.0)]))
+    assert planted.bounces == 1.0
+
+
+@pytest.mark.parametrize("motion", MOTIONS)
+def test_beyond_the_range_while_the_current_flows_is_the_arcing_contact(motion):
+    """Planted fault: the same resistance without its current, of which the time is withheld."""
+    case = case_of(motion)
+    values = np.where(case.own < case.main, 0.12, 4.0)
+    found = case.read(values, case.current())
+    assert found.time == found.arcing
+    assert abs(found.time - case.mirrored(case.arcing)) < 4.0 * found.sd
+    assert found.main == pytest.approx(case.mirrored(case.main), abs=0.11)
+    alone = case.read(values)
+    assert np.isnan(alone.time)
+    assert alone.why
+    assert alone.main == pytest.approx(case.mirrored(case.main), abs=0.11)
+
+
+@pytest.mark.parametrize("motion", MOTIONS)
+@pytest.mark.parametrize("kind", ["voltage", "resistance"])
+def test_of_a_pre_insertion_resistor_the_main_contact_counts(motion, kind):
+    case = case_of(motion)
+    levels = (0.0, 18.2, 24.0) if kind == "voltage" else (5e-5, 400.0, 9.9e37)
+    values = np.where(case.own < case.main, levels[0], levels[1])
+    found = case.read(np.where(closed_in(case), values, levels[2]), name=kind)
+    assert found.time == pytest.approx(case.mirrored(case.main), abs=0.11)
+    assert not found.bounce_time > 0.0
+    doubtful = np.where(closed_in(case), np.where(case.own < case.main, 0.0, 6.0), 24.0)
+    assert case.read(doubtful, name="voltage").why
+
+
+@pytest.mark.parametrize("current", [True, False])
+def test_of_simulated_resistances_at_most_one_time_in_a_hundred_is_false(current):
+    """Of 400 records, beyond 4 sd, as uniform errors never are, and normal ones in 6e-5: more than
+    4 of 400 at that rate has a probability below 1e-9. A shift by 4 ms must be found false.
+    """
+    rng, off, withheld = np.random.default_rng(11), [], 0
+    for _ in range(400):
+        case = random_case(rng)
+        bounces = case.motion == "closing" and rng.random() < 0.3
+        gaps = ((0.8, rng.uniform(2.0, 3.0)),) if bounces else ()
+        values, amperes = (
+            case.resistance(gaps),
+            case.current(rises=rng.uniform(0.2, 2.0), gaps=gaps),
+        )
+        values[rng.random(values.size) < 0.02] = np.nan
+        found = case.read(values, amperes if current else None)
+        withheld += np.isnan(found.time)
+        for name in ("time", "main", "arcing"):
+            truth = case.mirrored(case.main if name == "main" else case.arcing)
+            sd = found.sd if name == "time" else getattr(found, f"{name}_sd")
+            off.append((getattr(found, name) - truth, sd))
+        if current:
+            assert found.bounces == len(gaps) or case.step > 0.3
+    off = np.array(off)[np.isfinite(off).all(axis=1)]
+    assert np.mean(np.abs(off[:, 0]) > 4.0 * off[:, 1]) <= 0.01
+    assert np.mean(np.abs(off[:, 0] + 4.0) > 4.0 * off[:, 1]) > 0.5
+    assert withheld <= (0 if current else 80)
+
+
+@pytest.mark.parametrize("motion", MOTIONS)
+def test_a_contact_that_contradicts_the_travel_is_withheld(motion):
+    case = case_of(motion)
+    before = case.mirrored(case.begins + (0.0 if motion == "opening" else case.lasts))
+    for at in (before - 10.0, before + case.lasts + 10.0):
+        switched = (case.time >= at) == (motion == "closing")
+        found = case.read(switched * 1.0, name="Contact")
+        assert np.isnan([found.time, found.main, found.bounces]).all()
+        assert found.why
+        amperes = 100.0 * switched + 0.1 * case.rng.standard_normal(switched.size)
+        assert np.isnan(case.read(np.where(switched, 0.05, 10.0), amperes).time)
+
+
+@pytest.mark.parametrize(
+    "values",
+    [
+        lambda time: np.full(time.size, 3.0),
+        lambda time: np.full(time.size, np.nan),
+        lambda time: np.random.default_rng(1).standard_normal(time.size),
+        lambda time: np.where(time > 70.0, 1.0, np.nan),
+    ],
+)
+def test_a_signal_that_does_not_switch_is_a_remark(values):
+    case = case_of()
+    settings = complete({"contact_column": 3})
+    found, said = events_of(settings, case.located(), {"contact": values(case.time)})
+    assert np.isnan(found.time)
+    assert len(said) == 1
+
+
+def test_a_time_has_the_error_of_the_settings_and_of_a_sample():
+    case = case_of()
+    settings = complete({"contact_column": "C", "timing_sd": 0.05, "trigger_column": 0})
+    found, _ = events_of(settings, case.located(), {"contact": closed_in(case) * 1.0})
+    assert found.sd == pytest.approx(np.hypot(0.05, 0.1 / np.sqrt(12.0)))
+    assert found.trigger == 0.0
+
+
+@pytest.mark.parametrize("step", [0.05, 0.25, 0.5])
+@pytest.mark.parametrize("cut", [5.0, 10.0])
+def test_separations_of_a_resistance(step, cut):
+    case = case_of(step=step, cut=cut, main=55.2, arcing=72.6)
+    found = contact_separations(case.time, case.resistance())
+    assert found.main == pytest.approx(case.main, abs=4.0 * found.main_sd)
+    assert found.arcing == pytest.approx(case.arcing, abs=4.0 * found.arcing_sd)
+    with_current = contact_separations(case.time, case.resistance(), case.current())
+    assert with_current.arcing == pytest.approx(case.arcing, abs=4.0 * with_current.arcing_sd)
+    cut_off = case.time < case.arcing - 1.5
+    for limit in (None, 10.0):
+        short = contact_separations(case.time[cut_off], case.resistance()[cut_off], limit=limit)
+        assert np.isnan(short.arcing)
+        assert short.why
+
+
+def coil(start, rise=4.0, length=30.0):
+    """A coil's current, A: it rises, dips as its armature moves, and is broken."""
+    after = TIME - start
+    current = 3.0 * (1.0 - np.exp(-np.maximum(after, 0.0) / rise))
+    current -= 0.7 * np.exp(-(((after - 12.0) / 2.0) ** 2))
+    return np.where((after > 0.0) & (after < length), np.maximum(current, 0.0), 0.0)
+
+
+def test_triggers():
+    assert trigger_of(TIME, (TIME >= 8.0) * 5.0, MOVES)[0] == pytest.approx(8.0, abs=0.11)
+    burst = coil(9.0)
+    burst[20:22] = 30.0  # interference of 0.2 ms
+    assert trigger_of(TIME, burst, MOVES)[0] == pytest.approx(9.0, abs=0.3)
+    noise = 0.005 * np.random.default_rng(1).standard_normal(TIME.size)
+    for none in (0.0 * TIME, noise, (TIME >= 25.0) * 1.0, np.full(TIME.size, np.nan)):
+        assert np.isnan(trigger_of(TIME, none, MOVES)).all()
+    assert trigger_of(TIME, coil(TIME[0]), MOVES)[0] == pytest.approx(TIME[0], abs=0.3)
+    assert trigger_of(TIME, coil(TIME[0] - 10.0), MOVES) == (TIME[0], 1.0)
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.01, 0.05])
+def test_a_trigger_is_as_uncertain_as_its_noise_makes_it(noise):
+    """Of 200 coils in noise, share of 3 A: all within 5 sd. False alarm below 1e-3."""
+    rng, off = np.random.default_rng(1), []
+    for _ in range(200):
+        start, rise = rng.uniform(3.0, 14.0), rng.uniform(1.0, 8.0)
+        current = coil(start, rise) + 3.0 * noise * rng.standard_normal(TIME.size)
+        at, sd = trigger_of(TIME, current, MOVES)
+        if np.isfinite(at):
+            off.append(abs(at - start) / np.hypot(sd, 0.02 * rise))
+    assert max(off) < 5.0
+    assert len(off) > 150
+
+
+def test_a_trigger_far_before_the_motion_is_of_another_one():
+    case = case_of()
+    located = replace(case.located(), time=3.0 * case.time, moves=3.0 * case.begins)
+    trigger = np.where(case.time > 2.0, 3.0, 0.0)
+    found, said = events_of(complete({"trigger_column": 4}), located, {"trigger": trigger})
+    assert np.isnan(found.trigger)
+    assert len(said) == 1
+
+
+@pytest.mark.parametrize("motion", MOTIONS)
+def test_from_a_file_to_the_dataset(tmp_path, prior, sensor, motion):
+    """Times on the grid: the file's own, less that of the grid's zero; columns in any order."""
+    exact = travel(prior.medians[None], TIME, motion, onset=MOVES)
+    switches = MOVES + exact.switching[0]
+    contact = np.where((switches <= TIME) == (motion == "closing"), "0.1", "12.0")
+    trigger = (TIME >= 7.0) * 2.5
+    for name, more in (("a.csv", 0.0), ("b.csv", 0.001)):  # a copy would count once
+        rows = zip(TIME, exact.travel[0] + more, contact, trigger, strict=True)
+        lines = ["main,travel,coil,time", "V,mm,A,ms"]
+        lines += [f"{c},{x:.4f},{i},{t:.2f}" for t, x, c, i in rows]
+        (tmp_path / name).write_text("\n".join(lines))
+    settings = {"time_unit": "ms", "contact_column": "main", "trigger_column": "coil"}
+    operations = [
+        Operation(1, tmp_path / "a.csv"),
+        Operation(2, tmp_path / "b.csv"),
+        Operation(3, tmp_path / "none.csv"),
+    ]
+    found = read_curves(operations, settings, Grid(sensor.times), motion)
+    assert found.accepted.values.tolist() == [True, True, False]
+    expected = switches - found.first_motion.values[:2]
+    np.testing.assert_allclose(found.contact_time.values[:2], expected, atol=0.051)
+    np.testing.assert_allclose(found.contact_sd.values[:2], np.hypot(0.1, 0.1 / 12**0.5))
+    np.testing.assert_allclose(found.latch_time.values[:2], MOVES - 7.0, atol=0.6)
+    for name in ("contact_time", "contact_sd", "latch_time"):
+        assert np.isnan(found[name].values[2:]).all()
+        assert found[name].attrs["unit"] == "ms"
+    missing = {**settings, "contact_column": "mian"}
+    lacking = read_curves(operations[:1], missing, Grid(sensor.times), motion)
+    assert "no line has 'mian'" in str(lacking.reason.values[0])
