@@ -1,13 +1,19 @@
 """Formats of curve files: each fulfils the contract, and opened files are kept in bounds."""
 
+import sys
+import tomllib
 from functools import partial
 from pathlib import Path
 
 import numpy as np
+import openpyxl
 import pytest
+import xarray as xr
+from packaging.requirements import Requirement
 
+from breaker.common.randomness import generator
 from breaker.drive.simulation.dialects import DIALECTS
-from breaker.records.files import Opened
+from breaker.records.files import Opened, RejectedCurveError
 from breaker.records.formats.registry import (
     ENDINGS,
     FORMATS,
@@ -99,3 +105,77 @@ def test_content_proves_a_format_whatever_the_ending(ending, format_, tmp_path):
     elif ending in (".xlsx", ".nc"):
         reason = told(other, lambda: read_columns(other, settings))
         assert "but does not begin as one; is it whole?" in reason
+
+
+def test_contact_and_trigger_of_any_kind_of_file(tmp_path):
+    """By name or number."""
+    contact, coil = np.where(TIME > 3, 4e-5, 9.9e37), (TIME > 1) * 2.5  # of resistance, in ohm
+    rows = zip(TIME, TRAVEL, contact, coil, strict=True)
+    cells = [[f"{t:.1f}", f"{x}", "" if t < 0.35 else f"{c}", f"{i}"] for t, x, c, i in rows]
+    cells.insert(20, ["", "7", "7", "7"])  # without a time, it is not a sample
+    head = ["time [ms]", "travel [mm]", "Main contact", "Coil (A)"]
+    text, unnamed, book = (tmp_path / name for name in ("a.csv", "b.csv", "a.xlsx"))
+    text.write_text("\n".join(map(",".join, [head, *cells])))
+    unnamed.write_text("\n".join(map(",".join, cells)))
+    workbook = openpyxl.Workbook()
+    for row in [head, *([float(cell) if cell else None for cell in row] for row in cells)]:
+        workbook.active.append(row)
+    workbook.save(book)
+    grid = tmp_path / "3.nc"
+    arrays = {"Main contact": np.where(TIME < 0.35, np.nan, contact), "coil": coil}
+    arrays = {name: ("time", values) for name, values in {"travel": TRAVEL, **arrays}.items()}
+    xr.Dataset(arrays, {"time": TIME}).to_netcdf(grid, engine="scipy")
+    named = {"time_unit": "ms", "contact_column": "main contact", "trigger_column": 4}
+    numbers = {"time_column": 1, "travel_column": 2, "contact_column": 3, "trigger_column": 4}
+    named_in_grid = {"trigger_column": "coil"}
+    for file, settings in ((text, named), (book, named), (grid, named_in_grid), (unnamed, numbers)):
+        columns = read_columns(file, complete({**named, **settings}))
+        expected = np.where(TIME < 0.35, np.nan, contact)
+        np.testing.assert_array_equal(columns.beside["contact"], expected)
+        np.testing.assert_array_equal(columns.beside["trigger"], coil)
+        np.testing.assert_array_equal(columns.travel, TRAVEL)
+        zero = read_columns(file, complete({**named, **settings, "trigger_column": 0}))
+        assert zero.beside.keys() == {"contact"}
+    with pytest.raises(RejectedCurveError, match="'mian'"):
+        read_columns(grid, complete({**named, "contact_column": "mian"}))
+
+
+@pytest.mark.parametrize("name", ["excel", "comtrade", "netcdf"])
+def test_damaged_files_are_read_or_refused(tmp_path, name):
+    """Cut and with flipped bytes: never another error."""
+    example = EXAMPLES[name]
+    file = tmp_path / example.name
+    example.write(file)
+    whole, rng, refused = file.read_bytes(), generator(1, "test damage", name), 0
+    for i in range(60):
+        damaged = bytearray(whole)
+        if i % 3 == 0:
+            del damaged[rng.integers(len(whole)) :]
+        for place in rng.integers(max(1, len(damaged)), size=i % 5):
+            if damaged:
+                damaged[place % len(damaged)] = rng.integers(256)
+        file.write_bytes(damaged)
+        try:
+            read_columns(file, complete(example.settings))
+        except RejectedCurveError:
+            refused += 1
+    assert refused > 20
+
+
+@pytest.mark.parametrize(("name", "package"), [("excel", "openpyxl"), ("netcdf", "h5py")])
+def test_a_missing_package_is_named_with_the_command(tmp_path, monkeypatch, name, package):
+    example = EXAMPLES[name]
+    file = tmp_path / example.name
+    example.write(file)
+    if name == "netcdf":
+        file.write_bytes(b"\x89HDF\r\n\x1a\n")
+    monkeypatch.setitem(sys.modules, package, None)
+    reason = told(file, lambda: read_columns(file, complete(example.settings)))
+    assert reason.endswith(f'which needs {package}: pip install "breaker-drive[{name}]"')
+
+
+def test_extras_are_tested():
+    project = Path(__file__).resolve().parents[2] / "pyproject.toml"
+    extras = tomllib.loads(project.read_text(encoding="utf-8"))["project"]["optional-dependencies"]
+    tested = {extra for each in extras["test"] for extra in Requirement(each).extras}
+    assert {each.EXTRA for each in FORMATS} - {""} <= tested & {*extras}

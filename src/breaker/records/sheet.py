@@ -30,7 +30,9 @@ class LayoutError(RejectedCurveError):
 
 
 class Table(Sequence):
-    """Columns of numbers, each ``(t,)``, NaN where a sample is missing."""
+    """Columns of numbers, each ``(t,)``, NaN where a sample is missing: as float64, whatever holds
+    them.
+    """
 
     odd_widths: Mapping[int, str] = {}
     """Why lines have too many cells, by line."""
@@ -42,7 +44,9 @@ class Table(Sequence):
         return len(self._columns)
 
     def __getitem__(self, place: int | slice) -> np.ndarray | list[np.ndarray]:
-        return self._columns[place]
+        if isinstance(place, slice):
+            return self.numbers(range(len(self))[place])
+        return np.asarray(self._columns[place], dtype=float)
 
     @property
     def lines(self) -> np.ndarray:
@@ -56,7 +60,7 @@ class Table(Sequence):
 
     def numbers(self, places: Iterable[int]) -> list[np.ndarray]:
         """Return some columns, also what is beyond any reading."""
-        return [self._columns[place] for place in places]
+        return [np.asarray(self._columns[place], dtype=float) for place in places]
 
     def wrong(self, place: int) -> Mapping[int, str]:
         """Return what is no number in a column, by its place among the samples."""

@@ -1,26 +1,39 @@
-"""Curve files that are Excel workbooks, by openpyxl (the extra ``excel``)."""
+"""Curve files that are Excel workbooks, by openpyxl (the extra ``excel``).
+
+A visible sheet is read as a text with tabs between its cells; a row counts as a line. Which sheet
+is the record must be clear: the sheets that have the same columns are named, and the file is
+refused. Hidden sheets are not looked at.
+"""
 
 import io
 import re
 import zipfile
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 
-from breaker.records.files import LARGEST, Opened, RejectedCurveError, TooLargeError
+from breaker.records.files import (
+    LARGEST,
+    Opened,
+    RejectedCurveError,
+    TooLargeError,
+    check_size,
+)
 from breaker.records.formats.text import sheet_of
 from breaker.records.sheet import Sheet
-
-_GAP = 1_000  # blank rows in a row that end a sheet
-_LARGEST_SHEET = 2**24  # cells and signs
 
 # A row of n columns has 1 + 2 n elements. Those of formats take ten times as long to read as these.
 _MOST_ELEMENTS, _MOST_OTHERS = 1_000_000, 100_000
 _USUAL = re.compile(rb"<(?:\w+:)?(?:row|c|v|f|is|si|t|pt)[\s/>]")
 _SHEET = re.compile(rb"<(?:\w+:)?sheet\s")
 _ENTITIES = re.compile(rb"<\0?!\0?D\0?O\0?C\0?T")  # of UTF-16, too
+# A cell with a formula and no value. A text may be empty.
+_UNSTORED = re.compile(
+    rb"<(?:\w+:)?c(?=[\s>])(?![^>]*t=.str)[^>]*>\s*<(?:\w+:)?f(?:\s[^>]*)?(?:/>|>[^<]*</[^>]*>)"
+    rb"\s*(?:<(?:\w+:)?v\s*/>|<(?:\w+:)?v\s*>\s*</[^>]*>)?\s*</(?:\w+:)?c>"
+)
 _REMEDY = "export the record alone, at a lower rate, or as CSV"
-
 
 ENDINGS = dict.fromkeys((".xlsx", ".xlsm"), "an Excel workbook")
 SIGNATURES = (b"PK\3\4",)
@@ -28,48 +41,62 @@ EXTRA = "excel"
 
 
 def read(opened: Opened, form: Mapping) -> list[Sheet]:
-    """Return the sheets of a workbook that have columns of samples: see ``registry``. A row counts
-    as a line; encoding and delimiter do not matter.
+    """Return the visible sheet of a workbook that has the columns of a record: see ``registry``.
+    Others with columns of numbers are named in a remark.
 
     Raises:
-        RejectedCurveError: Of the first sheet, if no sheet has columns.
+        RejectedCurveError: If no visible sheet has the columns, or several have; or if formulas
+            have no values, as some programs save them.
     """
-    settings, found, first = {"decimal": form.get("decimal", ".")}, [], None
-    for sheet in _open(opened).worksheets:
-        lines: list[str] = []
-        for number, cells in _rows_of(sheet, settings["decimal"]):
-            lines += [""] * (number - 1 - len(lines)) + [_line(cells)]
-        signs = {**settings, "delimiter": "\t"}
+    file, settings = opened.file, {"decimal": form.get("decimal", ".")}
+    signs, found, more, errors = {**settings, "delimiter": "\t"}, {}, [], []
+    for title, text, formulas in _visible(opened, settings["decimal"]):
+        if formulas:
+            reason = (
+                f"has {formulas} formulas without stored values in its sheet {title!r}; open it in "
+                "Excel or LibreOffice and save it"
+            )
+            errors.insert(0, RejectedCurveError(file, reason))
+            continue
         try:
-            found.append(sheet_of(opened.file, "\n".join(lines), signs, form))
+            found[title] = sheet_of(file, text, signs, form)
         except RejectedCurveError as error:
-            first = first or error
+            errors.append(error)
+            with suppress(RejectedCurveError):
+                more += [title] if form and sheet_of(file, text, signs, {}) else []
     if not found:
-        raise first or RejectedCurveError(opened.file, "has no sheet")
-    return [replace(each, settings=settings) for each in found]
+        raise errors[0] if errors else RejectedCurveError(file, "has no visible sheet")
+    first, *others = found
+    if same := [each for each in others if form or found[each].names == found[first].names]:
+        reason = (
+            f"has the same columns in its sheets {', '.join(map(repr, [first, *same]))}: which is "
+            "the record? Save a copy for each of them, in which the others are hidden or deleted"
+        )
+        raise RejectedCurveError(file, reason)
+    more += others
+    remark = f"only the sheet {first!r} is read; {', '.join(map(repr, more))}: numbers, too"
+    return [replace(found[first], settings=settings, remarks=(remark,) if more else ())]
 
 
-def _line(cells: Sequence[str]) -> str:
-    """A row as a line of text, in which no cell has a tab or quotes another."""
-    whole = "\t".join(" ".join(cell.split()).replace('"', "″") for cell in cells)
-    return whole.rstrip("\t")
-
-
-def _open(opened: Opened):
-    """Return a workbook, to be read row by row.
+def _visible(opened: Opened, decimal: str) -> Iterator[tuple[str, str, int]]:
+    """Yield title, text and number of formulas without values of each visible sheet.
 
     Raises:
-        RejectedCurveError: If unpacked it is too large, or there is more than one.
+        RejectedCurveError: If unpacked it is too large, or there is more than one workbook.
         ModuleNotFoundError: If openpyxl is not installed.
     """
     import openpyxl
 
     file, content = opened.file, opened.content
-    with zipfile.ZipFile(io.BytesIO(content)) as book:
-        _check_parts(file, content, book)
-    return openpyxl.load_workbook(
-        io.BytesIO(content), read_only=True, data_only=True, keep_links=False
-    )
+    with zipfile.ZipFile(io.BytesIO(content)) as parts:
+        _check_parts(file, content, parts)
+        book = openpyxl.load_workbook(
+            io.BytesIO(content), read_only=True, data_only=True, keep_links=False
+        )
+        for sheet in book.worksheets:
+            if sheet.sheet_state == "visible":
+                formulas = len(_UNSTORED.findall(parts.read(sheet._worksheet_path)))
+                yield sheet.title, _text_of(file, sheet, decimal), formulas
 
 
 def _check_parts(file: str | Path, content: bytes, book: zipfile.ZipFile) -> None:
@@ -102,29 +129,26 @@ def _check_parts(file: str | Path, content: bytes, book: zipfile.ZipFile) -> Non
             raise RejectedCurveError(file, f"defines texts in its part {part.filename}; {_REMEDY}")
 
 
-def _rows_of(sheet, decimal: str) -> Iterator[tuple[int, list[str]]]:
-    """Yield number and cells, as texts, of the rows of a sheet that are not blank.
+def _text_of(file: str | Path, sheet, decimal: str) -> str:
+    """The rows of a sheet as lines of text, in which no cell has a tab or quotes another cell.
 
     Raises:
-        TooLargeError: If there are too many cells or signs; a row has all cells up to its last one.
+        RejectedCurveError: If there are more rows or columns than a record has.
+        TooLargeError: If there are more signs than a text file may have.
     """
     sheet.reset_dimensions()  # what a sheet states of its size is often wrong
-    last = size = rows = widest = 0
+    lines: list[str] = []
+    size = last = 0
     for number, values in enumerate(sheet.iter_rows(values_only=True), start=1):
-        if number - last > _GAP:
-            return
-        cells = [_text(value, decimal) for value in values]
-        size += len(cells) + sum(map(len, cells))
-        while cells and not cells[-1]:
-            cells.pop()
-        if cells:
-            last, rows, widest = number, rows + 1, max(widest, len(cells))
-        # As columns, all rows are as wide as the widest.
-        if max(size, rows * widest) > _LARGEST_SHEET:
-            reason = f"has too many cells or too long texts in its sheet {sheet.title!r}: row "
-            raise TooLargeError(f"{reason}{number} ends at column {len(cells)}; {_REMEDY}")
-        if cells:
-            yield number, cells
+        cells = [" ".join(_text(value, decimal).split()).replace('"', "″") for value in values]
+        line = "\t".join(cells).rstrip("\t")
+        size += len(cells) + len(line)
+        if size > LARGEST:
+            raise TooLargeError(f"has too long texts in its sheet {sheet.title!r}; {_REMEDY}")
+        check_size(file, number, line.count("\t") + 1, line=number)
+        lines.append(line)
+        last = number if line else last
+    return "\n".join(lines[:last])
 
 
 def _text(value: object, decimal: str) -> str:

@@ -1,119 +1,122 @@
-"""Curve files of labelled arrays, by xarray: NetCDF (version 4 needs the extra ``netcdf``), Zarr.
+"""Curve files of labelled arrays: NetCDF and HDF5 files and Zarr stores (the extra ``netcdf``).
 
-What a Zarr store states of its arrays is looked at before any of them is read: some codecs run what
-stands in the data, and a chunk that is stored in a few bytes may be unpacked to any size. The HDF5
-library reads version 4 in this process, so a hostile file can crash or hang the command.
+A process of its own reads HDF5 and Zarr, within bounds of time and memory: their libraries are
+written in C, and a file that is damaged or made up may crash or hang them, or be unpacked to any
+size. That process knows no codec that runs what stands in the data.
 """
 
 from __future__ import annotations
 
+import importlib.util
 import io
 import json
-import math
-import re
-from collections.abc import Iterator, Mapping
-from pathlib import Path
-from typing import TYPE_CHECKING
+import os
+import subprocess
+import sys
+from collections.abc import Mapping
+from typing import NamedTuple
 
 from breaker.common.lazy_numpy import np
 from breaker.records.files import (
+    LARGEST,
+    MOST_PARTS,
     Opened,
     RejectedCurveError,
     TooLargeError,
     check_size,
     is_store,
-    read_bytes,
     require_folder,
 )
 from breaker.records.sheet import Sheet
 
-if TYPE_CHECKING:
-    import h5py
-
-_MOST = 20_000_000  # values of all variables
-_MOST_READS = 100_000  # of a NetCDF file of version 3, which has some ten for each variable
-_REMEDY = "export the record alone"
-_UNTOUCHED = {"decode_times": False, "decode_timedelta": False, "chunks": None}
-
-
-ENDINGS = {".nc": "a NetCDF file", ".nc4": "a NetCDF file", ".zarr": "a Zarr store"}
+ENDINGS = dict.fromkeys((".nc", ".nc4"), "a NetCDF file") | {
+    ".h5": "an HDF5 file",
+    ".hdf5": "an HDF5 file",
+    ".zarr": "a Zarr store",
+}
 SIGNATURES = (b"CDF\1", b"CDF\2", b"CDF\5", b"\x89HDF\r\n\x1a\n")
 EXTRA = "netcdf"
 
-_FILES = (".zarray", ".zmetadata", "zarr.json")  # of version 2, of all of its arrays, of version 3
-_CODECS = re.compile(
-    r"(?:numcodecs\.)?(?:blosc|zstd|gzip|zlib|lz4|lzma|bz2|crc32c?|adler32|fletcher32|shuffle|delta|"
-    "quantize|fixedscaleoffset|bitround|vlen-utf8|vlen-bytes|bytes|transpose|sharding_indexed)"
-)
-_NAMING = ("id", "name", "configuration", "codecs", "index_codecs")
-_LARGEST_CHUNK = 80_000_000  # bytes of a chunk
-_MOST_BYTES, _MOST_CHUNKS = 320_000_000, 10_000  # stated; consolidated metadata do so again
+_SECONDS = 5  # of a processor, for one file: the largest records take a second
+_MEMORY = 10 * LARGEST  # of the process, of which libraries take half
+_MOST_READS = 10 * MOST_PARTS  # of a file of version 3, which has some ten for each variable
+_REMEDY = "export the record alone, as CSV for example"
+
+
+class _Variable(NamedTuple):
+    """A variable as it stands in a file: the names of its dimensions, and what it states."""
+
+    along: tuple[str, ...]
+    attributes: Mapping
+    values: np.ndarray
 
 
 def read(opened: Opened, form: Mapping) -> list[Sheet]:
-    """Return the variables of a NetCDF file or a Zarr store along each dimension, those along the
-    longest one first: see ``registry``. The time is the coordinate of a dimension, unless another
-    variable has its name.
+    """Return the variables of numbers along each dimension, those along the longest one first: see
+    ``registry``. The time is the coordinate of a dimension, unless another variable has its name.
+
+    Raises:
+        RejectedCurveError: If it cannot be read, or has no variable along one dimension.
+        TooLargeError: If it has more values, variables or parts than a record.
+        ModuleNotFoundError: If a package for this version is not installed.
     """
-    file, found = opened.file, []
-    with _open(opened) as dataset:
-        said = [[f"{name} :", str(value)] for name, value in dataset.attrs.items()]
-        for along in sorted(dataset.sizes, key=dataset.sizes.get, reverse=True):
-            every = {
-                str(name): each
-                for name, each in dataset.variables.items()
-                if each.dtype.kind in "iuf" and _along(each) == along
-            }
-            check_size(file, dataset.sizes[along], len(every))
-            names = list(every)
-            columns = [each.values.reshape(-1).astype(float) for each in every.values()]
-            texts = [_unit_text(each) for each in every.values()]
-            timed = along in names and form.get("time_column", "") is not None
-            clock = names.index(along) if timed else None
-            if names:
-                found.append(Sheet(file, names, columns, texts, said, clock=clock))
-    if not found:
-        raise RejectedCurveError(file, "has no variable of numbers along one dimension")
+    attributes, variables = _contents(opened)
+    sheets: dict[tuple[str, int], dict[str, _Variable]] = {}
+    for name, variable in variables.items():
+        sizes = zip(variable.along, variable.values.shape, strict=True)
+        long = [(str(along), size) for along, size in sizes if size > 1]
+        if len(long) == 1:
+            sheets.setdefault(long[0], {})[name] = variable
+    if not sheets:
+        raise RejectedCurveError(opened.file, "has no variable of numbers along one dimension")
+    own = {name: value for name, value in attributes.items() if not name.startswith("_")}
+    said, found = [[f"{name} :", _text(value)] for name, value in own.items()], []
+    for (along, size), those in sorted(sheets.items(), key=lambda each: -each[0][1]):
+        check_size(opened.file, size, len(those))
+        names, columns = list(those), [_readings(each) for each in those.values()]
+        # A date that times are counted from is no part of their unit.
+        units = [_text(each.attributes.get("units", "")) for each in those.values()]
+        timed = along in names and form.get("time_column", "") is not None
+        clock = names.index(along) if timed else None
+        texts = [unit.split(" since ")[0] for unit in units]
+        found.append(Sheet(opened.file, names, columns, texts, said, clock=clock))
     return found
 
 
-def _along(variable) -> str | None:
-    """The only dimension along which a variable has several values."""
-    long = [str(name) for name, size in variable.sizes.items() if size > 1]
-    return long[0] if len(long) == 1 else None
+def _text(value: object) -> str:
+    """An attribute as a text."""
+    if isinstance(value, list | np.ndarray) and len(value) == 1:
+        value = value[0]
+    return value.decode("utf-8", "replace") if isinstance(value, bytes) else str(value)
 
 
-def _open(opened: Opened):
-    """Return the dataset of a NetCDF file, or of a Zarr store by its ending, undecoded.
+def _readings(variable: _Variable) -> np.ndarray:
+    """Values ``(t,)`` by the conventions of CF: NaN where missing, with factor and offset."""
+    stored, about = variable.values.reshape(-1), variable.attributes
+    missing = [about[name] for name in ("_FillValue", "missing_value") if name in about]
+    factor, offset = about.get("scale_factor", 1.0), about.get("add_offset", 0.0)
+    values = stored * np.float64(np.ravel(factor)[0]) + np.float64(np.ravel(offset)[0])
+    for each in missing:
+        values[np.isin(stored, each)] = np.nan
+    return values
 
-    Raises:
-        RejectedCurveError: If the file cannot be read, or a store states what may do harm.
-        TooLargeError: If there are more values than a record has.
-        ModuleNotFoundError: If a package for this version is not installed.
-    """
-    import xarray as xr
 
-    file = opened.file
-    if is_store(file):
-        _check_store(file)
-        return xr.open_zarr(file, **_UNTOUCHED)
-    content = opened.content
-    if content.startswith(SIGNATURES[-1]):
-        import h5netcdf
-        import h5py
-        from xarray.backends import H5NetCDFStore
+def _contents(opened: Opened) -> tuple[Mapping, dict[str, _Variable]]:
+    """The attributes of a file, and its variables of numbers by name."""
+    if is_store(opened.file):
+        require_folder(opened.file)
+        return _contents_apart(opened, "zarr", os.fsencode(os.path.abspath(opened.file)))
+    if opened.content.startswith(SIGNATURES[-1]):
+        return _contents_apart(opened, "h5py", opened.content)
+    from scipy.io import netcdf_file
 
-        # In memory: HDF5 crashes as a process ends that has left a file open which Python reads.
-        held = h5py.File.in_memory(content)
-        _check_hdf5(held)
-        # Dimensions without a name get one, as xarray does for a file that it opens itself.
-        store = H5NetCDFStore(h5netcdf.File(held, "r", phony_dims="access"))
-        dataset = xr.open_dataset(store, **_UNTOUCHED)
-    else:
-        dataset = xr.open_dataset(_ReadOnce(content), engine="scipy", **_UNTOUCHED)
-    if (size := sum(each.size for each in dataset.variables.values())) > _MOST:
-        raise TooLargeError(f"has {size} values, but no record has more than {_MOST}; {_REMEDY}")
-    return dataset
+    with netcdf_file(_ReadOnce(opened.content), mmap=False) as file:
+        file._attributes.pop("variables", None)
+        return file._attributes, {
+            name: _Variable(each.dimensions, each._attributes, each.data)
+            for name, each in file.variables.items()
+            if each.data.dtype.kind in "iuf"
+        }
 
 
 class _ReadOnce(io.BytesIO):
@@ -131,105 +134,131 @@ class _ReadOnce(io.BytesIO):
         return found
 
 
-def _unit_text(variable) -> str:
-    """Return the unit that a variable states, without the date that times are counted from."""
-    return str(variable.attrs.get("units", "")).split(" since ")[0]
+# ---- in a process of its own ---------------------------------------------------------------------
 
 
-def _check_hdf5(file: h5py.File) -> None:
-    """Refuse values in other files, which would be read whatever these are, and too large chunks.
+def _contents_apart(
+    opened: Opened, package: str, given: bytes
+) -> tuple[Mapping, dict[str, _Variable]]:
+    """What another process reads from the content of a file, or from a folder."""
+    if importlib.util.find_spec(package) is None:
+        raise ModuleNotFoundError(f"no module named {package}", name=package)
+    answer = opened.once("answer", lambda: _answer(package, given))
+    if not answer:
+        reason = (
+            f"cannot be read in {_SECONDS} s and {_MEMORY // 2**20} MiB, or crashes the library "
+            f"that reads it; is it whole? Else {_REMEDY}"
+        )
+        raise RejectedCurveError(opened.file, reason)
+    arrays = np.load(io.BytesIO(answer), allow_pickle=False)
+    about = json.loads(str(arrays["about"]))
+    if "error" in about:
+        raise RejectedCurveError(opened.file, about["error"])
+    return about["attributes"], {
+        name: _Variable(along, attributes, arrays[f"values{number}"])
+        for number, (name, along, attributes) in enumerate(about["variables"])
+    }
 
-    Raises:
-        TooLargeError: If a part is in another file, or a chunk is larger than ``_LARGEST_CHUNK``.
-    """
+
+def _answer(package: str, given: bytes) -> bytes:
+    """What the other process writes; nothing where it was ended."""
+    code = f"from {__name__} import _work; _work({package!r})"
+    paths = os.pathsep.join(filter(None, sys.path))
+    own = {**os.environ, "PYTHONPATH": paths, "OPENBLAS_NUM_THREADS": "1"}
+    command = [sys.executable, "-W", "ignore", "-c", code]
+    done = subprocess.run(command, input=given, capture_output=True, env=own)
+    return done.stdout if done.returncode == 0 else b""
+
+
+def _work(package: str) -> None:
+    """Read what the standard input holds, and write it to the standard output as arrays."""
+    import resource
+
+    resource.setrlimit(resource.RLIMIT_CPU, (_SECONDS, _SECONDS))
+    resource.setrlimit(resource.RLIMIT_AS, (_MEMORY, _MEMORY))
+    arrays = {}
+    try:
+        given = sys.stdin.buffer.read()
+        attributes, variables = (_in_store if package == "zarr" else _in_hdf5)(given)
+        described = [(name, each.along, each.attributes) for name, each in variables.items()]
+        about = json.dumps({"attributes": attributes, "variables": described}, default=_plain)
+        arrays = {f"values{number}": each.values for number, each in enumerate(variables.values())}
+    except TooLargeError as error:
+        about = json.dumps({"error": str(error)})
+    except Exception as error:  # a damaged file raises anything in the package that reads it
+        said = f"cannot be read ({type(error).__name__}: {str(error)[:200]}); is it whole?"
+        about = json.dumps({"error": f"{said} Export it again"})
+    np.savez(sys.stdout.buffer, about=np.array(about), **arrays)
+
+
+def _plain(value: object) -> object:
+    """An attribute as JSON has it."""
+    return value.tolist() if isinstance(value, np.ndarray | np.generic) else _text(value)
+
+
+def _in_hdf5(content: bytes) -> tuple[Mapping, dict[str, _Variable]]:
+    """What is in an HDF5 file; variables of groups are named by their paths."""
     import h5py
 
+    file = h5py.File.in_memory(content)
+    found: dict[str, h5py.Dataset] = {}
+    size = count = 0
+
     def look(name: str, part: h5py.Group | h5py.Dataset) -> None:
+        nonlocal size, count
         if isinstance(part, h5py.Group):
-            links = (part.get(each, getlink=True) for each in part)
-            apart = any(isinstance(link, h5py.ExternalLink) for link in links)
+            links = [part.get(each, getlink=True) for each in part]
+            elsewhere = any(isinstance(link, h5py.ExternalLink) for link in links)
+            count += len(links)
         else:
-            apart = bool(part.external) or part.is_virtual
-            if (size := math.prod(part.chunks or ()) * part.dtype.itemsize) > _LARGEST_CHUNK:
-                raise TooLargeError(f"has {name!r} in chunks of {size} bytes; {_REMEDY}")
-        if apart:
+            elsewhere = bool(part.external) or part.is_virtual
+            # A dimension without a coordinate is stored as if it were a variable.
+            none = "This is a netCDF dimension but not a netCDF variable"
+            if part.dtype.kind in "iuf" and none not in str(part.attrs.get("NAME")):
+                found[name], size = part, size + part.nbytes
+        if elsewhere:
             raise TooLargeError(f"has {name!r} in another file; export it as one file")
+        if size > LARGEST or count > MOST_PARTS:
+            raise TooLargeError(f"has {count} parts with {size} bytes of numbers; {_REMEDY}")
+
+    def along(name: str, part: h5py.Dataset) -> list[str]:
+        scales = [scale[0].name.removeprefix("/") if len(scale) else "" for scale in part.dims]
+        pairs = zip(scales, part.shape, strict=True)
+        return [name] if part.is_scale else [scale or str(size) for scale, size in pairs]
 
     look("/", file)
     file.visititems(look)
+    return dict(file.attrs), {
+        name: _Variable(along(name, part), dict(part.attrs), part[()])
+        for name, part in found.items()
+    }
 
 
-def _check_store(folder: str | Path) -> None:
-    """Make sure that a Zarr store can be read: by no code of its own, and in bounds.
+def _in_store(folder: bytes) -> tuple[Mapping, dict[str, _Variable]]:
+    """What is in a Zarr store."""
+    import numcodecs.registry
+    import zarr
 
-    Raises:
-        RejectedCurveError: If it is no folder of files, an array has a codec that is not known to
-            be harmless, or the arrays are too large or of too many chunks.
-    """
-    require_folder(folder)
-    size = count = 0
-    for part in sorted(Path(folder).rglob("*")):
-        for array in _arrays(json.loads(read_bytes(part))) if part.name in _FILES else ():
-            place = f"its part {part.relative_to(folder)} has"
-            for name in _names([array.get(key) for key in ("compressor", "filters", "codecs")]):
-                if not _CODECS.fullmatch(name):
-                    why = "is not known to be harmless; write it again with zstd, or as NetCDF"
-                    raise RejectedCurveError(folder, f"{place} the codec {name!r}, which {why}")
-            chunk, every, chunks = _extent(array)
-            size, count = size + every, count + chunks
-            if chunk > _LARGEST_CHUNK or size > _MOST_BYTES or count > _MOST_CHUNKS:
-                why = "with others are too many; write the record alone, with few chunks"
-                held = f"{chunks} chunks of {chunk} bytes"
-                raise RejectedCurveError(folder, f"{place} {held}, which {why}")
-
-
-def _arrays(found: object) -> Iterator[dict]:
-    """Whatever states a shape, however deep it stands."""
-    if isinstance(found, dict):
-        if isinstance(found.get("shape"), list | int):
-            yield found
-        for each in found.values():
-            yield from _arrays(each)
+    numcodecs.registry.codec_registry.pop("pickle", None)
+    numcodecs.registry.entries.clear()  # of other distributions
+    store = zarr.open_group(os.fsdecode(folder), mode="r")
+    arrays = {name: each for name, each in store.arrays() if each.dtype.kind in "iuf"}
+    size = sum(array.nbytes for array in arrays.values())
+    count = sum(array.nchunks for array in arrays.values())
+    if size > LARGEST or count > MOST_PARTS:
+        raise TooLargeError(f"has {count} chunks with {size} bytes of numbers; {_REMEDY}")
+    return dict(store.attrs), {
+        name: _Variable(
+            getattr(array.metadata, "dimension_names", None)
+            or array.attrs.get("_ARRAY_DIMENSIONS", [str(size) for size in array.shape]),
+            _stated(array),
+            array[...],
+        )
+        for name, array in arrays.items()
+    }
 
 
-def _names(found: object) -> Iterator[str]:
-    """Names of codecs, and of those within them."""
-    if isinstance(found, str):
-        yield found
-    elif isinstance(found, dict):
-        yield from _names([found.get(key) for key in _NAMING])
-    elif isinstance(found, list):
-        for each in found:
-            yield from _names(each)
-
-
-def _extent(array: dict) -> tuple[int, int, int]:
-    """Bytes of a chunk and of all chunks, unpacked, and the number of chunks, also of those that a
-    chunk has."""
-    shape, grids = _sizes(array["shape"]), sorted(_grids(array), key=math.prod)
-    most, fewest = (
-        math.prod(-(-n // m) for n, m in zip(shape, grid, strict=True))
-        for grid in (grids[0], grids[-1])
-    )
-    chunk = math.prod(grids[-1]) * _width(array.get("data_type", array.get("dtype")))
-    return chunk, chunk * fewest, most
-
-
-def _grids(found: object) -> Iterator[list[int]]:
-    """The shapes of chunks, and of chunks within them."""
-    if isinstance(found, dict):
-        yield from (_sizes(found[key]) for key in ("chunks", "chunk_shape") if key in found)
-    if isinstance(found, dict | list):
-        for each in found.values() if isinstance(found, dict) else found:
-            yield from _grids(each)
-
-
-def _sizes(stated: list[int] | int) -> list[int]:
-    return stated if isinstance(stated, list) else [stated]
-
-
-def _width(kind: object) -> int:
-    """Bytes of a value; of a text without a length, those of its address."""
-    if isinstance(kind, dict):
-        return int(kind.get("configuration", {}).get("length_bytes", 8))
-    return 8 if kind in ("string", "|O") else np.dtype(kind).itemsize
+def _stated(array) -> dict:
+    """Attributes of an array of a store; in version 2, what fills it is what is missing."""
+    fills = array.metadata.zarr_format == 2 and bool(array.fill_value)
+    return {**array.attrs, **({"_FillValue": array.fill_value} if fills else {})}

@@ -171,6 +171,8 @@ def format_of(opened: Opened) -> ModuleType:
         return named  # a folder
     if _ending(opened.file) in _OLD or opened.content.startswith(_OLD_WORKBOOK):
         raise RejectedCurveError(opened.file, "is of a kind that cannot be read; save it as .xlsx")
+    if comtrade.is_data(opened):
+        return comtrade  # which says what is lacking
     for each in FORMATS:
         if opened.content.startswith(each.SIGNATURES):
             return each
