@@ -99,8 +99,12 @@ def test_measured_agrees_with_the_model_within_its_uncertainty(both, motion):
         z = all_scores[np.isfinite(all_scores)]
         assert z.size >= 0.75 * all_scores.size, name
         square = np.sum(z**2)
-        assert chi2.isf(1 - 1e-5, z.size) / 1.5 < square < 1.5 * chi2.isf(1e-5, z.size), name
-        assert abs(z.mean()) < (1.2 if name in TIMED.values() else 4.3 / np.sqrt(z.size)), name
+        assert square < 1.5 * chi2.isf(1e-5, z.size), name
+        assert abs(z.mean()) < 4.3 / np.sqrt(z.size), name
+        if name in TIMED.values():  # their sds allow for slow starts, which these drives have not
+            assert square > 0.02 * z.size
+        else:
+            assert square > chi2.isf(1 - 1e-5, z.size) / 1.5, name
 
 
 @pytest.mark.parametrize("size", [Size(0.4, 0.5), Size(11.0, 4.0)])
@@ -114,7 +118,8 @@ def test_any_size_is_read_alike(prior, size, monkeypatch):
     for name, quantity in quantities_of("closing", SPEEDS, ("record",)).items():
         factor = size.factor(quantity.unit)
         assert there[name].value == pytest.approx(factor * here[name].value, rel=1e-6, nan_ok=True)
-        assert there[name].sd == pytest.approx(factor * here[name].sd, rel=1e-6, nan_ok=True)
+        rel = 0.1 if name == "touch_time" else 1e-6  # hum of a start has its period in ms
+        assert there[name].sd == pytest.approx(factor * here[name].sd, rel=rel, nan_ok=True)
 
 
 # ---- what a record does not show -------------------------------------------------------------

@@ -148,30 +148,6 @@ def test_pairs_in_any_layout(name):
     assert (found.station, found.bay, found.serial) == ("Nord", "E04", "17")
 
 
-RESULTS = {
-    "by channel": "Channel,Stroke (mm),Over Travel (mm)\nR,178.0,9.1\nY,178.4,9.2",
-    "by quantity": "Parameter,Unit,R,Y\nStroke,mm,178.0,178.4\nOver Travel,mm,9.1,9.2",
-    "phases alone": "R-Phase,Y-Phase\nStroke (mm),178.0,178.4\nOver Travel (mm),9.1,9.2",
-    "pairs": "Stroke R (mm) :,178.0,,Stroke Y (mm) :,178.4\n"
-    "Over-travel Phase R: 9.1 mm\nOver-travel Phase Y = 9.2 mm",
-}
-
-
-@pytest.mark.parametrize("name", RESULTS)
-def test_results_in_any_layout(name):
-    found = preamble_of(split(RESULTS[name])).results
-    got = {
-        (each.quantity, each.channel.removesuffix("-Phase")[-1], each.value, each.unit)
-        for each in found
-    }
-    assert got == {
-        ("stroke", "R", 178.0, "mm"),
-        ("stroke", "Y", 178.4, "mm"),
-        ("over_travel", "R", 9.1, "mm"),
-        ("over_travel", "Y", 9.2, "mm"),
-    }
-
-
 def test_decimal_commas():
     rows = split("Übersetzung;1,64\nHub L1;178,25 mm\nAbtastintervall (ms);0,05", ";")
     found = preamble_of(rows, ",")
@@ -209,6 +185,11 @@ def test_dates(text, dates):
 def test_no_such_day_and_time():
     assert dates_of("31/02/2021") == {}
     assert clock_of("25:61") == ""
+
+
+def test_contradictions_are_not_resolved_by_taking_the_first():
+    found = preamble_of(split("Phase : R\nOperation : C\nPhase : Y\nOperation : O", "\0"))
+    assert (found.phases, found.operation) == ({}, "")
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,7 @@ from breaker.records.description import describe_file
 from breaker.records.header import Preamble
 from breaker.records.operations import read_manifest
 from breaker.records.table_proposal import Description, Part, propose_manifest
-from tests.exports import write
+from tests.exports import pole, write
 
 
 def folder_of(tmp_path, *names):
@@ -213,6 +213,14 @@ def test_poles_that_no_text_names_are_named_by_files(tmp_path):
     assert [rows[name]["phase"] for name in named] == ["A", "B", "C"]
     assert {rows[name]["operation"] for name in named} == {"1"}
     assert rows["9.csv"]["phase"] == ""
+
+
+@pytest.mark.parametrize("phases", [["R-1 CT", "Y-1 CT"], ["Y-1", "Y-2"], ["L1", "L2"]])
+def test_phases_are_those_of_the_header_as_they_stand_there(tmp_path, phases):
+    for seed, phase in enumerate(phases):
+        pole(tmp_path / f"{'ab'[seed]}.csv", phase, seed)
+    rows, _ = analysers(tmp_path)
+    assert [(row["phase"], row["operation"]) for row in rows] == [(each, "1") for each in phases]
 
 
 def test_a_date_is_that_of_the_header_or_else_of_the_name(tmp_path):

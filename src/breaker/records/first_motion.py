@@ -6,7 +6,13 @@ rest and the first rise, for many starts and a few ``p``; the time is the mean o
 weighted by how likely it is. A threshold alone would be late by milliseconds, and later for a weak
 drive. Each length is a share of the record's own stroke, noise or time of rise, so that neither
 unit nor stroke, speed or rate matters. Samples far from the running median count as missing.
+
+That time serves to align records. A slow start, a creep before the main acceleration or hum of the
+mains hides when a drive truly begins to move; ``start_interval`` returns from when to when that may
+be, by all starts that the noise allows: of powers from 1 to 4, and with a creep before them.
 """
+
+from typing import NamedTuple
 
 import numpy as np
 
@@ -35,6 +41,22 @@ _VAGUE = 0.25  # of the time of that rise, largest uncertainty of its start
 _MOVES = 12.0  # sd of the noise, least way of a motion
 _BEFORE = 0.1  # of the time of that rise, least rest before it
 _GAP = 0.3  # of that time, longest gap in it
+
+# The interval of a start. Its height is low, so that what is fitted has simple shapes.
+_NOISES, _RESTS = 15.0, 8.0  # that height, sd of the noise, and of the rest before it,
+_SHARES = (0.004, 0.2)  # and of the way, least and largest
+_RISEN = 8  # samples from there to where it is reached _ON times
+_FITTED, _TRIED = 120, 45  # means of neighbours, and starts
+_RISES = np.array([1.0, 1.25, 1.5, 1.85, 2.25, 2.8, 3.4, 4.0])
+_AFTER_CREEP = np.array([1.5, 2.0, 2.8, 4.0])
+_CREEPS = np.array([0.06, 0.12, 0.25, 0.5, 1.0, 2.0])  # durations of the motion
+_CREEP_WAY = (0.004, 0.03)  # of the stroke: less is not counted as motion
+_CREEP_POWER = 1.5  # a creep of another shape, even or gradual, starts by 40 % of its length
+_CREEP_ENDS = np.linspace(0.6, 1.4, 5)  # later or earlier
+_ANY_POWER, _CREEP_ODDS, _HUM_ODDS = 0.2, 0.03, 0.02  # probabilities before anything is seen
+_HUM = (0.05, 0.06)  # 1/ms
+_INEXACT = 3.0  # times the variance, since no start has exactly one of these shapes
+_LIKELY = (0.025, 0.975)
 
 
 def first_motion(time: np.ndarray, travel: np.ndarray, motion: str) -> tuple[float, float]:
@@ -98,16 +120,13 @@ def _rise(smooth: np.ndarray, noise: float, least: float = 0.0) -> tuple[int, in
     if way <= _MOVES * noise:
         raise UnusableError(f"no motion: the travel rises by no more than {way:.2f} mm")
 
-    def last_below(height: float, before: int) -> int:
-        return before - int((smooth[before::-1] < height).argmax())
-
     # The rest may drift: it is that shortly before the motion, not the lowest of the record.
-    early, late = (last_below(low + share * way, top) for share in (0.3, 0.6))
+    early, late = (_last_below(smooth, low + share * way, top) for share in (0.3, 0.6))
     low = np.quantile(smooth[max(0, early - 20 * max(1, late - early)) : late + 1], 0.25)
     way = smooth[top] - low
     share, last, on = max(least, float(np.clip(_CLEAR * noise / way, *_RISE))), 0, 0
     while on - last < _APART and share < _HIGHEST:
-        last, on = (last_below(low + each * way, top) for each in (share, _ON * share))
+        last, on = (_last_below(smooth, low + s * way, top) for s in (share, _ON * share))
         share *= _HIGHER
     return max(0, last - _REST * max(2, on - last)), last, way
 
@@ -122,8 +141,7 @@ def _colour(off: np.ndarray) -> float:
 def _start(time: np.ndarray, travel: np.ndarray, noise: float) -> tuple[float, float]:
     """Mean and sd of the likely starts of a rise, ms, from its samples and those of the rest."""
     every = -(-time.size // _SAMPLES)
-    whole = time.size // every * every  # from the end, where the rise is
-    time, travel = (each[-whole:].reshape(-1, every).mean(axis=1) for each in (time, travel))
+    time, travel = _means(time, travel, every)
     starts = np.linspace(time[0], time[-2], _STARTS)
     likely = np.flatnonzero(_likelihood(time, travel, starts, noise / np.sqrt(every)) > _UNLIKELY)
     ends = [max(likely[0] - 1, 0), min(likely[-1] + 1, _STARTS - 1)]
@@ -147,5 +165,162 @@ def _likelihood(
         scatter = np.einsum("st,st->s", shapes, shapes) - shapes.sum(axis=1) ** 2 / time.size
         explained[k] = np.maximum(shapes @ risen, 0.0) ** 2 / scatter
     log = explained / (2.0 * noise**2)
-    log -= 2.0 * np.log1p(((_POWERS[:, None] - _USUAL) / _SPREAD) ** 2 / 3.0)
+    log += np.log(_usual(_POWERS))[:, None]
     return np.exp(log - log.max()).sum(axis=0)
+
+
+class StartInterval(NamedTuple):
+    """When a drive begins to move.
+
+    Attributes:
+        time: Mean of the possible times, ms.
+        early, late: Ends of an interval that contains it with 95 %, ms.
+        duration: About how long the motion takes, ms.
+    """
+
+    time: float
+    early: float
+    late: float
+    duration: float
+
+    @property
+    def sd(self) -> float:
+        """Standard deviation by which 95 % around the mean contain the interval, ms."""
+        return max(self.time - self.early, self.late - self.time) / 1.96
+
+
+def start_interval(time: np.ndarray, travel: np.ndarray, motion: str) -> StartInterval:
+    """Return from when to when a drive may begin to move.
+
+    Args:
+        time, travel, motion: As of ``first_motion``, and it raises as that.
+
+    Example:
+        >>> time = np.arange(0.0, 120.0, 0.1)
+        >>> way = 150.0 * np.clip((time - 40.0) / 50.0, 0.0, 1.0) ** 2
+        >>> found = start_interval(time, way + 0.2 * np.sin(0.1 * np.pi * time), "closing")
+        >>> bool(found.early < 40.0 < found.late < found.early + 5.0)
+        True
+    """
+    travel = travel if motion == "closing" else -travel
+    time, travel, variance, way, duration = _lowest_rise(time, travel)
+    hums = dict.fromkeys(_HUM, _HUM_ODDS / len(_HUM)) | {0.0: 1.0 - _HUM_ODDS}
+    if time[-1] - time[0] < 1.0 / min(_HUM):
+        hums = {0.0: 1.0}
+    usual = _usual(_RISES) / _usual(_RISES).sum()
+    rises = ((1.0 - _ANY_POWER) * usual + _ANY_POWER / usual.size)[:, None]
+    lengths, mains = _CREEPS * duration, np.linspace(time[0], time[-2], _TRIED)
+    for _ in range(2):  # once more between the likely ones
+        step = float(mains[1] - mains[0])
+        found = [_explained(time, travel, mains, hum, lengths, way) for hum in hums]
+        alone, creep = (np.stack(each) for each in zip(*found, strict=True))
+        best = max(alone.max(), creep.max())
+        left = float(travel @ travel) - best
+        scale = 2.0 * _INEXACT * max(variance, left / time.size, np.finfo(float).tiny)
+        alone, creep = np.exp((alone - best) / scale), np.exp((creep - best) / scale)
+        odds = np.array(list(hums.values()))
+        hums = {list(hums)[int((odds * alone.sum(axis=(1, 2))).argmax())]: 1.0}
+        alone = np.einsum("f,fps->s", odds, alone * rises) * (1.0 - _CREEP_ODDS)
+        creep = np.einsum("f,fcps->cs", odds, creep) * _CREEP_ODDS
+        creep /= lengths.size * _AFTER_CREEP.size
+        both = alone + creep.sum(axis=0)
+        likely = np.flatnonzero(both > _UNLIKELY * both.max())
+        ends = max(likely[0] - 1, 0), min(likely[-1] + 1, _TRIED - 1)
+        starts, weights = [mains], [alone]
+        starts.append(mains - (_CREEP_ENDS[:, None] * lengths).reshape(-1, 1))
+        weights.append(np.tile(creep, (_CREEP_ENDS.size, 1)) / _CREEP_ENDS.size)
+        mains = np.linspace(*mains[list(ends)], _TRIED)
+    starts, weights = (np.concatenate([x.ravel() for x in each]) for each in (starts, weights))
+    order = np.argsort(starts)
+    share = np.cumsum(weights[order]) / weights.sum()
+    early, late = starts[order][np.searchsorted(share, _LIKELY)]
+    apart = step + 0.5 * float(time[1] - time[0])  # of starts, and of samples
+    mean = float(weights @ starts / weights.sum())
+    return StartInterval(mean, float(early) - apart, float(late) + apart, duration)
+
+
+def _lowest_rise(
+    time: np.ndarray, travel: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, float, float, float]:
+    """Times and travel of the rest and of the lowest rise above its noise, ``(n,)``, without their
+    mean; the variance of its noise, the way, and about how long the motion takes.
+    """
+    smooth, quantum = Course(time, travel).smooth, seen_quantum(travel)
+    noise = max(white_noise(travel), 1.4826 * np.nanmedian(np.abs(travel - smooth)))
+    noise = max(noise, quantum / np.sqrt(12.0))
+    lowest = np.minimum.accumulate(smooth)
+    top = int((smooth - lowest).argmax())
+    way, low = smooth[top] - lowest[top], lowest[top]
+    if way <= _MOVES * noise:
+        raise UnusableError(f"no motion: the travel rises by no more than {way:.2f} mm")
+    tenth, most = (_last_below(smooth, low + share * way, top) for share in (0.1, 0.9))
+    duration = 1.25 * max(float(time[most] - time[tenth]), 4.0 * float(time[1] - time[0]))
+    rest = slice(*np.searchsorted(time, time[tenth] - duration * np.array([3.0, 0.5])))
+    rest = smooth[rest] if rest.stop > rest.start else smooth[: tenth + 1]
+    low = float(np.median(rest))
+    height = max(_NOISES * noise, _RESTS * 1.4826 * float(np.median(np.abs(rest - low))))
+    share = float(np.clip(height / way, *_SHARES))
+    last = on = 0
+    while on - last < _RISEN and share < _HIGHEST:
+        last, on = (_last_below(smooth, low + s * way, top) for s in (share, _ON * share))
+        share *= _HIGHER
+    first = int(np.searchsorted(time, time[last] - (_CREEPS[-1] + 1.5) * duration))
+    part = first + np.flatnonzero(~np.isnan(travel[first : last + 1]))
+    if part.size < _FEWEST:
+        raise UnusableError("the first motion is not seen: its samples are missing")
+    noise *= _colour(travel[part] - smooth[part])
+    every = -(-part.size // _FITTED)
+    time, travel = _means(time[part], travel[part], every)
+    return time, travel - travel.mean(), noise**2 / every, float(way), duration
+
+
+def _explained(
+    time: np.ndarray,
+    travel: np.ndarray,
+    mains: np.ndarray,
+    hum: float,
+    lengths: np.ndarray,
+    way: float,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Sums of squares that starts of the main motion ``(s,)`` explain: of each power, ``(p, s)``,
+    and of each length of a creep and power after it, ``(c, p, s)``; -inf before the first sample.
+    """
+    known = [np.ones(time.size)]
+    known += [each(2.0 * np.pi * hum * time) for each in (np.cos, np.sin)] if hum else []
+    basis = np.linalg.qr(np.column_stack(known))[0]
+    alone = (basis.T @ travel) @ (basis.T @ travel)  # of rest and hum
+    tau = np.maximum(time - mains[:, None], 0.0) / (time[-1] - mains[:, None])
+
+    def fitted(shapes: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        others = shapes - (shapes @ basis) @ basis.T
+        squares = np.maximum(np.einsum("...t,...t->...", others, others), 1e-12)
+        return others, squares, others @ travel
+
+    _, squares, shares = fitted(np.stack([tau**power for power in _RISES]))
+    rises = alone + np.maximum(shares, 0.0) ** 2 / squares
+    main, squares, shares = fitted(np.stack([tau**power for power in _AFTER_CREEP]))
+    creeps = np.full((lengths.size, *squares.shape), -np.inf)
+    for k, length in enumerate(lengths):
+        done = np.clip((time - mains[:, None]) / length + 1.0, 0.0, 1.0)
+        creep, own, share = fitted(done**_CREEP_POWER)
+        both = np.einsum("st,pst->ps", creep, main)
+        precision = np.maximum(own - both**2 / squares, 1e-12)  # of the creep's way
+        size = (share - both * shares / squares) / precision
+        off = size - np.clip(size, *np.multiply(_CREEP_WAY, way))
+        creeps[k] = alone + shares**2 / squares + precision * (size**2 - off**2)
+    return rises, np.where(mains - lengths[:, None, None] < time[0], -np.inf, creeps)
+
+
+def _usual(powers: np.ndarray) -> np.ndarray:
+    """Prior density of powers, not normalised."""
+    return (1.0 + ((powers - _USUAL) / _SPREAD) ** 2 / 3.0) ** -2.0
+
+
+def _means(time: np.ndarray, travel: np.ndarray, every: int) -> list[np.ndarray]:
+    """Means of so many neighbouring samples, from the end, where the rise is."""
+    whole = time.size // every * every
+    return [each[-whole:].reshape(-1, every).mean(axis=1) for each in (time, travel)]
+
+
+def _last_below(smooth: np.ndarray, height: float, before: int) -> int:
+    return before - int((smooth[before::-1] < height).argmax())

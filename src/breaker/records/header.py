@@ -15,7 +15,7 @@ from breaker.records.header_pairs import Pair, lines_of, numbers_of, pairs_of
 from breaker.records.lexicon import WORDS
 from breaker.records.printed import Printed, near_event, printed_in
 from breaker.records.settings import RATES, TO_MS
-from breaker.records.words import any_of, by_words, phase_in, sequence_of, unit_of
+from breaker.records.words import PHASE, any_of, by_words, phase_in, sequence_of, unit_of
 
 _NAN = math.nan
 _SHORTEST = 20.0  # ms, below which a length without a unit may be in seconds
@@ -26,6 +26,8 @@ _CHANNEL = re.compile(
     rf"^(?:phase(?: name)? (?:of )?)?{any_of(WORDS['labels']['stated channel'])}\W*(\d+)"
     r"(?:\W*(?:phase|name|label))*$"
 )
+
+_OF_BREAK = re.compile(rf"(?:{PHASE})-[0-9](?: \w+)?")  # a break of a phase: Y-1 CT, B-1
 
 _PREFIXES = {None: 1e-3} | {
     prefix: size for size, prefixes in WORDS["rate_prefixes"].items() for prefix in prefixes.split()
@@ -207,7 +209,8 @@ def _phases(pairs: Sequence[Pair]) -> dict[int, str]:
     found: dict[int, str] = {}
     for pair in pairs:
         channel = _CHANNEL.fullmatch(pair.name.lower())
-        if channel and (phase := phase_in(pair.text)):
+        own = _OF_BREAK.fullmatch(pair.text.strip())  # named as it stands there
+        if channel and (phase := own[0] if own else phase_in(pair.text)):
             found.setdefault(int(channel[1]), phase)
         elif pair.values and "phases" in _meant(pair.name):
             values = pair.values if len(pair.values) > 1 else re.split(r"[\s,/]+", pair.text)

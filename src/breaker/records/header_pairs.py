@@ -3,6 +3,7 @@
 import re
 from collections import Counter
 from collections.abc import Iterable, Sequence
+from functools import lru_cache
 from typing import NamedTuple
 
 from breaker.records.dates import moments
@@ -99,17 +100,17 @@ def lines_of(rows: Iterable[Sequence[str]]) -> list[Line]:
     >>> lines_of(rows)[-1].tokens[0].text
     'Mechanism Travel T3'
     """
-    lines = [Line(row, *_tokens_of(row)) for row in rows]
+    lines = [Line(row, *_tokens_of(row)) if any(row) else Line((), (), False) for row in rows]
     kinds = Counter(_DIGITS.sub("0", t.text) for line in lines for t in line.tokens if t.named)
     usual = [kind for kind, count in kinds.items() if count > 1 and "0" in kind]
     whole = {k[:i] + k[i + 1 :]: k for k in usual for i in range(len(k)) if k[i].isalpha()}
 
     def completed(token: Token) -> Token:
-        kind = _DIGITS.sub("0", token.text)
-        near = whole.get(kind, "") if token.named and kinds[kind] == 1 else ""
-        near = near if len(near) > _LONG else ""
+        near = whole.get(kind := _DIGITS.sub("0", token.text), "") if token.named else ""
+        if len(near) <= _LONG or kinds[kind] > 1:
+            return token
         numbers = iter(_DIGITS.findall(token.text))
-        return token._replace(text=re.sub("0", lambda _: next(numbers), near) or token.text)
+        return token._replace(text=re.sub("0", lambda _: next(numbers), near))
 
     return [line._replace(tokens=[*map(completed, line.tokens)]) for line in lines]
 
@@ -137,6 +138,7 @@ def pairs_of(lines: Iterable[Line]) -> list[Pair]:
     return found
 
 
+@lru_cache(maxsize=4096)  # files of a folder have the same names
 def name_of(text: str) -> tuple[str, str]:
     """Return a name without its unit, and the unit; a channel in brackets belongs to the name.
 
@@ -183,6 +185,7 @@ def _tokens_of(row: Sequence[str]) -> tuple[list[Token], bool]:
     return [cell._replace(named=each) for cell, each in zip(cells, named, strict=True)], False
 
 
+@lru_cache(maxsize=4096)
 def _parts(cell: str) -> list[str]:
     """Split a cell that is a line with another delimiter."""
     quotes = '"' if cell.count('"') % 2 == 0 else r'^\s*"|(?<!\d)"\s*$'  # an odd one may be an inch

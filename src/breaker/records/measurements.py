@@ -24,7 +24,7 @@ from breaker.records.axes import seen_quantum
 from breaker.records.contacts import ContactTimes
 from breaker.records.currents import Currents
 from breaker.records.faulty_samples import doubtful_samples, hidden_slip, leap_at
-from breaker.records.first_motion import first_motion
+from breaker.records.first_motion import StartInterval, first_motion, start_interval
 from breaker.records.motion import LocatedMotion, Segment, find_segment
 from breaker.records.propagation import Trace, Uncertain
 from breaker.records.rejections import NotShownError, UnusableError
@@ -33,9 +33,8 @@ _AROUND = 6.0, 9.0  # times the motion's duration, the record before and after i
 _TRAVEL = (0.1, 0.9)  # shares of the stroke between which a travel time is taken
 _SEEN = 4.5  # sd, from which a way beyond rest is seen
 _SWINGS = 3.0  # times the duration, farthest top after the arrival
-# Error of the first motion over the motion's duration: by the noise of a mean over it, in strokes;
-# and at least, as of a force that builds up, whose first motion is seen late. In noise it is early.
-_FIRST = (14.0, 0.012)
+_VAGUE = 0.4  # of the duration, half of the travel time: no change of a latch is seen in more
+_IN_SDS = 1.96  # a 95 % interval of a normal error
 _LEAP = 0.04  # times the duration, lines before and behind a slip
 _CLIPPED = "the reading is at the end of the sensor's range"
 _EDGE = 0.41  # samples, error of the time between two edges
@@ -275,11 +274,23 @@ class Reading:
         return (high - low) / (end - begin)
 
     @cached_property
+    def start(self) -> StartInterval:
+        """From when to when the drive may begin to move."""
+        located = self.located
+        return start_interval(located.time[located.inside], located.left, located.motion)
+
+    @cached_property
     def _first_motion(self) -> Uncertain:
-        """Time of the first motion, ms."""
-        noise = self.trace.noise_of_mean / self.trace.stroke
-        sd = self.duration * float(np.hypot(*np.multiply(_FIRST, (noise, 1.0))))
-        return self.trace.error(self.located.moves, max(sd, self.located.first_motion_sd))
+        """Time of the first motion, ms: that of the rise, if the drive may begin to move then."""
+        moves, start = self.located.moves, self.start
+        if start.late - start.early > _VAGUE * start.duration:
+            raise NotShownError(
+                f"the first motion is not seen: it is between {start.early:.1f} and "
+                f"{start.late:.1f} ms, as a slow start, hum or noise hides it"
+            )
+        at = moves if start.early <= moves <= start.late else start.time
+        sd = max(at - start.early, start.late - at) / _IN_SDS
+        return self.trace.error(at, max(sd, self.located.first_motion_sd))
 
     @property
     def _trigger(self) -> Uncertain:

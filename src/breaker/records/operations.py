@@ -125,7 +125,8 @@ def read_manifest(
         readers["event"] = _event_reader(events)
     if "date" in names:
         place = names.index("date")
-        order = day_order(dates_of("".join(cells[place : place + 1])) for _, cells in rows)
+        dates = ("".join(cells[place : place + 1]) for _, cells in rows)
+        order = day_order(dates_of(cell) for cell in dates if not cell[:4].isdigit())
         readers["date"] = partial(cell_date, order=order)
     lines: dict[tuple, int] = {}
     for line, cells in rows if not wrong else ():

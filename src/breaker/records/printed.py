@@ -10,7 +10,9 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
+from functools import lru_cache
 from itertools import accumulate
 from statistics import median
 from typing import TYPE_CHECKING, NamedTuple
@@ -94,9 +96,12 @@ class Printed(NamedTuple):
         return known.get(unit_of(self.unit) or self.unit.lower()) if self.unit else 1.0
 
     def speed(self, motion: str, stated: Mapping[str, Speed]) -> Speed | None:
-        """Return the definition of a printed speed; None where its points are not stated."""
-        found = Speed.read(f"{motion}_speed", self.points) if self.points else stated.get(motion)
-        return found if self.quantity == "speed" else None
+        """Return the definition of a printed speed; None where no two points are stated."""
+        if self.quantity != "speed" or not self.points:
+            return stated.get(motion) if self.quantity == "speed" else None
+        with suppress(ValueError):  # such as from 90 to 10 %
+            return Speed.read(f"{motion}_speed", self.points)
+        return None
 
 
 def printed_in(
@@ -147,23 +152,19 @@ class _Reader:
     def read(self, line: Line) -> None:
         """Read the next line."""
         tokens = [token for token in line.tokens if token.text]
+        if not tokens:
+            self.heads, self.apart = [], True
+            return
         cells = [cell.lstrip("#%! ").rstrip() for cell in line.cells]
         if sum(map(bool, cells)) == 1:
             cells = [token.text for token in tokens]  # a line that has not been split
         numbers = any(math.isfinite(self._number(cell)[0]) for cell in cells)
         heads = [] if numbers or line.signed else self._heads_of(cells)
-        if self.heads and tokens and all(unit_of(token.text) for token in tokens):
+        if self.heads and all(unit_of(token.text) for token in tokens):
             heads = [cell and f"({cell})" for cell in cells]
-        if not tokens:
-            self.heads, self.apart = [], True
-        elif len(tokens) == 1 and not numbers:
+        if len(tokens) == 1 and not numbers:
             self._entitle(tokens[0].text)
-        elif (
-            self.heads
-            and numbers
-            and not line.signed
-            and sum(bool(_quantity(cell)) for cell in cells) < 2
-        ):
+        elif self.heads and not line.signed and numbers and sum(map(_names, cells)) < 2:
             self._table(cells)
         else:
             if self.heads and heads:  # below heads of several columns, or a line of units
@@ -261,11 +262,9 @@ class _Reader:
         """Add a result, if its words state what it is and nothing else."""
         points = next(filter(None, (_points_in(each)[0] for each in (name, *labels))), ())
         quantity = _quantity(name)
-        others = [_results_in(_points_in(each)[1]) for each in labels]
-        others = {
-            each[0]
-            for each, label in zip(others, labels, strict=True)
-            if each and not (each[0] and channel_of(label))
+        others = {kind for each in labels for kind in _results_of(each)[:1]}
+        others -= {
+            kind for each in labels for kind in _results_of(each) if channel_of(each) and kind
         }
         if self.barred or not quantity or others - {quantity, "contact_time"}:
             return
@@ -280,7 +279,7 @@ class _Reader:
             channel = found[0] if (found := _COIL.search(bare)) else ""
         elif quantity == "speed" and not (points or channel) and at in self.wired:
             points, channel = self.widths.get(motion, ()), self.wired[at]
-        if points and points[-1] in ("before", "after"):
+        if len(points) > 2:
             points = near_event(motion, *points)
         one = all(len(motions_in(text)) < 2 for text in (name, *labels))
         if one and ((motion and unit) or quantity != "contact_time"):
@@ -289,10 +288,21 @@ class _Reader:
 
 def _quantity(text: str) -> str:
     """Return the quantity of a name; empty where it has none, or not one of an operation."""
+    return next(iter(_results_of(text)), "")
+
+
+@lru_cache(maxsize=4096)  # files of a folder have the same names
+def _results_of(text: str) -> tuple[str, ...]:
+    """Return the meanings of a name as one of results, of which the first counts."""
     bare, unit = name_of(_points_in(text)[1])
-    return next(iter(_results_in(bare) or _results_in(f"{bare} in {unit}")), "")
+    return _results_in(bare) or _results_in(f"{bare} in {unit}")
 
 
+def _names(text: str) -> bool:
+    return bool(_quantity(text))
+
+
+@lru_cache(maxsize=4096)
 def _channel_in(text: str) -> str:
     """Return the channel or phase in a text; a number of its own is a channel."""
     found = channel_in(text) or re.fullmatch(r"\d{1,2}", text.strip()) or _PHASE.match(text)
@@ -319,11 +329,12 @@ def _points_in(name: str) -> tuple[tuple[str, ...], str]:
 
 def near_event(motion: str, amount: str, unit: str, side: str = "") -> tuple[str, ...]:
     """Return the points between a contact event and an amount before or after it, which is before
-    the touch and after the parting unless stated; none without a motion.
+    the touch and after the parting unless stated; what is known of them without a motion.
     """
     side = side.lower() or ("before" if motion == "closing" else "after")
-    event = EVENTS.get(motion, "")
-    points = (f"{amount} {unit.lower()} {side} {event}", event) if event else ()
+    if not (event := EVENTS.get(motion)):
+        return amount, unit, side
+    points = (f"{amount} {unit.lower()} {side} {event}", event)
     return points if side == "before" else points[::-1]
 
 
@@ -426,14 +437,15 @@ def compare_printed(
             found.append(PrintedComparison("", printed.motion, printed, reason=why))
             continue
         motion = next((m for m in own if m.record), own[0])
-        speed = printed.speed(motion.motion, speeds)
-        if motion.record and (key := (id(motion), speed)) not in measured:
-            measured[key] = motion.record.measured((speed,) if speed else SPEEDS)
-        values = measured.get((id(motion), speed), {})
+        speed, record = printed.speed(motion.motion, speeds), motion.record
+        key = id(motion), speed
+        if record and key not in measured:
+            measured[key] = record.measured((speed,) if speed else SPEEDS)
+        values = measured.get(key, {})
         name, reason = _counterpart(printed, motion, values)
         if printed.quantity == "speed" and speed is None:
             reason = "between which points is not stated"
-        if motion.record is None:
+        if record is None:
             reason = "the motion is not read"
         about = (motion.column, motion.motion, printed, name, speed.words if speed else "")
         value, sd, why = (math.nan, 0.0, reason) if reason else values[name]

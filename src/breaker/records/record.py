@@ -93,6 +93,15 @@ class Record(LocatedMotion):
         return Reading(self, self.contact, ())
 
     @property
+    def start_sd(self) -> float:
+        """Standard deviation of the first motion, ms: 1.96 of them reach all times, at which the
+        drive may begin to move.
+        """
+        start = self._reading.start
+        farthest = max(start.late - self.moves, self.moves - start.early)
+        return max(self.first_motion_sd, farthest / 1.96)
+
+    @property
     def _closed_rest(self) -> tuple[float, float]:
         """Rest position after the motion and its sd, mm; NaN where the record does not show it."""
         with suppress(NotShownError):

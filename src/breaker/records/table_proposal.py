@@ -245,12 +245,17 @@ def _records(files: Sequence[_File], remarks: list[str]) -> list[_File]:
                 f"{file.path} has the samples of {other.path}, but states another breaker, date or "
                 "phase: leave out the one that is a copy"
             )
-    lacking = [e for e in files if e.path in kept and e.seen.rate_cell == FILL_IN]
-    for file in lacking[:1]:
-        why = file.seen.preamble.rate_doubt or "not stated"
-        said = f"the rate of {len(lacking)} files is to be filled in, first {file.path}: {why}"
-        remarks.append(said)
-    return [file for file in files if file.path in kept]
+    found = [file for file in files if file.path in kept]
+    lacking = [file for file in found if file.seen.rate_cell == FILL_IN]
+    whys = [file.seen.preamble.rate_doubt or "not stated" for file in lacking[:1]]
+    remarks += _to_fill_in("rate", lacking, *whys)
+    return found
+
+
+def _to_fill_in(what: str, files: Sequence[_File], why: str = "") -> list[str]:
+    """Return a remark on files in which something is to be filled in, if there are any."""
+    first = f"the {what} of {len(files)} files is to be filled in, first "
+    return [f"{first}{files[0].path}: {why}"] if files else []
 
 
 def _stated(file: _File) -> tuple:
@@ -286,12 +291,8 @@ def _with_breakers(files: Sequence[_File], remarks: list[str]) -> list[_File]:
     for file, name in zip(files, stated, strict=True):
         other = FILL_IN if states and (file.folder in states or not file.folder) else file.folder
         found.append(file._replace(breaker=(name or other)[:LONGEST]))
-    lacking = [file.path for file in found if file.breaker == FILL_IN]
-    if lacking:
-        remarks.append(
-            f"the breaker of {len(lacking)} files is to be filled in, first {lacking[0]}: they do "
-            "not state it, and others do"
-        )
+    lacking = [file for file in found if file.breaker == FILL_IN]
+    remarks += _to_fill_in("breaker", lacking, "they do not state it, and others do")
     return found
 
 
@@ -310,12 +311,8 @@ def _with_dates(files: Sequence[_File], remarks: list[str]) -> list[_File]:
         days = in_order(readings, order if stated else order_of_names)
         decided += [file.path] if len({*readings.values()}) > len(days) else []
         found.append(file._replace(date=FILL_IN if len(days) > 1 else "".join(days)))
-    lacking = [file.path for file in found if file.date == FILL_IN]
-    if lacking:
-        remarks.append(
-            f"the date of {len(lacking)} files is to be filled in, first {lacking[0]}: day and "
-            "month may be either"
-        )
+    lacking = [file for file in found if file.date == FILL_IN]
+    remarks += _to_fill_in("date", lacking, "day and month may be either")
     if decided:
         remarks.append(
             f"day and month of {len(decided)} files, first {decided[0]}, are in the order of "
@@ -436,7 +433,7 @@ def _text(rows: Sequence[tuple[int, _Row]], channels: Sequence[str]) -> str:
         cells = {"file": file.path, "motion": row.motion, "operation": number}
         cells |= {"breaker": file.breaker, "date": file.date}
         if file.seen.settings:
-            cells |= {key: _setting_cell(key, settings[file.path][key]) for key in own}
+            cells |= {key: _cell(settings[file.path][key], key) for key in own}
         cells |= {} if file.seen.timed else {"rate": file.seen.rate_cell}
         cells |= {} if file.sure else {"motion": FILL_IN, "sign": FILL_IN}
         parts = [{"channel": channel, "phase": channel} for channel in channels]
@@ -457,12 +454,10 @@ def _part_cells(file: _File, part: Part) -> dict[str, Any]:
     return cells | ({"ratio": _cell(part.ratio)} if part.ratio > 0 else {})
 
 
-def _setting_cell(key: str, value: object) -> str:
-    if value is None or isinstance(value, float):
-        return "none" if key == "time_column" else _cell(value)
+def _cell(value: object, key: str = "") -> str:
+    """Return the cell of a setting or a number; empty if it is not known, as None or NaN."""
+    if value is None or value != value:
+        return "none" if key == "time_column" else ""
+    if isinstance(value, float):
+        return f"{value:.6g}"
     return {"\t": "tab", " ": "blank"}.get(str(value), str(value))
-
-
-def _cell(value: float | None) -> str:
-    """Return the cell of a number; empty for one that is not known, as None or NaN."""
-    return "" if value is None or math.isnan(value) else f"{value:.6g}"
