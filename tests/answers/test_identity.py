@@ -7,7 +7,7 @@ import numpy as np
 from breaker.drive.answers.evidence import DriveRecord
 from breaker.drive.answers.identity import doubts_about, visits_in_order, without_copies
 from breaker.drive.family.record_inputs import normalise_record
-from breaker.records.header import Preamble
+from breaker.records.header import Header
 from breaker.records.operations import Operation
 from tests.raws import raw_of
 
@@ -27,7 +27,7 @@ def of(raw, number=1, phase="", date="", serial="", bay=""):
     """A record of samples."""
     operation = Operation(number, f"{number}{phase}.csv", phase=phase, date=date)
     shape, seen = normalise_record(raw)
-    stated = Preamble(serial=serial, bay=bay)
+    stated = Header(serial=serial, bay=bay)
     return DriveRecord(
         operation, "closing", stated, "", replace(raw, operation=operation), shape, seen
     )
@@ -67,7 +67,7 @@ def test_a_visit_before_that_is_later():
 
 def test_a_type_in_two_spellings_is_one():
     types = [
-        replace(record(n), stated=Preamble(type=name))
+        replace(record(n), stated=Header(type=name))
         for n, name in enumerate(("GL314", "GL 314", "gl-314"))
     ]
     assert doubts_about(types) == []

@@ -21,7 +21,7 @@ from breaker.drive.simulation.export import write_curve
 from breaker.model.curves import travel
 from breaker.model.parameters import NAMES, Size, powers
 from breaker.model.prior import Prior
-from breaker.records.header import Preamble
+from breaker.records.header import Header
 from breaker.records.operations import Operation
 from breaker.records.reader import Reader
 from tests.answers.conftest import SETTINGS, TOUCH, spread
@@ -289,7 +289,7 @@ def test_what_is_missing_is_of_the_motion():
     """A gap within it, but not that the record ends early."""
     raw = replace(smooth(np.random.default_rng(1), until=45.0), settings={"missing": 0.05})
     files = Reader({})
-    files.header = lambda operation: Preamble()
+    files.header = lambda operation: Header()
     reader = _Reader("closing", files, 0)
     assert reader.records(raw.operation, raw)[0].reason == ""
     gap = replace(raw, whole=np.where(np.abs(raw.time - 30.0) < 4.0, np.nan, raw.whole))

@@ -5,7 +5,7 @@ import math
 import pytest
 
 from breaker.records.dates import clock_of, dates_of
-from breaker.records.header import preamble_of
+from breaker.records.header import header_of
 from tests.exports import preamble
 
 
@@ -63,7 +63,7 @@ def test_stated_rates(line, rate):
         *(";" if ";" in line else []),
     ]
     for sign in signs:
-        found = preamble_of([line.split(sign)]).rate
+        found = header_of([line.split(sign)]).rate
         assert found == pytest.approx(rate) if rate else math.isnan(found)
 
 
@@ -78,20 +78,20 @@ def test_stated_rates(line, rate):
     ],
 )
 def test_a_doubtful_rate_is_none(text, said):
-    found = preamble_of(split(text, "\0"), samples=4000)
+    found = header_of(split(text, "\0"), samples=4000)
     assert math.isnan(found.rate)
     assert said in found.rate_doubt
 
 
 def test_a_length_confirms_a_rate_without_a_unit():
-    found = preamble_of([["Sampling Rate:", "10"], ["Plot Length (ms):", "400"]], samples=4001)
+    found = header_of([["Sampling Rate:", "10"], ["Plot Length (ms):", "400"]], samples=4001)
     assert found.rate == 10.0
 
 
 @pytest.mark.parametrize(("length", "rate"), [("", None), ("Plot Length (ms) :,300", 10.0)])
 def test_kilohertz_that_no_recorder_has_may_be_samples_a_second(length, rate):
     rows = [line.split(",") for line in ["Sampling Speed (kC) :,10000", length]]
-    found = preamble_of(rows, samples=3000)
+    found = header_of(rows, samples=3000)
     if rate:
         assert (found.rate, found.rate_doubt) == (rate, "")
     else:
@@ -102,19 +102,19 @@ def test_kilohertz_that_no_recorder_has_may_be_samples_a_second(length, rate):
 @pytest.mark.parametrize(("samples", "told"), [(3015, False), (3061, True)])
 def test_a_length_that_is_off_by_more_than_a_hundredth_is_told(samples, told):
     rows = [line.split(",") for line in ["Sampling Speed (kC) :,10", "Plot Length (ms) :,300"]]
-    assert bool(preamble_of(rows, samples=samples).rate_doubt) == told
+    assert bool(header_of(rows, samples=samples).rate_doubt) == told
 
 
 @pytest.mark.parametrize("length", ["4000", "4", "400"])
 def test_a_length_without_a_unit_may_be_that_of_samples(length):
-    found = preamble_of([["Sampling Rate:", "10 kHz"], ["Plot Length:", length]], samples=4000)
+    found = header_of([["Sampling Rate:", "10 kHz"], ["Plot Length:", length]], samples=4000)
     assert found.rate == 10.0
 
 
 def test_all_of_an_analysers_preamble():
     results = {"Stroke (mm)": [178.0, 178.4], "Closing Velocity (m/s)": [4.3, 4.4]}
     lines = preamble(results=results, channels=2, ratio=1.64, motions=("closing", "opening"))
-    found = preamble_of([line.split(",") for line in lines], samples=4000)
+    found = header_of([line.split(",") for line in lines], samples=4000)
     assert (found.rate, found.length, found.ratio) == (10.0, 400.0, 1.64)
     assert (found.station, found.bay, found.type) == ("North 400 kV", "Bay 4", "LTB 420")
     assert (found.serial, found.operation) == ("HV-20417", "C-O")
@@ -144,20 +144,20 @@ LAYOUTS = {
 
 @pytest.mark.parametrize("name", LAYOUTS)
 def test_pairs_in_any_layout(name):
-    found = preamble_of(split(*LAYOUTS[name]))
+    found = header_of(split(*LAYOUTS[name]))
     assert (found.station, found.bay, found.serial) == ("Nord", "E04", "17")
 
 
 def test_decimal_commas():
     rows = split("Übersetzung;1,64\nHub L1;178,25 mm\nAbtastintervall (ms);0,05", ";")
-    found = preamble_of(rows, ",")
+    found = header_of(rows, ",")
     assert (found.ratio, found.rate) == (1.64, 20.0)
     assert [each[2:5] for each in found.results] == [("L1", 178.25, "mm")]
 
 
 def test_nominal_values_and_points_are_no_results():
     text = "Rated Stroke (mm) :,180,,Closing Velocity Point 1 (%) :,40\nTransducer Stroke :,200\n"
-    assert preamble_of(split(text + "Transducer :,Linear 225 mm\nStroke Limit :,5")).results == ()
+    assert header_of(split(text + "Transducer :,Linear 225 mm\nStroke Limit :,5")).results == ()
 
 
 @pytest.mark.parametrize(
@@ -176,7 +176,7 @@ def test_nominal_values_and_points_are_no_results():
     ],
 )
 def test_dates(text, dates):
-    found = preamble_of(split(text, "\0"))
+    found = header_of(split(text, "\0"))
     assert list(found.dates) == dates
     assert found.date == (dates[0] if len(dates) == 1 else "")
     assert bool(found.doubts) == (len(dates) == 2)
@@ -188,7 +188,7 @@ def test_no_such_day_and_time():
 
 
 def test_contradictions_are_not_resolved_by_taking_the_first():
-    found = preamble_of(split("Phase : R\nOperation : C\nPhase : Y\nOperation : O", "\0"))
+    found = header_of(split("Phase : R\nOperation : C\nPhase : Y\nOperation : O", "\0"))
     assert (found.phases, found.operation) == ({}, "")
 
 
@@ -205,13 +205,13 @@ def test_contradictions_are_not_resolved_by_taking_the_first():
     ],
 )
 def test_operations(said, kind):
-    assert preamble_of([["Operation :", said]]).operation == kind
+    assert header_of([["Operation :", said]]).operation == kind
 
 
 def test_an_inch_sign_is_no_quotation_mark():
-    (found,) = preamble_of([['Stroke : 7.02"']]).results
+    (found,) = header_of([['Stroke : 7.02"']]).results
     assert (found.value, found.unit) == (7.02, '"')
-    assert preamble_of([['"Serial": "7-7",']]).serial == "7-7"
+    assert header_of([['"Serial": "7-7",']]).serial == "7-7"
 
 
 @pytest.mark.parametrize(
@@ -219,13 +219,13 @@ def test_an_inch_sign_is_no_quotation_mark():
     ["CB Serial No. :", "CBSerial No. :", "Gerät :", "Breaker :", "CB No. :"],
 )
 def test_a_breaker_is_named(name):
-    assert preamble_of([[name, "17/4"]]).serial == "17/4"
-    assert preamble_of([["Breaker Type :", "GL314"], ["Aerial :", "3"]]).serial == ""
+    assert header_of([[name, "17/4"]]).serial == "17/4"
+    assert header_of([["Breaker Type :", "GL314"], ["Aerial :", "3"]]).serial == ""
 
 
 def test_a_name_with_two_brackets_keeps_channel_and_unit():
     row = "Stroke (T1)(mm) :,150.1,,Velocity (m/s)(T2) :,4.1,,Coil Current (A)(C1) :,2.1"
-    found = preamble_of([row.split(",")]).results
+    found = header_of([row.split(",")]).results
     assert [(e.quantity, e.channel, e.value, e.unit) for e in found] == [
         ("stroke", "T1", 150.1, "mm"),
         ("speed", "T2", 4.1, "m/s"),
@@ -236,7 +236,7 @@ def test_a_name_with_two_brackets_keeps_channel_and_unit():
 def test_the_way_of_the_contact_is_not_that_of_the_mechanism():
     row = "Mechansm Travel(T1)(mm) :,120.5,,Contact Travel(T1)(mm) :,178.2"
     row += ",,Close - Datum Velocity (m/s)(T1) :,2.9"
-    found = preamble_of([row.split(",")]).results
+    found = header_of([row.split(",")]).results
     assert [(each.quantity, each.motion) for each in found] == [
         ("mechanism_travel", ""),
         ("stroke", ""),
@@ -246,6 +246,6 @@ def test_the_way_of_the_contact_is_not_that_of_the_mechanism():
 
 def test_numbered_points_and_the_operation_of_a_test():
     rows = [["Close1 (%) :", "30", "", "Close2 (%) :", "60"], ["Test :", "O - C"]]
-    found = preamble_of(rows)
+    found = header_of(rows)
     assert [pair.name for pair in found.speed_points] == ["Close1", "Close2"]
     assert found.operation == "O-C"

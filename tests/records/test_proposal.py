@@ -8,7 +8,7 @@ import pytest
 
 from breaker.records import table_proposal
 from breaker.records.description import describe_file
-from breaker.records.header import Preamble
+from breaker.records.header import Header
 from breaker.records.operations import read_manifest
 from breaker.records.table_proposal import Description, Part, propose_manifest
 from tests.exports import pole, write
@@ -184,7 +184,7 @@ def said_of(tmp_path, files):
     def look(file):
         serial, dates, phase = files[file.relative_to(tmp_path).as_posix()]
         part = Part("closing", "T1", phase, math.nan, math.nan, math.nan)
-        return Description(Preamble(serial=serial, dates=dates), (part,), 10.0)
+        return Description(Header(serial=serial, dates=dates), (part,), 10.0)
 
     text, remarks = propose_manifest(tmp_path, look=look)
     return {row["file"]: row for row in csv.DictReader(text.splitlines())}, remarks

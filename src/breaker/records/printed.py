@@ -40,7 +40,7 @@ from breaker.records.words import (
 if TYPE_CHECKING:
     from breaker.records.channels import Travel
     from breaker.records.header import Header
-    from breaker.records.layout import Layout
+    from breaker.records.sheet import Sheet
 
 _results_in, _parts_in = by_words(WORDS["results"]), by_words(WORDS["contact parts"])
 _heads_in = by_words({each: WORDS[each] for each in ("result_heads", "barred_heads")})
@@ -419,7 +419,7 @@ def stated_speeds(stated: Header) -> dict[str, Speed]:
 
 
 def compare_printed(
-    layout: Layout, travels: Sequence[Travel], motions: Sequence
+    layout: Sheet, travels: Sequence[Travel], motions: Sequence
 ) -> list[PrintedComparison]:
     """Compare the results that a text states with what is measured of every ``InspectedMotion``."""
     speeds, columns = stated_speeds(layout.stated), _columns(layout, travels)
@@ -480,7 +480,7 @@ def _counterpart(printed: Printed, motion, values: Mapping) -> tuple[str, str]:
     return name, f"it is of another contact than {contact!r}"
 
 
-def _columns(layout: Layout, travels: Sequence[Travel]) -> dict[str, str | int]:
+def _columns(layout: Sheet, travels: Sequence[Travel]) -> dict[str, str | int]:
     """Return the column of travel of each channel that results name."""
     labels = list(dict.fromkeys(each.channel.casefold() for each in layout.stated.results))
     columns = [layout.column(each.place) for each in travels]

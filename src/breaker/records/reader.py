@@ -32,7 +32,7 @@ from breaker.records.faulty_samples import doubtful_samples, doubts_in_words
 from breaker.records.files import Files, Opened, RejectedCurveError, printable
 from breaker.records.first_motion import first_motion
 from breaker.records.formats.registry import read_columns
-from breaker.records.header import Preamble
+from breaker.records.header import Header
 from breaker.records.layout import look_into, stated_in
 from breaker.records.motion import LocatedMotion, find_segment
 from breaker.records.operations import Operation
@@ -100,11 +100,11 @@ class Reader:
     def __init__(self, settings: Mapping, files: Files | None = None) -> None:
         self.settings = complete(settings)
         self.files = Files() if files is None else files
-        self._headers: dict[tuple, Preamble] = {}
+        self._headers: dict[tuple, Header] = {}
         self._scales: dict[str, Scale] = {}
         self._last: tuple[object, _Samples | None] = None, None
 
-    def header(self, operation: Operation) -> Preamble:
+    def header(self, operation: Operation) -> Header:
         """Return what stands above the samples of an operation's file."""
         key = operation.file, operation.channel
         if key not in self._headers:
@@ -295,7 +295,7 @@ def _with_progress(operations: Sequence[Operation], motions: Iterable[str]) -> I
     return tqdm(operations, desc=f"read {' and '.join(motions)}", mininterval=5, unit="file")
 
 
-def _contradiction(record: Record, header: Preamble) -> str:
+def _contradiction(record: Record, header: Header) -> str:
     """Return a warning where a file states another rate or length than its record has, or "".
 
     Raises:

@@ -11,7 +11,7 @@ from breaker.common.lazy_numpy import np
 from breaker.common.numerals import in_digits
 from breaker.records.cells import LARGEST_NUMBER
 from breaker.records.files import RejectedCurveError, check_size
-from breaker.records.header import Preamble, preamble_of
+from breaker.records.header import Header, header_of
 from breaker.records.words import (
     BESIDE,
     amperes_of,
@@ -122,9 +122,9 @@ class Sheet:
         return [unit_of(text) if text else split_unit(name)[1] for name, text in pairs]
 
     @cached_property
-    def stated(self) -> Preamble:
+    def stated(self) -> Header:
         """What the lines above the samples say."""
-        return preamble_of(self.preamble, self.settings.get("decimal", "."), self.columns[0].size)
+        return header_of(self.preamble, self.settings.get("decimal", "."), self.columns[0].size)
 
     @cached_property
     def _bare(self) -> list[str]:
@@ -178,10 +178,10 @@ class Columns:
         return self.sheet.nbytes + sum(array.nbytes for array in arrays if array is not None)
 
     @cached_property
-    def stated(self) -> Preamble:
+    def stated(self) -> Header:
         """What the lines above the samples say."""
         decimal = self.sheet.settings.get("decimal", ".")
-        return preamble_of(self.sheet.preamble, decimal, self.travel.size)
+        return header_of(self.sheet.preamble, decimal, self.travel.size)
 
 
 def columns_of(sheet: Sheet, settings: Mapping) -> Columns:

@@ -20,7 +20,7 @@ from breaker.records.dates import dates_of, day_order, in_order, name_dates
 from breaker.records.file_names import numbers_in, phases_in_names
 from breaker.records.files import MOST_PARTS, is_store, printable
 from breaker.records.folder import record_files, why_no_record
-from breaker.records.header import Preamble
+from breaker.records.header import Header
 from breaker.records.lexicon import WORDS
 from breaker.records.operations import FILL_IN, LONGEST
 from breaker.records.settings import FORMAT
@@ -68,7 +68,7 @@ class Description(NamedTuple):
         samples: Digest of the samples of its travels, the same in copies; empty where not known.
     """
 
-    preamble: Preamble = Preamble()
+    preamble: Header = Header()
     parts: tuple[Part, ...] = ()
     rate: float | None = None
     timed: bool = False

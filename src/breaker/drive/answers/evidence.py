@@ -13,7 +13,7 @@ from breaker.drive.family.normalised_shape import SHAPE_TIMES, Shape
 from breaker.model.parameters import GAP, MOTIONS, NAMES, UNIT, Size, powers
 from breaker.model.quantities import ANSWERED, EVENTS, INFERRED, Speed
 from breaker.records.contacts import ContactTimes
-from breaker.records.header import Preamble
+from breaker.records.header import Header
 from breaker.records.measurements import Measured
 from breaker.records.operations import Operation
 from breaker.records.record import Record
@@ -60,7 +60,7 @@ class DriveRecord:
 
     operation: Operation
     motion: str
-    stated: Preamble
+    stated: Header
     reason: str = ""
     raw: Record | None = None
     shape: Shape | None = None

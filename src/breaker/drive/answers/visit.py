@@ -13,7 +13,7 @@ from breaker.drive.answers.identity import dates_in_words
 from breaker.drive.answers.reference_curve import Overlay
 from breaker.drive.answers.visit_document import VisitDocument
 from breaker.records.files import printable, read_bytes
-from breaker.records.header import Preamble
+from breaker.records.header import Header
 from breaker.records.lexicon import WORDS
 from breaker.records.printed import (
     meant_motions,
@@ -46,7 +46,7 @@ class Visit:
     words: Sequence[str] = ()
 
     @property
-    def stated(self) -> dict[str, Preamble]:
+    def stated(self) -> dict[str, Header]:
         """What stands above the samples, by file."""
         return {str(each.operation.file): each.stated for each in self.records}
 
@@ -177,7 +177,7 @@ def check_visit(visit: Visit) -> None:
             )
 
 
-def _stated(stated: Preamble, name: str) -> str:
+def _stated(stated: Header, name: str) -> str:
     """Return what a file states of a test, with its unit; "" where it states nothing."""
     found = (each for each in stated.pairs if says(each.name, WORDS["stated"][name]))
     return next((f"{each.text} {each.unit}".rstrip() for each in found if each.text), "")

@@ -32,7 +32,7 @@ from breaker.records.files import (
     is_store,
 )
 from breaker.records.formats import comtrade, excel, netcdf, text
-from breaker.records.header import Preamble
+from breaker.records.header import Header
 from breaker.records.settings import FORMAT, READ_BY, complete
 from breaker.records.sheet import Columns, LayoutError, Sheet, columns_of
 
@@ -142,7 +142,7 @@ def _sheets(opened: Opened, form: Mapping) -> Sequence[Sheet]:
     return [replace(each, remarks=(*each.remarks, *said), **kind) for each in sheets]
 
 
-def stated_in(file: str | Path | Opened, settings: Mapping = FORMAT, channel: str = "") -> Preamble:
+def stated_in(file: str | Path | Opened, settings: Mapping = FORMAT, channel: str = "") -> Header:
     """Return what a file states above its samples; nothing of one that cannot be read.
 
     Args:
@@ -157,7 +157,7 @@ def stated_in(file: str | Path | Opened, settings: Mapping = FORMAT, channel: st
             if format_of(opened) is text:
                 return read_columns(opened, complete(settings), channel).stated
         return look_into(opened).stated
-    return Preamble()
+    return Header()
 
 
 def format_of(opened: Opened) -> ModuleType:
