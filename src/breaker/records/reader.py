@@ -279,7 +279,7 @@ def _locate(operation: Operation, samples: _Samples, motion: str) -> Record:
     moves = first_motion(time[inside], sure[inside], motion)
     located = motion, time, samples.whole, samples.doubts, samples.quantum, segment, *moves
     others = {kind: samples.at_times(values) for kind, values in columns.beside.items()}
-    contact, doubtful = events_of(settings, LocatedMotion(*located), others, columns.names)
+    contact, doubtful = events_of(settings, LocatedMotion(*located), others, columns.sheet.names)
     channels = {k: Channel(others[k], amperes) for k, amperes in columns.amperes.items()}
     event = contact.trigger, contact.trigger_sd
     currents = Currents(time, channels, inside, moves[0], *event)
