@@ -6,8 +6,8 @@ import pytest
 from breaker.common.randomness import generator
 from breaker.model.curves import travel
 from breaker.model.parameters import MOTIONS
+from breaker.records.checks import inconsistencies
 from breaker.records.first_motion import first_motion
-from breaker.records.record_doubts import inconsistencies
 
 NOISE = 0.1
 RECORDS = 150
@@ -54,19 +54,18 @@ def test_damage_is_found(records, words, change):
 BURST = (np.arange(760) // 20) == 10  # two ms
 
 
-def test_a_first_motion_before_that_of_the_drive_is_found(records):
-    for remarks in found(records, shift=-4.0, rows=slice(10)):
-        assert any("earlier than the rise suggests" in each for each in remarks)
-
-
-@pytest.mark.parametrize("frequency", [0.05, 0.06])
-def test_hum_is_found(records, frequency):
-    time, measured, moves = records
-    hum = 0.3 * np.sin(2.0 * np.pi * frequency * time + 1.0)
-    words = found((time, measured, moves), lambda x: x + hum, slice(40))
-    told = [each for remarks in words for each in remarks if "hum of the mains" in each]
-    assert len(told) >= 30
-    assert all(f"+-0.3 mm at {1e3 * frequency:.0f} Hz" in each for each in told if "0.3 " in each)
+def test_an_excursion_at_rest_is_found_and_a_swing_that_decays_is_none(records):
+    bump = np.zeros(760)
+    bump[690:750] = np.hanning(60)
+    words = found(records, lambda x: x + 4.0 * bump, slice(20))
+    assert sum("off its rest" in " ".join(remarks) for remarks in words) >= 15
+    time = np.arange(0.0, 600.0, 0.1)
+    swing = np.exp(-(time - 100.0) / 60.0) * np.cos((time - 100.0) / 20.0)
+    noise = 0.1 * np.random.default_rng(2).standard_normal(time.size)
+    record = 150.0 * np.where(
+        time < 100.0, np.clip((time - 50.0) / 50.0, 0.0, 1.0), 1.0 + 0.1 * swing
+    )
+    assert "off its rest" not in " ".join(inconsistencies(time, record + noise, 50.0, 0.1))
 
 
 def test_what_is_steady_at_rest_is_no_repetition():

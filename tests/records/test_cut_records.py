@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 
 from breaker.model.quantities import SPEEDS
-from breaker.records.faulty_samples import doubtful_samples
+from breaker.records.checks import doubtful_samples, of_no_drive
 from breaker.records.measurements import measure_curve
-from breaker.records.record_doubts import of_no_drive
 
 
 def motion(time, stroke, duration, over):

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from breaker.records.faulty_samples import doubtful_samples, hidden_slip
+from breaker.records.checks import doubtful_samples, hidden_slip
 from breaker.records.measurements import measure_curve
 from breaker.records.propagation import Trace
 

@@ -168,8 +168,8 @@ def test_a_wrong_zero_is_told(file, prior, times, motion):
     ("change", "said"),
     [
         (lambda time, x: x, ""),
-        (lambda time, x: x - 0.36, "rests at -0.3. mm after the opening, which is no zero"),
-        (lambda time, x: x + 0.36, "rests at 0.3. mm after the opening, which is no zero"),
+        (lambda time, x: x - 0.36, "rests at -0.3. mm, which is no zero"),
+        (lambda time, x: x + 0.36, "rests at 0.3. mm, which is no zero"),
         (lambda time, x: x + 20.0 * np.clip((time - 72.0) / 8.0, 0.0, 1.0) ** 2, "goes back"),
     ],
     ids=["good", "below", "above", "back"],

@@ -21,9 +21,9 @@ import numpy as np
 from breaker.common.numerals import in_digits
 from breaker.model.quantities import CURRENTS, SHARES, SPEEDS, Point, Speed, quantities_of
 from breaker.records.axes import seen_quantum
+from breaker.records.checks import doubtful_samples, hidden_slip, leap_at
 from breaker.records.contacts import ContactTimes
 from breaker.records.currents import Currents
-from breaker.records.faulty_samples import doubtful_samples, hidden_slip, leap_at
 from breaker.records.first_motion import StartInterval, first_motion, start_interval
 from breaker.records.motion import LocatedMotion, Segment, find_segment
 from breaker.records.propagation import Trace, Uncertain

@@ -24,6 +24,8 @@ _NEAR = 5  # times as long as the motion, how far the rest before and after it i
 _SPAN = 0.3  # of the way, over which speeds are compared
 _SLOW = 2 / 3  # of the greatest speed: below, touch or damper act, and the force has been seen
 _STILL = 0.1  # of the greatest speed: below, the drive has arrived
+_AT_REST = 0.01  # of the way, within which a drive is at rest between two motions
+_FAR_OFF = 8.0  # times the median distance from a rest, which noise does not reach
 
 # Rest that tells the noise, ms before the first motion: its start may be gradual, and far before it
 # an earlier motion may still ring.
@@ -233,8 +235,16 @@ def _between(done: np.ndarray, start: int, middle: int, stop: int) -> tuple[int,
     force that builds up begins before an even one.
     """
     low, rest = done[start : middle + 1].min(), np.median(done[middle:stop])
-    if start:
-        start = _first(done <= low + _BEGUN * (rest - low), start)
+    if start:  # from where it stays within a hundredth of the way until it leaves the rest
+        arrived = _first(done <= low + _BEGUN * (rest - low), start)
+        begun = _last(done <= low + _BEGUN * (rest - low), middle)
+        level = np.median(done[(arrived + begun) // 2 : begun + 1])
+        off = np.abs(done[arrived:begun] - level)
+        half = off.size // 2
+        near = max(
+            _AT_REST * (rest - low), _FAR_OFF * float(np.median(off[half:])) if half else 0.0
+        )
+        start = arrived + int(np.flatnonzero(off[:half] > near)[-1:].sum())
     if stop < done.size:
         begun, well = (
             _last(done >= rest - share * (rest - low), stop) for share in (_BEGUN, _WELL)

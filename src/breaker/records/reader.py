@@ -6,8 +6,8 @@ stated rate that contradicts the configuration rejects the record: one of both i
 
 1. ``formats``: columns of the file, in its own units.
 2. ``axes``: even times, ms, and travel, mm towards closed; missing samples are NaN.
-3. ``faulty_samples``: samples that no sensor of this stroke can give become NaN.
-4. ``motion``: the part of the record that is the motion; ``record_doubts``: whether it is one of a
+3. ``checks``: samples that no sensor of this stroke can give become NaN.
+4. ``motion``: the part of the record that is the motion; ``checks``: whether it is one of a
    breaker.
 5. ``first_motion``, ``contacts``, ``currents``.
 
@@ -25,10 +25,10 @@ import numpy as np
 
 from breaker.common.numerals import in_digits
 from breaker.records.axes import Scale, even_times, seen_quantum
+from breaker.records.checks import check_stroke, doubtful_samples, doubts_in_words, rest_of_open
 from breaker.records.contacts import events_of
 from breaker.records.currents import Channel, Currents
 from breaker.records.dates import one_date
-from breaker.records.faulty_samples import doubtful_samples, doubts_in_words
 from breaker.records.files import Files, Opened, RejectedCurveError, printable
 from breaker.records.first_motion import first_motion
 from breaker.records.formats.registry import read_columns
@@ -37,7 +37,6 @@ from breaker.records.layout import look_into, stated_in
 from breaker.records.motion import LocatedMotion, find_segment
 from breaker.records.operations import Operation
 from breaker.records.record import Record
-from breaker.records.record_doubts import check_stroke, rest_of_open
 from breaker.records.rejections import SeveralMotionsError, UnusableError
 from breaker.records.settings import complete, lacking
 from breaker.records.sheet import Columns

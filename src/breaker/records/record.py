@@ -13,14 +13,13 @@ import numpy as np
 
 from breaker.common.numerals import in_digits
 from breaker.model.quantities import Speed
+from breaker.records.checks import doubts_in_words, inconsistencies, of_no_drive, rest_remark
 from breaker.records.contacts import ContactTimes
 from breaker.records.currents import Currents
-from breaker.records.faulty_samples import doubts_in_words
 from breaker.records.grid import Gridded, on_grid
 from breaker.records.measurements import Measured, Reading
 from breaker.records.motion import LocatedMotion
 from breaker.records.operations import Operation
-from breaker.records.record_doubts import inconsistencies, of_no_drive, rest_remark
 from breaker.records.rejections import NotShownError
 
 
