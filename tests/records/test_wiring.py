@@ -154,6 +154,7 @@ def test_rows_above_the_columns_say_which_contact_is_of_which_travel(shift):
     travels = [Travel(k, "mm", Course(TIME, columns[k])) for k in (1, 2)]
     first, second = columns_beside(layout, travels)
     assert first["closing"].settings["contact_column"] == "DCRM Res CH2"  # touches last
+    assert first["closing"].settings["current_column"] == "DCRM Current CH2 in Amp"
     assert second["closing"].settings["contact_column"] == "DCRM Res CH4"
     assert {e["closing"].settings["trigger_column"] for e in (first, second)} == {names[0]}
     silent = Sheet("a.csv", names, columns)

@@ -301,14 +301,12 @@ def _main(
 ) -> tuple[float, float]:
     """Return when the main contact touches or separates, and the sd, ms; nan if as one.
 
-    Args:
-        resistance: Where a contact conducts, ``(m,)``.
-        made: Samples at which one does, ``(n,)`` of bool.
-        levels: Resistance of the main and of the arcing contact.
-        counted: When the arcing contact touches or separates, ms.
+    Raise NotShownError if the resistance changes between both levels several times.
 
-    Raises:
-        NotShownError: If the resistance crosses from one level to the other more than once.
+    Args:
+        resistance, made: Of the ``m`` samples at which a contact conducts, and which of all these
+            are, ``(n,)`` of bool.
+        levels, counted: Resistance of main and arcing contact; when the arcing contact switches.
     """
     low, high = levels
     if not high > np.e * low:  # a sliding contact wears as much
@@ -339,16 +337,11 @@ def _as_travelled(found: ContactTimes, located: LocatedMotion) -> ContactTimes:
 
 
 def trigger_of(time: np.ndarray, trigger: np.ndarray, moves: float) -> tuple[float, float]:
-    """Return when the channel of a trigger leaves its rest before a motion, and the sd, ms.
+    """Return when a trigger or coil current ``(n,)`` leaves its rest before a motion, and the sd,
+    ms; nan where it does not.
 
     Its rest is that of the first tenth of the time before the first motion, at least 1 ms. Many
-    recorders start with the trigger: then the rest is that of the end. Both are nan where it never
-    leaves its rest.
-
-    Args:
-        time: Times of the motion, ``(n,)``, ms, evenly spaced.
-        trigger: Channel of the trigger or of the coil's current, ``(n,)``; nan where missing.
-        moves: Time of the first motion, ms.
+    recorders start with the trigger: then the rest is that of the end.
     """
     there = ~np.isnan(trigger)
     time, lead = time[there], time[there] < moves
