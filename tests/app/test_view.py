@@ -228,6 +228,17 @@ def test_what_is_not_there_any_more_is_said(page, folder):
     assert "no file is chosen" in page.get("/visit").text
 
 
+def test_data_without_their_description_are_listed_with_what_is_lacking(tmp_path):
+    """Planted: one of the two files of a COMTRADE record, as after copying it alone."""
+    (tmp_path / "rec.dat").write_bytes(b"1,0,7\r\n2,100,8\r\n")
+    (tmp_path / "two.cfg").write_text("")
+    (tmp_path / "two.dat").write_bytes(b"1,0,7\r\n2,100,8\r\n")
+    text = list_page(Session(str(tmp_path), [], commands(), tmp_path), "", "9")
+    assert "rec.cfg is not there" in text
+    assert "Looked into" not in text
+    assert "two.dat" not in text
+
+
 def test_lines_of_a_user_are_not_replaced(page, tmp_path):
     mine = tmp_path / "mine.yaml"
     mine.write_text("seed: 3\n")

@@ -27,6 +27,7 @@ from breaker.model.parameters import MOTIONS
 from breaker.records.description import describe_file
 from breaker.records.files import Files, printable
 from breaker.records.folder import record_files
+from breaker.records.formats.comtrade import lone_data
 from breaker.records.layout import Layout, look_into
 from breaker.records.operations import MANIFEST
 from breaker.records.proposal import Proposal, inspect_file
@@ -151,7 +152,8 @@ class Session:
         parts = [folder, *(folder / each for each in MOTIONS)]
 
         def find() -> dict[str, str]:
-            paths = [each for part in parts for each in record_files(part)]
+            # Data without their description are listed with what is lacking.
+            paths = [each for part in parts for each in (*record_files(part), *lone_data(part))]
             return {id_of(os.path.relpath(each, folder)): str(each) for each in paths}
 
         # Listed anew where the folder has changed: there may be ten thousand.

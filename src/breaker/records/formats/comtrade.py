@@ -107,6 +107,12 @@ def _part(file: Path, ending: str) -> Path:
     return next((part for part in every if part.exists()), every[0])
 
 
+def lone_data(folder: str | Path) -> list[Path]:
+    """List the data in a folder whose description is lacking, as after copying one of two files."""
+    parts = sorted(Path(folder).glob("*.[dD][aA][tT]"))
+    return [part for part in parts if part.is_file() and not _part(part, ".cfg").exists()]
+
+
 def is_data(opened: Opened) -> bool:
     """Say whether a file is the data of a record, which its description is needed for."""
     file = Path(opened.file)
