@@ -68,7 +68,7 @@ def test_what_could_not_be_read_is_drawn_as_it_is(both, tmp_path):
     travel = travel[:1100].copy()
     proposal = proposal_of(tmp_path, time[:1100], travel)
     refused = [
-        type(each)(**{**vars(each), "record": None, "said": "no"}) for each in proposal.motions
+        type(each)(**{**vars(each), "result": None, "said": "no"}) for each in proposal.motions
     ]
     figure = record(type(proposal)(**{**vars(proposal), "motions": refused}))
     assert proposal.layout.file.name in words(figure)

@@ -182,3 +182,55 @@ def test_coils_of_poles_whose_channels_have_other_numbers_go_in_their_order():
     found = columns_beside(layout, [Travel(k, "mm", Course(TIME, rises)) for k in range(3)])
     taken = [each["closing"].settings["trigger_column"] for each in found]
     assert taken == names[3:]
+
+
+RESISTANCE = np.where(SIGNAL, 50.0, 4000.0)
+NOISE = np.random.default_rng(0).normal(0.0, 0.05, TIME.size)
+
+
+@pytest.mark.parametrize(
+    ("columns", "settings"),
+    [
+        # 52a follows the main contact and 52b is its opposite; a contact goes before both.
+        ({"52a": SIGNAL, "52b": ~SIGNAL}, {"contact_column": "52a"}),
+        ({"52b": ~SIGNAL}, {"contact_column": "52b"}),
+        ({"CB 52a": SIGNAL, "Contact": LATE}, {"contact_column": "Contact"}),
+        (
+            {"DCRM Res CH1": RESISTANCE, "DCRM Current CH1": 50.0 * LATE},
+            {"contact_column": "DCRM Res CH1", "current_column": "DCRM Current CH1"},
+        ),
+        (
+            {"DCRM Current CH1": 50.0 * LATE, "x": NOISE, "DCRM Res CH1": RESISTANCE},
+            {"contact_column": "DCRM Res CH1", "current_column": "DCRM Current CH1"},
+        ),
+        # Of a current that is constant, of a coil, or another channel, is no contact.
+        ({"Main contact current (A)": 100.0 + NOISE}, {}),
+        ({"Contact coil current (A)": 4.0 * SIGNAL}, {}),
+        ({"Contact (V)": 24.0 + NOISE}, {}),
+        ({"DCRM Res CH1": RESISTANCE, "DCRM Current CH2": 50.0 * LATE}, "DCRM Res CH1"),
+    ],
+)
+def test_contacts_go_with_their_test_current_and_currents_are_no_contacts(columns, settings):
+    travel = 100.0 * (way(TIME, 50.0, 60.0) - way(TIME, 240.0, 40.0))
+    sheet = Sheet("a", ["Travel 1", *columns], [travel, *(1.0 * each for each in columns.values())])
+    found = columns_beside(sheet, [Travel(0, "mm", Course(TIME, travel))])[0]["closing"].settings
+    found = {key: value for key, value in found.items() if key != "trigger_column"}
+    assert found == ({"contact_column": settings} if isinstance(settings, str) else settings)
+
+
+@pytest.mark.parametrize(
+    ("name", "values", "first"),
+    [
+        ("52a", SIGNAL, "closing"),
+        ("52b", SIGNAL, "opening"),
+        ("Res 1", RESISTANCE, "closing"),
+        ("Contact", TIME > 95.0, "closing"),
+        ("Contact", TIME > 60.0, "opening"),
+        ("Current 1", SIGNAL, None),
+    ],
+)
+def test_contacts_show_which_motion_is_the_first(name, values, first):
+    travel = 100.0 * (way(TIME, 50.0, 60.0) - way(TIME, 240.0, 40.0))
+    sheet = Sheet("a", ["Travel 1", name], [travel, 1.0 * values])
+    found = first_by_contacts(sheet, Travel(0, "mm", Course(TIME, travel)))
+    assert {*found.values()} == {first} - {None}

@@ -13,10 +13,10 @@ import numpy as np
 
 from breaker.common.numerals import in_digits
 from breaker.records import words
-from breaker.records.layout import Layout
 from breaker.records.lexicon import WORDS
 from breaker.records.motion import Course
 from breaker.records.settings import RATES, TO_MM, TO_MS
+from breaker.records.sheet import Sheet
 
 STROKES = (2.0, 300.0)
 """Strokes, mm, of contacts and drives: of vacuum interrupters up to those of 800 kV."""
@@ -64,7 +64,7 @@ class Clock(NamedTuple):
         return float(np.sqrt(np.prod(RATES))) if np.isnan(self.rate) else self.rate
 
 
-def find_clock(sheet: Layout) -> Clock:
+def find_clock(sheet: Sheet) -> Clock:
     """Find the column of the time, or the rate that stands for it.
 
     A column that is named a time is one, whether or not its steps are even.
@@ -99,7 +99,7 @@ def find_clock(sheet: Layout) -> Clock:
     return clock
 
 
-def _clock_in(sheet: Layout, place: int) -> Clock | None:
+def _clock_in(sheet: Sheet, place: int) -> Clock | None:
     """The clock that a column is, if it is one."""
     unit, name, values = sheet.units[place], sheet.names[place], sheet.columns[place]
     times = values[np.isfinite(values)]
@@ -227,7 +227,7 @@ class Travel:
         return False
 
 
-def find_travels(sheet: Layout, clock: Clock) -> list[Travel]:
+def find_travels(sheet: Sheet, clock: Clock) -> list[Travel]:
     """Find the columns that move between rests: those named a travel, or else all that do so as a
     mass does.
     """
@@ -248,7 +248,7 @@ def find_travels(sheet: Layout, clock: Clock) -> list[Travel]:
 
 
 def chosen_travels(
-    sheet: Layout, clock: Clock, channel: str
+    sheet: Sheet, clock: Clock, channel: str
 ) -> tuple[list[Travel], list[Travel], list[str]]:
     """Return the columns of travel, those of them that are asked for, and remarks on the others.
 
@@ -291,7 +291,7 @@ def chosen_travels(
     return used, used, remarks
 
 
-def _with_phases(sheet: Layout, travels: Sequence[Travel]) -> list[Travel]:
+def _with_phases(sheet: Sheet, travels: Sequence[Travel]) -> list[Travel]:
     """Travels with their phase: by their name, or else as stated for their number or order, or for
     their contacts; or else in their order where the name of the file lists as many.
     """

@@ -13,9 +13,9 @@ import numpy as np
 
 from breaker.model.parameters import MOTIONS
 from breaker.records.channels import FAINT, FEWEST, Travel, stated_contacts
-from breaker.records.layout import Layout
 from breaker.records.motion import Course
 from breaker.records.settings import TO_MM
+from breaker.records.sheet import Sheet
 from breaker.records.words import COLUMN_PHASE, amperes_of, holds, motion_of
 
 _COIL = (20.0, 0.98)  # A, that no coil takes, and the share of its samples that has less
@@ -53,7 +53,7 @@ class _Pole(NamedTuple):
 
 
 def columns_beside(
-    sheet: Layout, travels: Sequence[Travel], sign: int = 1
+    sheet: Sheet, travels: Sequence[Travel], sign: int = 1
 ) -> list[dict[str, Beside]]:
     """Return what goes with each travel, by motion.
 
@@ -102,7 +102,7 @@ def columns_beside(
 
 
 def _beside(
-    sheet: Layout,
+    sheet: Sheet,
     travel: Travel,
     pole: _Pole,
     motion: str,
@@ -125,7 +125,7 @@ def _beside(
     return Beside(settings, others, *auxiliary)
 
 
-def _kind(sheet: Layout, place: int) -> str:
+def _kind(sheet: Sheet, place: int) -> str:
     """Kind of a column by which a contact is seen; empty of all others, currents among them."""
     name = sheet.names[place]
     if switch := next((kind for kind in _KINDS[2:] if holds(name, kind)), ""):
@@ -137,13 +137,13 @@ def _kind(sheet: Layout, place: int) -> str:
     return next((kind for kind in _KINDS if holds(name, kind)), "")
 
 
-def _contacts(sheet: Layout, travels: Iterable[int]) -> list[int]:
+def _contacts(sheet: Sheet, travels: Iterable[int]) -> list[int]:
     """Columns of contacts whose reading changes, none of them a travel."""
     places = (i for i in range(len(sheet.names)) if i not in travels and _kind(sheet, i))
     return _signals(sheet, places)
 
 
-def _signals(sheet: Layout, places: Iterable[int]) -> list[int]:
+def _signals(sheet: Sheet, places: Iterable[int]) -> list[int]:
     """Columns with more than noise, and not faint beside others of their kind and unit."""
     ranges: dict[int, float] = {}
     for i in places:
@@ -156,7 +156,7 @@ def _signals(sheet: Layout, places: Iterable[int]) -> list[int]:
     return [i for i, width in ranges.items() if width > 0.0 and width >= FAINT * most[of[i]]]
 
 
-def coils_before(sheet: Layout, travel: Travel, k: int) -> dict[int, int]:
+def coils_before(sheet: Sheet, travel: Travel, k: int) -> dict[int, int]:
     """Return the columns of coils, and the sample at which each is energised before a motion, k,
     of a travel; -1 where it is not.
     """
@@ -172,7 +172,7 @@ def coils_before(sheet: Layout, travel: Travel, k: int) -> dict[int, int]:
     return found
 
 
-def _is_coil(sheet: Layout, place: int) -> bool:
+def _is_coil(sheet: Sheet, place: int) -> bool:
     """Whether a column may be of a coil, and not of a motor or of a resistance test."""
     name, values = sheet.names[place], sheet.columns[place]
     if not holds(name, "coil") or any(holds(name, k) for k in ("test current", "of the drive")):
@@ -186,7 +186,7 @@ def _is_coil(sheet: Layout, place: int) -> bool:
     return not amperes * np.nanquantile(np.abs(values), _COIL[1]) > _COIL[0]
 
 
-def current_of(sheet: Layout, contact: int) -> list[int]:
+def current_of(sheet: Sheet, contact: int) -> list[int]:
     """Return the column of the test current of a contact's resistance, by place; none or one.
 
     It has the same number and phase, and stands behind the resistance where several have.
@@ -200,7 +200,7 @@ def current_of(sheet: Layout, contact: int) -> list[int]:
     return found if len(found) == 1 else [i for i in found if i == contact + 1]
 
 
-def first_by_contacts(sheet: Layout, travel: Travel) -> dict[str, str]:
+def first_by_contacts(sheet: Sheet, travel: Travel) -> dict[str, str]:
     """Return what contacts show the first motion of a travel to be, by why: "closing" or "opening".
 
     A resistance and an auxiliary switch show it by their levels. Other contacts show it by when
@@ -226,7 +226,7 @@ def first_by_contacts(sheet: Layout, travel: Travel) -> dict[str, str]:
     return {why: "closing" if each else "opening" for why, each in closes.items()}
 
 
-def _coil(sheet: Layout, at: Mapping[int, int], motion: str, pole: _Pole) -> list[int]:
+def _coil(sheet: Sheet, at: Mapping[int, int], motion: str, pole: _Pole) -> list[int]:
     """The coil of a motion of a pole, of those that are energised at some samples; none or one."""
     marks = {i: _marks(sheet.names[i]) for i in at}
     own = [i for i in at if not marks[i][0] & pole.known or marks[i][0] & pole.phases]
@@ -248,7 +248,7 @@ def _coil(sheet: Layout, at: Mapping[int, int], motion: str, pole: _Pole) -> lis
 
 
 def _counted(
-    sheet: Layout, contacts: Sequence[int], travel: Travel, motion: str, k: int
+    sheet: Sheet, contacts: Sequence[int], travel: Travel, motion: str, k: int
 ) -> list[int]:
     """Contacts of a travel that may count in a motion, k, the one that does first."""
     counted = [i for i in contacts if not holds(sheet.names[i], "resistor contact")]
@@ -270,11 +270,11 @@ def _switches(values: np.ndarray, part: tuple[int, int]) -> int:
     return int(changes[0]) if changes.size else -1
 
 
-def _named(sheet: Layout, places: Iterable[int], kind: str) -> list[int]:
+def _named(sheet: Sheet, places: Iterable[int], kind: str) -> list[int]:
     return [i for i in places if holds(sheet.names[i], kind)]
 
 
-def _motor(sheet: Layout) -> list[int]:
+def _motor(sheet: Sheet) -> list[int]:
     """The column of a motor's current; of several, nobody knows whose each is."""
     named = _named(sheet, range(len(sheet.names)), "motor")
     found = [i for i in named if np.isfinite(amperes_of(sheet.names[i], sheet.units[i] or ""))]

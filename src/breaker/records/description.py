@@ -19,9 +19,10 @@ from breaker.records import words
 from breaker.records.channels import FAINT, STROKES, Clock, Travel, chosen_travels, find_clock
 from breaker.records.contact_columns import Beside, coils_before, columns_beside, first_by_contacts
 from breaker.records.files import Opened, as_opened
-from breaker.records.layout import Layout, look_into
+from breaker.records.formats.registry import look_into
 from breaker.records.operations import FILL_IN, Operation
 from breaker.records.settings import TO_MM, TO_MS
+from breaker.records.sheet import Sheet
 from breaker.records.table_proposal import Description, Part
 
 if TYPE_CHECKING:  # no record is read here
@@ -54,7 +55,7 @@ class Guess(NamedTuple):
     sure: bool = True
 
 
-def guesses_of(sheet: Layout, clock: Clock, travels: Sequence[Travel]) -> list[Guess]:
+def guesses_of(sheet: Sheet, clock: Clock, travels: Sequence[Travel]) -> list[Guess]:
     """Return the settings of the file, of its time, its travel, and the direction of that."""
     file = Guess(sheet.settings)
     return [file, _time(sheet, clock), _unit(sheet, travels), _direction(sheet, travels)]
@@ -69,7 +70,7 @@ def merged(guesses: Iterable[Guess]) -> tuple[dict[str, Any], dict[str, str]]:
     return settings, lacking
 
 
-def _time(sheet: Layout, clock: Clock) -> Guess:
+def _time(sheet: Sheet, clock: Clock) -> Guess:
     """The settings of the time."""
     if clock.place is not None:
         lacking = {} if clock.unit else {"time_unit": " or ".join(TO_MS)}
@@ -82,7 +83,7 @@ def _time(sheet: Layout, clock: Clock) -> Guess:
     return Guess({"time_column": None, "rate": None}, {"rate": why}, remarks)
 
 
-def _unit(sheet: Layout, travels: Sequence[Travel]) -> Guess:
+def _unit(sheet: Sheet, travels: Sequence[Travel]) -> Guess:
     """The column of the travel and its unit."""
     remarks, lacking, (travel, *_), stated = [], {}, travels, sheet.stated
     column, said = sheet.column(travel.place), words.unit_of(stated.travel_unit)
@@ -118,7 +119,7 @@ def strokes_of(travels: Iterable[Travel]) -> np.ndarray:
     return np.concatenate([travel.strokes for travel in travels])
 
 
-def _direction(sheet: Layout, travels: Sequence[Travel]) -> Guess:
+def _direction(sheet: Sheet, travels: Sequence[Travel]) -> Guess:
     """The sign: by what text, names, coils or contacts tell of the first motion, or else by the
     curve. The sign is lacking where nothing tells it, or the curve contradicts itself.
     """
@@ -149,7 +150,7 @@ def _direction(sheet: Layout, travels: Sequence[Travel]) -> Guess:
     return Guess({"sign": sign}, lacking, tuple(remarks), sure)
 
 
-def _stated_first(sheet: Layout, travel: Travel) -> str:
+def _stated_first(sheet: Sheet, travel: Travel) -> str:
     """The first motion as text, names or coils state it; empty where they do not."""
     above = "\n".join(" ".join(row) for row in sheet.preamble)
     texts = sheet.file.stem, sheet.file.absolute().parent.name, above
@@ -260,7 +261,7 @@ class InspectedMotion:
 
 
 def motions_of(
-    sheet: Layout, clock: Clock, travels: Sequence[Travel], sign: int
+    sheet: Sheet, clock: Clock, travels: Sequence[Travel], sign: int
 ) -> list[InspectedMotion]:
     """Return the motions of all travels of a file; one that is there more than once needs its
     part. The sign is 1 if their reading grows towards closed, -1 if it falls.
@@ -296,7 +297,7 @@ def travel_channels(file: str | Path | Opened) -> dict[str, tuple[str, Mapping[s
     return opened.once("channels", lambda: _travel_channels(look_into(opened)))
 
 
-def _travel_channels(sheet: Layout) -> dict[str, tuple[str, Mapping[str, Beside]]]:
+def _travel_channels(sheet: Sheet) -> dict[str, tuple[str, Mapping[str, Beside]]]:
     _, travels, _ = chosen_travels(sheet, find_clock(sheet), "")
     columns, phases = [str(sheet.column(t.place)) for t in travels], [t.phase for t in travels]
     names = phases if all(phases) and len({*phases}) == len(phases) else columns

@@ -28,12 +28,13 @@ from breaker.records.description import (
     usual_ratio,
 )
 from breaker.records.files import Files, RejectedCurveError
+from breaker.records.formats.registry import look_into
 from breaker.records.grid import Grid
-from breaker.records.layout import Layout, look_into
 from breaker.records.noise import noise_remarks
 from breaker.records.printed import PrintedComparison, compare_printed
 from breaker.records.reader import Reader
 from breaker.records.settings import FORMAT
+from breaker.records.sheet import Sheet
 
 NOT_READ = "not read, as the record is long; choose a column by --channel, or export a shorter part"
 
@@ -56,7 +57,7 @@ class Proposal:
         guesses: Of which the settings are, each with the remarks that are about it.
     """
 
-    layout: Layout
+    layout: Sheet
     clock: Clock
     travels: Sequence[Travel]
     settings: dict
@@ -68,8 +69,8 @@ class Proposal:
 
     @property
     def is_read(self) -> bool:
-        """Whether the settings read a motion, or would once they are filled in."""
-        return bool(self.lacking) or any(each.record for each in self.motions)
+        """Whether the settings read a motion, or may once the rate is filled in."""
+        return "rate" in self.lacking or any(each.record for each in self.motions)
 
     @cached_property
     def compared(self) -> list[PrintedComparison]:
