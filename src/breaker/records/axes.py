@@ -18,7 +18,7 @@ from pathlib import Path
 import numpy as np
 
 from breaker.records.files import RejectedCurveError, read_bytes
-from breaker.records.rejections import UnusableError
+from breaker.records.rejections import Remark, UnusableError
 from breaker.records.settings import READABLE, TO_MM, TO_MS
 
 _LATEST = 1e14  # ms, beyond all clocks, also those that count from 1970 in any unit
@@ -85,7 +85,7 @@ def even_times(
     _check_even(steps - whole * step, off, step, lines)
     even[place] = time
     if off.max() > _PRINTED * step:
-        said.append(f"the times are off even steps of {step:.4g} ms by up to {off.max():.2g} ms")
+        said.append(Remark("uneven", step=f"{step:.4g}", off=f"{off.max():.2g}"))
     return even, place, "; ".join(said)
 
 
@@ -95,7 +95,7 @@ def _without_odd_ends(time: np.ndarray) -> tuple[np.ndarray, list[str]]:
     for name, end, near, sign in (("first", 0, 1, -1.0), ("last", -1, -2, 1.0)):
         gap = sign * (time[end] - time[near])
         if step > 0.0 and not 0.0 < gap < (_SPARSE - 1) * time.size * step:
-            said.append(f"the {name} time, {time[end]:.6g} ms, does not follow: one even step does")
+            said.append(Remark("odd-end", which=name, time=f"{time[end]:.6g}"))
             time[end] = time[near] + sign * step
     return time, said
 

@@ -15,6 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from breaker.common.numerals import in_digits
+from breaker.records.rejections import Remark
 
 _FEWEST = 10  # samples at rest, for an estimate
 _FALSE = 1e-4  # probability of a remark on noise of the right size
@@ -124,40 +125,28 @@ def noise_remarks(noise: Noise, noise_sd: float, step: float, times: np.ndarray)
     from scipy.special import chdtri  # takes a quarter of a first answer to load, which needs none
 
     if np.isnan(noise.sd):
-        return ["too little rest before the motion to see the noise"]
-    remarks, size = [], f"the noise at rest is {in_digits(noise.sd, 2)} mm"
+        return [Remark("few-at-rest")]
+    remarks, size = [], {"noise": in_digits(noise.sd, 2), "noise_sd": noise_sd}
     near = min(max(noise.next, 0.0), 0.99) if np.isfinite(noise.next) else 0.0
     # Of a first-order process: where neighbours are alike, as many samples know less.
     free = max(noise.samples * (1.0 - near**2) / (1.0 + near**2) - 1.0, 1.0)
     if noise.sd > noise_sd * max(_MORE, float(np.sqrt(chdtri(free, _FALSE) / free))):
-        remarks.append(
-            f"{size}, more than sensor.noise_sd, {noise_sd:g} mm; raise it, or the parameters "
-            "are less certain than inferred"
-        )
+        remarks.append(Remark("noisier", **size))
     least = min(_LESS, float(np.sqrt(chdtri(free, 1.0 - _FALSE) / free)))
     if 0.0 < noise.sd < least * noise_sd:
-        remarks.append(
-            f"{size}, far less than sensor.noise_sd, {noise_sd:g} mm: lower it, or is the record "
-            "filtered?"
-        )
+        remarks.append(Remark("calmer", **size))
     grid_step = float(times[1] - times[0])
     # A mean over so long makes neighbouring samples as alike as they are.
     memory = step / (1.0 - near)
     smooth = memory > _LONG * grid_step and near > _NORMAL / np.sqrt(noise.samples)
     if smooth or noise.colour > max(_ALIKE, _NORMAL / np.sqrt(free)):
-        remarks.append(
-            f"the noise at rest is correlated over {in_digits(memory, 2)} ms, and at a step of the "
-            f"grid by {noise.colour:.2f}: record without a filter, or raise sensor.noise_sd"
-        )
+        remarks.append(Remark("coloured", memory=in_digits(memory, 2), colour=noise.colour))
     drifts = abs(noise.drift) * float(times[-1] - times[0])
     longest = step * noise.samples
     error = noise.sd * np.sqrt(12.0 / noise.samples * (1.0 + near) / (1.0 - near)) / longest
     certain = noise.samples >= _STEADY and abs(noise.drift) > (_NORMAL + 0.5) * error
     if certain and drifts > _DRIFT * noise_sd:
-        remarks.append(
-            f"the reading drifts at rest, by {in_digits(noise.drift, 2)} m/s: "
-            f"{in_digits(drifts, 2)} mm over the grid"
-        )
+        remarks.append(Remark("drifts", drift=in_digits(noise.drift, 2), way=in_digits(drifts, 2)))
     return remarks
 
 

@@ -1,0 +1,87 @@
+"""Motions of high-voltage breakers, with what their records have: they are accepted and right."""
+
+import numpy as np
+import pytest
+
+from breaker.records.axes import seen_quantum
+from breaker.records.checks import doubtful_samples
+from breaker.records.measurements import measure_curve
+from breaker.records.motion import find_segment
+
+STROKE = 170.0
+
+
+def rise(time, begin, lasts, beyond=0.0):
+    """Share of the way of a motion, which goes beyond its rest and comes back."""
+    share = np.clip((time - begin) / lasts, 0.0, 1.0)
+    late = np.clip(time - begin - 0.8 * lasts, 0.0, None)
+    return share**2 * (3.0 - 2.0 * share) + beyond * np.sin(6.0 * late / lasts) * np.exp(
+        -4.0 * late / lasts
+    )
+
+
+def record(kind, seed):
+    """Times, ms, and travel, mm, of a closing, with one thing that records of the field have."""
+    rng, rate = np.random.default_rng(seed), 5.0 if kind == "noise of the motion" else 10.0
+    begin = 25.0 if kind == "short rest" else 60.0
+    end = 100.0 + begin if kind == "short end" else 260.0 + begin
+    time = np.arange(0.0, end, 1.0 / rate)
+    way = STROKE * rise(time, begin, 50.0, 0.15 if kind == "over-travel" else 0.0)
+    speed = np.abs(np.gradient(way, time))
+    noise = 0.1 * rng.standard_normal(time.size)
+    if kind == "slow start":
+        way = np.maximum(way, 0.02 * STROKE * np.clip((time - begin + 15.0) / 25.0, 0.0, 1.0) ** 2)
+    if kind == "hum":
+        way += 0.3 * np.sin(0.1 * np.pi * time)
+    if kind in ("ripple", "noise of the motion"):
+        way += 1.5 * speed / speed.max() * np.sin(2.0 * np.pi * time / 6.0)
+    if kind == "noise of the motion":
+        noise = 0.07 * np.rint(0.5 * rng.standard_normal(time.size) * (speed > 0.02) / 0.07)
+        way = 0.07 * np.rint(way / 0.07)
+    if kind in ("steps of 0.32 mm", "steps of 0.01 mm"):
+        step, noise = float(kind.split()[2]), 0.0
+        way = step * np.rint(way / step)
+    if kind == "drift":
+        way += 0.01 * time
+    if kind == "spikes":
+        noise[rng.choice(time.size, 5, replace=False)] += 30.0
+    return time, way + noise
+
+
+KINDS = (
+    *("plain", "hum", "ripple", "noise of the motion", "steps of 0.32 mm", "steps of 0.01 mm"),
+    *("slow start", "short rest", "short end", "over-travel", "drift", "spikes"),
+)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("seed", [1, 2])
+def test_records_of_the_field_are_accepted(kind, seed):
+    time, travel = record(kind, seed)
+    doubts = doubtful_samples(travel, time[1], seen_quantum(travel))
+    assert (doubts != "").sum() < 0.02 * time.size
+    found = measure_curve(time, travel, "closing")["stroke"]
+    assert abs(found.value - STROKE) < 2.5 + 3.0 * found.sd
+
+
+def test_a_motion_behind_another_one_begins_at_rest():
+    """The time from 90 % of a closing to its rest is no rest of the opening."""
+    time = np.arange(0.0, 400.0, 0.1)
+    travel = STROKE * (rise(time, 40.0, 50.0) - rise(time, 240.0, 30.0))
+    travel += 0.1 * np.random.default_rng(1).standard_normal(time.size)
+    segment = find_segment(time, travel, "opening")
+    assert time[segment.begin] > 85.0
+    found = measure_curve(time, travel, "opening")["stroke"]
+    assert abs(found.value - STROKE) < 0.2
+    assert found.sd < 0.2
+
+
+@pytest.mark.parametrize("rest", [20.0, 60.0])
+def test_a_short_rest_between_two_motions_is_enough(rest):
+    time = np.arange(0.0, 300.0, 0.1)
+    travel = STROKE * (rise(time, 40.0, 50.0) - rise(time, 90.0 + rest, 30.0))
+    travel += 0.1 * np.random.default_rng(1).standard_normal(time.size)
+    for motion in ("closing", "opening"):
+        found = measure_curve(time, travel, motion)["travel_time"]
+        assert np.isfinite(found.value) or "rests" in found.reason
+        assert find_segment(time, travel, motion).stroke == pytest.approx(STROKE, rel=0.01)
