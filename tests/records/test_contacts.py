@@ -72,6 +72,8 @@ def test_ripple_of_a_closed_contact_is_not_a_bounce():
     assert np.isnan(case.read(values).bounces)
     planted = case.read(values, case.current(gaps=[(10.0, 11.0)]))
     assert planted.bounces == 1.0
+    switched_off = case.read(values, np.where(since > 65.0, 0.0, case.current()))
+    assert switched_off.bounces == 0.0
 
 
 @pytest.mark.parametrize("motion", MOTIONS)
@@ -83,6 +85,8 @@ def test_beyond_the_range_while_the_current_flows_is_the_arcing_contact(motion):
     assert found.time == found.arcing
     assert abs(found.time - case.mirrored(case.arcing)) < 4.0 * found.sd
     assert found.main == pytest.approx(case.mirrored(case.main), abs=0.11)
+    blank = case.read(np.where(case.own > case.arcing, np.nan, values), case.current())
+    assert blank.main == pytest.approx(found.main, abs=0.11)
     alone = case.read(values)
     assert np.isnan(alone.time)
     assert alone.why

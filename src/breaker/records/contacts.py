@@ -75,10 +75,10 @@ class _Switch(NamedTuple):
         """Smallest share that noise of the open contact does not make."""
         return float(np.clip(_CLEAR * self.noise, _LEAST, _RISE))
 
-    def edges(self, level: float, *, back: bool = False) -> np.ndarray:
-        """Return when the contact switches at a level, or when it switches back, ``(m,)``, ms."""
+    def edges(self, level: float) -> np.ndarray:
+        """Return when the contact switches at a level, ``(m,)``, ms."""
         on = running_median((self.share >= level) * 1.0, _window(self.time)) > 0.5
-        changes = np.flatnonzero((on[1:] != on[:-1]) & (on[1:] == (self.closing != back)))
+        changes = np.flatnonzero((on[1:] != on[:-1]) & (on[1:] == self.closing))
         first, second = self.share[changes], self.share[changes + 1]
         part = np.clip((level - first) / np.where(first == second, 1.0, second - first), 0.0, 1.0)
         part = np.where(np.abs(second - first) > 0.5, 0.5, part)  # a jump is anywhere between
@@ -107,11 +107,11 @@ class _Switch(NamedTuple):
 
     def counted(self, level: float, at: float, sd: float) -> ContactTimes:
         """Return a counted time with the bounces at a level; raise if an opening closes again."""
-        switches, back = self.edges(level), self.edges(level, back=True)
-        lasts, bounces = float(np.ptp(switches)), float((back > switches[0]).sum())
+        switches = self.edges(level)
+        lasts = float(np.ptp(switches))
         if not self.closing and lasts > _RESOLVED:
             raise NotShownError(f"the contact closes again within {lasts:.1f} ms of separation")
-        return ContactTimes(at, sd, bounces=bounces, bounce_time=lasts)
+        return ContactTimes(at, sd, bounces=switches.size - 1.0, bounce_time=lasts)
 
 
 def events_of(
@@ -219,7 +219,7 @@ def _times(
         closing, begin: As for ``_Switch``.
         limit: End of the range of a resistance; nan: what the open contact reads.
     """
-    there = ~np.isnan(contact) & (True if current is None else ~np.isnan(current))
+    there = ~np.isnan(contact if current is None else current)
     time, sides = time[there], [side[there] for side in sides]
     contact = resistance = contact[there]
     if resists or current is not None:
@@ -241,6 +241,7 @@ def _times(
         at, sd = 0.5 * (at + falls), signal.sd(at, at - falls)
     found, main, why = signal.counted(signal.least, at, sd), (np.nan, np.nan), ""
     made = (signal.share >= signal.least) & ((time >= at) if closing else (time <= at))
+    made &= ~np.isnan(contact)
     rest = _level(contact[sides[0]])[0]
     levels = _two_levels(contact[made], rest)
     try:
