@@ -191,6 +191,6 @@ def test_a_folder_of_a_record_has_bounds(tmp_path, monkeypatch):
     with pytest.raises(RejectedCurveError, match="but no record"):
         require_folder(tmp_path)
     monkeypatch.undo()
-    monkeypatch.setattr("breaker.records.files._MOST_PARTS", 0)
+    monkeypatch.setattr("breaker.records.files.MOST_PARTS", 0)
     with pytest.raises(RejectedCurveError, match="has 1 parts"):
         require_folder(tmp_path)

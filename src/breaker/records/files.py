@@ -1,6 +1,6 @@
-"""How any file is opened: once, in bounds, and waited for by nobody. Light to import.
+"""How every file is opened: once, within bounds of memory, and without waiting. Light to import.
 
-What cannot be used is refused in one line with the name of the file and the reason.
+A file that cannot be used is refused in one line with its name, the reason and a remedy.
 """
 
 import errno
@@ -11,16 +11,16 @@ from pathlib import Path
 from typing import BinaryIO, TypeVar
 
 LARGEST = 64 * 2**20
-"""Bytes of the largest file that is read; a record of 10 s at 100 kHz has a quarter of it."""
+"""Bytes of the largest file, packed or unpacked; 10 s at 100 kHz take a quarter of it."""
 
 MOST_COLUMNS = 300
-"""Columns of the widest table; exports have a tenth of it."""
+"""Columns of the widest table; exports have at most a tenth of it."""
+
+MOST_PARTS = 10_000
+"""Files of a folder, and parts (variables, chunks) of a file, that is one record."""
 
 _MOST_SAMPLES = 1_200_000  # a record of 10 s at 100 kHz has a million
-_MOST_LINES = 2_000_000
-_MOST_CELLS = 8_000_000
-MOST_PARTS = 10_000
-"""Files of a record that is a folder, and folders of a collection."""
+_MOST_CELLS = LARGEST // 8  # as numbers of 8 bytes they fill ``LARGEST``
 
 _KINDS = {
     stat.S_IFDIR: "a folder",
@@ -37,8 +37,6 @@ _WHY = {
 }
 
 Found = TypeVar("Found")
-
-_KEPT = 2**26  # bytes of files that are kept open, and of their columns: some hundred exports
 
 
 class RejectedCurveError(ValueError):
@@ -131,8 +129,8 @@ def require_folder(folder: str | Path) -> None:
     """Make sure that a record that is a folder can be read at once, like a file by ``read_bytes``.
 
     Raises:
-        RejectedCurveError: If it is no folder, or has anything but folders and regular files, more
-            of them than 10,000, or more than ``LARGEST`` together, or a link to a folder.
+        RejectedCurveError: If it is not a folder, contains a link to a folder or anything but
+            folders and regular files, more than ``MOST_PARTS`` of them, or more than ``LARGEST``.
     """
     if not os.path.isdir(folder):
         raise RejectedCurveError(folder, no_file(folder) or "is a file, not a folder")
@@ -160,9 +158,9 @@ def _too_large(size: str) -> str:
 
 
 def check_lines(file: str | Path, content: bytes) -> None:
-    """Reject a text with more lines than a record, before they are split."""
-    if max(content.count(b"\n"), content.count(b"\r")) > _MOST_LINES:
-        reason = f"has more than {_MOST_LINES:,} lines; export a shorter part of the record"
+    """Reject a text with more lines than a record has samples, before they are split."""
+    if max(content.count(b"\n"), content.count(b"\r")) > _MOST_SAMPLES:
+        reason = f"has more than {_MOST_SAMPLES:,} lines; export a shorter part of the record"
         raise RejectedCurveError(file, reason)
 
 
@@ -178,8 +176,8 @@ def check_size(file: str | Path, samples: int, columns: int, *, line: int | None
 
 
 class Opened:
-    """A file, and what was found in it, each looked for once: for as long as this stands, the file
-    is what it was when it was opened.
+    """A file with everything that is derived from it, computed once: the content is that of the
+    first access, even if the file changes later.
 
     Args:
         file: Its name.
@@ -199,9 +197,9 @@ class Opened:
 
     @property
     def size(self) -> int:
-        """Bytes that were read of it, and of the arrays that were found: all of a Zarr store."""
-        found = (each for each, _ in self._found.values())
-        return sum(len(e) if isinstance(e, bytes) else getattr(e, "nbytes", 0) for e in found)
+        """Bytes that are kept: content of files, and arrays (all of a Zarr store)."""
+        kept = (result for result, _ in self._found.values())
+        return sum(len(e) if isinstance(e, bytes) else getattr(e, "nbytes", 0) for e in kept)
 
     @property
     def content(self) -> bytes:
@@ -209,20 +207,24 @@ class Opened:
         return self.beside(self.file)
 
     def beside(self, file: str | Path) -> bytes:
-        """The bytes of a file that belongs to it, under its own name."""
+        """Return the bytes of another file of the same record."""
         return self.once(("content", str(file)), lambda: read_bytes(file))
 
-    def once(self, what: Hashable, find: Callable[[], Found]) -> Found:
-        """Return what is found under a name, or raise why it is not."""
-        if what not in self._found:
+    def once(self, key: Hashable, find: Callable[[], Found]) -> Found:
+        """Return the result of ``find``, computed at the first call with this key.
+
+        Raises:
+            ValueError: As the first call did.
+        """
+        if key not in self._found:
             try:
-                self._found[what] = find(), None
+                self._found[key] = find(), None
             except ValueError as error:
-                self._found[what] = None, error
-        found, error = self._found[what]
+                self._found[key] = None, error
+        result, error = self._found[key]
         if error is not None:
             raise error
-        return found
+        return result
 
 
 def as_opened(file: str | Path | Opened) -> Opened:
@@ -231,7 +233,7 @@ def as_opened(file: str | Path | Opened) -> Opened:
 
 
 class Files:
-    """Files of a command, each opened once; of very many, those that were opened last are kept."""
+    """Files of a command, each opened once; those opened last are kept, up to ``LARGEST`` bytes."""
 
     def __init__(self) -> None:
         self._opened: dict[str, Opened] = {}
@@ -242,10 +244,10 @@ class Files:
         """Return a file as one that is opened."""
         name = str(file)
         if name not in self._opened:
-            self._sizes |= {each: self._opened[each].size for each in self._asked}
+            self._sizes |= {asked: self._opened[asked].size for asked in self._asked}
             self._asked.clear()
             size = sum(self._sizes.values())
-            while self._opened and size > _KEPT:
+            while self._opened and size > LARGEST:
                 first = next(iter(self._opened))
                 size -= self._sizes.pop(first)
                 del self._opened[first]

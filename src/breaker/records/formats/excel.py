@@ -27,7 +27,6 @@ from breaker.records.sheet import Sheet
 _MOST_ELEMENTS, _MOST_OTHERS = 1_000_000, 100_000
 _USUAL = re.compile(rb"<(?:\w+:)?(?:row|c|v|f|is|si|t|pt)[\s/>]")
 _SHEET = re.compile(rb"<(?:\w+:)?sheet\s")
-_ENTITIES = re.compile(rb"<\0?!\0?D\0?O\0?C\0?T")  # of UTF-16, too
 # A cell with a formula and no value. A text may be empty.
 _UNSTORED = re.compile(
     rb"<(?:\w+:)?c(?=[\s>])(?![^>]*t=.str)[^>]*>\s*<(?:\w+:)?f(?:\s[^>]*)?(?:/>|>[^<]*</[^>]*>)"
@@ -125,8 +124,6 @@ def _check_parts(file: str | Path, content: bytes, book: zipfile.ZipFile) -> Non
         if others > _MOST_OTHERS:
             reason = f"has more than {_MOST_OTHERS} formats and the like; copy the values alone"
             raise RejectedCurveError(file, f"{reason} into a new workbook")
-        if _ENTITIES.search(text):
-            raise RejectedCurveError(file, f"defines texts in its part {part.filename}; {_REMEDY}")
 
 
 def _text_of(file: str | Path, sheet, decimal: str) -> str:
