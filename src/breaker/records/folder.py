@@ -183,13 +183,16 @@ def _from_names(folder: Path) -> list[Operation]:
             f"{printable(folder)}/ has no file of a record ({' '.join(ENDINGS)}); endurance.curves "
             f"must name a folder with a subfolder for each motion, or with a table {MANIFEST}"
         )
+    many = each_line([Operation(0, file) for file in files])
+    many = [each for each in many if each.line]
+    files = sorted({*files} - {each.file for each in many})
     named = list(zip(files, numbers_in([file.stem for file in files]), strict=True))
     if unclear := [f"{file} {why}" for file, why in named if isinstance(why, str)]:
         raise ValueError(
             f"{_first(unclear)}. Rename it, or state which file is which operation in a table "
             f"{MANIFEST}: `breaker inspect {printable(folder.parent)}` proposes one"
         )
-    return [Operation(number, file) for file, number in named]
+    return [*many, *(Operation(number, file) for file, number in named)]
 
 
 # ---- several breakers ----------------------------------------------------------------------------

@@ -21,6 +21,7 @@ from breaker.records.description import travel_channels
 from breaker.records.file_names import phases_in_names
 from breaker.records.files import Files, Opened
 from breaker.records.folder import (
+    each_line,
     is_folder,
     list_fleet,
     list_operations,
@@ -68,7 +69,7 @@ def read_records(
         )
     rows = {m: [replace(e, channel=e.channel or channel) for e in some] for m, some in rows.items()}
     numbered = enumerate(files, start=1 + _last_number(rows))
-    loose = [Operation(i, file, channel=channel) for i, file in numbered]
+    loose = each_line(Operation(i, file, channel=channel) for i, file in numbered)
     both = dict.fromkeys(motions, loose)
     return [*assessment.read(rows), *assessment.read(both, loose=True)]
 
