@@ -34,6 +34,12 @@ def of_dialect(name):
     return Example(dialect.file_name("closing", 1), dialect.settings, dialect.channels[0], write)
 
 
+def write_line(file):
+    values = ",".join(f"{value:.3f}" for value in TRAVEL)
+    line = f"ID:7;Date:2024-11-20;Interval (ms):0.1;Travel (mm):{values}\n"
+    file.write_text(line, encoding="utf-8")
+
+
 def name_of(format_):
     return format_.__name__.rpartition(".")[2]
 
@@ -44,6 +50,7 @@ EXAMPLES = {
     "excel": of_dialect("excel"),
     "comtrade": of_dialect("comtrade"),
     "netcdf": of_dialect("netcdf"),
+    "lines": Example("a.txt", {"time_unit": "ms", "travel_column": "Travel"}, "Travel", write_line),
 }
 
 
@@ -61,6 +68,10 @@ class TestComtrade(FormatContract):
 
 class TestNetcdf(FormatContract):
     example = EXAMPLES["netcdf"]
+
+
+class TestLines(FormatContract):
+    example = EXAMPLES["lines"]
 
 
 def test_every_format_has_an_example():

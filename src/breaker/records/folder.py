@@ -8,6 +8,7 @@ import math
 import os
 from bisect import bisect_left
 from collections.abc import Collection, Iterable, Mapping, Sequence
+from dataclasses import replace
 from functools import lru_cache
 from itertools import pairwise
 from pathlib import Path
@@ -15,7 +16,7 @@ from pathlib import Path
 from breaker.model.quantities import CONDITIONS
 from breaker.records.file_names import numbers_in
 from breaker.records.files import RejectedCurveError, is_store, no_file, printable
-from breaker.records.formats.registry import ENDINGS
+from breaker.records.formats.registry import ENDINGS, records_in
 from breaker.records.operations import MANIFEST, SHOWN, Operation, breakers_in, read_manifest
 
 # ---- files ---------------------------------------------------------------------------------------
@@ -148,7 +149,14 @@ def each_line(operations: Iterable[Operation]) -> list[Operation]:
     """Return operations; one for each line, with its number and date, where a file has one record
     per line and the operation names no line.
     """
-    return [*operations]
+    found = []
+    for one in operations:
+        rows = [] if one.line else records_in(one.file)
+        found += [
+            replace(one, line=row.line, number=row.number, date=row.date or one.date)
+            for row in rows
+        ] or [one]
+    return found
 
 
 def _place(operation: Operation) -> str:

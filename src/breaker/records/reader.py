@@ -105,10 +105,10 @@ class Reader:
 
     def header(self, operation: Operation) -> Header:
         """Return what stands above the samples of an operation's file."""
-        key = operation.file, operation.channel
+        key = operation.file, operation.channel, operation.line
         if key not in self._headers:
             settings = {**self.settings, **operation.settings}
-            self._headers[key] = stated_in(self.files[operation.file], settings, operation.channel)
+            self._headers[key] = stated_in(self.files[key[0]], settings, *key[1:])
         return self._headers[key]
 
     def with_stated(self, operation: Operation, motion: str) -> Operation:
@@ -178,7 +178,8 @@ class Reader:
     def _read_samples(self, operation: Operation) -> _Samples:
         """Read the samples of a record; raise UnusableError or RejectedCurveError."""
         settings, scale = self._scale_of(operation)
-        columns = read_columns(self.files[operation.file], settings, operation.channel)
+        place = operation.channel, operation.line
+        columns = read_columns(self.files[operation.file], settings, *place)
         time, place, uneven = even_times(columns.time, columns.lines, settings)
         whole = np.full(time.size, np.nan)
         whole[place] = scale.travel(columns.travel)
@@ -218,7 +219,7 @@ class Reader:
             return {}
         opened = self.files[operation.file]
         with suppress(ValueError):  # reading the record names the reason
-            columns = read_columns(opened, settings, operation.channel)
+            columns = read_columns(opened, settings, operation.channel, operation.line)
             names, kinds = columns.sheet.names, ("motor", "current")
             if len(names) < 2 + (settings["time_column"] is not None):
                 return {}  # most files: time and travel alone

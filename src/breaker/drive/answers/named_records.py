@@ -27,7 +27,7 @@ from breaker.records.folder import (
     list_operations,
     record_files,
 )
-from breaker.records.layout import stated_in
+from breaker.records.formats.registry import stated_in
 from breaker.records.operations import MANIFEST, Operation
 
 _Pole = tuple[Sequence[str], str]  # phases of a file's channels, and its date; "" where not known
@@ -114,11 +114,11 @@ def read_visit(
         when = one_date("", stated.dates, file)
         poles[file] = phases if len(phases) == len(found) else (), when
     numbers = numbers_of_poles(poles)
-    loose = [
+    loose = each_line(
         Operation(after + numbers[file], file, channel, phase=phase)
         for file, found in phases_of.items()
         for channel, phase in found.items()
-    ]
+    )
     both = dict.fromkeys(MOTIONS, loose)
     return [*assessment.read(rows, files=opened), *assessment.read(both, loose=True, files=opened)]
 

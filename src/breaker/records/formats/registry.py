@@ -15,6 +15,7 @@ A format is a module with
 """
 
 import logging
+import os
 import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
@@ -31,14 +32,14 @@ from breaker.records.files import (
     as_opened,
     is_store,
 )
-from breaker.records.formats import comtrade, excel, netcdf, text
+from breaker.records.formats import comtrade, excel, lines, netcdf, text
 from breaker.records.header import Header
 from breaker.records.settings import FORMAT, READ_BY, complete
 from breaker.records.sheet import Columns, LayoutError, Sheet, columns_of
 
 _OLD = (".xls", ".xlsb", ".ods")
 _OLD_WORKBOOK = b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1"
-_OWN = (text, excel, comtrade, netcdf)
+_OWN = (text, excel, comtrade, netcdf, lines)
 _NAMES = ("ENDINGS", "SIGNATURES", "EXTRA", "read")
 
 
@@ -63,26 +64,32 @@ ENDINGS = tuple(ending for each in FORMATS for ending in each.ENDINGS)
 """Endings of the files of records. A ``.cfg`` has a ``.dat`` beside it, a ``.zarr`` is a folder."""
 
 
-def read_columns(file: str | Path | Opened, settings: Mapping, channel: str = "") -> Columns:
+def read_columns(
+    file: str | Path | Opened, settings: Mapping, channel: str = "", line: int = 0
+) -> Columns:
     """Read the columns of time and travel of one record.
 
     Args:
         file: File of one record, or one that is opened: then the same columns are read of it once.
         settings: The section ``endurance.format``, complete.
         channel: Column of the travel, where it is not that of the settings.
+        line: That of the record, where each line is one; 0 for the first. Such columns are not kept
+            with the file, which may have thousands of them.
 
     Raises:
         RejectedCurveError: If the file cannot be used.
     """
     opened = as_opened(file)
+    if line:
+        return _read(opened, settings, channel, line)
     form = tuple(repr(settings[key]) for key in READ_BY)
     # A rate is named in a remark where a column of the time is not there, else it reads nothing.
     rate = settings["rate"] if isinstance(settings["time_column"], str) else None
     return opened.once(("columns", channel, rate, form), lambda: _read(opened, settings, channel))
 
 
-def _read(opened: Opened, settings: Mapping, channel: str) -> Columns:
-    form = {**settings, "travel_column": channel or settings["travel_column"]}
+def _read(opened: Opened, settings: Mapping, channel: str, line: int = 0) -> Columns:
+    form = {**settings, "travel_column": channel or settings["travel_column"], "line": line}
     first = None
     for sheet in _sheets(opened, form):
         try:
@@ -132,30 +139,43 @@ def _look(opened: Opened) -> Sheet:
 
 def _sheets(opened: Opened, form: Mapping) -> Sequence[Sheet]:
     """The sheets of a file, each with what messages call the file."""
-    format_, kind = format_of(opened), kind_in(opened)
-    with understood(opened):
+    format_, file = format_of(opened), opened.file
+    kind, said = _kind(format_, file), ()
+    with _understood(file, format_):
         sheets = format_.read(opened, form)
-    said: tuple[str, ...] = ()
-    if format_ is not _named(opened.file):
+    if format_.SIGNATURES and format_ is not _named(file):
         said = (f"is {kind} by its content, whatever its name ends in",)
-    kind = {"kind": kind} if kind else {}
-    return [replace(each, remarks=(*each.remarks, *said), **kind) for each in sheets]
+    kinds = {"kind": kind} if kind else {}
+    return [replace(each, remarks=(*each.remarks, *said), **kinds) for each in sheets]
 
 
-def stated_in(file: str | Path | Opened, settings: Mapping = FORMAT, channel: str = "") -> Header:
+def records_in(file: str | Path | Opened) -> list[lines.RecordLine]:
+    """Return the records of a file that has one on each line; none where it is of another kind, or
+    cannot be read. Of other files, no more than the first lines are looked at.
+    """
+    opened = as_opened(file)
+    with suppress(RejectedCurveError):
+        if format_of(opened) is lines:
+            return opened.once("records", lambda: lines.records_in(opened))
+    return []
+
+
+def stated_in(
+    file: str | Path | Opened, settings: Mapping = FORMAT, channel: str = "", line: int = 0
+) -> Header:
     """Return what a file states above its samples; nothing of one that cannot be read.
 
     Args:
         file: The file, or one that is opened.
         settings: The section ``endurance.format``; where a file cannot be read by it, it is looked
             into.
-        channel: Column of the travel, where it is not that of the settings.
+        channel, line: As of ``read_columns``.
     """
     opened = as_opened(file)
     with suppress(ValueError):
         with suppress(ValueError):
-            if format_of(opened) is text:
-                return read_columns(opened, complete(settings), channel).stated
+            if format_of(opened) in (text, lines):
+                return read_columns(opened, complete(settings), channel, line).stated
         return look_into(opened).stated
     return Header()
 
@@ -176,6 +196,8 @@ def format_of(opened: Opened) -> ModuleType:
     for each in FORMATS:
         if opened.content.startswith(each.SIGNATURES):
             return each
+    if named is text and lines.sniff(opened):
+        return lines
     if named.SIGNATURES and not any(each in opened.content for each in named.SIGNATURES):
         kind = named.ENDINGS[_ending(opened.file)]
         reason = f"ends as {kind}, but does not begin as one; is it whole? Export it again"
@@ -184,30 +206,34 @@ def format_of(opened: Opened) -> ModuleType:
 
 
 def _ending(file: str | Path) -> str:
-    return Path(file).suffix.lower()
+    return os.path.splitext(file)[1].lower()
 
 
 def _named(file: str | Path) -> ModuleType:
     """The format of a file by its ending."""
-    return next((each for each in FORMATS if _ending(file) in each.ENDINGS), text)
+    ending = _ending(file)
+    return next((each for each in FORMATS if ending in each.ENDINGS), text)
+
+
+def _kind(format_: ModuleType, file: str | Path) -> str:
+    """What messages call a file; empty of a text without a known ending."""
+    usual = "" if format_ is text else next(iter(format_.ENDINGS.values()), "")
+    return format_.ENDINGS.get(_ending(file), usual)
 
 
 def kind_in(opened: Opened) -> str:
     """Return what messages call a file; empty of a text without a known ending."""
-    format_ = format_of(opened)
-    usual = "" if format_ is text else next(iter(format_.ENDINGS.values()))
-    return format_.ENDINGS.get(_ending(opened.file), usual)
+    return _kind(format_of(opened), opened.file)
 
 
 @contextmanager
-def understood(opened: Opened) -> Iterator[None]:
+def _understood(file: str | Path, format_: ModuleType) -> Iterator[None]:
     """Turn whatever is raised while a file that is no text is read into a reason.
 
     Raises:
         RejectedCurveError: If anything is raised.
     """
-    format_, file = format_of(opened), opened.file
-    if format_ is text:
+    if format_ in (text, lines):
         yield
         return
     try:
@@ -217,7 +243,7 @@ def understood(opened: Opened) -> Iterator[None]:
     except RejectedCurveError:
         raise
     except Exception as error:  # a damaged file raises anything in the package that reads it
-        kind, said = kind_in(opened), f"{type(error).__name__}: {error}"
+        kind, said = _kind(format_, file), f"{type(error).__name__}: {error}"
         reason = f"is {kind} that cannot be read ({said[:200]}); is it whole? Export it again"
         if isinstance(error, TooLargeError):
             reason = str(error)

@@ -67,7 +67,8 @@ def read(opened: Opened, form: Mapping) -> list[Sheet]:
     encoding = form.get("encoding") or encoding_of(content)
     text = _decode(file, content, encoding, strict="encoding" in form)
     _check_lengths(file, text)
-    signs = (form["delimiter"], form["decimal"]) if "delimiter" in form else _signs(text)
+    guessed = "delimiter" not in form
+    signs = signs_of(_some_lines(text, 200)) if guessed else (form["delimiter"], form["decimal"])
     settings = {"encoding": encoding, "delimiter": signs[0], "decimal": signs[1]}
     return [sheet_of(file, text, settings, form)]
 
@@ -104,7 +105,7 @@ def sheet_of(file: str | Path, text: str, settings: Mapping, form: Mapping) -> S
 
 
 def encoding_of(content: bytes) -> str:
-    """Encoding of a text: by its mark, UTF-8 where it is that, else by what it would say."""
+    """Return the encoding of a text: by its mark, UTF-8 where it is that, or by its words."""
     if content[:2] in (b"\xff\xfe", b"\xfe\xff"):
         return "utf-16"
     with suppress(UnicodeDecodeError):
@@ -178,9 +179,10 @@ def _some_lines(text: str, count: int) -> list[str]:
     return [line for line in some.values() if line.strip()]
 
 
-def _signs(text: str) -> tuple[str, str]:
-    """Delimiter and decimal sign with which most cells, and the fewest others, are numbers."""
-    some = _some_lines(text, 200)
+def signs_of(some: Sequence[str]) -> tuple[str, str]:
+    """Return the delimiter and the decimal sign with which most cells of lines, and the fewest
+    others, are numbers.
+    """
     signs = set().union(*some)
     there = [d for d in _DELIMITERS if d in signs]
     absent = [d for d in _DELIMITERS if d not in signs]  # one is like the other

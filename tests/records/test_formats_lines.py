@@ -1,0 +1,129 @@
+"""One record on each line: each is read with its own number, date and interval, or refused."""
+
+import numpy as np
+import pytest
+
+from breaker.common.randomness import generator
+from breaker.records.files import Opened, RejectedCurveError
+from breaker.records.folder import each_line
+from breaker.records.formats.registry import look_into, read_columns, records_in
+from breaker.records.operations import Operation
+from breaker.records.settings import complete
+
+COUNT = 120
+VALUES = np.rint(1e2 * generator(1, "records on lines").uniform(10.0, 99.0, (4, COUNT)))
+COUNTS = complete(
+    {"time_unit": "ms", "travel_column": "Values", "travel_unit": "counts", "ratio": 0.1}
+)
+
+
+def named(k, values, interval="0.4"):
+    return f"ID:{k + 5};Time:2024-11-{20 + k} 15:11:07;Interval (ms):{interval};Values:{values}"
+
+
+def below(sign, interval="0.4"):
+    def line(k, values):
+        return sign.join([f"{k + 5}", f"2024-11-{20 + k} 15:11:07", interval, values])
+
+    return line
+
+
+def an_object(k, values):
+    fields = f'"id":{k + 5},"time":"2024-11-{20 + k} 15:11:07","interval (ms)":0.4'
+    return f'{{{fields},"values":[{values}]}}'
+
+
+def written(file, line, sign=",", head=()):
+    rows = [sign.join(f"{value:.0f}" for value in row) for row in VALUES]
+    lines = [*filter(None, [sign.join(head)]), *(line(k, row) for k, row in enumerate(rows))]
+    file.write_text("\n".join([*lines, ""]), encoding="utf-8")
+    return file
+
+
+FORMS = {
+    "named": (named, ","),
+    "between blanks": (lambda k, values: named(k, " " + values), " "),
+    "between semicolons": (named, ";"),
+    "names above": (below(","), ",", ("No", "Date", "Interval (ms)", "Values")),
+    "names above, tabs": (below("\t", "400"), "\t", ("ID", "Time", "dt (us)", "A")),
+    "objects": (an_object, ","),
+}
+
+
+@pytest.mark.parametrize("name", FORMS)
+def test_each_line_is_an_operation(tmp_path, name):
+    file = written(tmp_path / "bench.txt", *FORMS[name])
+    found = each_line([Operation(1, file)])
+    assert [(each.number, each.date) for each in found] == [
+        (5 + k, f"2024-11-{20 + k}T15:11:07") for k in range(4)
+    ]
+    sheet = look_into(file)
+    settings = {**COUNTS, **sheet.settings, "travel_column": sheet.names[-1]}
+    for each, values in zip(found, VALUES, strict=True):
+        columns = read_columns(file, settings, "", each.line)
+        np.testing.assert_array_equal(columns.travel, values)
+        np.testing.assert_allclose(columns.time, 0.4 * np.arange(COUNT))
+        assert set(columns.lines) == {each.line}
+
+
+def test_the_interval_of_each_line_counts(tmp_path):
+    file = written(tmp_path / "bench.txt", lambda k, values: named(k, values, f"0.{k + 1}"))
+    steps = [np.diff(read_columns(file, COUNTS, "", k + 1).time).mean() for k in range(4)]
+    np.testing.assert_allclose(steps, [0.1, 0.2, 0.3, 0.4])
+
+
+def test_the_first_of_several_is_not_read_in_silence(tmp_path):
+    file = written(tmp_path / "bench.txt", named)
+    assert len(read_columns(file, COUNTS).remarks) == 1
+    assert read_columns(file, COUNTS, "", 2).remarks == ()
+
+
+@pytest.mark.parametrize("bad", ["12x4", "1_000", "1e99", ""])
+def test_a_bad_value_refuses_its_line_alone(tmp_path, bad):
+    file = written(tmp_path / "bench.txt", named)
+    lines = file.read_text(encoding="utf-8").splitlines()
+    cells = lines[1].split(",")
+    lines[1] = ",".join([*cells[:70], bad, *cells[71:]])
+    file.write_text("\n".join(lines), encoding="utf-8")
+    if bad:
+        with pytest.raises(RejectedCurveError) as refused:
+            read_columns(file, COUNTS, "", 2)
+        assert refused.value.line == 2
+    else:
+        missing = np.isnan(read_columns(file, COUNTS, "", 2).travel)
+        assert np.flatnonzero(missing).tolist() == [70]
+    np.testing.assert_array_equal(read_columns(file, COUNTS, "", 3).travel, VALUES[2])
+
+
+def test_values_that_nothing_names_and_other_lines_are_refused(tmp_path):
+    file = written(tmp_path / "bench.txt", below(","))
+    with pytest.raises(RejectedCurveError, match="Interval"):
+        read_columns(file, COUNTS)
+    written(file, named)
+    for odd in ({"delimiter": ";"}, {"decimal": ","}):
+        with pytest.raises(RejectedCurveError, match=r"endurance\.format"):
+            read_columns(file, {**COUNTS, **odd})
+    with pytest.raises(RejectedCurveError):
+        read_columns(file, COUNTS, "", 9)
+
+
+def test_a_wide_table_with_a_sample_on_each_line_is_none(tmp_path):
+    file = tmp_path / "wide.csv"
+    head = ",".join(["time", "date", *(f"travel {k}" for k in range(80))])
+    rows = [",".join([f"{t / 10}", "2024-11-20", *["1.5"] * 80]) for t in range(40)]
+    file.write_text("\n".join([head, *rows]), encoding="utf-8")
+    assert records_in(file) == []
+    assert look_into(file).kind == "a text"
+
+
+def test_thousands_of_records_are_not_kept(tmp_path):
+    file = tmp_path / "bench.txt"
+    values = ",".join(f"{value:.0f}" for value in VALUES[0])
+    lines = (named(k % 9, values) for k in range(2000))
+    file.write_text("\n".join(lines), encoding="utf-8")
+    opened = Opened(file)
+    assert len(records_in(opened)) == 2000
+    size = opened.size
+    for line in range(1, 2001, 50):
+        read_columns(opened, COUNTS, "", line)
+    assert opened.size == size
