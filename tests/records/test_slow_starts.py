@@ -1,9 +1,12 @@
 """First motions of slow starts: the interval contains the truth, or the quantity is withheld."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from breaker.records.contacts import ContactTimes
 from breaker.records.measurements import measure_curve
+from tests.raws import smooth
 
 RECORDS = 80
 
@@ -83,3 +86,11 @@ def test_a_start_that_noise_hides_is_withheld_and_times_to_shares_are_not():
     assert "the first motion is not seen" in found["latch_time"].reason
     assert found["touch_time"].reason == found["latch_time"].reason
     assert np.isfinite(found["time_to_50"].value)
+
+
+def test_the_time_that_aligns_records_is_as_uncertain_as_the_start():
+    raw = smooth(np.random.default_rng(1))
+    assert raw.start_hidden == ""
+    assert raw.start_sd >= raw.first_motion_sd
+    noise = 0.05 * raw.segment.stroke * np.random.default_rng(2).standard_normal(raw.time.size)
+    assert "is not seen" in replace(raw, whole=raw.whole + noise).start_hidden

@@ -176,9 +176,10 @@ def _marks(answer: Answer) -> list[Mark]:
     channel = record.operation.phase
     reading = Reading(record.raw, contact)
     sign = 1.0 if record.motion == "closing" else -1.0
-    level = _level(record, record.raw.moves)
-    moves = [record.raw.moves] * 2
-    found = [Mark(f"{record.motion}: first motion", channel, *moves, *[level] * 2)]
+    found = []
+    if not record.raw.start_hidden:
+        moves, level = [record.raw.moves] * 2, _level(record, record.raw.moves)
+        found.append(Mark(f"{record.motion}: first motion", channel, *moves, *[level] * 2))
     if np.isfinite(contact.time):
         event = "touch" if record.motion == "closing" else "parting"
         level, inferred = _level(record, contact.time), not record.timed

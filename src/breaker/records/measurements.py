@@ -275,22 +275,41 @@ class Reading:
 
     @cached_property
     def start(self) -> StartInterval:
-        """From when to when the drive may begin to move."""
+        """From when to when the drive may begin to move: anywhere, where samples show no rise."""
         located = self.located
-        return start_interval(located.time[located.inside], located.left, located.motion)
+        try:
+            return start_interval(located.time[located.inside], located.left, located.motion)
+        except UnusableError:
+            ends = float(self.trace.time[0]), self.arrival
+            return StartInterval(located.moves, *ends, self.duration)
+
+    @property
+    def start_hidden(self) -> str:
+        """Reason why the first motion has no value; "" if it has one."""
+        start = self.start
+        if start.late - start.early <= _VAGUE * start.duration:
+            return ""
+        return (
+            f"the first motion is not seen: it is between {start.early:.1f} and {start.late:.1f} "
+            "ms, as a slow start, hum or noise hides it"
+        )
+
+    @property
+    def start_sd(self) -> float:
+        """Standard deviation of the time that aligns records, ms: 95 % contain the interval."""
+        moves = self.located.moves
+        farthest = max(self.start.late - moves, moves - self.start.early)
+        return max(self.located.first_motion_sd, farthest / _IN_SDS)
 
     @cached_property
     def _first_motion(self) -> Uncertain:
         """Time of the first motion, ms: that of the rise, if the drive may begin to move then."""
-        moves, start = self.located.moves, self.start
-        if start.late - start.early > _VAGUE * start.duration:
-            raise NotShownError(
-                f"the first motion is not seen: it is between {start.early:.1f} and "
-                f"{start.late:.1f} ms, as a slow start, hum or noise hides it"
-            )
-        at = moves if start.early <= moves <= start.late else start.time
-        sd = max(at - start.early, start.late - at) / _IN_SDS
-        return self.trace.error(at, max(sd, self.located.first_motion_sd))
+        if self.start_hidden:
+            raise NotShownError(self.start_hidden)
+        start = self.start
+        if start.early <= self.located.moves <= start.late:
+            return self.trace.error(self.located.moves, self.start_sd)
+        return self.trace.error(start.time, max(start.sd, self.located.first_motion_sd))
 
     @property
     def _trigger(self) -> Uncertain:

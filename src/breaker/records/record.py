@@ -93,12 +93,13 @@ class Record(LocatedMotion):
 
     @property
     def start_sd(self) -> float:
-        """Standard deviation of the first motion, ms: 1.96 of them reach all times, at which the
-        drive may begin to move.
-        """
-        start = self._reading.start
-        farthest = max(start.late - self.moves, self.moves - start.early)
-        return max(self.first_motion_sd, farthest / 1.96)
+        """Standard deviation of the first motion, ms; see ``Reading.start_sd``."""
+        return self._reading.start_sd
+
+    @property
+    def start_hidden(self) -> str:
+        """Reason why the first motion has no value; "" if it has one."""
+        return self._reading.start_hidden
 
     @property
     def _closed_rest(self) -> tuple[float, float]:

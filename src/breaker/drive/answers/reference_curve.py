@@ -5,6 +5,7 @@ The band is a share of the good record's stroke: by default the 5 % to either si
 62271-100 grants a travel characteristic.
 """
 
+import logging
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -94,7 +95,7 @@ def overlaid(
         share: Half of the band over the stroke.
 
     Returns:
-        Those of records that have a good one of their motion.
+        Those of records that have a good one of their motion, where both show a first motion.
     """
     counts: dict[tuple[str, str], int] = {}
     found = []
@@ -106,6 +107,11 @@ def overlaid(
             continue
         alike = [each for each in same if each.operation.phase == record.operation.phase]
         best = alike[min(place, len(alike) - 1)] if alike else same[0]
+        if hidden := record.raw.start_hidden or best.raw.start_hidden:
+            file = printable(record.operation.file)
+            words = "%s is not laid over the reference, as %s"
+            logging.getLogger("breaker").warning(words, file, hidden)
+            continue
         found.append(_overlay(record, best, share))
     return found
 
