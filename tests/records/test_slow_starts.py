@@ -94,3 +94,17 @@ def test_the_time_that_aligns_records_is_as_uncertain_as_the_start():
     assert raw.start_sd >= raw.first_motion_sd
     noise = 0.05 * raw.segment.stroke * np.random.default_rng(2).standard_normal(raw.time.size)
     assert "is not seen" in replace(raw, whole=raw.whole + noise).start_hidden
+
+
+def test_the_end_of_a_motion_before_does_not_hide_a_start():
+    """An opening that swings about its rest, 80 ms before a closing."""
+    time = np.arange(0.0, 400.0, 0.2)
+    share = np.clip((time - 220.0) / 60.0, 0.0, 1.0)
+    late = np.maximum(time - 87.0, 0.0)
+    swing = 8.0 * np.exp(-late / 12.0) * np.cos(late / 5.0) * (time > 87.0)
+    back = 120.0 * (1.0 - np.clip((time - 60.0) / 40.0, 0.0, 1.0) ** 2)
+    travel = back + swing + 120.0 * share**2 * (3.0 - 2.0 * share)
+    travel += 0.1 * np.random.default_rng(3).standard_normal(time.size)
+    contact = ContactTimes(trigger=180.0)
+    found = measure_curve(time, travel, "closing", contact=contact)["latch_time"]
+    assert abs(found.value - 40.0) < 1.96 * found.sd < 10.0

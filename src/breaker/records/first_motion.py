@@ -45,6 +45,7 @@ _GAP = 0.3  # of that time, longest gap in it
 # The interval of a start. Its height is low, so that what is fitted has simple shapes.
 _NOISES, _RESTS = 15.0, 8.0  # that height, sd of the noise, and of the rest before it,
 _SHARES = (0.004, 0.2)  # and of the way, least and largest
+_ENDS = 3.5  # spreads from the rest, at which the motion before still goes on
 _RISEN = 8  # samples from there to where it is reached _ON times
 _FITTED, _TRIED = 120, 45  # means of neighbours, and starts
 _RISES = np.array([1.0, 1.25, 1.5, 1.85, 2.25, 2.8, 3.4, 4.0])
@@ -142,31 +143,17 @@ def _start(time: np.ndarray, travel: np.ndarray, noise: float) -> tuple[float, f
     """Mean and sd of the likely starts of a rise, ms, from its samples and those of the rest."""
     every = -(-time.size // _SAMPLES)
     time, travel = _means(time, travel, every)
+    rest = np.full((time.size, 1), time.size**-0.5)
     starts = np.linspace(time[0], time[-2], _STARTS)
-    likely = np.flatnonzero(_likelihood(time, travel, starts, noise / np.sqrt(every)) > _UNLIKELY)
-    ends = [max(likely[0] - 1, 0), min(likely[-1] + 1, _STARTS - 1)]
-    starts = np.linspace(*starts[ends], _STARTS)
-    weights = _likelihood(time, travel, starts, noise / np.sqrt(every))
-    best = weights @ starts / weights.sum()
-    return float(best), float(np.sqrt(weights @ (starts - best) ** 2 / weights.sum()))
-
-
-def _likelihood(
-    time: np.ndarray, travel: np.ndarray, starts: np.ndarray, noise: float
-) -> np.ndarray:
-    """Likelihood of each start ``(s,)``, the greatest of a power 1; rest and height are fitted."""
-    tau = np.maximum(time - starts[:, None], 0.0) / (time[-1] - starts[:, None])
-    with np.errstate(divide="ignore"):
-        log_tau = np.log(tau)
-    risen = travel - travel.mean()
-    explained = np.empty((_POWERS.size, starts.size))
-    for k, power in enumerate(_POWERS):  # one at a time stays in the cache
-        shapes = np.exp(power * log_tau)
-        scatter = np.einsum("st,st->s", shapes, shapes) - shapes.sum(axis=1) ** 2 / time.size
-        explained[k] = np.maximum(shapes @ risen, 0.0) ** 2 / scatter
-    log = explained / (2.0 * noise**2)
-    log += np.log(_usual(_POWERS))[:, None]
-    return np.exp(log - log.max()).sum(axis=0)
+    for _ in range(2):  # once more between the likely ones
+        tried = starts
+        _, squares, shares = _fitted(_rises(time, tried, _POWERS), travel, rest)
+        log = np.maximum(shares, 0.0) ** 2 / squares * (0.5 * every / noise**2)
+        log += np.log(_usual(_POWERS))[:, None]
+        weights = np.exp(log - log.max()).sum(axis=0)
+        starts = _closer(tried, weights)
+    best = weights @ tried / weights.sum()
+    return float(best), float(np.sqrt(weights @ (tried - best) ** 2 / weights.sum()))
 
 
 class StartInterval(NamedTuple):
@@ -223,13 +210,10 @@ def start_interval(time: np.ndarray, travel: np.ndarray, motion: str) -> StartIn
         alone = np.einsum("f,fps->s", odds, alone * rises) * (1.0 - _CREEP_ODDS)
         creep = np.einsum("f,fcps->cs", odds, creep) * _CREEP_ODDS
         creep /= lengths.size * _AFTER_CREEP.size
-        both = alone + creep.sum(axis=0)
-        likely = np.flatnonzero(both > _UNLIKELY * both.max())
-        ends = max(likely[0] - 1, 0), min(likely[-1] + 1, _TRIED - 1)
         starts, weights = [mains], [alone]
         starts.append(mains - (_CREEP_ENDS[:, None] * lengths).reshape(-1, 1))
         weights.append(np.tile(creep, (_CREEP_ENDS.size, 1)) / _CREEP_ENDS.size)
-        mains = np.linspace(*mains[list(ends)], _TRIED)
+        mains = _closer(mains, alone + creep.sum(axis=0))
     starts, weights = (np.concatenate([x.ravel() for x in each]) for each in (starts, weights))
     order = np.argsort(starts)
     share = np.cumsum(weights[order]) / weights.sum()
@@ -258,13 +242,18 @@ def _lowest_rise(
     rest = slice(*np.searchsorted(time, time[tenth] - duration * np.array([3.0, 0.5])))
     rest = smooth[rest] if rest.stop > rest.start else smooth[: tenth + 1]
     low = float(np.median(rest))
-    height = max(_NOISES * noise, _RESTS * 1.4826 * float(np.median(np.abs(rest - low))))
+    spread = 1.4826 * float(np.median(np.abs(rest - low)))
+    height = max(_NOISES * noise, _RESTS * spread)
     share = float(np.clip(height / way, *_SHARES))
     last = on = 0
     while on - last < _RISEN and share < _HIGHEST:
         last, on = (_last_below(smooth, low + s * way, top) for s in (share, _ON * share))
         share *= _HIGHER
     first = int(np.searchsorted(time, time[last] - (_CREEPS[-1] + 1.5) * duration))
+    # Another motion may end in the rest; hum stays within this.
+    far = max(_ENDS * spread, 3.0 * noise)
+    apart = np.flatnonzero(np.abs(smooth[time < time[last] - duration] - low) > far)
+    first = max(first, int(apart[-1]) + 1 if apart.size else 0)
     part = first + np.flatnonzero(~np.isnan(travel[first : last + 1]))
     if part.size < _FEWEST:
         raise UnusableError("the first motion is not seen: its samples are missing")
@@ -289,26 +278,44 @@ def _explained(
     known += [each(2.0 * np.pi * hum * time) for each in (np.cos, np.sin)] if hum else []
     basis = np.linalg.qr(np.column_stack(known))[0]
     alone = (basis.T @ travel) @ (basis.T @ travel)  # of rest and hum
-    tau = np.maximum(time - mains[:, None], 0.0) / (time[-1] - mains[:, None])
-
-    def fitted(shapes: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        others = shapes - (shapes @ basis) @ basis.T
-        squares = np.maximum(np.einsum("...t,...t->...", others, others), 1e-12)
-        return others, squares, others @ travel
-
-    _, squares, shares = fitted(np.stack([tau**power for power in _RISES]))
+    _, squares, shares = _fitted(_rises(time, mains, _RISES), travel, basis)
     rises = alone + np.maximum(shares, 0.0) ** 2 / squares
-    main, squares, shares = fitted(np.stack([tau**power for power in _AFTER_CREEP]))
+    main, squares, shares = _fitted(_rises(time, mains, _AFTER_CREEP), travel, basis)
     creeps = np.full((lengths.size, *squares.shape), -np.inf)
     for k, length in enumerate(lengths):
         done = np.clip((time - mains[:, None]) / length + 1.0, 0.0, 1.0)
-        creep, own, share = fitted(done**_CREEP_POWER)
+        creep, own, share = _fitted(done**_CREEP_POWER, travel, basis)
         both = np.einsum("st,pst->ps", creep, main)
         precision = np.maximum(own - both**2 / squares, 1e-12)  # of the creep's way
         size = (share - both * shares / squares) / precision
         off = size - np.clip(size, *np.multiply(_CREEP_WAY, way))
         creeps[k] = alone + shares**2 / squares + precision * (size**2 - off**2)
     return rises, np.where(mains - lengths[:, None, None] < time[0], -np.inf, creeps)
+
+
+def _rises(time: np.ndarray, starts: np.ndarray, powers: np.ndarray) -> np.ndarray:
+    """Rises of some powers from starts ``(s,)`` on, which end at 1, ``(p, s, t)``."""
+    with np.errstate(divide="ignore"):
+        log = np.log(np.maximum(time - starts[:, None], 0.0) / (time[-1] - starts[:, None]))
+    return np.exp(powers[:, None, None] * log)
+
+
+def _fitted(
+    shapes: np.ndarray, travel: np.ndarray, basis: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Shapes ``(..., t)`` without what an orthonormal basis ``(t, b)`` has of them, their sums of
+    squares, and of products with the travel, ``(...)``.
+    """
+    others = shapes - (shapes @ basis) @ basis.T
+    squares = np.maximum(np.einsum("...t,...t->...", others, others), np.finfo(float).tiny)
+    return others, squares, others @ travel
+
+
+def _closer(starts: np.ndarray, weights: np.ndarray) -> np.ndarray:
+    """As many starts between the likely ones."""
+    likely = np.flatnonzero(weights > _UNLIKELY * weights.max())
+    ends = [max(likely[0] - 1, 0), min(likely[-1] + 1, starts.size - 1)]
+    return np.linspace(*starts[ends], starts.size)
 
 
 def _usual(powers: np.ndarray) -> np.ndarray:
