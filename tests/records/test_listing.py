@@ -248,3 +248,22 @@ def test_what_is_known_of_operations_of_any_motion(tmp_path):
     assert events == {1: "greased", 6: "inspected, remounted"}
     assert conditions == {"temperature": {1: 22.0, 9: -3.0}}
     assert list_known(tmp_path / "none", [1]) == ({}, {})
+
+
+def test_lines_are_operations_with_their_numbers_and_dates(tmp_path):
+    """Of a file in the folder of a motion, and of a row of a table; two files of one number."""
+    fill(tmp_path / "closing", "op_9.csv")
+    values = ",".join(str(1200 + k % 7) for k in range(80))
+    rows = [f"ID:{n};Time:2024-11-20 15:1{n}:07;Interval (ms):0.4;Values:{values}" for n in (3, 4)]
+    (tmp_path / "closing" / "angle.txt").write_text("\n".join([*rows, ""]), encoding="utf-8")
+    listed = list_operations(tmp_path, "closing")
+    assert [(each.number, each.line) for each in listed] == [(3, 1), (4, 2), (9, 0)]
+    assert [each.date for each in listed] == ["2024-11-20T15:13:07", "2024-11-20T15:14:07", ""]
+    fill(tmp_path / "closing", "op_4.csv")
+    with pytest.raises(ValueError, match=r"angle\.txt, line 2 and .*op_4|op_4.* and .*line 2"):
+        list_operations(tmp_path, "closing")
+    table(tmp_path, "closing/angle.txt,closing,1,2024-01-01", head="file,motion,operation,date")
+    assert [(each.number, each.line) for each in list_operations(tmp_path, "closing")] == [
+        (3, 1),
+        (4, 2),
+    ]
