@@ -4,8 +4,8 @@ import pytest
 import yaml
 
 from breaker.documents.terminal import text_of
+from breaker.records.formats.registry import stated_in
 from breaker.records.header import Printed
-from breaker.records.layout import stated_in
 from breaker.records.printed import meant_motions, measured_name
 from breaker.records.proposal import inspect_file
 from breaker.records.proposal_text import overlay_of, words_of

@@ -13,12 +13,13 @@ from breaker.records.channels import InspectionError
 from breaker.records.curves import read_curves
 from breaker.records.description import guess_grid
 from breaker.records.files import RejectedCurveError
+from breaker.records.formats.registry import look_into
 from breaker.records.grid import Grid
-from breaker.records.layout import LayoutError, look_into
 from breaker.records.operations import Operation
 from breaker.records.proposal import inspect_file
 from breaker.records.proposal_text import overlay_of, words_of
 from breaker.records.settings import FORMAT
+from breaker.records.sheet import LayoutError
 
 SENSOR = {"start": -2.0, "stop": 58.0, "samples": 151, "noise_sd": 0.1}
 TIMES = np.linspace(-2.0, 58.0, 151)

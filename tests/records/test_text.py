@@ -9,7 +9,7 @@ from breaker.common.randomness import generator
 from breaker.drive.simulation.dialects import DIALECTS
 from breaker.records.cells import strict_numbers, why_none
 from breaker.records.files import RejectedCurveError
-from breaker.records.formats.registry import read_columns
+from breaker.records.formats.registry import look_into, read_columns
 from breaker.records.settings import TO_MS, complete
 from breaker.records.words import split_unit, unit_of
 from tests.records.refused import told
@@ -112,6 +112,57 @@ HEADS = {
 def test_the_head_is_found(file, name):
     put(file, [*HEADS[name], *ROWS])
     assert_read(read(file), lines=len(HEADS[name]) + 1)
+
+
+MERGED = {
+    "repeated": ["Time,Travel (in),Travel (in)", "ms,L1,L2"],
+    "blank": ["Time,Travel (in),", "ms,L1,L2"],
+    "with units below": ["Time,Travel,", "t,L1,L2", "ms,in,in"],
+}
+
+
+@pytest.mark.parametrize("name", MERGED)
+def test_both_of_two_lines_of_names_count(file, name):
+    put(file, [*MERGED[name], *(f"{row},7" for row in ROWS)])
+    sheet = look_into(file)
+    assert sheet.units == ["ms", "inch", "inch"]
+    time = str(sheet.column(0))
+    assert [sheet.column(1), sheet.column(2)] == ["Travel L1", "Travel L2"]
+    assert_read(read(file, "Travel L1", time_column=time, travel_unit="inch"))
+    assert rejection(file, "Travel L1", time_column=time)  # in mm
+    assert rejection(file, "L1", time_column=time, travel_unit="inch")
+
+
+@pytest.mark.parametrize("words", ["OFF ON", "False True", "open closed", "AUS EIN"])
+def test_words_for_two_states_are_0_and_1(file, words):
+    off, on = words.split()
+    states = np.arange(40) > 20
+    rows = [f"{row},{on if state else off}" for row, state in zip(ROWS, states, strict=True)]
+    put(file, ["time,travel,contact", *rows])
+    np.testing.assert_array_equal(look_into(file).columns[2], states)
+    np.testing.assert_array_equal(read(file, contact_column="contact").beside["contact"], states)
+    put(file, ["time,travel,contact", *rows[:-1], f"{ROWS[-1]},?"])
+    assert rejection(file, contact_column="contact").startswith(", line ")
+
+
+def test_names_with_numbers_are_names_and_a_unit_may_stand_alone(file):
+    rows = [f"{row},0,1" for row in ROWS]
+    put(file, ["in ms,Travel (in),52a,52b", *rows])
+    sheet = look_into(file)
+    assert sheet.units == ["ms", "inch", None, None]
+    assert [sheet.column(place) for place in (2, 3)] == ["52a", "52b"]
+
+
+def test_a_text_of_labview_is_read_as_proposed(tmp_path):
+    file = tmp_path / "a.lvm"
+    head = ["LabVIEW Measurement\t", "Separator\tTab", "***End_of_Header***\t", "\t"]
+    head += ["Channels\t1\t\t", "Y_Unit_Label\tmm\t", "X_Dimension\tTime\t"]
+    head += ["***End_of_Header***\t\t", "X_Value\ttravel\tComment"]
+    put(file, [*head, *(row.replace(",", "\t") for row in ROWS)], eol="\r\n")
+    sheet = look_into(file)
+    assert sheet.units[:2] == ["s", "mm"]
+    settings = {**sheet.settings, "time_column": sheet.column(0), "time_unit": "s"}
+    np.testing.assert_array_equal(read(file, **settings).travel, TRAVEL)
 
 
 def test_an_exact_name_goes_before_a_near_one(file):

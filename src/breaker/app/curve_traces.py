@@ -13,9 +13,9 @@ import numpy as np
 from breaker.drive.answers.evidence import Answer, DriveRecord
 from breaker.drive.answers.reference_curve import Overlay
 from breaker.records.files import printable
-from breaker.records.layout import Layout
 from breaker.records.measurements import Reading
 from breaker.records.settings import TO_MS
+from breaker.records.sheet import Sheet
 from breaker.records.words import holds
 
 MOST = 3000
@@ -61,7 +61,7 @@ class Mark(NamedTuple):
     inferred: bool = False
 
 
-def record_traces(records: Sequence[DriveRecord], layouts: Sequence[Layout]) -> list[Trace]:
+def record_traces(records: Sequence[DriveRecord], layouts: Sequence[Sheet]) -> list[Trace]:
     """Return travels as they were read, and all other columns as they are in their files.
 
     Args:
@@ -91,7 +91,7 @@ def record_traces(records: Sequence[DriveRecord], layouts: Sequence[Layout]) -> 
     return [each._replace(name=labels.get(file, "") + each.name) for file, each in found]
 
 
-def _labels(records: Sequence[DriveRecord], layouts: Sequence[Layout]) -> dict[str, str]:
+def _labels(records: Sequence[DriveRecord], layouts: Sequence[Sheet]) -> dict[str, str]:
     """The file before the names of its channels, where there are several files."""
     files = {str(e.file) for e in layouts} | {str(e.operation.file) for e in records}
     return {file: f"{_plain(file)}: " for file in files} if len(files) > 1 else {}
@@ -101,7 +101,7 @@ def _plain(file: str) -> str:
     return printable(file).rpartition("/")[2]
 
 
-def _columns(layout: Layout, own: Sequence[DriveRecord], taken: set[str]) -> Iterator[Trace]:
+def _columns(layout: Sheet, own: Sequence[DriveRecord], taken: set[str]) -> Iterator[Trace]:
     """The columns of a file beside those of travel that were read and of the time: first those that
     its records take for contact and coil.
     """

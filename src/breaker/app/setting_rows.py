@@ -6,9 +6,9 @@ from typing import Any, NamedTuple
 from breaker.app.page_choices import FIELDS, Field, as_text
 from breaker.drive.answers.evidence import DriveRecord
 from breaker.drive.answers.visit import Visit
-from breaker.records.layout import Layout
 from breaker.records.proposal import Proposal
 from breaker.records.settings import FORMAT
+from breaker.records.sheet import Sheet
 
 
 class SettingRow(NamedTuple):
@@ -51,7 +51,7 @@ def base_of(config: Mapping, proposal: Proposal | None, wanted: str) -> tuple[di
 def rows_of(
     base: Mapping[str, Any],
     proposal: Proposal | None,
-    layout: Layout | None,
+    layout: Sheet | None,
     chosen: Mapping[str, Any],
     read: Visit | None,
 ) -> list[SettingRow]:
@@ -106,7 +106,7 @@ def _reason(key: str, base: Mapping, proposal: Proposal | None) -> tuple[str, st
     return _SEARCHED.get(key, default or "seen in the file"), "sure"
 
 
-def _options(field: Field, layout: Layout | None, value: object) -> list[tuple[str, str]]:
+def _options(field: Field, layout: Sheet | None, value: object) -> list[tuple[str, str]]:
     """What may be chosen, the value as it is among it."""
     found = [(as_text(field.key, each), words) for each, words in field.options]
     if field.kind == "column":

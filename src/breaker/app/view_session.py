@@ -28,9 +28,10 @@ from breaker.records.description import describe_file
 from breaker.records.files import Files, printable
 from breaker.records.folder import record_files
 from breaker.records.formats.comtrade import lone_data
-from breaker.records.layout import Layout, look_into
+from breaker.records.formats.registry import look_into
 from breaker.records.operations import MANIFEST
 from breaker.records.proposal import Proposal, inspect_file
+from breaker.records.sheet import Sheet
 from breaker.records.table_proposal import Description
 
 SHOWN = 100
@@ -270,7 +271,7 @@ class Session:
 
     def _seen(
         self, file: str | Path, files: Files, config: Mapping
-    ) -> tuple[Layout | None, Proposal | None, str]:
+    ) -> tuple[Sheet | None, Proposal | None, str]:
         """The layout of a file, what is proposed for it, and why nothing is."""
         first, layout = files[file], None
         try:
@@ -340,7 +341,7 @@ class Session:
         return found.result()
 
 
-def _traces(read: Visit | None, first: Layout | None, files: Files) -> list[Trace]:
+def _traces(read: Visit | None, first: Sheet | None, files: Files) -> list[Trace]:
     """Curves of all files that can be looked into; the others are said elsewhere. Over them lie the
     reference and the visit before.
     """

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from breaker.records.dates import instant, one_date
 from breaker.records.files import Files
-from breaker.records.layout import stated_in
+from breaker.records.formats.registry import stated_in
 from breaker.records.operations import Operation
 from breaker.records.settings import FORMAT
 

@@ -57,7 +57,8 @@ _WORDS = re.compile(any_of(WORDS["telling"]))
 _FOREIGN = re.compile(r"[^\x00-\x7f°µ²³±·½×ßäöüÄÖÜéèêëàâçîïôûñáíóúãõÉÀ–’]|[^\x00-\x7f]{2}")
 _PADDED = re.compile(r"0\d+")
 _DELIMITERS = (";", "\t", "|", ",", " ")  # in case of doubt, the first that fits
-_VALUE = re.compile(r"[-+]?\d+(?:[.,]\d+)?\s*\S{0,5}|.*[:=]")  # "10 kHz", "Rate:": of no column
+# "10 kHz", "10kHz", "Rate:": of no column, but `52a` is a name.
+_VALUE = re.compile(r"[-+]?\d+(?:[.,]\d+)?(?:\s+\S{0,5}|(?P<unit>\S{0,5}))|.*[:=]")
 
 
 def read(opened: Opened, form: Mapping) -> list[Sheet]:
@@ -447,7 +448,8 @@ def _are_units(row: Iterable[str]) -> bool:
 def _are_names(row: Sequence[str], columns: int) -> bool:
     """Whether a line has names of columns, one more at most, such as one of remarks."""
     cells = list(filter(None, row))
-    values = sum(_VALUE.fullmatch(cell) is not None for cell in cells)
+    found = filter(None, map(_VALUE.fullmatch, cells))
+    values = sum(not each["unit"] or unit_of(each["unit"]) is not None for each in found)
     short = all(len(cell) <= 60 for cell in cells)
     return short and 2 * values < len(cells) and columns / 2 <= len(cells) <= columns + 1
 
