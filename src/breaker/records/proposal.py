@@ -137,11 +137,13 @@ def _common(motions: Sequence[InspectedMotion]) -> dict[str, str | int]:
 
 
 def _best_column(motions: Sequence[InspectedMotion]) -> dict[str, str | int]:
-    """The column of travel of which most motions are read, the first of several; none is proposed
-    that was rejected while another one was not.
+    """The column of travel of which most motions are read, and of these the one with the fewest
+    remarks, the first of several: none that was rejected or clipped while another one was not.
     """
     read = Counter(each.column for each in motions if each.record)
-    return {"travel_column": max(read, key=read.__getitem__)} if read else {}
+    remarks = Counter(each.column for each in motions for _ in each.said)
+    best = max(read, key=lambda column: (read[column], -remarks[column]), default=None)
+    return {} if best is None else {"travel_column": best}
 
 
 def _read(
