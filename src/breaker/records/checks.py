@@ -573,9 +573,10 @@ def _at_speed(time: np.ndarray, travel: np.ndarray, moves: float, sd: float, qua
     begin, first = _stop(-time[::-1], 1.0 - done[::-1], noise)
     rests = travel[: before - _CALM], travel[max(stop + _CALM, travel.size - before) :]
     calm = _calmer(*rests, quantum)
-    if last > 0.4 and (calm > 0 or _no_swing(done[stop:], noise)):
+    flat = [each.size > 0 and np.ptp(each) == 0.0 for each in rests]  # noise leaves no level alone
+    if (last > 0.4 and (calm > 0 or _no_swing(done[stop:], noise))) or (calm > 0 and flat[1]):
         return Remark("stops-at-speed", at=in_digits(time[stop], 4), share=f"{last:.0%}")
-    if first > 0.4 and calm < 0:
+    if calm < 0 and (first > 0.4 or flat[0]):
         return Remark("starts-at-speed", at=in_digits(time[::-1][begin], 4), share=f"{first:.0%}")
     return ""
 
