@@ -24,8 +24,6 @@ from breaker.model.quantities import SPEEDS, Point, Speed, quantities_of, speeds
 from breaker.records.contacts import ContactTimes
 from breaker.records.measurements import measure_curve
 
-__all__ = ["measure_drives", "own_quantities"]
-
 _FINE = 0.01  # ms at size 1, between samples of a motion without noise
 _LONG, _RESTS = 150.0, 1000.0  # ms at size 1, all of a motion, and when it is over
 _LEAD, _LENGTH = 10.0, 80.0  # ms at size 1, of a record before and after the first motion

@@ -6,19 +6,16 @@ the columns remaining_length_mm, time_ms and resistance_mohm; source and licence
 """
 
 import argparse
-import csv
-from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 from scipy.stats import chi2
 
 from breaker.records.contacts import ContactTimes, contact_separations
 
-__all__ = ["fit", "read", "table"]
-
-_COLUMNS = "remaining_length_mm", "time_ms", "resistance_mohm"
+_COLUMNS = ["remaining_length_mm", "time_ms", "resistance_mohm"]
 _HEAD = (
     "| Length, mm | Main contact, ms | Arcing contact, ms | Between both, ms | Residual, mm |",
     "|---|---|---|---|---|",
@@ -30,20 +27,11 @@ def read(file: Path) -> dict[float, tuple[np.ndarray, np.ndarray]]:
     """Read times and resistances of every opening, by the length of its contact.
 
     Raises:
-        ValueError: If a column is missing or a cell is not a number, with its line.
+        ValueError: If a column is missing or a cell is not a number.
     """
-    openings: dict[float, list[tuple[float, float]]] = defaultdict(list)
-    with file.open(encoding="utf-8", newline="") as lines:
-        rows = csv.DictReader(lines)
-        if lacking := [name for name in _COLUMNS if name not in (rows.fieldnames or ())]:
-            raise ValueError(f"{file} has no column {' and no '.join(lacking)}")
-        for number, row in enumerate(rows, start=2):
-            try:
-                length, time, resistance = (float(row[name]) for name in _COLUMNS)
-            except (TypeError, ValueError) as error:
-                raise ValueError(f"{file}, line {number}: {error}") from error
-            openings[length].append((time, resistance))
-    return {length: tuple(np.array(openings[length]).T) for length in sorted(openings)}
+    rows = pd.read_csv(file, usecols=_COLUMNS, dtype=float)
+    openings = rows.groupby(_COLUMNS[0])
+    return {length: tuple(own[_COLUMNS[1:]].values.T) for length, own in openings}
 
 
 def fit(lengths: np.ndarray, between: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

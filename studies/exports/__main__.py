@@ -4,7 +4,7 @@
 
 A sheet is inspected by ``breaker inspect``, what it proposes is filled in where it says so (the
 rate), and its records are inferred with contacts and coils that ``inspect`` names. A value is false
-outside of five times its interval and beyond a tolerance, or of another channel.
+beyond three standard deviations and beyond a tolerance (times: 0.5 ms), or if of another channel.
 """
 
 import argparse
@@ -25,7 +25,10 @@ import numpy as np
 import pandas as pd
 
 from studies.exports.layouts import write_export
-from studies.exports.scores import bare, score
+from studies.exports.scores import VERDICTS, bare, score
+
+TIMED = [f"{kind}{motion}_time" for kind in ("", "main_") for motion in ("closing", "opening")]
+TIMED += ["bounce_time", "arcing_wipe"]
 
 
 def call(*arguments: str, limit: int = 180) -> tuple[int | str, str, str]:
@@ -92,7 +95,7 @@ def ask(path: Path, truth: dict, folder: Path) -> tuple[dict, list[str]]:
     for file in (layout, own):
         file.unlink(missing_ok=True)
     status, text, err = call("inspect", path, "--output", layout)
-    document = read_inspection(text, truth) | {"records": []}
+    document = read_inspection(text, truth) | {"records": [], "refused": []}
     if not layout.exists():
         return document, [f"inspect: {status} {err}"]
     rate = rf"rate: {truth['rate']:.12g}\1"
@@ -122,9 +125,13 @@ def ask(path: Path, truth: dict, folder: Path) -> tuple[dict, list[str]]:
                 found = json.loads(text)["records"]
             except (json.JSONDecodeError, KeyError):
                 failures.append(f"infer: {status} {err}")
+                crashed = "Traceback" in f"{status}"
+                document["refused"] += [[column, motion] for motion in motions] * (not crashed)
                 continue
             document["records"] += [record | {"channel": column} for record in found]
-            failures += [f"rejected: {r['reason']}" for r in found if not r["accepted"]]
+            rejected = [record for record in found if not record["accepted"]]
+            document["refused"] += [[column, record["motion"]] for record in rejected]
+            failures += [f"rejected: {record['reason']}" for record in rejected]
     return document, failures
 
 
@@ -138,10 +145,11 @@ def one_sheet(number: int, seed: int, keep: Path | None) -> tuple[list[dict], li
             path = folder / truth["file"]
             document, failed = ask(path, truth, Path(scratch))
             about = {"sheet": number, "layout": truth["layout"], "file": str(path)}
-            trouble = {c: " ".join(v["trouble"]) for c, v in truth["channels"].items()}
             for row in score(truth, document):
-                column = next((c for c in trouble if row.channel.startswith(c)), "")
-                rows.append(about | row._asdict() | {"trouble": trouble.get(column, "")})
+                column = next((c for c in truth["channels"] if row.channel.startswith(c)), "")
+                own = truth["channels"].get(column, {"trouble": [], "kind": ""})
+                more = {"contact": own["kind"], "trouble": " ".join(own["trouble"])}
+                rows.append(about | row._asdict() | more)
             failures += [about | {"failure": text.replace(str(path), "FILE")} for text in failed]
         if keep:
             (folder / "truth.json").write_text(json.dumps(visit, indent=1), encoding="utf-8")
@@ -149,11 +157,13 @@ def one_sheet(number: int, seed: int, keep: Path | None) -> tuple[list[dict], li
 
 
 def summary(rows: pd.DataFrame) -> pd.DataFrame:
-    """Return by kind of value and by layout how many values are right, absent and false."""
+    """Return by kind of value, contact and layout how many values have each verdict."""
+    own = rows[rows["name"].isin(TIMED)]  # by the contact
+    keys = {"value": rows["kind"] + ": " + rows["name"], "contact": own["contact"]}
     tables = []
-    for by, keys in (("value", rows["kind"] + ": " + rows["name"]), ("layout", rows["layout"])):
-        counts = pd.crosstab(keys, rows["verdict"])
-        counts = counts.reindex(columns=["right", "absent", "false"], fill_value=0)
+    for by, key in (keys | {"layout": rows["layout"]}).items():
+        counts = pd.crosstab(key, rows["verdict"][key.index])
+        counts = counts.reindex(columns=[*VERDICTS], fill_value=0)
         shares = counts.div(counts.sum(axis=1), axis=0).round(3)
         shares.insert(0, "values", counts.sum(axis=1))
         tables.append(shares.assign(false_values=counts["false"]).rename_axis("of").reset_index())
@@ -162,7 +172,7 @@ def summary(rows: pd.DataFrame) -> pd.DataFrame:
 
 
 def main() -> None:
-    """Write sheets, ask the product, and print what is right, absent and false."""
+    """Write sheets, ask the product, and print what is right, withheld, missing and false."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--sheets", type=int, default=200)
     parser.add_argument("--first", type=int, default=0, help="number of the first sheet")

@@ -9,23 +9,36 @@ from pathlib import Path
 
 import numpy as np
 
-STEP = 0.02  # of a motion's curve, ms
+from studies.exports.contacts import (
+    STEP,
+    bounces_of,
+    contact_times,
+    draw_bounces,
+    draw_meter,
+    measured,
+    reached,
+    signal,
+)
+
 PHASES = ["R Y B", "A B C", "L1 L2 L3"]
 PLANS = ["closing", "opening", "closing opening", "opening closing", "opening closing opening"]
 RATES = [1, 2, 2.5, 4, 5, 8, 10, 12, 12.5, 16, 20, 25]  # kHz
 # Of plain sheets: time, travel, contact, closing coil, opening coil, motor; place, number, date,
-# rate; how the date is written.
+# rate; how the date is written; resistance, test current, words of a closed and an open contact.
 WORDS = [
     "Time|Travel {}|Contact {}|Close coil {}|Trip coil {}|Motor current"
-    "|Station|Breaker|Date|Sample rate [kHz]|%m/%d/%Y",
+    "|Station|Breaker|Date|Sample rate [kHz]|%m/%d/%Y|Resistance {}|Test current {}|ON|OFF",
     "t|Stroke {}|Main contact {}|I close {}|I trip {}|I motor"
-    "|Substation|CB No.|Test date|Sampling frequency [kHz]|%d %b %Y",
+    "|Substation|CB No.|Test date|Sampling frequency [kHz]|%d %b %Y"
+    "|Contact resistance {}|DC current {}|CLOSED|OPEN",
     "Zeit|Weg {}|Hauptkontakt {}|Spule EIN {}|Spule AUS {}|Motorstrom"
-    "|Umspannwerk|Schalter-Nr.|Prüfdatum|Abtastrate [kHz]|%d.%m.%Y",
+    "|Umspannwerk|Schalter-Nr.|Prüfdatum|Abtastrate [kHz]|%d.%m.%Y"
+    "|Widerstand {}|Prüfstrom {}|EIN|AUS",
     "Zeit|Hub {}|Kontakt {}|Strom Ein-Spule {}|Strom Aus-Spule {}|Motor"
-    "|Anlage|Gerät|Datum|Abtastfrequenz [kHz]|%d.%m.%y",
+    "|Anlage|Gerät|Datum|Abtastfrequenz [kHz]|%d.%m.%y|Kontaktwiderstand {}|Prüfstrom {}|ZU|AUF",
     "Temps|Course {}|Contact {}|Bobine enclenchement {}|Bobine déclenchement {}|Courant moteur"
-    "|Poste|N° disjoncteur|Date d'essai|Fréquence [kHz]|%d/%m/%Y",
+    "|Poste|N° disjoncteur|Date d'essai|Fréquence [kHz]|%d/%m/%Y"
+    "|Résistance {}|Courant d'essai {}|FERMÉ|OUVERT",
 ]
 LANGUAGES = ["english", "english", "german", "german", "french"]
 # Names and values above the samples of a resistance and travel analyser.
@@ -51,13 +64,19 @@ def pick(rng: np.random.Generator, choices, p=None):
 
 
 def motion_curve(rng: np.random.Generator, stroke: float, closing: bool) -> np.ndarray:
-    """Return the way (mm) at steps of STEP from the first motion on, up to its rest."""
+    """Return the way (mm) at steps of STEP from the first motion on, up to its rest.
+
+    Some drives start slowly: the way grows by a power of the time at first, or creeps.
+    """
     speed = rng.uniform(2.0, 4.0) if closing else rng.uniform(4.0, 9.0)
     rise = rng.uniform(4.0, 9.0) if closing else rng.uniform(2.5, 5.0)
     zone = stroke * rng.uniform(0.12, 0.3)  # of the damper
     zeta, omega = rng.uniform(0.5, 0.95), speed / zone * rng.uniform(1.0, 1.5)
     creep = stroke * rng.uniform(0.01, 0.05) if not closing and rng.random() < 0.6 else 0.0
-    tau = rng.uniform(15.0, 45.0)
+    tau, slow = rng.uniform(15.0, 45.0), rng.random(2) < [0.35, 0.15]
+    power, long = rng.uniform(1.5, 4.0), rng.uniform(4, 20) * (1.0 if closing else 0.4)
+    power = power if slow[0] else 2.0
+    until, crawl = rng.uniform(3, 15) * slow[1] * (1.0 if closing else 0.4), rng.uniform(0.02, 0.15)
     way = np.zeros(int(450 / STEP))
     x = v = damped = since = 0.0
     for i in range(1, len(way)):
@@ -65,20 +84,14 @@ def motion_curve(rng: np.random.Generator, stroke: float, closing: bool) -> np.n
         damped = max(damped, share * share * (3 - 2 * share))
         since += STEP * (damped > 0)
         rest = stroke - creep * np.exp(-since / tau)
-        push = (speed - v) / rise * (1 - np.exp(-i * STEP / 0.4))
+        after = i * STEP - until
+        push = (speed - v) / rise * min(max(after, STEP) / long, 1.0) ** (power - 2)
+        push = (crawl - v) / 0.5 if after <= 0 else push
         stop = omega * omega * (x - rest) + 2 * zeta * omega * v
         v += STEP * ((1 - damped) * push - damped * stop)
         x += STEP * v
         way[i] = x
     return way * (stroke / way[-1])
-
-
-def reached(way: np.ndarray, mm: float) -> float:
-    """Return when a way is first reached, ms after the first motion."""
-    after = int(np.argmax(way >= mm))
-    before = way[after - 1]
-    share = (mm - before) / (way[after] - before) if after else 0.0
-    return float(STEP * (after - 1 + share)) if after else 0.0
 
 
 def mean_speed(way: np.ndarray, begin: float, end: float) -> float:
@@ -111,7 +124,9 @@ def draw_plan(rng: np.random.Generator) -> dict:
         at += rng.uniform(200, 400)
     plan = {"moves": moves, "length": sum(moves[-1][1:]) + rng.uniform(130, 300)}
     plan |= {"stroke": rng.uniform(100, 200), "breaks": 1 + int(rng.random() < 0.4)}
-    plan |= {"lead": rng.uniform(10, 25) if rng.random() < 0.6 else 0.0}
+    plan |= {"lead": rng.uniform(2, 15) if rng.random() < 0.75 else 0.0, "resistor": None}
+    if rng.random() < 0.12:  # of pre-insertion
+        plan["resistor"] = {"ohm": 10 ** rng.uniform(1, 2.7), "ms": rng.uniform(8, 12)}
     plan |= {"seeds": {m: int(rng.integers(2**31)) for m in latches}}
     plan |= {"ganged": rng.random() < 0.4, "second_trip": rng.random() < 0.25}
     return plan | {"apart": rng.uniform(0, 3) * (not plan["ganged"]) * (rng.random() < 0.5)}
@@ -122,6 +137,7 @@ def draw_pole(rng: np.random.Generator, phase: str, plan: dict) -> dict:
     stroke = plan["stroke"] * rng.uniform(0.98, 1.02)
     gap = stroke * rng.uniform(0.58, 0.7)
     pole = {"phase": phase, "stroke": stroke, "breaks": [], "motions": []}
+    pole["resistor"] = plan["resistor"]
     for _ in range(plan["breaks"]):
         arcing = gap + rng.uniform(0.0, 2.5)
         pole["breaks"].append({"arcing": arcing, "main": arcing + plan["lead"]})
@@ -131,7 +147,8 @@ def draw_pole(rng: np.random.Generator, phase: str, plan: dict) -> dict:
         way = motion_curve(alike, stroke, motion == "closing")
         first = energised + latch * rng.uniform(0.97, 1.03)
         pole["motions"].append({"motion": motion, "energised": energised, "first": first})
-        pole["motions"][-1]["way"] = way
+        bounces = draw_bounces(rng) if motion == "closing" else []
+        pole["motions"][-1] |= {"way": way, "bounces": bounces}
     ripple = (rng.uniform(1, 3) * stroke / 180, rng.uniform(3, 8))
     pole["ripple"] = ripple if rng.random() < 0.25 else None
     pole["slack"] = rng.uniform(0.5, 3.0) if rng.random() < 0.15 else 0.0
@@ -172,6 +189,10 @@ def travel_column(rng: np.random.Generator, pole: dict, time) -> tuple[np.ndarra
     trouble = [key for key in ("ripple", "slack", "slip") if pole[key]]
     noise = pick(rng, [0.02, 0.05, 0.1, 0.2, 0.5, 1.2], p=[0.1, 0.2, 0.4, 0.2, 0.07, 0.03])
     x = position(pole, time, shown=True) + noise * rng.standard_normal(len(time))
+    if rng.random() < 0.15:  # of the mains
+        trouble.append("hum")
+        turn = 2 * np.pi * pick(rng, [0.05, 0.06, 0.1]) * time
+        x += rng.uniform(0.05, 0.4) * np.sin(turn + rng.uniform(0, 2 * np.pi))
     if rng.random() < 0.15:
         trouble.append("bursts")
         move = pick(rng, pole["motions"])
@@ -184,13 +205,6 @@ def travel_column(rng: np.random.Generator, pole: dict, time) -> tuple[np.ndarra
     return quantum * np.round(x / quantum), [*trouble, *["counter"] * counts, f"noise {noise}"]
 
 
-def contact_times(pole: dict, move: dict, parts: dict) -> dict:
-    """Return when contacts of a break touch or part, ms after the first motion."""
-    closing, stroke = move["motion"] == "closing", pole["stroke"]
-    ways = {kind: mm if closing else stroke - mm for kind, mm in parts.items()}
-    return {kind: reached(move["way"], mm) for kind, mm in ways.items()}
-
-
 def coil_current(rng: np.random.Generator, time, move: dict, amps: float) -> np.ndarray:
     """Return the current of a coil, which rises, dips as its armature moves, and falls."""
     latch, since = move["first"] - move["energised"], time - move["energised"]
@@ -198,22 +212,6 @@ def coil_current(rng: np.random.Generator, time, move: dict, amps: float) -> np.
     on = np.clip(since, 0, long)
     notch = 1 - 0.3 * np.exp(-(((on / latch - dip) / 0.12) ** 2))
     return amps * (1 - np.exp(-on / rise)) * notch * np.exp(-np.maximum(since - long, 0) / 0.6)
-
-
-def resistance(rng: np.random.Generator, pole: dict, parts: dict | None, time, full: float):
-    """Return the resistance (uOhm) and the test current (A) of a break, or of nothing."""
-    at, n = position(pole, time, shown=False), len(time)
-    touched = at > parts["arcing"] if parts else np.zeros(n, bool)
-    main = at > parts["main"] if parts else touched
-    arcing = np.clip(rng.uniform(1000, 5000) * (1 + 0.15 * rng.standard_normal(n)), 800, 7000)
-    closed = rng.uniform(100, 600) * (1 + 0.02 * rng.standard_normal(n))
-    ohm = np.where(main, closed, np.where(touched, arcing, full))
-    # the current follows the circuit within a millisecond, and may rise as the record starts
-    share = 1 - np.exp(-(time[1] - time[0]) / rng.uniform(0.3, 1.0))
-    target = rng.uniform(20, 100) * touched
-    now = 0.0 if rng.random() < 0.3 else target[0]
-    amps = np.array([now := now + share * (level - now) for level in target])
-    return ohm, amps + 0.05 * rng.standard_normal(n)
 
 
 def lay_out(rng: np.random.Generator, pairs: list, each: int) -> list[list[str]]:
@@ -309,7 +307,10 @@ def analyser(rng: np.random.Generator, plan: dict, poles: list[dict], style: dic
     used = {int(k): pole for k, pole in zip(spots, poles, strict=False)}
     coil = pick(same, ["Coil Current C{} (A)", "C{} Current (A)"], p=[0.8, 0.2])
     travel = pick(same, ["Travel T{} (mm)", "Travel T{} in mm", "Contact Travel T{} (mm)"])
-    ohms = pick(same, ["DCRM Res CH{} in uOhm", "Resistance CH{} (uOhm)"], p=[0.7, 0.3])
+    ohms = ["DCRM Res CH{} in uOhm", "Resistance CH{} (uOhm)", "Resistance CH{} (mOhm)"]
+    ohms = pick(same, ohms, p=[0.6, 0.2, 0.2])
+    milli = 1000 if "mOhm" in ohms else 1
+    meter, amperes = draw_meter(same, style["range"]), same.random() < 0.8
     ampere = pick(same, ["DCRM Current CH{} in Amp", "Test Current CH{} (A)"], p=[0.7, 0.3])
     trip = pick(same, [4, 2]) if plan["ganged"] or len(poles) == 1 else 4
     currents = [0.01 * rng.standard_normal(len(time)) for _ in range(6)]
@@ -331,7 +332,7 @@ def analyser(rng: np.random.Generator, plan: dict, poles: list[dict], style: dic
                 later = {"energised": move["energised"] + 1.5, "first": move["first"] + 1.5}
                 currents[n] += coil_current(rng, time, later, amps)
         channels.append({"column": travel.format(k), "pole": pole, "trouble": trouble})
-        channels[-1] |= {"coils": coils, "transducer": k, "contacts": {}}
+        channels[-1] |= {"coils": coils, "transducer": k, "contacts": {}, "kind": "none"}
     columns = [("Time (ms)", time, 4)] * style["timed"]
     columns += [(coil.format(k + 1), x, 3) for k, x in enumerate(currents)]
     columns += [(travel.format(k + 1), x, style["digits"]) for k, x in enumerate(ways)]
@@ -344,12 +345,15 @@ def analyser(rng: np.random.Generator, plan: dict, poles: list[dict], style: dic
     for n, (channel, b) in enumerate([*wired, *[(None, 0)] * 6][:6] if style["dcrm"] else [], 1):
         pole = channel["pole"] if channel else poles[0]
         parts = pole["breaks"][b] if channel else None
-        ohm, amps = resistance(rng, pole, parts, time, style["range"])
-        columns += [(ohms.format(n), ohm, 1), (ampere.format(n), amps, 2)]
-        above[0] += [f"TR{channel['transducer'] if channel else n}", ""]
-        above[1] += [f"{pole['phase']}Break{b + 1}" if channel else "NA", ""]
+        ohm, amps = measured(rng, pole, parts, time, meter)
+        own = [(ohms.format(n), ohm / milli, 1 if milli == 1 else 4)]
+        own += [(ampere.format(n), amps, 2)] * amperes
+        columns += own
+        above[0] += [f"TR{channel['transducer'] if channel else n}", ""][: len(own)]
+        above[1] += [f"{pole['phase']}Break{b + 1}" if channel else "NA", ""][: len(own)]
         if channel:
-            channel["contacts"] |= {ohms.format(n): b, ampere.format(n): b}
+            channel["contacts"] |= {name: b for name, _, _ in own}
+            channel["kind"] = "resistance and current" if amperes else "resistance alone"
     lines, printed = [], []
     if not style["bare"]:
         pairs, printed = results(rng, used, style)
@@ -370,7 +374,9 @@ def plain(rng: np.random.Generator, plan: dict, poles: list[dict], style: dict) 
     words = WORDS[which].split("|")
     shift = pick(same, [0.0, -20.0, 100.0], p=[0.7, 0.2, 0.1])
     brackets, unit = pick(same, [" ({})", " [{}]"]), pick(same, ["ms", "ms", "s"])
-    kind = pick(same, ["binary", "voltage", None], p=[0.5, 0.3, 0.2])
+    kinds = ["binary", "voltage", "words", "resistance and current", "resistance alone", "none"]
+    kind = pick(same, kinds, p=[0.25, 0.2, 0.1, 0.2, 0.1, 0.15])
+    meter = draw_meter(same, style["range"])
     coiled, flips, rises = same.random() < 0.8, same.random() < 0.1, same.random() < 0.7
     alone = len(poles) == 1 and same.random() < 0.5
 
@@ -385,14 +391,20 @@ def plain(rng: np.random.Generator, plan: dict, poles: list[dict], style: dict) 
         x = (pole["stroke"] - x if flips else x) + rng.uniform(5, 40) * style["offset"]
         columns.append((named(1, "mm", pole["phase"]), x, style["digits"]))
         channel = {"column": columns[-1][0], "pole": pole, "trouble": trouble + ["flips"] * flips}
-        channel |= {"contacts": {}, "coils": {}, "transducer": None}
-        if kind:
-            on = position(pole, time, shown=False) > pole["breaks"][0]["arcing"]
-            volts = 24 * (on == rises) + 0.2 * rng.standard_normal(len(time))
-            name = named(2, "V" if kind == "voltage" else "", pole["phase"])
-            x = volts if kind == "voltage" else 1.0 * (on == rises)
-            contacts.append((name, x, 2 if kind == "voltage" else 0))
-            channel["contacts"][name] = 0
+        channel |= {"contacts": {}, "coils": {}, "transducer": None, "kind": kind}
+        if kind.startswith("resistance"):
+            ohm, amps = measured(rng, pole, pole["breaks"][0], time, meter)
+            own = [(named(11, "mOhm", pole["phase"]), ohm / 1000, 4)]
+            own += [(named(12, "A", pole["phase"]), amps, 2)] * (kind != "resistance alone")
+        elif kind == "voltage":
+            volts = signal(rng, pole, time, rises, 24.0) + 0.2 * rng.standard_normal(len(time))
+            own = [(named(2, "V", pole["phase"]), volts, 2)]
+        else:
+            state = signal(rng, pole, time, rises or kind == "words", 1.0)
+            state = np.where(state > 0, *words[13:]) if kind == "words" else state
+            own = [(named(2, "", pole["phase"]), state, 0)] * (kind != "none")
+        contacts += own
+        channel["contacts"] |= {name: 0 for name, _, _ in own}
         for motion in sorted({m["motion"] for m in pole["motions"]} if coiled else []):
             phase = "" if plan["ganged"] else pole["phase"]
             name = named(3 if motion == "closing" else 4, "A", phase)
@@ -425,7 +437,10 @@ def write_table(rng: np.random.Generator, path: Path, found: dict, style: dict) 
         writer.writerow(cells + [""] * ((len(names) - len(cells)) * style["padded"]))
     writer.writerow(names)
     n = len(found["columns"][0][1])
-    cells = [[""] * n if x is None else [f"{v:.{d}f}" for v in x] for _, x, d in found["columns"]]
+    cells = [
+        [""] * n if x is None else [v if isinstance(v, str) else f"{v:.{d}f}" for v in x]
+        for _, x, d in found["columns"]
+    ]
     cells += [[""] * n] * (len(names) - len(cells))
     samples = "\n".join(style["separator"].join(row) for row in zip(*cells, strict=True)) + "\n"
     text = buffer.getvalue() + (samples.replace(".", ",") if comma else samples)
@@ -440,24 +455,28 @@ def truth_of(path: Path, found: dict, style: dict) -> dict:
         for move in pole["motions"]:
             way, first = move["way"], move["first"] + shift
             zone = share_of(style["zones"], move["motion"], pole["stroke"])
-            parts = [contact_times(pole, move, item) for item in pole["breaks"]]
-            parts = [{kind: first + t for kind, t in item.items()} for item in parts]
+            ends = [[end for _, end in bounces_of(pole, move, item)] for item in pole["breaks"]]
+            parts = [
+                {kind: first + t for kind, t in contact_times(pole, move, item).items()}
+                | {"bounce": max(own, default=0.0)}
+                for item, own in zip(pole["breaks"], ends, strict=True)
+            ]
             contacts = {name: parts[b] for name, b in channel["contacts"].items()}
-            coil, on = channel["coils"].get(move["motion"]), move["energised"] + shift
             # as IEC 62271-100 counts: the last break that touches, the first that parts
-            instants = [item["arcing"] for item in contacts.values()]
             limit = max if move["motion"] == "closing" else min
-            contact = limit(instants) if instants else None
-            motions.append({"motion": move["motion"], "first": first, "zone": zone})
-            motions[-1] |= values_of(way, zone)
-            seen = shown_way(pole, way)
+            counted = limit(contacts.values(), key=lambda item: item["arcing"], default={})
+            coil, seen = channel["coils"].get(move["motion"]), shown_way(pole, way)
             late = max(reached(seen, 0.3) - reached(way, 0.3), 0.0)  # the start hides in slack
-            motions[-1] |= {"shown": values_of(seen, zone), "slack": late * (pole["slack"] > 0)}
-            motions[-1] |= {"contacts": contacts, "contact": contact, "coil": coil}
-            motions[-1] |= {"energised": on if coil else None}
-            motions[-1]["from_coil"] = contact - on if coil and instants else None
-        channels[channel["column"]] = {"phase": pole["phase"], "motions": motions}
-        channels[channel["column"]] |= {k: channel[k] for k in ("transducer", "trouble")}
+            about = {"motion": move["motion"], "first": first, "zone": zone, "coil": coil}
+            about |= {"energised": move["energised"] + shift if coil else None}
+            about |= {"shown": values_of(seen, zone), "slack": late * (pole["slack"] > 0)}
+            about |= {"contacts": contacts, "contact": counted.get("arcing")}
+            about |= {key: counted.get(key) for key in ("main", "bounce")}
+            motions.append(about | values_of(way, zone))
+        own = {key: channel[key] for key in ("transducer", "trouble", "kind")}
+        if pole["resistor"] and own["kind"] in ("voltage", "resistance and current"):
+            own["kind"] += ", resistor" * ("closing" in [m["motion"] for m in motions])
+        channels[channel["column"]] = {"phase": pole["phase"], "motions": motions} | own
     columns = [name for name, _, _ in found["columns"]]
     kept = ("rate", "stated", "rows", "zones", "separator", "decimal", "encoding")
     truth = {"file": path.name, "layout": found["layout"], "channels": channels}
@@ -495,7 +514,7 @@ def write_export(folder: Path, rng: np.random.Generator) -> dict:
         "dcrm": rng.random() < 0.8,
         "timed": rng.random() < 0.1,
         "rows": rng.random() < 0.75,
-        "range": pick(rng, [8000.0, 10000.0, 20000.0]),
+        "range": pick(rng, [4000.0, 8000.0, 10000.0, 20000.0]),
         "ratio": round(float(rng.uniform(0.9, 1.9)), 2),
         "separator": separator,
         "decimal": "," if separator != "," and rng.random() < 0.6 else ".",

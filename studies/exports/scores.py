@@ -1,24 +1,28 @@
-"""How what is said of an export stands to its truth: right, absent or false."""
+"""How what is read of an export stands to its truth: right, withheld, missing or false."""
 
 import re
 from typing import NamedTuple
 
 import numpy as np
 
-from breaker.model.quantities import EVENTS
+from breaker.model.quantities import EVENTS, SHARES
+
+VERDICTS = ("right", "withheld", "missing", "false")
+_LATE = 0.5  # ms, of a time that is still right
+_SURE = 3.0  # standard deviations from the truth at which a value is false
+_HALF = 1.96  # half of a 95 % interval, in standard deviations
 
 
 class Row(NamedTuple):
-    """What is said of one true value; `hint` is what a false value truly is."""
+    """What is read of one true value."""
 
     kind: str
     name: str
     channel: str
     true: object
     said: object
-    half: float | None
+    sd: float | None
     verdict: str
-    hint: str = ""
 
 
 def bare(column: str) -> str:
@@ -26,12 +30,19 @@ def bare(column: str) -> str:
     return re.sub(r"\s*( in \w+|[(\[][^()\[\]]*[)\]])$", "", column).strip()
 
 
-def judge(true: list, said: float | None, half: float | None, tolerance: float) -> str:
-    """Return how a value stands to the true ones (of the drive, or as its transducer shows it)."""
+def judge(true: list, item: dict, tolerance: float, withheld: bool) -> tuple[str, float | None]:
+    """Return how a value stands to the true ones, and its sd towards the nearest.
+
+    The true ones are those of the drive, and as its transducer shows it.
+    """
+    said = item.get("median")
     if said is None:
-        return "absent"
-    away = min((abs(said - value) for value in true if value is not None), default=np.inf)
-    return "false" if away > tolerance and away > 5 * (half or 0.0) else "right"
+        return "withheld" if withheld or item.get("reason") else "missing", None
+    value = min((v for v in true if v is not None), key=lambda v: abs(said - v), default=np.inf)
+    low, high = item.get("interval_95") or (said, said)
+    sd = (high - said if value > said else said - low) / _HALF
+    away = abs(said - value)
+    return "false" if away > tolerance and away > _SURE * sd else "right", sd
 
 
 def speed_near_contact(move: dict, meaning: str) -> list[float]:
@@ -49,68 +60,71 @@ def speed_near_contact(move: dict, meaning: str) -> list[float]:
     return speeds
 
 
-def true_values(move: dict, quantities: dict) -> dict[str, tuple[list, float]]:
-    """Return true values by the product's names of quantities, and what may be off."""
+def true_values(move: dict, kind: str, quantities: dict) -> dict[str, tuple[list, float]]:
+    """Return true values by the product's names of quantities, and what may be off.
+
+    A value whose first is None need not be stated: of a main contact where there is none beside it
+    or no resistance, and bounces that a resistance alone may or may not show.
+    """
     motion, shown, stroke = move["motion"], move["shown"], move["stroke"]
     over = "over_travel" if motion == "closing" else "rebound"
-    touch = "touch_time" if motion == "closing" else "part_time"
-    start = 0.3 + move["slack"]
-    contact, first, on = move["contact"], move["first"], move["energised"]
-    after = None if contact is None else contact - first
-    wipes, curves = [None], (move, shown)
-    if after is not None:
-        gone = [np.interp(after, m["crossings"], np.arange(100) * stroke / 100) for m in curves]
-        wipes = [float(stroke - mm if motion == "closing" else mm) for mm in gone]
+    first, on, contact, main = (move[k] for k in ("first", "energised", "contact", "main"))
+    two = contact is not None and main != contact and kind.startswith("resistance")
+
+    def since(begin, end):
+        return None if None in (begin, end) else end - begin
+
+    after = [since(first, at) for at in (contact, main)]
+    wipes, between = [None], [None]
+    if contact is not None:
+        at = [
+            np.interp(after, m["crossings"], np.arange(100) * stroke / 100) for m in (move, shown)
+        ]
+        wipes = [float(stroke - mm[0] if motion == "closing" else mm[0]) for mm in at]
+        between = [None] * (not two) + [float(abs(mm[1] - mm[0])) for mm in at]
     speed = f"{motion}_speed"
     near = speed_near_contact(move, (quantities.get(speed) or {}).get("meaning") or "")
-    return {
-        "stroke": ([m["stroke"] for m in curves], 0.01 * stroke),
-        "travel_time": ([m["travel_time"] for m in curves], 0.3),
-        over: ([m["over_travel"] for m in curves], 0.01 * stroke),
-        f"{speed}_zone": ([m["speed"] for m in curves], 0.02 * move["speed"]),
+    found = {
+        "stroke": ([m["stroke"] for m in (move, shown)], 0.01 * stroke),
+        "travel_time": ([m["travel_time"] for m in (move, shown)], _LATE),
+        over: ([m["over_travel"] for m in (move, shown)], 0.01 * stroke),
+        f"{speed}_zone": ([m["speed"] for m in (move, shown)], 0.02 * move["speed"]),
         speed: (near or [None], 0.02 * near[0] if near else 0.0),
-        "latch_time": ([None if on is None else first - on], start),
-        touch: ([after], start),
-        f"{motion}_time": ([move["from_coil"]], 0.3),
+        "latch_time": ([since(on, first)], _LATE + move["slack"]),
+        "touch_time" if motion == "closing" else "part_time": (after[:1], _LATE + move["slack"]),
+        f"{motion}_time": ([since(on, contact)], _LATE),
+        f"main_{motion}_time": ([None] * (not two) + [since(on, main)], _LATE),
+        "arcing_wipe": (between, 0.01 * stroke),
         f"wipe_at_{EVENTS[motion]}": (wipes, 0.01 * stroke),
     }
+    if motion == "closing":
+        found["bounce_time"] = ([None] * (kind == "resistance alone") + [move["bounce"]], _LATE)
+    for name, percent in SHARES.items():
+        crossed = [since(on, first + m["crossings"][percent]) for m in (move, shown)]
+        found[name] = (crossed if on is not None else [None], _LATE)
+    return found
 
 
-def other_values(truth: dict, said: float, name: str) -> str:
-    """Return which other contact, coil or channel of the file a false value is of."""
-    for column, channel in truth["channels"].items():
-        for move in channel["motions"]:
-            if name in move and name != "contact" and abs(move[name] - said) < 0.005 * said:
-                return f"{name} of {column}, {move['motion']}"
-            for contact, kinds in move["contacts"].items():
-                for kind, at in kinds.items():
-                    for begin in ("energised", "first"):
-                        if move[begin] is not None and abs(at - move[begin] - said) < 0.2:
-                            return f"{kind} contact of {contact} since {begin}, {move['motion']}"
-    return ""
-
-
-def score_motion(truth: dict, column: str, move: dict, record: dict | None) -> list[Row]:
+def score_motion(truth: dict, column: str, move: dict, record: dict | None, refused: bool):
     """Return rows of what a record of `breaker infer` says of a true motion."""
-    name = f"{column} {move['motion']} {move['first']:.1f}"
+    name, rows = f"{column} {move['motion']} {move['first']:.1f}", []
+    own = truth["channels"][column]["kind"]
     fit, quantities = (record or {}).get("fit") or {}, (record or {}).get("quantities") or {}
-    said, half = fit.get("moves"), 2.0 * fit.get("moves_sd", 0.0)
-    verdict = judge([move["first"]], said, half, 1.5 + move["slack"] + 1 / truth["rate"])
-    rows = [Row("motion", "first motion", name, move["first"], said, half, verdict)]
-    if "contact_time" in fit:
-        verdict = "right" if fit["resolved"] else "absent"
-        rows.append(Row("motion", "resolved with a contact", name, None, None, None, verdict))
-    for quantity, (true, tolerance) in true_values(move, quantities).items():
+    moves, room = fit.get("moves"), _HALF * fit.get("moves_sd", 0.0)
+    first = {"median": moves, "interval_95": [moves - room, moves + room]} if fit else {}
+    items = {("motion", "first motion"): (first, [move["first"]], _LATE + move["slack"])}
+    for quantity, (true, tolerance) in true_values(move, own, quantities).items():
         item = quantities.get(quantity) or {}
-        inferred = "inferred" in (item.get("source") or "")
-        said = None if inferred else item.get("median")
-        if true[0] is None and said is None:
-            continue
-        ends = item.get("interval_95") if said is not None else None
-        half = (ends[1] - ends[0]) / 2 if ends else None
-        verdict = judge(true, said, half, tolerance)
-        hint = other_values(truth, said, quantity) if verdict == "false" else ""
-        rows.append(Row("value", quantity, name, true[0], said, half, verdict, hint))
+        item = {} if "inferred" in (item.get("source") or "") else item
+        if true[0] is not None or item.get("median") is not None:
+            items["value", quantity] = item, true, tolerance
+    for (kind, quantity), (item, true, tolerance) in items.items():
+        verdict, sd = judge(true, item, tolerance, refused)
+        shown = next((v for v in true if v is not None), None)
+        rows.append(Row(kind, quantity, name, shown, item.get("median"), sd, verdict))
+    if "contact_time" in fit:
+        verdict = "right" if fit["resolved"] else "withheld"
+        rows.append(Row("motion", "resolved with a contact", name, None, None, None, verdict))
     return rows
 
 
@@ -119,29 +133,25 @@ def score_columns(truth: dict, column: str, motion: str, said: list) -> list[Row
     rows, channel = [], truth["channels"][column]
     move = next(m for m in channel["motions"] if m["motion"] == motion)
     # coils of other poles that are energised at the same time are as good
-    coils = [move["coil"]] if move["coil"] else []
-    for other in (
-        m for c in truth["channels"].values() for m in c["motions"] if m["coil"] and coils
-    ):
-        near = abs(other["energised"] - move["energised"]) < 0.3
-        coils += [other["coil"]] if near and other["motion"] == motion else []
+    others = [m for c in truth["channels"].values() for m in c["motions"]] * bool(move["coil"])
+    alike = [m for m in others if m["coil"] and m["motion"] == motion]
+    coils = [m["coil"] for m in alike if abs(m["energised"] - move["energised"]) < 0.3]
     named = (("contact column", list(move["contacts"])), ("coil column", coils))
     for (name, true), one in zip(named, said, strict=True):
         true, one = sorted({bare(c) for c in true}), bare(one) if one else None
         verdict = "right" if one in true or not (one or true) else "false"
-        verdict = "absent" if one is None and true else verdict
-        hint = "" if truth["rows"] else "no row above says which"
+        verdict = "missing" if one is None and true else verdict
         shown = " ".join(true) or None
-        rows.append(Row("column", name, f"{column} {motion}", shown, one, None, verdict, hint))
+        rows.append(Row("column", name, f"{column} {motion}", shown, one, None, verdict))
     return rows
 
 
 def score(truth: dict, document: dict) -> list[Row]:
-    """Return a row for each value of a file: right, absent, or false.
+    """Return a row for each value of a file: right, withheld, missing, or false.
 
-    `document` has `records` as `breaker infer --json` writes them, each with its `channel`, and of
-    what `breaker inspect` prints `columns` (contact and coil of a channel's motion), `printed`
-    results, and `moves` (channels and motions accepted).
+    `document` has `records` as `breaker infer --json` writes them, each with its `channel`, the
+    channels and motions `refused`, and of what `breaker inspect` prints `columns` (contact and coil
+    of a channel's motion), `printed` results, and `moves` (channels and motions accepted).
     """
     rows: list[Row] = []
     records = [r for r in document["records"] if r["accepted"]]
@@ -149,7 +159,8 @@ def score(truth: dict, document: dict) -> list[Row]:
         for move in channel["motions"]:
             alike = [r for r in records if r["channel"] == column and r["motion"] == move["motion"]]
             near = [r for r in alike if abs((r["fit"]["moves"] or 1e9) - move["first"]) < 40]
-            rows += score_motion(truth, column, move, near[0] if near else None)
+            refused = [column, move["motion"]] in document["refused"]
+            rows += score_motion(truth, column, move, near[0] if near else None, refused)
             records = [r for r in records if r not in near[:1]]
         for motion in sorted({m["motion"] for m in channel["motions"]}):
             said = next((c for c in document["columns"] if c[:2] == [column, motion]), [None] * 4)
@@ -167,23 +178,23 @@ def score_printed(truth: dict, document: dict) -> list[Row]:
     columns = {c["transducer"]: bare(name) for name, c in truth["channels"].items()}
     for column, motion, quantity, printed, marked in document["printed"]:
         quantity = quantity.replace(" ", "_")
-        alike = [p for p in truth["printed"] if p["quantity"] == quantity]
         off = 0.06 if quantity == "speed" else 0.006  # one speed is printed with one digit
-        alike = [p for p in alike if abs(p["value"] - printed) < max(off, 0.001 * printed)]
-        own = [p for p in alike if columns[p["transducer"]] == column]
-        own = [p for p in own if None in (motion, p["motion"]) or p["motion"] == motion]
-        right = [p["name"] for p in own if p["of"] == "contact"]
+        right = [
+            p["name"]
+            for p in truth["printed"]
+            if (p["quantity"], p["of"], columns[p["transducer"]]) == (quantity, "contact", column)
+            and abs(p["value"] - printed) < max(off, 0.001 * printed)
+            and (None in (motion, p["motion"]) or p["motion"] == motion)
+        ]
         if not column or quantity in ("mechanism_travel", "datum_speed"):  # compared with nothing
             continue
-        hint = right or [p["name"] for p in own + alike] or [""]
-        verdict = "right" if right else "false"
-        name = f"{column} {motion}"
-        rows.append(Row("printed", quantity, name, None, printed, None, verdict, hint[0]))
+        verdict, name = "right" if right else "false", f"{column} {motion}"
+        rows.append(Row("printed", quantity, name, None, printed, None, verdict))
         if right and marked:  # a true result of the contact is said to differ
             rows.append(rows[-1]._replace(name=f"{quantity} compared", verdict="false"))
         said += right
     for p in truth["printed"]:
         if p["of"] == "contact" and p["value"] and p["name"] not in said:
-            name, hint = f"{columns[p['transducer']]} {p['motion'] or ''}", p["name"]
-            rows.append(Row("printed", p["quantity"], name, p["value"], None, None, "absent", hint))
+            name = f"{columns[p['transducer']]} {p['motion'] or ''}"
+            rows.append(Row("printed", p["quantity"], name, p["value"], None, None, "missing"))
     return rows

@@ -18,8 +18,6 @@ from tqdm import tqdm
 
 from studies.faults.judge import APART, KINDS, OUTCOMES, SECONDS, Trial, try_kind
 
-__all__ = ["defects", "run", "tabulate"]
-
 SILENT = 0.001
 """Largest share of silent ones among the files accepted."""
 _CHUNK = 100  # files of a job

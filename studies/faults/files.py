@@ -14,8 +14,6 @@ import numpy as np
 
 from studies.faults.records import size
 
-__all__ = ["TEXT"]
-
 Damage = Callable[[bytes, np.random.Generator], bytes]
 _CELL = re.compile(rb"-?\d+(?:[.,]\d+)?(?:[eE][+-]?\d+)?")
 _UNITS = [b"mm", b"ms", b"cm", b"us", b"deg", b"s", b"m", b"V", b"inch"]

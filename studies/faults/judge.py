@@ -38,18 +38,6 @@ from breaker.records.operations import Operation
 from studies.faults.files import TEXT
 from studies.faults.records import PHYSICAL
 
-__all__ = [
-    "APART",
-    "KINDS",
-    "OUTCOMES",
-    "SECONDS",
-    "Good",
-    "Trial",
-    "good_file",
-    "judge",
-    "try_kind",
-]
-
 OUTCOMES = ("rejected", "right", "masked", "flagged", "silent", "exception")
 """What can become of a damaged file."""
 KINDS = [*PHYSICAL, *TEXT]

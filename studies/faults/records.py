@@ -11,8 +11,6 @@ from collections.abc import Callable
 import numpy as np
 from scipy.signal import lfilter
 
-__all__ = ["PHYSICAL", "size"]
-
 Record = tuple[np.ndarray, np.ndarray]
 
 

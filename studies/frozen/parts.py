@@ -1,4 +1,4 @@
-"""What is frozen: a small run, answers to example exports and damaged files, two studies."""
+"""What is frozen: a small run, answers to example exports and damaged files, a study."""
 
 import json
 import math
@@ -19,7 +19,7 @@ from breaker.common.randomness import generator
 from breaker.common.zarr_store import open_store
 from breaker.drive.simulation.dialects import DIALECTS
 from breaker.model.parameters import MOTIONS
-from studies.exports.__main__ import call, one_sheet, summary
+from studies.exports.__main__ import call
 from studies.faults.files import TEXT
 from studies.faults.judge import KINDS, good_file, try_kind
 from studies.faults.records import PHYSICAL
@@ -32,7 +32,6 @@ Numbers = dict[str, float | None]
 
 _DAMAGED = 2000  # files; a fifth of a second each
 _GOOD = 20  # good records of a motion in each layout, as in the study of faults
-_SHEETS = 40  # exports of the study of exports
 _CASES = 4  # inputs of each kind of the study of wrong inputs
 _KEPT = re.compile(r"accepted|/fit/|/quantities/|/parameters/")  # of answers to damaged files
 _DIGITS = 6  # significant digits that are kept
@@ -238,14 +237,6 @@ def faults(seed: int, cores: int) -> Numbers:
     return table_numbers(table.reset_index(names="kind"))
 
 
-def exports(seed: int, cores: int) -> Numbers:
-    """Return the table of `studies.exports`."""
-    with ProcessPoolExecutor(cores) as pool:
-        sheets = list(pool.map(partial(one_sheet, seed=seed, keep=None), range(_SHEETS)))
-    rows = pd.DataFrame([row for found, _ in sheets for row in found])
-    return table_numbers(summary(rows))
-
-
 def wrong_inputs(seed: int, cores: int) -> Numbers:
     """Return the table of `studies.wrong_inputs`."""
     rows = run_wrong_inputs([*WRONG], _CASES, seed, cores)
@@ -258,7 +249,6 @@ PARTS: dict[str, Callable[[int, int], Numbers]] = {
     "answers": answers,
     "damaged": damaged,
     "faults": faults,
-    "exports": exports,
     "wrong_inputs": wrong_inputs,
 }
 """How the numbers of each part are made, from a seed and the number of cores."""

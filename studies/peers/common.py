@@ -21,23 +21,6 @@ from breaker.model.parameters import MOTIONS
 from breaker.paper.bank import simulate
 from breaker.paper.joint_model import Model
 
-__all__ = [
-    "CLOCKS",
-    "RESULTS",
-    "HeldOut",
-    "bank_of",
-    "held_out",
-    "joint_model",
-    "mean_and_error",
-    "parser",
-    "plan",
-    "read_settings",
-    "restart",
-    "told_apart",
-    "truth",
-    "write_json",
-]
-
 RESULTS = Path("results/benchmarks/peers")
 SEED = 101  # of the held-out curves; no bank has it
 

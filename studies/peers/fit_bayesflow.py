@@ -14,8 +14,6 @@ from breaker.common.randomness import generator, seed_integer
 from breaker.paper.joint_model import Model
 from studies.peers.common import truth
 
-__all__ = ["BayesFlow"]
-
 _EPOCHS = 10  # a training's steps are spread over as many
 _FIXED = (4, 8, 16, 32)  # solver steps tried for many draws and densities
 _CLOSE = 0.01  # nats that they may differ by from the default solver, on average

@@ -14,8 +14,6 @@ from breaker.paper.posterior import Posterior
 from breaker.paper.training import Rows, convergence, freeze_inputs, split
 from studies.peers.common import read_settings
 
-__all__ = ["Breaker"]
-
 
 class Breaker:
     """The posterior of this package, in standardised outputs."""

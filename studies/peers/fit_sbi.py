@@ -21,8 +21,6 @@ from breaker.common.randomness import seed_integer
 from breaker.paper.joint_model import Model
 from studies.peers.common import truth
 
-__all__ = ["Sbi"]
-
 _BATCH, _RATE, _CLIP = 200, 5e-4, 5.0
 _EVERY = 100  # steps between two evaluations on the validation rows
 _SET_ASIDE = 1024  # of them

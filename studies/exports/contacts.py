@@ -1,0 +1,139 @@
+"""Contacts of a breaker as an analyser prints them: test current, resistance, voltage or state.
+
+The circuit is open, closed through a resistor, or through the arcing or the main contact (levels
+0 to 3). A source of constant current drives it; the analyser prints voltage over current, and the
+end of its range where that is beyond it or hardly any current flows.
+"""
+
+import numpy as np
+
+OPEN, RESISTOR, ARCING, MAIN = range(4)
+STEP = 0.02  # of a motion's curve, ms
+_FLOWS = 0.05  # share of the test current above which a resistance is computed
+
+
+def reached(way: np.ndarray, mm: float) -> float:
+    """Return when a way is first reached, ms after the first motion."""
+    after = int(np.argmax(way >= mm))
+    before = way[after - 1]
+    share = (mm - before) / (way[after] - before) if after else 0.0
+    return float(STEP * (after - 1 + share)) if after else 0.0
+
+
+def contact_times(pole: dict, move: dict, parts: dict) -> dict[str, float]:
+    """Return when contacts of a break touch or part, ms after the first motion."""
+    closing, stroke = move["motion"] == "closing", pole["stroke"]
+    ways = {kind: mm if closing else stroke - mm for kind, mm in parts.items()}
+    return {kind: reached(move["way"], mm) for kind, mm in ways.items()}
+
+
+def draw_bounces(rng: np.random.Generator) -> list[tuple[float, float]]:
+    """Return interruptions behind a touch, each from and to, ms; mostly none."""
+    edges = np.cumsum(rng.uniform(0.3, 1.5, 2 * int(rng.integers(1, 3))))
+    return [*zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True)] * (rng.random() < 0.25)
+
+
+def bounces_of(pole: dict, move: dict, parts: dict) -> list[tuple[float, float]]:
+    """Return the interruptions of a break: none where the main contact touches among them."""
+    at = contact_times(pole, move, parts)
+    bounces = move["bounces"]
+    clear = not bounces or not 0 < at["main"] - at["arcing"] < bounces[-1][1]
+    return bounces if clear else []
+
+
+def switching(pole: dict, parts: dict) -> list[tuple[float, int]]:
+    """Return the instants at which the circuit of a break changes, ms, and its level since."""
+    closed = pole["motions"][0]["motion"] == "opening"
+    found = [(-np.inf, MAIN if closed else OPEN)]
+    for move in pole["motions"]:
+        arcing, main = (move["first"] + t for t in contact_times(pole, move, parts).values())
+        if move["motion"] == "opening":
+            found += [(main, ARCING)] * (main < arcing) + [(arcing, OPEN)]
+            continue
+        away = OPEN
+        if pole["resistor"]:
+            away = RESISTOR
+            found.append((arcing - pole["resistor"]["ms"], RESISTOR))
+        ends = [arcing] + [arcing + end for _, end in bounces_of(pole, move, parts)]
+        found += [(at, MAIN if main <= at else ARCING) for at in ends]
+        found += [(arcing + begin, away) for begin, _ in bounces_of(pole, move, parts)]
+        found += [(main, MAIN)] * (main > arcing)
+    return sorted(found)
+
+
+def levels(changes: list[tuple[float, int]], time: np.ndarray) -> np.ndarray:
+    """Return the level of a circuit at some times."""
+    instants, states = zip(*changes, strict=True)
+    return np.array(states)[np.searchsorted(instants, time, side="right") - 1]
+
+
+def follow(changes, targets: dict, rise: float, fall: float, time, first: float) -> np.ndarray:
+    """Return a current that follows the circuit with time constants of its rise and fall, ms."""
+    current, now, since = np.zeros(len(time)), first, time[0]
+    instants = [at for at, _ in changes[1:]] + [np.inf]
+    for (_, state), until in zip(changes, instants, strict=True):
+        target = targets[state]
+        tau = rise if target > now else fall
+        here = (time >= since) & (time < until)
+        current[here] = target + (now - target) * np.exp(-(time[here] - since) / tau)
+        if until > since:
+            now = target + (now - target) * np.exp(-(until - since) / tau)
+            since = until
+    return current
+
+
+def draw_meter(rng: np.random.Generator, full: float) -> dict:
+    """Return an analyser's source and a breaker's contacts: A, ms, uOhm and V."""
+    above = rng.random() < 0.25  # an arcing contact beyond the range
+    return {
+        "amps": rng.uniform(50, 200),
+        "volts": rng.uniform(6, 24),
+        "rise": rng.uniform(0.1, 1.0) / 3,
+        "fall": rng.uniform(0.1, 1.0) / 3,
+        "full": full,
+        "closed": rng.uniform(30, 250),
+        "arcing": full * rng.uniform(1.2, 3.0) if above else rng.uniform(300, 2000),
+        "grow": rng.uniform(0.1, 0.6),
+        "ripple": rng.uniform(50, 800) * (rng.random() < 0.5),
+        "nano_henry": rng.uniform(0, 200),
+        "hum": rng.uniform(0, 0.01),
+    }
+
+
+def measured(rng: np.random.Generator, pole: dict, parts: dict | None, time, meter: dict):
+    """Return the resistance (uOhm) and the test current (A) of a break, or of nothing."""
+    if parts is None:
+        noise = 0.05 * rng.standard_normal(len(time))
+        return np.full(len(time), meter["full"]), noise
+    changes, level = switching(pole, parts), meter["amps"]
+    own = pole["resistor"] and meter["volts"] / pole["resistor"]["ohm"]
+    amps = {OPEN: 0.0, RESISTOR: min(own or 0.0, level), ARCING: level, MAIN: level}
+    first = amps[changes[0][1]] * (rng.random() > 0.3)  # or the source is just switched on
+    clean = follow(changes, amps, meter["rise"], meter["fall"], time, first)
+    state = levels(changes, time)
+    period, decay, phase = rng.uniform(1.5, 6), rng.uniform(10, 40), rng.uniform(0, np.pi)
+    swing = abs(np.sin(np.pi * time / period + phase))
+    closed, grown = np.full(len(time), meter["closed"]), np.ones(len(time))
+    for move in pole["motions"]:
+        at = move["first"] + contact_times(pole, move, parts)["arcing"]
+        grown += 8 * np.exp(-abs(time - at) / meter["grow"])  # few points touch
+        if move["motion"] == "closing":
+            away = np.maximum(time - at, 0)
+            closed += (time > at) * meter["ripple"] * swing * np.exp(-away / decay)
+    ohm = np.where(state == MAIN, closed, meter["arcing"] * grown)
+    ohm *= 1 + rng.uniform(0.005, 0.05) * rng.standard_normal(len(time))
+    lead = meter["nano_henry"] * np.gradient(clean, time) / np.maximum(clean, 1e-3)  # uOhm
+    ohm = np.where((state >= ARCING) & (clean > _FLOWS * level), ohm + lead, meter["full"])
+    hum = 1 + meter["hum"] * np.sin(2 * np.pi * 0.1 * time)
+    noise = rng.uniform(0.02, 0.5) * rng.standard_normal(len(time))
+    return np.clip(ohm, 0, meter["full"]), clean * hum + noise
+
+
+def signal(rng: np.random.Generator, pole: dict, time, rises: bool, volts: float) -> np.ndarray:
+    """Return the voltage (or, of 1 V, the state) of an input: high or low while it is closed."""
+    changes, burden = switching(pole, pole["breaks"][0]), 10 ** rng.uniform(1.7, 3)
+    shares = {OPEN: 0.0, RESISTOR: 0.0, ARCING: 1.0, MAIN: 1.0}
+    if pole["resistor"] and volts > 1:
+        shares[RESISTOR] = burden / (burden + pole["resistor"]["ohm"])
+    share = np.array([*shares.values()])[levels(changes, time)]
+    return volts * (share if rises else 1 - share)
