@@ -88,4 +88,4 @@ def test_many_files_are_read_as_few_are(folder, rig):
     checked = check(folder)
     assert checked[0].accepted == 102
     files = [f"closing_{number:03d}.csv" for number in range(13, 103)]
-    assert [Path(file).name for file in checked[0].values("file")[12:]] == files
+    assert [Path(each.file).name for each in checked[0].records[12:]] == files

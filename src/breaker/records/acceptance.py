@@ -4,24 +4,40 @@ from collections.abc import Iterable, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from functools import partial
-from itertools import product
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import NamedTuple
 
 import numpy as np
 
 from breaker.common.numerals import in_digits
 from breaker.documents.parts import Document, Remark, Section, Table
-from breaker.records.curves import read_curves
+from breaker.model.quantities import SPEEDS
+from breaker.records.curves import GriddedRecord, read_records
+from breaker.records.files import printable
 from breaker.records.folder import list_operations
 from breaker.records.grid import Grid
-from breaker.records.operations import MANIFEST, read_manifest
+from breaker.records.operations import MANIFEST, Operation, read_manifest
 from breaker.records.proposal_text import ITEM, alike
 
-if TYPE_CHECKING:
-    import xarray as xr
-
 _PART = 50  # files that one process reads at a time: some seconds of work
+
+
+class CheckedRecord(NamedTuple):
+    """Result of one record.
+
+    Attributes:
+        file: Name of the file.
+        reason: Why the record was rejected; "" if it was accepted.
+        remarks: Remarks on an accepted record.
+        noise: Standard deviation at rest, mm; NaN if rejected.
+        stroke: Stroke, mm; NaN if rejected.
+    """
+
+    file: str
+    reason: str = ""
+    remarks: str = ""
+    noise: float = np.nan
+    stroke: float = np.nan
 
 
 @dataclass(frozen=True)
@@ -31,23 +47,19 @@ class CheckedGroup:
     Attributes:
         name: Breaker, phase and motion.
         motion: "closing" or "opening".
-        curves: Datasets of ``read_curves``; none if the operations could not be listed.
+        records: Results of the records; None if the operations could not be listed.
         error: Why the operations could not be listed.
     """
 
     name: str
     motion: str
-    curves: Sequence["xr.Dataset"] = ()
+    records: Sequence[CheckedRecord] | None = None
     error: str = ""
-
-    def values(self, variable: str) -> np.ndarray:
-        """Return a variable of all records, ``(n,)``."""
-        return np.concatenate([part[variable].values for part in self.curves] or [np.empty(0)])
 
     @property
     def accepted(self) -> int:
         """Number of accepted records."""
-        return int(self.values("accepted").sum())
+        return sum(not record.reason for record in self.records or ())
 
 
 def check_folder(
@@ -65,23 +77,38 @@ def check_folder(
     times = np.linspace(sensor["start"], sensor["stop"], sensor["samples"])
     grid = Grid(times, sensor["noise_sd"], sensor["zero_sd"], sensor["onset_sd"])
     groups = []
-    for motion, (breaker, phase) in product(motions, _groups(folder, endurance)):
-        name = " ".join(filter(None, [breaker, phase, motion]))
-        of = {"breaker": breaker, "phase": phase, "events": endurance["events"]}
-        try:
-            operations = list_operations(folder, motion, **of)
-        except (ValueError, OSError) as error:
-            groups.append(CheckedGroup(name, motion, error=str(error)))
-            continue
-        read = partial(read_curves, settings=endurance["format"], grid=grid, motion=motion)
-        parts = [operations[i : i + _PART] for i in range(0, len(operations), _PART)]
-        if len(parts) > 1:
-            with ProcessPoolExecutor() as pool:
-                curves = [*pool.map(read, parts)]
-        else:
-            curves = [*map(read, parts)]
-        groups.append(CheckedGroup(name, motion, curves))
+    for motion in motions:
+        for breaker, phase in _groups(folder, endurance):
+            name = " ".join(filter(None, [breaker, phase, motion]))
+            of = {"breaker": breaker, "phase": phase, "events": endurance["events"]}
+            try:
+                operations = list_operations(folder, motion, **of)
+            except (ValueError, OSError) as error:
+                groups.append(CheckedGroup(name, motion, error=str(error)))
+                continue
+            read = partial(_read, settings=endurance["format"], grid=grid, motion=motion)
+            parts = [operations[i : i + _PART] for i in range(0, len(operations), _PART)]
+            if len(parts) > 1:
+                with ProcessPoolExecutor() as pool:
+                    results = [*pool.map(read, parts)]
+            else:
+                results = map(read, parts)
+            groups.append(CheckedGroup(name, motion, [one for part in results for one in part]))
     return groups
+
+
+def _read(operations: Sequence[Operation], **about: object) -> list[CheckedRecord]:
+    """Read some operations as the workflow reads them."""
+    checked = []
+    for operation, result in zip(operations, read_records(operations, **about), strict=True):
+        file = printable(operation.file)
+        if isinstance(result, GriddedRecord):
+            stroke = result.record.measured(SPEEDS)["stroke"].value
+            remarks = "; ".join(result.remarks)
+            checked.append(CheckedRecord(file, "", remarks, result.noise.sd, stroke))
+        else:
+            checked.append(CheckedRecord(file, str(result)))
+    return checked
 
 
 def _groups(folder: str | Path, endurance: Mapping) -> list[tuple[str | None, str | None]]:
@@ -104,10 +131,10 @@ def document_of(groups: Sequence[CheckedGroup]) -> Document:
         parts.append(Section(f"{names}: {error}"))
     for title, kind in {"Rejected:": "reason", "Remarks on accepted records:": "remarks"}.items():
         texts = [
-            (group.name, file, text)
+            (group.name, record.file, text)
             for group in groups
-            for file, text in zip(group.values("file"), group.values(kind), strict=True)
-            if text
+            for record in group.records or ()
+            if (text := getattr(record, kind))
         ]
         if texts:
             parts.append(Section(title, _grouped(texts)))
@@ -117,18 +144,17 @@ def document_of(groups: Sequence[CheckedGroup]) -> Document:
 def _table(groups: Sequence[CheckedGroup]) -> Table:
     rows = []
     for group in groups:
-        count, remarked = group.values("accepted").size, int((group.values("remarks") != "").sum())
-        counts = count, group.accepted, remarked, count - group.accepted
-        strokes = [part.measured.sel(quantity="stroke").values for part in group.curves]
-        rows.append(
-            [group.name, *map(str, counts), _range(*strokes), _range(group.values("noise"))]
-        )
+        records = group.records or ()
+        remarked = sum(bool(record.remarks) for record in records)
+        counts = len(records), group.accepted, remarked, len(records) - group.accepted
+        values = ([getattr(record, name) for record in records] for name in ("stroke", "noise"))
+        rows.append([group.name, *map(str, counts), *map(_range, values)])
     head = ("", "records", "accepted", "with remarks", "rejected", "stroke (mm)", "noise (mm)")
     return Table(head, rows)
 
 
-def _range(*values: np.ndarray) -> str:
-    finite = [value for part in values for value in part if np.isfinite(value)]
+def _range(values: Sequence[float]) -> str:
+    finite = [value for value in values if np.isfinite(value)]
     return f"{in_digits(min(finite), 3)} to {in_digits(max(finite), 3)}" if finite else ""
 
 
