@@ -34,7 +34,7 @@ def test_poles_in_files_of_their_own_stand_side_by_side():
     found = page("0.csv", "1.csv", "2.csv", form=FORM | CONTACT | TRIGGER)
     assert found.count("<th>measured</th>") == 1
     assert "<th>R</th><th>Y</th><th>B</th>" in found
-    assert "closing: 0.csv and 2 more" in found
+    assert "0.csv and 2 more" in found
     # Each file has the coil later by 4 ms: that is no difference of poles.
     said = re.search(r"simultaneity of the touch: ([\d.]+) ms, \w first", found)
     assert float(said[1]) < 0.5
