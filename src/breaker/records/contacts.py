@@ -148,10 +148,8 @@ def events_of(
             sd = float(np.hypot(settings["timing_sd"], getattr(found, key)))
             found = found._replace(**{key: sd})
     if "trigger" in own:
-        label, (at, sd) = (
-            label_of(settings["trigger_column"]),
-            trigger_of(time, own["trigger"], moves),
-        )
+        label = label_of(settings["trigger_column"])
+        at, sd = trigger_of(time, own["trigger"], moves)
         if np.isnan(at):
             said.append(f"{label} does not rise before the {located.motion}")
         elif moves - at > _SLOWEST:
@@ -248,19 +246,39 @@ def _times(
         main = _main(signal, resistance[made], made, np.exp(levels), at)
     except NotShownError as error:
         why = str(error)
-    apart = np.isfinite(main[0])
     if current is not None:
-        both = (at, sd) if apart else main
+        both = (at, sd) if np.isfinite(main[0]) else main
         return ContactTimes(*found[:2], *main, *both, *found[6:])
-    if apart and levels[1] - rest > np.log(_ARCING):  # a pre-insertion resistor
+    return _of_range(signal, found, main, (rest, levels[1], opened), why)
+
+
+def _of_range(
+    signal: _Switch,
+    found: ContactTimes,
+    main: tuple[float, float],
+    levels: tuple[float, float, float],
+    why: str,
+) -> ContactTimes:
+    """Return the times of a resistance without a current, whose range may end below the arcing
+    contact.
+
+    Args:
+        found: Times at which the resistance leaves or reaches the end of its range.
+        main: Time of the main contact and its sd, ms; nan where it is not apart.
+        levels: Logarithms of the closed, the arcing and the open contact.
+        why: Reason for which there is no main contact.
+    """
+    rest, arcing, opened = levels
+    step, apart, (at, sd) = abs(rest - opened), np.isfinite(main[0]), found[:2]
+    if apart and arcing - rest > np.log(_ARCING):  # a pre-insertion resistor
         return ContactTimes(*main, *main)
     if not apart and step > np.log(_ARCING):
         return found
     # Beyond the end of the range the contact conducts for as long as an e-fold takes, or a bounce.
     folds = abs(signal.edge(1.0 / step) - at)
-    jumps = closing and folds <= max(_LASTS, np.diff(time[:2])[0])  # as where a bounce ends
+    jumps = signal.closing and folds <= max(_LASTS, np.diff(signal.time[:2])[0])
     sd = signal.sd(at, 2.0 * max(folds, _RESOLVED))
-    if apart and opened - levels[1] > 1.0 and not found.bounces and not jumps:
+    if apart and opened - arcing > 1.0 and not found.bounces and not jumps:
         return ContactTimes(at, sd, *main, at, sd)
     if not apart and not why:
         main = found[:2]

@@ -209,14 +209,7 @@ def _dataset(
         **{name: np.array([getattr(each, name) for each in known]) for name in ABOUT},
     }
     numbers = [each.numbers if each else _REJECTED for each in records]
-    quantities = quantities_of(motion, speeds, ("record",))
-    rejected = dict.fromkeys(quantities, Measured(np.nan, np.nan, "the record was rejected"))
-    rows = [each.record.measured(speeds) if each else rejected for each in records]
-    shape = len(rows), len(quantities)
-    measured = {
-        name: np.array([[row[each][i] for each in quantities] for row in rows], kind).reshape(shape)
-        for i, (name, kind) in enumerate(_MEASURED.items())
-    }
+    quantities, measured = _measured(records, motion, speeds)
     return xr.Dataset(
         {
             "travel": (("operation", "time"), travel, {"unit": "mm"}),
@@ -237,6 +230,21 @@ def _dataset(
         },
         attrs={"motion": motion},
     )
+
+
+def _measured(
+    records: Sequence[GriddedRecord | None], motion: str, speeds: Sequence[Speed]
+) -> tuple[Mapping, dict[str, np.ndarray]]:
+    """Return the quantities that records show, and their values, sds and reasons, ``(o, q)``."""
+    quantities = quantities_of(motion, speeds, ("record",))
+    rejected = dict.fromkeys(quantities, Measured(np.nan, np.nan, "the record was rejected"))
+    rows = [each.record.measured(speeds) if each else rejected for each in records]
+    shape = len(rows), len(quantities)
+    measured = {}
+    for place, (name, kind) in enumerate(_MEASURED.items()):
+        values = [row[quantity][place] for row in rows for quantity in quantities]
+        measured[name] = np.array(values, kind).reshape(shape)
+    return quantities, measured
 
 
 def open_curves(stores: Sequence[str | Path], *, without: Collection[str] = ()) -> "xr.Dataset":
