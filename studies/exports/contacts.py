@@ -84,15 +84,16 @@ def follow(changes, targets: dict, rise: float, fall: float, time, first: float)
 
 def draw_meter(rng: np.random.Generator, full: float) -> dict:
     """Return an analyser's source and a breaker's contacts: A, ms, uOhm and V."""
-    above = rng.random() < 0.25  # an arcing contact beyond the range
+    closed, above = rng.uniform(30, 250), rng.random() < 0.25  # an arcing contact beyond the range
+    arcing = max(rng.uniform(300, 2000), 4 * closed)
     return {
         "amps": rng.uniform(50, 200),
         "volts": rng.uniform(6, 24),
         "rise": rng.uniform(0.1, 1.0) / 3,
         "fall": rng.uniform(0.1, 1.0) / 3,
         "full": full,
-        "closed": rng.uniform(30, 250),
-        "arcing": full * rng.uniform(1.2, 3.0) if above else rng.uniform(300, 2000),
+        "closed": closed,
+        "arcing": full * rng.uniform(1.2, 3.0) if above else arcing,
         "grow": rng.uniform(0.1, 0.6),
         "ripple": rng.uniform(50, 800) * (rng.random() < 0.5),
         "nano_henry": rng.uniform(0, 200),

@@ -45,8 +45,10 @@ def judge(true: list, item: dict, tolerance: float, withheld: bool) -> tuple[str
     return "false" if away > tolerance and away > _SURE * sd else "right", sd
 
 
-def speed_near_contact(move: dict, meaning: str) -> list[float]:
-    """Return the true speeds over some mm before the touch or after parting."""
+def true_speeds(move: dict, meaning: str) -> list[float]:
+    """Return the true speeds in the sheet's zone, or over some mm before touch or after parting."""
+    if "of stroke" in meaning or "mm from" in meaning:
+        return [m["speed"] for m in (move, move["shown"])]
     found = re.search(r"([\d.]+) (mm|ms) (before|after)", meaning)
     if move["contact"] is None or not found:
         return []
@@ -83,7 +85,7 @@ def true_values(move: dict, kind: str, quantities: dict) -> dict[str, tuple[list
         wipes = [float(stroke - mm[0] if motion == "closing" else mm[0]) for mm in at]
         between = [None] * (not two) + [float(abs(mm[1] - mm[0])) for mm in at]
     speed = f"{motion}_speed"
-    near = speed_near_contact(move, (quantities.get(speed) or {}).get("meaning") or "")
+    near = true_speeds(move, (quantities.get(speed) or {}).get("meaning") or "")
     found = {
         "stroke": ([m["stroke"] for m in (move, shown)], 0.01 * stroke),
         "travel_time": ([m["travel_time"] for m in (move, shown)], _LATE),

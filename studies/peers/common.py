@@ -16,7 +16,6 @@ import numpy as np
 import xarray as xr
 
 from breaker.common.randomness import generator
-from breaker.configuration.loading import defaults
 from breaker.model.parameters import MOTIONS
 from breaker.paper.bank import simulate
 from breaker.paper.joint_model import Model
@@ -86,11 +85,6 @@ def plan(run: Callable[[int], object], given: argparse.Namespace, unit: int) -> 
     set_up = max(0.0, few - unit * step)
     steps = max(unit, int((given.seconds - set_up) / step) // unit * unit)
     return {"steps": steps, "seconds_per_step": step, "seconds_of_set_up": set_up}
-
-
-def read_settings() -> dict:
-    """Return the default configuration."""
-    return defaults()
 
 
 def bank_of(model: Model) -> xr.Dataset:

@@ -9,8 +9,9 @@ network of any arm has a part in it. What proposes the draws does not bias the e
 import numpy as np
 
 from breaker.common.randomness import generator
+from breaker.configuration.loading import defaults
 from breaker.paper.correction import correct
-from studies.peers.common import held_out, parser, read_settings, restart, write_json
+from studies.peers.common import held_out, parser, restart, write_json
 from studies.peers.mode import approximate
 
 _START = 1000  # draws about the mode, that the first map is fitted to; as many exact ones
@@ -23,7 +24,7 @@ def main() -> None:
     given = options.parse_args()
     restart(given.threads)
 
-    configured = read_settings()
+    configured = defaults()
     data = held_out(given.motion, configured, given.curves)
     rng = generator(given.seed, "exact", given.motion)
     found = []

@@ -7,12 +7,11 @@ import numpy as np
 import xarray as xr
 
 from breaker.common.randomness import generator
-from breaker.configuration.loading import of_motion
+from breaker.configuration.loading import defaults, of_motion
 from breaker.networks.training import Trainer
 from breaker.paper.joint_model import Model
 from breaker.paper.posterior import Posterior
 from breaker.paper.training import Rows, convergence, freeze_inputs, split
-from studies.peers.common import read_settings
 
 
 class Breaker:
@@ -22,7 +21,7 @@ class Breaker:
 
     def __init__(self, arm: str, configuration: Mapping | None = None) -> None:
         self.kind = arm.removeprefix("breaker_")
-        self.configuration = deepcopy(configuration or read_settings())
+        self.configuration = deepcopy(configuration or defaults())
         self.configuration["network"]["inference"]["kind"] = self.kind
 
     def settings(self) -> dict:

@@ -15,6 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
+from breaker.configuration.loading import defaults
 from breaker.paper.calibration import calibration_p_values, family_p_value, ranks
 from breaker.paper.correction import importance
 from studies.peers.arms import ARMS, environment, make
@@ -26,7 +27,6 @@ from studies.peers.common import (
     mean_and_error,
     parser,
     plan,
-    read_settings,
     restart,
     told_apart,
     write_json,
@@ -51,7 +51,7 @@ def main() -> None:
 
     wall = CLOCKS["wall"]
     marks = [wall()]
-    settings = read_settings()
+    settings = defaults()
     data = held_out(given.motion, settings, max(_CURVES.values()))
     bank = bank_of(data.model)
     arm = make(given.arm)
