@@ -63,8 +63,8 @@ def pick(rng: np.random.Generator, choices, p=None):
     return choices[int(rng.choice(len(choices), p=p))]
 
 
-def motion_curve(rng: np.random.Generator, stroke: float, closing: bool) -> np.ndarray:
-    """Return the way (mm) at steps of STEP from the first motion on, up to its rest.
+def motion_curve(rng, stroke: float, closing: bool) -> tuple[np.ndarray, list[str]]:
+    """Return the way (mm) at steps of STEP from the first motion on, and how it starts.
 
     Some drives start slowly: the way grows by a power of the time at first, or creeps.
     """
@@ -91,7 +91,8 @@ def motion_curve(rng: np.random.Generator, stroke: float, closing: bool) -> np.n
         v += STEP * ((1 - damped) * push - damped * stop)
         x += STEP * v
         way[i] = x
-    return way * (stroke / way[-1])
+    words = [f"power {power:.1f} in {long:.0f} ms"] * bool(slow[0])
+    return way * (stroke / way[-1]), words + [f"creep {until:.0f} ms"] * bool(slow[1])
 
 
 def mean_speed(way: np.ndarray, begin: float, end: float) -> float:
@@ -144,11 +145,11 @@ def draw_pole(rng: np.random.Generator, phase: str, plan: dict) -> dict:
     for motion, coil, latch in plan["moves"]:
         energised = coil + rng.uniform(0, 1) * plan["apart"]
         alike = np.random.default_rng(plan["seeds"][motion])  # poles of a type move alike
-        way = motion_curve(alike, stroke, motion == "closing")
+        way, start = motion_curve(alike, stroke, motion == "closing")
         first = energised + latch * rng.uniform(0.97, 1.03)
         pole["motions"].append({"motion": motion, "energised": energised, "first": first})
         bounces = draw_bounces(rng) if motion == "closing" else []
-        pole["motions"][-1] |= {"way": way, "bounces": bounces}
+        pole["motions"][-1] |= {"way": way, "bounces": bounces, "start": start}
     ripple = (rng.uniform(1, 3) * stroke / 180, rng.uniform(3, 8))
     pole["ripple"] = ripple if rng.random() < 0.25 else None
     pole["slack"] = rng.uniform(0.5, 3.0) if rng.random() < 0.15 else 0.0
@@ -156,16 +157,18 @@ def draw_pole(rng: np.random.Generator, phase: str, plan: dict) -> dict:
     return pole
 
 
-def shown_way(pole: dict, way: np.ndarray) -> np.ndarray:
-    """Return the way as a transducer shows it, with ripple of the linkage and slack."""
-    speed = np.gradient(way)
+def shown_way(pole: dict, move: dict) -> np.ndarray:
+    """Return a way as a transducer shows it: with ripple of the linkage, slack, and a slip."""
+    way, speed = move["way"], np.gradient(move["way"])
+    slip = pole["slip"] * (1 if move["motion"] == "closing" else -1)
+    slipped = slip * (way > 0.985 * way[-1]).cumsum().astype(bool)  # from the end stop on
     if pole["slack"]:
         way = way * (1 - np.exp(-((way / (2 * pole["slack"])) ** 2)))
     if pole["ripple"]:
         mm, period = pole["ripple"]
         swing = np.sin(2 * np.pi * np.arange(len(way)) * STEP / period)
         way = way + mm * swing * np.clip(speed / speed.max(), 0, 1)
-    return way
+    return way + slipped
 
 
 def position(pole: dict, time: np.ndarray, shown: bool) -> np.ndarray:
@@ -173,13 +176,10 @@ def position(pole: dict, time: np.ndarray, shown: bool) -> np.ndarray:
     stroke, slipped = pole["stroke"], 0.0
     at = np.full(len(time), 0.0 if pole["motions"][0]["motion"] == "closing" else stroke)
     for move in pole["motions"]:
-        way, since = move["way"], time - move["first"]
-        seen = shown_way(pole, way) if shown else way
-        gone = np.interp(since, np.arange(len(way)) * STEP, seen)
+        way, since = shown_way(pole, move) if shown else move["way"], time - move["first"]
+        gone = np.interp(since, np.arange(len(way)) * STEP, way)
         moved = (gone if move["motion"] == "closing" else stroke - gone) + slipped
-        if shown and pole["slip"]:
-            moved += pole["slip"] * (since > STEP * int(np.argmax(way > 0.985 * stroke)))
-            slipped += pole["slip"]
+        slipped += pole["slip"] * shown
         at = np.where(since > 0, moved, at)
     return at
 
@@ -465,8 +465,8 @@ def truth_of(path: Path, found: dict, style: dict) -> dict:
             # as IEC 62271-100 counts: the last break that touches, the first that parts
             limit = max if move["motion"] == "closing" else min
             counted = limit(contacts.values(), key=lambda item: item["arcing"], default={})
-            coil, seen = channel["coils"].get(move["motion"]), shown_way(pole, way)
-            late = max(reached(seen, 0.3) - reached(way, 0.3), 0.0)  # the start hides in slack
+            coil, seen = channel["coils"].get(move["motion"]), shown_way(pole, move)
+            late = reached(seen, 0.3)  # the start hides in slack
             about = {"motion": move["motion"], "first": first, "zone": zone, "coil": coil}
             about |= {"energised": move["energised"] + shift if coil else None}
             about |= {"shown": values_of(seen, zone), "slack": late * (pole["slack"] > 0)}
@@ -474,6 +474,8 @@ def truth_of(path: Path, found: dict, style: dict) -> dict:
             about |= {key: counted.get(key) for key in ("main", "bounce")}
             motions.append(about | values_of(way, zone))
         own = {key: channel[key] for key in ("transducer", "trouble", "kind")}
+        slow = {f"{m['motion']}: {', '.join(m['start'])}" for m in pole["motions"] if m["start"]}
+        own["trouble"] = own["trouble"] + sorted(slow)
         if pole["resistor"] and own["kind"] in ("voltage", "resistance and current"):
             own["kind"] += ", resistor" * ("closing" in [m["motion"] for m in motions])
         channels[channel["column"]] = {"phase": pole["phase"], "motions": motions} | own

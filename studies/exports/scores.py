@@ -79,10 +79,11 @@ def true_values(move: dict, kind: str, quantities: dict) -> dict[str, tuple[list
     after = [since(first, at) for at in (contact, main)]
     wipes, between = [None], [None]
     if contact is not None:
-        at = [
-            np.interp(after, m["crossings"], np.arange(100) * stroke / 100) for m in (move, shown)
-        ]
-        wipes = [float(stroke - mm[0] if motion == "closing" else mm[0]) for mm in at]
+        curves, shares = (move, shown), np.arange(100) / 100
+        at = [m["stroke"] * np.interp(after, m["crossings"], shares) for m in curves]
+        wipes = [float(mm[0]) for mm in at]
+        if motion == "closing":
+            wipes = [m["stroke"] - mm for m, mm in zip(curves, wipes, strict=True)]
         between = [None] * (not two) + [float(abs(mm[1] - mm[0])) for mm in at]
     speed = f"{motion}_speed"
     near = true_speeds(move, (quantities.get(speed) or {}).get("meaning") or "")

@@ -77,9 +77,11 @@ def sheet(tmp_path_factory):
 
 
 def timed(truth):
-    """Say whether all motions of a file with several of them have contact and coil."""
+    """Say whether all motions of a file with several have contact and coil, and no slack."""
     moves = [m for c in truth["channels"].values() for m in c["motions"]]
-    return len(moves) > 1 and all(None not in (m["contact"], m["energised"]) for m in moves)
+    return len(moves) > 1 and all(
+        None not in (m["contact"], m["energised"]) and not m["slack"] for m in moves
+    )
 
 
 @pytest.mark.parametrize("number", range(8))
@@ -205,7 +207,7 @@ def test_tables_of_an_inspection_are_read():
   Travel T2     closing           62.4      105.6                       REJECTED
 
   contacts and coils, which breaker report and breaker inspect FOLDER take for each
-  Travel T1     closing   DCRM Res CH1  Coil Current C1 (A)
+  Travel T1     closing   DCRM Res CH1, test current DCRM Cur CH1  Coil Current C1 (A), motor Motor
   Travel T2     closing                 Coil Current C2 (A)
 
   results of the analyser, and those measured here
