@@ -43,9 +43,6 @@ Rebound,mm,<-rebound *>
 Rated Travel,mm,<-stroke *>
 Reference Closing Time,ms,<-closing_time *>
 Close Time Spread,ms,<-bounce_time>""",
-    "cells between": each("""Close Time P,,<closing_time P>,ms,,Open Time P,,<opening_time P>,ms
-Total Travel P,,<?stroke P>,mm,,Bounce Time P,,<bounce_time P>,ms
-Close Time Limit P,,<-closing_time>,ms,,Max Bounce Time P,,<-bounce_time>,ms"""),
     "headings": each("""CLOSE - Phase P
 Contact Time (ms) : <closing_time P>
 Travel (mm) : <Cstroke P>
@@ -59,11 +56,6 @@ Travel (mm) : <Ostroke P>
 Over Travel (mm) : <rebound P>
 Avg. Velocity (m/s) : <-opening_speed>
 """),
-    "abbreviations": """CH1,CH2,CH3
-CT (ms),<closing_time *>
-OT (ms),<opening_time *>
-Stroke (mm),<?stroke *>
-CO Time (ms),<-closing_time *>""",
     "two lines of heads": """Close Velocity Point 1 (%) :,20,,Close Velocity Point 2 (%) :,80
 ,CLOSE,,,OPEN,,,
 Pole,Time (ms),Travel (mm),Velocity (m/s),Time (ms),Travel (mm),Velocity (m/s),Max. Time (ms)
@@ -84,11 +76,11 @@ Close2 :,60,,Open2 :,60,,DefOpen :,10
 """
     + each("""Mechanism Travel(TK)(mm) :,<-stroke>,,Contact Travel(TK)(mm) :,<?stroke P>
 Close - Over Travel(TK)(mm) :,<over_travel P>,,Open -Rebound(TK)(mm) :,<-rebound>
-Close - Datum Velocity (m/s)(TK) :,<-closing_speed>,,Coil Current (A)(CK) :,<coil_current P>""")
+Close - Datum Velocity (m/s)(TK) :,<-closing_speed>,,Coil Current (A)(CK) :,<-coil_current>""")
     + "\n,,,"
-    + ",".join(f"Close -Velocity (m/s) :,<closing_speed {p} touch>" for p in "RYB")
+    + ",".join("Close -Velocity (m/s) :,<-closing_speed>" for p in "RYB")
     + "\n,,,"
-    + ",".join(f"Open -Velocity (m/s) :,<opening_speed {p} parting>" for p in "RYB")
+    + ",".join("Open -Velocity (m/s) :,<-opening_speed>" for p in "RYB")
     + "\n,,,TR1,,TR2,,TR3,\n,,,RBreak1,,YBreak1,,BBreak1,",
     "german": each(
         """Einschaltzeit P [ms],<closing_time P>
@@ -99,53 +91,33 @@ Sollwert Hub P [mm],<-stroke>
 Einschaltgeschwindigkeit P [m/s],<-closing_speed>""",
         ["L1", "L2", "L3"],
     ),
-    "two breaks": "Pole,Break,Close Time (ms),Open Time (ms)\n"
-    + each("P,1,<-closing_time>,<-opening_time>\nP,2,<closing_time P>,<opening_time P>"),
     "phases behind a name": """Ranges
-Closing Time  R: <closing_time R>  Y: <closing_time Y>  B: <closing_time B>
+Closing Time (ms)  R: <closing_time R>  Y: <closing_time Y>  B: <closing_time B>
 Opening Time (ms) : R=<opening_time R>; Y=<opening_time Y>; B=<opening_time B>
-Stroke (mm) : R <?stroke R>; Y <?stroke Y>; B <?stroke B>
+Stroke (mm) : R=<?stroke R>; Y=<?stroke Y>; B=<?stroke B>
 Stroke (mm) : <-stroke>; <-stroke>; <-stroke>
 Rated Closing Time (ms) : <-closing_time>
 Closing Time Tolerance (ms) : <-bounce_time>""",
     "contacts": """Timing,Phase R,Phase Y,Phase B
-Main Contact Closing Time (ms),<closing_time *>
+Main Contact Closing Time (ms),<-closing_time *>
 Arcing Contact Closing Time (ms),<-closing_time *>
 PIR Closing Time (ms),<-closing_time *>
 Aux. Contact 52a Closing Time (ms),<-closing_time *>
-Main Contact Opening Time (ms),<opening_time *>
+Main Contact Opening Time (ms),<-opening_time *>
 Close Coil Current (A),<Ccoil_current *>
 Trip Coil Peak Current (A),<Ocoil_current *>
 Close Coil Resistance (Ohm),<-coil_current *>
 Average Close Coil Current (A),<-coil_current *>""",
-    "names above": each("""Phase : P
-Operation : Close
-Operating Time (ms) : <closing_time P>
-Stroke (mm) : <Cstroke P>
-Operation : Open
-Operating Time (ms) : <opening_time P>
-Time : <-bounce_time>"""),
-    "a line of units": "Phase,Close Time,Open Time,Travel,Max Travel\n,ms,ms,mm,mm\n"
-    + each("P,<closing_time P>,<opening_time P>,<?stroke P>,<-stroke>"),
-    "a column for each motion": each("""Pole P
-Parameter,Closing,Opening
-Time (ms),<closing_time P>,<opening_time P>
-Over Travel (mm),<over_travel P>,<rebound P>
-Velocity (m/s),<-closing_speed>,<-opening_speed>
-"""),
     "zones behind values": each("""PHASE P,,,
 CLOSE TIME,<closing_time P>,MS,OVER-TRAVEL,<over_travel P>,MM,BOUNCE-BACK,<-bounce_time>,MM
 CLOSE VELOCITY : <closing_speed P 10> M/S (10%-90%)
 CLOSE VELOCITY (from 20 to 80 %) : <closing_speed P 20> M/S"""),
-    "times of contacts": "Pole,Main Close (ms),PIR Close (ms),Main Open (ms),Close pulse (ms)\n"
-    + each("P,<closing_time P>,<-closing_time>,<opening_time P>,<-closing_time>"),
     "remarks": each("""Phase P Closing Time = <closing_time P> ms (max <-closing_time> ms)
 Phase P Opening Time = <opening_time P> ms [<-opening_time> .. <-opening_time>]
 Phase P Closing Speed (10 ms before touch) = <closing_speed P touch> m/s
 Phase P Close-Open Time = <-closing_time> ms"""),
 }
-OF_FILE = {"german": {"phases": ["L1", "L2", "L3"], "sign": ";"}, "two breaks": {"breaks": 2}}
-OF_FILE |= {"abbreviations": {"travel": "Travel {k} (mm)", "contact": "Contact {k}"}}
+OF_FILE = {"german": {"phases": ["L1", "L2", "L3"], "sign": ";"}}
 OF_FILE |= {"brackets": {"travel": "Contact Travel T{k} (mm)", "contact": "DCRM Res CH{k} in uOhm"}}
 USUAL = {"phases": "RYB", "sign": ",", "breaks": 1, "travel": "Travel {p} (mm)"}
 USUAL |= {"contact": "Contact {p}"}

@@ -1,45 +1,36 @@
 """Contents of the text above the samples: the rate, the breaker, the test, and its results.
 
-Nothing is guessed. What is not stated is missing, and what contradicts itself is a doubt.
+Nothing is guessed: what is not stated is missing, and what contradicts itself is a doubt.
 """
 
 import math
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import NamedTuple
 
 from breaker.common.numerals import in_digits
-from breaker.records.dates import clock_of, dates_of
-from breaker.records.header_pairs import Pair, lines_of, numbers_of, pairs_of
+from breaker.records.dates import clock_of, dates_of, day_order, in_order
+from breaker.records.header_pairs import Pair, lines_of, number_of, pairs_of
 from breaker.records.lexicon import WORDS
-from breaker.records.printed import Printed, near_event, printed_in
+from breaker.records.printed import Printed, printed_in
 from breaker.records.settings import RATES, TO_MS
 from breaker.records.words import PHASE, any_of, by_words, phase_in, sequence_of, unit_of
 
-_NAN = math.nan
-_SHORTEST = 20.0  # ms, below which a length without a unit may be in seconds
 _MOST = (400, 60, 300)  # lines, cells in a line and signs in a cell that are read: bounds the time
 _AGREE = 0.01  # share between two statements of a length: one sample of the shortest record
 _meant = by_words(WORDS["stated"])
+_rates_in = by_words(WORDS["rate_words"])
 _CHANNEL = re.compile(
     rf"^(?:phase(?: name)? (?:of )?)?{any_of(WORDS['labels']['stated channel'])}\W*(\d+)"
     r"(?:\W*(?:phase|name|label))*$"
 )
-
-_OF_BREAK = re.compile(rf"(?:{PHASE})-[0-9](?: \w+)?")  # a break of a phase: Y-1 CT, B-1
-
-_PREFIXES = {None: 1e-3} | {
-    prefix: size for size, prefixes in WORDS["rate_prefixes"].items() for prefix in prefixes.split()
+_OF_BREAK = re.compile(rf"(?:{PHASE})-[0-9](?: \w+)?")  # such as Y-1 CT
+_KHZ = {
+    kind: {unit: size for size, units in WORDS[kind].items() for unit in units.split()}
+    for kind in ("frequencies", "sample_rates")
 }
-_UNIT = re.compile(
-    rf"({'|'.join(filter(None, _PREFIXES))})?(?:{WORDS['hertz']})"
-    rf"|(?P<k>{WORDS['kilocycles']}|{WORDS['per_ms']})"
-)
 _PER_SAMPLE = re.compile(r"(?:\bper |\bsamples? ?/) ?(m?s)(?:ec(?:ond)?s?)?\b")  # in the name
 _EACH_SAMPLE = re.compile(r"([µμu]?\w+) ?(?:/|per) ?samples?")
-_rates_in = by_words(WORDS["rate_words"])
-_NO_UNIT, _OF_WHAT = "has no unit", "does not say that it is of the samples"
 
 
 @dataclass(frozen=True)
@@ -53,21 +44,21 @@ class Header:
         length: Duration of the record or of its plot, ms.
         ratio: Ratio of the linkage. No file states whether the samples are multiplied by it.
         travel_unit: Unit as in the file.
-        dates: Date of the test as ISO 8601, with its time if that is stated. Two dates, first that
-            with the day before the month, where the order of day and month is not known.
+        dates: Date of the test as ISO 8601, with its time if that is stated; two dates, first that
+            with the day before the month, where their order is not known.
         station, bay, type, serial: Names of the breaker.
         operation: Motions, such as ``"C-O"``.
         phases: Names of phases by number of the channel, from 1; by 0 that of all.
-        speed_points: Points between which speeds are means.
+        speed_points: Statements of points between which speeds are means.
         results: Results of the analyser.
         doubts: Contradictions, and statements that can be read in two ways, in words.
     """
 
     pairs: tuple[Pair, ...] = ()
-    rate: float = _NAN
+    rate: float = math.nan
     rate_doubt: str = ""
-    length: float = _NAN
-    ratio: float = _NAN
+    length: float = math.nan
+    ratio: float = math.nan
     travel_unit: str = ""
     dates: tuple[str, ...] = ()
     station: str = ""
@@ -86,14 +77,6 @@ class Header:
         return self.dates[0] if len(self.dates) == 1 else ""
 
 
-class _Rate(NamedTuple):
-    """A stated rate, kHz, with its text and a doubt about it, empty where there is none."""
-
-    kHz: float = _NAN
-    text: str = ""
-    doubt: str = ""
-
-
 def header_of(rows: Sequence[Sequence[str]], decimal: str = ".", samples: int = 0) -> Header:
     """Return the contents of the lines above samples.
 
@@ -104,8 +87,7 @@ def header_of(rows: Sequence[Sequence[str]], decimal: str = ".", samples: int = 
             the rate doubtful.
 
     >>> rows = [["Sampling Speed (kC) :", "10", "", "Range :", "8000"], ["Serial No: 17"]]
-    >>> found = header_of(rows)
-    >>> found.rate, found.serial
+    >>> header_of(rows).rate, header_of(rows).serial
     (10.0, '17')
     """
     rows = [[cell[: _MOST[2]] for cell in row[: _MOST[1]]] for row in rows[: _MOST[0]]]
@@ -114,187 +96,147 @@ def header_of(rows: Sequence[Sequence[str]], decimal: str = ".", samples: int = 
     named["station"] = named["station"] or _named(pairs, "site")
     operations = {sequence_of(pair.text) for pair in _of(pairs, "operation")} - {""}
     length = _length(pairs, decimal, samples)
-    rate, doubt = _checked(_rate_of(pairs, decimal), length, samples)
-    ratio, unsure = _ratio(pairs, decimal)
-    dates = _dates(pairs)
-    if len(dates) > 1:
-        unsure = (*unsure, f"the date of the test is {dates[0]} or {dates[1]}")
+    rate, rate_doubt = _checked(*_stated_rate(pairs, decimal), length, samples)
+    ratios, dates = _ratios(pairs, decimal), _dates(pairs)
+    several = " and ".join(in_digits(ratio, 6) for ratio in ratios)
+    doubts = [f"channels differ in the ratio: {several}"] if len(ratios) > 1 else []
+    doubts += [f"the date of the test is {dates[0]} or {dates[1]}"] if len(dates) > 1 else []
     return Header(
         pairs=tuple(pairs),
         rate=rate,
-        rate_doubt=doubt,
+        rate_doubt=rate_doubt,
         length=length,
-        ratio=ratio,
+        ratio=ratios[0] if len(ratios) == 1 else math.nan,
         travel_unit=next((pair.text for pair in _of(pairs, "unit")), ""),
         dates=dates,
         operation=operations.pop() if len(operations) == 1 else "",
         phases=_phases(pairs),
-        speed_points=tuple(_of(pairs, "point of speed")),
-        results=printed_in(lines, decimal, _widths(pairs, decimal)),
-        doubts=unsure,
+        speed_points=(*_of(pairs, "point of speed"), *_of(pairs, "width of speed")),
+        results=printed_in(lines, decimal),
+        doubts=tuple(doubts),
         **named,
     )
 
 
-def _of(pairs: Sequence[Pair], meaning: str) -> list[Pair]:
-    """Return the pairs with a value whose name has a meaning."""
+def _of(pairs: Iterable[Pair], meaning: str) -> list[Pair]:
     return [pair for pair in pairs if pair.values and meaning in _meant(pair.name)]
 
 
-def _named(pairs: Sequence[Pair], meaning: str) -> str:
+def _named(pairs: Iterable[Pair], meaning: str) -> str:
     """Return the first value of a name that is not one of the analyser or a part of the breaker."""
     own = (p.text for p in _of(pairs, meaning) if "of another thing" not in _meant(p.name))
     return next(own, "")
 
 
-def _widths(pairs: Sequence[Pair], decimal: str) -> dict[str, tuple[str, ...]]:
-    """Return the points between which speeds above the columns of contacts are means, by motion.
-
-    The width is in ms where it has no unit: on public exports with a width of 10, means over the
-    10 ms after parting repeat the printed opening speeds within 3 % in 92 % of 152 breaks.
-    """
-    found = {}
-    for pair in _of(pairs, "width of speed"):
-        number, unit = pair.number(decimal)
-        motion = "closing" if "clos" in pair.name.lower() else "opening"
-        if number > 0 and (unit or "ms") in ("ms", "mm"):
-            found[motion] = near_event(motion, f"{number:g}", unit or "ms")
-    return found
-
-
-def _length(pairs: Sequence[Pair], decimal: str, samples: int) -> float:
-    """Return the length of the record or its plot, ms. A number without a unit that is the number
-    of samples may be that.
-    """
+def _length(pairs: Iterable[Pair], decimal: str, samples: int) -> float:
+    """Return the length, ms; NaN without a unit, as it may be in samples, ms or s."""
     for pair in _of(pairs, "length"):
         number, unit = pair.number(decimal)
         if number > 0:
-            bare = "ms" if number >= _SHORTEST and abs(number - samples) > 1 else ""
-            return number * TO_MS.get(unit_of(unit) if unit else bare, _NAN)
-    return _NAN
+            return number * TO_MS.get(unit_of(unit) or "", math.nan)
+    return math.nan
 
 
-def _ratio(pairs: Sequence[Pair], decimal: str) -> tuple[float, tuple[str, ...]]:
-    """Return the ratio of the linkage, and a doubt where channels differ in it."""
+def _ratios(pairs: Iterable[Pair], decimal: str) -> list[float]:
+    """Return the different ratios of the first name that has any."""
     for pair in _of(pairs, "ratio"):
         texts = [re.sub(r"^\s*1\s*:\s*|\s*:\s*1\s*$", "", value) for value in pair.values]
-        numbers = [n for n in numbers_of(texts, decimal)[0] if n > 0]
-        several = [in_digits(n, 6) for n in dict.fromkeys(numbers)]
-        if len(several) > 1:
-            return _NAN, (f"channels differ in {pair.name!r}: {' and '.join(several)}",)
-        if numbers:
-            return numbers[0], ()
-    return _NAN, ()
+        numbers = [number_of(text, decimal)[0] for text in texts]
+        if found := [*dict.fromkeys(number for number in numbers if number > 0)]:
+            return found
+    return []
 
 
-def _dates(pairs: Sequence[Pair]) -> tuple[str, ...]:
-    """Return the date of the test in both orders of day and month, or in the order of all dates."""
+def _dates(pairs: Iterable[Pair]) -> tuple[str, ...]:
+    """Return the date of the test in both orders of day and month, or in that of another date."""
     every = [(pair, dates_of(pair.text)) for pair in _of(pairs, "date")]
     own = [each for each in every if each[1] and "of another day" not in _meant(each[0].name)]
     own.sort(key=lambda each: "of the test" not in _meant(each[0].name))
     if not own:
         return ()
-    pair, found = own[0]
-    # A 14th month decides the order of the other dates, too.
-    orders = {first for _, each in every if len(each) == 1 for first in each}
-    if len(orders) == 1 and orders <= {*found}:
-        found = {first: found[first] for first in orders}
-    clocks = (clock_of(each.text) for each in _of(pairs, "time"))
-    clock = clock_of(" ".join(pair.values)) or next(filter(None, clocks), "")
-    return tuple(dict.fromkeys(found[first] + clock for first in sorted(found, reverse=True)))
+    pair, readings = own[0]
+    texts = [" ".join(pair.values), *(each.text for each in _of(pairs, "time"))]
+    clock = next(filter(None, map(clock_of, texts)), "")
+    order = day_order(each for _, each in every)
+    return tuple(day + clock for day in in_order(readings, order))
 
 
-def _phases(pairs: Sequence[Pair]) -> dict[int, str]:
+def _phases(pairs: Iterable[Pair]) -> dict[int, str]:
     """Return names of phases by number of the channel, from 1; by 0 that of all."""
-    found: dict[int, str] = {}
+    found: dict[int, set[str]] = {}
     for pair in pairs:
-        channel = _CHANNEL.fullmatch(pair.name.lower())
-        own = _OF_BREAK.fullmatch(pair.text.strip())  # named as it stands there
-        if channel and (phase := own[0] if own else phase_in(pair.text)):
-            found.setdefault(int(channel[1]), phase)
+        if channel := _CHANNEL.fullmatch(pair.name.lower()):
+            own = _OF_BREAK.fullmatch(pair.text.strip())  # named as it stands there
+            phase = own[0] if own else phase_in(pair.text)
+            found.setdefault(int(channel[1]), set()).add(phase)
         elif pair.values and "phases" in _meant(pair.name):
             values = pair.values if len(pair.values) > 1 else re.split(r"[\s,/]+", pair.text)
             phases = list(filter(None, map(phase_in, values)))
-            named = {0: phases[0]} if len(phases) == 1 else dict(enumerate(phases, start=1))
-            alike = found.get(0, "") in ("", *phases[:1]) or len(named) > 1
-            found = named | found if alike else {**found, 0: ""}
-    return {number: phase for number, phase in found.items() if phase}
+            for number, phase in enumerate(phases, start=len(phases) > 1):
+                found.setdefault(number, set()).add(phase)
+    named = {number: phases - {""} for number, phases in found.items()}
+    return {number: phases.pop() for number, phases in named.items() if len(phases) == 1}
 
 
 # ---- the rate ------------------------------------------------------------------------------------
 
 
-def _checked(stated: _Rate, length: float, samples: int) -> tuple[float, str]:
+def _checked(rate: float, doubt: str, length: float, samples: int) -> tuple[float, str]:
     """Return the rate, kHz, or why there is none: a length confirms it or contradicts it."""
-    by_length = samples / length if samples and length > 0 else _NAN
+    by_length = samples / length if samples and length > 0 else math.nan
     if math.isnan(by_length):
-        return (_NAN if stated.doubt else stated.kHz), stated.doubt
-    if abs(stated.kHz / by_length - 1.0) <= _AGREE:
-        return stated.kHz, ""
+        return (math.nan if doubt else rate), doubt
+    if abs(rate / by_length - 1.0) <= _AGREE:
+        return rate, ""
+    stated = doubt or ("not stated" if math.isnan(rate) else f"{in_digits(rate, 6)} kHz is stated")
     lasting = f"{samples} samples in a length of {in_digits(length, 6)} ms are "
-    lasting += f"{in_digits(by_length, 4)} kHz"
-    if math.isnan(stated.kHz) or stated.doubt:
-        return _NAN, f"{stated.doubt or 'not stated'}; {lasting}"
-    return _NAN, f"{stated.text!r} is {in_digits(stated.kHz, 6)} kHz, but {lasting}"
+    return math.nan, f"{stated}, but {lasting}{in_digits(by_length, 4)} kHz"
 
 
-def _rate_of(pairs: Iterable[Pair], decimal: str = ".") -> _Rate:
-    """Return the rate that pairs state.
+def _stated_rate(pairs: Iterable[Pair], decimal: str = ".") -> tuple[float, str]:
+    """Return the rate that pairs state, kHz, NaN without one, and a doubt about it.
 
-    >>> _rate_of([Pair("Sampling Speed", "kC", ("10",))]).kHz
-    10.0
-    >>> _rate_of([Pair("dt", "", ("0,05", "ms"))], ",").kHz
-    20.0
-    >>> _rate_of([Pair("Sampling rate", "", ("10",))]).doubt
-    "'Sampling rate: 10' has no unit"
+    >>> _stated_rate([Pair("dt", "", ("0,05", "ms"))], ",")
+    (20.0, '')
+    >>> _stated_rate([Pair("Sampling rate", "", ("10",))])
+    (10.0, "'Sampling rate: 10' has no unit")
     """
     sure, unsure = {}, {}
     for pair in pairs:
-        for rate, doubt in _rates(pair, decimal):
-            unit = f" ({pair.unit})" if pair.unit else ""
-            text = f"{pair.name}{unit}: {' '.join(pair.values[:2])}"
-            said = f"{text!r} {doubt}" if doubt else ""
-            (unsure if doubt else sure).setdefault(float(f"{rate:.9g}"), _Rate(rate, text, said))
+        rate, doubt = _rate_in(pair, decimal)
+        text = f"{pair.name}{f' ({pair.unit})' if pair.unit else ''}: {' '.join(pair.values[:2])}"
+        if RATES[0] <= rate <= RATES[1]:
+            (unsure if doubt else sure)[float(f"{rate:.9g}")] = text, doubt
+        elif math.isfinite(rate) and "samples" in _rates_in(pair.name):
+            unsure[math.nan] = text, "is a rate that no recorder has"
     if len(sure) > 1:
-        several = (f"{each.text!r} ({in_digits(each.kHz, 6)} kHz)" for each in sure.values())
-        return _Rate(doubt=f"several rates are stated: {' and '.join(several)}")
-    return next(iter((sure or unsure).values()), _Rate())
+        several = (f"{text!r} ({in_digits(rate, 6)} kHz)" for rate, (text, _) in sure.items())
+        return math.nan, f"several rates are stated: {' and '.join(several)}"
+    rate, (text, doubt) = next(iter((sure or unsure).items()), (math.nan, ("", "")))
+    return rate, f"{text!r} {doubt}" if doubt else ""
 
 
-def _rates(pair: Pair, decimal: str) -> list[tuple[float, str]]:
-    """Return the rates of a recorder, kHz, that a pair may state, and a doubt about each."""
+def _rate_in(pair: Pair, decimal: str) -> tuple[float, str]:
+    """Return the rate that a pair may state, kHz, NaN where it states none, and a doubt."""
     number, unit = pair.number(decimal)
-    meant = _rates_in(pair.name)
+    meant, bare = _rates_in(pair.name), unit.lower().replace(" ", "").strip("[]().")
     named = "samples" in meant
     if not number > 0:
-        return []
+        return math.nan, ""
     if named and (per := _PER_SAMPLE.search(f"{pair.name} {unit}".lower())):
-        return _of_recorders([number / TO_MS[per[1]]])
-    if "other" in meant:
-        return []
+        return number / TO_MS[per[1]], ""
     each = _EACH_SAMPLE.fullmatch(unit.lower())
-    if (ms := TO_MS.get(unit_of(each[1] if each else unit))) is not None:
-        return _of_recorders([1.0 / (number * ms)]) if "step" in meant or each else []
-    if found := _UNIT.fullmatch(unit.lower().replace(" ", "").strip("[]().")):
-        per_ms = 1.0 if found["k"] else _PREFIXES[found[1]]
-        sure = named or "frequency" in meant or not re.search("hz|hertz|гц|k$", unit.lower())
-        if rates := _of_recorders([number * per_ms], "" if sure else _OF_WHAT):
-            return rates
-        both = f"is {in_digits(number * per_ms, 6)} kHz, which no recorder has, "
-        both += f"or {in_digits(1e-3 * number, 6)} kHz, if it is samples a second"
-        return _of_recorders([1e-3 * number], both) if named and per_ms >= 1.0 else []
-    if unit:
-        return []
-    if "step" in meant and (named or "dt" in meant):
-        return _of_recorders([1.0 / (number * ms) for ms in TO_MS.values()], _NO_UNIT)
-    if not (named and "tempo" in meant):
-        return []
+    if ms := TO_MS.get(unit_of(each[1] if each else unit) or ""):
+        is_step = each or ("step" in meant and "other" not in meant)
+        return (1.0 / (number * ms) if is_step else math.nan), ""
+    if "other" in meant:
+        return math.nan, ""
+    if size := _KHZ["sample_rates"].get(bare):
+        return number * size, ""
+    if size := _KHZ["frequencies"].get(bare):
+        sure = named or "frequency" in meant
+        return number * size, "" if sure else "does not say that it is of the samples"
+    if unit or not (named and "tempo" in meant):
+        return math.nan, ""
     # Thousands without a unit are Hz: no recorder takes as many in a ms.
-    return _of_recorders([1e-3 * number]) or _of_recorders([number], _NO_UNIT)
-
-
-def _of_recorders(rates: Iterable[float], doubt: str = "") -> list[tuple[float, str]]:
-    return [(rate, doubt) for rate in rates if RATES[0] <= rate <= RATES[1]]
-
-
-Preamble, preamble_of = Header, header_of
+    return (number, "has no unit") if number <= RATES[1] else (1e-3 * number, "")

@@ -68,7 +68,7 @@ class Visit:
             **{name: [_stated(each, name) for each in stated] for name in _OF_TEST},
             **({"Temperature": [f"{e} °C" for e in temperatures]} if temperatures else {}),
             "Channels": [each.phase for each in rows],
-            "Contacts": [str(each.settings.get("contact_column") or "") for each in rows],
+            "Contacts": [str(each.operation.settings.get("contact_column") or "") for each in rows],
             "Motions": [each.motion for each in self.records],
             "Given": self.words,
             "Known": [f"{name} {mean:g} with an sd of {sd:g}" for name, (mean, sd) in facts],
@@ -91,12 +91,16 @@ class Visit:
             own = [each for each in self.records if str(each.operation.file) == file]
             phases = list(dict.fromkeys(each.operation.phase for each in own))
             own_speeds = stated_speeds(preamble)
+            contacts = {
+                (each.motion, each.operation.phase): each.operation.settings.get("contact_column")
+                for each in own
+            }
             for each in preamble.results:
                 place, phase = channel_of(each.channel) - 1, phase_in(each.channel) or each.channel
                 if phase not in phases and 0 <= place < len(phases):
                     phase = phases[place]
                 for motion in meant_motions(each, (record.motion for record in own)):
-                    name = measured_name(each, motion)
+                    name = measured_name(each, motion, contacts.get((motion, phase)))
                     odd = each.quantity == "speed"
                     odd = odd and each.speed(motion, own_speeds) != speeds.get(name)
                     if name and not isnan(each.size):
