@@ -143,7 +143,7 @@ def test_a_folder_with_a_table_of_two_breakers(folder, capsys):
     rows += ["both.csv,closing,9,Q2,2024-11-21,travel"]
     (folder / "own" / "operations.csv").write_text("\n".join(rows))
     message = failed(capsys, "own")
-    assert "2 different values in its column breaker: Q1, Q2" in message
+    assert "endurance.breaker is None, but" in message
     assert "--breaker NAME" in message
     found = answered(capsys, "own", "--breaker", "Q1")
     numbers = [(each["motion"], each["operation"]) for each in found["records"]]

@@ -1,12 +1,8 @@
 """Dates and times in names and cells."""
 
-from datetime import datetime
-
 import pytest
 
-from breaker.records.dates import cell_date, earlier, moments, name_dates, one_date
-
-WHEN = datetime(2024, 11, 20, 15, 13, 7)
+from breaker.records.dates import cell_date, earlier, name_dates, one_date
 
 
 @pytest.mark.parametrize(
@@ -20,22 +16,27 @@ WHEN = datetime(2024, 11, 20, 15, 13, 7)
         "11-20-2024_15-13-07",
         "20-Nov-2024_151307",
         "2024_11_20__15_13_07",
-        "20-11-24_15-13-07",
         "20.11.2024 15h13m07s",
     ],
 )
-def test_a_date_with_a_time_is_found_in_a_name(text):
-    assert [each.when for each in moments(text)] == [WHEN]
+def test_a_date_with_a_time_is_read_in_a_name(text):
+    assert {*name_dates(text).values()} == {"2024-11-20T15:13:07"}
 
 
-def test_a_date_without_a_time_is_no_time():
-    (found,) = moments("op_0007_2024-11-20_closing")
-    assert found.when == datetime(2024, 11, 20)
+@pytest.mark.parametrize("stem", ["op_0007_2024-11-20_closing", "20-11-2024_0007", "2024-11-20"])
+def test_a_date_without_a_time_in_a_name(stem):
+    assert {*name_dates(stem).values()} == {"2024-11-20"}
 
 
-@pytest.mark.parametrize("text", ["op_0007", "10kHz_7", "32-13-2024x", "2024", "99-99-99"])
-def test_other_numbers_are_no_dates(text):
-    assert moments(text) == []
+@pytest.mark.parametrize(
+    "stem",
+    [
+        *("op_7", "op_0007", "10kHz_7", "2024", "99-99-2024", "20-11-24", "x_05042024"),
+        *("32-13-2024x", "2024-11-20_to_2024-11-21"),
+    ],
+)
+def test_a_name_with_a_doubtful_date_has_none(stem):
+    assert name_dates(stem) == {}
 
 
 @pytest.mark.parametrize(
@@ -60,7 +61,7 @@ def test_dates_of_cells_become_iso(text, iso):
 @pytest.mark.parametrize(
     "text",
     [
-        *("20.11.24", "2024-13-01", "2024-02-30", "20241120", "2024-11-20T25:00", "today"),
+        *("20.11.24", "2024-13-01", "2024-02-30", "x 20.11.2024", "2024-11-20T25:00", "today"),
         *("٢٠٢٤-11-20", "2024-W47-3", "", "03/04/2024", "31/31/2024", "20.11.2024 25:00", "12"),
     ],
 )
@@ -76,11 +77,6 @@ def test_the_table_goes_before_the_header_and_the_header_before_the_name():
     assert one_date("", (), name) == "2024-11-20T15:13:00"
     assert one_date("", either, name) == ""
     assert one_date("", (), "3-4-2024.csv") == ""
-
-
-@pytest.mark.parametrize("stem", ["op_7", "20-11-24", "x_05042024", "2024-11-20_to_2024-11-21"])
-def test_a_name_with_a_doubtful_date_has_none(stem):
-    assert name_dates(stem) == {}
 
 
 def test_only_what_is_certain_is_earlier():

@@ -2,11 +2,12 @@
 
 import math
 import re
+from dataclasses import astuple
 from pathlib import Path
 
 import pytest
 
-from breaker.records.operations import READ, read_manifest
+from breaker.records.operations import READ, Operation, read_manifest
 from breaker.records.settings import FORMAT
 
 HEAD = "file,motion,operation"
@@ -18,8 +19,8 @@ def read(tmp_path, text, encoding="utf-8"):
     return read_manifest(file)
 
 
-def test_a_table_says_all_there_is_to_say(tmp_path):
-    (first, second, third) = read(
+def test_a_table_states_all_of_an_operation(tmp_path):
+    first, second, third = read(
         tmp_path,
         "operation,file,motion,channel,breaker,phase,date,temperature,event,from,to\n"
         '7,run/op 1.csv,closing,travel A,Q0,L1,2024-11-20T15:13:07,21.5,"greased, set",0,99.5\n'
@@ -27,19 +28,17 @@ def test_a_table_says_all_there_is_to_say(tmp_path):
         "\n"
         "8,run/öp 2.xlsx,closing,,Q0,L1,,,,,\n",
     )
-    motion, operation = first
-    assert (motion, operation.number, operation.channel) == ("closing", 7, "travel A")
-    assert operation.file == tmp_path / "run/op 1.csv"
-    assert (operation.begin, operation.end) == (0.0, 99.5)
-    assert (operation.breaker, operation.phase) == ("Q0", "L1")
-    assert (operation.date, operation.temperature) == ("2024-11-20T15:13:07", 21.5)
-    assert operation.event == "greased, set"
+    named = {"channel": "travel A", "breaker": "Q0", "phase": "L1"}
+    about = {"date": "2024-11-20T15:13:07", "temperature": 21.5, "event": "greased, set"}
+    file = tmp_path / "run/op 1.csv"
+    expected = Operation(7, file, begin=0.0, end=99.5, **named, **about)
+    # As tuples: from Python 3.13 on, dataclasses that hold nan are unequal.
+    assert (first[0], astuple(first[1])) == ("closing", astuple(expected))
     motion, operation = second
     assert (motion, operation.number, operation.date) == ("opening", 7, "2024-11-20")
     assert operation.begin == 200.0
     assert math.isnan(operation.end)
     assert math.isnan(third[1].temperature)
-    assert third[1].event == ""
 
 
 def test_a_row_states_settings_of_its_record(tmp_path):
@@ -57,21 +56,11 @@ def test_a_row_states_settings_of_its_record(tmp_path):
     assert settings[2:] == [{"time_column": 1}, {}]
 
 
-@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig"])
-@pytest.mark.parametrize("end", ["\n", "\r\n", "\r"])
-@pytest.mark.parametrize("delimiter", [",", ";", "\t"])
-def test_tables_of_any_office_are_read(tmp_path, encoding, end, delimiter):
-    lines = [HEAD + ",event", "ä.csv,closing,1,", "b.csv,closing,2,"]
-    text = end.join(lines).replace(",", delimiter) + end
-    found = read(tmp_path, text, encoding)
-    assert [each.number for _, each in found] == [1, 2]
-    assert found[0][1].file.name == "ä.csv"
-
-
 SHEET = "file;motion;operation;temperature"
 SHEETS = {
     "empty columns behind": f"{SHEET};;\na.csv;closing;1;21,5;;\n;;;;;\n;;;;;\n",
     "cells left out at the ends of lines": f"{SHEET};event\na.csv;closing;1;21,5",
+    "lines that end as of old": f"{SHEET}\ra.csv;closing;1;21,5\r",
     "a line for the delimiter": f"sep=;\r\n{SHEET}\r\na.csv;closing;1;21,5",
     "tabs": f"{SHEET}\na.csv;closing;1;21,5\n".replace(";", "\t"),
     "quoted cells": '"File";"Motion";"Operation";"Temperature"\n"a.csv";"Closing";"1";"21,5"',
@@ -132,55 +121,45 @@ WRONG = [
     ("a.csv,closing,1", "line 1, column 1: 'a.csv'"),
     ("file,motion", "line 1: .*operation"),
     ("file,operation,counter", "line 1, column 3: 'counter'"),
-    (f"{HEAD},file\na.csv,closing,1,a.csv", "line 1, column 4: file"),
+    (f"{HEAD},file\na.csv,closing,1,a.csv", "line 1, column 4: 'file'"),
     (rows("a.csv,closing"), "line 2, column operation: is empty"),
     (rows("a.csv,closing,1,,x"), "line 2, column 5: 'x'"),
     (rows('"a.csv,closing,1\n'), "line 2: .*quotation marks"),
-    (rows(",closing,1"), "line 2, column file: is empty"),
-    (rows("../a.csv,closing,1"), "line 2, column file: '../a.csv' is not in the folder"),
-    (rows("b/../../a.csv,closing,1"), "column file: .* is not in the folder"),
-    (rows("/etc/passwd,closing,1"), "is not in the folder"),
-    (rows("C:/a.csv,closing,1"), "is not in the folder"),
-    (rows("closing\\a.csv,closing,1"), "column file: .*write / between"),
-    (rows("a\x00.csv,closing,1"), r"line 2"),
-    (rows("a.csv,close,1"), "line 2, column motion: 'close' .*closing, opening"),
-    (rows("a.csv,,1"), "line 2, column motion: is empty"),
-    *(
-        (rows(f"a.csv,closing,{cell}"), f"line 2, column operation: '{cell}'")
-        for cell in ("1_000", "٣", "-1", "1.0", "9" * 23, "9" * 300, "20241120")
-    ),
+    (rows("a\x00.csv,closing,1"), "line 2"),
     (rows("a.csv,closing,1", "", "b.csv,closing,01"), "line 4, column operation: .* line 2"),
-    (rows("a.csv,closing,1,2024-02-30", more=",date"), "line 2, column date: '2024-02-30'"),
-    *(
-        (rows(f"a.csv,closing,1,{cell}", more=f",{name}"), f"line 2, column {name}: '?{cell}")
-        for name, cells in {
-            "temperature": ["293.15", "1e999", "nan", "2_0"],
-            "from": ["1e246"],
-            "rate": ["10000"],
-            "ratio": ["0", "1:2", '"1,000"'],
-            "sign": ["down"],
-            "zero": ["open"],
-            "travel_unit": ["ft"],
-            "line": ["0"],
-            "contact_column": ["0"],
-            "time_column": ["9" * 30],
-        }.items()
-        for cell in cells
-    ),
     (rows("a.csv,closing,1,20,20", more=",from,to"), "line 2, column to: 20 .* 20"),
-    (rows("a.csv,closing,1,a\x1b[2J", more=",event"), r"column event: 'a\\x1b\[2J'"),
-    (rows(f"a.csv,closing,1,{'x' * 201}", more=",event"), "column event: has 201"),
     (rows("ä.csv,closing,1").encode("latin-1"), "line 2: is not UTF-8; save"),
 ]
-WRONG = [(text, reason.replace('"', "")) for text, reason in WRONG]
+CELLS = {
+    "file": ["", "../a.csv", "b/../../a.csv", "/etc/passwd", "C:/a.csv", "closing\\a.csv"],
+    "motion": ["", "close"],
+    "operation": ["", "1_000", "٣", "-1", "1.0", "9" * 23, "9" * 300, "20241120"],
+    "date": ["2024-02-30"],
+    "event": ["a\x1b[2J", "x" * 201],
+    "temperature": ["293.15", "1e999", "nan", "2_0"],
+    "from": ["1e246"],
+    "rate": ["10000", "fill in"],
+    "ratio": ["0", "1:2", "1,000"],
+    "sign": ["down"],
+    "zero": ["open"],
+    "travel_unit": ["ft"],
+    "line": ["0"],
+    "contact_column": ["0"],
+    "time_column": ["9" * 30],
+    "breaker": ["FILL IN"],
+}
+for column, cells in CELLS.items():
+    for cell in cells:
+        row = {"file": "a.csv", "motion": "closing", "operation": "1", column: f'"{cell}"'}
+        WRONG.append((f"{','.join(row)}\n{','.join(row.values())}", f"line 2, column {column}: "))
 
 
 @pytest.mark.parametrize(("text", "reason"), WRONG)
 def test_a_mistake_is_named_with_its_place_and_remedy(tmp_path, text, reason):
-    with pytest.raises(ValueError, match=reason) as told:
+    with pytest.raises(ValueError, match=reason) as refused:
         read(tmp_path, text)
-    assert "operations.csv" in str(told.value)
-    assert str(told.value).replace("\n", "").isprintable()
+    assert "operations.csv" in str(refused.value)
+    assert str(refused.value).replace("\n", "").isprintable()
 
 
 def test_all_mistakes_are_named_at_once_up_to_ten(tmp_path):

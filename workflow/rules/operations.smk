@@ -8,9 +8,9 @@ from functools import cache
 
 from breaker.records.folder import (
     fingerprint,
+    known_of,
     list_breakers,
     list_fleet,
-    list_known,
     list_once,
 )
 from breaker.workflow.jobs import chunks_of
@@ -48,7 +48,9 @@ def operations(wildcards):
 def known():
     """Events and conditions of operations, by their number, where a table has them."""
     numbers = [number for chunk in chunks().values() for number in chunk]
-    return list_known(OWN_CURVES, numbers, **CHOSEN) if OWN_CURVES else ({}, {})
+    chosen = [CHOSEN["breaker"]] if BREAKERS and CHOSEN["breaker"] else None
+    rows = list_fleet(OWN_CURVES, breakers=chosen, phase=CHOSEN["phase"]) if BREAKERS else {}
+    return known_of((each for some in rows.values() for _, each in some), numbers)
 
 
 def every_chunk(pattern):
@@ -84,7 +86,7 @@ def source(wildcards):
 
 # ---- of a fleet ----------------------------------------------------------------------------------
 
-BREAKERS = list_breakers(OWN_CURVES) if OWN_CURVES else []
+BREAKERS = list_breakers(OWN_CURVES, config["endurance"]["events"]) if OWN_CURVES else []
 IS_FLEET = len(BREAKERS) > 1 and config["endurance"]["breaker"] is None
 CHUNKS_OF_BREAKERS = {}
 for place, each in enumerate(BREAKERS):

@@ -175,7 +175,7 @@ def _stated(endurance: Mapping, motion: str) -> list[Mapping]:
     curves, breaker, phase, events = map(endurance.get, ("curves", "breaker", "phase", "events"))
     if curves is None:
         return [{}]
-    if breaker is None and len(list_breakers(curves)) > 1:
+    if breaker is None and len(list_breakers(curves, events)) > 1:
         fleet = list_fleet(curves, phase=phase, events=events)
         return [each.settings for some in fleet.values() for _, each in some]
     return [each.settings for each in list_once(curves, motion, breaker, phase, *sorted(events))]

@@ -1,6 +1,5 @@
 """The table ``operations.csv``: which file, or which part of a file, is which operation.
 
-Each column has its own reader of cells, which states what is wrong with a cell and what to write.
 Light to import.
 """
 
@@ -14,11 +13,9 @@ from io import StringIO
 from pathlib import Path, PurePosixPath, PureWindowsPath
 from typing import Any
 
-from breaker.common.numerals import in_digits
 from breaker.common.safe_text import as_meant
 from breaker.model.parameters import MOTIONS
 from breaker.records.dates import cell_date, dates_of, day_order, earlier
-from breaker.records.file_names import LARGEST_COUNTER
 from breaker.records.files import MOST_COLUMNS, RejectedCurveError, printable, read_bytes
 from breaker.records.settings import FORMAT, READABLE, TO_MM, TO_MS
 
@@ -45,7 +42,6 @@ EVENTS: dict[str, tuple[str, ...]] = {
 """Usual events, and what starts anew: the entire drive, the reading of its transducer, nothing."""
 
 _REQUIRED = ("file", "motion", "operation")
-_PLAIN = re.compile(r"[\w-][\w.-]*(?:/[\w-][\w.-]*)*")  # most paths; others take longer to check
 _NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]{1,3})?")
 _DECIMAL = re.compile("[+-]?(?![0-9]{1,3},[0-9]{3}$)[0-9]+,[0-9]+")  # not 1,000: a thousand?
 
@@ -56,18 +52,13 @@ class Operation:
 
     Attributes:
         number: Counter of the operation.
-        file: File of the record.
         channel: Column of the travel in the file; that of ``endurance.format`` if empty.
-        line: Line of the file that holds this operation, where each line is a record; 0 for all of
-            the file.
-        begin, end: Part of the record that contains the motion, ms of the file's time; NaN for its
-            beginning and end.
-        breaker, phase, type: Names, where a table gives them.
+        begin, end: Part of the record with the motion, ms of the file's time; NaN for its ends.
         date: Date and time as ISO 8601.
-        temperature: Of the drive, °C.
-        voltage: Of the control circuit, V or % of the rated one.
-        event: What was done before this operation, since the one before it: see ``event_words``.
+        temperature, voltage: Of the drive, °C; of the control circuit, V or % of the rated one.
+        event: What was done since the operation before: see ``event_words``.
         settings: What the table states in place of keys of ``endurance.format``.
+        line: Line of the file that is the record; 0 if the entire file is.
     """
 
     number: int
@@ -86,60 +77,41 @@ class Operation:
     line: int = 0
 
 
-# ---- the table -----------------------------------------------------------------------------------
-
-
 def read_manifest(
-    file: str | Path,
-    events: Collection[str] | None = None,
-    breakers: Collection[str] | None = None,
+    file: str | Path, events: Collection[str] | None = None
 ) -> list[tuple[str, Operation]]:
     """Read the table of a folder, also as spreadsheets write it.
-
-    The text is UTF-8, or UTF-16 with a byte order mark. Commas, semicolons or tabs separate cells.
-    Empty lines, empty columns and empty cells behind the last name are left out.
 
     Args:
         file: The table.
         events: Events that it may name in addition to the usual ones; None for any text.
-        breakers: Those whose rows are read; None for all.
 
     Returns:
         Motion and operation of each row. Whether the files exist is not checked.
 
     Raises:
-        ValueError: If anything is wrong; the message has one line for each of the first mistakes,
-            with line, column, value and remedy.
+        ValueError: If anything is wrong; with line, column, value and remedy of each mistake.
     """
     file = Path(file)
-    head, names, rows = _rows(file)
-    found: list[tuple[str, Operation]] = []
-    wrong = list(_wrong_names(head, names))
-    if not wrong and not rows:
-        wrong = [f"line {head}: no operation follows the names of the columns; add a row for each"]
-    if breakers is not None and "breaker" in names:
-        place = names.index("breaker")
-        rows = [row for row in rows if len(row[1]) <= place or row[1][place] in breakers]
-    readers = {**READ}
+    (head, names), *rows = _rows(file)
+    wrong = [f"line {head}{text}" for text in _wrong_names(names, rows)]
+    place = names.index("date") if "date" in names else len(names)
+    dates = (dates_of("".join(cells[place : place + 1])) for _, cells in rows)
+    readers = {name: reader for name, (reader, _) in READ.items()}
+    readers["date"] = partial(cell_date, order=day_order(dates))
     if events is not None:
-        readers["event"] = _event_reader(events)
-    if "date" in names:
-        place = names.index("date")
-        dates = ("".join(cells[place : place + 1]) for _, cells in rows)
-        order = day_order(dates_of(cell) for cell in dates if not cell[:4].isdigit())
-        readers["date"] = partial(cell_date, order=order)
+        readers["event"] = partial(_event, events)
+    found: list[tuple[str, Operation]] = []
     lines: dict[tuple, int] = {}
     for line, cells in rows if not wrong else ():
-        row, mistakes = _row(names, cells, file.parent, readers)
-        if row:
-            motion, each = row
-            first = lines.setdefault((each.breaker, each.phase, motion, each.number), line)
-            if first != line:
-                mistakes.append(
-                    f"column operation: {motion} {each.number} is in line {first} already; give "
-                    "each its own number, breaker or phase"
-                )
+        read, mistakes = _read_row(names, cells, readers)
+        if not mistakes:
+            motion, each = row = _operation(file.parent, read)
             found.append(row)
+            if (of := (each.breaker, each.phase, motion, each.number)) in lines:
+                what = f"{motion} {each.number} is in line {lines[of]} already"
+                mistakes = [f"column operation: {what}; give it its own number, breaker or phase"]
+            lines.setdefault(of, line)
         wrong += [f"line {line}, {mistake}" for mistake in mistakes]
     if wrong := wrong or _out_of_order(found, lines):
         more = [f"and {len(wrong) - SHOWN} more"] if len(wrong) > SHOWN else []
@@ -147,21 +119,8 @@ def read_manifest(
     return found
 
 
-def breakers_in(file: str | Path) -> list[str]:
-    """Return the names of the breakers in a table, in the order of their first rows.
-
-    Raises:
-        RejectedCurveError: If it is not a table.
-    """
-    _, names, rows = _rows(Path(file))
-    if "breaker" not in names:
-        return []
-    place = names.index("breaker")
-    return list(dict.fromkeys("".join(cells[place : place + 1]) for _, cells in rows))
-
-
-def _rows(file: Path) -> tuple[int, list[str], list[tuple[int, list[str]]]]:
-    """Return the line of the names, the names, and line and cells of each row that has any."""
+def _rows(file: Path) -> list[tuple[int, list[str]]]:
+    """Return line and cells of each row that has any; the first has the names of the columns."""
     content = read_bytes(file)
     encoding = "utf-16" if content[:2] in (b"\xff\xfe", b"\xfe\xff") else "utf-8-sig"
     try:
@@ -170,89 +129,72 @@ def _rows(file: Path) -> tuple[int, list[str], list[tuple[int, list[str]]]]:
         line = error.object[: error.start].count(b"\n") + 1
         reason = "is not UTF-8; save the table as CSV UTF-8"
         raise RejectedCurveError(file, reason, line=line) from error
+    named = re.search(r"^(?!sep=)[^\r\n]*[^\W_][^\r\n]*", text, re.MULTILINE)
+    delimiter = max(",;\t", key=named[0].count) if named else ","
     # Lines as they end in the file: a cell in quotation marks may have several.
-    reader = csv.reader(StringIO(text, newline=""), delimiter=_delimiter(text), strict=True)
+    reader = csv.reader(StringIO(text, newline=""), delimiter=delimiter, strict=True)
     rows, line = [], 1
     try:
         for cells in reader:
             cells = [as_meant(cell.strip()) for cell in cells]
             while cells and not cells[-1]:
                 cells.pop()
-            if cells:
+            if cells and not cells[0].startswith("sep="):  # the delimiter, as spreadsheets name it
                 rows.append((line, cells))
             line = reader.line_num + 1
     except csv.Error as error:
         reason = f"is not a table: {error}; are quotation marks closed?"
         raise RejectedCurveError(file, reason, line=line) from error
-    if rows and rows[0][1][0].startswith("sep="):
-        del rows[0]
     if not rows:
         raise RejectedCurveError(file, f"is empty; its first line names {', '.join(_REQUIRED)}")
-    (head, names), *rows = rows
-    return head, [name.lower() if name.lower() in READ else name for name in names], rows
+    rows[0][1][:] = [name.lower() if name.lower() in READ else name for name in rows[0][1]]
+    return rows
 
 
-def _delimiter(text: str) -> str:
-    """Return the sign that separates the names of columns, in the first line that has any."""
-    found = re.search(r"[^\r\n]*[^\W_][^\r\n]*", text)
-    head = found[0].strip() if found else ""
-    if head.startswith("sep="):  # as spreadsheets name it
-        return head.removeprefix("sep=") or ","
-    counts = {sign: sum(n.strip(' "').lower() in READ for n in head.split(sign)) for sign in ",;\t"}
-    return max(counts, key=counts.__getitem__)
-
-
-def _wrong_names(head: int, names: Sequence[str]) -> Iterator[str]:
-    """Yield what is wrong with the names of the columns."""
+def _wrong_names(names: Sequence[str], rows: Sequence) -> Iterator[str]:
+    """Yield what is wrong with the names of the columns, or that no row follows."""
     for place, name in enumerate(names, start=1):
-        if name and name not in READ:
-            known = ", ".join(READ)
-            yield (
-                f"line {head}, column {place}: {name!r} is not one of {known}; rename it, or leave "
-                "it out"
-            )
-        elif name and name in names[: place - 1]:
-            yield f"line {head}, column {place}: {name} is there twice; leave one of them out"
+        if name and (name not in READ or name in names[: place - 1]):
+            known = f"one of {', '.join(READ)}, each once"
+            yield f", column {place}: {name!r} is not {known}; rename it, or leave it out"
     if lacking := [name for name in _REQUIRED if name not in names]:
-        yield (
-            f"line {head}: the column {' and '.join(lacking)} is missing; the first line must name "
-            "the columns, with commas or semicolons between"
-        )
+        yield f": the first line must name the columns; add {' and '.join(lacking)}"
+    elif not rows:
+        yield ": no operation follows the names of the columns; add a row for each"
 
 
-def _row(
-    names: Sequence[str], cells: Sequence[str], folder: Path, readers: Mapping[str, Callable]
-) -> tuple[tuple[str, Operation] | None, list[str]]:
-    """Return motion and operation of a row, and what is wrong with it, by column."""
-    read, mistakes = {}, []
+def _read_row(
+    names: Sequence[str], cells: Sequence[str], readers: Mapping[str, Callable]
+) -> tuple[dict[str, Any], list[str]]:
+    """Return what the cells of a row state, and what is wrong with it, by column."""
+    read: dict[str, Any] = {}
+    mistakes = []
     for place, cell in enumerate(cells):
         name = names[place] if place < len(names) else ""
-        try:
-            if not name and cell:
-                mistakes.append(
-                    f"column {place + 1}: {cell!r} stands under no name; name the column, or set a "
-                    "cell with a comma in quotation marks"
-                )
-            elif cell.upper() == FILL_IN:
-                raise ValueError(
-                    f"is to be filled in for {cells[names.index('file')]}, which does not state it "
-                    "for sure: `breaker inspect` shows why; see the analyser's settings"
-                )
-            elif cell:
+        if cell and not name:
+            what = f"{cell!r} stands under no name; name the column, or put the cell in quotes"
+            mistakes.append(f"column {place + 1}: {what}")
+        elif cell:
+            read[name] = None
+            try:
                 read[name] = readers[name](cell)
-        except ValueError as error:
-            mistakes.append(f"column {name}: {error}")
-            read.setdefault(name, None)
+            except ValueError as error:
+                what = str(error) or f"{cell[:40]!r} is not {READ[name][1]}; correct the cell"
+                if cell.upper() == FILL_IN:
+                    what = "is to be filled in: the file does not state it (`breaker inspect`)"
+                mistakes.append(f"column {name}: {what}")
     mistakes += [f"column {name}: is empty; fill it in" for name in _REQUIRED if name not in read]
-    if mistakes:
-        return None, mistakes
-    begin, end = read.pop("from", math.nan), read.pop("to", math.nan)
-    if begin >= end:
-        what = f"{in_digits(end, 9)} is not after from, {in_digits(begin, 9)}; mend one of them"
-        return None, [f"column to: {what}"]
+    if not mistakes and read.get("from", -math.inf) >= read.get("to", math.inf):
+        mistakes = [f"column to: {read['to']:.9g} is not after from, {read['from']:.9g}"]
+    return read, mistakes
+
+
+def _operation(folder: Path, read: dict[str, Any]) -> tuple[str, Operation]:
+    """Return the motion and the operation of a row in a folder, by its cells."""
     file, motion, number = (read.pop(name) for name in _REQUIRED)
+    begin, end = read.pop("from", math.nan), read.pop("to", math.nan)
     read["settings"] = {name: read.pop(name) for name in FORMAT if name in read}
-    return (motion, Operation(number, folder / file, begin=begin, end=end, **read)), []
+    return motion, Operation(number, folder / file, begin=begin, end=end, **read)
 
 
 def _out_of_order(rows: Collection[tuple[str, Operation]], lines: Mapping) -> list[str]:
@@ -260,16 +202,14 @@ def _out_of_order(rows: Collection[tuple[str, Operation]], lines: Mapping) -> li
     last: dict[tuple, Operation] = {}
     wrong = []
     for motion, each in sorted(rows, key=lambda row: row[1].number):
-        if each.date:
-            of = each.breaker, each.phase, motion
-            before = last.get(of, each)
-            if earlier(before.date, each.date):
-                wrong.append(
-                    f"line {lines[(*of, each.number)]}, column date: {each.date}, of {motion} "
-                    f"{each.number}, is earlier than {before.date}, of {before.number}: mend the "
-                    "number or the date, or leave the date empty where a clock was wrong"
-                )
-            last[of] = each
+        before = last.get(of := (each.breaker, each.phase, motion), each)
+        if earlier(before.date, each.date):
+            wrong.append(
+                f"line {lines[(*of, each.number)]}, column date: {each.date} of {motion} "
+                f"{each.number} is earlier than {before.date} of {before.number}; correct the "
+                "number, or the date where a clock was wrong"
+            )
+        last |= {of: each} if each.date else {}
     return wrong
 
 
@@ -282,132 +222,95 @@ def event_words(event: str) -> tuple[str, ...]:
     >>> event_words("Greased; spring-replaced")
     ('greased', 'spring replaced')
     """
-    found = (" ".join(re.split(r"[\s_-]+", part.strip())) for part in re.split("[,;+]", event))
-    return tuple(dict.fromkeys(part.lower() for part in found if part))
+    words = (" ".join(re.split(r"[\s_-]+", part.strip())) for part in re.split("[,;+]", event))
+    return tuple(dict.fromkeys(word.lower() for word in words if word))
 
 
-def _event_reader(known: Collection[str]) -> Callable[[str], str]:
-    """Return a reader of cells that name usual events, or others that are known."""
-    known = sorted({word for events in (*EVENTS, *known) for word in event_words(events)})
+def _event(more: Collection[str], cell: str) -> str:
+    """Read a cell that names usual events, or more that are known."""
+    known = {word for events in (*EVENTS, *more) for word in event_words(events)}
+    if unknown := [word for word in event_words(_text(cell)) if word not in known]:
+        raise ValueError(
+            f"{unknown[0]!r} is not a known event ({', '.join(sorted(known))}); write some of "
+            "these with commas between, or add it to endurance.events"
+        )
+    return cell
 
-    def read(cell: str) -> str:
-        for word in event_words(_text(cell)):
-            if word not in known:
-                raise ValueError(
-                    f"{word!r} is not a known event ({', '.join(known)}); write one of these, "
-                    "several with commas between, or add it to endurance.events"
-                )
-        return cell
 
-    return read
+def _require(fine: object) -> None:
+    if not fine:
+        raise ValueError  # READ states what is needed
 
 
 def _text(cell: str) -> str:
-    if not cell.isprintable():
-        raise ValueError(f"{cell!r} has signs that cannot be printed; remove them")
-    if len(cell) > LONGEST:
-        raise ValueError(f"has {len(cell)} signs; use at most {LONGEST}")
+    _require(cell.isprintable() and len(cell) <= LONGEST and cell.upper() != FILL_IN)
     return cell
 
 
 def _file(cell: str) -> str:
-    if _PLAIN.fullmatch(cell) and len(cell) <= LONGEST:
-        return cell
     path = PurePosixPath(_text(cell))
-    if ".." in path.parts or path.is_absolute() or PureWindowsPath(cell).drive:
-        raise ValueError(
-            f"{cell!r} is not in the folder of the table; put it there, and name it from there"
-        )
-    if "\\" in cell:
-        raise ValueError(f"{cell!r} has a \\; write / between folder and file")
+    _require(not (path.is_absolute() or PureWindowsPath(cell).drive or "\\" in cell))
+    _require(".." not in path.parts)
     return cell
 
 
-def _one_of(values: Mapping[str, Any]) -> Callable[[str], Any]:
-    """Return a reader of a few words, and what each stands for."""
+def _words(words: Mapping[str, Any]) -> tuple[Callable[[str], Any], str]:
+    """Return a reader of a few words, as what each stands for, and what they are."""
 
     def read(cell: str) -> Any:
-        if cell.lower() not in values:
-            raise ValueError(f"{cell!r} is not one of {', '.join(values)}; write one of these")
-        return values[cell.lower()]
+        _require(cell.lower() in words)
+        return words[cell.lower()]
 
-    return read
-
-
-def _whole(least: int, most: int, what: str, remedy: str) -> Callable[[str], int]:
-    """Return a reader of the digits of a number within a range."""
-
-    def read(cell: str) -> int:
-        number = int(cell[-LONGEST:]) if re.fullmatch("[0-9]+", cell) else -1
-        if not least <= number <= most:
-            raise ValueError(f"{cell!r} is not {what}, {least} to {most}; {remedy}")
-        return number
-
-    return read
+    return read, f"one of {' '.join(words)}"
 
 
-def _column(least: int) -> Callable[[str], str | int | None]:
-    """Return a reader of the name or number of a column; none is that there is no such column."""
-    number = _whole(least, MOST_COLUMNS, "the number of a column", "count columns from 1")
-
-    def read(cell: str) -> str | int | None:
-        if cell.lower() == "none":
-            return None
-        return number(cell) if re.fullmatch("[0-9]+", cell) else _text(cell)
-
-    return read
+def _number(least: float, most: float, cell: str) -> float:
+    """Read a number in a range; a comma may be the decimal sign."""
+    text = cell.replace(",", ".") if _DECIMAL.fullmatch(cell) else cell
+    _require(_NUMBER.fullmatch(text) and least <= float(text) <= most)
+    return float(text)
 
 
-def _number(least: float, most: float, unit: str, *words: str) -> Callable[[str], float | str]:
-    """Return a reader of numbers within a range, or of words; a comma may be the decimal sign."""
-
-    def read(cell: str) -> float | str:
-        text = cell.replace(",", ".") if _DECIMAL.fullmatch(cell) else cell
-        if cell.lower() in words:
-            return cell.lower()
-        if not _NUMBER.fullmatch(text):
-            raise ValueError(f"{cell!r} is not a number; write it as 21.5 or -3")
-        if not least <= float(text) <= most:
-            ends = f"{in_digits(least, 9)} and {in_digits(most, 9)} {unit}"
-            raise ValueError(f"{cell} is not between {ends}; mend it, or its unit")
-        return float(text)
-
-    return read
+def _zero(cell: str) -> float | str:
+    return "rest" if cell.lower() == "rest" else _number(-1e6, 1e6, cell)
 
 
-# Columns that the table may have, and what reads their cells; ranges refuse other units.
-READ: dict[str, Callable] = {
-    "file": _file,
-    "motion": _one_of({motion: motion for motion in MOTIONS}),
-    "operation": _whole(
-        0, LARGEST_COUNTER, "a counter of operations", "write dates into the column date"
-    ),
-    "channel": _text,
-    "line": _whole(1, LARGEST_COUNTER, "a line of a file", "count lines from 1"),
-    "breaker": _text,
-    "phase": _text,
-    "type": _text,
-    "date": cell_date,
-    "temperature": _number(-60.0, 120.0, "°C"),
-    "voltage": _number(1.0, 1000.0, "V or % of the rated one"),
-    "event": _text,
-    "from": _number(-1e7, 1e7, "ms"),
-    "to": _number(-1e7, 1e7, "ms"),
+def _whole(least: int, most: int, cell: str) -> int:
+    _require(re.fullmatch("[0-9]{1,20}", cell) and least <= int(cell) <= most)
+    return int(cell)
+
+
+def _column(least: int, cell: str) -> str | int | None:
+    if cell.lower() == "none":
+        return None
+    return _whole(least, MOST_COLUMNS, cell) if cell.isdecimal() else _text(cell)
+
+
+_TEXT = (_text, f"a text of at most {LONGEST} signs that can be printed")
+_COLUMN = (partial(_column, 1), "the name of a column, its number from 1, or none")
+_UNITS = (*TO_MM, "deg", "rad", "V", "counts", "%")
+
+# Columns that the table may have: the reader of a cell, and what a cell must be.
+READ: dict[str, tuple[Callable[[str], Any], str]] = {
+    "file": (_file, "in the folder of the table; write its path from there, with /"),
+    "motion": _words({motion: motion for motion in MOTIONS}),
+    "operation": (partial(_whole, 0, 9_999_999), "a counter of at most 7 digits"),
+    **dict.fromkeys(("channel", "breaker", "phase", "type", "event"), _TEXT),
+    "line": (partial(_whole, 1, 9_999_999), "the number of a line, from 1"),
+    "date": (cell_date, ""),
+    "temperature": (partial(_number, -60.0, 120.0), "a number of °C from -60 to 120"),
+    "voltage": (partial(_number, 1.0, 1000.0), "a number from 1 to 1000, V or % of the rated one"),
+    **dict.fromkeys(("from", "to"), (partial(_number, -1e7, 1e7), "a number of ms")),
     # Of endurance.format, for this record alone.
-    "encoding": _text,
-    "delimiter": _one_of({sign: sign for sign in ",;|"} | {"tab": "\t", "blank": " "}),
-    "decimal": _one_of({sign: sign for sign in ".,"}),
-    "time_column": _column(1),
-    "time_unit": _one_of({unit: unit for unit in TO_MS}),
-    "rate": _number(*READABLE, "kHz"),
-    "travel_unit": _one_of(
-        {unit.lower(): unit for unit in (*TO_MM, "deg", "rad", "V", "counts", "%")}
-    ),
-    "ratio": _number(1e-6, 1e6, "mm for one unit of the reading"),
-    "zero": _number(-1e6, 1e6, "units of the travel", "rest"),
-    "sign": _one_of({"1": 1, "+1": 1, "-1": -1}),
-    "contact_column": _column(1),
-    "current_column": _column(1),
-    "trigger_column": _column(0),
-    "motor_column": _column(1),
+    "encoding": _TEXT,
+    "delimiter": _words({",": ",", ";": ";", "|": "|", "tab": "\t", "blank": " "}),
+    "decimal": _words({".": ".", ",": ","}),
+    "time_unit": _words({unit: unit for unit in TO_MS}),
+    "rate": (partial(_number, *READABLE), f"a number of kHz from {READABLE[0]} to {READABLE[1]}"),
+    "travel_unit": _words({unit.lower(): unit for unit in _UNITS}),
+    "ratio": (partial(_number, 1e-6, 1e6), "a number of mm for one unit of the reading"),
+    "zero": (_zero, "a number in the unit of the travel, or rest"),
+    "sign": _words({"1": 1, "+1": 1, "-1": -1}),
+    **dict.fromkeys(("time_column", "contact_column", "current_column", "motor_column"), _COLUMN),
+    "trigger_column": (partial(_column, 0), "the name of a column, its number, 0 or none"),
 }
