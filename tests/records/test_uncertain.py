@@ -17,7 +17,7 @@ def trace_of(travel, noise=0.05, colour=0.0, quantum=0.0):
 
 def quantities(trace):
     """A rest, a time and a mean speed."""
-    rest = trace.rest(0.0, 10.0, "before")
+    rest = trace.rest(0.0, 10.0)
     begin, end = (trace.reaches(rest + level) for level in (2.0, 9.0))
     speed = Uncertain(7.0, np.zeros_like(rest.slope)) / (end - begin)
     return rest, begin, speed, trace.at(end)
@@ -48,11 +48,11 @@ def test_stated_uncertainties(colour):
 
 def test_rounding_of_a_rest_does_not_average_out():
     coarse = trace_of(np.round(CURVE / 0.3) * 0.3, noise=0.3 / np.sqrt(12.0), quantum=0.3)
-    assert coarse.sd(coarse.rest(0.0, 10.0, "before")) > 0.08
+    assert coarse.sd(coarse.rest(0.0, 10.0)) > 0.08
     noisy = trace_of(CURVE, noise=0.4, quantum=0.3)
-    assert noisy.sd(noisy.rest(0.0, 10.0, "before")) < 0.05
+    assert noisy.sd(noisy.rest(0.0, 10.0)) < 0.05
 
 
 def test_a_rest_that_is_not_there():
-    with pytest.raises(NotShownError, match="too little rest after"):
-        trace_of(CURVE).rest(70.0, 80.0, "after")
+    with pytest.raises(NotShownError, match="too little rest"):
+        trace_of(CURVE).rest(70.0, 80.0)

@@ -52,7 +52,6 @@ _RISES = np.array([1.0, 1.25, 1.5, 1.85, 2.25, 2.8, 3.4, 4.0])
 _AFTER_CREEP = np.array([1.5, 2.0, 2.8, 4.0])
 _CREEPS = np.array([0.06, 0.12, 0.25, 0.5, 1.0, 2.0])  # durations of the motion
 _CREEP_WAY = (0.004, 0.03)  # of the stroke: less is not counted as motion
-_CREEP_POWER = 1.5  # a creep of another shape, even or gradual, starts by 40 % of its length
 _CREEP_ENDS = np.linspace(0.6, 1.4, 5)  # later or earlier
 _ANY_POWER, _CREEP_ODDS, _HUM_ODDS = 0.2, 0.03, 0.02  # probabilities before anything is seen
 _HUM = (0.05, 0.06)  # 1/ms
@@ -83,7 +82,9 @@ def first_motion(time: np.ndarray, travel: np.ndarray, motion: str) -> tuple[flo
         noise = max(white_noise(travel), 1.4826 * np.median(off[there]))
         first, last, way = _rise(smooth, noise)
         noise = max(noise, _FLAT * way, quantum / np.sqrt(12.0))
-        there = off <= _WRONG * noise
+        kept, there = there, off <= _WRONG * noise
+        if (there | np.isnan(off)).all() and (kept == ~np.isnan(travel)).all():
+            break  # nothing is left out
 
     def start(first: int, last: int) -> tuple[float, float, np.ndarray]:
         part = first + np.flatnonzero(there[first : last + 1])
@@ -170,10 +171,9 @@ class StartInterval(NamedTuple):
     late: float
     duration: float
 
-    @property
-    def sd(self) -> float:
-        """Standard deviation by which 95 % around the mean contain the interval, ms."""
-        return max(self.time - self.early, self.late - self.time) / 1.96
+    def sd_of(self, time: float) -> float:
+        """Return the standard deviation by which 95 % around a time contain the interval, ms."""
+        return max(time - self.early, self.late - time) / 1.96
 
 
 def start_interval(time: np.ndarray, travel: np.ndarray, motion: str) -> StartInterval:
@@ -199,7 +199,11 @@ def start_interval(time: np.ndarray, travel: np.ndarray, motion: str) -> StartIn
     lengths, mains = _CREEPS * duration, np.linspace(time[0], time[-2], _TRIED)
     for _ in range(2):  # once more between the likely ones
         step = float(mains[1] - mains[0])
-        found = [_explained(time, travel, mains, hum, lengths, way) for hum in hums]
+        shapes = _shapes(time, mains, lengths)
+        found = [_explained(time, travel, hum, shapes, way) for hum in hums]
+        found = [
+            (a, np.where(mains - lengths[:, None, None] < time[0], -np.inf, c)) for a, c in found
+        ]
         alone, creep = (np.stack(each) for each in zip(*found, strict=True))
         best = max(alone.max(), creep.max())
         left = float(travel @ travel) - best
@@ -263,34 +267,32 @@ def _lowest_rise(
     return time, travel - travel.mean(), noise**2 / every, float(way), duration
 
 
+def _shapes(time: np.ndarray, mains: np.ndarray, lengths: np.ndarray) -> tuple[np.ndarray, ...]:
+    """Rises alone ``(p, s, t)``, rises after creeps, and the creeps ``(c, s, t)``."""
+    done = np.clip((time - mains[:, None]) / lengths[:, None, None] + 1.0, 0.0, 1.0)
+    creeps = done * np.sqrt(done)  # another shape, even or gradual, starts by 40 % of its length
+    return _rises(time, mains, _RISES), _rises(time, mains, _AFTER_CREEP), creeps
+
+
 def _explained(
-    time: np.ndarray,
-    travel: np.ndarray,
-    mains: np.ndarray,
-    hum: float,
-    lengths: np.ndarray,
-    way: float,
+    time: np.ndarray, travel: np.ndarray, hum: float, shapes: tuple[np.ndarray, ...], way: float
 ) -> tuple[np.ndarray, np.ndarray]:
     """Sums of squares that starts of the main motion ``(s,)`` explain: of each power, ``(p, s)``,
-    and of each length of a creep and power after it, ``(c, p, s)``; -inf before the first sample.
+    and of each length of a creep and power after it, ``(c, p, s)``.
     """
     known = [np.ones(time.size)]
     known += [each(2.0 * np.pi * hum * time) for each in (np.cos, np.sin)] if hum else []
     basis = np.linalg.qr(np.column_stack(known))[0]
     alone = (basis.T @ travel) @ (basis.T @ travel)  # of rest and hum
-    _, squares, shares = _fitted(_rises(time, mains, _RISES), travel, basis)
+    _, squares, shares = _fitted(shapes[0], travel, basis)
     rises = alone + np.maximum(shares, 0.0) ** 2 / squares
-    main, squares, shares = _fitted(_rises(time, mains, _AFTER_CREEP), travel, basis)
-    creeps = np.full((lengths.size, *squares.shape), -np.inf)
-    for k, length in enumerate(lengths):
-        done = np.clip((time - mains[:, None]) / length + 1.0, 0.0, 1.0)
-        creep, own, share = _fitted(done**_CREEP_POWER, travel, basis)
-        both = np.einsum("st,pst->ps", creep, main)
-        precision = np.maximum(own - both**2 / squares, 1e-12)  # of the creep's way
-        size = (share - both * shares / squares) / precision
-        off = size - np.clip(size, *np.multiply(_CREEP_WAY, way))
-        creeps[k] = alone + shares**2 / squares + precision * (size**2 - off**2)
-    return rises, np.where(mains - lengths[:, None, None] < time[0], -np.inf, creeps)
+    main, squares, shares = _fitted(shapes[1], travel, basis)
+    creep, own, share = _fitted(shapes[2], travel, basis)
+    both = np.einsum("cst,pst->cps", creep, main)
+    precision = np.maximum(own[:, None] - both**2 / squares, 1e-12)  # of the creep's way
+    size = (share[:, None] - both * shares / squares) / precision
+    off = size - np.clip(size, *np.multiply(_CREEP_WAY, way))
+    return rises, alone + shares**2 / squares + precision * (size**2 - off**2)
 
 
 def _rises(time: np.ndarray, starts: np.ndarray, powers: np.ndarray) -> np.ndarray:

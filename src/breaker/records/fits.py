@@ -1,7 +1,4 @@
-"""Curves through evenly spaced samples: running means, local cubics, and where a curve settles.
-
-Beyond the ends of running statistics, samples at the ends stand. ``scipy.ndimage`` has these, and
-takes a quarter of a first answer to load.
+"""Fits to evenly spaced samples: running statistics, local cubics and the rest after a motion.
 
 Late in a motion one mode is left, ``y = e + a C(x) + b S(x)``, a damped swing or the sum of two
 decays, of which the faster may be over. First its damping and stiffness follow from the integrals
@@ -9,16 +6,12 @@ of ``y'' + r y' + s (y - e) = 0``, which are linear in them and average the nois
 are fitted by Gauss-Newton.
 """
 
-import operator
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
-_DEGREE = 3  # of local fits
-_TOGETHER = 2**18  # samples in windows whose medians are found at once
-_STEPS = 6  # in search of a time
-
+_TOGETHER = 2**18  # samples in windows whose medians are computed at once: 2 MB
 _BLOCKS = 64  # means of neighbouring samples that are fitted
 _ROUNDS = 5
 _FARTHEST = 5.0  # change of a rate in a round
@@ -34,8 +27,7 @@ def filled(travel: np.ndarray) -> np.ndarray:
 def smoothed(travel: np.ndarray, half: int) -> np.ndarray:
     """Return the running median over so many samples before and after each, ``(n,)``.
 
-    Where samples are missing, straight lines count. Near the ends it goes on as it is there:
-    mirrored, a burst at the end would fill the window.
+    Straight lines replace missing samples. The first and last full window stand for the ends.
     """
     smooth = running_median(filled(travel), 2 * half + 1)
     if smooth.size > 2 * half:
@@ -44,21 +36,17 @@ def smoothed(travel: np.ndarray, half: int) -> np.ndarray:
 
 
 def running_median(values: np.ndarray, window: int) -> np.ndarray:
-    """Return medians of an odd number of samples about each of ``(n,)``, without nan.
+    """Return medians of an odd number of samples about each of ``(n,)``, without NaN.
 
-    Compiled code that keeps a sorted window takes a third of the time, and half a second to load.
-
-    Example:
-        >>> running_median(np.array([0.0, 9.0, 1.0, 2.0, 3.0]), 3)
-        array([0., 1., 2., 2., 3.])
+    ``scipy.ndimage`` has one as well, which takes a quarter of a first answer to load.
     """
-    half, found = window // 2, np.empty(values.size)
+    half, medians = window // 2, np.empty(values.size)
     windows = np.lib.stride_tricks.sliding_window_view(np.pad(values, half, mode="edge"), window)
     rows = max(1, _TOGETHER // window)
     for begin in range(0, values.size, rows):
         block = np.partition(windows[begin : begin + rows], half, axis=1)
-        found[begin : begin + rows] = block[:, half]
-    return found
+        medians[begin : begin + rows] = block[:, half]
+    return medians
 
 
 def running_mean(values: np.ndarray, window: int) -> np.ndarray:
@@ -73,49 +61,53 @@ def running_mean(values: np.ndarray, window: int) -> np.ndarray:
     return values[0] + (total[window:] - total[:-window]) / window
 
 
-def weights_of(shares: np.ndarray) -> np.ndarray:
-    """Coefficients of a polynomial by the samples at shares ``(w,)``, ``(degree + 1, w)``."""
-    powers = shares[:, None] ** np.arange(_DEGREE + 1)
-    return np.linalg.solve(powers.T @ powers, powers.T)
-
-
 @dataclass(frozen=True, eq=False)
 class LocalCubic:
-    """Polynomial through samples about a time, in halves of its width from there."""
+    """Cubic through the samples about a time.
+
+    Attributes:
+        near, half: The time and half of the width, ms.
+        travel: Samples, ``(w,)``, mm.
+        window: Their places, ``(w,)``.
+        shares: Their times from ``near`` on, over ``half``, ``(w,)``.
+        error: Error of the fit itself, mm.
+    """
 
     near: float
     half: float
-    coefficients: list[float]  # of degree + 1
-    window: np.ndarray  # samples, (w,)
-    inverse: np.ndarray  # each coefficient's weights of these samples, (degree + 1, w)
+    travel: np.ndarray
+    window: np.ndarray
+    shares: np.ndarray
     error: float
 
+    def __post_init__(self) -> None:
+        powers = self.shares[:, None] ** np.arange(4)
+        inverse = np.linalg.solve(powers.T @ powers, powers.T)
+        object.__setattr__(self, "_inverse", inverse)
+        object.__setattr__(self, "_coefficients", inverse @ self.travel)
+
+    def _basis(self, time: float, order: int) -> np.ndarray:
+        u = (time - self.near) / self.half
+        rows = (1.0, u, u * u, u**3), (0.0, 1.0, 2.0 * u, 3.0 * u * u), (0.0, 0.0, 2.0, 6.0 * u)
+        return np.array(rows[order]) / self.half**order
+
     def value(self, time: float, order: int = 0) -> float:
-        """Value, or a derivative of an order, mm/ms^order."""
-        return sum(map(operator.mul, self._powers(time, order), self.coefficients))
+        """Return the value or a derivative, mm/ms^order."""
+        return float(self._basis(time, order) @ self._coefficients)
 
     def weights(self, time: float, order: int = 0) -> np.ndarray:
-        """Weights of the samples in that, ``(w,)``."""
-        return np.array(self._powers(time, order)) @ self.inverse
+        """Return the weights of the samples in that value, ``(w,)``."""
+        return self._basis(time, order) @ self._inverse
 
     def solve(self, time: float, value: float, order: int = 0) -> float:
-        """Time within the fit, near another, at which its value or a derivative is one given."""
-        for _ in range(_STEPS):
+        """Return the time in the window, near another, at which the fit has a value."""
+        for _ in range(6):  # of Newton's method, which doubles the digits
             slope = self.value(time, order + 1)
             step = (self.value(time, order) - value) / slope if slope else 0.0
             time = min(max(time - step, self.near - self.half), self.near + self.half)
             if abs(step) < 1e-9 * self.half:
                 break
         return time
-
-    def _powers(self, time: float, order: int) -> tuple[float, ...]:
-        """Factors on the coefficients that make the value, or a derivative."""
-        u = (time - self.near) / self.half
-        if order == 0:
-            return 1.0, u, u * u, u * u * u
-        if order == 1:
-            return 0.0, 1.0 / self.half, 2.0 * u / self.half, 3.0 * u * u / self.half
-        return 0.0, 0.0, 2.0 / self.half**2, 6.0 * u / self.half**2
 
 
 class Settling(NamedTuple):

@@ -1,17 +1,16 @@
 """Quantities read from a record itself, with their uncertainty: what an instrument would print.
 
-Read at the record's own rate, by local fits and means, without the model of the drive. Rest
-positions are the record's own, so its zero does not enter. An uncertainty is that of the record's
-own noise: its size, its colour, the step of its readings, and a drive not quite at rest at the end.
-A scale of the sensor that is wrong is not seen.
+Local fits and means at the record's own rate give them, without the model of the drive. Rest
+positions are the record's own, so its zero does not enter. The uncertainty follows from the noise
+of the record, its colour, the step of the readings, and a drive that may still move at the end. A
+wrong scale of the sensor remains unseen.
 
-What a record does not show, such as touch where no contact was measured, is nan, with the reason.
-
-A rest that drifts, creeps, swings or is cut short has a value all the same, with an error as large
-as what is seen to move, or may follow.
+A quantity that the record does not show, such as touch where no contact was measured, is NaN, with
+the reason.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from copy import copy
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from typing import NamedTuple
@@ -26,20 +25,13 @@ from breaker.records.contacts import ContactTimes
 from breaker.records.currents import Currents
 from breaker.records.first_motion import StartInterval, first_motion, start_interval
 from breaker.records.motion import LocatedMotion, Segment, find_segment
-from breaker.records.propagation import Trace, Uncertain
+from breaker.records.propagation import Trace, Uncertain, error_of
 from breaker.records.rejections import NotShownError, UnusableError
 
-_AROUND = 6.0, 9.0  # times the motion's duration, the record before and after it that counts
-_TRAVEL = (0.1, 0.9)  # shares of the stroke between which a travel time is taken
-_SEEN = 4.5  # sd, from which a way beyond rest is seen
-_SWINGS = 3.0  # times the duration, farthest top after the arrival
-_VAGUE = 0.4  # of the duration, half of the travel time: no change of a latch is seen in more
-_IN_SDS = 1.96  # a 95 % interval of a normal error
-_LEAP = 0.04  # times the duration, lines before and behind a slip
-_CLIPPED = "the reading is at the end of the sensor's range"
-_EDGE = 0.41  # samples, error of the time between two edges
-_ERRORS = 8  # beside those of samples: more than a speed has, or all other quantities in eighths
-
+_AROUND = 6.0, 9.0  # durations of the motion before and after it that are read
+_SEEN = 4.5  # sd, from which on a distance beyond a rest, or a drift, is not noise
+_VAGUE = 0.4  # durations, uncertainty of the first motion that hides a change of a latch
+_LEAP = 0.04  # durations, lines before and after a slip that measure it
 _BEFORE = (5.0, 0.05)  # times the motion's duration, the rest before it: from, to
 _AFTER = 8.0  # times that, farthest rest after it,
 _LAST = 1 / 3  # of which this share counts
@@ -56,15 +48,22 @@ _SWING, _RESTS = 0.5, 0.08  # durations at the end in which a swing shows; of th
 _FITTED = 0.2  # of a swing, the error of the rest about which it does, where that is fitted
 _UNSEEN, _FADES = 0.12, 2.2  # strokes of a swing that turns there, and how fast it fades, durations
 _SOON = 0.8  # durations after the arrival, before which no drive rests
+_SWITCHED = {
+    "time": "no contact timing: the time of touch or parting is not known",
+    "main": "no resistance that shows the main contact apart from the arcing contact",
+    "arcing": "no resistance that shows the arcing contact",
+    "trigger": "no trigger: when the coil was energised is not known",
+}
+_CLIPPED = "the reading is at the end of the sensor's range"
 
 
 class Measured(NamedTuple):
     """A quantity of a record.
 
     Attributes:
-        value: In the quantity's unit; nan if the record does not show it.
+        value: In the quantity's unit; NaN if the record does not show it.
         sd: Standard deviation of its error.
-        reason: Why there is none, "" if there is one.
+        reason: Why there is no value, "" if there is one.
     """
 
     value: float
@@ -84,14 +83,14 @@ def measure_curve(
     contact: ContactTimes = _UNKNOWN,
     speeds: Sequence[Speed] = SPEEDS,
 ) -> dict[str, Measured]:
-    """Read the quantities of a curve of which nothing else is known.
+    """Read the quantities of a curve.
 
     Args:
         time: Times, ``(n,)``, ms, evenly spaced, some of them before the first motion.
         travel: Travel towards closed, ``(n,)``, mm; NaN where a sample is missing.
         motion: "closing" or "opening".
         contact: Times of contact and trigger.
-        speeds: How speeds are defined.
+        speeds: Definitions of the speeds.
 
     Raises:
         ValueError: If the motion is not in the curve, or its beginning is not.
@@ -100,10 +99,10 @@ def measure_curve(
         >>> time = np.arange(0.0, 100.0, 0.1)
         >>> way = np.clip((time - 20.0) / 10.0, 0.0, 1.0)
         >>> noise = 0.05 * np.random.default_rng(1).standard_normal(time.size)
-        >>> found = measure_curve(time, 14.0 * way**2 * (3.0 - 2.0 * way) + noise, "closing")
-        >>> f"{found['stroke'].value:.2f} +- {found['stroke'].sd:.3f} mm"
-        '14.00 +- 0.006 mm'
-        >>> found["closing_speed"].reason
+        >>> measured = measure_curve(time, 14.0 * way**2 * (3.0 - 2.0 * way) + noise, "closing")
+        >>> abs(measured["stroke"].value - 14.0) < 3.0 * measured["stroke"].sd < 0.1
+        True
+        >>> measured["closing_speed"].reason
         'no contact timing: the time of touch or parting is not known'
     """
     quantum, step = seen_quantum(travel), float(time[-1] - time[0]) / (time.size - 1)
@@ -123,8 +122,8 @@ class Reading:
     Attributes:
         located: That motion.
         contact: When the contact touched or parted, and the trigger came.
-        speeds: How speeds are defined.
-        currents: Of coil and motor.
+        speeds: Definitions of the speeds.
+        currents: Currents of coil and motor.
         hidden: Sample of the trace from which on it is elsewhere by a slip that no sample alone
             shows, and by how much, mm; None without one.
     """
@@ -138,56 +137,65 @@ class Reading:
         located, segment, moves = self.located, self.located.segment, self.located.moves
         time, sign = located.time[located.inside], 1.0 if located.motion == "closing" else -1.0
         forward = sign * located.left
-        done = (forward - sign * segment.before) / segment.stroke >= _TRAVEL[1]
+        done = (forward - sign * segment.before) / segment.stroke >= 0.01 * max(SHARES.values())
         done &= time >= moves  # an outlier may lie before
         if not done.any():
             raise UnusableError("the motion does not go on to 90 % of its stroke")
         self.arrival = float(time[int(done.argmax())])
         self.duration = max(self.arrival - moves, 2.0 * located.step)
         first = moves - _AROUND[0] * self.duration
-        last = self.arrival + _AROUND[1] * self.duration
-        near = slice(*np.searchsorted(time, [first, last]))
-        errors = _ERRORS * (len(self.speeds) + _ERRORS)
-        around = *located.process, located.quantum, self.duration, segment.stroke, errors
-        rippled = located.ripple.rms
+        near = slice(*np.searchsorted(time, [first, self.arrival + _AROUND[1] * self.duration]))
         kinds = located.doubts[located.inside]
         self.clipped = time[kinds == "clipped"]
         slips = near.start + 1 + np.flatnonzero(kinds[near.start + 1 :] == "slip")
         count = round(_LEAP * self.duration / located.step)
         slips = [(k - near.start, leap_at(forward, k, count)) for k in slips]
-        self.trace = Trace(time[near], forward[near], *around, rippled, slips)
+        about = *located.process, located.quantum, self.duration, segment.stroke
+        self.trace = Trace(time[near], forward[near], *about, located.ripple.rms, slips)
         self.hidden = hidden_slip(self.trace, self.arrival)
         if self.hidden is not None:
             self.trace.slips = [*slips, self.hidden]
         self.rests = Rests(self.trace, segment, moves, self.arrival)
+        self._events: dict[str, Uncertain] = {}
+
+    def with_contact(
+        self, contact: ContactTimes, speeds: Sequence[Speed], currents: Currents = _NO_CURRENTS
+    ) -> "Reading":
+        """Return the reading with other times of the contact; the rests are not read again."""
+        other = copy(self)
+        other.contact, other.speeds, other.currents, other._events = contact, speeds, currents, {}
+        return other
 
     def quantities(self) -> dict[str, Measured]:
-        """Return those of ``catalogue.quantities_of`` that records show, by name."""
+        """Return the quantities of the motion that records show, by name."""
         ways = {
             "stroke": self.stroke,
             **dict.fromkeys(("wipe_at_touch", "wipe_at_parting"), self.wipe),
-            "travel_time": self.travel_time,
+            "travel_time": lambda: self.at_share(90.0) - self.at_share(10.0),
             **dict.fromkeys(("over_travel", "rebound"), self.beyond),
-            **dict.fromkeys(("touch_time", "part_time"), self.switching),
-            "latch_time": self.latch,
+            **dict.fromkeys(("touch_time", "part_time"), lambda: self._since_start("time")),
+            "latch_time": lambda: self._since_start("trigger") * -1.0,
             **{name: partial(self.time_to, percent) for name, percent in SHARES.items()},
-            **dict.fromkeys(("closing_time", "opening_time"), self.operating_time),
-            **dict.fromkeys(("main_closing_time", "main_opening_time"), self.main_operating_time),
+            **dict.fromkeys(("closing_time", "opening_time"), lambda: self._since_trigger("time")),
+            **dict.fromkeys(
+                ("main_closing_time", "main_opening_time"), lambda: self._since_trigger("main")
+            ),
             "arcing_wipe": self.arcing_wipe,
             "bounce_time": self.bounce_time,
             **{each.name: partial(self.speed, each) for each in self.speeds},
             **{name: partial(self._current, name) for name in CURRENTS},
         }
         names = quantities_of(self.located.motion, self.speeds, ("record",))
-        return {name: self.told(ways[name]) for name in names}
+        return {name: self._measured(ways[name]) for name in names}
 
-    def told(self, way) -> Measured:
-        """A quantity, or why there is none."""
+    def _measured(self, way: Callable[[], Uncertain]) -> Measured:
         try:
-            found = way()
+            result = way()
         except NotShownError as error:
             return Measured(np.nan, np.nan, str(error))
-        return Measured(found.value, self.trace.sd(found), "")
+        return Measured(result.value, self.trace.sd(result), "")
+
+    # ---- rests -------------------------------------------------------------------------------
 
     @property
     def before(self) -> Uncertain:
@@ -198,80 +206,29 @@ class Reading:
 
     @cached_property
     def after(self) -> Uncertain:
-        """Rest after the motion."""
+        """Rest after the motion, where the drive rests or will rest."""
         if self.clipped.size and self.clipped[-1] > self.trace.known[-1]:
             raise NotShownError(f"{_CLIPPED} after the motion")
         # Of a slip that the two motions of a record share, nobody knows in which it was.
-        return self.rests.after + self.trace.error(0.0, 0.5 * self.located.unreturned)
-
-    def switching(self) -> Uncertain:
-        """Time from the first motion to touch or parting, ms."""
-        return self._switching - self._first_motion
-
-    def latch(self) -> Uncertain:
-        """Time from the trigger to the first motion, ms."""
-        return self._first_motion - self._trigger
-
-    def time_to(self, percent: float) -> Uncertain:
-        """Time from the trigger to a percent of the stroke, ms; a slow start does not enter."""
-        return self.place(Point(percent, "%"))[0] - self._trigger
-
-    def operating_time(self) -> Uncertain:
-        """Time from the trigger to touch or parting, ms."""
-        return self._switching - self._trigger
-
-    def main_operating_time(self) -> Uncertain:
-        """Time from the trigger to touch or separation of the main contact, ms."""
-        return self._main - self._trigger
-
-    def arcing_wipe(self) -> Uncertain:
-        """Travel between touch or separation of the main and of the arcing contact, mm."""
-        way = self.trace.at(self._main) - self.trace.at(self._arcing)
-        return way if self.located.motion == "closing" else way * -1.0
-
-    def bounce_time(self) -> Uncertain:
-        """Time from the first touch to the last, ms."""
-        if not np.isfinite(bounce := self.contact.bounce_time):
-            reason = "no signal of the contact or test current shows whether it bounces"
-            raise NotShownError(self.contact.why or reason)
-        return self.trace.error(bounce, _EDGE * self.located.step)
-
-    def _current(self, name: str) -> Uncertain:
-        """A quantity of the currents of coil and motor."""
-        return self.trace.error(*getattr(self.currents, name)())
+        return self.rests.after + error_of(0.0, 0.5 * self.located.unreturned)
 
     def stroke(self) -> Uncertain:
-        """Way between the rests, mm."""
+        """Return the distance between the rests, mm."""
         return self.after - self.before
 
-    def wipe(self) -> Uncertain:
-        """Way between the touch or parting and the closed rest, mm."""
-        level = self.trace.at(self._switching)
-        return self.after - level if self.located.motion == "closing" else level - self.before
-
-    def travel_time(self) -> Uncertain:
-        """Time between two shares of the stroke, ms."""
-        begin, end = (self.place(Point(100.0 * share, "%"))[0] for share in _TRAVEL)
-        return end - begin
-
     def beyond(self) -> Uncertain:
-        """Largest way beyond the rest after the motion, mm."""
-        last = self.arrival + _SWINGS * self.duration
+        """Return the largest distance beyond the rest after the motion, mm."""
+        last = self.arrival + 3.0 * self.duration  # later, a swing is smaller than the first
         if ((self.clipped > self.arrival) & (self.clipped < last)).any():
             least = float(np.nanmax(self.trace.travel)) - self.after.value
             raise NotShownError(f"{_CLIPPED} there: at least {in_digits(least, 3)} mm")
         way = self.trace.top(self.arrival, last) - self.after
         if way.value >= _SEEN * self.trace.sd(way):
             return way
-        # The top of noise is above what it hides, and no way is negative.
-        return Uncertain(max(way.value, 0.0), way.slope) + self.trace.error(0.0, abs(way.value))
+        # The top of noise is above what it hides, and no distance is negative.
+        return way + max(-way.value, 0.0) + error_of(0.0, abs(way.value))
 
-    def speed(self, speed: Speed) -> Uncertain:
-        """Mean speed between two points, mm/ms."""
-        (begin, low), (end, high) = self.place(speed.start), self.place(speed.end)
-        if not end.value > begin.value:
-            raise NotShownError(f"{speed.points[1]} is not after {speed.points[0]}")
-        return (high - low) / (end - begin)
+    # ---- the start ---------------------------------------------------------------------------
 
     @cached_property
     def start(self) -> StartInterval:
@@ -297,50 +254,72 @@ class Reading:
     @property
     def start_sd(self) -> float:
         """Standard deviation of the time that aligns records, ms: 95 % contain the interval."""
-        moves = self.located.moves
-        farthest = max(self.start.late - moves, moves - self.start.early)
-        return max(self.located.first_motion_sd, farthest / _IN_SDS)
+        return max(self.located.first_motion_sd, self.start.sd_of(self.located.moves))
 
     @cached_property
     def _first_motion(self) -> Uncertain:
         """Time of the first motion, ms: that of the rise, if the drive may begin to move then."""
         if self.start_hidden:
             raise NotShownError(self.start_hidden)
-        start = self.start
-        if start.early <= self.located.moves <= start.late:
-            return self.trace.error(self.located.moves, self.start_sd)
-        return self.trace.error(start.time, max(start.sd, self.located.first_motion_sd))
+        start, moves = self.start, self.located.moves
+        if start.early <= moves <= start.late:
+            return error_of(moves, self.start_sd)
+        return error_of(start.time, max(start.sd_of(start.time), self.located.first_motion_sd))
 
-    @property
-    def _trigger(self) -> Uncertain:
-        """Time at which the coil was energised, ms."""
-        if not np.isfinite(self.contact.trigger):
-            raise NotShownError("no trigger: when the coil was energised is not known")
-        return self.trace.error(self.contact.trigger, self.contact.trigger_sd)
+    # ---- events ------------------------------------------------------------------------------
 
-    @cached_property
-    def _switching(self) -> Uncertain:
-        """Time of touch or parting, ms."""
-        if not np.isfinite(self.contact.time):
-            reason = "no contact timing: the time of touch or parting is not known"
+    def _event(self, kind: str) -> Uncertain:
+        """Time of touch or parting ("time"), of "main", "arcing" or "trigger", ms."""
+        if not np.isfinite(getattr(self.contact, kind)):
+            why = self.contact.why if kind != "trigger" else ""
+            raise NotShownError(why or _SWITCHED[kind])
+        if kind not in self._events:
+            sd = getattr(self.contact, "sd" if kind == "time" else f"{kind}_sd")
+            self._events[kind] = error_of(getattr(self.contact, kind), sd)
+        return self._events[kind]
+
+    def _since_start(self, kind: str) -> Uncertain:
+        return self._event(kind) - self._first_motion
+
+    def _since_trigger(self, kind: str) -> Uncertain:
+        return self._event(kind) - self._event("trigger")
+
+    def time_to(self, percent: float) -> Uncertain:
+        """Return the time from the trigger to a percent of the stroke, ms."""
+        return self.at_share(percent) - self._event("trigger")
+
+    def wipe(self) -> Uncertain:
+        """Return the distance between the touch or parting and the closed rest, mm."""
+        level = self.trace.at(self._event("time"))
+        return self.after - level if self.located.motion == "closing" else level - self.before
+
+    def arcing_wipe(self) -> Uncertain:
+        """Return the travel between the main and the arcing contact, mm."""
+        way = self.trace.at(self._event("main")) - self.trace.at(self._event("arcing"))
+        return way if self.located.motion == "closing" else way * -1.0
+
+    def bounce_time(self) -> Uncertain:
+        """Return the time from the first touch to the last, ms."""
+        if not np.isfinite(bounce := self.contact.bounce_time):
+            reason = "no signal of the contact or test current shows whether it bounces"
             raise NotShownError(self.contact.why or reason)
-        return self.trace.error(self.contact.time, self.contact.sd)
+        return error_of(bounce, self.located.step / np.sqrt(6.0))  # of two edges
 
-    @cached_property
-    def _main(self) -> Uncertain:
-        """Time of touch or separation of the main contact, ms."""
-        if not np.isfinite(self.contact.main):
-            reason = "no resistance that shows the main contact apart from the arcing contact"
-            raise NotShownError(self.contact.why or reason)
-        return self.trace.error(self.contact.main, self.contact.main_sd)
+    def _current(self, name: str) -> Uncertain:
+        return error_of(*getattr(self.currents, name)())
 
-    @cached_property
-    def _arcing(self) -> Uncertain:
-        """Time of touch or separation of the arcing contact, ms."""
-        if not np.isfinite(self.contact.arcing):
-            reason = "no resistance that shows the arcing contact"
-            raise NotShownError(self.contact.why or reason)
-        return self.trace.error(self.contact.arcing, self.contact.arcing_sd)
+    # ---- points ------------------------------------------------------------------------------
+
+    def speed(self, speed: Speed) -> Uncertain:
+        """Return the mean speed between two points, mm/ms."""
+        (begin, low), (end, high) = self.place(speed.start), self.place(speed.end)
+        if not end.value > begin.value:
+            raise NotShownError(f"{speed.points[1]} is not after {speed.points[0]}")
+        return (high - low) / (end - begin)
+
+    def at_share(self, percent: float) -> Uncertain:
+        """Return the time of a percent of the stroke, ms."""
+        return self.place(Point(percent, "%"))[0]
 
     def place(self, point: Point) -> tuple[Uncertain, Uncertain]:
         """Return time and travel of a point, ms and mm; the travel rises in any motion."""
@@ -349,7 +328,7 @@ class Reading:
             return at, self.trace.at(at)
         if not point.of_event:
             return self._between_rests(point)
-        at = self._switching
+        at = self._event("time")
         if point.unit == "ms":
             at = at + point.amount
             return at, self.trace.at(at)
@@ -361,7 +340,7 @@ class Reading:
         return at, level
 
     def _between_rests(self, point: Point) -> tuple[Uncertain, Uncertain]:
-        """Time and travel of a point that is told from rests."""
+        """Time and travel of a point that is defined by rests."""
         if point.unit == "mm":
             level = (self.after if point.amount < 0.0 else self.before) + point.amount
         elif point.amount == 0.0:
@@ -389,8 +368,8 @@ class Rests:
     @cached_property
     def before(self) -> Uncertain:
         """Travel at rest before the motion, mm; a drift that is seen goes on up to the motion."""
-        mean = self.trace.rest(*self._lead, "before")
-        return mean + self.trace.error(0.0, _ONWARD / 4.0 * self._drift * float(np.ptp(self._lead)))
+        mean = self.trace.rest(*self._lead)
+        return mean + error_of(0.0, _ONWARD / 4.0 * self._drift * float(np.ptp(self._lead)))
 
     @cached_property
     def _lead(self) -> tuple[float, float]:
@@ -428,15 +407,7 @@ class Rests:
         follows = _UNSEEN * stroke * float(np.exp(-_FADES * after))
         follows += (_FITTED if settled is not None else 1.0) * swings
         drifts = _DRIFTS * self._drift * (end - self.moves)
-        return found + self.trace.error(0.0, follows + drifts)
-
-    def window(self, side: str) -> tuple[float, float]:
-        """Return from when to when the rest "before" or "after" the motion is read, ms."""
-        if side == "before":
-            return self._lead
-        end = self._end
-        last = max(_LAST * (end - self.arrival), _SHORT * self.trace.step)
-        return end - (last if self._settled is None else _TAIL * (end - self.arrival)), end
+        return found + error_of(0.0, follows + drifts)
 
     @cached_property
     def _end(self) -> float:
@@ -463,7 +434,7 @@ class Rests:
     def _last(self, end: float) -> Uncertain:
         """Mean of the last third of the time after the arrival, up to an end."""
         begin = end - max(_LAST * (end - self.arrival), _SHORT * self.trace.step)
-        mean = self.trace.rest(begin, end, "after")
+        mean = self.trace.rest(begin, end)
         parts = self.trace.parts(begin, end, _PARTS)
         if not parts:
             return self.trace.still(begin, end, self.arrival)
@@ -475,4 +446,4 @@ class Rests:
         ways = np.diff(values)
         creeps = (ways > 0.0).all() or (ways < 0.0).all()
         found = parts[-1] if creeps else mean
-        return found + self.trace.error(0.0, (_CREEPS if creeps else 1.0) * float(np.ptp(values)))
+        return found + error_of(0.0, (_CREEPS if creeps else 1.0) * float(np.ptp(values)))

@@ -1,32 +1,25 @@
-"""Values read from a noisy curve, with errors that are followed to first order.
+"""Values read from a noisy curve, with errors that are propagated to first order.
 
-Every value knows its slope by each sample of the curve and by each further error, so quantities
-made of several values, from windows that may overlap, have the right uncertainty by themselves.
+Every value has its slope by each sample of the curve and by each further error, so that values
+from windows that overlap have the right uncertainty together.
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from itertools import pairwise
+from itertools import count, pairwise
 
 import numpy as np
 
-from breaker.records.fits import (
-    LocalCubic,
-    filled,
-    hidden_mode,
-    running_mean,
-    settling,
-    weights_of,
-)
+from breaker.records.fits import LocalCubic, filled, hidden_mode, running_mean, settling
 from breaker.records.rejections import NotShownError
 
-_FEWEST = 6  # samples of a local fit
-_LOCAL = 11.0  # of the width of local fits: with it, their own error is a third of the noise's
-_WIDEST = 0.2  # of the time of the motion, half the width of a local fit
-_OFF = 0.02  # strokes, error of a fit half as wide as the motion lasts; it goes with the square
-_FORGOTTEN = 1e-4  # correlation
+_FEWEST = 6  # samples of a local fit: two more than its numbers
+# Half the width of a local fit: so that the error of the cubic, this share of the stroke for a fit
+# as long as the motion, is a third of the noise's; at most this share of the motion.
+_WIDTH, _BEND, _WIDEST = 11.0, 0.02, 0.2
+_MEMORY = 1e-4  # correlation of samples that counts as none
 _LEAST = 20  # samples of a curve that is carried on to its rest
 _MISFIT = 2.5  # noise variances, from which this fit leaves more than noise
 _LEFT = 2.0  # times what it leaves: error of its rest
@@ -35,8 +28,9 @@ _OTHER_MODES = 5e-3  # of the way on which this fit rests: error of its rest fro
 # motion, and its probability before it is seen; that beside two modes, of which one may be it.
 _CREEP, _LASTS = 0.03, (1.0, 2.0, 4.0)
 _HIDDEN, _BESIDE, _TWO = 0.15, 0.02, 5  # functions of a fit of two modes
-_SLIP = 0.7  # times a slip, its error: any part of it may be travel
 _VAGUE = 0.01  # strokes, the sd of a rest that is too uncertain
+_SLIP = 0.7  # times a slip, its error: any part of it may be travel
+_NUMBERS = count()  # of errors
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,26 +39,37 @@ class Uncertain:
 
     Attributes:
         value: The value.
-        slope: By each error, ``(e,)``.
+        slope: By each sample of the curve, ``(n,)``.
+        errors: By each further error, in its standard deviations, by number.
     """
 
     value: float
-    slope: np.ndarray
+    slope: np.ndarray | float
+    errors: Mapping[int, float] = field(default_factory=dict)
 
     def __add__(self, other: "Uncertain | float") -> "Uncertain":
-        if isinstance(other, Uncertain):
-            return Uncertain(self.value + other.value, self.slope + other.slope)
-        return Uncertain(self.value + other, self.slope)
+        if not isinstance(other, Uncertain):
+            return Uncertain(self.value + other, self.slope, self.errors)
+        both = self.errors.keys() | other.errors.keys()
+        errors = {k: self.errors.get(k, 0.0) + other.errors.get(k, 0.0) for k in both}
+        return Uncertain(self.value + other.value, self.slope + other.slope, errors)
 
     def __mul__(self, factor: float) -> "Uncertain":
-        return Uncertain(self.value * factor, self.slope * factor)
+        errors = {k: factor * error for k, error in self.errors.items()}
+        return Uncertain(self.value * factor, self.slope * factor, errors)
 
     def __sub__(self, other: "Uncertain") -> "Uncertain":
         return self + other * -1.0
 
     def __truediv__(self, other: "Uncertain") -> "Uncertain":
         value = self.value / other.value
-        return Uncertain(value, (self.slope - value * other.slope) / other.value)
+        slopes = (self - other * value) * (1.0 / other.value)
+        return Uncertain(value, slopes.slope, slopes.errors)
+
+
+def error_of(value: float, sd: float) -> Uncertain:
+    """Return a value with an error of its own."""
+    return Uncertain(value, 0.0, {next(_NUMBERS): sd})
 
 
 @dataclass(eq=False)
@@ -78,8 +83,7 @@ class Trace:
         colour: Correlation of the noise of neighbouring samples.
         quantum: Step of the reading, mm; 0 where it is fine.
         duration: About how long the motion takes, ms.
-        stroke: About its way, mm.
-        others: Most errors beside those of the samples.
+        stroke: About its distance, mm.
         ripple: Root mean square of a ripple of the reading while the drive moves, mm.
         slips: Samples from which on the reading is off by an unknown part of so many mm.
     """
@@ -91,71 +95,41 @@ class Trace:
     quantum: float
     duration: float
     stroke: float
-    others: int = 64
     ripple: float = 0.0
     slips: Sequence[tuple[int, float]] = ()
-    _sds: list[float] = field(default_factory=list)
 
     def __post_init__(self) -> None:
         self._there = ~np.isnan(self.travel)
-
-    @property
-    def step(self) -> float:
-        """Time between two samples, ms."""
-        return float(self.time[-1] - self.time[0]) / (self.time.size - 1)
-
-    @cached_property
-    def known(self) -> np.ndarray:
-        """Times of samples that are there, ``(k,)``, ms."""
-        return self.time[self._there]
-
-    def _window(self, begin: float, end: float) -> np.ndarray:
-        """Samples between two times that are there."""
-        return np.flatnonzero((self.time >= begin) & (self.time <= end) & self._there)
-
-    @property
-    def alike(self) -> float:
-        """Factor by which colour makes the variance of a mean of many samples larger."""
-        return (1.0 + self.colour) / (1.0 - self.colour)
-
-    @property
-    def noise_of_mean(self) -> float:
-        """Standard deviation of a mean over the time of the motion, mm."""
-        return self.noise * float(np.sqrt(self.alike * self.step / self.duration))
+        self.known = self.time[self._there]
+        self.step = float(self.time[-1] - self.time[0]) / (self.time.size - 1)
+        # Factor by which colour makes the variance of a mean of many samples larger.
+        self.alike = (1.0 + self.colour) / (1.0 - self.colour)
 
     @cached_property
     def half(self) -> float:
-        """Half the width of local fits, ms: so that their own error is small against the noise's,
-        if samples allow.
-        """
-        share = (_LOCAL * self.noise_of_mean / self.stroke / np.sqrt(2.0)) ** 0.4
-        least = 0.5 * (_FEWEST - 1) * self.step
-        return max(min(share, _WIDEST) * self.duration, least)
+        """Half the width of local fits, ms."""
+        noise = self.noise * math.sqrt(0.5 * self.alike * self.step / self.duration)
+        share = (_WIDTH * noise / self.stroke) ** 0.4
+        return max(min(share, _WIDEST) * self.duration, 0.5 * (_FEWEST - 1) * self.step)
 
     @cached_property
     def smooth(self) -> np.ndarray:
-        """Running mean over the width of a local fit, ``(n,)``, to find places with."""
+        """Running mean over the width of a local fit, ``(n,)``, to look for places."""
         return running_mean(filled(self.travel), 2 * round(0.5 * self.half / self.step) + 1)
 
-    def sd(self, found: Uncertain) -> float:
+    def sd(self, result: Uncertain) -> float:
         """Return the standard deviation of a value."""
-        own, others = found.slope[: self.time.size], found.slope[self.time.size :]
-        # Errors of samples are a first-order process, forgotten after so many samples.
-        memory = math.ceil(math.log(_FORGOTTEN) / math.log(max(self.colour, _FORGOTTEN)))
-        along = np.convolve(own, self.colour ** np.arange(memory))[: own.size]
-        square = self.noise**2 * (2.0 * own @ along - own @ own)
-        others = others[: len(self._sds)] * self._sds
-        slips = sum((_SLIP * size * own[place:].sum()) ** 2 for place, size in self.slips)
-        return float(np.sqrt(max(square, 0.0) + others @ others + slips))
+        square = sum(error * error for error in result.errors.values())
+        if np.ndim(result.slope):
+            slope = np.trim_zeros(result.slope)
+            memory = math.ceil(math.log(_MEMORY) / math.log(max(self.colour, _MEMORY)))
+            along = np.convolve(slope, self.colour ** np.arange(memory))[: slope.size]
+            square += self.noise**2 * max(float(2.0 * slope @ along - slope @ slope), 0.0)
+            for place, size in self.slips:
+                square += (_SLIP * size * float(result.slope[place:].sum())) ** 2
+        return math.sqrt(square)
 
-    def error(self, value: float, sd: float) -> Uncertain:
-        """Return a value with a new error of its own."""
-        slope = np.zeros(self.time.size + self.others)
-        slope[self.time.size + len(self._sds)] = 1.0
-        self._sds.append(sd)
-        return Uncertain(value, slope)
-
-    def rest(self, begin: float, end: float, where: str) -> Uncertain:
+    def rest(self, begin: float, end: float) -> Uncertain:
         """Return the mean travel between two times, at rest.
 
         Raises:
@@ -163,16 +137,16 @@ class Trace:
         """
         window = self._window(begin, end)
         if not window.size:
-            raise NotShownError(f"too little rest {where} the motion")
+            raise NotShownError("too little rest before or after the motion")
         mean = self._of(float(self.travel[window].mean()), window, 1.0 / window.size)
-        return mean + self.error(0.0, self._rounding(0.0))
+        return mean + error_of(0.0, self._rounding(0.0))
 
     def parts(self, begin: float, end: float, count: int) -> list[Uncertain]:
         """Return the means of equal parts of a rest, none if a part has hardly samples."""
         marks = np.linspace(begin, end, count + 1)
         if min(self._window(*part).size for part in pairwise(marks)) < _FEWEST:
             return []
-        return [self.rest(*part, "after") for part in pairwise(marks)]
+        return [self.rest(*part) for part in pairwise(marks)]
 
     def settles(self, begin: float, end: float, arrival: float) -> Uncertain | None:
         """Return where travel that still moves between two times comes to rest, None if unseen.
@@ -190,7 +164,7 @@ class Trace:
         late = self.travel[window[2 * window.size // 3 :]]
         moved = _OTHER_MODES * float(np.ptp(self.travel[window]))
         error = math.hypot(moved, _LEFT * left, self._rounding(float(np.std(late))))
-        rest = self._of(found.rest, window, found.weights) + self.error(0.0, error)
+        rest = self._of(found.rest, window, found.weights) + error_of(0.0, error)
         if self.sd(rest) > _VAGUE * self.stroke:
             return None
         if left:  # more than noise hides
@@ -206,7 +180,7 @@ class Trace:
         Raises:
             NotShownError: If there is no sample.
         """
-        mean, samples = self.rest(begin, end, "after"), self._window(begin, end)[:, None]
+        mean, samples = self.rest(begin, end), self._window(begin, end)[:, None]
         flat, noise = np.ones(samples.shape), self.alike * self.noise**2
         return mean + self._hidden(samples, arrival, flat, flat[:, 0] / flat.size, noise)
 
@@ -233,39 +207,37 @@ class Trace:
             "size": _CREEP * self.stroke,
             "share": _BESIDE if known.shape[1] == _TWO else _HIDDEN,
         }
-        return self.error(0.0, hidden_mode(means, known, weights, creeps, **about))
+        return error_of(0.0, hidden_mode(means, known, weights, creeps, **about))
 
     def at(self, time: Uncertain) -> Uncertain:
         """Return the travel at a time."""
         fit = self._fit(time.value)
         travel = self._of(fit.value(time.value), fit.window, fit.weights(time.value))
-        moved = Uncertain(0.0, fit.value(time.value, 1) * time.slope)
-        return travel + moved + self.error(0.0, math.hypot(fit.error, self.ripple))
+        moved = (time + -time.value) * fit.value(time.value, 1)
+        return travel + moved + error_of(0.0, math.hypot(fit.error, self.ripple))
 
-    def reaches(self, level: Uncertain, after: float | None = None) -> Uncertain:
-        """Return the first time at which the travel reaches a level, after a time if it is given.
+    def reaches(self, level: Uncertain, after: float = -math.inf) -> Uncertain:
+        """Return the first time after another one at which the travel reaches a level.
 
         Raises:
             NotShownError: If it does not reach it.
         """
-        above = self.smooth >= level.value
-        if after is not None:
-            above &= self.time > after
+        above = (self.smooth >= level.value) & (self.time > after)
         first = int(above.argmax())
         if not above[first] or first == 0:
             raise NotShownError("the record does not pass the point")
         return self._passes(level, self.time[first])
 
     def left(self, level: Uncertain, before: float) -> Uncertain:
-        """Return the last time before a time at which the travel is at a level.
+        """Return the last time before another one at which the travel is at a level.
 
         Raises:
             NotShownError: If it never is.
         """
-        below = (self.smooth <= level.value) & (self.time < before)
-        if not below.any():
+        below = np.flatnonzero((self.smooth <= level.value) & (self.time < before))
+        if not below.size:
             raise NotShownError("the drive does not travel as far")
-        return self._passes(level, self.time[below.size - 1 - int(below[::-1].argmax())])
+        return self._passes(level, self.time[below[-1]])
 
     def top(self, begin: float, end: float) -> Uncertain:
         """Return the largest travel between two times, as the top of a local fit."""
@@ -274,12 +246,15 @@ class Trace:
         fit = self._fit(float(self.time[later[int(self.smooth[later].argmax())]]))
         time = min(fit.solve(fit.near, 0.0, 1), float(self.known[-1]))
         travel = self._of(fit.value(time), fit.window, fit.weights(time))
-        # The top of a noisy curve is higher than that of its mean, by half its slope's variance
-        # over its bend.
+        # The top of a noisy curve is higher than that of its mean, by half the variance of its
+        # slope over its bend.
         slope = self.sd(self._of(0.0, fit.window, fit.weights(time, 1)))
         bend = max(-fit.value(time, 2), slope / fit.half)
-        higher = 0.5 * slope**2 / bend if bend > 0.0 else 0.0  # a flat top, known exactly
-        return travel + -higher
+        return travel + (-0.5 * slope**2 / bend if bend > 0.0 else 0.0)
+
+    def _window(self, begin: float, end: float) -> np.ndarray:
+        """Samples between two times that are there."""
+        return np.flatnonzero((self.time >= begin) & (self.time <= end) & self._there)
 
     def _passes(self, level: Uncertain, near: float) -> Uncertain:
         """Time near another one at which the travel is at a level."""
@@ -288,42 +263,41 @@ class Trace:
         speed = fit.value(time, 1)
         if not speed > 0.0:
             raise NotShownError("the drive hardly moves at the point")
-        error = self.error(0.0, math.hypot(fit.error, self.ripple))
-        travel = self._of(level.value, fit.window, fit.weights(time)) + error
-        return Uncertain(time, (level.slope - travel.slope) / speed)
+        travel = self._of(level.value, fit.window, fit.weights(time))
+        travel += error_of(0.0, math.hypot(fit.error, self.ripple))
+        return (level - travel) * (1.0 / speed) + time
 
     def _of(self, value: float, window: np.ndarray, weights: np.ndarray | float) -> Uncertain:
         """Value that is a weighted sum of the samples in a window."""
-        slope = np.zeros(self.time.size + self.others)
+        slope = np.zeros(self.time.size)
         slope[window] = weights
         return Uncertain(value, slope)
 
     def _rounding(self, spread: float) -> float:
-        """Error of rounding of a mean of readings, mm, of travel that spreads by an sd.
+        """Error of rounding, mm, of a mean of readings of travel that spreads by an sd.
 
         Noise across several steps averages it out, and motion across them evens it out.
         """
         if not self.quantum:
             return 0.0
-        alone = self.quantum / np.sqrt(12.0)
+        alone = self.quantum / math.sqrt(12.0)
         noise = max(self.noise**2 - alone**2, 0.0) / self.quantum**2
-        return float(alone * np.exp(-2.0 * np.pi**2 * noise) / (1.0 + spread / alone))
+        return alone * math.exp(-2.0 * math.pi**2 * noise) / (1.0 + spread / alone)
 
     def _fit(self, near: float) -> LocalCubic:
-        """Polynomial through the samples about the sample next to a time."""
-        step, n = self.step, self.time.size
-        centre = min(max(round((near - float(self.time[0])) / step), 0), n - 1)
+        """Cubic through the samples about the sample next to a time."""
+        centre = round((near - float(self.time[0])) / self.step)
+        centre = min(max(centre, 0), self.time.size - 1)
         for half in (self.half, 2.0 * self.half):  # wider where samples are missing
-            reach = int(half / step + 1e-6)
+            reach = int(half / self.step + 1e-6)
             first = max(centre - reach, 0)
             window = first + np.flatnonzero(self._there[first : centre + reach + 1])
             if window.size >= _FEWEST - 1 and window[0] < centre < window[-1]:
                 break
         else:
             raise NotShownError("samples are missing at the point")
-        inverse = weights_of((window - centre) * step / half)
         travel = self.travel[window]
-        off = _OFF * self.stroke * (half / self.duration) ** 2
-        rounding = self._rounding(float(np.std(travel))) if self.quantum else 0.0
-        middle, error = float(self.time[centre]), math.hypot(rounding, off)
-        return LocalCubic(middle, half, (inverse @ travel).tolist(), window, inverse, error)
+        bend = _BEND * self.stroke * (half / self.duration) ** 2
+        error = math.hypot(self._rounding(float(np.std(travel))), bend)
+        shares = (window - centre) * self.step / half
+        return LocalCubic(float(self.time[centre]), half, travel, window, shares, error)

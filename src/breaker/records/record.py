@@ -85,7 +85,8 @@ class Record(LocatedMotion):
             speeds: Definitions of the speeds.
             contact: Times of the contact, where another file has them; None for the record's own.
         """
-        return Reading(self, contact or self.contact, speeds, self.currents).quantities()
+        contact = contact or self.contact
+        return self._reading.with_contact(contact, speeds, self.currents).quantities()
 
     @cached_property
     def _reading(self) -> Reading:
