@@ -8,14 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from breaker.documents.terminal import text_of
-from breaker.records import proposal as proposals
 from breaker.records.cells import cells_of, columns_of_alike
 from breaker.records.formats.registry import look_into
-from breaker.records.proposal import inspect_file
-from breaker.records.proposal_text import words_of
 
-SENSOR = {"start": -2.0, "stop": 58.0, "samples": 151, "noise_sd": 0.1}
 MOST = 400  # MiB, imports included; a small file takes a third of it
 
 LOOK = """
@@ -72,22 +67,6 @@ def test_cells_that_are_quoted_without_need_are_split_together():
     assert columns == [*map(list, zip(*rows, strict=True))]
     for odd in ('"1,5",2,3', '5",2,3', '"1" x,2,3', '"1""2",2,3'):
         assert columns_of_alike([*lines, odd], 3, ",") is None
-
-
-def test_of_a_long_record_the_first_motions_are_read(tmp_path, monkeypatch):
-    time = np.arange(0.0, 200.0, 0.1)
-    travel = 16 / (1 + np.exp(50 - time)) - 16 / (1 + np.exp(150 - time))
-    file = tmp_path / "long.csv"
-    rows = [f"{t / 1e3:.4f},{s:.3f}" for t, s in zip(time, travel, strict=True)]
-    file.write_text("\n".join(["time,travel", "s,mm", *rows]), encoding="utf-8")
-    whole = inspect_file(file, SENSOR)
-    assert [each.record is None for each in whole.motions] == [False, False]
-    monkeypatch.setattr(proposals, "_MOST", 1)
-    short = inspect_file(file, SENSOR)
-    assert [each.record is None for each in short.motions] == [False, True]
-    assert (short.settings, short.sensor) == (whole.settings, whole.sensor)
-    assert re.search("opening .* not read", text_of(words_of(short)))
-    assert "choose a column by --channel, or export a" in text_of(words_of(short))
 
 
 @pytest.mark.parametrize("bad", ['"x', '"1;2', "1;2;3;4;5", "\0"])

@@ -163,15 +163,14 @@ def as_text(key: str, value: object) -> str:
     return "" if value is None else str(value)
 
 
-def overlay_text(form: Mapping, sensor: Mapping) -> str:
+def overlay_text(form: Mapping) -> str:
     """Return the lines of YAML that set what differs from the configuration; a comment where
     nothing does.
 
-    >>> overlay_text({"rate": 5.0}, {}).splitlines()
+    >>> overlay_text({"rate": 5.0}).splitlines()
     ['endurance:', '  format:', '    rate: 5.0']
     """
     found = {"endurance": {"format": dict(form)}} if form else {}
-    found |= {"sensor": dict(sensor)} if sensor else {}
     if not found:
         return "# nothing differs from the configuration\n{}\n"
     return yaml.safe_dump(found, sort_keys=False, allow_unicode=True)

@@ -96,11 +96,10 @@ def _reason(key: str, base: Mapping, proposal: Proposal | None) -> tuple[str, st
     default = "the default" if base[key] == FORMAT[key] else ""
     if proposal is None:
         return default or "of your configuration", "sure"
-    for guess in proposal.guesses:
-        if key in guess.settings:
-            if guess.remarks:
-                return "; ".join(guess.remarks), "doubtful"
-            return "seen in the file" if guess.sure else "guessed from the curve", "sure"
+    if doubts := proposal.found.doubts.get(key):
+        return "; ".join(doubts), "doubtful"
+    if key == "sign" and not proposal.found.sure:
+        return "guessed from the curve", "sure"
     if key in proposal.layout.settings:
         return f"seen in the lines of {proposal.layout.kind}", "sure"
     return _SEARCHED.get(key, default or "seen in the file"), "sure"

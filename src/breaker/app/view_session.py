@@ -227,8 +227,7 @@ class Session:
         chosen = {k: v for k, v in choices.settings.items() if v != base[k] or k == _TRAVEL}
         choices = choices._replace(base=name, settings=chosen)
         form, own = {**base, **chosen}, config["endurance"]["format"]
-        sensor = proposal.sensor if name == "seen" else {}
-        overlay = overlay_text({k: v for k, v in form.items() if v != own[k]}, sensor)
+        overlay = overlay_text({k: v for k, v in form.items() if v != own[k]})
         channels, read = [str(chosen[_TRAVEL])] if _TRAVEL in chosen else [], None
         about = {"files": asked[0], "before": asked[1], "channel": channels}
         try:

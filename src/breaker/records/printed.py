@@ -395,7 +395,7 @@ def compare_printed(
 def _compared(printed: Printed, motion, speeds: Mapping[str, Speed]) -> PrintedComparison:
     """Compare a result with what is measured of a motion."""
     speed, record = printed.speed(motion.motion, speeds), motion.record
-    contact = str(motion.beside.settings.get("contact_column", ""))
+    contact = str(motion.beside.get("contact_column", ""))
     name = measured_name(printed, motion.motion, contact)
     about = (motion.column, motion.motion, printed, name, speed.words if speed else "")
     if printed.quantity == "speed" and speed is None:

@@ -239,7 +239,7 @@ def _belonging(
     another one than that of the settings.
     """
     # Imported here, since most files need neither.
-    from breaker.records.contact_columns import Beside, current_of
+    from breaker.records.contact_columns import current_of
     from breaker.records.description import travel_channels
 
     layout = look_into(opened)
@@ -247,7 +247,7 @@ def _belonging(
     if place is None:
         return {}, False
     _, columns_by_motion = travel_channels(opened).get(str(layout.column(place)), ("", {}))
-    columns = dict(columns_by_motion.get(motion, Beside()).settings)
+    columns = dict(columns_by_motion.get(motion, {}))
     other = usual is not None and place != usual
     if not other and settings["contact_column"] is not None:
         contact = layout.place_of(settings["contact_column"])
