@@ -40,7 +40,7 @@ def test_a_file_that_cannot_be_inspected(folder, capsys):
     falls = "\n".join([*lines[:first], *lines[first:][::-1]])
     (folder / "falls.csv").write_text(falls, encoding="utf-8")
     assert main(["inspect", "falls.csv"]) == 1
-    assert "fall from line to line; sort its lines by time" in capsys.readouterr().err
+    assert "sort its lines by time" in capsys.readouterr().err
     with (folder / "b 2.csv").open("a", encoding="utf-8") as damaged:
         damaged.write("x,y\n")
     assert main(["inspect", "b 2.csv", "--output", "b.yaml"]) == 1
