@@ -68,7 +68,7 @@ class Visit:
             **{name: [_stated(each, name) for each in stated] for name in _OF_TEST},
             **({"Temperature": [f"{e} °C" for e in temperatures]} if temperatures else {}),
             "Channels": [each.phase for each in rows],
-            "Contacts": [str(each.operation.settings.get("contact_column") or "") for each in rows],
+            "Contacts": [str(each.settings.get("contact_column") or "") for each in rows],
             "Motions": [each.motion for each in self.records],
             "Given": self.words,
             "Known": [f"{name} {mean:g} with an sd of {sd:g}" for name, (mean, sd) in facts],
