@@ -78,7 +78,7 @@ ODD = {
         "is too slow: at least one every ms is needed",
         None,
     ),
-    "too few digits": (np.round(np.arange(2000) / 33.0, 1), "time_column to null", 8),
+    "too few digits": (np.round(np.arange(2000) / 33.0, 1), "with all digits of its time", 8),
     "seconds": (TIME / 1e3, "lasts 0.0759 ms; is endurance.format.time_unit 's' rather", None),
     "microseconds": (TIME * 1e3, "lasts 7.59e+04 ms; is endurance.format.time_unit 'us'", None),
 }

@@ -46,7 +46,6 @@ FORMS = {
     "between semicolons": (named, ";"),
     "names above": (below(","), ",", ("No", "Date", "Interval (ms)", "Values")),
     "names above, tabs": (below("\t", "400"), "\t", ("ID", "Time", "dt (us)", "A")),
-    "objects": (an_object, ","),
 }
 
 
@@ -99,6 +98,10 @@ def test_values_that_nothing_names_and_other_lines_are_refused(tmp_path):
     file = written(tmp_path / "bench.txt", below(","))
     with pytest.raises(RejectedCurveError, match="Interval"):
         read_columns(file, COUNTS)
+    written(file, an_object)
+    assert records_in(file) == []
+    with pytest.raises(RejectedCurveError):
+        look_into(file)
     written(file, named)
     for odd in ({"delimiter": ";"}, {"decimal": ","}):
         with pytest.raises(RejectedCurveError, match=r"endurance\.format"):

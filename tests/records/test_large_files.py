@@ -8,7 +8,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from breaker.records.cells import cells_of, columns_of_alike
 from breaker.records.formats.registry import look_into
 
 MOST = 400  # MiB, imports included; a small file takes a third of it
@@ -58,15 +57,6 @@ def test_what_no_recorder_writes_is_refused_in_little_memory(tmp_path, text, sai
     *words, peak = subprocess.check_output(command, text=True).splitlines()
     assert re.search(f"hostile.csv.*{said}", words[0])
     assert int(peak) < MOST
-
-
-def test_cells_that_are_quoted_without_need_are_split_together():
-    lines = [f'"{i}",{i},"{i / 7:.3f}"' for i in range(9)]
-    columns = columns_of_alike(lines, 3, ",")
-    rows = [cells_of(line, ",") for line in lines]
-    assert columns == [*map(list, zip(*rows, strict=True))]
-    for odd in ('"1,5",2,3', '5",2,3', '"1" x,2,3', '"1""2",2,3'):
-        assert columns_of_alike([*lines, odd], 3, ",") is None
 
 
 @pytest.mark.parametrize("bad", ['"x', '"1;2', "1;2;3;4;5", "\0"])

@@ -25,10 +25,6 @@ MAKERS = {
         "travel_1\ttravel_2\tcontact_1\nmm\tmm\t-",
         *("\t", ".", "utf-8", 20.0, "R Y"),
     ),
-    "names above": (
-        "Travel U,Travel V,Contact\n(mm),(mm),(-)\nSample interval 100 us\nOperation: Close",
-        *(",", ".", "utf-8", 10.0, "U V"),
-    ),
     "french": (
         "N° de série;778\nFréquence d'échantillonnage;10 kHz\nManœuvre;F\n\n"
         "Course R (mm);Course S (mm);Contact",

@@ -10,6 +10,7 @@ from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from typing import Any
 
 from breaker.common.functions import load
+from breaker.common.spellings import bare
 from breaker.configuration.definitions import ADVICE, advice_of, family_of
 from breaker.configuration.loading import UNLIKE, of_motion
 from breaker.configuration.settings import defaults
@@ -20,7 +21,6 @@ from breaker.model.quantities import check_fact, every_speed
 from breaker.records.folder import list_breakers, list_fleet, list_once
 from breaker.records.operations import event_words
 from breaker.records.settings import FORMAT, complete, lacking
-from breaker.records.words import bare
 
 Found = Iterator[tuple[tuple[str | int, ...], str]]
 

@@ -105,8 +105,8 @@ def _check_increase(time: np.ndarray, lines: np.ndarray) -> None:
     if (back := np.flatnonzero(np.diff(time) <= 0)).size:
         more = f" ({back.size} such times)" if back.size > 1 else ""
         few = (
-            "; were they printed with too few digits? Set endurance.format.time_column to null, "
-            "and endurance.format.rate"
+            "; export each sample once, in a line of its own, with all digits of its time: "
+            "endurance.format.rate would not know which times are doubled"
         )
         reason = f"the time does not increase{more}{few if back.size > _FEW * time.size else ''}"
         raise UnusableError(reason, line=int(lines[back[0] + 1]))

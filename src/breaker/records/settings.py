@@ -47,9 +47,9 @@ READ_BY = (
 
 
 def lacking(settings: Mapping) -> str:
-    """Say what complete settings lack for a record, which a row of its table may state; or ""."""
-    unit, known = settings["travel_unit"], settings["ratio"] or settings["table"]
-    if unit not in TO_MM and not known:
+    """Return a message on what complete settings lack, unless the table of operations states it."""
+    unit = settings["travel_unit"]
+    if unit not in TO_MM and not (settings["ratio"] or settings["table"]):
         return (
             f"endurance.format.travel_unit is {unit!r}, not one of {', '.join(TO_MM)}; "
             "endurance.format.ratio (mm for one of it) or table must be given, or the column ratio "
@@ -69,12 +69,11 @@ def complete(settings: Mapping) -> dict:
     Raises:
         ValueError: If a setting is unknown, or one with which no file can be read.
     """
-    unknown = [key for key in settings if key not in FORMAT]
-    if unknown:
+    if unknown := [key for key in settings if key not in FORMAT]:
         raise ValueError(f"endurance.format has no {', '.join(unknown)}; see config/config.yaml")
     settings = {**FORMAT, **settings}
     zero, stroke = settings["zero"], settings["stroke"]
-    fine = {
+    allowed = {
         "time_unit": (settings["time_unit"] in TO_MS, f"one of {', '.join(TO_MS)}"),
         "zero": (not isinstance(zero, str) or zero == "rest", "a number or rest"),
         "stroke": (
@@ -82,24 +81,19 @@ def complete(settings: Mapping) -> dict:
             "the least and the largest stroke, mm, or null",
         ),
         "delimiter": (len(settings["delimiter"]) == 1, "one sign"),
+        "encoding": (_is_encoding(settings["encoding"]), "an encoding of text, such as utf-8"),
+        "ratio": (None in (settings["ratio"], settings["table"]), "null where a table is given"),
+        "table": (settings["table"] is None or zero in (0, "rest"), "null, or zero 0 or rest"),
     }
-    for name, (is_fine, what) in fine.items():
-        if not is_fine:
+    for name, (is_allowed, what) in allowed.items():
+        if not is_allowed:
             raise ValueError(f"endurance.format.{name} is {settings[name]!r}, but must be {what}")
-    if settings["ratio"] is not None and settings["table"] is not None:
-        raise ValueError("endurance.format.ratio and endurance.format.table exclude each other")
-    if settings["table"] is not None and zero not in (0, "rest"):
-        raise ValueError(
-            "with endurance.format.table, which has the mm of each reading, endurance.format.zero "
-            "must be 0 or rest"
-        )
-    try:
-        codec = codecs.lookup(settings["encoding"])
-    except (LookupError, ValueError) as error:
-        raise ValueError(f"endurance.format.encoding: {error}; utf-8, for example") from error
-    if not codec._is_text_encoding or codec.name in _NO_FILES:
-        raise ValueError(
-            f"endurance.format.encoding: {settings['encoding']} is no encoding of text; utf-8, for "
-            "example"
-        )
     return settings
+
+
+def _is_encoding(name: str) -> bool:
+    try:
+        codec = codecs.lookup(name)
+    except (LookupError, ValueError):
+        return False
+    return codec._is_text_encoding and codec.name not in _NO_FILES

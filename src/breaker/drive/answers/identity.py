@@ -8,10 +8,11 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 
 from breaker.common.numerals import first_of
+from breaker.common.spellings import bare
 from breaker.drive.answers.evidence import DriveRecord
 from breaker.records.dates import earlier, instant
 from breaker.records.files import printable
-from breaker.records.words import bare, channel_of, phase_in
+from breaker.records.words import channel_of, phase_in
 
 _NAMED = 4  # files in a sentence
 

@@ -10,6 +10,7 @@ from typing import NamedTuple, Self
 import numpy as np
 
 from breaker.common.numerals import in_p
+from breaker.common.spellings import bare, usual_spelling
 from breaker.drive.answers.answer_words import differs_in_words
 from breaker.drive.answers.assessment import Assessment
 from breaker.drive.answers.evidence import Answer, DriveRecord
@@ -21,7 +22,6 @@ from breaker.records.files import printable
 from breaker.records.folder import list_fleet, list_operations
 from breaker.records.operations import MANIFEST, Operation
 from breaker.records.record import Record
-from breaker.records.words import bare, usual_spelling
 
 _MOST = 20  # records of a breaker and a motion: more of them say no more of what breakers share
 _ARRIVED = 0.05  # of the stroke, from the rest after the motion

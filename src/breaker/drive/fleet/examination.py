@@ -13,6 +13,7 @@ import xarray as xr
 
 from breaker.common.numerals import in_digits
 from breaker.common.plain_values import to_json
+from breaker.common.spellings import bare
 from breaker.configuration.loading import defaults
 from breaker.drive.answers.assessment import Assessment
 from breaker.drive.answers.evidence import Answer
@@ -41,7 +42,6 @@ from breaker.records.dates import instant
 from breaker.records.files import printable
 from breaker.records.folder import known_of
 from breaker.records.grid import Grid
-from breaker.records.words import bare
 
 _MOST = 20  # operations of a visit that are read: more say no more of the drive
 _STILL = 0.05  # probability of no change, below which a parameter has changed

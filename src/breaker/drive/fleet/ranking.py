@@ -8,6 +8,7 @@ import pandas as pd
 import xarray as xr
 
 from breaker.common.numerals import first_of, in_digits
+from breaker.common.spellings import bare, usual_spelling
 from breaker.drive.answers.type_model import ODD, TypeDraws, TypeOfBreaker, learn_type
 from breaker.drive.family.network_files import shipped_levels
 from breaker.drive.family.untold import UNLIKE
@@ -25,7 +26,6 @@ from breaker.drive.fleet.drive_document import (
 from breaker.model.parameters import NAMES, PARAMETERS
 from breaker.model.prior import Prior
 from breaker.model.quantities import QUANTITIES, SPEED_UNIT
-from breaker.records.words import bare, usual_spelling
 
 _ENDS = (0.05, 0.5, 0.95)
 # Times by which phases are compared, by rank: instants first, which a standard bounds.

@@ -12,7 +12,7 @@ from breaker.records.files import Opened, RejectedCurveError, check_size
 from breaker.records.sheet import Sheet
 
 ENDINGS = {".example-record": "a record of the example"}
-"""What messages call a file, by ending in lower case. No other format has the same ending."""
+"""Names of its files in messages, by ending in lower case."""
 
 SIGNATURES = (b"EXAMPLE1",)
 """First bytes that prove a file to be of this format, whatever its ending."""
@@ -28,7 +28,7 @@ def read(opened: Opened, form: Mapping) -> list[Sheet]:
         opened: The file. Its bytes are ``opened.content``, which are read once, and those of a
             second file of the record ``opened.beside(name)``.
         form: The section ``endurance.format``, complete; empty where nothing is known yet, as when
-            ``breaker inspect`` looks at the file. A format that knows all by itself ignores it.
+            ``breaker inspect`` looks at the file.
 
     Raises:
         RejectedCurveError: If the file is damaged, with what is wrong and what to do.
@@ -42,8 +42,6 @@ def read(opened: Opened, form: Mapping) -> list[Sheet]:
     if rate == 0:
         raise RejectedCurveError(opened.file, "states a rate of 0 Hz; export it again")
     travel = np.frombuffer(content, "<f4", offset=header).astype(float)
-    # Names and units as they stand in the file, and what it states, as names and values. The time
-    # is the column 0, also where settings have another name for it.
     return [
         Sheet(
             file=opened.file,
@@ -51,6 +49,6 @@ def read(opened: Opened, form: Mapping) -> list[Sheet]:
             columns=[1e3 * np.arange(size) / rate, travel],
             texts=["ms", "mm"],
             preamble=[["Sampling rate (Hz):", str(rate)]],
-            clock=0,
+            clock=0,  # the time is this column, whatever settings call it
         )
     ]
