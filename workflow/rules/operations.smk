@@ -11,7 +11,7 @@ from breaker.records.folder import (
     known_of,
     list_breakers,
     list_fleet,
-    list_once,
+    list_operations,
 )
 from breaker.workflow.jobs import chunks_of
 
@@ -19,10 +19,10 @@ from breaker.workflow.jobs import chunks_of
 CHOSEN = {key: config["endurance"][key] for key in ("breaker", "phase") if OWN_CURVES}
 
 
+@cache
 def listed(motion):
-    """The operations of a motion in a folder of one's own, as the check listed them."""
-    events = sorted(config["endurance"]["events"])
-    return list_once(OWN_CURVES, motion, CHOSEN["breaker"], CHOSEN["phase"], *events)
+    """The operations of a motion in a folder of one's own."""
+    return list_operations(OWN_CURVES, motion, **CHOSEN, events=config["endurance"]["events"])
 
 
 def numbers(motion):

@@ -18,7 +18,7 @@ from breaker.model.equations import PRESSED, pressed_half_space
 from breaker.model.limits import entries_of_type, from_list
 from breaker.model.parameters import MOTIONS, NAMES, PARAMETERS, Size
 from breaker.model.quantities import check_fact, every_speed
-from breaker.records.folder import list_breakers, list_fleet, list_once
+from breaker.records.folder import list_breakers, list_fleet, list_operations
 from breaker.records.operations import event_words
 from breaker.records.settings import FORMAT, complete, lacking
 
@@ -178,4 +178,5 @@ def _stated(endurance: Mapping, motion: str) -> list[Mapping]:
     if breaker is None and len(list_breakers(curves, events)) > 1:
         fleet = list_fleet(curves, phase=phase, events=events)
         return [each.settings for some in fleet.values() for _, each in some]
-    return [each.settings for each in list_once(curves, motion, breaker, phase, *sorted(events))]
+    chosen = {"breaker": breaker, "phase": phase, "events": events}
+    return [each.settings for each in list_operations(curves, motion, **chosen)]

@@ -74,9 +74,7 @@ def check(config: Mapping, *, files: Sequence[str | Path] = (), curves: bool = T
     from breaker.configuration.checking import dotted, problems
     from breaker.configuration.conditions import broken
     from breaker.configuration.settings import Settings
-    from breaker.records.folder import list_once
 
-    list_once.cache_clear()
     sources = {Path(path): parse(path)[1] for path in files}
     wrong = problems(Settings, config)
     found = [*wrong.items(), *broken(config, {key[0] for key in wrong}, curves=curves)]

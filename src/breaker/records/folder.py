@@ -112,14 +112,6 @@ _REMEDY = (
 )
 
 
-@lru_cache
-def list_once(
-    folder: str, motion: str, breaker: str | None, phase: str | None, *events: str
-) -> list[Operation]:
-    """List as ``list_operations``, once; ``list_once.cache_clear()`` before a plan."""
-    return list_operations(folder, motion, breaker=breaker, phase=phase, events=events)
-
-
 def each_line(operations: Iterable[Operation]) -> list[Operation]:
     """Return operations; one for each line, with its number and date, where a file has one record
     on each line and the operation names no line.
