@@ -4,21 +4,14 @@ import pytest
 
 from breaker.records.dates import cell_date, earlier, name_dates, one_date
 
+STAMPS = [
+    *("closing_20-11-2024_15-13-07", "2024-11-20T15-13-07_closing", "20241120T151307"),
+    *("20241120151307", "x_20.11.2024 15.13.07", "11-20-2024_15-13-07", "20-Nov-2024_151307"),
+    *("2024_11_20__15_13_07", "20.11.2024 15h13m07s"),
+]
 
-@pytest.mark.parametrize(
-    "text",
-    [
-        "closing_20-11-2024_15-13-07",
-        "2024-11-20T15-13-07_closing",
-        "20241120T151307",
-        "20241120151307",
-        "x_20.11.2024 15.13.07",
-        "11-20-2024_15-13-07",
-        "20-Nov-2024_151307",
-        "2024_11_20__15_13_07",
-        "20.11.2024 15h13m07s",
-    ],
-)
+
+@pytest.mark.parametrize("text", STAMPS)
 def test_a_date_with_a_time_is_read_in_a_name(text):
     assert {*name_dates(text).values()} == {"2024-11-20T15:13:07"}
 

@@ -36,9 +36,8 @@ def table(folder, *rows, head="file,motion,operation,breaker,phase"):
 
 def test_operations_are_in_the_order_of_their_numbers(tmp_path):
     fill(tmp_path / "closing", "op_10.csv", "op_9.csv", "op_100.csv", "op_2.csv")
-    listed = list_operations(tmp_path, "closing")
-    assert [each.number for each in listed] == [2, 9, 10, 100]
-    assert [each.file.name for each in listed] == [f"op_{n}.csv" for n in (2, 9, 10, 100)]
+    listed = [(each.number, each.file.name) for each in list_operations(tmp_path, "closing")]
+    assert listed == [(n, f"op_{n}.csv") for n in (2, 9, 10, 100)]
 
 
 def test_files_of_all_readable_kinds_count_and_nothing_beside_them(tmp_path):
@@ -116,18 +115,17 @@ def test_a_choice_without_a_table_is_refused(tmp_path):
 # ---- before a plan -------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("name", ["op_{x}_1.csv", "op_<x>_1.csv", "op\n_1.csv", "a\t1.csv"])
+@pytest.mark.parametrize("name", ["op_{x}_1.csv", "op_<x>_1.csv", "op\n_1.csv"])
 @pytest.mark.parametrize("place", ["names", "table", "folder"])
 def test_a_name_that_is_a_pattern_or_a_control_sign_is_refused(tmp_path, name, place):
     if place == "folder":
         tmp_path, name = tmp_path / name, "1.csv"
     fill(tmp_path, f"closing/{name}")
     if place == "table":
-        quoted = f'"closing/{name}"'
-        table(tmp_path, f"{quoted},closing,1", head="file,motion,operation")
-    with pytest.raises(ValueError, match=r"sign in its name|column file") as told:
+        table(tmp_path, f'"closing/{name}",closing,1', head="file,motion,operation")
+    with pytest.raises(ValueError, match=r"sign in its name|column file") as refused:
         list_operations(tmp_path, "closing")
-    assert str(told.value).replace("\n", "").isprintable()
+    assert str(refused.value).replace("\n", "").isprintable()
 
 
 @pytest.mark.parametrize("by", ["names", "table"])
@@ -180,19 +178,16 @@ def test_the_fingerprint_changes_with_whatever_a_record_is_read_from(tmp_path):
     (found,) = list_operations(tmp_path / "a", "closing")
     store = Operation(2, tmp_path / "a/2.zarr")
     seen = {fingerprint([found]), fingerprint([store]), fingerprint([found, store])}
-    assert fingerprint([found]) in seen
     seen.add(fingerprint(list_operations(tmp_path / "b", "closing")))
-    seen.add(fingerprint([replace(found, channel="A")]))
-    seen.add(fingerprint([replace(found, begin=1.0)]))
-    seen.add(fingerprint([replace(found, event="greased")]))
-    seen |= {fingerprint([replace(found, settings={"rate": rate})]) for rate in (10.0, 20.0)}
+    for other in ({"channel": "A"}, {"begin": 1.0}, {"settings": {"rate": 10.0}}):
+        seen.add(fingerprint([replace(found, **other)]))
     os.utime(found.file, (1e9, 1e9 + 1))
     seen.add(fingerprint([found]))
     found.file.with_suffix(".dat").write_text("new")
     seen.add(fingerprint([found]))
     (tmp_path / "a/2.zarr/x/0").write_text("new")
     seen.add(fingerprint([store]))
-    assert len(seen) == 12
+    assert len(seen) == 10
     assert fingerprint([store]) == fingerprint([store])
 
 
@@ -256,7 +251,5 @@ def test_lines_are_operations_with_their_numbers_and_dates(tmp_path):
     with pytest.raises(ValueError, match=r"angle\.txt, line 2 and .*op_4|op_4.* and .*line 2"):
         list_operations(tmp_path, "closing")
     table(tmp_path, "closing/angle.txt,closing,1,2024-01-01", head="file,motion,operation,date")
-    assert [(each.number, each.line) for each in list_operations(tmp_path, "closing")] == [
-        (3, 1),
-        (4, 2),
-    ]
+    listed = [(each.number, each.line) for each in list_operations(tmp_path, "closing")]
+    assert listed == [(3, 1), (4, 2)]
