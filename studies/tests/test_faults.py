@@ -7,9 +7,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from breaker.records import curves as reader
-from breaker.records import measurements
-from breaker.records import record as raw
+from breaker.records import curves, measurements, reader, record
 from studies.faults import judge as judging
 from studies.faults.__main__ import defects, run, tabulate
 from studies.faults.judge import KINDS, good_file, is_right, judge, try_kind
@@ -117,15 +115,8 @@ def no_doubts(travel, *_):
         ({"check_stroke": lambda *_: None}, "gain"),
         ({"rest_of_open": lambda *_: 0.0, "rest_remark": lambda *_: ""}, "offset"),
         ({"noise_remarks": lambda *_: []}, "noisy"),
-        ({"doubtful_samples": no_doubts, "hidden_slip": lambda *_: None}, "blocks swapped"),
-        (
-            {
-                "doubtful_samples": no_doubts,
-                "inconsistencies": lambda *_: [],
-                "noise_remarks": lambda *_: [],
-            },
-            "spikes",
-        ),
+        ({"doubtful_samples": no_doubts}, "blocks swapped"),
+        ({"doubtful_samples": no_doubts, "noise_remarks": lambda *_: []}, "spikes"),
     ],
     ids=lambda each: each if isinstance(each, str) else None,
 )
@@ -135,7 +126,9 @@ def test_a_reader_without_a_stage_is_caught(stages, kind, few_good_files, monkey
 
     whole = silent()
     for stage, without in stages.items():
-        place = next(each for each in (reader, raw, measurements) if hasattr(each, stage))
+        place = next(
+            each for each in (curves, reader, record, measurements) if hasattr(each, stage)
+        )
         monkeypatch.setattr(place, stage, without)
     assert silent() >= whole + 3
 

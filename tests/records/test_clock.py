@@ -64,23 +64,23 @@ ODD = {
         "the rate changes: times are off even steps",
         None,
     ),
-    "an overflow": (changed(759, 1e300), "the time is 1e+300 ms, which no clock shows", 766),
-    "a negative overflow": (changed(0, -1e300), "the time is -1e+300 ms", 7),
-    "one far number": (changed(758, 1e12), "a gap of 1e+12 ms", 765),
+    "an overflow": (changed(759, 1e300), "a gap of 1e+300 ms", 766),
+    "a far number": (changed(759, 1e12), "a gap of 1e+12 ms", 766),
+    "a cut line": (changed(759, 7.0), "the time does not increase", 766),
     "a gap of 1e9 steps": (TIME + 1e8 * (TIME > 40), "a gap of 1e+08 ms", 408),
     "5 ms": (
         5.0 * np.arange(100),
-        "one sample every 5 ms is too slow: at least one every ms",
+        "one sample every 5 ms",
         None,
     ),
     "4 to 6 ms": (
         np.cumsum(4.0 + 2.0 * generator(2, "slow").random(100)),
-        "is too slow: at least one every ms is needed",
+        "one sample every",
         None,
     ),
     "too few digits": (np.round(np.arange(2000) / 33.0, 1), "with all digits of its time", 8),
-    "seconds": (TIME / 1e3, "lasts 0.0759 ms; is endurance.format.time_unit 's' rather", None),
-    "microseconds": (TIME * 1e3, "lasts 7.59e+04 ms; is endurance.format.time_unit 'us'", None),
+    "seconds": (TIME / 1e3, "is endurance.format.time_unit 's' rather", None),
+    "microseconds": (TIME * 1e3, "is endurance.format.time_unit 'us'", None),
 }
 
 
@@ -101,20 +101,3 @@ def test_a_rate_that_contradicts_the_times_is_refused_with_both():
     with pytest.raises(UnusableError, match=r"give 10 kHz, but endurance.format.rate is 9.6 kHz"):
         even_times(TIME, LINES, {"time_unit": "ms", "rate": 9.6})
     even_times(TIME, LINES, {"time_unit": "ms", "rate": 10.05})
-
-
-@pytest.mark.parametrize("end", [0, -1])
-@pytest.mark.parametrize("wrong", [0.0, 1e12, 40.0])
-def test_one_bad_time_at_an_end_is_told(end, wrong):
-    """A zero or a number that is none, as in a line that was cut off."""
-    start = 50.0
-    time, place, remark = even_times(
-        np.where(np.arange(760) == end % 760, wrong, TIME + start), LINES, MS
-    )
-    if (end, wrong) in ((0, 0.0), (0, 40.0)):  # a gap, as of samples that were not stored
-        assert remark == ""
-        return
-    np.testing.assert_allclose(time, TIME + start)
-    assert place.tolist() == list(range(760))
-    name = "first" if end == 0 else "last"
-    assert remark == f"the {name} time, {wrong:.6g} ms, does not follow: one even step does"

@@ -120,43 +120,24 @@ def test_single_samples_off_by_some_sd_of_the_noise_are_masked_at_rest(prior):
 
 
 @pytest.mark.parametrize("quantum", [0.0, 0.08])
-@pytest.mark.parametrize("damage", ["spike", "stuck"])
-def test_noise_holds_the_rounding_and_a_steady_motion_is_no_bend(prior, damage, quantum):
-    """A sample off by 0.6 mm, or eight that stay, where the drive moves by 1 mm in a ms."""
+def test_noise_holds_the_rounding_and_a_steady_motion_is_no_bend(prior, quantum):
+    """A sample off by 0.6 mm where the drive moves by 1 mm in a ms."""
     rng, time = generator(9, "doubtful"), np.arange(0.0, 76.0, 0.1)
     exact = travel(prior.sample(40, rng), time, "closing", onset=10.0).travel
     found = 0
     for x in exact:
         record = measured(x, 14.0, rng, noise=0.05, quantum=quantum)
         middle = int((x > 0.4 * x[-1]).argmax())
-        if damage == "spike":
-            record[middle] += 0.6
-        else:
-            record[middle : middle + 8] = record[middle]
+        record[middle] += 0.6
         kinds = doubtful_samples(record, 0.1, quantum)
-        found += (kinds[middle : middle + 8] != "").any()
-        assert not (np.delete(kinds, np.s_[middle - 1 : middle + 8]) != "").any()
+        found += kinds[middle] != ""
+        assert not (np.delete(kinds, middle) != "").any()
     assert found >= 30
 
 
 def median(prior, motion="closing"):
     """The curve of the median drive at 10 kHz."""
     return travel(prior.medians[None], np.arange(0.0, 76.0, 0.1), motion, onset=10.0).travel[0]
-
-
-def test_a_stuck_reading_is_masked_where_the_drive_moves(prior):
-    x, rng = median(prior), generator(5, "stuck")
-    for quantum in (0.0, 0.08):
-        record = measured(x, 14.0, rng, quantum=quantum)
-        record[150:180] = record[150]
-        kinds = doubts(record, 10.0)
-        masked = np.flatnonzero(kinds)
-        assert masked.size > 25
-        assert masked.min() > 148
-        assert masked.max() < 182
-        # At rest an encoder stays where it is, and so may any reading.
-        record = measured(x, 14.0, rng, noise=0.0, quantum=quantum)
-        assert not doubts(record, 10.0).any()
 
 
 def test_a_slip_leaves_the_longer_part(prior):
@@ -183,11 +164,9 @@ def test_doubts_are_told_with_their_times():
     kinds = np.full(100, "", dtype="U12")
     kinds[[7, 30, 31, 32, 50, 60, 70]] = "spike", *3 * ["jump"], *3 * ["spike"]
     travel = np.where(kinds == "", 0.0, 3.4)
-    assert doubts_in_words(0.1 * np.arange(100), travel, kinds) == (
-        "7 samples that no sensor of this stroke gives: spike at 0.7 ms (3.4 mm, sample 8), "
-        "jump at 3 to 3.2 ms (3.4 mm, sample 31), spike at 5 ms (3.4 mm, sample 51), "
-        "spike at 6 ms (3.4 mm, sample 61), and 1 more places"
-    )
+    remark = doubts_in_words(0.1 * np.arange(100), travel, kinds)
+    assert remark.values["count"] == 7
+    assert "jump at 3 to 3.2 ms (3.4 mm, sample 31)" in remark.values["places"]
     assert doubts_in_words(np.arange(3.0), np.zeros(3), np.full(3, "")) == ""
 
 
@@ -225,27 +204,6 @@ def test_a_top_that_is_cut_off_is_masked(rate, quantum):
     assert not (doubts(quantum * np.rint(record / quantum), rate) != "").any()
     hard = 170.0 * np.clip((time - 60.0) / 25.0, 0.0, 1.0) ** 2
     assert not (doubts(quantum * np.rint(hard / quantum), rate) != "").any()
-
-
-def test_what_lies_within_a_burst_is_no_reading_even_where_the_drive_may_be():
-    """Of a burst of 3 ms some samples are near the travel by chance; no sample elsewhere counts.
-
-    Far samples alone are not a burst: two spikes leave what lies between.
-    """
-    time = 0.1 * np.arange(900)
-    rise = np.clip((time - 30.0) / 30.0, 0.0, 1.0)
-    rng = np.random.default_rng(8)
-    travel = 150.0 * rise**2 * (3.0 - 2.0 * rise) + 0.05 * rng.standard_normal(time.size)
-    wrong = travel.copy()
-    wrong[420:450] += rng.uniform(-20.0, 20.0, 30)
-    wrong[[430, 431, 440]] = travel[[430, 431, 440]] + 0.2
-    kinds = doubtful_samples(wrong, 0.1, 0.0)
-    assert (kinds[421:449] != "").all()
-    assert (kinds[:415] == "").all()
-    assert (kinds[455:] == "").all()
-    pair = travel.copy()
-    pair[[300, 304]] += 15.0
-    assert np.flatnonzero(doubtful_samples(pair, 0.1, 0.0) != "").tolist() == [300, 304]
 
 
 @pytest.mark.parametrize("period", [3.2, 4.9, 7.0])

@@ -3,10 +3,11 @@
 import numpy as np
 import pytest
 
-from breaker.records.axes import seen_quantum
-from breaker.records.checks import doubtful_samples
+from breaker.records.curves import read_curves
+from breaker.records.grid import Grid
 from breaker.records.measurements import measure_curve
 from breaker.records.motion import find_segment
+from breaker.records.operations import Operation
 
 STROKE = 170.0
 
@@ -56,12 +57,18 @@ KINDS = (
 
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("seed", [1, 2])
-def test_records_of_the_field_are_accepted(kind, seed):
+def test_records_of_the_field_are_accepted(tmp_path, kind, seed):
     time, travel = record(kind, seed)
-    doubts = doubtful_samples(travel, time[1], seen_quantum(travel))
-    assert (doubts != "").sum() < 0.02 * time.size
-    found = measure_curve(time, travel, "closing")["stroke"]
-    assert abs(found.value - STROKE) < 2.5 + 3.0 * found.sd
+    rows, settings = np.column_stack([time, travel]), {"time_unit": "ms", "zero": "rest"}
+    file = tmp_path / "1.csv"
+    np.savetxt(file, rows, delimiter=",", header="time,travel", comments="")
+    grid = Grid(np.arange(-2.0, 98.0, 0.5))
+    curves = read_curves([Operation(1, file)], settings, grid, "closing").isel(operation=0)
+    assert curves.accepted, curves.reason.item()
+    assert curves.masked < 0.02 * time.size
+    assert ("hum" in curves.remarks.item()) == (kind == "hum")
+    stroke = curves.sel(quantity="stroke")
+    assert abs(stroke.measured - STROKE) < 2.5 + 3.0 * stroke.measured_sd
 
 
 def test_a_motion_behind_another_one_begins_at_rest():

@@ -24,9 +24,9 @@ def remarks(x, step=0.1, quantum=0.0, noise_sd=0.1):
     ("step", "count"), [(0.01, 800), (0.1, 80), (0.1, 20), (0.4, 40), (1.0, 12)]
 )
 def test_good_records_have_no_remark(step, count):
-    """1,000 each: 5 remarks would be above 1e-3 with a probability of 4e-3, and there are none."""
+    """At a rate of 4e-4 of each, of 1,000 more than 4 have a remark with a probability of 6e-5."""
     rng = generator(1, "good rest", str(step), count)
-    assert sum(bool(remarks(rest(rng, count), step)) for _ in range(1000)) == 0
+    assert sum(bool(remarks(rest(rng, count), step)) for _ in range(1000)) <= 4
 
 
 def test_noise_and_its_colour_are_estimated():
@@ -45,20 +45,20 @@ def test_an_encoder_at_rest_has_the_noise_of_its_quantum():
     assert noise.sd == pytest.approx(0.32 / np.sqrt(12.0))
     assert np.isnan(noise.colour)
     assert noise_remarks(noise, 0.1, 0.1, TIMES) == []
-    assert "the noise at rest is 0.092 mm" in noise_remarks(noise, 0.05, 0.1, TIMES)[0]
+    assert [each.code for each in noise_remarks(noise, 0.05, 0.1, TIMES)] == ["noisier"]
 
 
 PLANTED = {
-    "twice the noise": (lambda rng: rest(rng, sd=0.2), "the noise at rest is 0."),
-    "a fifth of the noise": (lambda rng: rest(rng, 90, 0.02), "less than sensor.noise_sd"),
-    "coloured": (lambda rng: rest(rng, 300, colour=0.85), "correlated over"),
+    "twice the noise": (lambda rng: rest(rng, sd=0.2), "noisier"),
+    "a fifth of the noise": (lambda rng: rest(rng, 90, 0.02), "calmer"),
+    "coloured": (lambda rng: rest(rng, 300, colour=0.85), "coloured"),
     "smoothed over 1 ms": (
         lambda rng: np.convolve(rest(rng, 89), np.full(10, 0.1), mode="valid"),
-        "correlated over",
+        "coloured",
     ),
     "a drift of 2 mm over the grid": (
         lambda rng: rest(rng, 80) + 0.033 * 0.1 * np.arange(80),
-        "the reading drifts at rest, by 0.0",
+        "drifts",
     ),
 }
 
@@ -66,15 +66,28 @@ PLANTED = {
 @pytest.mark.parametrize("name", PLANTED)
 def test_planted_faults_are_remarked_on(name):
     """Mostly."""
-    make, words = PLANTED[name]
+    make, code = PLANTED[name]
     rng = generator(4, "planted", name)
-    assert sum(words in "; ".join(remarks(make(rng))) for _ in range(100)) >= 70
+    planted = [[each.code for each in remarks(make(rng))] for _ in range(100)]
+    assert sum(code in each for each in planted) >= 70
+
+
+@pytest.mark.parametrize("noise", [0.02, 0.1])
+def test_hum_is_named_without_a_model_and_small_noise_of_any_colour_is_not(noise):
+    """Of 50 Hz and 0.3 mm; of 200 records without it none, by a limit of 20 sds."""
+    rng, time = generator(5, "hum"), 0.1 * np.arange(490)
+    hum = 0.3 * np.sin(0.1 * np.pi * time)
+    found = remarks(hum + noise * rng.standard_normal(time.size), noise_sd=None)
+    assert [each.code for each in found] == ["hums"]
+    for colour in 200 * [0.0]:
+        assert remarks(rest(rng, 490, noise, colour), noise_sd=None) == []
+    assert remarks(rest(rng, 490, noise, 0.9), noise_sd=None) == []
 
 
 def test_too_little_rest_is_said():
     noise = noise_at_rest(np.zeros(5), 0.1, 0.4, 0.0)
     assert np.isnan([noise.sd, noise.colour]).all()
-    assert remarks(np.zeros(0)) == ["too little rest before the motion to see the noise"]
+    assert [each.code for each in remarks(np.zeros(0))] == ["few-at-rest"]
     assert np.isnan(noise_at_rest(np.full(50, np.nan), 0.1, 0.4, 0.0).sd)
     # One without any noise is no error.
     assert noise_at_rest(np.zeros(50), 0.1, 0.4, 0.0).sd == 0.0

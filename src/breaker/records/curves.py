@@ -34,7 +34,7 @@ from breaker.records.noise import Noise, noise_remarks
 from breaker.records.operations import Operation
 from breaker.records.reader import Reader
 from breaker.records.record import Record
-from breaker.records.rejections import UnusableError
+from breaker.records.rejections import Remark, UnusableError
 
 if TYPE_CHECKING:  # single records are read without xarray
     import xarray as xr
@@ -169,10 +169,7 @@ def put_on_grid(record: Record, grid: Grid) -> GriddedRecord:
 def _onset_remark(sd: float, assumed: float | None) -> str:
     if not assumed or sd <= assumed:
         return ""
-    return (
-        f"the first motion is certain to ±{in_digits(sd, 2)} ms only, more than sensor.onset_sd, "
-        f"{assumed:g} ms: does the travel move before it, by hum or a drift?"
-    )
+    return Remark("onset-vague", sd=in_digits(sd, 2), assumed=assumed)
 
 
 def _dataset(

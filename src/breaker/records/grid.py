@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from breaker.common.numerals import in_digits
-from breaker.records.rejections import UnusableError
+from breaker.records.rejections import Remark, UnusableError
 
 _WHOLE = 1e-3  # samples, by which a step of the grid may be off whole ones
 _ON = 1e-6  # samples, from which a time is on a sample
@@ -134,18 +134,18 @@ def grid_remarks(gridded: Gridded, time: np.ndarray, times: np.ndarray, *, back:
     step = float(time[-1] - time[0]) / (len(time) - 1)
     late = time[0] - gridded.start - times[0]
     early = gridded.start + times[-1] - time[-1]
-    remarks = []
+    remarks: list[str] = []
     if late > step:
-        remarks.append(f"the record begins {late:.1f} ms after the grid")
+        remarks.append(Remark("begins-late", late=f"{late:.1f}"))
     if early > step:
         why = "the travel goes back" if back else "the record ends"
-        remarks.append(f"{why} {early:.1f} ms before the grid ends, at {time[-1]:.1f} ms")
+        remarks.append(Remark("ends-early", why=why, early=f"{early:.1f}", at=f"{time[-1]:.1f}"))
     if gridded.moved > 0.0 or not gridded.sampled.all():
         none = int((~gridded.sampled).sum())
         lacks = f"; {none} times of the grid have no sample" if none else ""
         moved = (
             f"moved by up to {in_digits(gridded.moved, 2)} ms to" if gridded.moved else "whole at"
         )
-        every = in_digits(step, 4)
-        remarks.append(f"one sample every {every} ms, {moved} times of the grid{lacks}")
+        values = {"step": in_digits(step, 4), "moved": moved, "lacks": lacks}
+        remarks.append(Remark("rate-moved", **values))
     return remarks

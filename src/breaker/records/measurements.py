@@ -20,7 +20,7 @@ import numpy as np
 from breaker.common.numerals import in_digits
 from breaker.model.quantities import CURRENTS, SHARES, SPEEDS, Point, Speed, quantities_of
 from breaker.records.axes import seen_quantum
-from breaker.records.checks import doubtful_samples, hidden_slip, leap_at
+from breaker.records.checks import doubtful_samples, leap_at
 from breaker.records.contacts import ContactTimes
 from breaker.records.currents import Currents
 from breaker.records.first_motion import StartInterval, first_motion, start_interval
@@ -124,8 +124,6 @@ class Reading:
         contact: When the contact touched or parted, and the trigger came.
         speeds: Definitions of the speeds.
         currents: Currents of coil and motor.
-        hidden: Sample of the trace from which on it is elsewhere by a slip that no sample alone
-            shows, and by how much, mm; None without one.
     """
 
     located: LocatedMotion
@@ -152,9 +150,6 @@ class Reading:
         slips = [(k - near.start, leap_at(forward, k, count)) for k in slips]
         about = *located.process, located.quantum, self.duration, segment.stroke
         self.trace = Trace(time[near], forward[near], *about, located.ripple.rms, slips)
-        self.hidden = hidden_slip(self.trace, self.arrival)
-        if self.hidden is not None:
-            self.trace.slips = [*slips, self.hidden]
         self.rests = Rests(self.trace, segment, moves, self.arrival)
         self._events: dict[str, Uncertain] = {}
 

@@ -14,32 +14,18 @@ import numpy as np
 from breaker.common.numerals import in_digits
 from breaker.records.fits import smoothed
 from breaker.records.noise import Noise, Ripple, noise_at_rest, ripple_of
-from breaker.records.rejections import SeveralMotionsError, UnusableError
+from breaker.records.rejections import FEWEST, MATTERS, SeveralMotionsError, UnusableError
 
-_FEWEST = 20  # samples of a record
 _WINDOW = 2.0  # ms, of the running median: a burst of nearly half of it leaves no trace
 _CLEAR = 12.0  # sd of the noise, least range of a reading in which something moves
-_BEGUN, _WELL = 0.1, 0.4  # of the way: at even force, 0 to 0.1 takes as long as 0.1 to 0.4
+_BEGUN = 0.1  # of the way, from which a motion is under way; it is at rest within a tenth of that
 _NEAR = 5  # times as long as the motion, how far the rest before and after it is looked at
-_SPAN = 0.3  # of the way, over which speeds are compared
 _SLOW = 2 / 3  # of the greatest speed: below, touch or damper act, and the force has been seen
 _STILL = 0.1  # of the greatest speed: below, the drive has arrived
-_AT_REST = 0.01  # of the way, within which a drive is at rest between two motions
-_FAR_OFF = 8.0  # times the median distance from a rest, which noise does not reach
-
-# Rest that tells the noise, ms before the first motion: its start may be gradual, and far before it
+# Rest that shows the noise, ms before the first motion: its start may be gradual, and far before it
 # an earlier motion may still ring.
 _REST = (50.0, 1.0)
-# Ends of a record, ms and samples at least, whose readings are compared after a motion there and
-# back; how far apart these may be, in strokes at most; and from which on they are: sd of the noise
-# of a median, quanta, strokes. How long a drive is at rest by then, ms, and what it moves in that.
-_ENDS = 8.0, 8
-_RETURNS, _APART = 0.1, (6.0, 1.0, 0.003)
-_STANDS, _CREEPS = 25.0, 0.1
-_LOW = 0.03, 0.2  # of the way, a rise by which first motions are told
-# Times the time of the low rise, before it, in which a drive creeps; by how much: sd of that by
-# noise, strokes; and sd of the noise by which it has left that line.
-_LEAD, _CREEPING, _LEAST, _OFF = 1.5, 6.0, 0.003, 3.0
+_BLOCK = 8.0  # ms, of which levels are compared; over four of them a drive that rests stays
 
 
 @dataclass(frozen=True)
@@ -137,7 +123,9 @@ class Course:
         """Return one of the motions."""
         sign = 1.0 if self.crossings[2][k] else -1.0
         done = sign * self.smooth
-        begin, middle, end = _between(done, *[0, *self.middles.tolist(), done.size][k : k + 3])
+        begin, middle, end = _between(
+            done, self.noise, *[0, *self.middles.tolist(), done.size][k : k + 3]
+        )
         back = float(self.time[end]) if end < done.size else float("nan")
         speed = 0.0
         if end == done.size:
@@ -171,7 +159,7 @@ def find_segment(
     first = 0 if np.isnan(begin) else int(np.searchsorted(time, begin))
     last = len(time) if np.isnan(end) else int(np.searchsorted(time, end, side="right"))
     time, sign = time[first:last], 1.0 if motion == "closing" else -1.0
-    if (count := int((~np.isnan(travel[first:last])).sum())) < _FEWEST:
+    if (count := int((~np.isnan(travel[first:last])).sum())) < 2 * FEWEST:
         raise UnusableError(f"only {count} samples of travel in the part to look in")
     course = Course(time, sign * travel[first:last])
     if not course.moves:
@@ -227,28 +215,26 @@ def _last(flags: np.ndarray, stop: int) -> int:
     return stop - int(flags[stop::-1].argmax())
 
 
-def _between(done: np.ndarray, start: int, middle: int, stop: int) -> tuple[int, int, int]:
+def _between(
+    done: np.ndarray, noise: float, start: int, middle: int, stop: int
+) -> tuple[int, int, int]:
     """Bounds of a motion about its middle, from those of the motions before and after it.
 
     It begins once the one before has arrived, and ends no later than the one after begins: where
-    that has begun, and back by twice as long as it takes from there to be well under way, for a
-    force that builds up begins before an even one.
+    that has begun, and back by twice as long as it takes from there to four tenths of the way, for
+    a force that builds up begins before an even one.
     """
     low, rest = done[start : middle + 1].min(), np.median(done[middle:stop])
-    if start:  # from where it stays within a hundredth of the way until it leaves the rest
-        arrived = _first(done <= low + _BEGUN * (rest - low), start)
-        begun = _last(done <= low + _BEGUN * (rest - low), middle)
-        level = np.median(done[(arrived + begun) // 2 : begun + 1])
-        off = np.abs(done[arrived:begun] - level)
-        half = off.size // 2
-        near = max(
-            _AT_REST * (rest - low), _FAR_OFF * float(np.median(off[half:])) if half else 0.0
-        )
-        start = arrived + int(np.flatnonzero(off[:half] > near)[-1:].sum())
+    way = rest - low
+    if start:  # the last time, in the first half of the rest, that it is off the level of the other
+        arrived = _first(done <= low + _BEGUN * way, start)
+        begun = _last(done <= low + _BEGUN * way, middle)
+        half = (arrived + begun) // 2
+        off = np.abs(done[arrived:half] - np.median(done[half : begun + 1]))
+        near = max(0.1 * _BEGUN * way, _CLEAR * noise)
+        start = arrived + int(np.flatnonzero(off > near)[-1:].sum())
     if stop < done.size:
-        begun, well = (
-            _last(done >= rest - share * (rest - low), stop) for share in (_BEGUN, _WELL)
-        )
+        begun, well = (_last(done >= rest - share * way, stop) for share in (_BEGUN, 4 * _BEGUN))
         stop = max(middle + 1, begun - 2 * (well - begun))
     return start, middle, stop
 
@@ -272,10 +258,12 @@ def _end_speed(done: np.ndarray) -> float:
     low, way = done.min(), np.ptp(done)
     if way == 0.0:
         return 1.0  # what moves is nearer to the end than a running median sees
-    shares = np.linspace(_BEGUN, 1.0 - _BEGUN, 17)  # the sixth on is a span away
+    shares = np.linspace(
+        _BEGUN, 1.0 - _BEGUN, 17
+    )  # six further on, three tenths of the way are gone
     reached = np.array([_first(done >= low + share * way, 0) for share in shares])
     span = max(1, int((reached[6:] - reached[:-6]).min()))
-    return float((done[-1] - done[max(0, done.size - 1 - span)]) / (_SPAN * way))
+    return float((done[-1] - done[max(0, done.size - 1 - span)]) / (3 * _BEGUN * way))
 
 
 @dataclass(frozen=True)
@@ -337,39 +325,13 @@ class LocatedMotion:
 
     @cached_property
     def first_motion_sd(self) -> float:
-        """Standard deviation of the first motion: of its fit, where the reading ripples, and where
-        the drive still creeps after the motion before.
-        """
+        """Standard deviation of the first motion, ms: of its fit, and where the reading ripples."""
         before, after = self.segment.before, self.segment.after
         time, done = self.time[self.inside] - self.moves, (self.left - before) / (after - before)
         moving = time >= 0.0  # before it another motion may end
-        low, high = ((moving & (done >= share)).argmax() for share in _LOW)
-        slow = (high - low) * self.step / (_LOW[1] - _LOW[0])  # ms/stroke
-        rippled = self.ripple.rms / abs(after - before) * slow
-        creeps = self._creeps(time, done, float(time[low])) if self.segment.begin else 0.0
-        return float(np.hypot(np.hypot(self.moves_sd, rippled), 0.5 * creeps))
-
-    def _creeps(self, time: np.ndarray, done: np.ndarray, low: float) -> float:
-        """How long the drive goes on from its first motion as it crept before, ms: where it truly
-        begins to move in that time is not seen.
-
-        Args:
-            time: From the first motion on, ``(n,)``, ms.
-            done: Share of the way, ``(n,)``; NaN where a sample is missing.
-            low: Time of the low rise, ms.
-        """
-        there = ~np.isnan(done)
-        lead = there & (time < 0.0) & (time > -_LEAD * low)
-        if lead.sum() < _ENDS[1]:
-            return 0.0
-        creep = np.polyfit(time[lead], done[lead], 1)
-        noise = max(white_noise(done), self.quantum / np.sqrt(12.0) / self.segment.stroke)
-        least = max(_CREEPING * noise * np.sqrt(12.0 / lead.sum()), _LEAST)
-        if creep[0] * _LEAD * low < least:
-            return 0.0
-        rise = there & (time >= 0.0) & (time <= low)
-        along = rise & (done - np.polyval(creep, time) < _OFF * noise)
-        return float(time[along].max(initial=0.0))
+        low, high = ((moving & (done >= share)).argmax() for share in (0.3 * _BEGUN, 2 * _BEGUN))
+        slow = (high - low) * self.step / (1.7 * _BEGUN)  # ms/stroke
+        return float(np.hypot(self.moves_sd, self.ripple.rms / abs(after - before) * slow))
 
     @cached_property
     def unreturned(self) -> float:
@@ -378,24 +340,20 @@ class LocatedMotion:
 
         A drive stops where it stopped before: so much a transducer slipped in one of the motions.
         """
-        count = max(round(_ENDS[0] / self.step), _ENDS[1])
+        count = max(round(_BLOCK / self.step), FEWEST)
         parts = self.sure[: self.sure.size // count * count].reshape(-1, count)
-        parts = parts[~np.isnan(parts).any(axis=1)] if parts.size else parts
-        levels, apart = np.median(parts, axis=1), max(1, round(_STANDS / (count * self.step)))
-        stroke = abs(self.segment.after - self.segment.before)
-        noise = self.process[0] * np.sqrt(np.pi / count)
-        least = float(np.dot(_APART, (noise, self.quantum, stroke)))
-        if levels.size <= apart:
+        levels = np.median(parts[~np.isnan(parts).any(axis=1)], axis=1)
+        if levels.size < 4:
             return 0.0
-        moved = np.ptp(np.lib.stride_tricks.sliding_window_view(levels, apart + 1), axis=1)
-        rests = np.flatnonzero(moved < _CREEPS * least + 3.0 * noise)
+        noise, stroke = self.process[0] * np.sqrt(np.pi / count), self.segment.stroke
+        moved = np.ptp(np.lib.stride_tricks.sliding_window_view(levels, 4), axis=1)
+        stays = np.flatnonzero(moved < 0.1 * MATTERS * stroke + 3.0 * noise)
         off = 0.0
         for rest in (self.segment.before, self.segment.after):
-            own = rests[np.abs(levels[rests] - rest) < _RETURNS * stroke]
-            stays = np.split(levels[own], np.flatnonzero(np.diff(own) > 2 * apart) + 1)
-            ends = [float(np.median(each)) for each in stays if each.size]
-            off = max(off, *np.abs(np.diff(ends)), 0.0) if ends else off
-        return off if off > least else 0.0
+            own = stays[np.abs(levels[stays] - rest) < _BEGUN * stroke]
+            groups = np.split(levels[own], np.flatnonzero(np.diff(own) > 8) + 1)
+            off = max(off, float(np.ptp([np.median(each) for each in groups])) if own.size else 0.0)
+        return off if off > MATTERS * stroke + 6.0 * noise + self.quantum else 0.0
 
     @property
     def process(self) -> tuple[float, float]:

@@ -4,10 +4,8 @@ The likelihood takes noise of ``noise_sd`` that is independent from sample to sa
 which there is more, or in which neighbouring samples of the grid err alike, knows less about the
 drive than is inferred from it; one that was smoothed shows another motion.
 
-A transducer on an elastic linkage swings about the drive's own way. During the motion such a
-reading is a smooth curve and a sine, as large as the motion is fast. The drive does not move so:
-what the sine adds is no mechanism, and for times, speeds and networks it is an error of the reading
-that no mean of neighbouring samples takes away.
+A transducer on an elastic linkage swings about the drive's own way, by as much as the motion is
+fast. What such a ripple adds is an error of the reading that no mean of samples takes away.
 """
 
 from typing import NamedTuple
@@ -15,31 +13,18 @@ from typing import NamedTuple
 import numpy as np
 
 from breaker.common.numerals import in_digits
-from breaker.records.rejections import Remark
+from breaker.records.rejections import FALSE, FEWEST, MATTERS, Remark, normal_sds
 
-_FEWEST = 10  # samples at rest, for an estimate
-_FALSE = 1e-4  # probability of a remark on noise of the right size
-_NORMAL = 3.7  # sd that normal noise exceeds with that probability
-_LESS = 0.5  # factor on noise_sd below which noise is another sensor's, or filtered away
-_MORE = 1.15  # factor on noise_sd from which more noise matters
+_RATIOS = 0.5, 1.15  # of the noise to noise_sd, beyond which parameters and their sds are wrong
 _ALIKE = 0.2  # correlation from which it matters
-_LONG = 1.25  # steps of the grid, memory from which it matters
 _DRIFT = 3.0  # noise_sd, drift over the grid from which it matters
-_COLOURED, _LOST = 0.95, 0.75  # most correlation, and share of a variance that was not seen
-_STEADY = 30  # samples at rest, from which a drift is told from noise
-
+_HUM = 0.2  # mm, rms of a hum that makes a time of 1 mm/ms wrong by more than timing_sd
+_COLOURED = 0.95  # most correlation of neighbours that a short rest lets one see
 _PART = 0.05, 0.95  # of the way, in which a ripple is looked for
-_FEWEST_MOVING, _MOST_MOVING = 25, 400  # samples there; of more, means of neighbours
-# Of polynomials that stand for the drive's own way. What either leaves of a bump swings, too, but
-# the faster the higher its degree; a sine is the same beside both.
+# Of polynomials for the drive's own way. What either leaves of a bump swings, too, but the faster
+# the higher its degree; a sine is the same beside both.
 _DEGREES = 8, 11
-_SLOWEST = 0.1  # speed over the largest, at which a ripple is as large as at lower ones
-_SHORTEST_PERIOD = 4  # samples
-_LONGEST_PERIOD = 0.25  # of the time of that part
-_PERIODS = 60  # tried in between
-_SHARE, _CLEAR = 0.7, 50.0  # of what the polynomial leaves, and over what is left (F statistic)
-_LEFT = 0.1  # of the square of the least amplitude, as what it leaves of each sample at least
-_LEAST_RIPPLE = 0.004  # of the stroke: where elastic parts swing by less, networks know it
+_SHARE = 0.7  # of what the polynomial leaves, a sine's at least
 
 
 class Noise(NamedTuple):
@@ -70,8 +55,8 @@ class Noise(NamedTuple):
             return self.sd, 0.0
         colour = self.next + (2.0 + 4.0 * self.next) / self.samples
         colour = float(np.clip(colour, 0.0, _COLOURED))
-        lost = 2.0 * (1.0 + colour) / (1.0 - colour) / self.samples
-        return self.sd / float(np.sqrt(1.0 - min(lost, _LOST))), colour
+        seen = 1.0 - 2.0 * (1.0 + colour) / (1.0 - colour) / self.samples
+        return self.sd / float(np.sqrt(max(seen, 0.25))), colour
 
 
 def noise_at_rest(rest: np.ndarray, step: float, grid_step: float, quantum: float) -> Noise:
@@ -87,7 +72,7 @@ def noise_at_rest(rest: np.ndarray, step: float, grid_step: float, quantum: floa
     every = max(1, round(grid_step / step))
     there = ~np.isnan(rest)
     count = int(there.sum())
-    if count < max(_FEWEST, every + 2):
+    if count < max(FEWEST, every + 2):
         return Noise(np.nan, np.nan, np.nan, np.nan, count)
     at = step * (np.arange(rest.size) - np.flatnonzero(there).mean())
     centred = np.where(there, rest - rest[there].mean(), 0.0)
@@ -105,58 +90,54 @@ def noise_at_rest(rest: np.ndarray, step: float, grid_step: float, quantum: floa
     return Noise(float(sd), alike(every), alike(1), drift, count)
 
 
-def noise_remarks(noise: Noise, noise_sd: float, step: float, times: np.ndarray) -> list[str]:
-    """Say where a record's noise is not what the model takes for granted: white, and no larger.
-
-    Of records in which it is, fewer than one in 1,000 has a remark.
+def noise_remarks(
+    noise: Noise, noise_sd: float | None, step: float, times: np.ndarray
+) -> list[Remark]:
+    """Say where noise is not what a model takes for granted; without one, whether it is a hum.
 
     Args:
-        noise_sd: The model's, mm.
+        noise: Of the record.
+        noise_sd: The model's, mm; None compares nothing.
         step: Time between two samples of the record, ms.
         times: The model's grid, ``(t,)``, ms.
 
     Example:
         >>> times = np.linspace(-2.0, 58.0, 151)
-        >>> noise_remarks(Noise(0.21, 0.0, 0.0, 0.0, 80), 0.1, 0.1, times)[0][:58]
-        'the noise at rest is 0.21 mm, more than sensor.noise_sd, 0'
+        >>> [each.code for each in noise_remarks(Noise(0.21, 0.0, 0.0, 0.0, 80), 0.1, 0.1, times)]
+        ['noisier']
         >>> noise_remarks(Noise(0.11, 0.0, 0.0, 0.0, 80), 0.1, 0.1, times)
         []
     """
     from scipy.special import chdtri  # takes a quarter of a first answer to load, which needs none
 
     if np.isnan(noise.sd):
-        return [Remark("few-at-rest")]
-    remarks, size = [], {"noise": in_digits(noise.sd, 2), "noise_sd": noise_sd}
+        return [Remark("few-at-rest")] if noise_sd is not None else []
     near = min(max(noise.next, 0.0), 0.99) if np.isfinite(noise.next) else 0.0
+    sds, memory = normal_sds(1), in_digits(step / (1.0 - near), 2)
+    if noise_sd is None:
+        hums = noise.sd > _HUM and near > sds / np.sqrt(noise.samples)
+        return [Remark("hums", noise=in_digits(noise.sd, 2), memory=memory)] if hums else []
+    remarks, size = [], {"noise": in_digits(noise.sd, 2), "noise_sd": noise_sd}
     # Of a first-order process: where neighbours are alike, as many samples know less.
     free = max(noise.samples * (1.0 - near**2) / (1.0 + near**2) - 1.0, 1.0)
-    if noise.sd > noise_sd * max(_MORE, float(np.sqrt(chdtri(free, _FALSE) / free))):
+    least, most = (np.sqrt(chdtri(free, tail) / free) for tail in (1.0 - FALSE, FALSE))
+    if noise.sd > noise_sd * max(_RATIOS[1], most):
         remarks.append(Remark("noisier", **size))
-    least = min(_LESS, float(np.sqrt(chdtri(free, 1.0 - _FALSE) / free)))
-    if 0.0 < noise.sd < least * noise_sd:
+    if 0.0 < noise.sd < noise_sd * min(_RATIOS[0], least):
         remarks.append(Remark("calmer", **size))
-    grid_step = float(times[1] - times[0])
-    # A mean over so long makes neighbouring samples as alike as they are.
-    memory = step / (1.0 - near)
-    smooth = memory > _LONG * grid_step and near > _NORMAL / np.sqrt(noise.samples)
-    if smooth or noise.colour > max(_ALIKE, _NORMAL / np.sqrt(free)):
-        remarks.append(Remark("coloured", memory=in_digits(memory, 2), colour=noise.colour))
-    drifts = abs(noise.drift) * float(times[-1] - times[0])
-    longest = step * noise.samples
-    error = noise.sd * np.sqrt(12.0 / noise.samples * (1.0 + near) / (1.0 - near)) / longest
-    certain = noise.samples >= _STEADY and abs(noise.drift) > (_NORMAL + 0.5) * error
-    if certain and drifts > _DRIFT * noise_sd:
-        remarks.append(Remark("drifts", drift=in_digits(noise.drift, 2), way=in_digits(drifts, 2)))
+    # A mean over the memory makes neighbouring samples as alike as they are.
+    smooth = step / (1.0 - near) > times[1] - times[0] and near > sds / np.sqrt(noise.samples)
+    if (smooth and near > 1.0 - _ALIKE) or noise.colour > max(_ALIKE, sds / np.sqrt(free)):
+        remarks.append(Remark("coloured", memory=memory, colour=noise.colour))
+    way = abs(noise.drift) * float(times[-1] - times[0])
+    error = noise.sd * np.sqrt(12.0 / free) / (step * noise.samples)
+    if way > _DRIFT * noise_sd and abs(noise.drift) > sds * error:
+        remarks.append(Remark("drifts", drift=in_digits(noise.drift, 2), way=in_digits(way, 2)))
     return remarks
 
 
 class Ripple(NamedTuple):
-    """A ripple of a reading.
-
-    Attributes:
-        amplitude: Where the motion is fastest, mm.
-        period: In ms.
-    """
+    """A ripple of a reading: its amplitude where the motion is fastest, mm, and period, ms."""
 
     amplitude: float
     period: float
@@ -167,9 +148,6 @@ class Ripple(NamedTuple):
         return self.amplitude / float(np.sqrt(2.0))
 
 
-_NONE = Ripple(0.0, np.nan)
-
-
 def ripple_of(time: np.ndarray, way: np.ndarray, stroke: float) -> Ripple:
     """Return the ripple of a motion, of amplitude 0 where none is clear.
 
@@ -178,60 +156,40 @@ def ripple_of(time: np.ndarray, way: np.ndarray, stroke: float) -> Ripple:
         way: Way from the rest before, in the direction of the motion, ``(n,)``, mm; NaN where a
             sample is missing.
         stroke: From there to the rest after it, mm.
-
-    Example:
-        >>> time = np.arange(0.0, 40.0, 0.1)
-        >>> way = 150.0 * np.clip(time / 40.0, 0.0, 1.0) ** 2
-        >>> found = ripple_of(time, way + 2.0 * np.sin(2.0 * np.pi * time / 5.0), 150.0)
-        >>> f"{found.period:.1f} ms"
-        '5.0 ms'
-        >>> ripple_of(time, way, 150.0).amplitude
-        0.0
     """
+    none = Ripple(0.0, np.nan)
     there = np.flatnonzero(~np.isnan(way))
     ends = there[way[there] >= _PART[1] * stroke]
     rests = there[: np.searchsorted(there, ends[0])] if ends.size else there[:0]
     rests = rests[way[rests] <= _PART[0] * stroke]
-    if not rests.size:
-        return _NONE
-    own = there[(there > rests[-1]) & (there < ends[0])]
-    every = max(1, own.size // _MOST_MOVING)
-    own = own[: own.size // every * every]
-    if own.size < _FEWEST_MOVING * every:
-        return _NONE
-    time, way = (each[own].reshape(-1, every).mean(axis=1) for each in (time, way))
-    span = float(time[-1] - time[0])
-    shortest = min(_SHORTEST_PERIOD * span / (time.size - 1), _LONGEST_PERIOD * span)
-    periods = np.geomspace(shortest, _LONGEST_PERIOD * span, _PERIODS)
-    (best, amplitude, total, rest), (other, *_) = (
-        _sine(time, way, degree, _LEAST_RIPPLE * stroke, periods) for degree in _DEGREES
-    )
-    free = time.size - max(_DEGREES) - 4
-    clear = 0.5 * (total - rest) * free > _CLEAR * rest and rest < (1.0 - _SHARE) * total
-    if not clear or amplitude < _LEAST_RIPPLE * stroke or abs(best - other) > 1:
-        return _NONE
-    return Ripple(amplitude, float(periods[best]))
+    own = there[(there > rests[-1]) & (there < ends[0])] if rests.size else there[:0]
+    if own.size < 2 * _DEGREES[1]:
+        return none
+    time, way = time[own], way[own]
+    # From 4 samples to a quarter of that part, each a little longer than the one before.
+    span = time[-1] - time[0]
+    periods = np.geomspace(min(4.0 / own.size, 0.25) * span, 0.25 * span, 60)
+    best, other = (_sine(time, way, degree, MATTERS * stroke, periods) for degree in _DEGREES)
+    if best is None or other is None or abs(best[0] - other[0]) > 1:
+        return none
+    return Ripple(best[1], float(periods[best[0]]))
 
 
 def _sine(
     time: np.ndarray, way: np.ndarray, degree: int, least: float, periods: np.ndarray
-) -> tuple[int, float, float, float]:
-    """The best sine beside a polynomial: number of its period, its amplitude where the motion is
-    fastest, and the sums of squares that the polynomial leaves without it and with it; all 0 where
-    it leaves too little for a sine of a least amplitude.
-    """
+) -> tuple[int, float] | None:
+    """Number of the period, and amplitude, of the sine that is most of what a polynomial leaves."""
     scaled = 2.0 * (time - time[0]) / (time[-1] - time[0]) - 1.0
     smooth, _ = np.linalg.qr(np.polynomial.chebyshev.chebvander(scaled, degree))
     curve = smooth @ (smooth.T @ way)
     left, speed = way - curve, np.gradient(curve, time)
-    speed = np.clip(speed / speed.max(), _SLOWEST, 1.0)
-    if left @ left < _LEFT * time.size * least**2:
-        return 0, 0.0, 0.0, 0.0
+    if left @ left < 0.1 * time.size * least**2:  # a sine of that amplitude leaves more
+        return None
     phase = 2.0 * np.pi * time / periods[:, None]
-    waves = speed * np.stack([np.cos(phase), np.sin(phase)], axis=1)  # (period, 2, time)
-    waves -= waves @ smooth @ smooth.T
-    squares, shares = waves @ waves.transpose(0, 2, 1), waves @ left
-    sizes = np.linalg.solve(squares, shares[..., None])[..., 0]
+    waves = np.stack([np.cos(phase), np.sin(phase)], 1) * np.clip(speed / speed.max(), 0.1, 1.0)
+    waves -= waves @ smooth @ smooth.T  # (period, 2, time)
+    shares = waves @ left
+    sizes = np.linalg.solve(waves @ waves.transpose(0, 2, 1), shares[..., None])[..., 0]
     best = int((shares * sizes).sum(axis=1).argmax())
-    rest = left - sizes[best] @ waves[best]
-    return best, float(np.hypot(*sizes[best])), float(left @ left), float(rest @ rest)
+    explained, amplitude = float(shares[best] @ sizes[best]), float(np.hypot(*sizes[best]))
+    return (best, amplitude) if explained > _SHARE * (left @ left) and amplitude > least else None

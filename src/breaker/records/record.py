@@ -13,14 +13,15 @@ import numpy as np
 
 from breaker.common.numerals import in_digits
 from breaker.model.quantities import Speed
-from breaker.records.checks import doubts_in_words, inconsistencies, of_no_drive, rest_remark
+from breaker.records.checks import doubts_in_words, of_no_drive, range_remark, rest_remark
 from breaker.records.contacts import ContactTimes
 from breaker.records.currents import Currents
 from breaker.records.grid import Gridded, on_grid
 from breaker.records.measurements import Measured, Reading
 from breaker.records.motion import LocatedMotion
+from breaker.records.noise import noise_remarks
 from breaker.records.operations import Operation
-from breaker.records.rejections import NotShownError
+from breaker.records.rejections import NotShownError, Remark
 
 
 @dataclass(frozen=True)
@@ -71,9 +72,10 @@ class Record(LocatedMotion):
             doubts_in_words(self.time, self.whole, self.doubts),
             self._ripple_remark,
             self._slip_remark,
-            self._step_remark,
-            *inconsistencies(time, left, self.moves, noise_sd or 0.0, self.quantum),
+            range_remark(time, left, self.moves, self.quantum),
         ]
+        if noise_sd is None:
+            remarks += noise_remarks(self.noise_at(self.step), None, self.step, time)
         return [remark for remark in remarks if remark]
 
     def measured(
@@ -112,31 +114,12 @@ class Record(LocatedMotion):
 
     @property
     def _slip_remark(self) -> str:
-        if not self.unreturned:
-            return ""
-        return (
-            f"the drive rests {in_digits(self.unreturned, 2)} mm from where it rested before "
-            "another motion of the record: the transducer slipped, and the stroke is uncertain by "
-            "that distance"
-        )
-
-    @property
-    def _step_remark(self) -> str:
-        if self._reading.hidden is None:
-            return ""
-        place, size = self._reading.hidden
-        return (
-            f"at {in_digits(self._reading.trace.time[place], 5)} ms the reading steps by "
-            f"{in_digits(abs(size), 2)} mm, as if the transducer slipped: the stroke is uncertain "
-            "by that distance"
-        )
+        off = self.unreturned
+        return Remark("slipped-between", off=in_digits(off, 2)) if off else ""
 
     @property
     def _ripple_remark(self) -> str:
         swing, period = self.ripple
         if not swing:
             return ""
-        return (
-            f"during the motion the reading ripples by +-{in_digits(swing, 2)} mm with a period of "
-            f"{in_digits(period, 2)} ms, as on an elastic linkage: it counts as noise of the sensor"
-        )
+        return Remark("ripples", swing=in_digits(swing, 2), period=in_digits(period, 2))

@@ -1,8 +1,28 @@
 """Why a record cannot be used, and what is doubtful about one that is used."""
 
 from collections.abc import Sequence
+from statistics import NormalDist
 
-_TEXTS = {
+CHECKS = 8
+"""Checks of a record that have a statistic: of samples 3, of rests 2, of the noise 3."""
+
+FALSE = 1e-3 / CHECKS
+"""False-alarm rate of a check: all of them together have a remark on 1e-3 of good records."""
+
+
+MATTERS = 0.003
+"""Strokes: smaller errors change no quantity by more than its usual error."""
+
+FEWEST = 12
+"""Samples of which a level or noise is known."""
+
+
+def normal_sds(count: int) -> float:
+    """Return the sds that the largest of so many white values exceeds at the rate ``FALSE``."""
+    return -NormalDist().inv_cdf(0.5 * FALSE / max(count, 1))
+
+
+TEXTS = {
     "doubtful-samples": "{count} samples that no sensor of this stroke gives: {places}",
     "no-drive": "{stroke} mm in {lasts} ms, {speed} m/s, is no {motion} of a breaker's drive: "
     "check the rate or unit of the time, and the unit or ratio of the travel",
@@ -12,15 +32,14 @@ _TEXTS = {
     "endurance.format.zero to its reading, or to rest, if sensor.zero_sd is less",
     "rest-before-off": "rests at {rest} mm before the {motion}, which is no zero: set "
     "endurance.format.zero to its reading, or to rest",
-    "repeated": "the readings from {first} ms on come again from {again} ms on: were samples sent "
-    "twice?",
-    "noisy-there": "noise of {noise} mm at {at} ms, far more than elsewhere",
-    "grows": "the reading is {way} mm off its rest at {at} ms, more than before: a drive that "
-    "settles swings less and less, so was the transducer disturbed?",
     "stops-at-speed": "the travel stops at {at} ms at {share} of its greatest speed, and is flat "
     "behind it: does the range of the transducer end there? If so, the stroke is longer",
     "starts-at-speed": "the travel starts at {at} ms at {share} of its greatest speed, and is flat "
     "before it: does the range of the transducer end there? If so, the stroke is longer",
+    "ripples": "during the motion the reading ripples by +-{swing} mm with a period of {period} "
+    "ms, as on an elastic linkage: it counts as noise of the sensor",
+    "slipped-between": "the drive rests {off} mm from where it rested before another motion of the "
+    "record: the transducer slipped, and the stroke is uncertain by that distance",
     "few-at-rest": "too little rest before the motion to see the noise",
     "noisier": "the noise at rest is {noise} mm, more than sensor.noise_sd, {noise_sd:g} mm; raise "
     "it, or the parameters are less certain than inferred",
@@ -28,9 +47,15 @@ _TEXTS = {
     "lower it, or is the record filtered?",
     "coloured": "the noise at rest is correlated over {memory} ms, and at a step of the grid by "
     "{colour:.2f}: record without a filter, or raise sensor.noise_sd",
+    "hums": "the reading moves by {noise} mm at rest, over {memory} ms and longer: is there hum of "
+    "the mains, or does the drive still swing?",
     "drifts": "the reading drifts at rest, by {drift} m/s: {way} mm over the grid",
-    "odd-end": "the {which} time, {time} ms, does not follow: one even step does",
     "uneven": "the times are off even steps of {step} ms by up to {off} ms",
+    "begins-late": "the record begins {late} ms after the grid",
+    "ends-early": "{why} {early} ms before the grid ends, at {at} ms",
+    "rate-moved": "one sample every {step} ms, {moved} times of the grid{lacks}",
+    "onset-vague": "the first motion is certain to ±{sd} ms only, more than sensor.onset_sd, "
+    "{assumed:g} ms: does the travel move before it, by hum or a drift?",
 }
 
 
@@ -42,18 +67,18 @@ class Remark(str):
         values: The values in its text, by name.
 
     Example:
-        >>> remark = Remark("noisy-there", noise="0.3", at="12.5")
+        >>> remark = Remark("uneven", step="0.1", off="0.02")
         >>> print(remark)
-        noise of 0.3 mm at 12.5 ms, far more than elsewhere
+        the times are off even steps of 0.1 ms by up to 0.02 ms
         >>> remark.code
-        'noisy-there'
+        'uneven'
     """
 
     code: str
     values: dict
 
     def __new__(cls, code: str, **values: object) -> "Remark":
-        remark = super().__new__(cls, _TEXTS[code].format(**values))
+        remark = super().__new__(cls, TEXTS[code].format(**values))
         remark.code, remark.values = code, values
         return remark
 
