@@ -241,7 +241,7 @@ def test_every_motion_of_every_channel_is_read_in_its_part(inspect):
     assert proposal.settings["stroke"] == pytest.approx([0.9 * 16.0, 1.1 * 20.0], rel=0.03)
     assert proposal.settings["zero"] == "rest"
     assert proposal.found.doubts["stroke"]
-    assert any("different directions" in remark for remark in proposal.remarks)
+    assert any("direction" in remark for remark in proposal.remarks)
 
 
 def test_a_damaged_cell_is_named_with_its_line(inspect, closing):
@@ -274,7 +274,7 @@ def test_a_channel_that_is_clipped_or_in_another_unit_ends_no_other(inspect, clo
     assert proposal.settings["travel_column"] == "Travel B"
     columns = (cells(time, 1), cells(travel), cells(travel / 10, 4))
     proposal = inspect("t,a,b", "ms,mm,cm", *rows(*columns), name="closing.csv")
-    assert any("different units" in remark for remark in proposal.remarks)
+    assert any("differ in unit" in remark for remark in proposal.remarks)
     assert [each.record is None for each in proposal.motions] == [False, True]
 
 

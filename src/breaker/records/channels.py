@@ -154,10 +154,7 @@ class Travel:
         return (self.course.smooth - before) / (after - before)
 
     def moves(self, k: int) -> tuple[int, int]:
-        """Return the sample at which motion k begins, and the one from which on it rests.
-
-        It rests for as long as it moved, or to the end.
-        """
+        """Return the samples at which motion k begins, and from which on it rests as long."""
         done, first, middle = self.done(k), self.part(k)[0], self.course.middles[k]
         resting = np.abs(done[first : middle + 1]) <= 0.5 * _FEW
         begins = int(first + np.flatnonzero(resting)[-1]) if resting.any() else first
@@ -212,11 +209,7 @@ def find_travels(sheet: Sheet, clock: Clock) -> list[Travel]:
 def chosen_travels(
     sheet: Sheet, clock: Clock, channel: str
 ) -> tuple[list[Travel], list[Travel], list[str]]:
-    """Return the columns of travel, those that are asked for, and remarks on the others.
-
-    Raises:
-        InspectionError: If no column moves, or the channel is not one of them.
-    """
+    """Return the columns of travel, those that are asked for, and remarks on the others."""
     travels = find_travels(sheet, clock)
     if not travels:
         raise InspectionError(

@@ -24,13 +24,13 @@ _NO_MARKS = re.compile(r"[\[(].*?[\])]|\b[cCtT](?=\d)|\b52[abAB]\b")
 
 
 class _Pole(NamedTuple):
-    """A travel, the phases and numbers of its name, and its order among all travels."""
+    """A travel, the phases and numbers of its name, its order, and phases of all ``count``."""
 
     travel: Travel
     phases: set[str]
     numbers: set[str]
     order: int
-    known: set[str]  # phases of all travels
+    known: set[str]
     count: int
 
 
@@ -182,10 +182,8 @@ def first_by_contacts(sheet: Sheet, travel: Travel) -> set[str]:
 def _is_coil(sheet: Sheet, place: int) -> bool:
     """Whether a column may be of a coil, and not of a motor or of a test of resistance."""
     name = sheet.names[place]
-    others = ("test current", "of the drive")
-    if not holds(name, "coil") or any(holds(name, kind) for kind in others):
-        return False
-    return _amperes(sheet, place) <= _COIL
+    other = holds(name, "test current") or holds(name, "of the drive")
+    return holds(name, "coil") and not other and _amperes(sheet, place) <= _COIL
 
 
 def coils_before(sheet: Sheet, travel: Travel, k: int) -> dict[int, int]:

@@ -39,19 +39,12 @@ _SEQUENCE = re.compile(r"(?<![a-z])([co])(?:[-_ ]?[co]){1,2}(?![a-z])")
 
 @dataclass
 class Findings:
-    """Settings of ``endurance.format`` that a file shows, by key.
-
-    Attributes:
-        settings: Values.
-        lacking: Meanings of keys without a value.
-        doubts: What has to be looked at, in words.
-        sure: Whether text, names or contacts state the sign, and not the curve alone.
-    """
+    """Settings of ``endurance.format`` that a file shows, by key."""
 
     settings: dict[str, Any]
-    lacking: dict[str, str] = field(default_factory=dict)
+    lacking: dict[str, str] = field(default_factory=dict)  # meanings of keys without a value
     doubts: dict[str, list[str]] = field(default_factory=lambda: defaultdict(list))
-    sure: bool = True
+    sure: bool = True  # whether text, names or contacts state the sign, and not the curve alone
 
 
 def findings_of(sheet: Sheet, clock: Clock, travels: Sequence[Travel]) -> Findings:
@@ -92,8 +85,6 @@ def _find_unit(found: Findings, sheet: Sheet, travels: Sequence[Travel]) -> None
         known = f"; stated is a ratio of {in_digits(ratio, 6)}" if ratio > 0 else ""
         found.lacking["ratio"] = f"mm for one {unit}; the stroke is {shown} {unit}{known}"
         doubts.append(f"a travel in {unit} needs the mm of one: endurance.format.ratio, or table")
-    if len({other.unit for other in travels}) > 1:
-        doubts.append("the columns of travel have different units: choose one by --channel")
     found.settings |= {"travel_column": sheet.column(travel.place), "travel_unit": unit}
 
 
@@ -125,8 +116,6 @@ def _find_sign(found: Findings, sheet: Sheet, travels: Sequence[Travel]) -> None
         but = "the curve contradicts itself" if seen else "nothing decides it"
         found.lacking["sign"] = f"1 if the reading grows towards closed, or else -1; {but}"
         doubts.append(f"whether the first motion closes has to be filled in: {but}")
-    if len({bool(other.rises[0]) for other in travels}) > 1:
-        doubts.append("the columns of travel move in different directions: choose by --channel")
     found.settings["sign"] = 1 if (first != "opening") == travel.rises[0] else -1
     found.sure = bool((stated or shown) and not against)
 
@@ -145,9 +134,7 @@ def _stated_first(sheet: Sheet, travel: Travel) -> str:
 
 
 def _first_by_curve(travel: Travel) -> set[str]:
-    """The first motion by reasons that may differ: most makers have the open breaker at 0, and
-    sequences are C-O or O-C-O (IEC 62271-100).
-    """
+    """The first motion by a rest at 0, and by sequences C-O or O-C-O; two where these differ."""
     found, count = set(), len(travel.rises)
     before, after = np.abs(travel.rests[0]) / travel.strokes[0]
     if min(before, after) <= FAINT < max(before, after):
@@ -169,24 +156,17 @@ def find_rest(found: Findings, travels: Sequence[Travel], mm: float) -> None:
 
 @dataclass(frozen=True)
 class InspectedMotion:
-    """One motion of one channel.
-
-    Attributes:
-        begins, arrives: Times, ms of the file, about: the first motion, and the rest after it.
-        beside: Columns of contact, coil and motor that belong to it, by key of the settings.
-        result: The record as it was read with the proposal; None if it was rejected or not read.
-        said: Reasons of a rejection, and remarks.
-    """
+    """One motion of one channel; times are ms of the file."""
 
     travel: Travel
     column: str | int
     operation: Operation
     motion: str
-    begins: float
+    begins: float  # about when it begins, and when it rests again
     arrives: float
-    beside: Mapping[str, str | int]
-    result: "GriddedRecord | None" = None
-    said: tuple[str, ...] = ()
+    beside: Mapping[str, str | int]  # columns that belong to it, by key of the settings
+    result: "GriddedRecord | None" = None  # as it was read with the proposal, unless rejected
+    said: tuple[str, ...] = ()  # reasons of a rejection, and remarks
 
     @property
     def record(self) -> "Record | None":
@@ -213,19 +193,18 @@ def motions_of(
     return found
 
 
-Channels = dict[str, tuple[str, Mapping[str, Mapping[str, str | int]]]]
-
-
-def travel_channels(file: str | Path | Opened) -> Channels:
+def travel_channels(
+    file: str | Path | Opened,
+) -> dict[str, tuple[str, Mapping[str, Mapping[str, str | int]]]]:
     """Return by column of travel the name of the channel, and the ``columns_beside`` it.
 
     The name is the phase, where the file states one for each channel; else it is the column.
     """
     opened = as_opened(file)
-    return opened.once("channels", lambda: _travel_channels(look_into(opened)))
+    return opened.once("channels", lambda: _channels_of(look_into(opened)))
 
 
-def _travel_channels(sheet: Sheet) -> Channels:
+def _channels_of(sheet: Sheet) -> dict[str, tuple[str, Mapping]]:
     _, travels, _ = chosen_travels(sheet, clock := find_clock(sheet), "")
     columns, phases = [str(sheet.column(t.place)) for t in travels], [t.phase for t in travels]
     names = phases if all(phases) and len({*phases}) == len(phases) else columns

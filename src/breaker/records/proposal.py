@@ -35,20 +35,12 @@ _USUAL = 15.0  # mm: a stroke that stands in where no mm are known
 
 @dataclass(frozen=True)
 class Proposal:
-    """Settings that are proposed for a file.
-
-    Attributes:
-        layout, clock, travels: Its sheet, its time, and its columns of travel.
-        settings: Keys of ``endurance.format`` that differ from their default.
-        motions: Every motion of every channel.
-        remarks: What has to be looked at, in words.
-        found: All settings, those that are lacking, and their doubts.
-    """
+    """Settings that are proposed for a file, and its motions as they were read with these."""
 
     layout: Sheet
     clock: Clock
     travels: Sequence[Travel]
-    settings: dict
+    settings: dict  # keys of ``endurance.format`` that differ from their default
     motions: Sequence[InspectedMotion]
     remarks: Sequence[str]
     found: Findings
@@ -76,14 +68,12 @@ def inspect_file(
     """Propose settings for a file, and read it with them.
 
     Args:
-        file: File of one record.
+        file, files: File of one record, and the files that are open.
         sensor: The section ``sensor`` of the configuration.
         channel: Name or number of the column of travel, where not all of them are meant.
-        files: Files that are open.
 
     Raises:
-        InspectionError: If no column of the file moves as a drive does.
-        RejectedCurveError: If the file cannot be read, or has no columns of numbers.
+        ValueError: If no column of the file moves as a drive does, or the file cannot be read.
     """
     files = Files() if files is None else files
     clock = find_clock(sheet := look_into(files[file]))
@@ -101,10 +91,12 @@ def inspect_file(
     if "ratio" in found.lacking:
         found.settings["stroke"] = FORMAT["stroke"]
     remarks += [doubt for doubts in found.doubts.values() for doubt in doubts]
-    for column in dict.fromkeys(motion.beside.get("contact_column", "") for motion in motions):
-        if any(holds(str(column), kind) for kind in ("52a", "52b")):
-            times = "its times are not those of the main contacts"
-            remarks.append(f"{column!r} is an auxiliary switch: {times}")
+    if len({(travel.unit, bool(travel.rises[0])) for travel in travels}) > 1:
+        remarks.append("columns of travel differ in unit or direction: choose one by --channel")
+    contacts = dict.fromkeys(motion.beside.get("contact_column", "") for motion in motions)
+    for column in contacts:
+        if holds(str(column), "52a") or holds(str(column), "52b"):
+            remarks.append(f"{column!r} is an auxiliary switch, not timed as the main contacts")
     settings = {key: value for key, value in found.settings.items() if value != FORMAT[key]}
     return Proposal(sheet, clock, travels, settings, motions, remarks, found)
 

@@ -11,7 +11,7 @@ from breaker.common.numerals import in_digits
 from breaker.common.visible_text import visible_text
 from breaker.documents.parts import Document, Remark, Section, Table
 from breaker.records.printed import stated_remarks
-from breaker.records.proposal import InspectedMotion, Proposal
+from breaker.records.proposal import Proposal
 from breaker.records.settings import FORMAT
 
 _COMPARED = "  {:<12}  {:<8}  {:<16}  {:>9}  {:>9}  {:<6}  {:<1}"
@@ -22,10 +22,7 @@ ITEM = "  - "
 
 
 def overlay_of(proposal: Proposal) -> str:
-    """Return the lines of YAML to lay over config/config.yaml.
-
-    A key that has to be filled in has no value, so that the configuration is refused until then.
-    """
+    """Return the lines of YAML to lay over config/config.yaml, without values to be filled in."""
     given = {**proposal.settings, **dict.fromkeys(proposal.lacking)}
     notes = {key: f"  # FILL IN: {why}" for key, why in proposal.lacking.items()}
     lines = [f"    {k}: {_yaml(given[k])}{notes.get(k, '')}" for k in FORMAT if k in given]
@@ -64,8 +61,8 @@ def words_of(proposal: Proposal) -> Document:
 
 def _said_of(proposal: Proposal) -> list[str]:
     """Remarks on single motions; once, where several differ in numbers only."""
-    file, lines = str(proposal.layout.file), []
-    said = [(file, f"{m.motion}, {m.column}", text) for m in proposal.motions for text in m.said]
+    said = [("", f"{m.motion}, {m.column}", text) for m in proposal.motions for text in m.said]
+    lines = []
     for (_, where, text), *others in alike(said):
         more = f" and {len(others)} more" if others else ""
         lines.append(f"{where}{more}: {text}")
@@ -110,16 +107,14 @@ def _compared(proposal: Proposal) -> Table:
 def _table(proposal: Proposal) -> Table:
     """A line for each motion of each channel; times in ms, lengths in mm."""
     heads = ("column", "motion", "first motion", "rest by", "stroke", "noise", "doubtful")
-    rows = [_row(motion) for motion in proposal.motions]
+    rows = []
+    for motion in proposal.motions:
+        column, phase, record = str(motion.column), motion.travel.phase, motion.record
+        place = column if phase in (*column.split(), "") else f"{column} {phase}"
+        begins = record.moves if record else motion.begins
+        ends = "", "", "", "REJECTED"
+        if record:
+            sizes = in_digits(record.segment.stroke, 4), in_digits(motion.result.noise.sd, 2)
+            ends = *sizes, str(record.masked), "accepted"
+        rows.append((place, motion.motion, f"{begins:.1f}", f"{motion.arrives:.1f}", *ends))
     return Table((*heads, "as proposed"), rows, "  times in ms, lengths in mm", form=_MOTIONS)
-
-
-def _row(motion: InspectedMotion) -> tuple[str, ...]:
-    column, phase, record = str(motion.column), motion.travel.phase, motion.record
-    place = column if phase in (*column.split(), "") else f"{column} {phase}"
-    begins = f"{record.moves if record else motion.begins:.1f}"
-    row = place, motion.motion, begins, f"{motion.arrives:.1f}"
-    if record is None:
-        return *row, "", "", "", "REJECTED"
-    sizes = in_digits(record.segment.stroke, 4), in_digits(motion.result.noise.sd, 2)
-    return *row, *sizes, str(record.masked), "accepted"
