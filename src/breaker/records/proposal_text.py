@@ -16,7 +16,7 @@ from breaker.records.settings import FORMAT
 
 _COMPARED = "  {:<12}  {:<8}  {:<16}  {:>9}  {:>9}  {:<6}  {:<1}"
 _MOTIONS = "  {:<12}  {:<8}  {:>12}  {:>9}  {:>9}  {:>8}  {:>8}  {:<1}"
-_BESIDE = "  {:<12}  {:<8}  {:<1}"
+_BESIDE = "  {:<12}  {:<8}  {}  {:<1}"
 ITEM = "  - "
 """How an item of a list begins on a terminal."""
 
@@ -80,13 +80,16 @@ def alike(said: Iterable[tuple[str, str, str]]) -> list[list[tuple[str, str, str
 
 
 def _wired(proposal: Proposal) -> Table:
-    """The columns that belong to each channel and motion."""
+    """The contact with its test current, and the coil with the motor, by channel and motion."""
     rows = {}
     for motion in proposal.motions:
-        words = [f"{key.removesuffix('_column')} {name}" for key, name in motion.beside.items()]
-        if words:
-            rows[str(motion.column), motion.motion, ", ".join(words)] = None
-    return Table(rows=[*rows], title="  columns that belong to each travel", form=_BESIDE)
+        kinds = "contact", "current", "trigger", "motor"
+        names = [str(motion.beside.get(f"{kind}_column", "")) for kind in kinds]
+        contact = names[0] + (f", test current {names[1]}" if names[1] else "")
+        coil = names[2] + (f", motor {names[3]}" if names[3] else "")
+        if contact or coil:
+            rows[str(motion.column), motion.motion, contact, coil] = None
+    return Table(rows=[*rows], title="  contacts and coils of each travel", form=_BESIDE)
 
 
 def _compared(proposal: Proposal) -> Table:
