@@ -4,12 +4,11 @@ import pytest
 import yaml
 
 from breaker.documents.terminal import text_of
-from breaker.records.formats.registry import stated_in
 from breaker.records.header import Printed
 from breaker.records.printed import meant_motions, measured_name
 from breaker.records.proposal import inspect_file
 from breaker.records.proposal_text import overlay_of, words_of
-from tests.exports import preamble, write
+from tests.exports import write
 
 SENSOR = {"start": -2.0, "stop": 58.0, "samples": 151, "noise_sd": 0.1}
 
@@ -19,8 +18,7 @@ def inspected(tmp_path, channel="", **given):
     return inspect_file(tmp_path / "export.csv", SENSOR, channel)
 
 
-@pytest.mark.parametrize("rate", [5.0, 10.0, 20.0])
-@pytest.mark.parametrize("kind", ["C", "O", "CO", "OCO"])
+@pytest.mark.parametrize(("kind", "rate"), [("C", 5.0), ("O", 10.0), ("CO", 20.0), ("OCO", 10.0)])
 def test_the_rate_stated_reads_every_motion(tmp_path, rate, kind):
     motions = ["closing" if sign == "C" else "opening" for sign in kind]
     length = 150.0 * (len(motions) + 1)
@@ -73,16 +71,6 @@ def test_a_ratio_is_shown_but_not_applied(tmp_path, stroke):
     proposal = inspected(tmp_path, ratio=1.64, results={"Stroke (mm)": stroke} if stroke else None)
     assert "ratio" not in proposal.settings
     assert "1.64" in text_of(words_of(proposal))
-
-
-def test_of_a_workbook(tmp_path):
-    book = pytest.importorskip("openpyxl").Workbook()
-    lines = preamble(rate=5.0, length=8.0)
-    for line in [*(line.split(",") for line in lines), ["Travel 1 (mm)"], *[[0.1]] * 40]:
-        book.active.append(line)
-    book.save(tmp_path / "a.xlsx")
-    found = stated_in(tmp_path / "a.xlsx")
-    assert (found.rate, found.serial, found.rate_doubt) == (5.0, "HV-20417", "")
 
 
 @pytest.mark.parametrize(

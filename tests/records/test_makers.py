@@ -162,17 +162,6 @@ def test_a_unit_glued_to_a_name_is_one(tmp_path, name, unit):
     assert not any("unit of the travel" in each for each in proposal.remarks)
 
 
-def test_a_channel_that_is_rejected_is_not_proposed(tmp_path):
-    time, reading = drive("C")
-    file = table(tmp_path / "a.csv", "t (ms),Travel 1 (mm),Travel 2 (mm)", time, reading, reading)
-    lines = file.read_text(encoding="utf-8").splitlines()
-    lines[700] = "139.8,overflow,170.0"
-    file.write_text("\n".join(lines), encoding="utf-8")
-    proposal = inspect_file(file, SENSOR)
-    assert [bool(each.record) for each in proposal.motions] == [False, True]
-    assert proposal.settings["travel_column"] == "Travel 2"
-
-
 def test_of_columns_without_names_candidates_are_listed(tmp_path):
     _, reading = drive("C")
     lines = [f"{a:.1f},{844.0 - 4.7 * a:.1f}" for a in reading]

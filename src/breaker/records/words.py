@@ -185,7 +185,6 @@ COLUMN_PHASE = "|".join([PHASE.lower(), *WORDS["colours"]])
 IN_FILE = re.compile(rf"(?<![^\W_])({PHASE})(?![^\W_])")
 """A phase in the name of a file."""
 
-_LISTED = re.compile(rf"(?<![^\W_])(?:{PHASE})(?:[,_+&](?:{PHASE}))+(?![^\W_])")
 _NO_LETTER = r"(?:(?<![^\W\d_])|(?<=[\u4e00-\u9fff]))"
 _LABELS = {key: any_of(words) for key, words in WORDS["labels"].items()}
 _CHANNEL_NUMBER = re.compile(rf"{_NO_LETTER}{_LABELS['channel']}[\W_]*(\d+)\b", re.I)
@@ -211,9 +210,3 @@ def phase_in(text: str) -> str:
     """Return the phase that a text names, empty where it names none."""
     found = _PHASE.search(split_unit(text.strip())[0])
     return next(filter(None, found.groups()), "").strip() if found else ""
-
-
-def listed_in(name: str) -> list[str]:
-    """Return the phases that the name of a file lists, in their order: `201-A,B,C`."""
-    found = _LISTED.search(name)
-    return re.split("[,_+&]", found[0]) if found else []
