@@ -95,7 +95,7 @@ def listed(row: Sequence[str]) -> str:
 
 _KNOWN = {each: unit for unit, spelt in WORDS["units"].items() for each in spelt.split()}
 _KNOWN |= {other: other for other in WORDS["other_units"].split()}
-_FOLDED = {spelling.casefold(): unit for spelling, unit in _KNOWN.items() if len(spelling) > 1}
+_FOLDED = {spelling.casefold(): unit for spelling, unit in _KNOWN.items()}
 _BEHIND = re.compile(
     r"(.*?)\s*(?:\[(.*)\]|\((.*)\)|/\s*(\S+)|(?:^|\s)in\s+(\S+)|[,_]\s*(\w{2,}|m|°)|([°º˚])"
     r"|(?<=\s)(?P<bare>[^\W_]{2,}|[ms]))\s*"
@@ -106,7 +106,7 @@ _AMPERES = re.compile(r"([\[(/,_ ])\s*(mA|A|[Aa]mp(?:ere)?s?)\s?[\])]?\Z")
 def unit_of(text: str) -> str | None:
     """Return the unit that a text states, as the settings call it, or None if it is not known."""
     bare = text.strip().strip("[](){}<>").strip().removesuffix(".")
-    return _KNOWN.get(bare) or _FOLDED.get(bare.casefold())
+    return _KNOWN.get(bare) or (_FOLDED.get(bare.casefold()) if len(bare) > 1 else None)
 
 
 def split_unit(name: str) -> tuple[str, str | None]:
@@ -175,7 +175,8 @@ def sequence_of(text: str) -> str:
     return "-".join(filter(None, named))
 
 
-_PHASE_LETTERS = "".join(dict.fromkeys("".join(WORDS["systems"][1:]).replace(" ", "")))
+_, *_lettered = WORDS["systems"]
+_PHASE_LETTERS = "".join(dict.fromkeys("".join(_lettered).replace(" ", "")))
 PHASE = f"{WORDS['numbered_phases']}|[{_PHASE_LETTERS}]"
 """A phase as it stands in the name of a file, in capitals: a regular expression."""
 

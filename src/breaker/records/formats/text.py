@@ -11,7 +11,7 @@ import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from functools import cache
-from itertools import islice, repeat
+from itertools import islice
 from pathlib import Path
 from typing import NamedTuple
 
@@ -452,14 +452,16 @@ class _Cells(Table):
     def _parts(self) -> Iterator[tuple[np.ndarray, Sequence[Sequence[str]], np.ndarray]]:
         """Yield line numbers of samples, columns of cells and numbers of cells, block by block."""
         text, begin, line, width = self._text, self._begin, self._first, len(self)
-        delimiter, blank = self._signs[0], f'{self._signs[0]}" \t\v\f'
+        delimiter = self._signs[0]
+        blanks = f'[{re.escape(delimiter)}" \t\v\f]*'
         while begin < len(text):
             end = text.find("\n", begin + BLOCK)
             end = len(text) if end < 0 else end
             every = text[begin:end].split("\n")
-            filled = [*map(str.strip, every, repeat(blank))]
-            kept = np.arange(len(every)) if all(filled) else np.flatnonzero([*map(bool, filled)])
-            lines = every if kept.size == len(every) else [every[i] for i in kept]
+            lines, kept = every, np.arange(len(every))
+            if re.search(f"\n{blanks}\n", f"\n{text[begin:end]}\n"):
+                kept = np.array([i for i in kept if not re.fullmatch(blanks, every[i])], int)
+                lines = [every[i] for i in kept]
             columns, widths = columns_of_alike(lines, width, delimiter), np.full(kept.size, width)
             if columns is None:
                 rows = [cells_of(each, delimiter) for each in lines]
