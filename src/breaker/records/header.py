@@ -38,19 +38,13 @@ class Header:
     """Contents of the text above the samples; empty, NaN or None where nothing is stated.
 
     Attributes:
-        pairs: All names and values, in the order of the file.
-        rate: Sampling rate, kHz, NaN if it is not stated or doubtful.
-        rate_doubt: Reason of a doubt; empty if there is a rate.
-        length: Duration of the record or of its plot, ms.
+        rate, length: Sampling rate, kHz, NaN if it is doubtful; duration of the record, ms.
         ratio: Ratio of the linkage. No file states whether the samples are multiplied by it.
-        travel_unit: Unit as in the file.
         dates: Date of the test as ISO 8601, with its time if that is stated; two dates, first that
             with the day before the month, where their order is not known.
-        station, bay, type, serial: Names of the breaker.
         operation: Motions, such as ``"C-O"``.
         phases: Names of phases by number of the channel, from 1; by 0 that of all.
         speed_points: Statements of points between which speeds are means.
-        results: Results of the analyser.
         doubts: Contradictions, and statements that can be read in two ways, in words.
     """
 

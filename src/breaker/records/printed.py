@@ -13,7 +13,6 @@ from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
-from statistics import median
 from typing import TYPE_CHECKING, NamedTuple
 
 from breaker.common.numerals import in_digits
@@ -58,7 +57,6 @@ _REMARK = re.compile(r"(?<=\S)\s*[(\[]([^()\[\]]*\d[^()\[\]]*)[)\]]\s*$")  # suc
 # Shares by which a printed value may differ from the measured value, beyond the error of that:
 # printed strokes are rounded to 1 mm of 100, and zones of speeds to a sample at each end.
 _DIFFERS = {"stroke": 0.01, "speed": 0.03}
-_CLOSE = 0.05  # share between strokes that show whether samples are multiplied by the ratio
 
 
 class Printed(NamedTuple):
@@ -267,17 +265,9 @@ def _near_event(place: str) -> tuple[str, ...]:
 
 @dataclass(frozen=True)
 class PrintedComparison:
-    """A result of the analyser, and the same quantity measured in the record.
+    """A result of the analyser, and the same quantity measured, in the unit of the result.
 
-    Attributes:
-        column: Column of the travel; empty where the result belongs to no column of travel.
-        motion: "closing" or "opening"; empty where neither is known.
-        printed: The result.
-        quantity: Name of the measured quantity; empty where there is none.
-        zone: Points of a speed, in words; empty for others.
-        measured, sd: Measured value and its standard deviation, in the unit of the result; NaN
-            where it is not measured.
-        reason: Reason of that; empty where it is measured.
+    Column and quantity are empty where it has none, and the value is NaN where a reason is given.
     """
 
     column: str | int
@@ -314,11 +304,8 @@ def differs(quantity: str, printed: float, measured: float, sd: float) -> bool:
 def measured_name(printed: Printed, motion: str, contact: str | int | None = None) -> str:
     """Return the name of the measured quantity of a result; empty where there is none.
 
-    Args:
-        printed: The result.
-        motion: Motion of the record.
-        contact: Column of its contact. A time of one contact of several is that of a column of the
-            same contact, or of a resistance, which shows main and arcing contact apart.
+    A time of one contact of several is that of the column of that contact, or of a resistance,
+    which shows main and arcing contact apart.
     """
     name = WORDS["measured"].get(printed.quantity, {}).get(motion, "")
     contact = str(contact or "")
@@ -434,18 +421,13 @@ def _phase_of(label: str) -> str:
     return (found[1] if found else phase_in(label)).casefold()
 
 
-def stated_remarks(stated: Header, unit: str, compared: Sequence[PrintedComparison]) -> list[str]:
+def stated_remarks(stated: Header, unit: str) -> list[str]:
     """Return what is doubtful about a text, and what to do with a ratio that it states."""
     ratio = stated.ratio
     if math.isnan(ratio) or ratio == 1.0 or unit not in TO_MM:
         return [*stated.doubts]
-    size = in_digits(ratio, 6)
-    strokes = [1.0 + c.difference for c in compared if c.quantity == "stroke" and not c.reason]
-    share = median(strokes) if strokes else math.nan
-    why = "compare the stroke with the drive's; if it lacks the ratio, set endurance.format.ratio"
-    if abs(share - 1.0) <= _CLOSE:
-        why = "and have the printed stroke already"
-    elif abs(share * ratio - 1.0) <= _CLOSE:
-        why = f"times {size} they have the printed stroke: set endurance.format.ratio to it"
-    said = f"the text states a linkage ratio of {size}, which is not applied, as samples are {unit}"
-    return [*stated.doubts, f"{said}: {why}"]
+    said = f"the text states a linkage ratio of {in_digits(ratio, 6)}, which is not applied, as "
+    how = (
+        "compare the stroke with the printed one; if it lacks the ratio, set endurance.format.ratio"
+    )
+    return [*stated.doubts, f"{said}samples are {unit}: {how}"]

@@ -51,7 +51,7 @@ def words_of(proposal: Proposal) -> Document:
     parts = [Section(str(sheet.file), [f"  {sheet.kind}; {size}; {at}, {rate}"])]
     parts += [table for table in tables if table.rows]
     unit = {**FORMAT, **proposal.settings}["travel_unit"]
-    remarks = [*proposal.remarks, *stated_remarks(sheet.stated, unit, proposal.compared)]
+    remarks = [*proposal.remarks, *stated_remarks(sheet.stated, unit)]
     lines = [Remark(line, ITEM) for line in (*remarks, *_said_of(proposal))]
     parts += [Section("To look at:", lines)] if lines else []
     if lacking := " and ".join(proposal.lacking):
