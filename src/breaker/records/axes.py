@@ -20,6 +20,7 @@ from breaker.records.rejections import Remark, UnusableError
 from breaker.records.settings import READABLE, TO_MM, TO_MS
 
 _UNEVEN = 0.25  # steps, by which a step may be off whole ones: half way to the next half
+_PRINTED = 0.1  # steps, by which times are off that are printed with digits enough
 _SPARSE = 10  # places for a sample: no gap takes more memory than that
 _RATE = 0.01  # share by which the times and the rate of the settings may differ
 _BEYOND = 0.03  # of a table's width, by which noise may leave it, and of samples further out
@@ -79,7 +80,7 @@ def even_times(
             line=int(lines[off.argmax()]),
         )
     even[place] = time
-    odd = off.max() > 0.5 * _UNEVEN * step
+    odd = off.max() > _PRINTED * step
     values = {"step": f"{step:.4g}", "off": f"{off.max():.2g}"}
     return even, place, Remark("uneven", **values) if odd else ""
 
