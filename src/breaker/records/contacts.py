@@ -237,7 +237,8 @@ def _times(
     if current is not None and not closing:  # the contact separates anywhere in the fall
         falls = signal.edge(1.0 - _RISE)
         at, sd = 0.5 * (at + falls), signal.sd(at, at - falls)
-    found, main, why = signal.counted(signal.least, at, sd), (np.nan, np.nan), ""
+    level = signal.least if current is None else _RISE  # a current falls slowly, not to zero
+    found, main, why = signal.counted(level, at, sd), (np.nan, np.nan), ""
     made = (signal.share >= signal.least) & ((time >= at) if closing else (time <= at))
     made &= ~np.isnan(contact)
     rest = _level(contact[sides[0]])[0]
@@ -330,6 +331,8 @@ def _main(
     low, high = levels
     if not high > np.e * low:  # a sliding contact wears as much
         return np.nan, np.nan
+    # The resistance of an arcing contact rises while it slides: its least one follows the step.
+    high = max(np.e * low, float(np.quantile(resistance[resistance > np.sqrt(low * high)], 0.1)))
     own = signal._replace(time=signal.time[made], share=(high - resistance) / (high - low))
     crossings = own.edges(0.5)
     if not crossings.size or abs(counted - crossings[0]) <= max(
