@@ -45,13 +45,13 @@ def file(tmp_path):
     return tmp_path / "a.xlsx"
 
 
-def test_the_sheet_that_has_the_columns_is_read_and_others_with_numbers_are_named(file):
+def test_the_sheet_that_has_the_columns_is_read_and_others_are_named(file):
     samples = [*SAMPLES]
     samples[10] = (samples[10][0], None)
     sheets = {
-        "cover": [["made by", "x"], ["travel"]],
         "results": [["No.", "speed"], *([i, 1.5] for i in range(9))],
         "record": [[], ["Zeit und Weg"], [], NAMES, *samples, [], []],
+        "blank": [],
     }
     workbook(file, sheets)
     columns = read(file)
@@ -60,9 +60,8 @@ def test_the_sheet_that_has_the_columns_is_read_and_others_with_numbers_are_name
     np.testing.assert_array_equal(np.delete(columns.travel, 10), np.delete(TRAVEL, 10))
     assert columns.lines[0] == 5
     (remark,) = columns.remarks
-    assert "'record'" in remark
     assert "'results'" in remark
-    assert "cover" not in remark
+    assert "'blank'" not in remark
 
 
 def test_texts_are_held_to_the_decimal_sign_and_numbers_are_not(file):
@@ -86,11 +85,18 @@ def test_hidden_sheets_are_not_looked_at(file):
     assert read(file).remarks == ()
 
 
-def test_sheets_with_the_same_columns_are_named_and_refused(file):
-    workbook(file, {"Close": [NAMES, *SAMPLES], "Open": [NAMES, *SAMPLES[::-1]]})
-    for reason in refusals(file):
-        assert "'Close', 'Open'" in reason
-        assert "Save a copy" in reason
+def test_of_sheets_with_the_same_columns_one_is_named_by_the_column(file):
+    workbook(file, {"Close": [NAMES, *SAMPLES], "Open": [["Time [ms]", "Travel 2 (cm)"], *SAMPLES]})
+    reason = told(file, lambda: read(file))
+    assert "'Close', 'Open'" in reason
+    assert "endurance.format.travel_column: Close!travel 2" in reason
+    np.testing.assert_array_equal(read(file, travel_column="Close!travel 2").travel, TRAVEL)
+    for channel in ("Open!Travel 2", "Open!travel 2"):
+        assert "'cm'" in told(file, lambda channel=channel: read(file, travel_column=channel))
+        columns = read(file, travel_column=channel, travel_unit="cm")
+        np.testing.assert_array_equal(columns.time, TIME)
+        assert "'Close'" in columns.remarks[0]
+    assert "'Open'" in look_into(file).remarks[0]
 
 
 def test_formulas_without_values_are_refused_with_the_remedy(file):
@@ -112,7 +118,7 @@ def test_of_a_formula_its_value_is_read_with_all_digits(file):
 
 def test_a_workbook_without_the_columns_is_refused(file):
     workbook(file, {"a": [["t", "s"], [0.0, 1.0], [0.1, 1.0]], "b": []})
-    assert ": no line has 'time' and 'travel 2'" in refusals(file)[0]
+    assert "'travel 2'" in refusals(file)[0]
     workbook(file, {"a": []})
     assert ": is empty" in refusals(file)[0]
 
@@ -137,7 +143,7 @@ def test_a_bomb_is_refused(file):
     with zipfile.ZipFile(file, "a", zipfile.ZIP_DEFLATED) as parts:
         parts.writestr("xl/media/zeros", bytes(LARGEST))
     assert file.stat().st_size < 200_000
-    assert "64 MiB when unpacked" in refusals(file)[0]
+    assert "has 64 MiB" in refusals(file)[0]
 
 
 ROW = b"<row><c><v>1</v></c></row>"
@@ -146,38 +152,27 @@ ROW = b"<row><c><v>1</v></c></row>"
 @pytest.mark.parametrize(
     ("sheet", "reason"),
     [
-        (b"<row>" + 20_001 * b"<c/>" + b"</row>", "more than 20000 cells and other elements"),
-        (b"<row>" + 2_001 * b"<b/>" + b"</row>", "more than 2000 formats and the like"),
+        (b"<row>" + 20_001 * b"<c/>" + b"</row>", "elements"),
         (ROW.replace(b"<c", b'<c r="XFD1"') + ROW, "line 1: has 16,384 columns"),
         (ROW + ROW.replace(b"<row", b'<row r="99999999999"'), "samples"),
     ],
 )
 def test_a_workbook_that_would_take_the_memory_is_refused(file, monkeypatch, sheet, reason):
     monkeypatch.setattr(workbooks, "_MOST_ELEMENTS", 20_000)
-    monkeypatch.setattr(workbooks, "_MOST_OTHERS", 2_000)
     with_rows(file, sheet)
     for use in (read, look_into):
         with pytest.raises(RejectedCurveError, match=reason):
             use(file)
 
 
-@pytest.mark.parametrize("joined", [lambda x: x + x, lambda x: b"x" + x, lambda x: x + b"x"])
-def test_a_workbook_next_to_something_is_refused(file, joined):
+def test_a_workbook_behind_another_one_is_refused(file):
     """Of two, the second would be read."""
     workbook(file, {"record": [NAMES, *SAMPLES]})
-    file.write_bytes(joined(file.read_bytes()))
-    assert "something before or after the workbook" in refusals(file)[0]
+    file.write_bytes(2 * file.read_bytes())
+    assert "before the workbook" in refusals(file)[0]
 
 
 @pytest.mark.parametrize("name", ["a.XLS", "a.ods"])
 def test_an_old_workbook_is_refused_with_the_remedy(tmp_path, name):
     (tmp_path / name).write_bytes(b"\xd0\xcf\x11\xe0")
     assert "save it as .xlsx" in refusals(tmp_path / name)[0]
-
-
-def test_a_packed_file_is_not_a_text(tmp_path):
-    with zipfile.ZipFile(tmp_path / "a.csv", "w") as parts:
-        parts.writestr("time,travel", "1,2")
-    for encoding in ("utf-8", "latin-1", "utf-16", "gbk"):
-        with pytest.raises(RejectedCurveError):
-            read_columns(tmp_path / "a.csv", complete({"encoding": encoding}))

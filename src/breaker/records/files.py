@@ -1,7 +1,4 @@
-"""How every file is opened: once, within bounds of memory, and without waiting. Light to import.
-
-A file that cannot be used is refused in one line with its name, the reason and a remedy.
-"""
+"""How every file is opened: once, within bounds of memory, and without waiting. Light to import."""
 
 import errno
 import os
@@ -20,7 +17,6 @@ MOST_PARTS = 10_000
 """Files of a folder, and parts (variables, chunks) of a file, that is one record."""
 
 _MOST_SAMPLES = 1_200_000  # a record of 10 s at 100 kHz has a million
-_MOST_CELLS = LARGEST // 8  # as numbers of 8 bytes they fill ``LARGEST``
 
 _KINDS = {
     stat.S_IFDIR: "a folder",
@@ -32,21 +28,22 @@ _KINDS = {
 _WHY = {
     errno.ENOENT: "is not there: was it moved or deleted, or does a link lead nowhere?",
     errno.ELOOP: "is a link that leads back to itself; put the file itself there",
-    errno.EACCES: "may not be read: give yourself the permission to",
-    errno.EPERM: "may not be read: give yourself the permission to",
+    errno.EACCES: "cannot be read without permission; give yourself the permission",
 }
 
-Found = TypeVar("Found")
+_TOO_LARGE = (
+    f"has more than {LARGEST // 2**20} MiB, which no record of one operation needs; export it "
+    "alone, with fewer channels or at a lower rate"
+)
+Result = TypeVar("Result")
 
 
 class RejectedCurveError(ValueError):
-    """A curve file that cannot be used; the message names file, line and reason.
-
-    It is one line of signs that can be printed, whatever stands in the name or in the file.
+    """A curve file that cannot be used; the message is one printable line.
 
     Attributes:
-        reason: Why it cannot be used.
-        line: Line of the file that shows it; None if there is none.
+        reason: Why the file cannot be used, and what to do.
+        line: Line of the file that shows the reason; None if there is none.
     """
 
     def __init__(self, file: str | Path, reason: str, *, line: int | None = None) -> None:
@@ -55,14 +52,8 @@ class RejectedCurveError(ValueError):
         super().__init__(printable(f"{place}: {reason}"))
 
 
-class TooLargeError(ValueError):
-    """Content that would take too much memory or time, found where the file has no name."""
-
-
 def printable(text: str | Path) -> str:
-    r"""Return a text on one line that can be printed and stored, with escapes for what cannot.
-
-    Names of files may hold any byte: Python stands lone surrogates for those that are no UTF-8.
+    r"""Return a text on one line, with escapes for signs that cannot be printed or stored.
 
     >>> printable("caf\udce9\n.csv")
     'caf\\udce9\\n.csv'
@@ -74,87 +65,73 @@ def printable(text: str | Path) -> str:
 
 
 def no_file(file: str | Path) -> str:
-    """Say why there is no regular file of a name; empty if there is one. It is not opened."""
+    """Return why a name is not that of a regular file, or ""; the file is not opened."""
     try:
-        found = os.stat(file)
-    except OSError as error:
+        kind = stat.S_IFMT(os.stat(file).st_mode)
+    except (OSError, ValueError) as error:
         return _why(error)
-    kind = _KINDS.get(stat.S_IFMT(found.st_mode), "something else")
-    return "" if stat.S_ISREG(found.st_mode) else f"is {kind}, not a file"
+    return "" if kind == stat.S_IFREG else f"is {_KINDS.get(kind, 'something else')}, not a file"
+
+
+def _why(error: OSError | ValueError) -> str:
+    return _WHY.get(getattr(error, "errno", None), f"cannot be read: {error}")
 
 
 def opened_at_once(file: str | Path) -> BinaryIO:
-    """Open a regular file to be read; what it does not hold yet is not waited for."""
-    return open(file, "rb", opener=_without_waiting)
-
-
-def _without_waiting(file: str, flags: int) -> int:
-    # Some files wait for more, as /proc/kmsg; Windows has no such, and no such flag.
-    return os.open(file, flags | getattr(os, "O_NONBLOCK", 0))
-
-
-def _why(error: OSError) -> str:
-    return _WHY.get(error.errno, f"cannot be read: {error.strerror}")
+    """Open a regular file to be read, without waiting for content that is not there yet."""
+    # Reading /proc/kmsg, for example, waits. Windows has neither such files nor the flag.
+    flag = getattr(os, "O_NONBLOCK", 0)
+    return open(file, "rb", opener=lambda name, flags: os.open(name, flags | flag))
 
 
 def read_bytes(file: str | Path) -> bytes:
-    """Return the content of a file, at once or never: it waits for nothing.
+    """Return the content of a file, without waiting.
 
     Raises:
-        RejectedCurveError: If it is no regular file (a pipe, a device, a folder ...), is not there
-            or may not be read, or is larger than ``LARGEST``.
+        RejectedCurveError: If it is not a regular file, may not be read, or exceeds ``LARGEST``.
     """
-    content = b""
-    try:
-        why = no_file(file)  # before opening: a pipe waits, and a device acts when it is opened
-        if not why and (size := os.stat(file).st_size) > LARGEST:
-            why = _too_large(f"{size / 2**20:.0f} MiB")
-        if not why:
+    content, why = b"", no_file(file)  # before opening: a pipe waits, and a device may act
+    if not why:
+        try:
             with opened_at_once(file) as stream:
-                content = stream.read(size + 1) or b""
-                if len(content) > size:  # more than was stated
-                    content += stream.read(LARGEST + 1 - len(content)) or b""
-    except OSError as error:
-        why = _why(error)
-    except ValueError as error:
-        why = f"is no name of a file: {error}"
+                content = stream.read(LARGEST + 1) or b""
+        except OSError as error:
+            why = _why(error)
     if len(content) > LARGEST:
-        why = _too_large("more")
+        why = _TOO_LARGE
     if why:
         raise RejectedCurveError(file, why)
     return content
 
 
 def require_folder(folder: str | Path) -> None:
-    """Make sure that a record that is a folder can be read at once, like a file by ``read_bytes``.
+    """Make sure that a record that is a folder can be read at once.
 
     Raises:
-        RejectedCurveError: If it is not a folder, contains a link to a folder or anything but
-            folders and regular files, more than ``MOST_PARTS`` of them, or more than ``LARGEST``.
+        RejectedCurveError: If it is not a folder, contains a link to a folder, or anything but
+            folders and files, more than ``MOST_PARTS`` of them, or more than ``LARGEST`` bytes.
     """
     if not os.path.isdir(folder):
         raise RejectedCurveError(folder, no_file(folder) or "is a file, not a folder")
     size = count = 0
     for place, folders, names in os.walk(folder):
-        for name in folders:
-            if os.path.islink(os.path.join(place, name)):
-                raise RejectedCurveError(folder, f"its part {name} is a link; put the folder there")
-        for name in names:
-            file = os.path.join(place, name)
-            if why := no_file(file):
-                raise RejectedCurveError(folder, f"its part {os.path.relpath(file, folder)} {why}")
-            size += os.stat(file).st_size
-        count += len(names) + len(folders)
+        count += len(folders) + len(names)
+        for part in (os.path.join(place, name) for name in [*folders, *names]):
+            why = "" if os.path.isdir(part) else no_file(part)
+            if os.path.isdir(part) and os.path.islink(part):
+                why = "is a link; put the folder there"
+            if why:
+                name = os.path.relpath(part, folder)
+                raise RejectedCurveError(folder, f"its part {name} {why}")
+            size += os.stat(part).st_size
         if count > MOST_PARTS or size > LARGEST:
-            held = f"{size / 2**20:.0f} MiB" if size > LARGEST else f"{count} parts"
-            raise RejectedCurveError(folder, _too_large(held))
+            why = _TOO_LARGE if size > LARGEST else f"has more than {MOST_PARTS} parts"
+            raise RejectedCurveError(folder, why)
 
 
-def _too_large(size: str) -> str:
-    return (
-        f"has {size}, but no record of one operation needs more than {LARGEST // 2**20} MiB; "
-        "export it alone, with fewer channels or at a lower rate"
-    )
+def is_store(file: str | Path) -> bool:
+    """Return whether a record of this name is a folder, by its ending."""
+    return Path(file).suffix.lower() == ".zarr"
 
 
 def check_lines(file: str | Path, content: bytes) -> None:
@@ -165,40 +142,27 @@ def check_lines(file: str | Path, content: bytes) -> None:
 
 
 def check_size(file: str | Path, samples: int, columns: int, *, line: int | None = None) -> None:
-    """Reject a table with more columns, samples or cells than a record, before they are built."""
+    """Reject a table with more columns, samples or bytes (8 a number) than a record."""
     if columns > MOST_COLUMNS:
         reason = f"has {columns:,} columns, but records have at most {MOST_COLUMNS}"
         raise RejectedCurveError(file, f"{reason}; export fewer channels", line=line)
-    most = min(_MOST_SAMPLES, _MOST_CELLS // max(1, columns))
+    most = min(_MOST_SAMPLES, LARGEST // (8 * max(1, columns)))
     if samples > most:
         reason = f"has {samples:,} samples, but of {columns} columns at most {most:,} are read"
         raise RejectedCurveError(file, f"{reason}; export fewer channels, or a shorter part")
 
 
 class Opened:
-    """A file with everything that is derived from it, computed once: the content is that of the
-    first access, even if the file changes later.
-
-    Args:
-        file: Its name.
-
-    Example:
-        >>> import tempfile
-        >>> with tempfile.NamedTemporaryFile("w") as text:
-        ...     file = Opened(text.name)
-        ...     print("1,2", file=text, flush=True)
-        ...     [file.once("signs", lambda: len(file.content)), len(file.content)]
-        [4, 4]
-    """
+    """A file with all that is derived from it, computed once, even if the file changes later."""
 
     def __init__(self, file: str | Path) -> None:
         self.file = file
-        self._found: dict[Hashable, tuple[object, ValueError | None]] = {}
+        self._results: dict[Hashable, tuple[object, ValueError | None]] = {}
 
     @property
     def size(self) -> int:
-        """Bytes that are kept: content of files, and arrays (all of a Zarr store)."""
-        kept = (result for result, _ in self._found.values())
+        """Bytes that are kept: contents of files, and arrays."""
+        kept = (result for result, _ in self._results.values())
         return sum(len(e) if isinstance(e, bytes) else getattr(e, "nbytes", 0) for e in kept)
 
     @property
@@ -210,18 +174,14 @@ class Opened:
         """Return the bytes of another file of the same record."""
         return self.once(("content", str(file)), lambda: read_bytes(file))
 
-    def once(self, key: Hashable, find: Callable[[], Found]) -> Found:
-        """Return the result of ``find``, computed at the first call with this key.
-
-        Raises:
-            ValueError: As the first call did.
-        """
-        if key not in self._found:
+    def once(self, key: Hashable, find: Callable[[], Result]) -> Result:
+        """Return the result of a function, or raise its ValueError, once computed for a key."""
+        if key not in self._results:
             try:
-                self._found[key] = find(), None
+                self._results[key] = find(), None
             except ValueError as error:
-                self._found[key] = None, error
-        result, error = self._found[key]
+                self._results[key] = None, error
+        result, error = self._results[key]
         if error is not None:
             raise error
         return result
@@ -233,29 +193,17 @@ def as_opened(file: str | Path | Opened) -> Opened:
 
 
 class Files:
-    """Files of a command, each opened once; those opened last are kept, up to ``LARGEST`` bytes."""
+    """Files of a command, each opened once; they are kept until they exceed ``LARGEST`` bytes."""
 
     def __init__(self) -> None:
         self._opened: dict[str, Opened] = {}
-        self._sizes: dict[str, int] = {}
-        self._asked: set[str] = set()  # since sizes were taken, and may have grown
+        self._last, self._size = Opened(""), 0
 
     def __getitem__(self, file: str | Path) -> Opened:
         """Return a file as one that is opened."""
-        name = str(file)
-        if name not in self._opened:
-            self._sizes |= {asked: self._opened[asked].size for asked in self._asked}
-            self._asked.clear()
-            size = sum(self._sizes.values())
-            while self._opened and size > LARGEST:
-                first = next(iter(self._opened))
-                size -= self._sizes.pop(first)
-                del self._opened[first]
-            self._opened[name] = Opened(file)
-        self._asked.add(name)
+        if (name := str(file)) not in self._opened:
+            self._size += self._last.size
+            if self._size > LARGEST:
+                self._opened, self._size = {}, 0
+            self._last = self._opened[name] = Opened(file)
         return self._opened[name]
-
-
-def is_store(file: str | Path) -> bool:
-    """Say whether a record of this name is a folder, by its ending."""
-    return Path(file).suffix.lower() == ".zarr"

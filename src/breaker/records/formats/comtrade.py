@@ -1,24 +1,20 @@
 """Curve files of fault recorders: COMTRADE (IEEE C37.111 of 1991, 1999 and 2013), either a pair of
-``.cfg`` and ``.dat`` or a single ``.cff``; data of type ASCII, BINARY, BINARY32 or FLOAT32.
-
-The description is read cell by cell, so that a cell which recorders leave empty does not hide the
-record. Status channels are columns of 1 and 0.
+``.cfg`` and ``.dat`` or a single ``.cff``. Recorders leave many cells of the description empty.
 """
 
 from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from contextlib import suppress
 from datetime import datetime
 from pathlib import Path
 
 from breaker.common.lazy_numpy import np
-from breaker.common.numerals import in_digits
-from breaker.records.cells import is_number
+from breaker.records.cells import columns_of_alike, is_number, strict_numbers
 from breaker.records.files import Opened, RejectedCurveError, check_lines, check_size
-from breaker.records.formats.text import encoding_of, sheet_of
+from breaker.records.formats.text import encoding_of
 from breaker.records.settings import FORMAT, TO_MS
 from breaker.records.sheet import Sheet
 
@@ -28,14 +24,13 @@ EXTRA = ""
 
 _SECTION = re.compile(rb"(?im)^--- *file type: *([a-z]+)[^\r\n]*---[ \t]*\r?\n?")
 _TYPES = {"BINARY": "<i2", "BINARY32": "<i4", "FLOAT32": "<f4"}  # of a sample of an analog channel
-_NO_SAMPLE = "99999"  # in ASCII, from 1999 on
-_DATA = re.compile(rb"\x01\0\0\0|\s*1 *,[ \d]*,[^\n]*\n\s*2 *,[ \d]*,")  # how a ``.dat`` begins
+_NO_SAMPLE = 99999  # in ASCII, from 1999 on
 _OFF = 0.01  # share by which rates may differ from stamps: recorders state rounded rates
 
 
 def read(opened: Opened, form: Mapping) -> list[Sheet]:
-    """Return the analog and the status channels of a COMTRADE record, and as the last column its
-    times, in ``time_unit`` of the form: see ``registry``.
+    """Return the analog and the status channels (1 and 0) of a COMTRADE record, and as the last
+    column its times, in ``time_unit`` of the form: see ``registry``.
 
     Raises:
         RejectedCurveError: If a part is missing or damaged, or contradicts the other part.
@@ -48,51 +43,44 @@ def read(opened: Opened, form: Mapping) -> list[Sheet]:
     except UnicodeError as error:
         reason = f"cannot be read: {error}; set endurance.format.encoding, for example to {likely}"
         raise RejectedCurveError(opened.file, reason) from error
-    columns, stamps = _columns(about, data, source)
+    samples_of = _in_text if about.kind == "ASCII" else _in_bytes
+    stamps, columns, missing = samples_of(about, data, source)
+    if (count := len(stamps)) == 0 or count != about.rates[-1][1]:
+        reason = f"states {about.rates[-1][1]} samples, but its data have {count}; copy both again"
+        raise RejectedCurveError(opened.file, reason)
+    for place, (factor, offset) in enumerate(about.scales):
+        stored = columns[place]
+        columns[place] = np.where(stored == missing, np.nan, factor * stored.astype(float) + offset)
     unit, time_column = form.get("time_unit", FORMAT["time_unit"]), form.get("time_column")
-    time = _times(about, stamps) * TO_MS["s"] / TO_MS[unit]
-    said = [["Station :", about.station]]
-    if about.begin:
-        said.append(["Test Date :", about.begin])
-    doubt = (
-        "has names in a code page that is not known: if they look wrong, set "
-        "endurance.format.encoding to that of the recorder, such as cp1250 or cp1251"
-    )
+    unknown = "has names in an unknown code page; if they look wrong, set endurance.format.encoding"
     return [
         Sheet(
             opened.file,
             [*about.names, time_column if isinstance(time_column, str) else "time"],
-            [*columns, time],
-            [*about.units, *[""] * (len(columns) - len(about.units)), unit],
-            said,
+            [*columns, _times(about, about.stamp * stamps) * TO_MS["s"] / TO_MS[unit]],
+            [*about.units, unit],
+            about.stated,
             {} if encoding == "utf-8" else {"encoding": encoding},
             clock=len(columns),
-            remarks=(doubt,) if encoding == likely == "latin-1" else (),
-            notes=about.notes,
+            remarks=(unknown,) if encoding == likely == "latin-1" else (),
         )
     ]
-
-
-# ---- the description -----------------------------------------------------------------------------
 
 
 def _parts(opened: Opened) -> tuple[bytes, bytes, str | Path]:
     """The description, the data, and the file with the data."""
     file, content = Path(opened.file), opened.content
     if file.suffix.lower() == ".cff":
-        sections = list(_SECTION.finditer(content))
-        starts = {section[1].upper(): section.end() for section in reversed(sections)}
-        if not {b"CFG", b"DAT"} <= set(starts):
-            raise RejectedCurveError(file, "lacks its part CFG or DAT")
-        after = (part.start() for part in sections if part.start() >= starts[b"CFG"])
-        return content[starts[b"CFG"] : next(after)], content[starts[b"DAT"] :], file
+        sections = _SECTION.split(content)  # alternately contents and types
+        types = [each.upper() for each in sections[1::2]]
+        if b"CFG" not in types or b"DAT" not in types:
+            raise RejectedCurveError(file, "lacks its part CFG or DAT; copy it again")
+        data = next(part for part in _SECTION.finditer(content) if part[1].upper() == b"DAT")
+        return sections[2 * types.index(b"CFG") + 2], content[data.end() :], file
     if file.suffix.lower() == ".dat":
         head = _part(file, ".cfg")
-        why = f"name {head.name}, which describes it, in its place"
-        if not head.exists():
-            why = (
-                f"{head.name} is not there; copy both files, or name it .csv if it is another text"
-            )
+        why = f"{head.name} is not there; copy both files, or name another text .csv"
+        why = f"name {head.name}, which describes it, in its place" if head.exists() else why
         raise RejectedCurveError(file, f"is the data of a COMTRADE record: {why}")
     other = opened.once("data", lambda: _part(file, ".dat"))
     if not other.exists():
@@ -102,9 +90,9 @@ def _parts(opened: Opened) -> tuple[bytes, bytes, str | Path]:
 
 
 def _part(file: Path, ending: str) -> Path:
-    """The other part of a record, its ending in any case; with that of small letters if none is."""
-    every = [file.with_suffix(each) for each in (ending, ending.upper(), ending.title())]
-    return next((part for part in every if part.exists()), every[0])
+    """The other part of a record, its ending in small letters or capitals."""
+    lower, upper = file.with_suffix(ending), file.with_suffix(ending.upper())
+    return upper if upper.exists() else lower
 
 
 def lone_data(folder: str | Path) -> list[Path]:
@@ -114,169 +102,111 @@ def lone_data(folder: str | Path) -> list[Path]:
 
 
 def is_data(opened: Opened) -> bool:
-    """Say whether a file is the data of a record, which its description is needed for."""
-    file = Path(opened.file)
-    if file.suffix.lower() != ".dat":
-        return False
-    return _part(file, ".cfg").exists() or _DATA.match(opened.content) is not None
+    """Return whether a file is the data of a record, by its ending: another text needs its own."""
+    return Path(opened.file).suffix.lower() == ".dat"
 
 
 class _Description:
-    """The text of a ``.cfg``, read line by line.
-
-    Attributes:
-        names: Names of the analog and then of the status channels.
-        units, factors, offsets, least: Of each analog channel: its reading is factor times what is
-            stored, plus offset; what is stored is not below ``least``.
-        notes: What is doubtful about a channel, by its place.
-        rates: Pairs of a rate, Hz, and the number of the last sample with it.
-        stamp: What a stamp counts, s.
-
-    Raises:
-        RejectedCurveError: If it does not describe the channels, rates and data that it counts.
+    """The text of a ``.cfg``: names, units, factors and offsets of channels, rates (each with the
+    number of the last sample with it), the type of the data, and what a stamp counts, s.
     """
 
     def __init__(self, file: str | Path, text: str) -> None:
-        self.file, self.line = file, 0
+        self.file = file
         lines = re.split(r"\r*\n|\r", text.replace("\x1a", "").rstrip())
         self._lines = [[cell.strip() for cell in line.split(",")] for line in lines]
-        self.station, *_, year = self._next()
-        self.year = int(year) if re.fullmatch(r"\d{4}", year) else 1991
-        counts = re.fullmatch(r"\d+;(\d{1,5})A;(\d{1,5})D", ";".join(self._next()[:3]).upper())
+        station, _, year = self._cells(0)[:3]
+        self.old = year in ("", "1991")
+        counts = re.fullmatch(r"\d+;(\d{1,5})A;(\d{1,5})D", ";".join(self._cells(1)[:3]).upper())
         if not counts:
-            raise self._wrong("does not count analog and status channels, as 2,1A,1D does")
-        self.units, self.factors, self.offsets, self.least, self.notes = [], [], [], [], {}
-        self.names = self._analog(int(counts[1]))
-        self.names += ["".join(self._next()[1:2]) for _ in range(int(counts[2]))]
-        self._next()  # the frequency of the grid
-        self._next()
-        self.rates = []
-        for _ in range(max(1, int(self._number(0, 0.0)))):
-            self._next()
-            self.rates.append((self._number(0, 0.0), int(self._number(1, -1.0))))
-        ends = [end for _, end in self.rates]
-        if ends != sorted(ends) or ends[0] < 0 or min(rate for rate, _ in self.rates) < 0:
-            raise self._wrong("does not state a rate and the number of the last sample with it")
-        times = [",".join(self._next()) for _ in range(2)]
-        self.begin = self._iso(times[0])
-        self.kind = self._next()[0].upper()
+            raise self._wrong(1, "does not count analog and status channels, as 2,1A,1D does")
+        status = 2 + int(counts[1])
+        grid = status + int(counts[2])
+        last = grid + 4 + max(1, int(self._number(grid + 1, 0, 0.0)))
+        self.kind = self._cells(last)[0].upper()
         if self.kind not in ("ASCII", *_TYPES):
-            raise self._wrong(f"is of the unknown type {self.kind[:40]!r}")
-        nanoseconds = any(re.search(r"\.\d{7}", time) for time in times)
-        more = self.line < len(self._lines) and self._next()
-        self.stamp = (self._number(0, 1.0) if more else 1.0) * (1e-9 if nanoseconds else 1e-6)
+            raise self._wrong(last, f"is of the unknown type {self.kind[:40]!r}")
+        self.rates = [
+            (self._number(line, 0, 0.0), int(self._number(line, 1, -1.0)))
+            for line in range(grid + 2, last - 2)
+        ]
+        ends = [0, *(end for _, end in self.rates)]
+        if ends != sorted(ends) or min(self.rates)[0] < 0:
+            raise self._wrong(grid + 2, "or a later line does not state a rate and its last sample")
+        # A channel without a factor is not in use.
+        analog = range(2, status)
+        self.scales = [(self._number(i, 5, np.nan), self._number(i, 6, 0.0)) for i in analog]
+        self.units = [self._cells(i)[4] if i < status else "" for i in range(2, grid)]
+        channels = [(self._cells(i)[1] or f"channel {i - 1}", i) for i in range(2, grid)]
+        several = Counter(name for name, _ in channels)
+        self.names = [  # of several poles
+            f"{name} {self._cells(i)[2]}".strip() if several[name] > 1 else name
+            for name, i in channels
+        ]
+        begin, trigger = (",".join(self._lines[line]) for line in (last - 2, last - 1))
+        self.stated = [["Station :", station]]
+        with suppress(ValueError):
+            order = "%m/%d/%Y" if self.old else "%d/%m/%Y"
+            begun = datetime.strptime(begin.partition(".")[0], f"{order},%H:%M:%S")
+            self.stated.append(["Test Date :", begun.isoformat()])
+        more = last + 1 < len(self._lines) and self._number(last + 1, 0, 1.0)
+        self.stamp = (more or 1.0) * (1e-9 if re.search(r"\.\d{7}", f"{begin} {trigger}") else 1e-6)
 
-    def _wrong(self, reason: str) -> RejectedCurveError:
-        return RejectedCurveError(self.file, reason, line=self.line)
+    def _wrong(self, line: int, reason: str) -> RejectedCurveError:
+        return RejectedCurveError(self.file, reason, line=line + 1)
 
-    def _next(self) -> list[str]:
-        """The cells of the next line."""
-        if self.line == len(self._lines):
-            raise self._wrong("is the last line, but more are to follow; copy the file again")
-        self.line += 1
-        return self._lines[self.line - 1]
+    def _cells(self, line: int) -> list[str]:
+        """The cells of a line, with empty ones behind them."""
+        if line >= len(self._lines):
+            reason = "is the last line, but more are to follow; copy the file again"
+            raise self._wrong(len(self._lines) - 1, reason)
+        return [*self._lines[line], *[""] * 7]
 
-    def _number(self, place: int, default: float) -> float:
-        """A number of the present line; the default where its cell is empty or not there."""
-        cell = "".join(self._lines[self.line - 1][place : place + 1])
+    def _number(self, line: int, place: int, default: float) -> float:
+        """A number of a line; the default where its cell is empty or not there."""
+        cell = self._cells(line)[place]
         if cell and (not is_number(cell, ".") or abs(float(cell)) == np.inf):
-            raise self._wrong(f"has {cell[:40]!r}, which is not a number, as cell {place + 1}")
+            raise self._wrong(line, f"has {cell[:40]!r} as cell {place + 1}, not a number")
         return float(cell) if cell else default
 
-    def _analog(self, count: int) -> list[str]:
-        """The names of the analog channels; a name that several have is followed by the phase."""
-        names, phases = [], []
-        for place in range(count):
-            name, phase, _, unit = [*self._next(), "", "", "", ""][1:5]
-            names.append(name or f"channel {place + 1}")
-            phases.append(phase)
-            self.units.append(unit)
-            # A channel without a factor is not in use: nobody knows what its numbers mean.
-            self.factors.append(self._number(5, np.nan))
-            self.offsets.append(self._number(6, 0.0))
-            self.least.append(self._number(8, -np.inf))
-            sides = self._number(10, 1.0), self._number(11, 1.0)
-            if "".join(self._lines[self.line - 1][12:]).upper() == "S" and sides[0] != sides[1]:
-                ratio = " : ".join(in_digits(side, 6) for side in sides)
-                said = f"{name!r} is of the secondary side, with a ratio of {ratio}"
-                self.notes[place] = said
-        several = Counter(names)
-        pairs = zip(names, phases, strict=True)
-        return [f"{name} {phase}" if phase and several[name] > 1 else name for name, phase in pairs]
 
-    def _iso(self, text: str) -> str:
-        """When the record begins, as ISO 8601; empty where it is not stated."""
-        for order in ("%m/%d/%Y", "%d/%m/%Y") if self.year == 1991 else ("%d/%m/%Y",):
-            with suppress(ValueError):
-                return datetime.strptime(text.partition(".")[0], f"{order},%H:%M:%S").isoformat()
-        return ""
+_Samples = tuple[np.ndarray, list[np.ndarray], float]
 
 
-# ---- the samples ---------------------------------------------------------------------------------
+def _in_bytes(about: _Description, data: bytes, source: str | Path) -> _Samples:
+    """The stamps, the samples of each channel, ``(t,)``, and what is stored of a missing one."""
+    analog = len(about.scales)
+    status = len(about.names) - analog
+    words = -(-status // 16)  # a bit for each status channel
+    of_analog, of_status = ("x", _TYPES[about.kind], (analog,)), ("s", "<u2", (words,))
+    row = np.dtype([("n", "<u4"), ("t", "<u4"), of_analog, of_status])
+    check_size(source, len(data) // row.itemsize, 1 + analog + words)
+    rows = np.frombuffer(data, row, len(data) // row.itemsize)
+    bits = np.ascontiguousarray(rows["s"]).view("u1")
+    states = np.unpackbits(bits, axis=1, count=status, bitorder="little").T
+    stamps = np.where(rows["t"] == np.iinfo("<u4").max, np.nan, rows["t"])
+    missing = (np.finfo if about.kind == "FLOAT32" else np.iinfo)(rows["x"].dtype).min
+    return stamps, [*rows["x"].T, *states], missing
 
 
-def _columns(
-    about: _Description, data: bytes, source: str | Path
-) -> tuple[list[np.ndarray], np.ndarray]:
-    """The columns of analog and of status channels, and the stamps, s, each ``(t,)`` and NaN where
-    one is missing.
-
-    Raises:
-        RejectedCurveError: If there are not as many samples as the description counts.
-    """
-    analog, status = len(about.factors), len(about.names) - len(about.factors)
-    if about.kind == "ASCII":
-        rows = _numbers(source, data, 2 + analog + status)
-        there, stamps, stored, states = (
-            len(rows[0]),
-            rows[1],
-            rows[2 : 2 + analog],
-            rows[2 + analog :],
-        )
-        missing = [float(_NO_SAMPLE) if about.year > 1991 else np.nan] * analog
-    else:
-        words = -(-status // 16)  # a bit for each status channel
-        of_analog, of_status = ("x", _TYPES[about.kind], (analog,)), ("s", "<u2", (words,))
-        row = np.dtype([("n", "<u4"), ("t", "<u4"), of_analog, of_status])
-        there = len(data) // row.itemsize
-        check_size(about.file, there, 1 + analog + words)
-        rows = np.frombuffer(data, row, there)
-        stamps = np.where(rows["t"] == np.iinfo("<u4").max, np.nan, rows["t"])
-        stored = rows["x"].T
-        bits = np.ascontiguousarray(rows["s"]).view("u1")
-        states = np.unpackbits(bits, axis=1, count=status, bitorder="little").T
-        limits = np.iinfo if about.kind != "FLOAT32" else np.finfo
-        missing = [limits(rows["x"].dtype).min] * analog
-        if about.year == 1991:  # all bits are set, which is -1: a reading, if any is negative
-            missing = [
-                -1 if least >= 0 else low for low, least in zip(missing, about.least, strict=True)
-            ]
-    if there == 0 or there != (stated := about.rates[-1][1]):
-        reason = f"says that there are {stated} samples, but its data have {there}"
-        raise RejectedCurveError(about.file, f"{reason}; copy both again")
-    described = zip(stored, about.factors, about.offsets, missing, strict=True)
-    columns = [np.where(x == none, np.nan, a * x.astype(float) + b) for x, a, b, none in described]
-    return [*columns, *states], about.stamp * stamps
-
-
-def _numbers(file: str | Path, data: bytes, width: int) -> Sequence[np.ndarray]:
-    """The columns of cells of a text, ``(t,)``, NaN where one is empty."""
-    check_lines(file, data)
-    signs, first = {"delimiter": ",", "decimal": "."}, {"time_column": 1, "travel_column": 1}
+def _in_text(about: _Description, data: bytes, source: str | Path) -> _Samples:
+    """The same of a text."""
+    check_lines(source, data)
     text = data.decode("latin-1").replace("\r", "").replace("\x1a", "")
-    table = sheet_of(file, text, signs, FORMAT | first).columns
-    check_size(file, table.lines.size, width)
-    narrow = ~table.present(width - 1)
-    wrong = {int(table.lines[row]): "has fewer cells" for row in np.flatnonzero(narrow)[:1]}
-    rows = table.numbers(range(min(width, len(table))))
-    for place in range(len(rows)):
-        wrong |= {int(table.lines[row]): f"has {why}" for row, why in table.wrong(place).items()}
-    wrong |= table.odd_widths
-    if wrong or len(table) != width:
-        line = min(wrong, default=1)
-        reason = f"{wrong.get(line, 'has other cells')}; lines have {width} numbers: of the sample,"
-        raise RejectedCurveError(file, f"{reason} its time, and its channels", line=line)
-    return rows
+    lines, width = text.strip().split("\n"), 2 + len(about.names)
+    check_size(source, len(lines), width)
+    if (cells := columns_of_alike(lines, width, ",")) is None:
+        alike = (columns_of_alike([line], width, ",") for line in lines)
+        line = next((i for i, cells in enumerate(alike, start=1) if cells is None), 1)
+        reason = f"does not have {width} numbers: of the sample, its time, and its channels"
+        raise RejectedCurveError(source, f"{reason}; copy it again", line=line)
+    columns = [strict_numbers(column, ".") for column in cells]
+    for column, (_, wrong) in zip(cells, columns, strict=True):
+        if wrong:
+            reason = f"has {column[wrong[0]][:40]!r}, which is not a number; copy it again"
+            raise RejectedCurveError(source, reason, line=wrong[0] + 1)
+    stamps, *samples = (numbers for numbers, _ in columns[1:])
+    return stamps, samples, np.nan if about.old else _NO_SAMPLE
 
 
 def _times(about: _Description, stamps: np.ndarray) -> np.ndarray:
@@ -299,10 +229,7 @@ def _times(about: _Description, stamps: np.ndarray) -> np.ndarray:
     # Some recorders stamp in microseconds though their clock shows nanoseconds.
     ratio, rate = time[-1] / (stamps[-1] - stamps[0]), 1e-3 * (time.size - 1) / time[-1]
     if min(abs(ratio * unit - 1.0) for unit in (1e-3, 1.0, 1e3)) > _OFF:
-        raise RejectedCurveError(
-            about.file,
-            f"states {in_digits(rate, 6)} kHz, but the stamps of its data are those of "
-            f"{in_digits(rate * ratio, 4)} kHz; see the recorder's settings, and write the right "
-            "rate into its last lines, or 0 there if the stamps are right",
-        )
+        reason = f"states {rate:.6g} kHz, but the stamps of its data are those of "
+        remedy = "write the right rate into its last lines, or 0 if the stamps are right"
+        raise RejectedCurveError(about.file, f"{reason}{rate * ratio:.4g} kHz; {remedy}")
     return time

@@ -24,7 +24,7 @@ from pathlib import Path
 from types import ModuleType
 
 from breaker import DISTRIBUTION
-from breaker.records.files import Opened, RejectedCurveError, TooLargeError, as_opened, is_store
+from breaker.records.files import Opened, RejectedCurveError, as_opened, is_store
 from breaker.records.formats import comtrade, excel, lines, netcdf, text
 from breaker.records.header import Header
 from breaker.records.settings import FORMAT, READ_BY, complete
@@ -186,8 +186,6 @@ def _sheets(opened: Opened, form: Mapping) -> Sequence[Sheet]:
             sheets = format_.read(opened, form)
     except RejectedCurveError:
         raise
-    except TooLargeError as error:
-        raise RejectedCurveError(file, str(error)) from error
     except ModuleNotFoundError as error:
         extra = f"{DISTRIBUTION}[{format_.EXTRA}]"
         reason = f'is {kind}, which needs {error.name}: pip install "{extra}"'
