@@ -118,8 +118,8 @@ def propose_manifest(
     files = _files(Path(folder), remarks)
     if look:
         seen = [look(Path(folder, file.path)) for file in files]
-        seen = [_of_configuration(each) for each in seen] if configured or channels else seen
         files = [file._replace(seen=each) for file, each in zip(files, seen, strict=True)]
+        files = [_of_configuration(file) for file in files] if configured or channels else files
         files = _records(files, remarks)
     about = zip(files, _breakers(files), _dates(files), strict=True)
     rows = [row for each in about for row in _rows(*each, channels)]
@@ -162,10 +162,13 @@ def _files(folder: Path, remarks: list[str]) -> list[_File]:
     return found
 
 
-def _of_configuration(seen: Description) -> Description:
-    """Return what is seen without what a configuration states; headers go before it."""
+def _of_configuration(file: _File) -> _File:
+    """Return a file without what a configuration states; headers go before it."""
+    seen, motions = file.seen, tuple(m for m in MOTIONS if m in {p.motion for p in file.seen.parts})
+    if file.motions == (FILL_IN,) and motions:
+        file = file._replace(motions=motions)
     parts = seen.parts if seen.preamble.serial or seen.preamble.bay else ()
-    return seen._replace(parts=parts, settings={}, sure=True, reason="")
+    return file._replace(seen=seen._replace(parts=parts, settings={}, sure=True, reason=""))
 
 
 def _records(files: Sequence[_File], remarks: list[str]) -> list[_File]:
