@@ -8,6 +8,7 @@ A transducer on an elastic linkage swings about the drive's own way, by as much 
 fast. What such a ripple adds is an error of the reading that no mean of samples takes away.
 """
 
+from statistics import NormalDist
 from typing import NamedTuple
 
 import numpy as np
@@ -108,8 +109,6 @@ def noise_remarks(
         >>> noise_remarks(Noise(0.11, 0.0, 0.0, 0.0, 80), 0.1, 0.1, times)
         []
     """
-    from scipy.special import chdtri  # takes a quarter of a first answer to load, which needs none
-
     if np.isnan(noise.sd):
         return [Remark("few-at-rest")] if noise_sd is not None else []
     near = min(max(noise.next, 0.0), 0.99) if np.isfinite(noise.next) else 0.0
@@ -120,7 +119,9 @@ def noise_remarks(
     remarks, size = [], {"noise": in_digits(noise.sd, 2), "noise_sd": noise_sd}
     # Of a first-order process: where neighbours are alike, as many samples know less.
     free = max(noise.samples * (1.0 - near**2) / (1.0 + near**2) - 1.0, 1.0)
-    least, most = (np.sqrt(chdtri(free, tail) / free) for tail in (1.0 - FALSE, FALSE))
+    # Quantiles of chi over the root of its degrees of freedom (Wilson and Hilferty).
+    off = NormalDist().inv_cdf(1.0 - FALSE) * np.sqrt(2.0 / (9.0 * free))
+    least, most = (max(1.0 - 2.0 / (9.0 * free) + sign * off, 0.0) ** 1.5 for sign in (-1, 1))
     if noise.sd > noise_sd * max(_RATIOS[1], most):
         remarks.append(Remark("noisier", **size))
     if 0.0 < noise.sd < noise_sd * min(_RATIOS[0], least):

@@ -52,7 +52,8 @@ def read(opened: Opened, form: Mapping) -> list[Sheet]:
             sheet = sheet_of(file, text, {**settings, "delimiter": "\t"}, wanted)
         except RejectedCurveError as error:
             errors.append(error)
-            others.append(title)
+            if text.count("\n") >= 20:  # a sheet with fewer rows has no motion
+                others.append(title)
             continue
         if column != travel:
             for place in places_of(sheet.names, column):

@@ -125,7 +125,16 @@ def _in_hdf5(opened: Opened) -> tuple[Mapping, dict[str, _Variable]]:
     import h5py
 
     _check_texts(opened)
-    file, variables, size = h5py.File(io.BytesIO(opened.content), "r"), {}, 0
+    # By its name, since h5py may crash as the process ends where a damaged file is one in memory.
+    with h5py.File(opened.file, "r", locking=False) as file:
+        return _of_root(opened, file)
+
+
+def _of_root(opened: Opened, file: "h5py.File") -> tuple[Mapping, dict[str, _Variable]]:
+    """Return the attributes and the variables in the root of an HDF5 file."""
+    import h5py
+
+    variables, size = {}, 0
     if len(file) > MOST_PARTS:
         raise RejectedCurveError(
             opened.file, f"has more than {MOST_PARTS} parts; export one record"
