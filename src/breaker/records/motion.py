@@ -232,7 +232,8 @@ def _between(
         half = (arrived + begun) // 2
         off = np.abs(done[arrived:half] - np.median(done[half : begun + 1]))
         near = max(0.1 * _BEGUN * way, _CLEAR * noise)
-        start = arrived + int(np.flatnonzero(off > near)[-1:].sum())
+        last = int(np.flatnonzero(off > near)[-1:].sum())
+        start = arrived + (last if last < off.size - 1 else 0)  # it may still settle as it begins
     if stop < done.size:
         begun, well = (_last(done >= rest - share * way, stop) for share in (_BEGUN, 4 * _BEGUN))
         stop = max(middle + 1, begun - 2 * (well - begun))
