@@ -178,10 +178,10 @@ EDITS = {
     "limits": (setting(limits=[TIRED]), LIFE),
     "planning": (setting(planning={"years": 3.0}), [*DECISIONS, *NUMBERS]),
     "trend": (setting(trend={"horizon": 5000}), LIFE),
-    # The reader, and nothing that only simulates.
+    # The reader, and the measured truth of what is simulated.
     "a word of the lexicon": (
         edit_in("src/breaker/records/lexicon.yaml", "'travel|", "'travel|excursion|"),
-        [*READING, "validate_reader", "figure_validation_reader", "quality"],
+        [*READING, "rig_truth", "validate_reader", "figure_validation_reader", "quality"],
     ),
     "a shipped network": (
         lambda folder: damage(folder / "src/breaker/shipped/medium_voltage_changes.safetensors"),
