@@ -12,7 +12,7 @@ import struct
 from collections.abc import Mapping
 from math import prod
 from pathlib import Path
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from breaker.common.lazy_numpy import np
 from breaker.records.files import (
@@ -25,6 +25,9 @@ from breaker.records.files import (
     require_folder,
 )
 from breaker.records.sheet import Sheet
+
+if TYPE_CHECKING:
+    import h5py
 
 ENDINGS = dict.fromkeys((".nc", ".nc4"), "a NetCDF file") | {
     ".h5": "an HDF5 file",
@@ -130,7 +133,7 @@ def _in_hdf5(opened: Opened) -> tuple[Mapping, dict[str, _Variable]]:
         return _of_root(opened, file)
 
 
-def _of_root(opened: Opened, file: "h5py.File") -> tuple[Mapping, dict[str, _Variable]]:
+def _of_root(opened: Opened, file: h5py.File) -> tuple[Mapping, dict[str, _Variable]]:
     """Return the attributes and the variables in the root of an HDF5 file."""
     import h5py
 
