@@ -49,9 +49,10 @@ def test_the_sheet_that_has_the_columns_is_read_and_others_are_named(file):
     samples = [*SAMPLES]
     samples[10] = (samples[10][0], None)
     sheets = {
-        "results": [["No.", "speed"], *([i, 1.5] for i in range(9))],
+        "results": [["No.", "speed"], *([i, 1.5] for i in range(30))],
         "record": [[], ["Zeit und Weg"], [], NAMES, *samples, [], []],
         "blank": [],
+        "cover": [["Station", "North"], ["Bay", 4]],  # fewer rows hold no motion
     }
     workbook(file, sheets)
     columns = read(file)
@@ -62,6 +63,7 @@ def test_the_sheet_that_has_the_columns_is_read_and_others_are_named(file):
     (remark,) = columns.remarks
     assert "'results'" in remark
     assert "'blank'" not in remark
+    assert "'cover'" not in remark
 
 
 def test_texts_are_held_to_the_decimal_sign_and_numbers_are_not(file):
