@@ -40,6 +40,7 @@ _ALIKE = 0.7, 4 / 3  # times the step of a time, that of twice the time; a bend 
 _LINE = 5  # samples of a line through samples beside a place
 _FAR = 0.15, 0.08  # strokes from zero at which the open breaker is not that of the settings, or odd
 _CALM = 0.7  # of the noise of one rest, that of another where a range ends
+_STEADY = 0.7  # of what hides a swing: a damped drive of an HV breaker moves more after its stop
 _AT_SPEED = 0.4  # of the greatest speed, at which no stop leaves a drive without a swing
 
 
@@ -409,7 +410,7 @@ def range_remark(time: np.ndarray, travel: np.ndarray, moves: float, quantum: fl
         calm = _calmer(rest, other, quantum / abs(end - start))
         means = np.convolve(done[stop:] - 1.0, np.full(_LINE, 1.0 / _LINE), "valid")[1:]
         # A drive that its damper stops takes some samples from near its rest to there.
-        flat = near <= 4.0 * MATTERS and means.size > 0 and np.abs(means).max() < 0.7 * near
+        flat = near <= 4.0 * MATTERS and means.size > 0 and np.abs(means).max() < _STEADY * near
         if (speed > _AT_SPEED and (calm or (flat and done is way))) or (
             calm and np.ptp(rest) == 0.0
         ):

@@ -79,7 +79,7 @@ class Currents:
     def coil_dip_time(self) -> tuple[float, float]:
         """Return the time from the trigger to the dip as the armature arrives, ms."""
         own = self._coil.own
-        from scipy.signal import find_peaks  # here, as most records have no current
+        from scipy.signal import find_peaks  # not loaded for a record without a current
 
         least = max(_CLEAR * np.sqrt(2.0) * self._coil.sd, _DIP * float(own.max()))
         dips, about = find_peaks(-own, prominence=least)

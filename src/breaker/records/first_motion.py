@@ -114,13 +114,23 @@ def first_motion(time: np.ndarray, travel: np.ndarray, motion: str) -> tuple[flo
     return best, float(np.hypot(sd, 0.5 * apart))
 
 
-def _rise(smooth: np.ndarray, noise: float, least: float = 0.0) -> tuple[int, int, float]:
-    """First and last sample of the rest and the rise that are fitted, and the way, mm."""
+def _largest_rise(smooth: np.ndarray, noise: float) -> tuple[int, float, float]:
+    """Return the sample at the top of the largest rise, where it begins, and its height, mm.
+
+    Raises:
+        UnusableError: If the rise is within the noise.
+    """
     lowest = np.minimum.accumulate(smooth)
     top = int((smooth - lowest).argmax())
-    way, low = smooth[top] - lowest[top], lowest[top]
+    way = smooth[top] - lowest[top]
     if way <= _MOVES * noise:
         raise UnusableError(f"no motion: the travel rises by no more than {way:.2f} mm")
+    return top, lowest[top], way
+
+
+def _rise(smooth: np.ndarray, noise: float, least: float = 0.0) -> tuple[int, int, float]:
+    """First and last sample of the rest and the rise that are fitted, and the way, mm."""
+    top, low, way = _largest_rise(smooth, noise)
 
     # The rest may drift: it is that shortly before the motion, not the lowest of the record.
     early, late = (_last_below(smooth, low + share * way, top) for share in (0.3, 0.6))
@@ -236,11 +246,7 @@ def _lowest_rise(
     smooth, quantum = Course(time, travel).smooth, seen_quantum(travel)
     noise = max(white_noise(travel), 1.4826 * np.nanmedian(np.abs(travel - smooth)))
     noise = max(noise, quantum / np.sqrt(12.0))
-    lowest = np.minimum.accumulate(smooth)
-    top = int((smooth - lowest).argmax())
-    way, low = smooth[top] - lowest[top], lowest[top]
-    if way <= _MOVES * noise:
-        raise UnusableError(f"no motion: the travel rises by no more than {way:.2f} mm")
+    top, low, way = _largest_rise(smooth, noise)
     tenth, most = (_last_below(smooth, low + share * way, top) for share in (0.1, 0.9))
     duration = 1.25 * max(float(time[most] - time[tenth]), 4.0 * float(time[1] - time[0]))
     rest = slice(*np.searchsorted(time, time[tenth] - duration * np.array([3.0, 0.5])))

@@ -14,6 +14,7 @@ from pathlib import Path
 
 from breaker.records.files import LARGEST, Opened, RejectedCurveError, check_size
 from breaker.records.formats.text import sheet_of
+from breaker.records.rejections import FEWEST
 from breaker.records.sheet import Sheet
 from breaker.records.words import places_of
 
@@ -52,7 +53,7 @@ def read(opened: Opened, form: Mapping) -> list[Sheet]:
             sheet = sheet_of(file, text, {**settings, "delimiter": "\t"}, wanted)
         except RejectedCurveError as error:
             errors.append(error)
-            if text.count("\n") >= 20:  # a sheet with fewer rows has no motion
+            if text.count("\n") >= FEWEST:  # fewer rows show no motion
                 others.append(title)
             continue
         if column != travel:
