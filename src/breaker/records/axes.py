@@ -3,8 +3,8 @@
 An instrument samples at an even rate. Printed times are uneven by their last digit, and skip what
 was not stored: a gap of whole steps. A record with any other times is refused.
 
-A length needs its unit alone. Degrees, volts or counts need the mm of one of them, ``ratio``, or a
-table of readings and mm, between whose points a smooth curve is laid that never turns back.
+A length needs its unit alone; degrees, volts or counts need the mm of one of them, ``ratio``, or a
+table of readings and mm.
 """
 
 import csv
@@ -20,11 +20,10 @@ from breaker.records.rejections import Remark, UnusableError
 from breaker.records.settings import READABLE, TO_MM, TO_MS
 
 _UNEVEN = 0.25  # steps, by which a step may be off whole ones: half way to the next half
-_PRINTED = 0.1  # steps, by which times are off that are printed with digits enough
+_PRINTED = 0.1  # steps, by which times and readings are off that are printed with digits enough
 _SPARSE = 10  # places for a sample: no gap takes more memory than that
 _RATE = 0.01  # share by which the times and the rate of the settings may differ
-_BEYOND = 0.03  # of a table's width, by which noise may leave it, and of samples further out
-_TIES = 0.05  # of neighbouring readings that are equal, at least, where a record is rounded
+_FEW = 0.05  # share that noise explains: of a table's width, of samples beyond, of equal readings
 _SMALL = 10  # quanta of a step by which a quantum is measured; a tenth of the steps is smaller
 
 
@@ -44,68 +43,52 @@ def even_times(
     """
     if lines.size < 2:
         raise UnusableError(f"has {lines.size} samples")
+    rate, unit = settings["rate"], settings["time_unit"]
     if time is None:
-        return np.arange(lines.size) / settings["rate"], np.arange(lines.size), ""
+        return np.arange(lines.size) / rate, np.arange(lines.size), ""
     with np.errstate(over="ignore"):
-        time = time * TO_MS[settings["time_unit"]]
+        time = time * TO_MS[unit]
         steps = np.diff(time)
-    if (back := np.flatnonzero(~(steps > 0))).size:
-        more = f" ({back.size} such times)" if back.size > 1 else ""
+    _refuse(
+        ~(steps > 0),
+        lines,
+        "the time does not increase; export each sample once, in a line of its own, with all "
+        "digits of its time",
+    )
+    median = float(np.median(steps))
+    slow, fast = (1.0 / rate for rate in READABLE)
+    if not fast <= median <= slow:
+        fits = [other for other, ms in TO_MS.items() if fast <= median * ms / TO_MS[unit] <= slow]
         raise UnusableError(
-            f"the time does not increase{more}; export each sample once, in a line of its own, "
-            "with all digits of its time",
-            line=int(lines[back[0] + 1]),
+            f"one sample every {median:.4g} ms, not every {fast:.4g} to {slow:.4g} ms; is "
+            f"endurance.format.time_unit {(fits or [unit])[0]!r}?"
         )
-    _check_unit(float(np.median(steps)), settings["time_unit"])
-    whole = _whole_steps(steps)
+    # Of many steps together, the mean is better than one that was printed.
+    single = steps[np.rint(steps / median) <= 1.0]
+    whole = np.maximum(np.rint(steps / (single.mean() if single.size else median)), 1.0)
     if whole.sum() >= _SPARSE * time.size:
-        gap = int(steps.argmax())
-        raise UnusableError(f"a gap of {steps[gap]:.4g} ms", line=int(lines[gap + 1]))
+        _refuse(steps == steps.max(), lines, f"a gap of {steps.max():.4g} ms before this line")
     place = np.append(0, np.cumsum(whole.astype(int)))
     step = float(time[-1] - time[0]) / int(place[-1])
-    rate = settings["rate"]
     if rate is not None and abs(step * rate - 1.0) > _RATE:
         raise UnusableError(
-            f"the times give {1.0 / step:.4g} kHz, but endurance.format.rate is {rate:.4g} kHz; if "
-            "the rate is right, set endurance.format.time_column to null"
+            f"the times give {1.0 / step:.4g} kHz, but endurance.format.rate is {rate:.4g} kHz; "
+            "correct the rate, or leave it out"
         )
     even = time[0] + step * np.arange(int(place[-1]) + 1)
-    off = np.abs(time - even[place])
-    if (uneven := np.flatnonzero(np.abs(steps - whole * step) > _UNEVEN * step)).size:
-        line = int(lines[uneven[0] + 1])
-        raise UnusableError("the time steps are uneven before this line", line=line)
-    if off.max() > 2 * _UNEVEN * step:
-        raise UnusableError(
-            f"the rate changes: times are off even steps of {step:.4g} ms by {off.max():.2g} ms",
-            line=int(lines[off.argmax()]),
-        )
+    off = np.abs(time - even[place]) / step
+    odd = np.abs(steps / step - whole) > _UNEVEN
+    odd[off[1:].argmax()] |= off.max() > 2 * _UNEVEN
+    _refuse(odd, lines, f"times are uneven before this line, in steps of {step:.4g} ms else")
     even[place] = time
-    odd = off.max() > _PRINTED * step
-    values = {"step": f"{step:.4g}", "off": f"{off.max():.2g}"}
-    return even, place, Remark("uneven", **values) if odd else ""
+    values = {"step": f"{step:.4g}", "off": f"{step * off.max():.2g}"}
+    return even, place, Remark("uneven", **values) if off.max() > _PRINTED else ""
 
 
-def _whole_steps(steps: np.ndarray) -> np.ndarray:
-    """Number of steps of the clock from each sample to the next, ``(n - 1,)``, at least 1."""
-    step = np.median(steps)
-    for _ in range(2):  # of many steps together, the mean is better than one that was printed
-        whole = np.maximum(np.rint(steps / step), 1.0)
-        if (single := whole == 1.0).any():
-            step = steps[single].mean()
-    return whole
-
-
-def _check_unit(step: float, unit: str) -> None:
-    """Refuse a step, ms, that no recorder has, with the unit that fits better."""
-    slow, fast = (1.0 / rate for rate in READABLE)
-    if fast <= step <= slow:
-        return
-    ratios = {other: factor / TO_MS[unit] for other, factor in TO_MS.items()}
-    fits = [other for other, ratio in ratios.items() if fast <= ratio * step <= slow]
-    hint = f"; is endurance.format.time_unit {fits[0]!r} rather than {unit!r}?" if fits else ""
-    raise UnusableError(
-        f"one sample every {step:.4g} ms, not every {fast:.4g} to {slow:.4g} ms{hint}"
-    )
+def _refuse(odd: np.ndarray, lines: np.ndarray, reason: str) -> None:
+    """Refuse odd steps, ``(n - 1,)`` of bool, with the line behind the first."""
+    if odd.any():
+        raise UnusableError(reason, line=int(lines[int(odd.argmax()) + 1]))
 
 
 @dataclass(frozen=True)
@@ -149,18 +132,14 @@ class Scale:
         from scipy.interpolate import PchipInterpolator  # slow to import, and few need it
 
         low, high = self.table[0, [0, -1]]
-        margin = _BEYOND * (high - low)
+        margin = _FEW * (high - low)
         outside = (reading < low - margin) | (reading > high + margin)
-        if outside.sum() > _BEYOND * np.isfinite(reading).sum():
+        if outside.sum() > _FEW * np.isfinite(reading).sum():
             raise UnusableError(
                 f"reads {np.nanmin(reading):.4g} to {np.nanmax(reading):.4g}, but "
                 f"endurance.format.table goes from {low:.4g} to {high:.4g}"
             )
-        curve = PchipInterpolator(*self.table)
-        inside = np.clip(reading, low, high)
-        slope = np.where(reading < low, curve(low, 1), curve(high, 1))
-        travel = self.factor * (curve(inside) + slope * (reading - inside))
-        return np.where(outside, np.inf, travel)
+        return np.where(outside, np.inf, self.factor * PchipInterpolator(*self.table)(reading))
 
 
 def _read_table(file: str | Path) -> np.ndarray:
@@ -171,19 +150,17 @@ def _read_table(file: str | Path) -> np.ndarray:
         if rows and not rows[0][0].strip().lstrip("+-.")[:1].isdigit():
             rows = rows[1:]  # the names of the columns
         table = np.array([(float(reading), float(mm)) for reading, mm in rows]).reshape(-1, 2).T
+        table = table[:, np.argsort(table[0], kind="stable")]
+        rises = np.diff(table, axis=1)
+        steady = (rises[0] > 0).all() and ((rises[1] > 0).all() or (rises[1] < 0).all())
+        if not (rises.size and steady and np.isfinite(table).all()):
+            raise ValueError("its mm do not rise, or fall, from reading to reading")
     except (RejectedCurveError, ValueError, csv.Error) as error:
         raise ValueError(
-            f"endurance.format.table, {file}: cannot be read, or has lines that are not two "
-            f"numbers, reading and mm, with a comma between and decimal points: {error}"
+            f"endurance.format.table, {file}: {error}; write two lines or more of a reading and "
+            "its mm, with a comma between and decimal points, each reading once, with mm that "
+            "only rise or only fall"
         ) from error
-    table = table[:, np.argsort(table[0], kind="stable")]
-    rises = np.diff(table, axis=1)
-    steady = (rises[0] > 0).all() and ((rises[1] > 0).all() or (rises[1] < 0).all())
-    if not (rises.size and steady and np.isfinite(table).all()):
-        raise ValueError(
-            f"endurance.format.table, {file}: needs two points or more, each reading once, and mm "
-            "that only rise or only fall with it"
-        )
     return table
 
 
@@ -193,13 +170,12 @@ def seen_quantum(travel: np.ndarray) -> float:
     Where many neighbours are equal, the smaller steps of all others are multiples of it.
     """
     steps = np.abs(np.diff(travel[np.isfinite(travel)]))
-    tied = steps <= 1e-9 * steps.max(initial=0.0)
-    if tied.sum() <= _TIES * steps.size or tied.all():
+    tied = np.isclose(steps, 0.0, atol=1e-9 * steps.max(initial=0.0))
+    if tied.sum() <= _FEW * steps.size or tied.all():
         return 0.0
     steps = np.sort(steps[~tied])
-    counts = steps / steps[steps.size // _SMALL]
-    whole = np.rint(counts)
+    whole = np.rint(steps / steps[steps.size // _SMALL])
     small = (whole > 0.0) & (whole <= _SMALL)
-    if np.quantile(np.abs(counts - whole)[small], 0.9) > 0.2:
-        return 0.0
-    return float(np.median(steps[small] / whole[small]))
+    steps, whole = steps[small], whole[small]
+    quantum = float(np.median(steps / whole))
+    return quantum if np.median(np.abs(steps / quantum - whole)) < _PRINTED else 0.0

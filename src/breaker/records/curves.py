@@ -150,14 +150,13 @@ def put_on_grid(record: Record, grid: Grid) -> GriddedRecord:
     """
     gridded = record.on_grid(grid.times)
     noise = record.noise_at(float(grid.times[1] - grid.times[0]))
-    back = not np.isnan(record.segment.back)
     try:
         check_missing(gridded, record.settings["missing"])
         remarks = [
             record.warning,
             *record.remarks_on(grid.noise_sd, grid.zero_sd),
             _onset_remark(record.first_motion_sd, grid.onset_sd),
-            *grid_remarks(gridded, record.time[record.inside], grid.times, back=back),
+            *grid_remarks(gridded, record.time[record.inside], grid.times),
         ]
     except UnusableError as error:
         raise RejectedCurveError(record.operation.file, str(error)) from error

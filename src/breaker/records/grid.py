@@ -1,11 +1,10 @@
 """A record on the model's grid of time, around its first motion.
 
-Where the record's step divides the grid's, the grid takes whole samples. Any other rate: a time of
-the grid takes the nearest sample, moved to that time by the cubic through it and its neighbours,
-four in all. No sample serves two times of the grid, and a time without a sample within half a step
-of the grid has none, which is how a slow record fits: a number is never made from a sample that
-another time of the grid has. Of white noise, such a cubic keeps a part or all, and never makes
-more. High rates are not averaged, for that would change the noise unnoticed.
+Where the record's step divides the grid's, the grid takes whole samples. At any other rate, a time
+of the grid takes the nearest sample, moved to that time by the cubic through four samples. No
+sample serves two times of the grid, and a time without a sample within half a step of the grid has
+none. Such a cubic never makes white noise larger. High rates are not averaged, for that would
+change the noise unnoticed.
 """
 
 from typing import NamedTuple
@@ -15,8 +14,7 @@ import numpy as np
 from breaker.common.numerals import in_digits
 from breaker.records.rejections import Remark, UnusableError
 
-_WHOLE = 1e-3  # samples, by which a step of the grid may be off whole ones
-_ON = 1e-6  # samples, from which a time is on a sample
+_ON = 1e-3  # samples, by which a place, or a step of the grid, may be off whole ones
 _FEWEST = 16  # samples of a motion, which is two for each parameter
 
 
@@ -67,43 +65,31 @@ def on_grid(time: np.ndarray, travel: np.ndarray, times: np.ndarray, moves: floa
     first = round((moves + times[0] - time[0]) / step)
     start = float(time[first] if 0 <= first < len(time) else time[0] + first * step)
     start -= float(times[0])
-    if every > 0.5 and abs(every - round(every)) <= _WHOLE:
+    if every > 0.5 and abs(every - round(every)) <= _ON:
         every = round(every)
     place = first + every * np.arange(len(times))
     nearest = np.rint(place)
+    place = np.where(np.abs(place - nearest) < _ON, nearest, place)
     # Of the times that have the same nearest sample, the one that is nearest to it has it.
     sampled = np.abs(place - nearest) <= 0.5 * min(every, 1.0) + _ON
     sampled[1:] &= ~(sampled[:-1] & (nearest[1:] == nearest[:-1]))
-    indices, weights = cubic_weights(place[sampled])
     record = np.full(len(times), np.nan)
-    # A weight of 0 needs no sample; any other makes NaN of NaN.
-    parts = np.where(weights == 0.0, 0.0, weights * _at(travel, indices))
-    record[sampled] = parts.sum(axis=1)
+    record[sampled] = _cubic(travel, place[sampled])
     return Gridded(record, start, sampled, float(np.abs(place - nearest)[sampled].max() * step))
 
 
-def _at(travel: np.ndarray, indices: np.ndarray) -> np.ndarray:
-    """Travel at indices; NaN before the first sample and after the last."""
-    there = (indices >= 0) & (indices < len(travel))
-    return np.where(there, travel[np.where(there, indices, 0)], np.nan)
-
-
-def cubic_weights(place: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the four samples about each place, and their weights in the cubic through them.
-
-    Args:
-        place: Where, ``(m,)``, in samples.
-
-    Returns:
-        Indices and weights, both ``(m, 4)``; on a sample its weight is 1 and the others are 0.
-    """
-    place = np.where(np.abs(place - np.rint(place)) < _ON, np.rint(place), place)
-    before = np.floor(place)
+def _cubic(travel: np.ndarray, place: np.ndarray) -> np.ndarray:
+    """Values of the cubic through the four samples about each place; NaN where one is missing."""
+    before = np.floor(place).astype(int)
     x = (place - before)[:, None]
-    nodes = np.arange(-1.0, 3.0)
+    nodes = np.arange(-1, 3)
     others = np.array([nodes[nodes != node] for node in nodes])  # (4, 3)
     weights = np.prod((x[:, :, None] - others) / (nodes[:, None] - others), axis=2)
-    return before.astype(int)[:, None] + nodes.astype(int), weights
+    indices = before[:, None] + nodes
+    there = (indices >= 0) & (indices < len(travel))
+    samples = np.where(there, travel[np.where(there, indices, 0)], np.nan)
+    # A weight of 0 needs no sample; any other makes NaN of NaN.
+    return np.where(weights == 0.0, 0.0, weights * samples).sum(axis=1)
 
 
 def check_missing(gridded: Gridded, allowed: float) -> None:
@@ -122,14 +108,13 @@ def check_missing(gridded: Gridded, allowed: float) -> None:
         )
 
 
-def grid_remarks(gridded: Gridded, time: np.ndarray, times: np.ndarray, *, back: bool) -> list[str]:
+def grid_remarks(gridded: Gridded, time: np.ndarray, times: np.ndarray) -> list[str]:
     """Return remarks where a record does not cover a grid or its rate does not fit.
 
     Args:
         gridded: The record on the grid.
         time: Times of the record's part, ``(n,)``, ms.
         times: Times of the grid, ``(t,)``, ms.
-        back: Whether the part ends because the travel goes back.
     """
     step = float(time[-1] - time[0]) / (len(time) - 1)
     late = time[0] - gridded.start - times[0]
@@ -138,14 +123,8 @@ def grid_remarks(gridded: Gridded, time: np.ndarray, times: np.ndarray, *, back:
     if late > step:
         remarks.append(Remark("begins-late", late=f"{late:.1f}"))
     if early > step:
-        why = "the travel goes back" if back else "the record ends"
-        remarks.append(Remark("ends-early", why=why, early=f"{early:.1f}", at=f"{time[-1]:.1f}"))
+        remarks.append(Remark("ends-early", early=f"{early:.1f}", at=f"{time[-1]:.1f}"))
     if gridded.moved > 0.0 or not gridded.sampled.all():
-        none = int((~gridded.sampled).sum())
-        lacks = f"; {none} times of the grid have no sample" if none else ""
-        moved = (
-            f"moved by up to {in_digits(gridded.moved, 2)} ms to" if gridded.moved else "whole at"
-        )
-        values = {"step": in_digits(step, 4), "moved": moved, "lacks": lacks}
-        remarks.append(Remark("rate-moved", **values))
+        none, moved = int((~gridded.sampled).sum()), in_digits(gridded.moved, 2)
+        remarks.append(Remark("rate-moved", step=in_digits(step, 4), moved=moved, none=none))
     return remarks

@@ -3,12 +3,10 @@
 from collections.abc import Sequence
 from statistics import NormalDist
 
-CHECKS = 8
-"""Checks of a record that have a statistic: of samples 3, of rests 2, of the noise 3."""
-
-FALSE = 1e-3 / CHECKS
-"""False-alarm rate of a check: all of them together have a remark on 1e-3 of good records."""
-
+FALSE = 1.25e-4
+"""False-alarm rate of a check with a statistic: the eight together have a remark on 1e-3 of good
+records.
+"""
 
 MATTERS = 0.003
 """Strokes: smaller errors change no quantity by more than its usual error."""
@@ -52,8 +50,9 @@ TEXTS = {
     "drifts": "the reading drifts at rest, by {drift} m/s: {way} mm over the grid",
     "uneven": "the times are off even steps of {step} ms by up to {off} ms",
     "begins-late": "the record begins {late} ms after the grid",
-    "ends-early": "{why} {early} ms before the grid ends, at {at} ms",
-    "rate-moved": "one sample every {step} ms, {moved} times of the grid{lacks}",
+    "ends-early": "the motion ends {early} ms before the grid, at {at} ms",
+    "rate-moved": "one sample every {step} ms, moved by up to {moved} ms to times of the grid, of "
+    "which {none} have no sample",
     "onset-vague": "the first motion is certain to ±{sd} ms only, more than sensor.onset_sd, "
     "{assumed:g} ms: does the travel move before it, by hum or a drift?",
 }
