@@ -1,4 +1,4 @@
-"""Results of an analyser are compared with the same quantity, motion, channel and zone."""
+"""Results of an analyser are compared with the same quantity, motion and channel."""
 
 import math
 
@@ -12,14 +12,13 @@ SENSOR = {"start": -2.0, "stop": 58.0, "samples": 151, "noise_sd": 0.1}
 
 @pytest.mark.parametrize("style", STYLES)
 def test_a_result_is_compared_with_its_counterpart_and_nothing_else(tmp_path, style):
-    truth, phases = write_style(tmp_path / "export.csv", style)
+    truth = write_style(tmp_path / "export.csv", style)
     proposal = inspect_file(tmp_path / "export.csv", SENSOR)
     columns = [proposal.layout.column(each.place) for each in proposal.travels]
-    phase_of = dict(zip(columns, phases, strict=True))
+    phase_of = dict(zip(columns, "RYB", strict=True))
     compared = {}
     for each in proposal.compared:
         if math.isfinite(each.measured):
             motion = each.motion if (truth[each.printed.value] or ("", "?"))[1] else ""
-            found = phase_of[each.column], motion, each.quantity, each.zone
-            compared[each.printed.value] = found
+            compared[each.printed.value] = phase_of[each.column], motion, each.quantity
     assert compared == {value: each for value, each in truth.items() if each}

@@ -17,7 +17,8 @@ from breaker.records.fits import filled
 if TYPE_CHECKING:
     from breaker.drive.answers.picture_data import PictureCurve, Shown
     from breaker.drive.answers.reference_curve import Overlay
-    from breaker.records.proposal import InspectedMotion, Proposal
+    from breaker.records.description import InspectedMotion
+    from breaker.records.proposal import Proposal
 
 MOTIONS = {"closing": style.CORRECTED, "opening": style.AMORTISED}  # colours
 BAND = {"color": style.PRIOR, "alpha": 0.25, "lw": 0}  # of tolerances

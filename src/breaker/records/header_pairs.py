@@ -64,36 +64,28 @@ def number_of(text: str, decimal: str) -> tuple[float, str]:
     if match is None:
         return math.nan, ""
     digits, unit = match[1], (match[2] or "").strip("[]()")
-    other = "," if decimal == "." else "."
     if _GROUPS.fullmatch(digits) and decimal not in digits:
-        digits = digits.replace(other, "")
+        digits = re.sub("[.,]", "", digits)
     digits = digits.replace(",", ".")
     return (float(digits) if digits.count(".") < 2 else math.nan), unit
-
-
-def lines_of(rows: Iterable[Sequence[str]]) -> list[Line]:
-    """Return lines by their cells; a line that has not been split is one cell."""
-    return [_line(row) for row in rows]
 
 
 def pairs_of(lines: Iterable[Line]) -> list[Pair]:
     """Return the pairs of lines.
 
     >>> rows = [["Speed (kC) :", "10", "", "Range :", "8000"], ["Bay = 4"]]
-    >>> [tuple(pair) for pair in pairs_of(lines_of(rows))]
+    >>> [tuple(pair) for pair in pairs_of(map(line_of, rows))]
     [('Speed', 'kC', ('10',)), ('Range', '', ('8000',)), ('Bay', '', ('4',))]
     """
-    found: list[Pair] = []
+    found: list[tuple[str, list[str]]] = []
     for line in lines:
-        name, values = "", []
-        for text, named, _ in [*line.tokens, Token("", True, 0)]:
-            if named and name:
-                found.append(Pair(*name_of(name), tuple(values)))
+        began = len(found)
+        for text, named, _ in line.tokens:
             if named:
-                name, values = text, []
-            elif name and text:
-                values.append(text)
-    return found
+                found.append((text, []))
+            elif text and len(found) > began:
+                found[-1][1].append(text)
+    return [Pair(*name_of(name), tuple(values)) for name, values in found]
 
 
 @lru_cache(maxsize=4096)  # files of a folder have the same names
@@ -112,35 +104,34 @@ def name_of(text: str) -> tuple[str, str]:
     return f"{_UNIT.sub(' ', text).strip()} {label}".strip(), unit
 
 
-def _line(row: Sequence[str]) -> Line:
-    """Return a line. Without a sign the place of a cell decides whether it is a name."""
-    cells: list[tuple[str, int]] = []
-    whole = sum(map(bool, row)) == 1  # a line that has not been split
-    for place, cell in enumerate(row):
-        for i, part in enumerate(_parts(cell)):
-            if part in (":", "=") and cells:
-                cells[-1] = cells[-1][0] + part, cells[-1][1]  # in a cell of its own
-            else:
-                cells.append((part, i if whole else place))
-    texts = [text for text, _ in cells]
-    if any(map(_SIGNED.match, texts)):
-        return Line([token for cell in cells for token in _signed(*cell)], True)
-    if len(list(filter(None, texts))) == 1 and (behind := _BEHIND.fullmatch("".join(texts))):
+def line_of(row: Sequence[str]) -> Line:
+    """Return a line by its cells. Without a sign a name is first or behind a blank cell, or names
+    and values stand in turn.
+    """
+    cells = [part for cell in row for part in _parts(cell)]
+    if any(map(_SIGNED.match, cells)):
+        return Line(
+            [token for place, cell in enumerate(cells) for token in _signed(cell, place)], True
+        )
+    if len(list(filter(None, cells))) == 1 and (behind := _BEHIND.fullmatch("".join(cells))):
         return Line([Token(behind[1], True, 0), Token(behind[2], False, 0)], False)
-    # Names and values in turn, or a name is first or behind a blank cell, and before a value.
-    named = [i % 2 == 0 for i in range(len(texts))]
-    worded = all(text[:1].isalpha() for text in texts[::2])
-    if not (worded and all(texts) and len(texts) > 2 and len(texts) % 2 == 0):
-        around = zip(["", *texts], texts, [*texts[1:], ""], strict=False)
-        named = [bool(not before and after and t[:1].isalpha()) for before, t, after in around]
-    return Line([Token(t, n, p) for (t, p), n in zip(cells, named, strict=True)], False)
+    around = zip(["", *cells], cells, [*cells[1:], ""], strict=False)
+    named = [bool(not before and after and cell[:1].isalpha()) for before, cell, after in around]
+    if (
+        all(cell[:1].isalpha() for cell in cells[::2])
+        and all(cells)
+        and len(cells) > 2
+        and len(cells) % 2 == 0
+    ):
+        named = [place % 2 == 0 for place in range(len(cells))]
+    return Line([Token(*of) for of in zip(cells, named, range(len(cells)), strict=True)], False)
 
 
 @lru_cache(maxsize=4096)
 def _parts(cell: str) -> list[str]:
-    """Split a cell that is a line with another delimiter; a single quote may be an inch."""
-    quotes = '"' if cell.count('"') % 2 == 0 else r'^\s*"|(?<!\d)"\s*$'
-    cell = re.sub(quotes, "", cell).strip(" \t,").lstrip("#%! ")
+    """Split a cell that is a line with another delimiter."""
+    cell = cell.replace('"', "").strip(" \t,")
+    cell = cell.lstrip("#%! ") or cell
     if _COMMAS.search(cell):
         return [part.strip() for part in cell.split(",")]
     cell = re.sub(r"\s*([:=：])(?=\s|$)\s*", r"\1 ", cell).strip()

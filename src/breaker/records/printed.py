@@ -1,8 +1,9 @@
 """Results that an analyser printed, and the same quantities measured in the same record.
 
 The words around a number define it: the name in its line, the head of its column, and the titles
-above. A result is compared where these words state the quantity and the channel, for a speed the
-points, and for a time the contact, if the pole has several. All other results have a reason.
+above. A result is compared where these words state the quantity, the channel and the motion, and a
+speed where the text states its points for all speeds. Results of one contact of several, and those
+with anything else in their words, are left out.
 """
 
 from __future__ import annotations
@@ -11,48 +12,31 @@ import math
 import re
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
-from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, NamedTuple
 
-from breaker.common.numerals import in_digits
+import numpy as np
+
 from breaker.model.quantities import EVENTS, SPEEDS, Speed
+from breaker.records import words
 from breaker.records.header_pairs import Line, Token, name_of, number_of, pairs_of
 from breaker.records.lexicon import WORDS
 from breaker.records.settings import TO_MM, TO_MS
-from breaker.records.words import (
-    COLUMN_PHASE,
-    MOTION_OF,
-    any_of,
-    by_words,
-    channel_in,
-    channel_of,
-    holds,
-    motion_of,
-    motions_in,
-    phase_in,
-    sequence_of,
-    unit_of,
-)
 
 if TYPE_CHECKING:
     from breaker.records.channels import Travel
+    from breaker.records.description import InspectedMotion
     from breaker.records.header import Header
     from breaker.records.sheet import Sheet
 
-_results_in, _parts_in = by_words(WORDS["results"]), by_words(WORDS["contact parts"])
-_heads_in = by_words({each: WORDS[each] for each in ("result_heads", "barred_heads")})
-_stated_in = by_words(
-    {key: WORDS["stated"][key] for key in ("operation", "phases", "width of speed")}
+_meanings = words.by_words(WORDS["results"])
+_heads_in = words.by_words({each: WORDS[each] for each in ("result_heads", "barred_heads")})
+_stated_in = words.by_words({key: WORDS["stated"][key] for key in ("operation", "phases")})
+_BEHIND, _BREAK = (words.any_of(WORDS["labels"][e]) for e in ("phase behind its letter", "break"))
+_PHASE = re.compile(rf"({words.COLUMN_PHASE})[\W_]*{_BEHIND}\b", re.I)
+_PART = re.compile(
+    "|".join([rf"{_BREAK}[\W_]*\d", *map(words.any_of, WORDS["contact parts"].values())]), re.I
 )
-_LABELS = {key: any_of(words) for key, words in WORDS["labels"].items()}
-_BREAK = re.compile(rf"{_LABELS['break']}[\W_]*(\d)", re.I)
-_PHASE = re.compile(rf"({COLUMN_PHASE})[\W_]*{_LABELS['phase behind its letter']}\b", re.I)
-_SHARES = re.compile(
-    r"(?:from |between )?([\d.]+)\s*%?\s*(?:-|–|\.\.+|to|bis)\s*([\d.]+)\s*%(?: of \w+)?", re.I
-)
-_NEAR = re.compile(rf"([\d.]+) ?(ms|mm) (before|after) (?:the )?{WORDS['contact_event']}\w*", re.I)
-_REMARK = re.compile(r"(?<=\S)\s*[(\[]([^()\[\]]*\d[^()\[\]]*)[)\]]\s*$")  # such as (max 60 ms)
 
 # Shares by which a printed value may differ from the measured value, beyond the error of that:
 # printed strokes are rounded to 1 mm of 100, and zones of speeds to a sample at each end.
@@ -60,15 +44,13 @@ _DIFFERS = {"stroke": 0.01, "speed": 0.03}
 
 
 class Printed(NamedTuple):
-    """A result of an analyser; motion, channel, part and points are empty where none is stated.
+    """A result of an analyser; motion and channel are empty where none is stated.
 
     Attributes:
         quantity: Key of ``results`` in the lexicon, such as "stroke" or "closing_time".
         motion: "closing" or "opening".
         channel, unit, name: As in the text.
         value: Number in its unit.
-        part: Contact of the pole: "main", "arcing" or "break 1".
-        points: Points of a speed, as ``Point.read`` takes them, with {event} for touch or parting.
     """
 
     quantity: str
@@ -77,8 +59,6 @@ class Printed(NamedTuple):
     value: float
     unit: str
     name: str
-    part: str = ""
-    points: tuple[str, ...] = ()
 
     @property
     def size(self) -> float | None:
@@ -86,22 +66,14 @@ class Printed(NamedTuple):
         kind = self.quantity.rpartition("_")[2]
         sizes = {"speed": WORDS["speeds"], "current": WORDS["amperes"], "time": TO_MS}
         known = sizes.get(kind, TO_MM | {"deg": math.nan})
-        return known.get(unit_of(self.unit) or self.unit.lower())
-
-    def speed(self, motion: str, stated: Mapping[str, Speed]) -> Speed | None:
-        """Return the definition of a printed speed; None where no two points are stated."""
-        if self.quantity != "speed" or not self.points:
-            return stated.get(motion) if self.quantity == "speed" else None
-        with suppress(ValueError):  # such as from 90 to 10 %
-            return _speed(motion, self.points)
-        return None
+        return known.get(words.unit_of(self.unit) or self.unit.lower())
 
 
-def printed_in(lines: Sequence[Line], decimal: str = ".") -> tuple[Printed, ...]:
+def printed_in(lines: Iterable[Line], decimal: str = ".") -> tuple[Printed, ...]:
     """Return the results in the lines above the samples; none of several with the same words.
 
-    >>> from breaker.records.header_pairs import lines_of
-    >>> lines = lines_of([["Parameter", "CH1", "CH2"], ["Stroke (mm)", "178.1", "178.4"]])
+    >>> from breaker.records.header_pairs import line_of
+    >>> lines = map(line_of, [["Parameter", "CH1", "CH2"], ["Stroke (mm)", "178.1", "178.4"]])
     >>> [each[:5] for each in printed_in(lines)]
     [('stroke', '', 'CH1', 178.1, 'mm'), ('stroke', '', 'CH2', 178.4, 'mm')]
     """
@@ -109,155 +81,123 @@ def printed_in(lines: Sequence[Line], decimal: str = ".") -> tuple[Printed, ...]
     for line in lines:
         reader.read(line)
     found = [each for each in dict.fromkeys(reader.found) if each.size is not None]
-    keys = [(*each[:3], *each[6:]) for each in found]
-    counts = Counter(keys)
-    return tuple(each for each, key in zip(found, keys, strict=True) if counts[key] == 1)
+    counts = Counter(each[:3] for each in found)
+    return tuple(each for each in found if counts[each[:3]] == 1)
 
 
+@dataclass
 class _Reader:
-    """A reader of lines, with the titles and heads of columns that hold for the next line."""
+    """A reader of lines, with what titles and heads of columns state for the next line."""
 
-    def __init__(self, decimal: str) -> None:
-        self.decimal = decimal
-        self.found: list[Printed] = []
-        self.title = self.pole = ""  # words of the motion, and of the channel
-        self.barred = False  # whether the title is of limits
-        self.heads: dict[int, str] = {}  # by the place of their column
+    decimal: str
+    found: list[Printed] = field(default_factory=list)
+    heads: Mapping[int, str] = field(default_factory=dict)  # by the place of their column
+    motion: str = ""
+    channel: str = ""
+    barred: bool = False  # whether the title is of limits, or of one contact of several
 
     def read(self, line: Line) -> None:
         """Read the next line."""
         tokens = [token for token in line.tokens if token.text]
-        numbers = any(math.isfinite(self._number(token.text)[0]) for token in tokens)
-        if len(tokens) == 1 and not numbers:
-            self._entitle(tokens[0].text)
-        heads = {} if numbers or line.signed else self._heads_of(tokens)
-        names = sum(bool(_quantity(token.text)) for token in tokens)
-        if heads or not numbers or line.signed or names > 1:
-            self.heads = heads
-        if not heads:
+        numbers = any(math.isfinite(number_of(t.text, self.decimal)[0]) for t in tokens)
+        several = sum(bool(_quantity(token.text)) for token in tokens) > 1
+        if line.signed or several or not numbers:
+            self.heads = {} if line.signed else _heads_of(tokens, self.heads)
+        if numbers:
             self._values(tokens, line.signed)
+        elif len(tokens) == 1:
+            self._entitle(tokens[0].text, line.signed)
         for pair in pairs_of([line]):
             kinds = _stated_in(pair.name)
             if "operation" in kinds:
-                self.title = MOTION_OF.get(sequence_of(pair.text), "")
-            elif "phases" in kinds and _channel_in(pair.text):
-                self.pole = f"{pair.name} {pair.text}"
+                self.motion = words.MOTION_OF.get(words.sequence_of(pair.text), "")
+            elif "phases" in kinds:
+                self.channel = _channel_in(pair.text) or self.channel
 
-    def _number(self, text: str) -> tuple[float, str]:
-        """Return a cell as a number without a remark in brackets, and its unit."""
-        return number_of(_REMARK.sub("", text), self.decimal)
-
-    def _entitle(self, text: str) -> None:
+    def _entitle(self, text: str, signed: bool) -> None:
         """Take a title: of a motion or a channel, or of a section, which ends both."""
-        motion, channel = motion_of(text), _channel_in(text)
-        if motion:
-            self.title, self.pole = text, text if channel else ""
-        elif channel:
-            self.pole = text
-        else:
-            self.title, self.pole, self.barred = "", "", "barred_heads" in _heads_in(text)
-
-    def _heads_of(self, tokens: Sequence[Token]) -> dict[int, str]:
-        """Return heads of columns with those above; none if cells are something else."""
-        if self.heads and tokens and all(unit_of(token.text) for token in tokens):
-            units = {token.place: f"({token.text})" for token in tokens}
-            return {place: f"{head} {units.get(place, '')}" for place, head in self.heads.items()}
-        known = [any((_channel_in(t), motion_of(t), _quantity(t))) for t, *_ in tokens]
-        first = tokens[0] if tokens else Token("", False, 0)
-        corner = bool(_heads_in(first.text)) or (first.place > 0 and any(known))
-        if len(tokens) < 2 or not (corner or all(known)):
-            return {}
-        shift = int(not corner)  # heads of the channels alone
-        heads = dict(self.heads)
-        for text, _, place in tokens:
-            above = [head for at, head in self.heads.items() if at <= place][-1:]
-            heads[place + shift] = " ".join([*above, text])
-        return heads
+        named = bool(_meanings_of(text))  # such as a name whose value is blank
+        motion, channel = ("", "") if named else (words.motion_of(text), _channel_in(text))
+        if not (motion or channel):
+            barred = "barred_heads" in _heads_in(text) and not name_of(text)[1]
+            self.barred = barred or bool(_PART.search(text)) or (self.barred and signed)
+        self.motion, self.channel = motion or (self.motion if channel else ""), channel
 
     def _values(self, tokens: Sequence[Token], signed: bool) -> None:
         """Read names with their values, or those of columns."""
-        name, words, unit, filled = "", [], "", False
-        behind = [*(token.text for token in tokens[1:]), ""]
-        for (text, named, place), after in zip(tokens, behind, strict=False):
-            head, (number, own) = self.heads.get(place, ""), self._number(text)
-            label = f"{head} {text}" if _heads_in(head) and not _channel_in(head) else ""
-            if math.isnan(number) or not head or _quantity(head):
-                label = ""  # such as that of a column of poles
-            if _channel_in(label) or _BREAK.search(label):
-                words.append(label)
-            elif math.isfinite(number):
-                own = own or unit or (after if unit_of(after) else "")
-                zones = [each for each in _REMARK.findall(text) if _points_in(each)[0]]
-                if all(_channel_in(w) or _part_in(w) or _heads_in(w) for w in words):
-                    self._add(name or head, [*words, *zones, head if name else ""], number, own)
+        name, unit, labels, filled = "", "", [], False
+        for token, after in zip(tokens, [*tokens[1:], Token("", False, 0)], strict=True):
+            text = token.text
+            number, own = number_of(text, self.decimal)
+            if math.isfinite(number):
+                around = [name, *labels, self.heads.get(token.place, "")]
+                behind = after.text if words.unit_of(after.text) else ""
+                if all(map(_is_known, labels)):
+                    self._add([*filter(None, around)], number, own or unit or behind)
                 filled = True
-            elif head.lower().startswith("unit"):
-                unit = text
-            elif _quantity(text) or (named and signed and not _channel_in(text)):
-                name = " ".join([*([] if filled or signed else words), text])
-                words, filled = [], False
-            elif named or not (filled and unit_of(text)):
-                words = [word for word in words if not _channel_in(word)] + [text]
+            elif _quantity(text) or (token.named and signed and not _channel_in(text)):
+                labels = [] if filled or signed else labels
+                name, unit, filled = text, "", False
+            elif _channel_in(text):
+                labels = [*(label for label in labels if not _channel_in(label)), text]
+            elif words.unit_of(text):
+                unit = unit if filled else text
+            else:
+                labels.append(text)
 
-    def _add(self, name: str, labels: Sequence[str], value: float, unit: str) -> None:
-        """Add a result, if its words state what it is and nothing else."""
-        texts, quantity = (name, *labels), _quantity(name)
-        kinds = {
-            kind for t in labels for kind in _results_of(t)[:1] if not (kind and channel_of(t))
-        }
-        motions = {each for t in (quantity.replace("_", " "), *texts) for each in motions_in(t)}
-        motions |= {motion_of(text) for text in texts} - {""}
-        if self.barred or not quantity or kinds - {quantity, "contact_time"} or len(motions) > 1:
+    def _add(self, texts: Sequence[str], value: float, unit: str) -> None:
+        """Add a result, if the words around it state what it is and nothing else."""
+        subject = next(filter(_quantity, texts), "")
+        quantity, others = _quantity(subject), [text for text in texts if text != subject]
+        kinds = {k for t in others for k in _meanings_of(t)[:1] if not (k and words.channel_of(t))}
+        motions = words.motions_in(" ".join([quantity.replace("_", " "), *texts]))
+        odd = (
+            kinds - {quantity, "contact_time"} or len(motions) > 1 or any(map(_PART.search, texts))
+        )
+        if self.barred or odd or not quantity:
             return
-        (bare, own), *more = map(name_of, texts)
-        unit = next(filter(None, (own, *(each[1] for each in more))), unit)
-        motion = motions.pop() if motions else motion_of(self.title)
-        if quantity == "contact_time" and not (motion and unit):
-            return
-        channel = next(filter(None, map(_channel_in, (*labels, bare, self.pole))), "")
-        part = next(filter(None, map(_part_in, (*labels, name, self.pole, self.title))), "")
-        points = next(filter(None, (_points_in(text)[0] for text in texts)), ())
-        self.found.append(Printed(quantity, motion, channel, value, unit, bare, part, points))
+        motion = motions[0] if motions else self.motion
+        bare, first = name_of(subject)
+        unit = next(filter(None, (first, *(name_of(text)[1] for text in others))), unit)
+        channel = next(filter(None, map(_channel_in, (*others, bare))), self.channel)
+        if quantity != "contact_time" or (motion and unit):
+            self.found.append(Printed(quantity, motion, channel, value, unit, bare))
+
+
+def _heads_of(tokens: Sequence[Token], above: Mapping[int, str]) -> dict[int, str]:
+    """Return heads of columns with those above; none if cells are something else."""
+    known = [any((_channel_in(t), words.motion_of(t), _quantity(t))) for t, *_ in tokens]
+    corner = tokens and (_heads_in(tokens[0].text) or (tokens[0].place > 0 and any(known)))
+    if len(tokens) < 2 or not (corner or all(known)):
+        return {}
+    heads = dict(above)
+    for text, _, place in tokens:
+        over = [head for at, head in above.items() if at <= place][-1:]
+        heads[place + (not corner)] = " ".join([*over, text])  # or heads of channels alone
+    return heads
+
+
+def _is_known(label: str) -> bool:
+    """Return whether the words of a label are of a kind that a result may have."""
+    kinds = _channel_in(label), _heads_in(label), words.motion_of(label), _meanings_of(label)
+    return any(kinds)
 
 
 def _quantity(text: str) -> str:
     """Return the quantity of a name; empty where it has none, or not one of an operation."""
-    return next(iter(_results_of(text)), "")
+    return next(iter(_meanings_of(text)), "")
 
 
-def _results_of(text: str) -> tuple[str, ...]:
+def _meanings_of(text: str) -> tuple[str, ...]:
     """Return the meanings of a name as one of results, of which the first counts."""
-    bare, unit = name_of(_points_in(text)[1])
-    return _results_in(bare) or _results_in(f"{bare} in {unit}")
+    bare, unit = name_of(text)
+    return _meanings(bare) or _meanings(f"{bare} in {unit}")
 
 
 def _channel_in(text: str) -> str:
     """Return the channel or phase in a text; a number of its own is a channel."""
-    found = channel_in(text) or re.fullmatch(r"\d{1,2}", text.strip()) or _PHASE.match(text)
-    return found[0] if found else phase_in(text)
-
-
-def _part_in(text: str) -> str:
-    """Return the contact of a pole that a text names, empty where it names none."""
-    found = _BREAK.search(text)
-    return f"break {found[1]}" if found else next(iter(_parts_in(text)), "")
-
-
-def _points_in(name: str) -> tuple[tuple[str, ...], str]:
-    """Return the points of a speed in a name, and the name without them."""
-    if found := _SHARES.search(name):
-        return tuple(f"{share} % of stroke" for share in found.groups()), name.replace(found[0], "")
-    if found := _NEAR.search(name):
-        amount, unit, side = (each.lower() for each in found.groups())
-        points = _near_event(f"{amount} {unit} {side}")
-        return points, name.replace(found[0], "")
-    return (), name
-
-
-def _near_event(place: str) -> tuple[str, ...]:
-    """Return the points between a contact event and a place before or after it."""
-    points = (f"{place} {{event}}", "{event}")
-    return points if place.endswith("before") else points[::-1]
+    found = words.channel_in(text) or re.fullmatch(r"\d{1,2}", text.strip()) or _PHASE.match(text)
+    return found[0] if found else words.phase_in(text)
 
 
 # ---- comparing -----------------------------------------------------------------------------------
@@ -277,17 +217,12 @@ class PrintedComparison:
     zone: str = ""
     measured: float = math.nan
     reason: str = ""
-    sd: float = math.nan
+    differs: bool = False  # by more than such values do, and than its error is
 
     @property
     def difference(self) -> float:
         """Share of the printed value by which the measured one differs."""
         return self.measured / self.printed.value - 1.0
-
-    @property
-    def differs(self) -> bool:
-        """Whether it does by more than such values do, and than its error is."""
-        return differs(self.printed.quantity, self.printed.value, self.measured, self.sd)
 
 
 def differs(quantity: str, printed: float, measured: float, sd: float) -> bool:
@@ -301,133 +236,87 @@ def differs(quantity: str, printed: float, measured: float, sd: float) -> bool:
     return bool(printed and abs(measured - printed) > most + 2.0 * sd)
 
 
-def measured_name(printed: Printed, motion: str, contact: str | int | None = None) -> str:
-    """Return the name of the measured quantity of a result; empty where there is none.
-
-    A time of one contact of several is that of the column of that contact, or of a resistance,
-    which shows main and arcing contact apart.
-    """
-    name = WORDS["measured"].get(printed.quantity, {}).get(motion, "")
-    contact = str(contact or "")
-    if not name.endswith("ing_time") or printed.part in ("", _part_in(contact)):
-        return name
-    if printed.part == "main":
-        return f"main_{name}"
-    return name if printed.part == "arcing" and holds(contact, "resistance") else ""
+def measured_name(printed: Printed, motion: str) -> str:
+    """Return the name of the measured quantity of a result; empty where there is none."""
+    return WORDS["measured"].get(printed.quantity, {}).get(motion, "")
 
 
 def meant_motions(printed: Printed, motions: Iterable[str]) -> list[str]:
-    """Return the motions of a record that a result belongs to: all where it names none, but for an
-    over-travel, a wipe and a bounce the closing, where there is one.
+    """Return the motions of a record that a result is of. Where none is stated, a stroke is of all,
+    and any other result of the only one.
     """
     there = list(dict.fromkeys(motions))
-    of_closing = printed.quantity in ("over_travel", "wipe", "bounce_time") and "closing" in there
-    return [printed.motion] if printed.motion else ["closing"] if of_closing else there
+    if printed.motion:
+        return [printed.motion]
+    return there if printed.quantity == "stroke" or len(there) == 1 else []
 
 
 def stated_speeds(stated: Header) -> dict[str, Speed]:
-    """Return the speeds by motion, between two points that a text states in % of the stroke, or
-    else between the contact event and an amount with a unit.
-    """
+    """Return the speeds by motion, between two points that a text states in % of the stroke."""
     found, shares_of = {}, {*WORDS["share_of_stroke"]}
     usual = "%" if any({p.text.strip(), p.unit} & shares_of for p in stated.speed_points) else ""
     for motion in EVENTS:
-        shares, widths = [], []
-        for pair in stated.speed_points:
-            number, unit = pair.number()
-            if "width of speed" in _stated_in(pair.name):
-                own = motion[:4] in pair.name.lower() and unit in ("ms", "mm") and number > 0
-                widths += [f"{number:g} {unit}"] if own else []
-            elif motion_of(pair.name) in (motion, "") and (unit or usual) == "%":
-                shares += [number] if math.isfinite(number) else []
-        if len(shares) == 2 and not widths and 0 < shares[0] < shares[1] < 100:
-            found[motion] = _speed(motion, [f"{share:g} % of stroke" for share in shares])
-        elif len(widths) == 1 and not shares:
-            side = "before" if motion == "closing" else "after"
-            found[motion] = _speed(motion, _near_event(f"{widths[0]} {side}"))
+        own = [p.number() for p in stated.speed_points if words.motion_of(p.name) in (motion, "")]
+        shares = [number for number, unit in own if number > 0 and (unit or usual) == "%"]
+        if len(shares) == 2 and shares[0] < shares[1] < 100:
+            points = [f"{share:g} % of stroke" for share in shares]
+            found[motion] = Speed.read(f"{motion}_speed", points)
     return found
-
-
-def _speed(motion: str, points: Sequence[str]) -> Speed:
-    points = [point.format(event=EVENTS[motion]) for point in points]
-    return Speed.read(f"{motion}_speed", points)
 
 
 def compare_printed(
-    layout: Sheet, travels: Sequence[Travel], motions: Sequence
+    layout: Sheet, travels: Sequence[Travel], motions: Sequence[InspectedMotion]
 ) -> list[PrintedComparison]:
-    """Compare the results that a text states with what is measured of every ``InspectedMotion``."""
-    speeds, columns = stated_speeds(layout.stated), _columns(layout, travels)
-    found = []
-    for printed in layout.stated.results:
-        if not printed.value:
-            continue  # a zero stands for what the analyser has not seen
-        column = columns.get(printed.channel.casefold())
-        own = [m for m in motions if m.column == column]
-        meant = meant_motions(printed, (m.motion for m in own))
-        own = [m for m in own if m.motion in meant]
-        if len(own) > 1 and len({m.motion for m in own}) == 1:
-            why = f"of which of {len(own)} motions it is, is not stated"
-        elif not own:
-            why = "no motion of it is read" if column else "its channel is not stated"
-            why = why if motions else "a setting is to be filled in"
+    """Compare the results that a text states with what is measured. A zero stands for what the
+    analyser has not seen; a stroke is compared with the closest of the motions that it may be of.
+    """
+    speeds, found = stated_speeds(layout.stated), []
+    labels = {printed.channel for printed in layout.stated.results}
+    for printed in filter(lambda each: each.value, layout.stated.results):
+        own = [
+            t
+            for t in travels
+            if len(travels) == len(labels) == 1 or _is_of(printed.channel, t, layout)
+        ]
+        column = layout.column(own[0].place) if len(own) == 1 else None
+        own = [motion for motion in motions if motion.column == column]
+        meant = meant_motions(printed, (motion.motion for motion in own))
+        every = [_compared(printed, each, speeds) for each in own if each.motion in meant]
+        if every and (len(every) == 1 or printed.quantity == "stroke"):
+            found.append(
+                min(every, key=lambda each: abs(np.nan_to_num(each.difference, nan=np.inf)))
+            )
         else:
-            motion = next((m for m in own if m.record), own[0])
-            found.append(_compared(printed, motion, speeds))
-            continue
-        found.append(PrintedComparison("", printed.motion, printed, reason=why))
+            why = "of which channel or motion it is, is not stated"
+            found.append(PrintedComparison("", printed.motion, printed, reason=why))
     return found
 
 
-def _compared(printed: Printed, motion, speeds: Mapping[str, Speed]) -> PrintedComparison:
+def _is_of(label: str, travel: Travel, layout: Sheet) -> bool:
+    """Return whether a result is of a channel, by its phase or number."""
+    number, letter = words.channel_of(label), _PHASE.match(label)
+    phase = letter[1] if letter else words.phase_in(label)
+    of_number = bool(number) and number == words.channel_of(layout.names[travel.place])
+    return of_number or (bool(phase) and phase.casefold() == travel.phase.casefold())
+
+
+def _compared(
+    printed: Printed, motion: InspectedMotion, speeds: Mapping[str, Speed]
+) -> PrintedComparison:
     """Compare a result with what is measured of a motion."""
-    speed, record = printed.speed(motion.motion, speeds), motion.record
-    contact = str(motion.beside.get("contact_column", ""))
-    name = measured_name(printed, motion.motion, contact)
-    about = (motion.column, motion.motion, printed, name, speed.words if speed else "")
+    speed = speeds.get(motion.motion) if printed.quantity == "speed" else None
+    name, value, sd = measured_name(printed, motion.motion), math.nan, math.nan
+    reason = WORDS["not measured"].get(printed.quantity, "not measured here")
     if printed.quantity == "speed" and speed is None:
-        return PrintedComparison(*about, reason="between which points is not stated")
-    if not name:
-        other = f"it is of another contact than {contact!r}" if printed.part else ""
-        reason = WORDS["not measured"].get(printed.quantity, other or "not measured here")
-        return PrintedComparison(*about, reason=reason)
-    if record is None:
-        return PrintedComparison(*about, reason="the motion is not read")
-    values = record.measured((speed,) if speed else SPEEDS)
-    if name not in values:
-        return PrintedComparison(*about, reason="not measured here")
-    value, sd, reason = values[name]
-    return PrintedComparison(*about, value / printed.size, reason, sd / printed.size)
-
-
-def _columns(layout: Sheet, travels: Sequence[Travel]) -> dict[str, str | int]:
-    """Return the column of travel of each channel that results name, by its phase or number."""
-    labels = {each.channel.casefold() for each in layout.stated.results}
-    found = {}
-    for label in labels - {""}:
-        number, phase = channel_of(label), _phase_of(label)
-        for travel in travels:
-            of_name = channel_of(layout.names[travel.place])
-            if (number and number == of_name) or (phase and phase == travel.phase.casefold()):
-                found.setdefault(label, []).append(layout.column(travel.place))
-    known = {label: columns[0] for label, columns in found.items() if len(columns) == 1}
-    if len(travels) == 1 and len(labels) == 1:
-        known |= dict.fromkeys(labels, layout.column(travels[0].place))
-    return known
-
-
-def _phase_of(label: str) -> str:
-    found = _PHASE.match(label)
-    return (found[1] if found else phase_in(label)).casefold()
-
-
-def stated_remarks(stated: Header, unit: str) -> list[str]:
-    """Return what is doubtful about a text, and what to do with a ratio that it states."""
-    ratio = stated.ratio
-    if math.isnan(ratio) or ratio == 1.0 or unit not in TO_MM:
-        return [*stated.doubts]
-    said = f"the text states a linkage ratio of {in_digits(ratio, 6)}, which is not applied, as "
-    how = (
-        "compare the stroke with the printed one; if it lacks the ratio, set endurance.format.ratio"
+        reason = "between which points is not stated"
+    elif name and motion.record is None:
+        reason = "the motion is not read"
+    elif name:
+        values = motion.record.measured((speed,) if speed else SPEEDS)
+        value, sd, reason = values.get(name, (value, sd, reason))
+    value, sd = value / printed.size, sd / printed.size
+    apart = differs(printed.quantity, printed.value, value, sd)
+    zone = speed.words if speed else ""
+    return PrintedComparison(
+        motion.column, motion.motion, printed, name, zone, value, reason, apart
     )
-    return [*stated.doubts, f"{said}samples are {unit}: {how}"]

@@ -11,16 +11,10 @@ from pathlib import Path
 
 import numpy as np
 
+from breaker.records import description
 from breaker.records.axes import Scale
 from breaker.records.channels import Clock, Travel, chosen_travels, find_clock
 from breaker.records.curves import put_on_grid
-from breaker.records.description import (
-    Findings,
-    InspectedMotion,
-    find_rest,
-    findings_of,
-    motions_of,
-)
 from breaker.records.files import Files, RejectedCurveError
 from breaker.records.formats.registry import look_into
 from breaker.records.grid import Grid
@@ -41,9 +35,9 @@ class Proposal:
     clock: Clock
     travels: Sequence[Travel]
     settings: dict  # keys of ``endurance.format`` that differ from their default
-    motions: Sequence[InspectedMotion]
+    motions: Sequence[description.InspectedMotion]
     remarks: Sequence[str]
-    found: Findings
+    found: description.Findings
 
     @property
     def lacking(self) -> Mapping[str, str]:
@@ -57,9 +51,8 @@ class Proposal:
 
     @cached_property
     def compared(self) -> list[PrintedComparison]:
-        """Printed results, and what is measured; none where a setting is lacking."""
-        used = () if self.lacking else self.motions
-        return compare_printed(self.layout, self.travels, used)
+        """Printed results, and what is measured; none while a setting is lacking."""
+        return compare_printed(self.layout, self.travels, [] if self.lacking else self.motions)
 
 
 def inspect_file(
@@ -78,48 +71,44 @@ def inspect_file(
     files = Files() if files is None else files
     clock = find_clock(sheet := look_into(files[file]))
     every, travels, remarks = chosen_travels(sheet, clock, channel)
-    found = findings_of(sheet, clock, travels)
+    found = description.findings_of(sheet, clock, travels)
     usual = _USUAL / float(np.median(travels[0].strokes))
     instead = {"rate": clock.likely_rate, "ratio": usual, "time_unit": "ms"}
     instead = {key: value for key, value in instead.items() if key in found.lacking}
-    find_rest(found, travels, abs(Scale.from_settings(FORMAT | found.settings | instead).factor))
+    scale = Scale.from_settings(FORMAT | found.settings | instead)
+    description.find_rest(found, travels, abs(scale.factor))
     places = {travel.place for travel in travels}
-    motions = motions_of(sheet, clock, every, found.settings["sign"])
+    motions = description.motions_of(sheet, clock, every, found.settings["sign"])
     motions = [motion for motion in motions if motion.travel.place in places]
     motions = _read(motions, FORMAT | found.settings | instead, sensor, files)
-    found.settings |= _common(motions) | _best_column(motions)
+    first, *others = (motion.beside.items() for motion in motions)
+    found.settings |= dict(item for item in first if all(item in of for of in others))
+    found.settings["travel_column"] = _best_column(motions)
     if "ratio" in found.lacking:
         found.settings["stroke"] = FORMAT["stroke"]
     remarks += [doubt for doubts in found.doubts.values() for doubt in doubts]
     if len({(travel.unit, bool(travel.rises[0])) for travel in travels}) > 1:
         remarks.append("columns of travel differ in unit or direction: choose one by --channel")
-    contacts = dict.fromkeys(motion.beside.get("contact_column", "") for motion in motions)
-    for column in contacts:
-        if holds(str(column), "52a") or holds(str(column), "52b"):
+    for column in dict.fromkeys(str(motion.beside.get("contact_column")) for motion in motions):
+        if holds(column, "52a") or holds(column, "52b"):
             remarks.append(f"{column!r} is an auxiliary switch, not timed as the main contacts")
     settings = {key: value for key, value in found.settings.items() if value != FORMAT[key]}
     return Proposal(sheet, clock, travels, settings, motions, remarks, found)
 
 
-def _common(motions: Sequence[InspectedMotion]) -> dict[str, str | int]:
-    """Columns of contact and coil that all motions have."""
-    first, *others = (motion.beside.items() for motion in motions)
-    return dict(item for item in first if all(item in of for of in others))
-
-
-def _best_column(motions: Sequence[InspectedMotion]) -> dict[str, str | int]:
+def _best_column(motions: Sequence[description.InspectedMotion]) -> str | int:
     """The column of travel of which most motions are read, with the fewest remarks, the first."""
-    rank: dict[str | int, tuple[int, int]] = {}
-    for motion in motions:
-        read, quiet = rank.get(motion.column, (0, 0))
-        rank[motion.column] = read + bool(motion.record), quiet - len(motion.said)
-    best = max(rank, key=rank.__getitem__)
-    return {"travel_column": best} if rank[best][0] else {}
+
+    def rank(column: str | int) -> tuple[int, int]:
+        own = [motion for motion in motions if motion.column == column]
+        return sum(bool(each.record) for each in own), -sum(len(each.said) for each in own)
+
+    return max(dict.fromkeys(motion.column for motion in motions), key=rank)
 
 
 def _read(
-    motions: Sequence[InspectedMotion], settings: Mapping, sensor: Mapping, files: Files
-) -> list[InspectedMotion]:
+    motions: Sequence[description.InspectedMotion], settings: Mapping, sensor: Mapping, files: Files
+) -> list[description.InspectedMotion]:
     """Motions as they are read with their own columns."""
     times, read = np.linspace(sensor["start"], sensor["stop"], sensor["samples"]), []
     for motion in motions:

@@ -1,6 +1,5 @@
 """A proposal in words: what a file shows, and the lines of configuration that read it."""
 
-import json
 import re
 from collections.abc import Iterable
 
@@ -8,11 +7,9 @@ import numpy as np
 import yaml
 
 from breaker.common.numerals import in_digits
-from breaker.common.visible_text import visible_text
 from breaker.documents.parts import Document, Remark, Section, Table
-from breaker.records.printed import stated_remarks
 from breaker.records.proposal import Proposal
-from breaker.records.settings import FORMAT
+from breaker.records.settings import FORMAT, TO_MM
 
 _COMPARED = "  {:<12}  {:<8}  {:<16}  {:>9}  {:>9}  {:<6}  {:<1}"
 _MOTIONS = "  {:<12}  {:<8}  {:>12}  {:>9}  {:>9}  {:>8}  {:>8}  {:<1}"
@@ -24,20 +21,12 @@ ITEM = "  - "
 def overlay_of(proposal: Proposal) -> str:
     """Return the lines of YAML to lay over config/config.yaml, without values to be filled in."""
     given = {**proposal.settings, **dict.fromkeys(proposal.lacking)}
-    notes = {key: f"  # FILL IN: {why}" for key, why in proposal.lacking.items()}
-    lines = [f"    {k}: {_yaml(given[k])}{notes.get(k, '')}" for k in FORMAT if k in given]
-    return "\n".join(["endurance:", "  format:", *lines, ""])
-
-
-def _yaml(value: object) -> str:
-    """A value on one line of YAML; nothing for None behind a key that is to be filled in."""
-    if isinstance(value, str) and len(value) == 1:
-        return json.dumps(value)  # a sign
-    look = {"default_flow_style": True, "width": np.inf, "sort_keys": False}
-    text = yaml.safe_dump([value], allow_unicode=True, **look)
-    if visible_text(text) != text:  # as it is shown, it is to be read
-        text = yaml.safe_dump([value], **look)
-    return text.strip()[1:-1]
+    lines = ["endurance:", "  format:"]
+    for key in filter(given.__contains__, FORMAT):
+        value = yaml.safe_dump([given[key]], default_flow_style=True, width=np.inf, sort_keys=False)
+        why = f"  # FILL IN: {proposal.lacking[key]}" if key in proposal.lacking else ""
+        lines.append(f"    {key}: {value.strip()[1:-1]}{why}")
+    return "\n".join([*lines, ""])
 
 
 def words_of(proposal: Proposal) -> Document:
@@ -47,26 +36,20 @@ def words_of(proposal: Proposal) -> Document:
         at = f"time in column {sheet.column(clock.place)!r}, {clock.unit or 'an unknown unit'}"
     rate = "rate not known" if np.isnan(clock.rate) else f"{in_digits(clock.rate, 6)} kHz"
     size = f"{len(sheet.columns)} columns, {sheet.columns[0].size} samples"
-    tables = _table(proposal), _wired(proposal), _compared(proposal)
+    tables = _motions(proposal), _wired(proposal), _compared(proposal)
+    remarks, ratio = [*proposal.remarks], sheet.stated.ratio
+    if {**FORMAT, **proposal.settings}["travel_unit"] in TO_MM and abs(ratio - 1.0) > 0.0:
+        how = "if the stroke lacks it, set endurance.format.ratio"
+        remarks.append(f"a linkage ratio of {in_digits(ratio, 6)} is stated, not applied: {how}")
+    said = [("", f"{m.motion}, {m.column}", text) for m in proposal.motions for text in m.said]
+    for (_, where, text), *others in alike(said):
+        remarks.append(f"{where}{f' and {len(others)} more' if others else ''}: {text}")
     parts = [Section(str(sheet.file), [f"  {sheet.kind}; {size}; {at}, {rate}"])]
     parts += [table for table in tables if table.rows]
-    unit = {**FORMAT, **proposal.settings}["travel_unit"]
-    remarks = [*proposal.remarks, *stated_remarks(sheet.stated, unit)]
-    lines = [Remark(line, ITEM) for line in (*remarks, *_said_of(proposal))]
-    parts += [Section("To look at:", lines)] if lines else []
+    parts += [Section("To look at:", [Remark(each, ITEM) for each in remarks])] if remarks else []
     if lacking := " and ".join(proposal.lacking):
         parts.append(Section(f"Fill in {lacking}. Above, a number stands in for what is lacking."))
     return Document(parts=parts)
-
-
-def _said_of(proposal: Proposal) -> list[str]:
-    """Remarks on single motions; once, where several differ in numbers only."""
-    said = [("", f"{m.motion}, {m.column}", text) for m in proposal.motions for text in m.said]
-    lines = []
-    for (_, where, text), *others in alike(said):
-        more = f" and {len(others)} more" if others else ""
-        lines.append(f"{where}{more}: {text}")
-    return lines
 
 
 def alike(said: Iterable[tuple[str, str, str]]) -> list[list[tuple[str, str, str]]]:
@@ -79,16 +62,37 @@ def alike(said: Iterable[tuple[str, str, str]]) -> list[list[tuple[str, str, str
     return list(groups.values())
 
 
+def _motions(proposal: Proposal) -> Table:
+    """A line for each motion of each channel; times in ms, lengths in mm."""
+    heads = ("column", "motion", "first motion", "rest by", "stroke", "noise", "doubtful")
+    rows = []
+    for motion in proposal.motions:
+        column, phase, record = str(motion.column), motion.travel.phase, motion.record
+        place = column if phase in (*column.split(), "") else f"{column} {phase}"
+        begins, ends = motion.begins, ("", "", "", "REJECTED")
+        if record:
+            sizes = in_digits(record.segment.stroke, 4), in_digits(motion.result.noise.sd, 2)
+            begins, ends = record.moves, (*sizes, str(record.masked), "accepted")
+        rows.append((place, motion.motion, f"{begins:.1f}", f"{motion.arrives:.1f}", *ends))
+    return Table((*heads, "as proposed"), rows, "  times in ms, lengths in mm", form=_MOTIONS)
+
+
 def _wired(proposal: Proposal) -> Table:
     """The contact with its test current, and the coil with the motor, by channel and motion."""
     rows = {}
     for motion in proposal.motions:
-        kinds = "contact", "current", "trigger", "motor"
-        names = [str(motion.beside.get(f"{kind}_column", "")) for kind in kinds]
-        contact = names[0] + (f", test current {names[1]}" if names[1] else "")
-        coil = names[2] + (f", motor {names[3]}" if names[3] else "")
-        if contact or coil:
-            rows[str(motion.column), motion.motion, contact, coil] = None
+        kinds = (
+            ("contact", ""),
+            ("current", ", test current "),
+            ("trigger", ""),
+            ("motor", ", motor "),
+        )
+        names = [(before, motion.beside.get(f"{kind}_column", "")) for kind, before in kinds]
+        contact, current, coil, motor = (
+            f"{before}{name}" if name else "" for before, name in names
+        )
+        if contact or coil or motor:
+            rows[str(motion.column), motion.motion, contact + current, coil + motor] = None
     return Table(rows=[*rows], title="  contacts and coils of each travel", form=_BESIDE)
 
 
@@ -96,28 +100,13 @@ def _compared(proposal: Proposal) -> Table:
     """Results of the analyser with those measured here; a mark where they differ."""
     rows = []
     for each in proposal.compared:
-        quantity, _, channel, value, unit, *_ = each.printed
-        there = np.isfinite(each.measured)
-        differs = f"{each.difference:+.1%}{'  <' if each.differs else ''}" if there else each.reason
-        shown = in_digits(each.measured, 4) if there else ""
+        quantity, _, channel, value, unit, _ = each.printed
         named = str(each.column) or channel, each.motion, quantity.replace("_", " ")
-        rows.append((*named, in_digits(value, 4), shown, unit, differs))
+        measured, differs = "", each.reason
+        if np.isfinite(each.measured):
+            measured = in_digits(each.measured, 4)
+            differs = f"{each.difference:+.1%}{'  <' if each.differs else ''}"
+        rows.append((*named, in_digits(value, 4), measured, unit, differs))
     title = "  results of the analyser, and those measured here"
     heads = ("column", "motion", "quantity", "printed", "measured", "unit", "differs")
     return Table(heads, rows, title, form=_COMPARED)
-
-
-def _table(proposal: Proposal) -> Table:
-    """A line for each motion of each channel; times in ms, lengths in mm."""
-    heads = ("column", "motion", "first motion", "rest by", "stroke", "noise", "doubtful")
-    rows = []
-    for motion in proposal.motions:
-        column, phase, record = str(motion.column), motion.travel.phase, motion.record
-        place = column if phase in (*column.split(), "") else f"{column} {phase}"
-        begins = record.moves if record else motion.begins
-        ends = "", "", "", "REJECTED"
-        if record:
-            sizes = in_digits(record.segment.stroke, 4), in_digits(motion.result.noise.sd, 2)
-            ends = *sizes, str(record.masked), "accepted"
-        rows.append((place, motion.motion, f"{begins:.1f}", f"{motion.arrives:.1f}", *ends))
-    return Table((*heads, "as proposed"), rows, "  times in ms, lengths in mm", form=_MOTIONS)

@@ -10,7 +10,7 @@ from dataclasses import replace
 from breaker.common.numerals import first_of
 from breaker.common.spellings import bare
 from breaker.drive.answers.evidence import DriveRecord
-from breaker.records.dates import earlier, instant
+from breaker.records.dates import earlier, instant, one_date
 from breaker.records.files import printable
 from breaker.records.words import channel_of, phase_in
 
@@ -110,7 +110,7 @@ def date_of(record) -> str:
     """Return the date of a record as ISO 8601: of its table, or else as its file states it; empty
     where neither does, or day and month may be either.
     """
-    return record.operation.date or record.stated.date
+    return one_date(record.operation.date, record.stated.dates, "")
 
 
 def dates_in_words(records: Iterable) -> str:

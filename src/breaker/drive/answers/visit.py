@@ -15,11 +15,7 @@ from breaker.drive.answers.visit_document import VisitDocument
 from breaker.records.files import printable, read_bytes
 from breaker.records.header import Header
 from breaker.records.lexicon import WORDS
-from breaker.records.printed import (
-    meant_motions,
-    measured_name,
-    stated_speeds,
-)
+from breaker.records.printed import meant_motions, measured_name, stated_speeds
 from breaker.records.words import channel_of, phase_in, says
 
 _PNG = b"\x89PNG\r\n\x1a\n"
@@ -91,18 +87,13 @@ class Visit:
             own = [each for each in self.records if str(each.operation.file) == file]
             phases = list(dict.fromkeys(each.operation.phase for each in own))
             own_speeds = stated_speeds(preamble)
-            contacts = {
-                (each.motion, each.operation.phase): each.operation.settings.get("contact_column")
-                for each in own
-            }
             for each in preamble.results:
                 place, phase = channel_of(each.channel) - 1, phase_in(each.channel) or each.channel
                 if phase not in phases and 0 <= place < len(phases):
                     phase = phases[place]
                 for motion in meant_motions(each, (record.motion for record in own)):
-                    name = measured_name(each, motion, contacts.get((motion, phase)))
-                    odd = each.quantity == "speed"
-                    odd = odd and each.speed(motion, own_speeds) != speeds.get(name)
+                    name = measured_name(each, motion)
+                    odd = each.quantity == "speed" and own_speeds.get(motion) != speeds.get(name)
                     if name and not isnan(each.size):
                         value = each.value * each.size, "other points" * odd, each.quantity
                         found.setdefault((printable(file), motion, phase, name), value)
