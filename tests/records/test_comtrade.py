@@ -132,7 +132,7 @@ def test_names_in_a_code_page_that_nobody_knows_have_a_remark(tmp_path):
     recorded(tmp_path / "a.cfg", change={"2,S,": "2,Řízení,"}, code="cp1250")
     (remark,) = look_into(tmp_path / "a.cfg").remarks
     assert "endurance.format.encoding" in remark
-    assert look_into(tmp_path / "a.cfg").settings == {"encoding": "latin-1"}
+    assert look_into(tmp_path / "a.cfg").settings == {"encoding": "cp1252"}
 
 
 def test_one_name_of_several_poles_is_followed_by_its_phase(tmp_path):

@@ -17,7 +17,6 @@ from breaker.records.proposal import inspect_file
 from breaker.records.proposal_text import overlay_of, words_of
 from breaker.records.reader import Reader
 from breaker.records.settings import FORMAT
-from breaker.records.sheet import LayoutError
 
 SENSOR = {"start": -2.0, "stop": 58.0, "samples": 151, "noise_sd": 0.1}
 TIMES = np.linspace(-2.0, 58.0, 151)
@@ -259,7 +258,7 @@ def test_nothing_that_moves_and_no_numbers_are_errors(inspect, closing):
     flat = rows(cells(time / 1e3, 5), cells(0.1 * np.sin(1e3 * time)))
     with pytest.raises(InspectionError, match="none of 2 columns moves"):
         inspect("time,travel", *flat)
-    with pytest.raises(LayoutError, match="no columns of numbers"):
+    with pytest.raises(RejectedCurveError, match="no columns of numbers"):
         inspect("once upon a time", "there was a text")
 
 

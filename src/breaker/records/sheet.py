@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -10,7 +10,7 @@ from pathlib import Path
 from breaker.common.lazy_numpy import np
 from breaker.common.numerals import in_digits
 from breaker.records.cells import LARGEST_NUMBER
-from breaker.records.files import RejectedCurveError, check_size
+from breaker.records.files import RejectedCurveError
 from breaker.records.header import Header, header_of
 from breaker.records.words import (
     BESIDE,
@@ -24,51 +24,6 @@ from breaker.records.words import (
 )
 
 
-class LayoutError(RejectedCurveError):
-    """A file in which no columns of numbers are found."""
-
-
-class Table(Sequence):
-    """Columns of numbers, each ``(t,)``, NaN where a sample is missing."""
-
-    odd_widths: Mapping[int, str] = {}
-    """Why lines have too many cells, by line."""
-
-    def __init__(self, columns: Sequence[np.ndarray], lines: np.ndarray | None = None) -> None:
-        self._columns, self._lines = columns, lines
-
-    def __len__(self) -> int:
-        return len(self._columns)
-
-    def __getitem__(self, place: int | slice) -> np.ndarray | list[np.ndarray]:
-        if isinstance(place, slice):
-            return [self[i] for i in range(len(self))[place]]
-        return self.numbers([range(len(self))[place]])[0]
-
-    @property
-    def lines(self) -> np.ndarray:
-        """Line of each sample in the file, or its number where it has no lines, ``(t,)``."""
-        count = len(self._columns[0])
-        return np.arange(1, count + 1) if self._lines is None else self._lines
-
-    @property
-    def nbytes(self) -> int:
-        """Bytes of the columns."""
-        return sum(column.nbytes for column in self._columns)
-
-    def numbers(self, places: Iterable[int]) -> list[np.ndarray]:
-        """Return columns, however large their numbers are."""
-        return [np.asarray(self._columns[place], dtype=float) for place in places]
-
-    def wrong(self, place: int) -> Mapping[int, str]:
-        """Return what is not a number in a column, by its place among the samples."""
-        return {}
-
-    def present(self, place: int) -> np.ndarray:
-        """Return whether lines have a cell of a column, ``(t,)``."""
-        return np.ones(len(self.lines), bool)
-
-
 @dataclass(frozen=True, eq=False)
 class Sheet:
     """A table of samples, with what stands above it.
@@ -76,8 +31,8 @@ class Sheet:
     Attributes:
         file: Name of the file.
         names: Name of each column, empty where it has none.
-        columns: Numbers of each column, ``(t,)``, NaN where a cell is empty or not a number: arrays
-            or a ``Table``.
+        columns: Numbers of each column, ``(t,)``, NaN where a sample is missing. Of a text that is
+            read by settings, columns that these do not name are empty.
         texts: Unit of each column as it stands in the file, apart from its name, or "".
         preamble: Cells of the lines above the samples, without names and units.
         settings: Known settings of ``endurance.format``, by key.
@@ -87,6 +42,7 @@ class Sheet:
         remarks: Doubts about the file, in words.
         notes: Doubts about a column, by its place.
         kind: Name of this kind of file in messages.
+        lines: Line of each sample in the file, ``(t,)``; its number where the file has no lines.
     """
 
     file: Path
@@ -100,18 +56,21 @@ class Sheet:
     remarks: tuple[str, ...] = ()
     notes: Mapping[int, str] = field(default_factory=dict)
     kind: str = "a text"
+    lines: np.ndarray | None = None
 
     def __post_init__(self) -> None:
+        columns = [np.asarray(column, dtype=float) for column in self.columns]
         object.__setattr__(self, "file", Path(self.file))
+        object.__setattr__(self, "columns", columns)
         texts = [*self.texts, *[""] * len(self.names)][: len(self.names)]
         object.__setattr__(self, "texts", texts)
-        if not isinstance(self.columns, Table):
-            object.__setattr__(self, "columns", Table(self.columns))
+        if self.lines is None and columns:
+            object.__setattr__(self, "lines", np.arange(1, columns[0].size + 1))
 
     @property
     def nbytes(self) -> int:
         """Bytes of its columns."""
-        return self.columns.nbytes
+        return sum(column.nbytes for column in self.columns)
 
     @cached_property
     def units(self) -> list[str | None]:
@@ -122,7 +81,7 @@ class Sheet:
     @cached_property
     def stated(self) -> Header:
         """Contents of the lines above the samples."""
-        return header_of(self.preamble, self.settings.get("decimal", "."), self.columns[0].size)
+        return header_of(self.preamble, self.settings.get("decimal", "."), self.lines.size)
 
     def column(self, place: int) -> str | int:
         """Return the name of a column, if possible without its unit, or its number."""
@@ -164,16 +123,15 @@ class Columns:
     sheet: Sheet
 
     @property
+    def arrays(self) -> list[np.ndarray]:
+        """All columns."""
+        times = [] if self.time is None else [self.time]
+        return [*times, self.travel, self.lines, *self.beside.values()]
+
+    @property
     def nbytes(self) -> int:
         """Bytes of its arrays, and of the sheet."""
-        arrays = (self.time, self.travel, self.lines, *self.beside.values())
-        return self.sheet.nbytes + sum(array.nbytes for array in arrays if array is not None)
-
-    @cached_property
-    def stated(self) -> Header:
-        """Contents of the lines above the samples."""
-        decimal = self.sheet.settings.get("decimal", ".")
-        return header_of(self.sheet.preamble, decimal, self.travel.size)
+        return self.sheet.nbytes + sum(array.nbytes for array in self.arrays)
 
 
 def columns_of(sheet: Sheet, settings: Mapping) -> Columns:
@@ -183,38 +141,39 @@ def columns_of(sheet: Sheet, settings: Mapping) -> Columns:
         settings: The section ``endurance.format``, complete.
 
     Raises:
-        RejectedCurveError: If a column is not there, states another unit, or has a cell that is not
-            a number or not a reading; without a time column also if a line between its samples is
-            blank.
+        RejectedCurveError: If a column is not there, states another unit, or has a number that is
+            not a reading; without a time column also if a line between its samples is blank.
     """
     wanted = wanted_columns([sheet.names], settings)
     places, remarks = _places(sheet, wanted, settings)
-    labels = {kind: label_of(wanted.get(kind, "the time")) for kind in places}
+    columns = {}
     for kind, place in places.items():
-        remarks += () if kind in BESIDE else _unit_remarks(sheet, kind, place, labels, settings)
+        label, values = label_of(wanted.get(kind, "the time")), sheet.columns[place]
+        if kind not in BESIDE:
+            remarks += _unit_remarks(sheet, kind, place, label, settings)
         remarks += (sheet.notes[place],) if place in sheet.notes else ()
-    columns = _numbers(sheet, places, labels)
-    travel = columns.pop("travel")
-    check_size(sheet.file, travel.size, len(places))
+        if (beyond := np.flatnonzero(np.abs(values) > LARGEST_NUMBER[kind])).size:
+            reason = f"{label} is {values[beyond[0]]:.6g}, which is not a reading; export it again"
+            raise RejectedCurveError(sheet.file, reason, line=int(sheet.lines[beyond[0]]))
+        columns[kind] = values
+    travel, time = columns.pop("travel"), columns.pop("time", None)
     there = np.flatnonzero(~np.isnan(travel))
     if there.size == 0:
-        raise RejectedCurveError(sheet.file, f"{labels['travel']} has no samples")
+        raise RejectedCurveError(sheet.file, f"{label_of(wanted['travel'])} has no samples")
     # Channels may differ in length: blanks at the end are its end, not missing samples.
-    lines, kept, time = sheet.columns.lines, np.arange(there[-1] + 1), columns.pop("time", None)
+    kept = np.arange(there[-1] + 1)
     if time is not None:
         kept = np.flatnonzero(~np.isnan(time[: kept.size]))
-    else:
-        kept = kept[sheet.columns.present(places["travel"])[: kept.size]]
-        if (gaps := np.flatnonzero(np.diff(lines[kept]) > 1)).size:
-            reason = (
-                "stands before a line that is blank, a remark or too short; without a time column "
-                "nobody knows whether it stands for a sample: delete or mend it"
-            )
-            raise RejectedCurveError(sheet.file, reason, line=int(lines[kept][gaps[0]]))
+    elif (gaps := np.flatnonzero(np.diff(sheet.lines[kept]) > 1)).size:
+        reason = (
+            "stands before a line that is blank, a remark or too short; without a time column "
+            "nobody knows whether it stands for a sample: delete or mend it"
+        )
+        raise RejectedCurveError(sheet.file, reason, line=int(sheet.lines[gaps[0]]))
     return Columns(
         time=None if time is None else time[kept],
         travel=travel[kept],
-        lines=lines[kept],
+        lines=sheet.lines[kept],
         remarks=(*sheet.remarks, *remarks),
         beside={kind: values[kept] for kind, values in columns.items()},
         amperes={k: amperes_of(sheet.names[places[k]], sheet.texts[places[k]]) for k in columns},
@@ -228,56 +187,32 @@ def _places(
     """The places of the columns, and a remark where a rate stands for that of the time."""
     places, remarks = {}, ()
     for kind, column in wanted.items():
-        found = places_of(sheet.names, column)
-        if not found and kind == "time" and isinstance(column, str):
-            if sheet.clock is not None:
-                continue
-            if settings["rate"]:
-                rate = in_digits(settings["rate"], 6)
-                said = f"there is no column {column!r}: times are those of the rate, {rate} kHz"
-                remarks = (said,)
-                continue
-        if len(found) != 1:
-            numbers = " or ".join(str(place + 1) for place in found)
-            reason = f"no column {column!r} among {listed(sheet.names)}; see endurance.format"
-            if found:
-                reason = f"more than one column {column!r}; give its number, {numbers}, instead"
+        at = places_of(sheet.names, column)
+        if len(at) == 1:
+            places[kind] = at[0]
+        elif not at and kind == "time" and sheet.clock is not None and isinstance(column, str):
+            continue
+        elif not at and kind == "time" and settings["rate"] and isinstance(column, str):
+            rate = in_digits(settings["rate"], 6)
+            remarks = (f"there is no column {column!r}: times are those of the rate, {rate} kHz",)
+        else:
+            names, many = listed(sheet.names), "more than one" if at else "no"
+            reason = f"{many} column {column!r} among {names}; give its number, from 1, instead"
             raise RejectedCurveError(sheet.file, reason, line=sheet.named[0])
-        places[kind] = found[0]
     if sheet.clock is not None:
         places.setdefault("time", sheet.clock)
     return places, remarks
 
 
 def _unit_remarks(
-    sheet: Sheet, kind: str, place: int, labels: Mapping[str, str], settings: Mapping
+    sheet: Sheet, kind: str, place: int, label: str, settings: Mapping
 ) -> tuple[str, ...]:
     """Refuse another unit than that of the settings; remark on one that is not known."""
     text, line = sheet.texts[place], sheet.named[1]
     if not text:
         text, line = split_unit(sheet.names[place])[1] or "", sheet.named[0]
-    known, stated = f"the unit of {labels[kind]} is {text!r}", unit_of(text)
-    but = f"endurance.format.{kind}_unit is {settings[f'{kind}_unit']!r}"
-    if stated and stated != settings[f"{kind}_unit"]:
-        raise RejectedCurveError(sheet.file, f"{known}, but {but}", line=line)
-    return (f"{known}, which is not known; {but}",) if text and not stated else ()
-
-
-def _numbers(
-    sheet: Sheet, places: Mapping[str, int], labels: Mapping[str, str]
-) -> dict[str, np.ndarray]:
-    """The columns by kind, ``(t,)``; the first line that has a false cell is refused."""
-    table = sheet.columns
-    columns = dict(zip(places, table.numbers(places.values()), strict=True))
-    wrong = dict(table.odd_widths)
-    for kind, values in columns.items():
-        faults, most = dict(table.wrong(places[kind])), LARGEST_NUMBER[kind]
-        if (beyond := np.flatnonzero(np.abs(values) > most)).size:
-            shown = f"{values[beyond[0]]:.6g}, which is not a reading: it is beyond {most:.0e}"
-            faults.setdefault(int(beyond[0]), shown)
-        if faults:
-            row = min(faults)
-            wrong.setdefault(int(table.lines[row]), f"{labels[kind]} is {faults[row]}")
-    if wrong:
-        raise RejectedCurveError(sheet.file, wrong[min(wrong)], line=min(wrong))
-    return columns
+    own, stated = settings[f"{kind}_unit"], unit_of(text)
+    said = f"the unit of {label} is {text!r}, but endurance.format.{kind}_unit is {own!r}"
+    if stated and stated != own:
+        raise RejectedCurveError(sheet.file, said, line=line)
+    return (f"{said}: that of the file is not known",) if text and not stated else ()

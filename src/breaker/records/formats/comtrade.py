@@ -62,7 +62,7 @@ def read(opened: Opened, form: Mapping) -> list[Sheet]:
             about.stated,
             {} if encoding == "utf-8" else {"encoding": encoding},
             clock=len(columns),
-            remarks=(unknown,) if encoding == likely == "latin-1" else (),
+            remarks=(unknown,) if not form and likely == "cp1252" else (),
         )
     ]
 

@@ -9,14 +9,14 @@ A format is a module with
 - ``read(opened, form)``: its sheets, see ``sheet.Sheet``. The form is the section
   ``endurance.format``, complete, or empty where nothing is known yet.
 
-``example_format`` is a complete one. Each passes the tests of ``tests/records/format_contract.py``.
-Other distributions add such modules by the entry points ``breaker.formats``.
+Each passes the tests of ``tests/records/format_contract.py``. Other distributions add such modules
+by the entry points ``breaker.formats``.
 """
 
 import logging
 import os
 import warnings
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from importlib.metadata import entry_points
@@ -28,25 +28,24 @@ from breaker.records.files import Opened, RejectedCurveError, as_opened, is_stor
 from breaker.records.formats import comtrade, excel, lines, netcdf, text
 from breaker.records.header import Header
 from breaker.records.settings import FORMAT, READ_BY, complete
-from breaker.records.sheet import Columns, LayoutError, Sheet, columns_of
+from breaker.records.sheet import Columns, Sheet, columns_of
 
 _OLD = (".xls", ".xlsb", ".ods")
 _OLD_WORKBOOK = b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1"
-_NAMES = ("ENDINGS", "SIGNATURES", "EXTRA", "read")
 
 
-def added_formats() -> Iterator[ModuleType]:
+def added_formats() -> list[ModuleType]:
     """Return the formats of other distributions; the log names those that cannot be used."""
+    formats = []
     for entry in entry_points(group="breaker.formats"):
         try:
             format_ = entry.load()
-            if lacking := [name for name in _NAMES if not hasattr(format_, name)]:
-                raise TypeError(f"it has no {' and no '.join(lacking)}")
+            _ = format_.ENDINGS, format_.SIGNATURES, format_.EXTRA, format_.read
+            formats.append(format_)
         except Exception as error:  # code of others may raise anything
             said = "the format %s cannot be used (%s); its files are not read"
             logging.getLogger(__name__).error(said, entry.value, error)
-        else:
-            yield format_
+    return formats
 
 
 FORMATS = (text, excel, comtrade, netcdf, lines, *added_formats())
@@ -80,34 +79,32 @@ def read_columns(
 
 def _read(opened: Opened, settings: Mapping, channel: str, line: int = 0) -> Columns:
     form = {**settings, "travel_column": channel or settings["travel_column"], "line": line}
-    errors = []
-    for sheet in _sheets(opened, form):
+    error = RejectedCurveError(opened.file, "has no table of samples")
+    for k, sheet in enumerate(_sheets(opened, form)):
         try:
             columns = columns_of(sheet, form)
-        except RejectedCurveError as error:
-            errors.append(error)
+        except RejectedCurveError as own:
+            error = error if k else own
             continue
-        for array in (columns.time, columns.travel, columns.lines, *columns.beside.values()):
-            if array is not None:
-                array.flags.writeable = False  # others read the same
+        for array in columns.arrays:
+            array.flags.writeable = False  # others read the same
         return columns
-    raise errors[0] if errors else RejectedCurveError(opened.file, "has no table of samples")
+    raise error
 
 
 def look_into(file: str | Path | Opened) -> Sheet:
     """Return the sheet of a file of which nothing is known: estimated of a text, stated of others.
 
     Raises:
-        LayoutError: If there are no columns of numbers.
-        RejectedCurveError: If the file cannot be read.
+        RejectedCurveError: If the file cannot be read, or there are no columns of numbers.
     """
     opened = as_opened(file)
 
     def look() -> Sheet:
-        sheets = (sheet for sheet in _sheets(opened, {}) if len(sheet.columns))
-        if (found := next(sheets, None)) is None:
-            raise LayoutError(opened.file, "has no table with columns of numbers")
-        return found
+        for sheet in _sheets(opened, {}):
+            if sheet.columns:
+                return sheet
+        raise RejectedCurveError(opened.file, "has no table with columns of numbers")
 
     return opened.once("sheet", look)
 
@@ -136,7 +133,7 @@ def stated_in(
     with suppress(ValueError):
         with suppress(ValueError):
             if format_of(opened) in (text, lines):
-                return read_columns(opened, complete(settings), channel, line).stated
+                return read_columns(opened, complete(settings), channel, line).sheet.stated
         return look_into(opened).stated
     return Header()
 
@@ -160,9 +157,8 @@ def format_of(opened: Opened) -> ModuleType:
     if named is text and lines.sniff(opened):
         return lines
     if named.SIGNATURES and not any(each in opened.content for each in named.SIGNATURES):
-        kind = named.ENDINGS[_ending(file)]
-        reason = f"ends as {kind}, but does not begin as one; is it whole? Export it again"
-        raise RejectedCurveError(file, reason)
+        reason = f"ends as {named.ENDINGS[_ending(file)]}, but does not begin as one"
+        raise RejectedCurveError(file, f"{reason}; is it whole? Export it again")
     return named
 
 
@@ -186,16 +182,14 @@ def _sheets(opened: Opened, form: Mapping) -> Sequence[Sheet]:
             sheets = format_.read(opened, form)
     except RejectedCurveError:
         raise
-    except ModuleNotFoundError as error:
-        extra = f"{DISTRIBUTION}[{format_.EXTRA}]"
-        reason = f'is {kind}, which needs {error.name}: pip install "{extra}"'
-        raise RejectedCurveError(file, reason) from error
     except Exception as error:  # a damaged file raises anything in the package that reads it
         if format_ in (text, lines):
             raise
-        said = f"{type(error).__name__}: {error}"[:200]
-        reason = f"is {kind} that cannot be read ({said}); is it whole? Export it again"
-        raise RejectedCurveError(file, reason) from error
+        reason = f"that cannot be read ({str(error)[:200]}); is it whole? Export it again"
+        if isinstance(error, ModuleNotFoundError):
+            extra = f"{DISTRIBUTION}[{format_.EXTRA}]"
+            reason = f'which needs {error.name}: pip install "{extra}"'
+        raise RejectedCurveError(file, f"is {kind}, {reason}") from error
     said = ()
     if format_.SIGNATURES and format_ is not _named(file):
         said = (f"is {kind} by its content, whatever its name ends in",)
