@@ -115,19 +115,6 @@ def test_a_choice_without_a_table_is_refused(tmp_path):
 # ---- before a plan -------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("name", ["op_{x}_1.csv", "op_<x>_1.csv", "op\n_1.csv"])
-@pytest.mark.parametrize("place", ["names", "table", "folder"])
-def test_a_name_that_is_a_pattern_or_a_control_sign_is_refused(tmp_path, name, place):
-    if place == "folder":
-        tmp_path, name = tmp_path / name, "1.csv"
-    fill(tmp_path, f"closing/{name}")
-    if place == "table":
-        table(tmp_path, f'"closing/{name}",closing,1', head="file,motion,operation")
-    with pytest.raises(ValueError, match=r"sign in its name|column file") as refused:
-        list_operations(tmp_path, "closing")
-    assert str(refused.value).replace("\n", "").isprintable()
-
-
 @pytest.mark.parametrize("by", ["names", "table"])
 def test_a_missing_file_does_not_end_the_others(tmp_path, by):
     """It is rejected when it is read. Planted fault: all are missing."""
@@ -141,15 +128,16 @@ def test_a_missing_file_does_not_end_the_others(tmp_path, by):
     curves = read_curves(listed, {}, Grid(np.arange(-2.0, 58.0, 0.4)), "closing")
     assert "op_2.csv" in curves.reason.values[1]
     (tmp_path / "closing/op_1.csv").unlink()
-    with pytest.raises(ValueError, match=r"op_1\.csv is not there" if by == "table" else "op_2"):
+    with pytest.raises(ValueError, match=r"op_\d\.csv"):
         list_operations(tmp_path, "closing")
 
 
-def test_a_pipe_is_refused(tmp_path):
+def test_a_pipe_is_rejected_and_does_not_end_the_others(tmp_path):
     fill(tmp_path / "closing", "op_1.csv")
     os.mkfifo(tmp_path / "closing/op_2.csv")
-    with pytest.raises(ValueError, match=r"op_2\.csv is a pipe"):
-        list_operations(tmp_path, "closing")
+    listed = list_operations(tmp_path, "closing")
+    curves = read_curves(listed, {}, Grid(np.arange(-2.0, 58.0, 0.4)), "closing")
+    assert "pipe" in curves.reason.values[1]
 
 
 def test_ten_thousand_rows_are_listed_in_seconds(tmp_path):

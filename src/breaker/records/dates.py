@@ -10,29 +10,24 @@ from contextlib import suppress
 from datetime import UTC, datetime, time
 from pathlib import Path
 
-# Forms of dates, and how their parts are read where the day stands first, and where the month does.
-_YEAR = "(?:19|20)[0-9]{2}"
 MONTHS = "jan|feb|mar|apr|may|jun|jul|aug|sep|oct|nov|dec"
-_FORMS = {
-    "last": (rf"[0-9]{{1,2}}\s?([-_/.])\s?[0-9]{{1,2}}\s?\2\s?{_YEAR}", "%d %m %Y", "%m %d %Y"),
-    "first": (rf"{_YEAR}([-_/.])[0-9]{{1,2}}\4[0-9]{{1,2}}", "%Y %m %d", "%Y %m %d"),
-    "digits": (rf"{_YEAR}[0-9]{{4}}", "%Y%m%d", "%Y%m%d"),
-    "spelt": (rf"[0-9]{{1,2}}[-_. ]+(?:{MONTHS})[a-z]*[-_., ]+{_YEAR}", "%d %b %Y", "%d %b %Y"),
-}
-_DAY = "(?<![0-9])(?:" + "|".join(f"(?P<{kind}>{form[0]})" for kind, form in _FORMS.items()) + ")"
+_YEAR = "(?:19|20)[0-9]{2}"
+_DAY = (
+    rf"(?<![0-9])(?:[0-9]{{1,2}}\s?([-_/.])\s?[0-9]{{1,2}}\s?\1\s?{_YEAR}"
+    rf"|{_YEAR}([-_/.])[0-9]{{1,2}}\2[0-9]{{1,2}}|{_YEAR}[0-9]{{4}}"
+    rf"|[0-9]{{1,2}}[-_. ]+(?:{MONTHS})[a-z]*[-_., ]+{_YEAR})"
+)
 _DATE = re.compile(_DAY + "(?![0-9])", re.IGNORECASE)
+# A date in the name of a file, and the time behind it.
 STAMP = re.compile(
     _DAY + "(?:[T_ ,.-]{0,3}(?P<clock>[0-9]{2}[-_.:h]?[0-9]{2}(?:[-_.:m]?[0-9]{2})?)s?)?(?![0-9])",
     re.IGNORECASE,
 )
-"""A date in the name of a file, and the time behind it."""
-
 _CLOCK = re.compile(
     r"(?<![0-9:.])([0-9]{1,2})[:h]([0-9]{2})(?::([0-9]{2})(?:[.,][0-9]+)?"
     r"(Z|[+-](?:0[0-9]|1[0-4]):?(?:00|30|45)(?![:0-9]))?)?\s*([ap]\.?m)?",
     re.IGNORECASE,
 )
-_ISO = re.compile("[0-9]{4}-[0-9]{2}-[0-9]{2}(?:[T ][0-9]{2}:[0-9]{2}[0-9:.Z+-]*)?")
 
 
 def dates_of(text: str) -> dict[bool, str]:
@@ -41,20 +36,18 @@ def dates_of(text: str) -> dict[bool, str]:
     >>> dates_of("14/03/2021"), dates_of("2021-03-02")[False]
     ({True: '2021-03-14'}, '2021-03-02')
     """
-    matches = [*_DATE.finditer(text)]
-    return _readings(matches[0]) if len(matches) == 1 else {}
-
-
-def _readings(match: re.Match) -> dict[bool, str]:
-    """Return the readings of a date by the order of day and month."""
-    kind = next(kind for kind in _FORMS if match[kind])
-    text = re.sub(r"[-_/.,\s]+", " ", re.sub("([a-z]{3})[a-z]+", r"\1", match[kind].lower()))
+    matches = [match[0] for match in _DATE.finditer(text)]
+    if len(matches) != 1:
+        return {}
+    parts = re.sub("([a-z]{3})[a-z]+", r"\1", matches[0].lower())
     found = {}
     for day_first in (True, False):
         # Between points the day comes first, by the standards of all who write them.
-        form = _FORMS[kind][1 if day_first or "." in match[kind] else 2]
-        with suppress(ValueError):
-            found[day_first] = datetime.strptime(text, form).date().isoformat()
+        short = "%d %m %Y" if day_first or "." in parts else "%m %d %Y"
+        for form in (short, "%Y %m %d", "%Y%m%d", "%d %b %Y"):
+            with suppress(ValueError):
+                day = datetime.strptime(re.sub(r"[-_/.,\s]+", " ", parts), form)
+                found[day_first] = day.date().isoformat()
     return found
 
 
@@ -86,31 +79,19 @@ def in_order(readings: Mapping[bool, str], order: bool | None) -> tuple[str, ...
     >>> in_order(dates_of("03/04/2026"), True), in_order(dates_of("04/16/2026"), True)
     (('2026-04-03',), ('2026-04-16',))
     """
-    kept = readings if order not in readings else {order: readings[order]}
-    return tuple(dict.fromkeys(kept[first] for first in sorted(kept, reverse=True)))
+    kept = [readings[order]] if order in readings else readings.values()
+    return tuple(dict.fromkeys(kept))
 
 
 def cell_date(cell: str, order: bool | None = None) -> str:
-    """Return the date, or date and time, in a cell of a table as ISO 8601.
-
-    Args:
-        cell: ISO 8601, or day, month and year as spreadsheets write them.
-        order: Whether the day stands first, as of ``day_order``.
-
-    Raises:
-        ValueError: If it is not a date, or has two readings.
+    """Return the date, or date and time, in a cell of a table as ISO 8601; by the order of day and
+    month of its column. Raise ValueError where it is not a date, or has two readings.
     """
-    if _ISO.fullmatch(cell):
-        with suppress(ValueError):
-            return datetime.fromisoformat(cell).isoformat()[: None if ":" in cell else 10]
     days, clock = in_order(dates_of(cell), order), clock_of(cell)
     rest = _DATE.sub("", cell)
-    if (_CLOCK.sub("", rest, count=1) if clock else rest).strip(" ,"):
-        days = ()
-    if len(days) != 1:
-        why = f"{' or '.join(days)}, and no other date of the column decides"
-        form = "write it as 2024-11-20 or 2024-11-20T15:13:07"
-        raise ValueError(f"{cell!r} is {why if days else 'not a date'}; {form}")
+    if (_CLOCK.sub("", rest, count=1) if clock else rest).strip(" ,T") or len(days) != 1:
+        why = "not a date" if len(days) < 2 else f"{' or '.join(days)}; no other date decides"
+        raise ValueError(f"{cell!r} is {why}; write it as 2024-11-20 or 2024-11-20T15:13:07")
     return days[0] + clock
 
 
@@ -132,10 +113,10 @@ def name_dates(stem: str) -> dict[bool, str]:
     if len(matches) != 1:
         return {}
     text = matches[0]["clock"] or ""
-    parts = re.findall("[0-9]{2}", text)
     # Four digits that nothing separates may be a counter.
-    clock = "" if len(text) == 4 else clock_of(":".join(parts))
-    return {order: day + clock for order, day in _readings(matches[0]).items()}
+    clock = "" if len(text) == 4 else clock_of(":".join(re.findall("[0-9]{2}", text)))
+    day = matches[0][0].removesuffix("s").removesuffix(text)
+    return {order: day + clock for order, day in dates_of(day).items()}
 
 
 def instant(when: str) -> datetime:
@@ -145,12 +126,8 @@ def instant(when: str) -> datetime:
 
 
 def earlier(first: str, second: str) -> bool:
-    """Return whether the second of two dates, as ISO 8601, is certainly before the first.
-
-    Instants are compared where both times have an offset, and clocks where neither has; else days.
-
-    >>> earlier("2024-10-27T02:50:00+02:00", "2024-10-27T02:10:00+01:00")
-    False
+    """Return whether the second of two dates, as ISO 8601, is certainly before the first; by their
+    days, unless both have times, with offsets or without.
     """
     if not (first and second):
         return False

@@ -217,9 +217,8 @@ def describe_file(file: str | Path) -> Description:
     seen = Description()
     try:
         sheet = look_into(file)
-        seen = seen._replace(preamble=sheet.stated, rate=sheet.stated.rate)
+        seen = seen._replace(preamble=sheet.stated)
         clock = find_clock(sheet)
-        seen = seen._replace(rate=clock.rate, timed=clock.place is not None)
         _, travels, _ = chosen_travels(sheet, clock, "")
     except ValueError as error:
         return seen._replace(reason=str(error).removeprefix(f"{file}: "))
@@ -228,7 +227,7 @@ def describe_file(file: str | Path) -> Description:
     if "ratio" not in found.lacking:
         find_rest(found, travels, TO_MM[settings["travel_unit"]])
         settings["zero"] = found.settings["zero"]
-    settings |= {key: FILL_IN for key in found.lacking if key not in ("rate", "sign")}
+    settings |= {key: FILL_IN for key in found.lacking if key != "sign"}
     del settings["travel_column"]
     parts, timed = [], np.isfinite(clock.rate)
     for motion in motions_of(sheet, clock, travels, sign):

@@ -6,7 +6,8 @@ never makes another number the counter.
 """
 
 import re
-from collections.abc import Sequence
+from collections import defaultdict
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from breaker.records.dates import MONTHS, STAMP
@@ -14,7 +15,7 @@ from breaker.records.lexicon import WORDS
 from breaker.records.words import IN_FILE, any_of
 
 _RUN = re.compile("[0-9]+")
-_COUNTER = re.compile("[0-9]{1,5}")  # six digits are a date or a time, too
+_DIGITS = 5  # of a counter: six are a date or a time, too
 _YEAR = re.compile("19[5-9][0-9]|20[0-5][0-9]")
 # What stands before a number that is a channel, a version, a day, or part of a fraction or a time.
 _LABELS = "|".join(any_of(WORDS["labels"][kind]) for kind in ("no counter", "breaker"))
@@ -28,9 +29,9 @@ def numbers_in(stems: Sequence[str]) -> list[int | None]:
     >>> numbers_in(["op_0007_10kHz", "op_0008_10kHz", "notes"]), numbers_in(["op_0007_10kHz"])
     ([7, 8, None], [None])
     """
-    kinds: dict[str, list[list[re.Match]]] = {}
+    kinds: dict[str, list[list[re.Match]]] = defaultdict(list)
     for stem in stems:
-        kinds.setdefault(_RUN.sub("\0", stem), []).append([*_RUN.finditer(stem)])
+        kinds[_RUN.sub("\0", stem)].append([*_RUN.finditer(stem)])
     found: dict[str, int] = {}
     for rows in kinds.values():
         columns = [*zip(*rows, strict=True)]
@@ -44,7 +45,7 @@ def numbers_in(stems: Sequence[str]) -> list[int | None]:
 def _count(runs: Sequence[re.Match]) -> bool:
     """Return whether numbers in names may count operations, by their sizes and what is near."""
     return not all(_YEAR.fullmatch(run[0]) for run in runs) and all(
-        _COUNTER.fullmatch(run[0])
+        len(run[0]) <= _DIGITS
         and not _NOT_BEHIND.search(run.string[: run.start()])
         and not _NOT_BEFORE.match(run.string[run.end() :])
         and not any(m.start() <= run.start() < m.end() for m in STAMP.finditer(run.string))
@@ -52,25 +53,25 @@ def _count(runs: Sequence[re.Match]) -> bool:
     )
 
 
-def phases_in_names(files: Sequence[Path]) -> dict[Path, str]:
+def phases_in_names(files: Iterable[Path]) -> dict[Path, str]:
     """Return the phase in the name of each file; of no file where one of them has none.
 
     A letter is a phase where names differ in it and in digits alone, and all are of one system.
 
-    >>> names = ["108-R 24-12-2020.csv", "108-Y 24-12-2020.csv"]
-    >>> [*phases_in_names([Path(name) for name in names]).values()]
+    >>> [*phases_in_names([Path("108-R 1.csv"), Path("108-Y 1.csv")]).values()]
     ['R', 'Y']
     >>> phases_in_names([Path("A.csv"), Path("C.csv"), Path("O.csv")])
     {}
     """
-    groups: dict[str, dict[Path, str]] = {}
+    groups: dict[str, dict[Path, str]] = defaultdict(dict)
     for file in files:
-        if len(letters := IN_FILE.findall(file.stem)) == 1:
-            other = re.sub("[0-9]", "0", IN_FILE.sub("", file.stem))
-            groups.setdefault(other, {})[file] = letters[0]
+        letters = IN_FILE.findall(file.stem)
+        other = re.sub("[0-9]", "0", IN_FILE.sub("", file.stem))
+        groups[other][file] = letters[0] if len(letters) == 1 else ""
     named = {}
     for phases in groups.values():
         there = {*phases.values()}
-        if len(there) > 1 and any(there <= {*system.split()} for system in WORDS["systems"]):
-            named |= phases
-    return named if len(named) == len(files) else {}
+        if len(there) < 2 or not any(there <= {*each.split()} for each in WORDS["systems"]):
+            return {}
+        named |= phases
+    return named

@@ -7,7 +7,8 @@ import hashlib
 import math
 import os
 from bisect import bisect_left
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections import defaultdict
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import replace
 from functools import lru_cache
 from itertools import pairwise
@@ -16,11 +17,15 @@ from pathlib import Path
 from breaker.common.numerals import first_of
 from breaker.model.quantities import CONDITIONS
 from breaker.records.file_names import numbers_in
-from breaker.records.files import is_store, no_file, printable
+from breaker.records.files import is_store, printable
 from breaker.records.formats.registry import ENDINGS, records_in
 from breaker.records.operations import MANIFEST, SHOWN, Operation, read_manifest
 
 _Row = tuple[str, Operation]
+_REMEDY = (
+    f"rename files, or state which file is which operation in a table {MANIFEST}: `breaker "
+    "inspect` for the folder proposes one"
+)
 
 
 def record_files(folder: str | Path) -> list[Path]:
@@ -40,27 +45,6 @@ def record_files(folder: str | Path) -> list[Path]:
 def is_folder(name: str | Path) -> bool:
     """Return whether a name is that of a folder that is not itself a record."""
     return os.path.isdir(name) and not is_store(name)
-
-
-def why_no_record(file: Path) -> str:
-    """Return why a file cannot be a record, by its name and kind; empty if it may be one."""
-    # Snakemake takes braces and angle brackets for patterns.
-    if not file.as_posix().isprintable() or {*"{}<>\\"} & {*file.as_posix()}:
-        return "has a sign in its name that a table cannot hold; rename it"
-    return "" if is_store(file) and file.is_dir() else no_file(file)
-
-
-def _require_files(operations: Iterable[Operation]) -> None:
-    """Refuse what cannot be a file, and files of which all are missing.
-
-    One missing file is rejected when it is read, so that it does not end the others.
-    """
-    files = dict.fromkeys(each.file for each in operations)
-    whys = {file: why for file in files if (why := why_no_record(Path(file)))}
-    wrong = {file: why for file, why in whys.items() if os.path.exists(file) or "sign" in why}
-    if wrong := wrong or (whys if len(whys) == len(files) else {}):
-        shown = first_of([printable(f"{file} {why}") for file, why in wrong.items()], SHOWN)
-        raise ValueError(f"{shown}; put the file there, or leave it out")
 
 
 def list_operations(
@@ -83,20 +67,24 @@ def list_operations(
     Raises:
         FileNotFoundError: If there is no operation of this motion.
         ValueError: If the table is wrong, a name has no number, two records have the same one, a
-            choice is lacking, or something cannot be a file of a record.
+            choice is lacking.
     """
-    table, chosen = Path(folder, MANIFEST), {"breaker": breaker, "phase": phase}
-    if os.path.lexists(table):
-        operations = [each for of, each in _chosen_rows(table, chosen, events) if of == motion]
-        if not operations:
-            remedy = "add its rows, or leave it out of motions"
-            raise FileNotFoundError(f"{table} has no operation of motion {motion}; {remedy}")
-    elif breaker or phase:
-        reason = f"{printable(folder)} has no table {MANIFEST} that names breakers and phases"
-        raise ValueError(f"{reason}; set endurance.breaker and endurance.phase to null, or add it")
-    else:
-        operations = _from_names(Path(folder, motion))
-    _require_files(operations)
+    rows = _rows(folder, events)
+    for name, value in {"breaker": breaker, "phase": phase}.items():
+        there = sorted({getattr(each, name) for _, each in rows})
+        if (value is None and len(there) > 1) or (value is not None and value not in there):
+            shown = ", ".join(printable(each) or "(empty)" for each in there) or "no table"
+            reason = f"endurance.{name} is {value}, but {printable(folder)} has {shown}"
+            raise ValueError(f"{reason}; choose one, in a command by --{name} NAME, or null")
+        rows = [row for row in rows if value is None or getattr(row[1], name) == value]
+    operations = [each for of, each in rows if of == motion]
+    if rows and not operations:
+        reason = f"{Path(folder, MANIFEST)} has no operation of motion {motion}"
+        raise FileNotFoundError(f"{reason}; add its rows, or leave it out of motions")
+    operations = operations or _from_names(Path(folder, motion))
+    if not any(os.path.exists(each.file) for each in operations):
+        what = f"none of {len(operations)} files of {motion} is there, such as {operations[0].file}"
+        raise ValueError(f"{printable(what)}; put them there, or correct {MANIFEST}")
     found = sorted(each_line(operations), key=lambda each: each.number)
     for one, other in pairwise(found):
         if one.number == other.number:
@@ -104,12 +92,6 @@ def list_operations(
             what = f"{' and '.join(places)} are both operation {one.number}"
             raise ValueError(f"{printable(what)}; {_REMEDY}")
     return found
-
-
-_REMEDY = (
-    f"rename one of the files, or state which file is which operation in a table {MANIFEST}: "
-    "`breaker inspect` for the folder proposes one"
-)
 
 
 def each_line(operations: Iterable[Operation]) -> list[Operation]:
@@ -149,30 +131,16 @@ def _from_names(folder: Path) -> list[Operation]:
 _read = lru_cache(maxsize=2)(lambda table, state, events: read_manifest(table, events))
 
 
-def _rows(table: Path, events: Collection[str] | None) -> list[_Row]:
-    return _read(table, _state(table), events if events is None else tuple(events))
-
-
-def _chosen_rows(
-    table: Path, chosen: Mapping[str, str | None], events: Collection[str] | None
-) -> list[_Row]:
-    """Return the rows of a table that are of the chosen breaker and phase."""
-    rows = _rows(table, events)
-    for name, value in chosen.items():
-        there = sorted({getattr(each, name) for _, each in rows})
-        if (value is None and len(there) > 1) or (value is not None and value not in there):
-            shown = ", ".join(printable(each) or "(empty)" for each in there)
-            reason = f"endurance.{name} is {value}, but {table} has {shown}"
-            raise ValueError(f"{reason}; choose one, in a command by --{name} NAME")
-        rows = [row for row in rows if value is None or getattr(row[1], name) == value]
-    return rows
+def _rows(folder: str | Path, events: Collection[str] | None) -> list[_Row]:
+    """Return the rows of the table of a folder; none where it has no table."""
+    table = Path(folder, MANIFEST)
+    known = events if events is None else tuple(events)
+    return _read(table, _state(table), known) if os.path.lexists(table) else []
 
 
 def list_breakers(folder: str | Path, events: Collection[str] | None = None) -> Sequence[str]:
     """List the breakers in the table of a folder, if it has one, as of ``list_fleet``."""
-    table = Path(folder, MANIFEST)
-    rows = _rows(table, events) if os.path.lexists(table) else ()
-    return list(dict.fromkeys(each.breaker for _, each in rows))
+    return list(dict.fromkeys(each.breaker for _, each in _rows(folder, events)))
 
 
 def list_fleet(
@@ -186,15 +154,13 @@ def list_fleet(
 
     Arguments and errors are those of ``list_operations``; all breakers and phases by default.
     """
-    table = Path(folder, MANIFEST)
-    rows = [e for e in _rows(table, events) if breakers is None or e[1].breaker in breakers]
     found: dict[str, list[_Row]] = {}
-    for motion, row in rows:
-        if phase in (None, row.phase):
-            found.setdefault(row.breaker, []).extend((motion, each) for each in each_line([row]))
-    if lacking := {row.breaker for _, row in rows} - found.keys():
-        raise ValueError(f"endurance.phase is {phase}, which {table} has not of {min(lacking)}")
-    _require_files(each for some in found.values() for _, each in some)
+    for motion, row in _rows(folder, events):
+        if breakers is None or row.breaker in breakers:
+            own = found.setdefault(row.breaker, [])
+            own += [(motion, e) for e in each_line([row] if phase in (None, row.phase) else [])]
+    if lacking := [breaker for breaker, own in found.items() if not own]:
+        raise ValueError(f"endurance.phase is {phase}, which {folder} has not of {lacking[0]}")
     return found
 
 
@@ -206,23 +172,23 @@ def known_of(
 
     An event belongs to the first of the numbers, which rise, that is not before it.
     """
-    events: dict[int, list[str]] = {}
-    values: dict[str, dict[int, list[float]]] = {}
+    events: dict[int, dict[str, None]] = defaultdict(dict)
+    values: dict[str, dict[int, list[float]]] = defaultdict(lambda: defaultdict(list))
     for row in sorted(rows, key=lambda row: row.number):
-        if row.event and (place := bisect_left(numbers, row.number)) < len(numbers):
-            events.setdefault(numbers[place], []).append(row.event)
+        place = bisect_left(numbers, row.number)
+        if row.event and place < len(numbers):
+            events[numbers[place]][row.event] = None
         for name in CONDITIONS:
             if not math.isnan(value := getattr(row, name)):
-                values.setdefault(name, {}).setdefault(row.number, []).append(value)
-    texts = {number: ", ".join(dict.fromkeys(some)) for number, some in events.items()}
+                values[name][row.number].append(value)
+    texts = {number: ", ".join(some) for number, some in events.items()}
     means = {n: {i: sum(v) / len(v) for i, v in of.items()} for n, of in values.items()}
     return texts, means
 
 
 def fingerprint(operations: Iterable[Operation]) -> str:
     """Return a text that changes with the operations, and the name, size or time of any file."""
-    states: dict[str | Path, list] = {}
-    found = hashlib.sha256()
+    found, states = hashlib.sha256(), {}
     for each in operations:
         if each.file not in states:
             file = Path(each.file)

@@ -6,12 +6,12 @@ Light to import.
 import csv
 import math
 import re
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field
 from functools import partial
 from io import StringIO
-from pathlib import Path, PurePosixPath, PureWindowsPath
-from typing import Any
+from pathlib import Path
+from typing import Any, NamedTuple
 
 from breaker.common.safe_text import as_meant
 from breaker.model.parameters import MOTIONS
@@ -19,17 +19,10 @@ from breaker.records.dates import cell_date, dates_of, day_order, earlier
 from breaker.records.files import MOST_COLUMNS, RejectedCurveError, printable, read_bytes
 from breaker.records.settings import FORMAT, READABLE, TO_MM, TO_MS
 
-MANIFEST = "operations.csv"
-"""Name of the table, in the folder of the curve files."""
-
-FILL_IN = "FILL IN"
-"""Cell of a value that a file does not state; the table is refused until it is filled in."""
-
-LONGEST = 200
-"""Characters of a name or a text in a cell."""
-
-SHOWN = 10
-"""Mistakes, or files, in one message."""
+MANIFEST = "operations.csv"  # name of the table, in the folder of the curve files
+FILL_IN = "FILL IN"  # cell of a value that a file does not state; the table is refused with it
+LONGEST = 200  # characters of a name or a text in a cell
+SHOWN = 10  # mistakes, or files, in one message
 
 EVENTS: dict[str, tuple[str, ...]] = {
     "maintenance, overhaul, repair, adjusted, adjustment": ("all",),
@@ -42,8 +35,6 @@ EVENTS: dict[str, tuple[str, ...]] = {
 """Usual events, and what starts anew: the entire drive, the reading of its transducer, nothing."""
 
 _REQUIRED = ("file", "motion", "operation")
-_NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]{1,3})?")
-_DECIMAL = re.compile("[+-]?(?![0-9]{1,3},[0-9]{3}$)[0-9]+,[0-9]+")  # not 1,000: a thousand?
 
 
 @dataclass(frozen=True)
@@ -77,6 +68,9 @@ class Operation:
     line: int = 0
 
 
+_Row = tuple[int, str, Operation]  # line, motion and operation
+
+
 def read_manifest(
     file: str | Path, events: Collection[str] | None = None
 ) -> list[tuple[str, Operation]]:
@@ -90,126 +84,94 @@ def read_manifest(
         Motion and operation of each row. Whether the files exist is not checked.
 
     Raises:
-        ValueError: If anything is wrong; with line, column, value and remedy of each mistake.
+        ValueError: If anything is wrong; with line, column, value and remedy, of several rows.
     """
     file = Path(file)
-    (head, names), *rows = _rows(file)
-    wrong = [f"line {head}{text}" for text in _wrong_names(names, rows)]
-    place = names.index("date") if "date" in names else len(names)
-    dates = (dates_of("".join(cells[place : place + 1])) for _, cells in rows)
-    readers = {name: reader for name, (reader, _) in READ.items()}
-    readers["date"] = partial(cell_date, order=day_order(dates))
+    rows = _rows(file)
+    order = day_order(dates_of(cells.get("date", "")) for _, cells in rows)
+    nameless = _Cell("below the name of a column", "(?!)")
+    kinds = READ | {"": nameless, "date": _Cell("", read=partial(cell_date, order=order))}
     if events is not None:
-        readers["event"] = partial(_event, events)
-    found: list[tuple[str, Operation]] = []
-    lines: dict[tuple, int] = {}
-    for line, cells in rows if not wrong else ():
-        read, mistakes = _read_row(names, cells, readers)
-        if not mistakes:
-            motion, each = row = _operation(file.parent, read)
-            found.append(row)
-            if (of := (each.breaker, each.phase, motion, each.number)) in lines:
-                what = f"{motion} {each.number} is in line {lines[of]} already"
-                mistakes = [f"column operation: {what}; give it its own number, breaker or phase"]
-            lines.setdefault(of, line)
-        wrong += [f"line {line}, {mistake}" for mistake in mistakes]
-    if wrong := wrong or _out_of_order(found, lines):
+        kinds["event"] = _Cell("", read=partial(_event, events))
+    found: list[_Row] = []
+    wrong = []
+    for line, cells in rows:
+        try:
+            found.append((line, *_operation(file.parent, cells, kinds)))
+        except ValueError as error:
+            wrong.append(f"line {line}, column {error}")
+    if wrong := wrong or _contradictions(found):
         more = [f"and {len(wrong) - SHOWN} more"] if len(wrong) > SHOWN else []
         raise ValueError("\n  ".join([f"{printable(file)} is wrong:", *wrong[:SHOWN], *more]))
-    return found
+    return [(motion, each) for _, motion, each in found]
 
 
-def _rows(file: Path) -> list[tuple[int, list[str]]]:
-    """Return line and cells of each row that has any; the first has the names of the columns."""
+def _rows(file: Path) -> list[tuple[int, dict[str, str]]]:
+    """Return the line of each row below the names of columns, and its cells by column."""
     content = read_bytes(file)
     encoding = "utf-16" if content[:2] in (b"\xff\xfe", b"\xfe\xff") else "utf-8-sig"
     try:
         text = content.decode(encoding)
     except UnicodeDecodeError as error:
-        line = error.object[: error.start].count(b"\n") + 1
-        reason = "is not UTF-8; save the table as CSV UTF-8"
-        raise RejectedCurveError(file, reason, line=line) from error
-    named = re.search(r"^(?!sep=)[^\r\n]*[^\W_][^\r\n]*", text, re.MULTILINE)
-    delimiter = max(",;\t", key=named[0].count) if named else ","
-    # Lines as they end in the file: a cell in quotation marks may have several.
-    reader = csv.reader(StringIO(text, newline=""), delimiter=delimiter, strict=True)
-    rows, line = [], 1
+        line = content[: error.start].count(b"\n") + 1
+        raise RejectedCurveError(file, "is not UTF-8; save it as CSV UTF-8", line=line) from error
+    head = re.search(r"[^\r\n]*\bfile\b[^\r\n]*|\Z", text, re.IGNORECASE)
+    delimiter = max(",;\t", key=head[0].count)
+    below, line = StringIO(text[head.start() :], newline=""), text.count("\n", 0, head.start())
+    reader = csv.DictReader(below, delimiter=delimiter, restkey="", strict=True)
+    names = reader.fieldnames = [name.strip().lower() for name in reader.fieldnames or ()]
+    found = []
     try:
-        for cells in reader:
-            cells = [as_meant(cell.strip()) for cell in cells]
-            while cells and not cells[-1]:
-                cells.pop()
-            if cells and not cells[0].startswith("sep="):  # the delimiter, as spreadsheets name it
-                rows.append((line, cells))
-            line = reader.line_num + 1
+        for row in reader:
+            row[""] = "".join(row.get("") or "")
+            cells = {name: as_meant((cell or "").strip()) for name, cell in row.items()}
+            if any(cells.values()):
+                found.append((line + reader.line_num, cells))
     except csv.Error as error:
         reason = f"is not a table: {error}; are quotation marks closed?"
-        raise RejectedCurveError(file, reason, line=line) from error
-    if not rows:
-        raise RejectedCurveError(file, f"is empty; its first line names {', '.join(_REQUIRED)}")
-    rows[0][1][:] = [name.lower() if name.lower() in READ else name for name in rows[0][1]]
-    return rows
+        raise RejectedCurveError(file, reason, line=line + reader.line_num + 1) from error
+    odd = [name for name in names if name and (name not in READ or names.count(name) > 1)]
+    if odd or not found or not {*_REQUIRED} <= {*names}:
+        what = f"cannot have {', '.join(map(repr, odd))}" if odd else "is not complete"
+        every = f"{', '.join(_REQUIRED)} and any of {', '.join(READ)}, each once"
+        reason = f"{what}: name the columns {every}, with a row for each operation below"
+        raise RejectedCurveError(file, reason, line=line + 1)
+    return found
 
 
-def _wrong_names(names: Sequence[str], rows: Sequence) -> Iterator[str]:
-    """Yield what is wrong with the names of the columns, or that no row follows."""
-    for place, name in enumerate(names, start=1):
-        if name and (name not in READ or name in names[: place - 1]):
-            known = f"one of {', '.join(READ)}, each once"
-            yield f", column {place}: {name!r} is not {known}; rename it, or leave it out"
-    if lacking := [name for name in _REQUIRED if name not in names]:
-        yield f": the first line must name the columns; add {' and '.join(lacking)}"
-    elif not rows:
-        yield ": no operation follows the names of the columns; add a row for each"
-
-
-def _read_row(
-    names: Sequence[str], cells: Sequence[str], readers: Mapping[str, Callable]
-) -> tuple[dict[str, Any], list[str]]:
-    """Return what the cells of a row state, and what is wrong with it, by column."""
+def _operation(
+    folder: Path, cells: Mapping[str, str], kinds: "Mapping[str, _Cell]"
+) -> tuple[str, Operation]:
+    """Return the motion and the operation of a row; raise its first mistake."""
     read: dict[str, Any] = {}
-    mistakes = []
-    for place, cell in enumerate(cells):
-        name = names[place] if place < len(names) else ""
-        if cell and not name:
-            what = f"{cell!r} stands under no name; name the column, or put the cell in quotes"
-            mistakes.append(f"column {place + 1}: {what}")
-        elif cell:
-            read[name] = None
+    for name, cell in cells.items():
+        if cell or name in _REQUIRED:
             try:
-                read[name] = readers[name](cell)
+                read[name] = kinds[name].value(cell)
             except ValueError as error:
-                what = str(error) or f"{cell[:40]!r} is not {READ[name][1]}; correct the cell"
-                if cell.upper() == FILL_IN:
-                    what = "is to be filled in: the file does not state it (`breaker inspect`)"
-                mistakes.append(f"column {name}: {what}")
-    mistakes += [f"column {name}: is empty; fill it in" for name in _REQUIRED if name not in read]
-    if not mistakes and read.get("from", -math.inf) >= read.get("to", math.inf):
-        mistakes = [f"column to: {read['to']:.9g} is not after from, {read['from']:.9g}"]
-    return read, mistakes
-
-
-def _operation(folder: Path, read: dict[str, Any]) -> tuple[str, Operation]:
-    """Return the motion and the operation of a row in a folder, by its cells."""
+                raise ValueError(f"{name or 'without a name'}: {error}") from None
     file, motion, number = (read.pop(name) for name in _REQUIRED)
     begin, end = read.pop("from", math.nan), read.pop("to", math.nan)
-    read["settings"] = {name: read.pop(name) for name in FORMAT if name in read}
-    return motion, Operation(number, folder / file, begin=begin, end=end, **read)
+    if begin >= end:
+        raise ValueError(f"to: {end:.9g} is not after from, {begin:.9g}; correct one")
+    settings = {name: read.pop(name) for name in FORMAT if name in read}
+    return motion, Operation(number, folder / file, begin=begin, end=end, settings=settings, **read)
 
 
-def _out_of_order(rows: Collection[tuple[str, Operation]], lines: Mapping) -> list[str]:
-    """Return where numbers of operations rise while their dates fall."""
-    last: dict[tuple, Operation] = {}
+def _contradictions(rows: Collection[_Row]) -> list[str]:
+    """Return where rows are of one operation, or dates fall while numbers rise."""
+    last: dict[tuple, tuple[int, int, str]] = {}
     wrong = []
-    for motion, each in sorted(rows, key=lambda row: row[1].number):
-        before = last.get(of := (each.breaker, each.phase, motion), each)
-        if earlier(before.date, each.date):
-            wrong.append(
-                f"line {lines[(*of, each.number)]}, column date: {each.date} of {motion} "
-                f"{each.number} is earlier than {before.date} of {before.number}; correct the "
-                "number, or the date where a clock was wrong"
-            )
-        last |= {of: each} if each.date else {}
+    for line, motion, each in sorted(rows, key=lambda row: row[2].number):
+        of, name = (each.breaker, each.phase, motion), f"{motion} {each.number}"
+        above, number, date = last.get(of, (0, -1, ""))
+        if number == each.number:
+            what = f"{name} is in line {above} already; give it its own number, breaker or phase"
+            wrong.append(f"line {line}, column operation: {what}")
+        elif earlier(date, each.date):
+            what = f"{each.date} of {name} is earlier than {date} of {motion} {number}"
+            wrong.append(f"line {line}, column date: {what}; correct the number or the date")
+        last[of] = line, each.number, each.date or date
     return wrong
 
 
@@ -229,88 +191,82 @@ def event_words(event: str) -> tuple[str, ...]:
 def _event(more: Collection[str], cell: str) -> str:
     """Read a cell that names usual events, or more that are known."""
     known = {word for events in (*EVENTS, *more) for word in event_words(events)}
-    if unknown := [word for word in event_words(_text(cell)) if word not in known]:
-        raise ValueError(
-            f"{unknown[0]!r} is not a known event ({', '.join(sorted(known))}); write some of "
-            "these with commas between, or add it to endurance.events"
-        )
+    if unknown := [word for word in event_words(cell) if word not in known]:
+        which = f"{unknown[0]!r} is not one of {', '.join(sorted(known))}"
+        raise ValueError(f"{which}; write these with commas between, or add to endurance.events")
     return cell
 
 
-def _require(fine: object) -> None:
-    if not fine:
-        raise ValueError  # READ states what is needed
+_ANY = f".{{1,{LONGEST}}}"
+_COUNTER = "[0-9]{1,7}"
+_INSIDE = r"(?!/|[A-Z]:|(?:.*/)?\.\.(?:/|$))[^\\]{1,200}"  # nothing outside the folder
+# A comma may be the decimal sign, but not in 1,000: it may be a thousand.
+_NUMBER = r"(?![+-]?[0-9]{1,3},[0-9]{3}$)[+-]?([0-9]+[.,]?[0-9]*|[.,][0-9]+)(e[+-]?[0-9]{1,3})?"
 
 
-def _text(cell: str) -> str:
-    _require(cell.isprintable() and len(cell) <= LONGEST and cell.upper() != FILL_IN)
-    return cell
+class _Cell(NamedTuple):
+    """A kind of cell: what it must be, its pattern, its reader, and the range of a number."""
+
+    what: str
+    pattern: str = _ANY
+    read: Callable[[str], Any] = str
+    least: float = -math.inf
+    most: float = math.inf
+
+    def value(self, cell: str) -> Any:
+        """Read a cell, or raise what is wrong with it."""
+        if cell.upper() == FILL_IN:
+            raise ValueError("is to be filled in: the file does not state it (`breaker inspect`)")
+        if cell.isprintable() and re.fullmatch(self.pattern, cell, re.IGNORECASE):
+            value = self.read(cell)
+            if not isinstance(value, int | float) or self.least <= value <= self.most:
+                return value
+        raise ValueError(f"{cell[:40]!r} is not {self.what}; correct the cell")
 
 
-def _file(cell: str) -> str:
-    path = PurePosixPath(_text(cell))
-    _require(not (path.is_absolute() or PureWindowsPath(cell).drive or "\\" in cell))
-    _require(".." not in path.parts)
-    return cell
+def _float(cell: str) -> float | str:
+    return "rest" if cell.lower() == "rest" else float(cell.replace(",", "."))
 
 
-def _words(words: Mapping[str, Any]) -> tuple[Callable[[str], Any], str]:
-    """Return a reader of a few words, as what each stands for, and what they are."""
-
-    def read(cell: str) -> Any:
-        _require(cell.lower() in words)
-        return words[cell.lower()]
-
-    return read, f"one of {' '.join(words)}"
+def _number(unit: str, least: float, most: float) -> _Cell:
+    what = f"a number from {least:g} to {most:g} {unit}"
+    return _Cell(what, _NUMBER, _float, least, most)
 
 
-def _number(least: float, most: float, cell: str) -> float:
-    """Read a number in a range; a comma may be the decimal sign."""
-    text = cell.replace(",", ".") if _DECIMAL.fullmatch(cell) else cell
-    _require(_NUMBER.fullmatch(text) and least <= float(text) <= most)
-    return float(text)
+def _words(words: Mapping[str, Any]) -> _Cell:
+    pattern = "|".join(map(re.escape, words))
+    return _Cell(f"one of {' '.join(words)}", pattern, lambda cell: words[cell.lower()])
 
 
-def _zero(cell: str) -> float | str:
-    return "rest" if cell.lower() == "rest" else _number(-1e6, 1e6, cell)
+def _column(cell: str) -> str | int | None:
+    return None if cell.lower() == "none" else int(cell) if cell.isdecimal() else cell
 
 
-def _whole(least: int, most: int, cell: str) -> int:
-    _require(re.fullmatch("[0-9]{1,20}", cell) and least <= int(cell) <= most)
-    return int(cell)
-
-
-def _column(least: int, cell: str) -> str | int | None:
-    if cell.lower() == "none":
-        return None
-    return _whole(least, MOST_COLUMNS, cell) if cell.isdecimal() else _text(cell)
-
-
-_TEXT = (_text, f"a text of at most {LONGEST} signs that can be printed")
-_COLUMN = (partial(_column, 1), "the name of a column, its number from 1, or none")
+_TEXT = _Cell(f"a text of at most {LONGEST} signs that can be printed")
+_MS = _number("ms", -1e7, 1e7)
+_COLUMN = _Cell("the name or the number of a column, or none", _ANY, _column, 1, MOST_COLUMNS)
 _UNITS = (*TO_MM, "deg", "rad", "V", "counts", "%")
 
-# Columns that the table may have: the reader of a cell, and what a cell must be.
-READ: dict[str, tuple[Callable[[str], Any], str]] = {
-    "file": (_file, "in the folder of the table; write its path from there, with /"),
+READ: dict[str, _Cell] = {
+    "file": _Cell("in the folder of the table; write its path from there, with /", _INSIDE),
     "motion": _words({motion: motion for motion in MOTIONS}),
-    "operation": (partial(_whole, 0, 9_999_999), "a counter of at most 7 digits"),
-    **dict.fromkeys(("channel", "breaker", "phase", "type", "event"), _TEXT),
-    "line": (partial(_whole, 1, 9_999_999), "the number of a line, from 1"),
-    "date": (cell_date, ""),
-    "temperature": (partial(_number, -60.0, 120.0), "a number of °C from -60 to 120"),
-    "voltage": (partial(_number, 1.0, 1000.0), "a number from 1 to 1000, V or % of the rated one"),
-    **dict.fromkeys(("from", "to"), (partial(_number, -1e7, 1e7), "a number of ms")),
-    # Of endurance.format, for this record alone.
-    "encoding": _TEXT,
+    "operation": _Cell("a counter of at most 7 digits", _COUNTER, int),
+    **dict.fromkeys(("channel", "breaker", "phase", "type", "event", "encoding"), _TEXT),
+    "line": _Cell("the number of a line, from 1", _COUNTER, int, 1),
+    "date": _Cell("", read=cell_date),
+    "temperature": _number("°C", -60.0, 120.0),
+    "voltage": _number("V, or % of the rated voltage", 1.0, 1000.0),
+    "from": _MS,
+    "to": _MS,
     "delimiter": _words({",": ",", ";": ";", "|": "|", "tab": "\t", "blank": " "}),
     "decimal": _words({".": ".", ",": ","}),
     "time_unit": _words({unit: unit for unit in TO_MS}),
-    "rate": (partial(_number, *READABLE), f"a number of kHz from {READABLE[0]} to {READABLE[1]}"),
+    "rate": _number("kHz", *READABLE),
     "travel_unit": _words({unit.lower(): unit for unit in _UNITS}),
-    "ratio": (partial(_number, 1e-6, 1e6), "a number of mm for one unit of the reading"),
-    "zero": (_zero, "a number in the unit of the travel, or rest"),
+    "ratio": _number("mm for one unit of the reading", 1e-6, 1e6),
+    "zero": _Cell("rest, or a number", f"rest|{_NUMBER}", _float),
     "sign": _words({"1": 1, "+1": 1, "-1": -1}),
     **dict.fromkeys(("time_column", "contact_column", "current_column", "motor_column"), _COLUMN),
-    "trigger_column": (partial(_column, 0), "the name of a column, its number, 0 or none"),
+    "trigger_column": _COLUMN._replace(least=0),
 }
+"""Columns that the table may have, by what their cells are."""
