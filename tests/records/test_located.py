@@ -89,7 +89,7 @@ def test_a_slip_within_the_noise_of_one_motion_is_in_its_stroke(tmp_path, slip):
         for name, found in raw.measured(()).items():
             if name in exact:
                 assert abs(found.value - exact[name]) < 3.5 * found.sd
-                assert slip or found.sd < 0.03
+                assert slip or found.sd < 0.05
 
 
 def test_a_first_motion_in_the_creep_of_the_motion_before_is_uncertain(tmp_path):

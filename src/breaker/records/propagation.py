@@ -5,32 +5,27 @@ from windows that overlap have the right uncertainty together.
 """
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from itertools import count, pairwise
+from itertools import count
 
 import numpy as np
 
-from breaker.records.fits import LocalCubic, filled, hidden_mode, running_mean, settling
+from breaker.records.fits import LocalCubic, filled, level, running_mean
 from breaker.records.rejections import NotShownError
 
-_FEWEST = 6  # samples of a local fit: two more than its numbers
+_FEWEST = 6  # samples of a local fit or of part of a rest: two more than numbers of a cubic
 # Half the width of a local fit: so that the error of the cubic, this share of the stroke for a fit
 # as long as the motion, is a third of the noise's; at most this share of the motion.
 _WIDTH, _BEND, _WIDEST = 11.0, 0.02, 0.2
 _MEMORY = 1e-4  # correlation of samples that counts as none
-_LEAST = 20  # samples of a curve that is carried on to its rest
-_MISFIT = 2.5  # noise variances, from which this fit leaves more than noise
-_LEFT = 2.0  # times what it leaves: error of its rest
-_OTHER_MODES = 5e-3  # of the way on which this fit rests: error of its rest from other modes
-# A creep that noise hides: its sd at the arrival in strokes, how long it may last, durations of the
-# motion, and its probability before it is seen; that beside two modes, of which one may be it.
-_CREEP, _LASTS = 0.03, (1.0, 2.0, 4.0)
-_HIDDEN, _BESIDE, _TWO = 0.15, 0.02, 5  # functions of a fit of two modes
-_VAGUE = 0.01  # strokes, the sd of a rest that is too uncertain
-_SLIP = 0.7  # times a slip, its error: any part of it may be travel
+_BLOCKS = 64  # means of neighbouring samples of a rest
+_EXACT = 1e-10  # strokes^2, the least variance of noise that a rest is read with
+SEEN = 3.0
+"""Standard deviations from which a distance is seen: noise alone makes one in 370."""
 _NUMBERS = count()  # of errors
+_NO_REST = "too little rest before or after the motion"
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,12 +35,12 @@ class Uncertain:
     Attributes:
         value: The value.
         slope: By each sample of the curve, ``(n,)``.
-        errors: By each further error, in its standard deviations, by number.
+        errors: By each further error, in its standard deviations, by name or number.
     """
 
     value: float
     slope: np.ndarray | float
-    errors: Mapping[int, float] = field(default_factory=dict)
+    errors: Mapping[Hashable, float] = field(default_factory=dict)
 
     def __add__(self, other: "Uncertain | float") -> "Uncertain":
         if not isinstance(other, Uncertain):
@@ -67,9 +62,9 @@ class Uncertain:
         return Uncertain(value, slopes.slope, slopes.errors)
 
 
-def error_of(value: float, sd: float) -> Uncertain:
-    """Return a value with an error of its own."""
-    return Uncertain(value, 0.0, {next(_NUMBERS): sd})
+def error_of(value: float, sd: float, name: str = "") -> Uncertain:
+    """Return a value with an error; values of one name share it."""
+    return Uncertain(value, 0.0, {name or next(_NUMBERS): sd})
 
 
 @dataclass(eq=False)
@@ -126,7 +121,7 @@ class Trace:
             along = np.convolve(slope, self.colour ** np.arange(memory))[: slope.size]
             square += self.noise**2 * max(float(2.0 * slope @ along - slope @ slope), 0.0)
             for place, size in self.slips:
-                square += (_SLIP * size * float(result.slope[place:].sum())) ** 2
+                square += (size * float(result.slope[place:].sum())) ** 2 / 3.0  # any part of it
         return math.sqrt(square)
 
     def rest(self, begin: float, end: float) -> Uncertain:
@@ -137,77 +132,44 @@ class Trace:
         """
         window = self._window(begin, end)
         if not window.size:
-            raise NotShownError("too little rest before or after the motion")
-        mean = self._of(float(self.travel[window].mean()), window, 1.0 / window.size)
-        return mean + error_of(0.0, self._rounding(0.0))
+            raise NotShownError(_NO_REST)
+        return self._mean(window)
 
-    def parts(self, begin: float, end: float, count: int) -> list[Uncertain]:
-        """Return the means of equal parts of a rest, none if a part has hardly samples."""
-        marks = np.linspace(begin, end, count + 1)
-        if min(self._window(*part).size for part in pairwise(marks)) < _FEWEST:
-            return []
-        return [self.rest(*part) for part in pairwise(marks)]
-
-    def settles(self, begin: float, end: float, arrival: float) -> Uncertain | None:
-        """Return where travel that still moves between two times comes to rest, None if unseen.
+    def settled(
+        self, begin: float, end: float, ways: Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]
+    ) -> Uncertain:
+        """Return the travel at rest, where the reading may still move between two times.
 
         Args:
             begin, end: Those times, ms.
-            arrival: When the drive arrived, ms.
-        """
-        window = self._window(begin, end)
-        found = settling(self.time[window], self.travel[window]) if window.size > _LEAST else None
-        if found is None:
-            return None
-        noise = self.alike * self.noise**2 / found.every
-        left = math.sqrt(found.misfit - noise) if found.misfit > _MISFIT * noise else 0.0
-        late = self.travel[window[2 * window.size // 3 :]]
-        moved = _OTHER_MODES * float(np.ptp(self.travel[window]))
-        error = math.hypot(moved, _LEFT * left, self._rounding(float(np.std(late))))
-        rest = self._of(found.rest, window, found.weights) + error_of(0.0, error)
-        if self.sd(rest) > _VAGUE * self.stroke:
-            return None
-        if left:  # more than noise hides
-            return rest
-        first = window.size % found.every
-        weights = found.every * found.weights[first :: found.every]
-        samples = window[first:].reshape(-1, found.every)
-        return rest + self._hidden(samples, arrival, found.known, weights, noise)
-
-    def still(self, begin: float, end: float, arrival: float) -> Uncertain:
-        """Return the mean travel between two times, at rest but for a creep that noise may hide.
+            ways: How it may move at some times, ms, in strokes, and how probable each way is.
 
         Raises:
             NotShownError: If there is no sample.
         """
-        mean, samples = self.rest(begin, end), self._window(begin, end)[:, None]
-        flat, noise = np.ones(samples.shape), self.alike * self.noise**2
-        return mean + self._hidden(samples, arrival, flat, flat[:, 0] / flat.size, noise)
+        window = self._window(begin, end)
+        if not window.size:
+            raise NotShownError(_NO_REST)
+        every = max(1, window.size // _BLOCKS)
+        window = window[window.size % every :]
+        time, travel = (each[window].reshape(-1, every) for each in (self.time, self.travel))
+        moves, chances = ways(time.mean(axis=1))
+        noise = max(self.alike * self.noise**2 / every, _EXACT * self.stroke**2)
+        value, weights, hidden = level(travel.mean(axis=1), self.stroke * moves, chances, noise)
+        rest = self._of(value, window, np.repeat(weights, every) / every)
+        return rest + error_of(0.0, math.hypot(hidden, self._rounding(0.0)))
 
-    def _hidden(
-        self,
-        samples: np.ndarray,
-        arrival: float,
-        known: np.ndarray,
-        weights: np.ndarray,
-        variance: float,
-    ) -> Uncertain:
-        """Error of a rest from a creep since the arrival of the drive that noise may hide.
+    def unrest(self, lasts: float) -> float:
+        """Return by how much the means of four parts of the last time differ beyond noise, mm.
 
         Args:
-            samples: Of each mean that the rest was read from, ``(n, every)``.
-            arrival: When the drive arrived, ms.
-            known, weights, variance: As of ``hidden_mode``.
+            lasts: That time, ms; of a low rate longer, so that a part has samples enough.
         """
-        late = (self.time[samples].mean(axis=1) - arrival) / self.duration
-        creeps = np.exp(-late / np.array(_LASTS)[:, None])
-        means = self.travel[samples].mean(axis=1)
-        about = {
-            "variance": max(variance, 1e-12),
-            "size": _CREEP * self.stroke,
-            "share": _BESIDE if known.shape[1] == _TWO else _HIDDEN,
-        }
-        return error_of(0.0, hidden_mode(means, known, weights, creeps, **about))
+        count = max(round(lasts / self.step), 4 * _FEWEST)
+        last = np.flatnonzero(self._there)[-count:]
+        parts = [self._mean(part) for part in np.array_split(last, 4)]
+        way = float(np.ptp([part.value for part in parts]))
+        return max(0.0, way - SEEN * self.sd(parts[-1] - parts[0]))
 
     def at(self, time: Uncertain) -> Uncertain:
         """Return the travel at a time."""
@@ -273,16 +235,17 @@ class Trace:
         slope[window] = weights
         return Uncertain(value, slope)
 
+    def _mean(self, window: np.ndarray) -> Uncertain:
+        mean = self._of(float(self.travel[window].mean()), window, 1.0 / window.size)
+        return mean + error_of(0.0, self._rounding(0.0))
+
     def _rounding(self, spread: float) -> float:
         """Error of rounding, mm, of a mean of readings of travel that spreads by an sd.
 
-        Noise across several steps averages it out, and motion across them evens it out.
+        Noise and motion across several steps even it out.
         """
-        if not self.quantum:
-            return 0.0
         alone = self.quantum / math.sqrt(12.0)
-        noise = max(self.noise**2 - alone**2, 0.0) / self.quantum**2
-        return alone * math.exp(-2.0 * math.pi**2 * noise) / (1.0 + spread / alone)
+        return alone / (1.0 + max(self.noise - alone, spread) / alone) if alone else 0.0
 
     def _fit(self, near: float) -> LocalCubic:
         """Cubic through the samples about the sample next to a time."""
