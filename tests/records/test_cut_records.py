@@ -56,26 +56,15 @@ def test_a_motion_up_to_the_end_is_in_range_and_a_burst_there_is_not():
 
 
 @pytest.mark.parametrize(
-    ("stroke", "lasts", "odd"),
-    [
-        (13.5, 9.0, False),
-        (13.5, 0.9, True),
-        (13.0, 2.2, True),
-        (13.0, 5.2, False),
-        (13.5, 89.0, True),
-        (150.0, 45.0, False),
-        (150.0, 4.5, True),
-        (150.0, 400.0, True),
-        (135.0, 9.0, True),
-        (6.0, 5.0, False),
-    ],
+    ("stroke", "lasts"),
+    [(13.5, 9.0), (13.0, 5.2), (6.0, 5.0), (150.0, 45.0)],
 )
-def test_a_motion_of_no_drive_is_said(stroke, lasts, odd):
-    time = np.linspace(0.0, 2.0 * lasts, 400)
-    done = np.clip((time - 0.5 * lasts) / (1.25 * lasts), 0.0, 1.0)
-    said = of_no_drive("closing", time, done, stroke)
-    assert bool(said) == odd
-    assert not odd or "check the rate or unit of the time" in said
+def test_a_motion_of_no_drive_is_said(stroke, lasts):
+    """Also where its time or its unit is wrong by a factor of 10 or 20."""
+    for factor, odd in ((1.0, False), (0.1, True), (20.0, True)):
+        time = np.linspace(0.0, 2.0 * factor * lasts, 400)
+        done = np.clip((time - 0.5 * factor * lasts) / (1.25 * factor * lasts), 0.0, 1.0)
+        assert bool(of_no_drive("closing", time, done, stroke)) == odd
 
 
 def test_speeds_of_a_cut_record_are_withheld_with_its_stroke():
@@ -83,8 +72,7 @@ def test_speeds_of_a_cut_record_are_withheld_with_its_stroke():
     way = motion(time - 20.0, 13.5, 12.0, 0.0)
     noise = 0.03 * np.random.default_rng(4).standard_normal(time.size)
     found = measure_curve(time, way + noise, "closing", speeds=SPEEDS)
-    assert found["stroke"].reason == found["travel_time"].reason
-    assert found["stroke"].reason == "the record ends before the drive rests"
+    assert found["stroke"].reason == found["travel_time"].reason != ""
 
 
 @pytest.mark.parametrize("creeps", [True, False])

@@ -154,7 +154,7 @@ def put_on_grid(record: Record, grid: Grid) -> GriddedRecord:
         check_missing(gridded, record.settings["missing"])
         remarks = [
             record.warning,
-            *record.remarks_on(grid.noise_sd, grid.zero_sd),
+            *record.remarks_on(grid.zero_sd),
             _onset_remark(record.first_motion_sd, grid.onset_sd),
             *grid_remarks(gridded, record.time[record.inside], grid.times),
         ]

@@ -130,9 +130,9 @@ class Reading:
         kinds = located.doubts[located.inside]
         self.clipped = time[kinds == "clipped"]
         slips = 1 + np.flatnonzero(kinds[near.start + 1 :] == "slip")
-        leaps = [(int(k), leap_at(forward[near.start :], k, 0)) for k in slips]
+        leaps = [(int(k), leap_at(forward[near.start :], k)) for k in slips]
         about = *located.process, located.quantum, self.duration, segment.stroke
-        self.trace = Trace(time[near], forward[near], *about, located.ripple.rms, leaps)
+        self.trace = Trace(time[near], forward[near], *about, located.ripple, leaps)
 
     def with_contact(
         self, contact: ContactTimes, speeds: Sequence[Speed], currents: Currents = _NO_CURRENTS
@@ -204,9 +204,7 @@ class Reading:
         )
         size, fades = _SWING
         later = size * self.located.segment.stroke * float(np.exp(-fades * rests / duration))
-        # Of a slip that the two motions of a record share, nobody knows in which it was.
-        slipped = error_of(0.0, 0.5 * self.located.unreturned)
-        return found + slipped + error_of(0.0, later + _FOLLOWS * unrest)
+        return found + error_of(0.0, later + _FOLLOWS * unrest)
 
     def stroke(self) -> Uncertain:
         """Return the distance between the rests, mm."""

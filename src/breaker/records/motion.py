@@ -1,9 +1,8 @@
 """The motion in a record: which part of it that is, the samples that are its own, and their noise.
 
-A record may hold a closing and an opening, or more, and go on for seconds. The breaker has moved
-where the travel crosses from one third of its range to the opposite one: overtravel, rebound,
-bounces and a drifting rest stay within a third. All is relative to the record's own range, noise
-and speed, so neither unit nor stroke nor rate matters.
+The breaker has moved where the travel crosses from one third of its range to the opposite one:
+overtravel, rebound, bounces and a drifting rest stay within a third. All is relative to the
+record's own range, noise and speed, so neither unit nor stroke nor rate matters.
 """
 
 from dataclasses import dataclass, replace
@@ -13,19 +12,17 @@ import numpy as np
 
 from breaker.common.numerals import in_digits
 from breaker.records.fits import smoothed
-from breaker.records.noise import Noise, Ripple, noise_at_rest, ripple_of
-from breaker.records.rejections import FEWEST, MATTERS, SeveralMotionsError, UnusableError
+from breaker.records.noise import Noise, noise_at_rest, ripple_of
+from breaker.records.rejections import FEWEST, SeveralMotionsError, UnusableError
 
 _WINDOW = 2.0  # ms, of the running median: a burst of nearly half of it leaves no trace
 _CLEAR = 12.0  # sd of the noise, least range of a reading in which something moves
-_BEGUN = 0.1  # of the way, from which a motion is under way; it is at rest within a tenth of that
+_BEGUN = 0.1  # of the way, from which a motion is under way; of its greatest speed, until it rests
 _NEAR = 5  # times as long as the motion, how far the rest before and after it is looked at
 _SLOW = 2 / 3  # of the greatest speed: below, touch or damper act, and the force has been seen
-_STILL = 0.1  # of the greatest speed: below, the drive has arrived
 # Rest that shows the noise, ms before the first motion: its start may be gradual, and far before it
 # an earlier motion may still ring.
 _REST = (50.0, 1.0)
-_BLOCK = 8.0  # ms, of which levels are compared; over four of them a drive that rests stays
 
 
 @dataclass(frozen=True)
@@ -51,7 +48,7 @@ class Segment:
     @property
     def arrived(self) -> bool:
         """Whether the drive comes to rest before the end."""
-        return self.speed <= _STILL
+        return self.speed <= _BEGUN
 
     @property
     def stroke(self) -> float:
@@ -123,15 +120,67 @@ class Course:
         """Return one of the motions."""
         sign = 1.0 if self.crossings[2][k] else -1.0
         done = sign * self.smooth
-        begin, middle, end = _between(
-            done, self.noise, *[0, *self.middles.tolist(), done.size][k : k + 3]
-        )
-        back = float(self.time[end]) if end < done.size else float("nan")
-        speed = 0.0
-        if end == done.size:
+        begin, middle, end = _bounds(done, *[0, *self.middles.tolist(), done.size][k : k + 3])
+        speed, back = 0.0, float("nan")
+        if end < done.size:
+            back = float(self.time[end])
+        else:
             speed = _end_speed(done[begin : max(begin + 1, end - self.half)])
-        before, after = _rests(done[begin:middle], done[middle:end], arrived=speed <= _STILL)
+        before, after = _rests(done[begin:middle], done[middle:end], arrived=speed <= _BEGUN)
         return Segment(begin, end, sign * before, sign * after, speed, back)
+
+
+def _bounds(done: np.ndarray, start: int, middle: int, stop: int) -> tuple[int, int, int]:
+    """Bounds of a motion about its middle, from the middles of those before and after it.
+
+    It begins half way from the arrival of the one before, and ends no later than the one after
+    begins: where that has begun, and back by twice as long as it takes from there to four tenths
+    of the way, for a force that builds up begins before an even one.
+    """
+    low, rest = done[start : middle + 1].min(), np.median(done[middle:stop])
+    way = rest - low
+    if start:
+        still = done <= low + _BEGUN * way
+        start = (_first(still, start) + _last(still, middle)) // 2
+    if stop < done.size:
+        begun, well = (_last(done >= rest - share * way, stop) for share in (_BEGUN, 4 * _BEGUN))
+        stop = max(middle + 1, begun - 2 * (well - begun))
+    return start, middle, stop
+
+
+def _rests(first: np.ndarray, second: np.ndarray, *, arrived: bool) -> tuple[float, float]:
+    """Travel at rest before and after a motion, from what leads to its middle and what follows.
+
+    Close to the motion, since the rest may drift: as far as a few times as long as it lasts.
+    """
+    low, high = first.min(), second.max()
+    begun = _last(first <= low + _BEGUN * (high - low), first.size - 1)
+    done = _first(second >= high - _BEGUN * (high - low), 0)
+    near = _NEAR * (first.size - begun + done)
+    before = np.median(first[max(0, begun - near) : begun + 1])
+    there = second[done : done + near]
+    return float(before), float(np.median(there[there.size // 2 :]) if arrived else high)
+
+
+def _end_speed(done: np.ndarray) -> float:
+    """Speed at the end of a record over the greatest one, in a third of the time of the motion."""
+    low, way = done.min(), np.ptp(done)
+    begun, late = (_first(done >= low + share * way, 0) for share in (_BEGUN, 1.0 - _BEGUN))
+    span = max(1, (late - begun) // 3)
+    fastest = (done[span:] - done[:-span]).max(initial=0.0)
+    if fastest == 0.0:
+        return 1.0  # what moves is nearer to the end than a running median sees
+    return float((done[-1] - done[-1 - span]) / fastest)
+
+
+def _first(flags: np.ndarray, start: int) -> int:
+    """First sample from one on at which a flag is set."""
+    return start + int(flags[start:].argmax())
+
+
+def _last(flags: np.ndarray, stop: int) -> int:
+    """Last sample up to one at which a flag is set."""
+    return stop - int(flags[stop::-1].argmax())
 
 
 def find_segment(
@@ -174,26 +223,22 @@ def find_segment(
             f"mm, which is no {motion}; is it in the wrong folder, or endurance.format.sign wrong?"
         )
     if forward.sum() > 1:
-        raise _several(time[course.middles], forward, motion, (begin, end))
+        at = time[course.middles]
+        marks = [begin, *(0.5 * (at[1:] + at[:-1])).tolist(), end]
+        raise SeveralMotionsError(
+            f"has {forward.sum()} motions of {motion}, at "
+            f"{', '.join(f'{each:.0f}' for each in at[forward])} ms; write from and to of the one "
+            "that is meant into operations.csv",
+            [(marks[k], marks[k + 1]) for k in np.flatnonzero(forward)],
+        )
     found = course.motion(int(forward.argmax()))
     if found.speed > _SLOW:
-        moving = f"{time[-1]:.1f} ms and {found.speed:.0%} of the greatest speed"
-        raise UnusableError(f"ends in the middle of the {motion}, at {moving}; record longer")
+        raise UnusableError(
+            f"ends in the middle of the {motion}, at {time[-1]:.1f} ms and {found.speed:.0%} of "
+            "the greatest speed; record longer"
+        )
     place = {"begin": first + found.begin, "end": first + found.end}
     return replace(found, **place, before=sign * found.before, after=sign * found.after)
-
-
-def _several(
-    at: np.ndarray, forward: np.ndarray, motion: str, part: tuple[float, float]
-) -> SeveralMotionsError:
-    """Why a motion is refused that is in the part of a record more than once."""
-    between = [part[0], *(0.5 * (at[1:] + at[:-1])).tolist(), part[1]]
-    times = ", ".join(f"{each:.0f}" for each in at[forward])
-    return SeveralMotionsError(
-        f"has {forward.sum()} motions of {motion}, at {times} ms; say which one is meant by from "
-        "and to in operations.csv",
-        [(between[k], between[k + 1]) for k in np.flatnonzero(forward)],
-    )
 
 
 def white_noise(travel: np.ndarray) -> float:
@@ -203,68 +248,6 @@ def white_noise(travel: np.ndarray) -> float:
     """
     second = np.diff(travel[~np.isnan(travel)], n=2)
     return float(np.median(np.abs(second)) / (0.6745 * np.sqrt(6.0))) if second.size else 0.0
-
-
-def _first(flags: np.ndarray, start: int) -> int:
-    """First sample from one on at which a flag is set."""
-    return start + int(flags[start:].argmax())
-
-
-def _last(flags: np.ndarray, stop: int) -> int:
-    """Last sample up to one at which a flag is set."""
-    return stop - int(flags[stop::-1].argmax())
-
-
-def _between(
-    done: np.ndarray, noise: float, start: int, middle: int, stop: int
-) -> tuple[int, int, int]:
-    """Bounds of a motion about its middle, from those of the motions before and after it.
-
-    It begins once the one before has arrived, and ends no later than the one after begins: where
-    that has begun, and back by twice as long as it takes from there to four tenths of the way, for
-    a force that builds up begins before an even one.
-    """
-    low, rest = done[start : middle + 1].min(), np.median(done[middle:stop])
-    way = rest - low
-    if start:  # the last time, in the first half of the rest, that it is off the level of the other
-        arrived = _first(done <= low + _BEGUN * way, start)
-        begun = _last(done <= low + _BEGUN * way, middle)
-        half = (arrived + begun) // 2
-        off = np.abs(done[arrived:half] - np.median(done[half : begun + 1]))
-        near = max(0.1 * _BEGUN * way, _CLEAR * noise)
-        last = int(np.flatnonzero(off > near)[-1:].sum())
-        start = arrived + (last if last < off.size - 1 else 0)  # it may still settle as it begins
-    if stop < done.size:
-        begun, well = (_last(done >= rest - share * way, stop) for share in (_BEGUN, 4 * _BEGUN))
-        stop = max(middle + 1, begun - 2 * (well - begun))
-    return start, middle, stop
-
-
-def _rests(first: np.ndarray, second: np.ndarray, *, arrived: bool) -> tuple[float, float]:
-    """Travel at rest before and after a motion, from what leads to its middle and what follows.
-
-    Close to the motion, since the rest may drift: as far as a few times as long as it lasts.
-    """
-    low, high = first.min(), second.max()
-    begun = _last(first <= low + _BEGUN * (high - low), first.size - 1)
-    done = _first(second >= high - _BEGUN * (high - low), 0)
-    near = _NEAR * (first.size - begun + done)
-    before = np.median(first[max(0, begun - near) : begun + 1])
-    there = second[done : done + near]
-    return float(before), float(np.median(there[there.size // 2 :]) if arrived else high)
-
-
-def _end_speed(done: np.ndarray) -> float:
-    """Speed at the end of a record, over the greatest one."""
-    low, way = done.min(), np.ptp(done)
-    if way == 0.0:
-        return 1.0  # what moves is nearer to the end than a running median sees
-    shares = np.linspace(
-        _BEGUN, 1.0 - _BEGUN, 17
-    )  # six further on, three tenths of the way are gone
-    reached = np.array([_first(done >= low + share * way, 0) for share in shares])
-    span = max(1, int((reached[6:] - reached[:-6]).min()))
-    return float((done[-1] - done[max(0, done.size - 1 - span)]) / (3 * _BEGUN * way))
 
 
 @dataclass(frozen=True)
@@ -317,45 +300,6 @@ class LocatedMotion:
         rest = self.left[(before <= _REST[0]) & (before >= _REST[1])]
         return noise_at_rest(rest, self.step, grid_step, self.quantum)
 
-    @cached_property
-    def ripple(self) -> Ripple:
-        """Ripple of the reading during the motion, of amplitude 0 where none is clear."""
-        before, after = self.segment.before, self.segment.after
-        way = (self.left - before) * np.sign(after - before)
-        return ripple_of(self.time[self.inside], way, abs(after - before))
-
-    @cached_property
-    def first_motion_sd(self) -> float:
-        """Standard deviation of the first motion, ms: of its fit, and where the reading ripples."""
-        before, after = self.segment.before, self.segment.after
-        time, done = self.time[self.inside] - self.moves, (self.left - before) / (after - before)
-        moving = time >= 0.0  # before it another motion may end
-        low, high = ((moving & (done >= share)).argmax() for share in (0.3 * _BEGUN, 2 * _BEGUN))
-        slow = (high - low) * self.step / (1.7 * _BEGUN)  # ms/stroke
-        return float(np.hypot(self.moves_sd, self.ripple.rms / abs(after - before) * slow))
-
-    @cached_property
-    def unreturned(self) -> float:
-        """By how much rests of one position differ before and behind another motion of the record,
-        mm; 0 where it has no other, the drive does not rest, or they are alike.
-
-        A drive stops where it stopped before: so much a transducer slipped in one of the motions.
-        """
-        count = max(round(_BLOCK / self.step), FEWEST)
-        parts = self.sure[: self.sure.size // count * count].reshape(-1, count)
-        levels = np.median(parts[~np.isnan(parts).any(axis=1)], axis=1)
-        if levels.size < 4:
-            return 0.0
-        noise, stroke = self.process[0] * np.sqrt(np.pi / count), self.segment.stroke
-        moved = np.ptp(np.lib.stride_tricks.sliding_window_view(levels, 4), axis=1)
-        stays = np.flatnonzero(moved < 0.1 * MATTERS * stroke + 3.0 * noise)
-        off = 0.0
-        for rest in (self.segment.before, self.segment.after):
-            own = stays[np.abs(levels[stays] - rest) < _BEGUN * stroke]
-            groups = np.split(levels[own], np.flatnonzero(np.diff(own) > 8) + 1)
-            off = max(off, float(np.ptp([np.median(each) for each in groups])) if own.size else 0.0)
-        return off if off > MATTERS * stroke + 6.0 * noise + self.quantum else 0.0
-
     @property
     def process(self) -> tuple[float, float]:
         """Standard deviation of the noise of a sample, mm, and its correlation with the next.
@@ -365,3 +309,19 @@ class LocatedMotion:
         noise = self.noise_at(self.step)
         sd, colour = noise.process if np.isfinite(noise.sd) else (white_noise(self.left), 0.0)
         return max(sd, self.quantum / np.sqrt(12.0)), colour
+
+    @cached_property
+    def ripple(self) -> float:
+        """Root mean square of a ripple of the reading during the motion, mm; 0 if none is clear."""
+        before, after = self.segment.before, self.segment.after
+        return ripple_of((self.left - before) * np.sign(after - before), abs(after - before))
+
+    @cached_property
+    def first_motion_sd(self) -> float:
+        """Standard deviation of the first motion, ms: of its fit, and where the reading ripples."""
+        before, after = self.segment.before, self.segment.after
+        done = (self.left - before) / (after - before)
+        done[self.time[self.inside] < self.moves] = 0.0  # there another motion may end
+        low, high = ((done >= share).argmax() for share in (0.3 * _BEGUN, 2 * _BEGUN))
+        slow = (high - low) * self.step / (1.7 * _BEGUN)  # ms/stroke
+        return float(np.hypot(self.moves_sd, self.ripple / abs(after - before) * slow))

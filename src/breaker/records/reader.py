@@ -25,7 +25,13 @@ import numpy as np
 
 from breaker.common.numerals import in_digits
 from breaker.records.axes import Scale, even_times, seen_quantum
-from breaker.records.checks import check_stroke, doubtful_samples, doubts_in_words, rest_of_open
+from breaker.records.checks import (
+    check_slips,
+    check_stroke,
+    doubtful_samples,
+    doubts_in_words,
+    rest_of_open,
+)
 from breaker.records.contacts import events_of
 from breaker.records.currents import Channel, Currents
 from breaker.records.dates import one_date
@@ -70,11 +76,6 @@ class _Samples(NamedTuple):
     doubts: np.ndarray
     quantum: float
     remarks: tuple[str, ...]
-
-    @property
-    def travel_and_doubts(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Times, travel and kinds of doubtful samples, ``(n,)`` each."""
-        return self.time, self.whole, self.doubts
 
     def at_times(self, values: np.ndarray) -> np.ndarray:
         """Return a column of the file at the even times, ``(n,)``; NaN where there is no sample."""
@@ -139,7 +140,7 @@ class Reader:
             warning = _contradiction(record, self.header(operation))
         except UnusableError as error:
             reason = str(error)
-            if samples and (words := doubts_in_words(*samples.travel_and_doubts)):
+            if samples and (words := doubts_in_words(samples.time, samples.doubts)):
                 reason = f"{reason}; left out: {words}"
             raise RejectedCurveError(operation.file, reason, line=error.line) from error
         remarks = list(record.file_remarks)
@@ -272,6 +273,7 @@ def _locate(operation: Operation, samples: _Samples, motion: str) -> Record:
     time, settings, columns = samples.time, samples.settings, samples.columns
     sure = np.where(samples.doubts == "", samples.whole, np.nan)
     segment = find_segment(time, sure, motion, begin=operation.begin, end=operation.end)
+    check_slips(time, sure, samples.doubts, segment)
     check_stroke(segment.stroke, settings)
     rest = rest_of_open(segment, settings, motion)
     inside = slice(segment.begin, segment.end)

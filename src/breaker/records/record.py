@@ -5,7 +5,6 @@ A ``Record`` holds what a file shows without the grid of a model; ``reader.Reade
 """
 
 from collections.abc import Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -13,15 +12,14 @@ import numpy as np
 
 from breaker.common.numerals import in_digits
 from breaker.model.quantities import Speed
-from breaker.records.checks import doubts_in_words, of_no_drive, range_remark, rest_remark
+from breaker.records.checks import doubts_in_words, of_no_drive, rest_remark
 from breaker.records.contacts import ContactTimes
 from breaker.records.currents import Currents
 from breaker.records.grid import Gridded, on_grid
 from breaker.records.measurements import Measured, Reading
 from breaker.records.motion import LocatedMotion
-from breaker.records.noise import noise_remarks
 from breaker.records.operations import Operation
-from breaker.records.rejections import NotShownError, Remark
+from breaker.records.rejections import Remark
 
 
 @dataclass(frozen=True)
@@ -55,12 +53,12 @@ class Record(LocatedMotion):
         """Return the record on the times ``(t,)`` of a grid, ms around the first motion."""
         return on_grid(self.time[self.inside], self.left - self.rest, times, self.moves)
 
-    def remarks_on(self, noise_sd: float | None = None, zero_sd: float | None = None) -> list[str]:
+    def remarks_on(self, zero_sd: float | None = None) -> list[str]:
         """Return remarks on the record.
 
         Args:
-            noise_sd, zero_sd: Standard deviations that a model assumes for the noise and the zero,
-                mm; None compares nothing.
+            zero_sd: Standard deviation that a model assumes for the zero, mm; None compares
+                nothing.
         """
         before, after = self.segment.before, self.segment.after
         time, left = self.time[self.inside], self.left
@@ -68,14 +66,10 @@ class Record(LocatedMotion):
         remarks = [
             *self.file_remarks,
             of_no_drive(self.motion, time, done, self.segment.stroke),
-            rest_remark(self.segment, self.settings, self.motion, zero_sd, self._closed_rest),
-            doubts_in_words(self.time, self.whole, self.doubts),
+            rest_remark(self.segment, self.settings, self.motion, zero_sd),
+            doubts_in_words(self.time, self.doubts),
             self._ripple_remark,
-            self._slip_remark,
-            range_remark(time, left, self.moves, self.quantum),
         ]
-        if noise_sd is None:
-            remarks += noise_remarks(self.noise_at(self.step), None, self.step, time)
         return [remark for remark in remarks if remark]
 
     def measured(
@@ -105,21 +99,5 @@ class Record(LocatedMotion):
         return self._reading.start_hidden
 
     @property
-    def _closed_rest(self) -> tuple[float, float]:
-        """Rest position after the motion and its sd, mm; NaN where the record does not show it."""
-        with suppress(NotShownError):
-            after, sign = self._reading.after, 1.0 if self.motion == "closing" else -1.0
-            return sign * after.value, self._reading.trace.sd(after)
-        return float("nan"), float("nan")
-
-    @property
-    def _slip_remark(self) -> str:
-        off = self.unreturned
-        return Remark("slipped-between", off=in_digits(off, 2)) if off else ""
-
-    @property
     def _ripple_remark(self) -> str:
-        swing, period = self.ripple
-        if not swing:
-            return ""
-        return Remark("ripples", swing=in_digits(swing, 2), period=in_digits(period, 2))
+        return Remark("ripples", rms=in_digits(self.ripple, 2)) if self.ripple else ""

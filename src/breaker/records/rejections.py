@@ -24,20 +24,11 @@ TEXTS = {
     "doubtful-samples": "{count} samples that no sensor of this stroke gives: {places}",
     "no-drive": "{stroke} mm in {lasts} ms, {speed} m/s, is no {motion} of a breaker's drive: "
     "check the rate or unit of the time, and the unit or ratio of the travel",
-    "ends-going-back": "ends while the travel goes back, at {share} of the greatest speed",
     "open-rest-unseen": "ends before the open breaker rests: its last reading stands for that rest",
     "open-rest-off": "the open breaker rests at {rest} mm, which is no zero: set "
     "endurance.format.zero to its reading, or to rest, if sensor.zero_sd is less",
-    "rest-before-off": "rests at {rest} mm before the {motion}, which is no zero: set "
-    "endurance.format.zero to its reading, or to rest",
-    "stops-at-speed": "the travel stops at {at} ms at {share} of its greatest speed, and is flat "
-    "behind it: does the range of the transducer end there? If so, the stroke is longer",
-    "starts-at-speed": "the travel starts at {at} ms at {share} of its greatest speed, and is flat "
-    "before it: does the range of the transducer end there? If so, the stroke is longer",
-    "ripples": "during the motion the reading ripples by +-{swing} mm with a period of {period} "
-    "ms, as on an elastic linkage: it counts as noise of the sensor",
-    "slipped-between": "the drive rests {off} mm from where it rested before another motion of the "
-    "record: the transducer slipped, and the stroke is uncertain by that distance",
+    "ripples": "during the motion the reading ripples by {rms} mm (rms), as on an elastic linkage: "
+    "it counts as noise of the sensor",
     "few-at-rest": "too little rest before the motion to see the noise",
     "noisier": "the noise at rest is {noise} mm, more than sensor.noise_sd, {noise_sd:g} mm; raise "
     "it, or the parameters are less certain than inferred",
@@ -45,8 +36,6 @@ TEXTS = {
     "lower it, or is the record filtered?",
     "coloured": "the noise at rest is correlated over {memory} ms, and at a step of the grid by "
     "{colour:.2f}: record without a filter, or raise sensor.noise_sd",
-    "hums": "the reading moves by {noise} mm at rest, over {memory} ms and longer: is there hum of "
-    "the mains, or does the drive still swing?",
     "drifts": "the reading drifts at rest, by {drift} m/s: {way} mm over the grid",
     "uneven": "the times are off even steps of {step} ms by up to {off} ms",
     "begins-late": "the record begins {late} ms after the grid",

@@ -33,7 +33,7 @@ def normalise_record(raw: Record, like: Shape | None = None) -> tuple[Shape, Nor
                 f"{seen} 10 % of the way, where the drive need not rest; record longer"
             )
     seen = network_record(shape, *raw.process, raw.step, like)
-    swing = raw.ripple.rms / (shape if like is None else like).stroke
+    swing = raw.ripple / (shape if like is None else like).stroke
     return shape, seen._replace(noise=np.hypot(seen.noise, swing))
 
 

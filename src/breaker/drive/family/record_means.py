@@ -76,7 +76,7 @@ def mean_record(raws: Sequence[Record], like: Shape | None = None) -> Mean:
     count = present.sum(axis=0)
     there = 2 * count >= n
     mean = np.where(there, (way * present).sum(axis=0) / np.maximum(count, 1), way.mean(axis=0))
-    swing = np.mean([raw.ripple.rms**2 for raw in raws]) / units.stroke**2  # in step in all of them
+    swing = np.mean([raw.ripple**2 for raw in raws]) / units.stroke**2  # in step in all of them
     noise = np.sqrt((np.mean([each.noise**2 for each in seen]) + (n - 1) * swing) / n)
     colour, step = (np.mean([getattr(each, of) for each in seen]) for of in ("colour", "step"))
     own = middle.stroke, middle.duration
