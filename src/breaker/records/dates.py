@@ -18,11 +18,12 @@ _DAY = (
     rf"|[0-9]{{1,2}}[-_. ]+(?:{MONTHS})[a-z]*[-_., ]+{_YEAR})"
 )
 _DATE = re.compile(_DAY + "(?![0-9])", re.IGNORECASE)
-# A date in the name of a file, and the time behind it.
 STAMP = re.compile(
-    _DAY + "(?:[T_ ,.-]{0,3}(?P<clock>[0-9]{2}[-_.:h]?[0-9]{2}(?:[-_.:m]?[0-9]{2})?)s?)?(?![0-9])",
+    _DAY + "(?:[T_ ,.-]{0,3}[0-9]{2}[-_.:h]?[0-9]{2}(?:[-_.:m]?[0-9]{2})?s?)?(?![0-9])",
     re.IGNORECASE,
 )
+"""A date in the name of a file, and the time behind it."""
+
 _CLOCK = re.compile(
     r"(?<![0-9:.])([0-9]{1,2})[:h]([0-9]{2})(?::([0-9]{2})(?:[.,][0-9]+)?"
     r"(Z|[+-](?:0[0-9]|1[0-4]):?(?:00|30|45)(?![:0-9]))?)?\s*([ap]\.?m)?",
@@ -99,24 +100,8 @@ def one_date(cell: str, stated: Sequence[str], file: str | Path) -> str:
     """Return the date of a record: its cell in the table, else the readings stated above its
     samples, else those in its name; "" where there is none, or it has two readings.
     """
-    found = [cell] if cell else stated or in_order(name_dates(Path(file).stem), None)
+    found = [cell] if cell else stated or in_order(dates_of(Path(file).stem), None)
     return found[0] if len(found) == 1 else ""
-
-
-def name_dates(stem: str) -> dict[bool, str]:
-    """Return the readings of the only date in a name of a file, with its time, as of ``dates_of``.
-
-    >>> name_dates("closing_20-11-2024_15-13-07")
-    {True: '2024-11-20T15:13:07'}
-    """
-    matches = [*STAMP.finditer(stem)]
-    if len(matches) != 1:
-        return {}
-    text = matches[0]["clock"] or ""
-    # Four digits that nothing separates may be a counter.
-    clock = "" if len(text) == 4 else clock_of(":".join(re.findall("[0-9]{2}", text)))
-    day = matches[0][0].removesuffix("s").removesuffix(text)
-    return {order: day + clock for order, day in dates_of(day).items()}
 
 
 def instant(when: str) -> datetime:
@@ -126,11 +111,5 @@ def instant(when: str) -> datetime:
 
 
 def earlier(first: str, second: str) -> bool:
-    """Return whether the second of two dates, as ISO 8601, is certainly before the first; by their
-    days, unless both have times, with offsets or without.
-    """
-    if not (first and second):
-        return False
-    one, other = map(datetime.fromisoformat, (first, second))
-    timed = "T" in first and "T" in second and (one.tzinfo is None) == (other.tzinfo is None)
-    return other < one if timed else other.date() < one.date()
+    """Return whether the second of two dates, as ISO 8601, is of an earlier day than the first."""
+    return bool(second) and second[:10] < first[:10]

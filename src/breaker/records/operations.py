@@ -74,14 +74,11 @@ _Row = tuple[int, str, Operation]  # line, motion and operation
 def read_manifest(
     file: str | Path, events: Collection[str] | None = None
 ) -> list[tuple[str, Operation]]:
-    """Read the table of a folder, also as spreadsheets write it.
+    """Read the table of a folder, also as spreadsheets write it: motion and operation of each row.
 
     Args:
         file: The table.
         events: Events that it may name in addition to the usual ones; None for any text.
-
-    Returns:
-        Motion and operation of each row. Whether the files exist is not checked.
 
     Raises:
         ValueError: If anything is wrong; with line, column, value and remedy, of several rows.

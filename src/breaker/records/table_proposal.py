@@ -15,9 +15,9 @@ from breaker.common.numerals import natural
 from breaker.common.safe_text import table_text
 from breaker.model.parameters import MOTIONS
 from breaker.model.quantities import ABOUT
-from breaker.records.dates import dates_of, day_order, in_order, name_dates
+from breaker.records.dates import dates_of, day_order, in_order
 from breaker.records.file_names import numbers_in, phases_in_names
-from breaker.records.files import MOST_PARTS, is_store, printable
+from breaker.records.files import is_store, printable
 from breaker.records.folder import record_files
 from breaker.records.header import Header
 from breaker.records.operations import FILL_IN, LONGEST
@@ -44,15 +44,9 @@ class Part(NamedTuple):
 
 
 class Description(NamedTuple):
-    """What is seen in a file.
-
-    Attributes:
-        preamble: Header of the file.
-        parts: Motions in the file.
-        settings: Of ``endurance.format``, as far as the file shows them; FILL IN for others.
-        sure: Whether it is certain which of its motions close.
-        reason: Why it is not a record; empty if it may be one.
-        samples: Digest of the samples of its travels, the same in copies; empty where not known.
+    """What is seen in a file: its header, motions, and settings of ``endurance.format``, FILL IN
+    for those that it does not show; whether it is certain which motions close; why it is not a
+    record, if so; and a digest of its travels, the same in copies.
     """
 
     preamble: Header = Header()
@@ -86,8 +80,7 @@ def propose_manifest(
     counter comes from the names where they leave no doubt; else operations are numbered from 1.
 
     Args:
-        folder: Folder of the curve files.
-        channels: Columns of travel of each file, each a phase of its own.
+        folder, channels: Folder of the curve files; columns of travel, each a phase of its own.
         motions: Which motions have rows; a file of another one is left out.
         look: Describes a file, so that not only its name counts.
 
@@ -119,9 +112,6 @@ def propose_manifest(
     rows.sort(key=lambda row: (row["breaker"], row["operation"], row["motion"]))
     default = {name: _cell(value) for name, value in FORMAT.items()}
     names = [k for k in FORMAT if any(row.get(k, "") not in ("", default[k]) for row in rows)]
-    for name in (*_COLUMNS, *names):
-        if lacking := [row["file"] for row in rows if row.get(name) == FILL_IN]:
-            remarks.append(f"{name} of {len(lacking)} rows is to be filled in, first {lacking[0]}")
     return table_text([*_COLUMNS, *names], rows), remarks
 
 
@@ -130,10 +120,7 @@ def _files(folder: Path, look: Callable[[Path], Description], remarks: list[str]
     samples the first. Remark on those left out.
     """
     first: dict[str, _File] = {}
-    for count, (place, folders, _) in enumerate(os.walk(folder)):
-        if count > MOST_PARTS:
-            reason = f"{printable(folder)} has more than {MOST_PARTS:,} folders"
-            raise FileNotFoundError(f"{reason}; name the folder of the curve files")
+    for place, folders, _ in os.walk(folder):
         folders[:] = sorted(e for e in folders if not e.startswith(".") and not is_store(e))
         for file in sorted(record_files(place), key=natural):
             path, seen = file.relative_to(folder).as_posix(), look(file)
@@ -160,7 +147,7 @@ def _dates(files: Sequence[_File]) -> list[str]:
     """Return the date in the header of each file, or else in its name. Others decide where the day
     and the month may be either; else it is to be filled in.
     """
-    names = [name_dates(Path(file.path).stem) for file in files]
+    names = [dates_of(Path(file.path).stem) for file in files]
     texts = (pair.text for file in files for pair in file.seen.preamble.pairs)
     order = day_order([*names, *map(dates_of, texts)])
     found = []
