@@ -1,7 +1,6 @@
 """A table is proposed for any folder of records, with what to check, and can be read as it is."""
 
 import csv
-import math
 import os
 
 import pytest
@@ -11,8 +10,6 @@ from breaker.records.header import Header
 from breaker.records.operations import read_manifest
 from breaker.records.table_proposal import Description, Part, propose_manifest
 from tests.exports import pole, write
-
-NAN = math.nan
 
 
 def folder_of(tmp_path, *names):
@@ -148,7 +145,7 @@ def seen_in(tmp_path, files):
 
     def look(file):
         serial, dates, phase = files[file.relative_to(tmp_path).as_posix()]
-        part = Part("closing", "T1", phase, NAN, NAN, NAN)
+        part = Part("closing", "T1", phase)
         return Description(Header(serial=serial, dates=dates), (part,))
 
     rows = {row["file"]: row for row in looked(tmp_path, look)[0]}
@@ -204,7 +201,7 @@ def test_other_files_decide_on_day_and_month(tmp_path):
 
 def test_phases_and_motions_that_are_guesses_are_to_be_filled_in(tmp_path):
     folder = folder_of(tmp_path, "a.csv", "closing/b.csv")
-    parts = tuple(Part("closing", f"T{i}", "", NAN, NAN, NAN) for i in (1, 2))
+    parts = tuple(Part("closing", f"T{i}", "") for i in (1, 2))
     seen = Description(parts=parts, settings={"sign": 1, "delimiter": "\t"}, sure=False)
     rows, _ = looked(folder, lambda _: seen)
     motions = {(row["file"], row["motion"]) for row in rows}

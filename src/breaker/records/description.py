@@ -232,8 +232,7 @@ def describe_file(file: str | Path) -> Description:
     parts, timed = [], np.isfinite(clock.rate)
     for motion in motions_of(sheet, clock, travels, sign):
         part = (motion.operation.begin, motion.operation.end) if timed else (np.nan, np.nan)
-        ratio = sheet.stated.ratio if motion.travel.unit not in (None, *TO_MM) else np.nan
-        of = motion.motion, str(motion.column), motion.travel.phase, *part, ratio
+        of = motion.motion, str(motion.column), motion.travel.phase, *part
         parts.append(Part(*of, motion.beside))
     columns = np.stack([sheet.columns[travel.place] for travel in travels])
     samples = hashlib.sha256(columns.tobytes()).hexdigest()

@@ -9,10 +9,12 @@ import os
 from bisect import bisect_left
 from collections import defaultdict
 from collections.abc import Collection, Iterable, Sequence
+from contextlib import suppress
 from dataclasses import replace
-from functools import lru_cache
+from functools import cache, lru_cache
 from itertools import pairwise
 from pathlib import Path
+from statistics import fmean
 
 from breaker.common.numerals import first_of
 from breaker.model.quantities import CONDITIONS
@@ -29,9 +31,8 @@ _REMEDY = (
 
 
 def record_files(folder: str | Path) -> list[Path]:
-    """List the files in a folder that have the ending of a record; none where it is not there.
-
-    Hidden files, locks of open workbooks (``~$``) and the table of operations are left out.
+    """List the files in a folder that have the ending of a record, but for the table, hidden files
+    and locks of open workbooks (``~$``); none where the folder is not there.
     """
     return [
         Path(folder, name)
@@ -57,16 +58,12 @@ def list_operations(
 ) -> list[Operation]:
     """List the operations of one motion in a folder, in the order of their numbers.
 
-    They are the rows of its table ``operations.csv``, or else the files in ``folder/motion``.
-
-    Args:
-        folder, motion: Folder of the curve files, ``endurance.curves``; "closing" or "opening".
-        breaker, phase: Which of those in the table, if there are several.
-        events: What the table may name in addition to the usual events; None for any text.
+    They are the rows of its table ``operations.csv``, of a breaker and phase if there are several;
+    or else the files in ``folder/motion``. Of events see ``read_manifest``.
 
     Raises:
         FileNotFoundError: If there is no operation of this motion.
-        ValueError: If the table is wrong, a name has no number, two records have the same one, a
+        ValueError: If the table is wrong, a name has no number, two records have the same one, or a
             choice is lacking.
     """
     rows = _rows(folder, events)
@@ -167,41 +164,37 @@ def list_fleet(
 def known_of(
     rows: Iterable[Operation], numbers: Sequence[int]
 ) -> tuple[dict[int, str], dict[str, dict[int, float]]]:
-    """Return what rows of a table, of any motion, state of a drive's operations: events by
-    operation, and mean values by name of ``CONDITIONS`` and by operation.
-
-    An event belongs to the first of the numbers, which rise, that is not before it.
+    """Return what rows of a table, of any motion, state of a drive: events by the first of the
+    rising numbers that is not before, and means by name of ``CONDITIONS`` and by operation.
     """
     events: dict[int, dict[str, None]] = defaultdict(dict)
     values: dict[str, dict[int, list[float]]] = defaultdict(lambda: defaultdict(list))
     for row in sorted(rows, key=lambda row: row.number):
-        place = bisect_left(numbers, row.number)
-        if row.event and place < len(numbers):
+        if row.event and (place := bisect_left(numbers, row.number)) < len(numbers):
             events[numbers[place]][row.event] = None
         for name in CONDITIONS:
             if not math.isnan(value := getattr(row, name)):
                 values[name][row.number].append(value)
-    texts = {number: ", ".join(some) for number, some in events.items()}
-    means = {n: {i: sum(v) / len(v) for i, v in of.items()} for n, of in values.items()}
-    return texts, means
+    means = {name: {i: fmean(some) for i, some in of.items()} for name, of in values.items()}
+    return {number: ", ".join(some) for number, some in events.items()}, means
 
 
 def fingerprint(operations: Iterable[Operation]) -> str:
     """Return a text that changes with the operations, and the name, size or time of any file."""
-    found, states = hashlib.sha256(), {}
+    found = hashlib.sha256()
+    states = cache(_states)
     for each in operations:
-        if each.file not in states:
-            file = Path(each.file)
-            data = [file.with_suffix(end) for end in (".dat", ".DAT")]
-            parts = sorted(file.rglob("*")) if is_store(file) else [file, *data]
-            states[each.file] = [(str(part), *_state(part)) for part in parts]
-        found.update(f"{each!r} {states[each.file]}".encode(errors="backslashreplace"))
+        found.update(f"{each!r} {states(Path(each.file))}".encode(errors="backslashreplace"))
     return found.hexdigest()
 
 
-def _state(file: Path) -> tuple[int, int]:
-    try:
+def _states(file: Path) -> list[tuple]:
+    data = [file.with_suffix(end) for end in (".dat", ".DAT")]
+    return [_state(part) for part in (sorted(file.rglob("*")) if is_store(file) else [file, *data])]
+
+
+def _state(file: Path) -> tuple[str, int, int]:
+    with suppress(OSError):
         state = file.stat()
-    except OSError:
-        return 0, 0
-    return state.st_size, state.st_mtime_ns
+        return str(file), state.st_size, state.st_mtime_ns
+    return str(file), 0, 0

@@ -4,6 +4,7 @@ What files state goes before their names. What neither states is FILL IN, so tha
 refused until it is completed.
 """
 
+import math
 import os
 from collections import Counter, defaultdict
 from collections.abc import Callable, Mapping, Sequence
@@ -30,16 +31,15 @@ _Row = dict[str, Any]  # cells of a row of the table
 
 class Part(NamedTuple):
     """A motion of a channel in a file: its column and phase, empty if nothing states it; the part
-    of the record that contains it, ms, NaN for its ends; stated mm for one unit of the reading, NaN
-    where there is none; and settings of the columns that go with it, as ``contact_column``.
+    of the record that contains it, ms, NaN for its ends; and settings of the columns that go with
+    it, as ``contact_column``.
     """
 
     motion: str
     channel: str
     phase: str
-    begin: float
-    end: float
-    ratio: float
+    begin: float = math.nan
+    end: float = math.nan
     beside: Mapping[str, str | int] = MappingProxyType({})
 
 
@@ -58,9 +58,7 @@ class Description(NamedTuple):
 
 
 class _File(NamedTuple):
-    """A file: its path from the folder of the table, its motions by the names of its folders or its
-    own, its other folders, and what is seen in it.
-    """
+    """A file: its path, its motions by names, its folders with other names, what is seen in it."""
 
     path: str
     motions: tuple[str, ...]
@@ -168,25 +166,21 @@ def _rows(file: _File, channels: Sequence[str]) -> list[_Row]:
     if seen.settings:
         cells |= {key: _cell(value) for key, value in {**FORMAT, **seen.settings}.items()}
         cells["time_column"] = cells["time_column"] or "none"
-    sure = seen.sure or shown <= {*file.motions}
-    unsure = {} if sure else {"motion": FILL_IN, "sign": FILL_IN}
-    if channels or not seen.parts:
+    parts: Sequence[Part] = seen.parts
+    if channels or not parts:
         motions = file.motions or sorted(shown) or (FILL_IN,)
-        some = [{"channel": e, "phase": e} for e in channels] or [{"channel": "", "phase": ""}]
-        return [
-            {**cells, "motion": motion, **each, **unsure} for motion in motions for each in some
-        ]
-    phases = {part.channel: part.phase for part in seen.parts}
+        parts = [Part(motion, name, name) for motion in motions for name in channels or [""]]
+    phases = {part.channel: part.phase for part in parts}
     if len(phases) > 1 and len({*phases.values()} - {""}) < len(phases):
         phases = {channel: channel for channel in phases}
+    sure = seen.sure or shown <= {*file.motions}
+    unsure = {} if sure else {"motion": FILL_IN, "sign": FILL_IN}
+    if cells.get("rate") == FILL_IN and len(parts) > len(phases):
+        unsure |= {"from": FILL_IN, "to": FILL_IN}
     found = []
-    for part in seen.parts:
+    for part in parts:
         own = {"motion": part.motion, "channel": part.channel, "phase": phases[part.channel]}
         own |= {"from": _cell(part.begin), "to": _cell(part.end), **part.beside}
-        if cells.get("rate") == FILL_IN and len(seen.parts) > len(phases):
-            own |= {"from": FILL_IN, "to": FILL_IN}
-        if part.ratio > 0:
-            own["ratio"] = _cell(part.ratio)
         found.append({**cells, **own, **unsure})
     return found
 
@@ -210,13 +204,11 @@ def _number(rows: Sequence[_Row]) -> bool:
     for row in rows:
         row["phase"] = row["phase"] or named.get(Path(row["file"]), "")
         poles[row["motion"], row["phase"]].append(row)
-    sure = True
     for own in poles.values():
         numbers = numbers_in([Path(row["file"]).stem for row in own])
-        sure = sure and len({*numbers} - {None}) == len(own)
         for row, number in zip(own, numbers, strict=True):
             row["operation"] = number
-    if sure:
+    if all(len({row["operation"] for row in own} - {None}) == len(own) for own in poles.values()):
         return True
     dated = all(row["date"] not in ("", FILL_IN) for row in rows)
     counts: Counter = Counter()
