@@ -47,7 +47,7 @@ def test_a_file_that_cannot_be_inspected(folder, capsys):
     assert "REJECTED" in capsys.readouterr().out
     assert not (folder / "b.yaml").exists()  # never proposed is what reads nothing
     assert main(["inspect", "a.csv", "--channel", "force"]) == 1
-    assert "there are 'travel'" in capsys.readouterr().err
+    assert "travel_column: travel" in capsys.readouterr().err
 
 
 def test_a_folder_of_numbered_files_is_checked(folder, capsys, prior):

@@ -34,7 +34,7 @@ def test_the_rate_stated_reads_every_motion(tmp_path, rate, kind):
 def test_a_length_that_contradicts_the_rate_leaves_it_to_fill_in(tmp_path, plot):
     proposal = inspected(tmp_path, plot=plot)
     assert list(proposal.lacking) == ["rate"]
-    assert any(f"{4000 / plot:g} kHz" in each for each in proposal.remarks)
+    assert f"{4000 / plot:g} kHz" in proposal.lacking["rate"]
     assert proposal.compared == []
 
 

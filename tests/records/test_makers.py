@@ -135,7 +135,7 @@ def test_a_sign_that_no_text_says_is_proposed_where_the_curve_is_clear(
     assert [*proposal.lacking] == lacking
     if not lacking:
         assert "".join(each.motion[0].upper() for each in proposal.motions) == kind
-    assert any("sign" in remark or "closes" in remark for remark in proposal.remarks)
+    assert bool(proposal.found.doubts["sign"]) == (not lacking)
     assert all(each.record for each in proposal.motions)
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from breaker.records.channels import Travel
-from breaker.records.contact_columns import columns_beside, first_by_contacts
+from breaker.records.contact_columns import Wiring, columns_beside
 from breaker.records.description import travel_channels
 from breaker.records.motion import Course
 from breaker.records.sheet import Sheet
@@ -155,7 +155,7 @@ def test_rows_above_the_columns_state_which_contact_belongs_to_which_travel(shif
 )
 def test_levels_of_contacts_show_which_motion_is_the_first(name, values, first):
     sheet = Sheet("a", ["Travel 1", name], [RISES, values])
-    assert first_by_contacts(sheet, Travel(0, "mm", Course(TIME, RISES))) == first
+    assert Wiring(sheet, [t := Travel(0, "mm", Course(TIME, RISES))]).first_motions(t) == first
 
 
 def test_channels_of_an_export(tmp_path):

@@ -1,7 +1,7 @@
 """What a file states and shows: its settings, channels and motions; no record is read here.
 
-What is clear is a setting. Where two values are close, one is taken and a remark has the line that
-sets the other; where nothing decides, or the file contradicts itself, the key is lacking.
+What is clear is a setting. Where a value is likely, it is taken with a remark; where nothing
+decides, or the file contradicts itself, the key is lacking.
 """
 
 import hashlib
@@ -17,7 +17,7 @@ import numpy as np
 from breaker.common.numerals import in_digits
 from breaker.records import words
 from breaker.records.channels import FAINT, Clock, Travel, chosen_travels, find_clock
-from breaker.records.contact_columns import coils_before, columns_beside, first_by_contacts
+from breaker.records.contact_columns import Wiring, columns_beside
 from breaker.records.files import Opened, as_opened
 from breaker.records.formats.registry import look_into
 from breaker.records.operations import FILL_IN, Operation
@@ -51,86 +51,73 @@ def findings_of(sheet: Sheet, clock: Clock, travels: Sequence[Travel]) -> Findin
     """Return the settings of the file, its time, its travel, and the direction of the travel."""
     found = Findings(dict(sheet.settings))
     _find_time(found, sheet, clock)
-    _find_unit(found, sheet, travels)
+    _find_unit(found, sheet, travels[0])
     _find_sign(found, sheet, travels)
     return found
 
 
 def _find_time(found: Findings, sheet: Sheet, clock: Clock) -> None:
+    found.doubts["time_column"] += clock.remarks
     if clock.place is not None:
         found.settings |= {"time_column": sheet.column(clock.place), "time_unit": clock.unit}
         found.lacking |= {} if clock.unit else {"time_unit": " or ".join(TO_MS)}
-        found.doubts["time_column"] += clock.remarks
         return
-    unknown, doubt = np.isnan(clock.rate), sheet.stated.rate_doubt
-    found.settings |= {"time_column": None, "rate": None if unknown else clock.rate}
-    found.doubts["rate"] += clock.remarks
-    if unknown:
-        found.lacking["rate"] = f"kHz, samples in a ms; {doubt or 'no rate is stated'}"
-        found.doubts["rate"] += () if doubt else ["no column of the time, and no rate is stated"]
+    known = bool(np.isfinite(clock.rate))
+    found.settings |= {"time_column": None, "rate": clock.rate if known else None}
+    doubt = sheet.stated.rate_doubt or "no rate is stated"
+    found.lacking |= {} if known else {"rate": f"kHz, samples in a ms; {doubt}"}
 
 
-def _find_unit(found: Findings, sheet: Sheet, travels: Sequence[Travel]) -> None:
-    travel, ratio = travels[0], sheet.stated.ratio
-    above = words.unit_of(sheet.stated.travel_unit)
-    shown, doubts = in_digits(float(np.median(travel.strokes)), 4), found.doubts["travel_unit"]
-    if travel.unit and above and travel.unit != above:
-        doubts.append(f"the travel is in {travel.unit}, but the text above states {above}")
-    unit = travel.unit or above
+def _find_unit(found: Findings, sheet: Sheet, travel: Travel) -> None:
+    unit, stroke = travel.unit or words.unit_of(sheet.stated.travel_unit), travel.strokes.max()
     if unit is None:
-        unit, *others = _likely_units(sheet.names[travel.place], travel)
-        lines = "".join(f", or set travel_unit: {other}" for other in others)
-        doubts.append(f"no unit of the travel is stated: {unit} for a stroke of {shown}{lines}")
+        name, whole = (
+            sheet.names[travel.place],
+            not np.mod(np.nan_to_num(travel.course.reading), 1.0).any(),
+        )
+        named = [one for one in ("deg", "V", "counts") if words.holds(name, one)]
+        likely = "mm" if _STROKES[0] <= stroke <= _STROKES[1] and not whole else "counts"
+        unit = [*named, likely][0]
+        doubt = f"no unit of the travel is stated: {unit} for a stroke of {in_digits(stroke, 4)}"
+        found.doubts["travel_unit"].append(f"{doubt}; if that is wrong, set travel_unit")
     if unit not in TO_MM:
+        ratio = sheet.stated.ratio
         known = f"; stated is a ratio of {in_digits(ratio, 6)}" if ratio > 0 else ""
-        found.lacking["ratio"] = f"mm for one {unit}; the stroke is {shown} {unit}{known}"
-        doubts.append(f"a travel in {unit} needs the mm of one: endurance.format.ratio, or table")
+        shown = f"the stroke is {in_digits(stroke, 4)} {unit}{known}"
+        found.lacking["ratio"] = f"mm for one {unit}, or give a table; {shown}"
     found.settings |= {"travel_column": sheet.column(travel.place), "travel_unit": unit}
-
-
-def _likely_units(name: str, travel: Travel) -> list[str]:
-    """Units of a travel, the likeliest first; counts stand for any unit."""
-    if named := [unit for unit in ("deg", "V", "counts") if words.holds(name, unit)]:
-        return named[:1]
-    readings, stroke = travel.course.reading, float(np.median(travel.strokes))
-    fit = [unit for unit, mm in TO_MM.items() if _STROKES[0] <= mm * stroke <= _STROKES[1]]
-    whole = stroke > 1.0 and not np.mod(readings[np.isfinite(readings)], 1.0).any()
-    usual = [unit for unit in ("mm", "m") if unit in fit]
-    return ["counts"] if whole or not usual else list(dict.fromkeys([*usual, *fit]))
 
 
 def _find_sign(found: Findings, sheet: Sheet, travels: Sequence[Travel]) -> None:
     """Find the sign by text, names, coils or contacts, or else by the curve."""
-    travel, doubts = travels[0], found.doubts["sign"]
-    stated, shown = _stated_first(sheet, travel), first_by_contacts(sheet, travel)
-    seen = shown if len(shown) == 1 else _first_by_curve(travel)
+    travel, wiring = travels[0], Wiring(sheet, travels)
+    stated, shown = _stated_first(wiring), wiring.first_motions(travel)
+    seen = ({stated} - {""}) | shown or _first_by_curve(travel)
     first = stated or (min(seen) if len(seen) == 1 else "")
-    against = bool(shown - {first})
-    if stated and against:
-        by = f"text, names or coils state that the first motion is {stated}, but not the contacts"
-        doubts.append(f"{by}: if it is wrong, change endurance.format.sign")
-    elif first and not stated:
-        by = "contacts" if seen is shown else "where it rests, or the number of motions"
-        doubts.append(f"no text states the first motion: {first} by {by}; if wrong, change sign")
-    elif not first:
-        but = "the curve contradicts itself" if seen else "nothing decides it"
+    if not first:
+        but = "what the file shows contradicts itself" if seen else "nothing decides it"
         found.lacking["sign"] = f"1 if the reading grows towards closed, or else -1; {but}"
-        doubts.append(f"whether the first motion closes has to be filled in: {but}")
+    elif not stated or len(seen) > 1:
+        by = "text or names, against contacts" if stated else "contacts" if shown else "the curve"
+        doubt = f"the first motion is taken as {first}, by {by}; if it is wrong, change sign"
+        found.doubts["sign"].append(doubt)
     found.settings["sign"] = 1 if (first != "opening") == travel.rises[0] else -1
-    found.sure = bool((stated or shown) and not against)
+    found.sure = bool(stated or shown) and len(seen) == 1
 
 
-def _stated_first(sheet: Sheet, travel: Travel) -> str:
+def _stated_first(wiring: Wiring) -> str:
     """The first motion as text, names or coils state it; empty where they do not."""
-    above = "\n".join(" ".join(row) for row in sheet.preamble)
+    sheet = wiring.sheet
     if first := _FIRST.get(sheet.stated.operation[:1].lower()):
         return first
+    above = "\n".join(" ".join(row) for row in sheet.preamble)
     for text in (sheet.file.stem, sheet.file.absolute().parent.name, above):
         sequence, named = _SEQUENCE.search(text.lower()), words.motions_in(text)
         if sequence or len(named) == 1:
             return _FIRST[sequence[1]] if sequence else named[0]
-    coils = {words.motion_of(sheet.names[i]) for i in coils_before(sheet, travel, 0)} - {""}
-    return min(coils) if len(coils) == 1 else ""
+    coils = wiring.coils_before(wiring.travels[0], 0)
+    named = {words.motion_of(sheet.names[i]) for i in coils} - {""}
+    return min(named) if len(named) == 1 else ""
 
 
 def _first_by_curve(travel: Travel) -> set[str]:
@@ -178,16 +165,16 @@ def motions_of(
     sheet: Sheet, clock: Clock, travels: Sequence[Travel], sign: int
 ) -> list[InspectedMotion]:
     """Return the motions of all travels; motions of one kind are separated by their parts."""
-    rate, start, found = clock.likely_rate, 0.0, []
+    start, found = 0.0, []
     if clock.place is not None:
         start = float(sheet.columns[clock.place][0]) * TO_MS.get(clock.unit, 1.0)
     for travel, beside in zip(travels, columns_beside(sheet, travels, sign), strict=True):
         closing, column = travel.rises == (sign > 0), sheet.column(travel.place)
-        for k in range(closing.size):
-            part = travel.part(k) if (closing == closing[k]).sum() > 1 else (np.nan, np.nan)
-            at = [start + i / rate for i in (*part, *travel.moves(k))]
+        for k, closes in enumerate(closing):
+            part = travel.part(k) if (closing == closes).sum() > 1 else (np.nan, np.nan)
+            at = [start + i / clock.likely_rate for i in (*part, *travel.moves(k))]
             operation = Operation(k + 1, sheet.file, begin=at[0], end=at[1], phase=travel.phase)
-            motion = "closing" if closing[k] else "opening"
+            motion = "closing" if closes else "opening"
             of = travel, column, operation, motion, *at[2:], beside[motion]
             found.append(InspectedMotion(*of))
     return found
@@ -200,16 +187,16 @@ def travel_channels(
 
     The name is the phase, where the file states one for each channel; else it is the column.
     """
+
+    def channels() -> dict[str, tuple[str, Mapping]]:
+        _, travels, _ = chosen_travels(sheet := look_into(opened), clock := find_clock(sheet), "")
+        columns, phases = [str(sheet.column(t.place)) for t in travels], [t.phase for t in travels]
+        names = phases if all(phases) and len({*phases}) == len(phases) else columns
+        beside = columns_beside(sheet, travels, findings_of(sheet, clock, travels).settings["sign"])
+        return dict(zip(columns, zip(names, beside, strict=True), strict=True))
+
     opened = as_opened(file)
-    return opened.once("channels", lambda: _channels_of(look_into(opened)))
-
-
-def _channels_of(sheet: Sheet) -> dict[str, tuple[str, Mapping]]:
-    _, travels, _ = chosen_travels(sheet, clock := find_clock(sheet), "")
-    columns, phases = [str(sheet.column(t.place)) for t in travels], [t.phase for t in travels]
-    names = phases if all(phases) and len({*phases}) == len(phases) else columns
-    beside = columns_beside(sheet, travels, findings_of(sheet, clock, travels).settings["sign"])
-    return dict(zip(columns, zip(names, beside, strict=True), strict=True))
+    return opened.once("channels", channels)
 
 
 def describe_file(file: str | Path) -> Description:
@@ -223,17 +210,17 @@ def describe_file(file: str | Path) -> Description:
     except ValueError as error:
         return seen._replace(reason=str(error).removeprefix(f"{file}: "))
     found = findings_of(sheet, clock, travels)
-    sign, settings = found.settings["sign"], dict(found.settings)
+    settings = found.settings
     if "ratio" not in found.lacking:
         find_rest(found, travels, TO_MM[settings["travel_unit"]])
-        settings["zero"] = found.settings["zero"]
-    settings |= {key: FILL_IN for key in found.lacking if key != "sign"}
-    del settings["travel_column"]
+    fill_in = {key: FILL_IN for key in found.lacking if key != "sign"}
+    unwanted = "travel_column", "stroke"
+    given = {key: value for key, value in settings.items() if key not in unwanted} | fill_in
     parts, timed = [], np.isfinite(clock.rate)
-    for motion in motions_of(sheet, clock, travels, sign):
+    for motion in motions_of(sheet, clock, travels, settings["sign"]):
         part = (motion.operation.begin, motion.operation.end) if timed else (np.nan, np.nan)
         of = motion.motion, str(motion.column), motion.travel.phase, *part
         parts.append(Part(*of, motion.beside))
     columns = np.stack([sheet.columns[travel.place] for travel in travels])
     samples = hashlib.sha256(columns.tobytes()).hexdigest()
-    return seen._replace(samples=samples, parts=tuple(parts), settings=settings, sure=found.sure)
+    return seen._replace(samples=samples, parts=tuple(parts), settings=given, sure=found.sure)
