@@ -34,9 +34,8 @@ def none_is_masked(exact, rate, rng):
         kind = ({}, {"noise": 0.0}, {"quantum": 0.3}, {"noise": 0.02, "quantum": 0.1})[i % 4]
         record = measured(x, STROKES[i % 3], rng, **kind)
         masked += (doubts(record, rate) != "").any()
-    # Spikes and jumps are found at a rate of 1e-3 of records each: 250 have more than 4 with a
-    # probability of 2e-4.
-    assert masked <= 4
+    # Three checks at a rate of 1.25e-4: of 250 records more than 2 have a remark at 1.3e-4.
+    assert masked <= 2
 
 
 @pytest.mark.parametrize("rate", RATES)
@@ -104,19 +103,6 @@ def test_damage_is_masked_and_nothing_else(prior, damage, motion, stroke):
         # A sample at the edge of a block may happen to be where the travel is.
         assert set(found) <= set(wrong)
         assert len(found) >= len(wrong) - 1
-
-
-def test_single_samples_off_by_some_sd_of_the_noise_are_masked_at_rest(prior):
-    """Medians of five samples differ by noise as well: that is no bend, and leaves no room."""
-    rng, time = generator(8, "doubtful"), np.arange(0.0, 76.0, 0.1)
-    exact = travel(prior.sample(40, rng), time, "closing", onset=10.0).travel
-    found = 0
-    for x in measured(exact.ravel(), 14.0, rng, noise=0.05).reshape(exact.shape):
-        x[650] = np.median(x[640:660]) + 0.42
-        kinds = doubts(x, 10.0)
-        found += kinds[650] == "spike"
-        assert not (np.delete(kinds, 650) != "").any()
-    assert found >= 36
 
 
 @pytest.mark.parametrize("quantum", [0.0, 0.08])

@@ -80,14 +80,3 @@ def test_a_motion_behind_another_one_begins_at_rest():
     found = measure_curve(time, travel, "opening")["stroke"]
     assert abs(found.value - STROKE) < 0.2
     assert found.sd < 0.2
-
-
-@pytest.mark.parametrize("rest", [20.0, 60.0])
-def test_a_short_rest_between_two_motions_is_enough(rest):
-    time = np.arange(0.0, 300.0, 0.1)
-    travel = STROKE * (rise(time, 40.0, 50.0) - rise(time, 90.0 + rest, 30.0))
-    travel += 0.1 * np.random.default_rng(1).standard_normal(time.size)
-    for motion in ("closing", "opening"):
-        found = measure_curve(time, travel, motion)["travel_time"]
-        assert np.isfinite(found.value) or "rests" in found.reason
-        assert find_segment(time, travel, motion).stroke == pytest.approx(STROKE, rel=0.01)

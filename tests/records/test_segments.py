@@ -86,7 +86,7 @@ def test_the_other_motion_alone_is_refused(motion):
 
 
 @pytest.mark.parametrize("motion", MOTIONS)
-@pytest.mark.parametrize("scale", [1.0, 1e-3, 1e3])
+@pytest.mark.parametrize("scale", [1.0, 1e-3])
 def test_a_record_at_rest_is_refused(motion, scale):
     time, travel = record({500.0: motion}, 200.0)
     with pytest.raises(UnusableError):
@@ -123,22 +123,6 @@ def test_a_truncated_record_is_taken_once_the_drive_has_slowed_down(motion):
     for end in np.arange(23.0, time[fastest] + 0.5, 0.5):
         with pytest.raises(UnusableError):
             find_segment(time[time < end], travel[time < end], motion)
-
-
-def test_a_rest_that_is_not_reached_is_said():
-    time = np.arange(0.0, 50.0, 0.1)
-    creeping = 14.0 * np.maximum(1.0 - np.exp(-np.maximum(time - 20.0, 0.0) / 15.0), 0.0)
-    segment = find_segment(time, creeping, "closing")
-    assert not segment.arrived
-    assert segment.stroke == pytest.approx(creeping.max(), abs=0.3)
-
-
-@pytest.mark.parametrize("drift", [-3.0, 3.0])
-def test_a_drift_of_the_rest_and_an_over_long_record(drift):
-    time, travel = record({2000.0: "closing", 2200.0: "opening"}, 4000.0, rate=4.0)
-    travel += drift * time / time[-1]
-    for motion in MOTIONS:
-        assert find_segment(time, travel, motion).stroke == pytest.approx(13.5, abs=0.3)
 
 
 def test_single_samples_and_bursts_and_gaps_do_not_matter():

@@ -99,12 +99,6 @@ class Scale:
         factor: mm towards closed for one unit of the reading, or for a mm of the table.
         zero: Reading of the open breaker; 0 where it is found in each record.
         table: Readings and mm, ``(2, n)``; None where the factor is all.
-
-    Example:
-        >>> scale = Scale.from_settings(
-        ...     {"travel_unit": "deg", "ratio": 1.5, "table": None, "zero": 10.0, "sign": -1})
-        >>> scale.travel(np.array([10.0, 0.0]))
-        array([-0., 15.])
     """
 
     factor: float
@@ -136,8 +130,7 @@ class Scale:
         outside = (reading < low - margin) | (reading > high + margin)
         if outside.sum() > _FEW * np.isfinite(reading).sum():
             raise UnusableError(
-                f"reads {np.nanmin(reading):.4g} to {np.nanmax(reading):.4g}, but "
-                f"endurance.format.table goes from {low:.4g} to {high:.4g}"
+                f"endurance.format.table goes from {low:.4g} to {high:.4g}, and readings do not"
             )
         return np.where(outside, np.inf, self.factor * PchipInterpolator(*self.table)(reading))
 

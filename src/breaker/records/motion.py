@@ -63,12 +63,6 @@ class Course:
     Attributes:
         time: Times, ``(t,)``, ms, evenly spaced.
         reading: In any unit, ``(t,)``; NaN where a sample is missing.
-
-    Example:
-        >>> time = np.arange(0.0, 60.0, 0.1)
-        >>> course = Course(time, 14.0 * np.clip((time - 20.0) / 10.0, 0.0, 1.0))
-        >>> [(found.before, found.after) for found in course.motions]
-        [(0.0, 14.0)]
     """
 
     time: np.ndarray
@@ -133,9 +127,8 @@ class Course:
 def _bounds(done: np.ndarray, start: int, middle: int, stop: int) -> tuple[int, int, int]:
     """Bounds of a motion about its middle, from the middles of those before and after it.
 
-    It begins half way from the arrival of the one before, and ends no later than the one after
-    begins: where that has begun, and back by twice as long as it takes from there to four tenths
-    of the way, for a force that builds up begins before an even one.
+    It begins half way from the arrival of the one before. It ends where the one after has begun,
+    and back by twice as long as that takes to four tenths, as a force that builds up begins before.
     """
     low, rest = done[start : middle + 1].min(), np.median(done[middle:stop])
     way = rest - low
@@ -149,10 +142,7 @@ def _bounds(done: np.ndarray, start: int, middle: int, stop: int) -> tuple[int, 
 
 
 def _rests(first: np.ndarray, second: np.ndarray, *, arrived: bool) -> tuple[float, float]:
-    """Travel at rest before and after a motion, from what leads to its middle and what follows.
-
-    Close to the motion, since the rest may drift: as far as a few times as long as it lasts.
-    """
+    """Travel at rest before and after a motion, close to it, since the rest may drift."""
     low, high = first.min(), second.max()
     begun = _last(first <= low + _BEGUN * (high - low), first.size - 1)
     done = _first(second >= high - _BEGUN * (high - low), 0)
@@ -202,25 +192,22 @@ def find_segment(
     Raises:
         SeveralMotionsError: If the motion is in the record more than once.
         UnusableError: If nothing moves, the motion is not in the record, or the record ends before
-            the drive slows down. One that ends later is enough: the forces that drive it have been
-            seen up to the touch or the damper.
+            the drive slows down at the touch or the damper.
     """
-    first = 0 if np.isnan(begin) else int(np.searchsorted(time, begin))
-    last = len(time) if np.isnan(end) else int(np.searchsorted(time, end, side="right"))
+    first = int(np.searchsorted(time, np.nan_to_num(begin, nan=-np.inf)))
+    last = int(np.searchsorted(time, end, side="right"))  # of NaN all
     time, sign = time[first:last], 1.0 if motion == "closing" else -1.0
     if (count := int((~np.isnan(travel[first:last])).sum())) < 2 * FEWEST:
         raise UnusableError(f"only {count} samples of travel in the part to look in")
     course = Course(time, sign * travel[first:last])
     if not course.moves:
-        raise UnusableError(
-            f"nothing moves: the travel ranges over {in_digits(np.ptp(course.smooth), 3)} mm, with "
-            f"noise of {in_digits(course.noise, 2)} mm; is it the right column?"
-        )
+        ranges = in_digits(np.ptp(course.smooth), 3)
+        raise UnusableError(f"nothing moves but by {ranges} mm; is it the right column?")
     forward = course.crossings[2]
     if not forward.any():
         raise UnusableError(
-            f"the travel goes from {sign * course.smooth[0]:.1f} to {sign * course.smooth[-1]:.1f} "
-            f"mm, which is no {motion}; is it in the wrong folder, or endurance.format.sign wrong?"
+            f"the travel goes the other way, which is no {motion}; is the motion wrong, or "
+            "endurance.format.sign?"
         )
     if forward.sum() > 1:
         at = time[course.middles]
@@ -233,19 +220,14 @@ def find_segment(
         )
     found = course.motion(int(forward.argmax()))
     if found.speed > _SLOW:
-        raise UnusableError(
-            f"ends in the middle of the {motion}, at {time[-1]:.1f} ms and {found.speed:.0%} of "
-            "the greatest speed; record longer"
-        )
+        raise UnusableError(f"ends in the middle of the {motion}; record longer")
     place = {"begin": first + found.begin, "end": first + found.end}
     return replace(found, **place, before=sign * found.before, after=sign * found.after)
 
 
 def white_noise(travel: np.ndarray) -> float:
-    """Return the sd of the noise of a record, mm, if its samples are independent.
-
-    Second differences of a motion at even speed are noise alone, of sqrt(6) times its sd.
-    """
+    """Return the sd of the noise of a record, mm, if its samples are independent."""
+    # Second differences of a motion at even speed are noise alone, of sqrt(6) times its sd.
     second = np.diff(travel[~np.isnan(travel)], n=2)
     return float(np.median(np.abs(second)) / (0.6745 * np.sqrt(6.0))) if second.size else 0.0
 

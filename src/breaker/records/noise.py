@@ -1,8 +1,7 @@
-"""Noise of a record: its size, colour and drift at rest, and a ripple while the drive moves.
+"""Noise of a record: its size and colour at rest, and a ripple while the drive moves.
 
-The likelihood takes noise of ``noise_sd`` that is independent from sample to sample. A record in
-which there is more, or in which neighbouring samples of the grid err alike, knows less about the
-drive than is inferred from it; one that was smoothed shows another motion.
+The likelihood takes noise of ``noise_sd`` that is independent from sample to sample. A record with
+more, or with neighbours that err alike, knows less; one that was smoothed shows another motion.
 """
 
 from typing import NamedTuple
@@ -14,7 +13,6 @@ from breaker.records.rejections import FEWEST, MATTERS, Remark, normal_sds
 
 _RATIOS = 0.5, 1.15  # of the noise to noise_sd, beyond which parameters and their sds are wrong
 _ALIKE = 0.2  # correlation from which it matters
-_DRIFT = 3.0  # noise_sd, drift over the grid from which it matters
 _COLOURED = 0.95  # most correlation of neighbours that a short rest lets one see
 # Of polynomials for the drive's own way from 5 to 95 %: what either leaves of a bump swings, too,
 # but the faster the higher its degree; a sine is the same beside both.
@@ -29,14 +27,12 @@ class Noise(NamedTuple):
         sd: Standard deviation of a sample about the drift, mm.
         colour: Correlation of samples that are a step of the model's grid apart.
         next: Correlation of neighbouring samples of the file.
-        drift: Slope of the travel at rest, mm/ms.
         samples: Number of samples at rest.
     """
 
     sd: float
     colour: float
     next: float
-    drift: float
     samples: int
 
     @property
@@ -64,19 +60,19 @@ def noise_at_rest(rest: np.ndarray, step: float, grid_step: float, quantum: floa
     there = ~np.isnan(rest)
     count = int(there.sum())
     if count < max(FEWEST, every + 2):
-        return Noise(np.nan, np.nan, np.nan, np.nan, count)
+        return Noise(np.nan, np.nan, np.nan, count)
     time = step * np.arange(rest.size)
     drift, level = np.polyfit(time[there], rest[there], 1)
     left = np.where(there, rest - level - drift * time, 0.0)
     sd, rounding = np.sqrt(left @ left / (count - 2)), quantum / np.sqrt(12.0)
     if sd <= max(rounding, 1e-9):
-        return Noise(float(rounding), np.nan, np.nan, float(drift), count)
+        return Noise(float(rounding), np.nan, np.nan, count)
 
     def alike(lag: int) -> float:
         pairs = max((there[lag:] & there[:-lag]).sum(), 1)
         return float(left[lag:] @ left[:-lag] / pairs / (left @ left / count))
 
-    return Noise(float(sd), alike(every), alike(1), float(drift), count)
+    return Noise(float(sd), alike(every), alike(1), count)
 
 
 def noise_remarks(noise: Noise, noise_sd: float, step: float, times: np.ndarray) -> list[Remark]:
@@ -105,10 +101,6 @@ def noise_remarks(noise: Noise, noise_sd: float, step: float, times: np.ndarray)
     if (smooth and memory > times[1] - times[0]) or noise.colour > max(_ALIKE, sds / np.sqrt(free)):
         about = {"memory": in_digits(memory, 2), "colour": noise.colour}
         remarks.append(Remark("coloured", **about))
-    way = abs(noise.drift) * float(times[-1] - times[0])
-    error = noise.sd * np.sqrt(12.0 / free) / (step * noise.samples)
-    if way > _DRIFT * noise_sd and abs(noise.drift) > sds * error:
-        remarks.append(Remark("drifts", drift=in_digits(noise.drift, 2), way=in_digits(way, 2)))
     return remarks
 
 

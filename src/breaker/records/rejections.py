@@ -22,8 +22,8 @@ def normal_sds(count: int) -> float:
 
 TEXTS = {
     "doubtful-samples": "{count} samples that no sensor of this stroke gives: {places}",
-    "no-drive": "{stroke} mm in {lasts} ms, {speed} m/s, is no {motion} of a breaker's drive: "
-    "check the rate or unit of the time, and the unit or ratio of the travel",
+    "no-drive": "{stroke} mm in {lasts} ms, {speed} m/s, is no {motion} of a drive: check the rate "
+    "or unit of the time, and the unit or ratio of the travel",
     "open-rest-unseen": "ends before the open breaker rests: its last reading stands for that rest",
     "open-rest-off": "the open breaker rests at {rest} mm, which is no zero: set "
     "endurance.format.zero to its reading, or to rest, if sensor.zero_sd is less",
@@ -36,7 +36,6 @@ TEXTS = {
     "lower it, or is the record filtered?",
     "coloured": "the noise at rest is correlated over {memory} ms, and at a step of the grid by "
     "{colour:.2f}: record without a filter, or raise sensor.noise_sd",
-    "drifts": "the reading drifts at rest, by {drift} m/s: {way} mm over the grid",
     "uneven": "the times are off even steps of {step} ms by up to {off} ms",
     "begins-late": "the record begins {late} ms after the grid",
     "ends-early": "the motion ends {early} ms before the grid, at {at} ms",
@@ -53,13 +52,6 @@ class Remark(str):
     Attributes:
         code: Name of the kind.
         values: The values in its text, by name.
-
-    Example:
-        >>> remark = Remark("uneven", step="0.1", off="0.02")
-        >>> print(remark)
-        the times are off even steps of 0.1 ms by up to 0.02 ms
-        >>> remark.code
-        'uneven'
     """
 
     code: str
