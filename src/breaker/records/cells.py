@@ -80,23 +80,18 @@ def strict_numbers(cells: Sequence[str], decimal: str) -> tuple[np.ndarray, list
     bare = [cell.strip() for cell in cells]
     if (states := {cell.lower() for cell in {*bare}} - MISSING) and states <= _STATES.keys():
         return np.array([_STATES.get(cell.lower(), np.nan) for cell in bare]), []
-    plain = [is_number(cell, decimal) for cell in bare]
-    pairs = zip(bare, plain, strict=True)
-    values = np.array([float(c.replace(decimal, ".")) if ok else np.nan for c, ok in pairs])
-    pairs = enumerate(zip(bare, plain, strict=True))
-    return values, [i for i, (cell, ok) in pairs if not ok and cell.lower() not in MISSING]
+    numbers = {cell: float(cell.replace(decimal, ".")) for cell in bare if is_number(cell, decimal)}
+    wrong = [i for i, c in enumerate(bare) if c not in numbers and c.lower() not in MISSING]
+    return np.array([numbers.get(cell, np.nan) for cell in bare]), wrong
 
 
 def why_none(cell: str) -> str:
     """Return why a cell is not a number, and what to do about it."""
-    cell = cell.strip()[:100]
-    if _SEPARATED.fullmatch(cell):
+    remedy = (
+        "export plain decimal numbers, empty cells for missing samples, and nothing below"
+    )
+    if _SEPARATED.fullmatch(cell.strip()[:100]):
         remedy = "export without separators of thousands, and see endurance.format.decimal"
-    else:
-        remedy = (
-            "export plain decimal numbers; leave the cell empty where a sample is missing; a line "
-            "of remarks begins with #, and lines below the samples must be deleted"
-        )
     return f"which is not a number: {remedy}"
 
 

@@ -2,6 +2,7 @@
 
 import codecs
 from collections.abc import Mapping
+from contextlib import suppress
 
 # Encodings of names and of source code; some take hours for a file.
 _NO_FILES = {"idna", "punycode", "undefined", "unicode-escape", "raw-unicode-escape"}
@@ -39,27 +40,16 @@ FORMAT = {
 }
 """The default of every setting; so is ``endurance.format`` in config/config.yaml."""
 
-READ_BY = (
-    *("encoding", "delimiter", "decimal", "time_column", "time_unit", "travel_column"),
-    *("travel_unit", "contact_column", "current_column", "trigger_column", "motor_column"),
-)
-"""Settings by which the columns of a file are read; the others say what is made of these."""
-
 
 def lacking(settings: Mapping) -> str:
     """Return a message on what complete settings lack, unless the table of operations states it."""
     unit = settings["travel_unit"]
     if unit not in TO_MM and not (settings["ratio"] or settings["table"]):
-        return (
-            f"endurance.format.travel_unit is {unit!r}, not one of {', '.join(TO_MM)}; "
-            "endurance.format.ratio (mm for one of it) or table must be given, or the column ratio "
-            "of operations.csv"
-        )
+        known = f"endurance.format.travel_unit is {unit!r}, not one of {', '.join(TO_MM)}"
+        return f"{known}; give ratio (mm for one of it) or table, or ratio in operations.csv"
     if settings["time_column"] is None and settings["rate"] is None:
-        return (
-            "endurance.format.time_column is null, so endurance.format.rate is needed: the samples "
-            "in a ms (kHz), or the column rate of operations.csv"
-        )
+        known = "endurance.format.time_column is null"
+        return f"{known}; give rate, the samples in a ms (kHz), there or in operations.csv"
     return ""
 
 
@@ -76,10 +66,7 @@ def complete(settings: Mapping) -> dict:
     allowed = {
         "time_unit": (settings["time_unit"] in TO_MS, f"one of {', '.join(TO_MS)}"),
         "zero": (not isinstance(zero, str) or zero == "rest", "a number or rest"),
-        "stroke": (
-            stroke is None or 0 < stroke[0] < stroke[1],
-            "the least and the largest stroke, mm, or null",
-        ),
+        "stroke": (not stroke or 0 < stroke[0] < stroke[1], "least and largest, mm, or null"),
         "delimiter": (len(settings["delimiter"]) == 1, "one sign"),
         "encoding": (_is_encoding(settings["encoding"]), "an encoding of text, such as utf-8"),
         "ratio": (None in (settings["ratio"], settings["table"]), "null where a table is given"),
@@ -92,8 +79,7 @@ def complete(settings: Mapping) -> dict:
 
 
 def _is_encoding(name: str) -> bool:
-    try:
+    with suppress(LookupError, ValueError):
         codec = codecs.lookup(name)
-    except (LookupError, ValueError):
-        return False
-    return codec._is_text_encoding and codec.name not in _NO_FILES
+        return codec._is_text_encoding and codec.name not in _NO_FILES
+    return False

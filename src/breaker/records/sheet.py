@@ -9,19 +9,10 @@ from pathlib import Path
 
 from breaker.common.lazy_numpy import np
 from breaker.common.numerals import in_digits
+from breaker.records import words
 from breaker.records.cells import LARGEST_NUMBER
 from breaker.records.files import RejectedCurveError
 from breaker.records.header import Header, header_of
-from breaker.records.words import (
-    BESIDE,
-    amperes_of,
-    label_of,
-    listed,
-    places_of,
-    split_unit,
-    unit_of,
-    wanted_columns,
-)
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,7 +67,7 @@ class Sheet:
     def units(self) -> list[str | None]:
         """Unit of each column as the settings call it; None where none is known."""
         pairs = zip(self.names, self.texts, strict=True)
-        return [unit_of(text) if text else split_unit(name)[1] for name, text in pairs]
+        return [words.unit_of(text) if text else words.split_unit(name)[1] for name, text in pairs]
 
     @cached_property
     def stated(self) -> Header:
@@ -85,16 +76,16 @@ class Sheet:
 
     def column(self, place: int) -> str | int:
         """Return the name of a column, if possible without its unit, or its number."""
-        for names in ([split_unit(name)[0] for name in self.names], self.names):
+        for names in ([words.split_unit(name)[0] for name in self.names], self.names):
             if names[place] and names.count(names[place]) == 1:
                 return names[place]
         return place + 1
 
     def place_of(self, column: str | int) -> int | None:
         """Return the place of a column that settings name; None where it is not one."""
-        places = places_of(self.names, column)
+        places = words.places_of(self.names, column)
         if not places and isinstance(column, str):
-            places = places_of(self.names, split_unit(column)[0])
+            places = words.places_of(self.names, words.split_unit(column)[0])
         if len(places) != 1 and str(column).isdecimal():
             places = [int(column) - 1]
         return places[0] if len(places) == 1 else None
@@ -144,12 +135,12 @@ def columns_of(sheet: Sheet, settings: Mapping) -> Columns:
         RejectedCurveError: If a column is not there, states another unit, or has a number that is
             not a reading; without a time column also if a line between its samples is blank.
     """
-    wanted = wanted_columns([sheet.names], settings)
+    wanted = words.wanted_columns([sheet.names], settings)
     places, remarks = _places(sheet, wanted, settings)
     columns = {}
     for kind, place in places.items():
-        label, values = label_of(wanted.get(kind, "the time")), sheet.columns[place]
-        if kind not in BESIDE:
+        label, values = words.label_of(wanted.get(kind, "the time")), sheet.columns[place]
+        if kind not in words.BESIDE:
             remarks += _unit_remarks(sheet, kind, place, label, settings)
         remarks += (sheet.notes[place],) if place in sheet.notes else ()
         if (beyond := np.flatnonzero(np.abs(values) > LARGEST_NUMBER[kind])).size:
@@ -159,7 +150,7 @@ def columns_of(sheet: Sheet, settings: Mapping) -> Columns:
     travel, time = columns.pop("travel"), columns.pop("time", None)
     there = np.flatnonzero(~np.isnan(travel))
     if there.size == 0:
-        raise RejectedCurveError(sheet.file, f"{label_of(wanted['travel'])} has no samples")
+        raise RejectedCurveError(sheet.file, f"{words.label_of(wanted['travel'])} has no samples")
     # Channels may differ in length: blanks at the end are its end, not missing samples.
     kept = np.arange(there[-1] + 1)
     if time is not None:
@@ -170,13 +161,15 @@ def columns_of(sheet: Sheet, settings: Mapping) -> Columns:
             "nobody knows whether it stands for a sample: delete or mend it"
         )
         raise RejectedCurveError(sheet.file, reason, line=int(sheet.lines[gaps[0]]))
+    labels = {kind: (sheet.names[places[kind]], sheet.texts[places[kind]]) for kind in columns}
+    amperes = {kind: words.amperes_of(*label) for kind, label in labels.items()}
     return Columns(
         time=None if time is None else time[kept],
         travel=travel[kept],
         lines=sheet.lines[kept],
         remarks=(*sheet.remarks, *remarks),
         beside={kind: values[kept] for kind, values in columns.items()},
-        amperes={k: amperes_of(sheet.names[places[k]], sheet.texts[places[k]]) for k in columns},
+        amperes=amperes,
         sheet=sheet,
     )
 
@@ -187,7 +180,7 @@ def _places(
     """The places of the columns, and a remark where a rate stands for that of the time."""
     places, remarks = {}, ()
     for kind, column in wanted.items():
-        at = places_of(sheet.names, column)
+        at = words.places_of(sheet.names, column)
         if len(at) == 1:
             places[kind] = at[0]
         elif not at and kind == "time" and sheet.clock is not None and isinstance(column, str):
@@ -196,7 +189,7 @@ def _places(
             rate = in_digits(settings["rate"], 6)
             remarks = (f"there is no column {column!r}: times are those of the rate, {rate} kHz",)
         else:
-            names, many = listed(sheet.names), "more than one" if at else "no"
+            names, many = words.listed(sheet.names), "more than one" if at else "no"
             reason = f"{many} column {column!r} among {names}; give its number, from 1, instead"
             raise RejectedCurveError(sheet.file, reason, line=sheet.named[0])
     if sheet.clock is not None:
@@ -210,8 +203,8 @@ def _unit_remarks(
     """Refuse another unit than that of the settings; remark on one that is not known."""
     text, line = sheet.texts[place], sheet.named[1]
     if not text:
-        text, line = split_unit(sheet.names[place])[1] or "", sheet.named[0]
-    own, stated = settings[f"{kind}_unit"], unit_of(text)
+        text, line = words.split_unit(sheet.names[place])[1] or "", sheet.named[0]
+    own, stated = settings[f"{kind}_unit"], words.unit_of(text)
     said = f"the unit of {label} is {text!r}, but endurance.format.{kind}_unit is {own!r}"
     if stated and stated != own:
         raise RejectedCurveError(sheet.file, said, line=line)

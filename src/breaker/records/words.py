@@ -58,7 +58,7 @@ def wanted_columns(rows: Iterable[Sequence[str]], settings: Mapping) -> dict[str
     words is a number, unless one of the rows has it for a name.
     """
     travel = settings["travel_column"]
-    if str(travel).isdecimal() and not any(places_of(row, str(travel)) for row in rows):
+    if str(travel).isdecimal() and not named_in(rows, str(travel)):
         travel = int(travel)
     wanted = {"time": settings["time_column"], "travel": travel}
     # A trigger at time 0 has no column.
@@ -84,6 +84,11 @@ def places_of(row: Sequence[str], column: str | int) -> list[int]:
     if column not in names:
         names, column = [name.casefold() for name in names], column.casefold()
     return [i for i, name in enumerate(names) if name == column]
+
+
+def named_in(rows: Iterable[Sequence[str]], column: str | int) -> bool:
+    """Return whether any of some rows has a column."""
+    return any(places_of(row, column) for row in rows)
 
 
 def listed(row: Sequence[str]) -> str:

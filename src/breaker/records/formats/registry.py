@@ -27,11 +27,10 @@ from breaker import DISTRIBUTION
 from breaker.records.files import Opened, RejectedCurveError, as_opened, is_store
 from breaker.records.formats import comtrade, excel, lines, netcdf, text
 from breaker.records.header import Header
-from breaker.records.settings import FORMAT, READ_BY, complete
+from breaker.records.settings import FORMAT, complete
 from breaker.records.sheet import Columns, Sheet, columns_of
 
 _OLD = (".xls", ".xlsb", ".ods")
-_OLD_WORKBOOK = b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1"
 
 
 def added_formats() -> list[ModuleType]:
@@ -73,8 +72,8 @@ def read_columns(
     opened = as_opened(file)
     if line:
         return _read(opened, settings, channel, line)
-    form = tuple(repr(settings[key]) for key in (*READ_BY, "rate"))
-    return opened.once(("columns", channel, form), lambda: _read(opened, settings, channel))
+    key = "columns", channel, repr(settings)
+    return opened.once(key, lambda: _read(opened, settings, channel))
 
 
 def _read(opened: Opened, settings: Mapping, channel: str, line: int = 0) -> Columns:
@@ -147,7 +146,7 @@ def format_of(opened: Opened) -> ModuleType:
     file, named = opened.file, _named(opened.file)
     if is_store(file):
         return named  # a folder
-    if _ending(file) in _OLD or opened.content.startswith(_OLD_WORKBOOK):
+    if _ending(file) in _OLD:
         raise RejectedCurveError(file, "is of a kind that cannot be read; save it as .xlsx")
     if comtrade.is_data(opened):
         return comtrade  # which names the part that is lacking
@@ -174,8 +173,7 @@ def _named(file: str | Path) -> ModuleType:
 def _sheets(opened: Opened, form: Mapping) -> Sequence[Sheet]:
     """The sheets of a file; whatever a format raises, which is no text, becomes a reason."""
     format_, file = format_of(opened), opened.file
-    usual = "" if format_ is text else next(iter(format_.ENDINGS.values()), "")
-    kind = format_.ENDINGS.get(_ending(file), usual)
+    kind = format_.ENDINGS.get(_ending(file)) or next(iter(format_.ENDINGS.values()), "")
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # of packages, about what is not read here
@@ -190,8 +188,4 @@ def _sheets(opened: Opened, form: Mapping) -> Sequence[Sheet]:
             extra = f"{DISTRIBUTION}[{format_.EXTRA}]"
             reason = f'which needs {error.name}: pip install "{extra}"'
         raise RejectedCurveError(file, f"is {kind}, {reason}") from error
-    said = ()
-    if format_.SIGNATURES and format_ is not _named(file):
-        said = (f"is {kind} by its content, whatever its name ends in",)
-    kinds = {"kind": kind} if kind else {}
-    return [replace(each, remarks=(*each.remarks, *said), **kinds) for each in sheets]
+    return [replace(each, kind=kind or each.kind) for each in sheets]

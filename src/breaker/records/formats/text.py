@@ -7,7 +7,7 @@ estimated from lines of the entire text, to propose settings that a user confirm
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from functools import cache
 from itertools import accumulate, islice
@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from breaker.common.lazy_numpy import np
+from breaker.records import words
 from breaker.records.cells import (
     LARGEST_NUMBER,
     MISSING,
@@ -28,17 +29,6 @@ from breaker.records.cells import (
 from breaker.records.files import Opened, RejectedCurveError, check_lines, check_size
 from breaker.records.lexicon import WORDS
 from breaker.records.sheet import Sheet
-from breaker.records.words import (
-    BESIDE,
-    any_of,
-    label_of,
-    listed,
-    places_of,
-    says,
-    split_unit,
-    unit_of,
-    wanted_columns,
-)
 
 ENDINGS = dict.fromkeys((".csv", ".txt", ".tsv"), "a text") | {".lvm": "a LabVIEW text"}
 SIGNATURES: tuple[bytes, ...] = ()
@@ -53,7 +43,7 @@ FEWEST = 50
 
 _TOP = 500  # lines in which samples begin: a preamble has at most 400 (see ``header``)
 _CODES = ("gb18030", "shift_jis", "cp1251")
-_WORDS = re.compile(any_of(WORDS["telling"]))
+_WORDS = re.compile(words.any_of(WORDS["telling"]))
 _LONG = re.compile(rf"\n.{{{BLOCK}}}")
 _BLANK = ';,|" \t\v\f'
 _BLANK_LINE = re.compile(rf"\n[{_BLANK}]*\n")
@@ -90,7 +80,12 @@ def sheet_of(file: str | Path, text: str, settings: Mapping, form: Mapping) -> S
     top = _Top(text, settings)
     if form and not top.lines:
         raise RejectedCurveError(file, "is empty")
-    wanted = _wanted(top, form) if form else {}
+    lines, wanted = range(len(top.lines)), {}
+    if form:
+        wanted = words.wanted_columns(map(top.row, lines), form)
+        rows, time = map(top.names, lines), wanted.get("time")
+        if isinstance(time, str) and form["rate"] and not words.named_in(rows, time):
+            del wanted["time"]  # the rate stands for it
     by_names = any(isinstance(column, str) for column in wanted.values())
     head = (_by_names if by_names else _by_numbers)(file, top, wanted)
     names = [] if head.names is None else top.names(head.names)
@@ -100,14 +95,15 @@ def sheet_of(file: str | Path, text: str, settings: Mapping, form: Mapping) -> S
     line = top.numbers[head.first]
     begin = sum(map(len, text[:BLOCK].split("\n", _TOP)[: line - 1])) + line - 1
     check_size(file, 1 if form else text.count("\n", begin), width, line=line)
-    labels = {at: label_of(each) for each in wanted.values() for at in places_of(names, each)}
-    least = 0
-    if form and "time" not in wanted:  # a short line is not a sample
-        least = min(places_of(names, wanted["travel"]))
-    if not form:
-        labels = dict.fromkeys(range(width), "")
+    labels = {} if form else dict.fromkeys(range(width), "")
+    for column in wanted.values():
+        labels |= dict.fromkeys(words.places_of(names, column), words.label_of(column))
+    untimed = form and "time" not in wanted  # a short line is not a sample
+    least = min(words.places_of(names, wanted["travel"])) if untimed else 0
     body = _Body(file, settings["delimiter"], settings["decimal"], width, labels, least)
-    columns, lines = _samples(body, text, begin, line)
+    columns, lines = body.samples(text, begin, line)
+    for column in columns if not form else ():
+        column[np.abs(column) > LARGEST_NUMBER["time"]] = np.nan  # such as those of open contacts
     over = None if head.names is None or not top.spans(head.names - 1) else head.names - 1
     preamble = [top.above(k) for k in range(head.first) if k not in (head.names, head.units, over)]
     named = tuple(None if k is None else top.numbers[k] for k in (head.names, head.units))
@@ -243,27 +239,16 @@ class _Top:
         over, under = ([*filter(None, self.row(each))] for each in (k, k + 1))
         if not 2 <= len({*over}) < len(under) or _are_units(under):
             return False
-        kinds = WORDS["columns"].values()
-        named = all(any(says(top, words) for words in kinds) for top in over)
+        named = all(any(words.holds(top, kind) for kind in WORDS["columns"]) for top in over)
         return named and all(self.kind(cell) < 1 for cell in (*over, *under))
 
 
 def _joined(top: str, cell: str) -> str:
     """The name of a column below a cell: `Travel (in)` above `L1`, or `Time` above `ms`."""
-    bare, unit = split_unit(top)
-    if unit is None and unit_of(cell):
+    bare, unit = words.split_unit(top)
+    if unit is None and words.unit_of(cell):
         return f"{top} ({cell})"
     return f"{bare} {cell}".strip() + top[len(bare) :]
-
-
-def _wanted(top: _Top, form: Mapping) -> dict[str, str | int]:
-    """The columns by kind; a rate may stand for that of the time."""
-    lines = range(len(top.lines))
-    wanted = wanted_columns(map(top.row, lines), form)
-    time, rows = wanted.get("time"), map(top.names, lines)
-    if isinstance(time, str) and form["rate"] and not any(places_of(row, time) for row in rows):
-        del wanted["time"]
-    return wanted
 
 
 def _by_names(file: str | Path, top: _Top, wanted: Mapping[str, str | int]) -> _Head:
@@ -274,16 +259,16 @@ def _by_names(file: str | Path, top: _Top, wanted: Mapping[str, str | int]) -> _
     for k in range(len(top.lines)):
         if named is not None and {*top.kinds(k, places)} == {1}:
             break
-        at = {kind: places_of(top.names(k), column) for kind, column in wanted.items()}
+        at = {kind: words.places_of(top.names(k), column) for kind, column in wanted.items()}
         if all(at.values()):
-            named, places = k, [each[0] for kind, each in at.items() if kind not in BESIDE]
+            named, places = k, [each[0] for kind, each in at.items() if kind not in words.BESIDE]
     if named is None:
         rows, names = [*map(top.names, range(len(top.lines)))], "no names"
-        absent = [c for c in wanted.values() if not any(places_of(row, c) for row in rows)]
+        absent = [c for c in wanted.values() if not words.named_in(rows, c)]
         with suppress(RejectedCurveError):
             head = _by_numbers(file, top, {})
-            names = names if head.names is None else listed(rows[head.names])
-        reason = f"no line has {' and '.join(map(label_of, absent or wanted.values()))}"
+            names = names if head.names is None else words.listed(rows[head.names])
+        reason = f"no line has {' and '.join(map(words.label_of, absent or wanted.values()))}"
         remedy = "see endurance.format, also encoding and delimiter, or give numbers"
         raise RejectedCurveError(file, f"{reason}; above the numbers stand {names}; {remedy}")
     rest = (k for k in range(named + 1, len(top.lines)) if not is_remark(top.row(k)))
@@ -300,7 +285,7 @@ def _by_numbers(file: str | Path, top: _Top, wanted: Mapping[str, int]) -> _Head
     """The head above the first run of lines that are like those of the entire text: names stand in
     the last line above it, or above one of units.
     """
-    places = [column - 1 for kind, column in wanted.items() if kind not in BESIDE]
+    places = [column - 1 for kind, column in wanted.items() if kind not in words.BESIDE]
     rows = [cells_of(line, top.delimiter) for line in _some_lines(top.text)] or [[]]
     body = [[*map(top.kind, row)] for row in rows]
     numbers, texts = (np.median([row.count(kind) for row in body]) for kind in (1, -1))
@@ -316,7 +301,7 @@ def _by_numbers(file: str | Path, top: _Top, wanted: Mapping[str, int]) -> _Head
         if fits(first) and 4 * sum(map(fits, run)) >= 3 * max(len(run), 1 if wanted else 5):
             break
     else:
-        columns = " and ".join(map(label_of, wanted.values())) or "its lines"
+        columns = " and ".join(map(words.label_of, wanted.values())) or "its lines"
         reason = f"no columns of numbers are found in {columns}; is it a text of measurements?"
         raise RejectedCurveError(file, f"{reason} See endurance.format.delimiter and decimal")
     width, above = max(map(len, body)), first - 1
@@ -330,7 +315,8 @@ def _by_numbers(file: str | Path, top: _Top, wanted: Mapping[str, int]) -> _Head
 def _are_units(row: Sequence[str]) -> bool:
     """Whether two of three cells of a line are units."""
     cells = [cell for cell in row if cell.strip("[]()-1")]
-    return bool(cells) and 3 * sum(unit_of(cell) is not None for cell in cells) >= 2 * len(cells)
+    units = sum(words.unit_of(cell) is not None for cell in cells)
+    return bool(cells) and 3 * units >= 2 * len(cells)
 
 
 def _are_names(top: _Top, k: int, columns: int) -> bool:
@@ -356,60 +342,44 @@ class _Body(NamedTuple):
     labels: Mapping[int, str]
     least: int
 
-    @property
-    def strict(self) -> bool:
-        """Whether the columns are those of settings: other cells than numbers are refused."""
-        return any(self.labels.values())
+    def samples(self, text: str, begin: int, line: int) -> tuple[list[np.ndarray], np.ndarray]:
+        """Return the columns, and the line of each sample; those that are not read are empty."""
+        parts, lines = {place: [np.zeros(0)] for place in range(self.width)}, [np.zeros(0, int)]
+        while begin < len(text):
+            end = text.find("\n", begin + BLOCK)
+            end = len(text) if end < 0 else end
+            numbers, cells = self._cells(text[begin:end], line)
+            wrong = {}
+            for place, label in self.labels.items():
+                values, odd = strict_numbers(cells[place], self.decimal)
+                parts[place].append(values)
+                if odd and label:
+                    cell = cells[place][odd[0]].strip()[:40]
+                    wrong.setdefault(odd[0], f"{label} is {cell!r}, {why_none(cell)}")
+            if wrong:
+                at = min(wrong)
+                raise RejectedCurveError(self.file, wrong[at], line=int(numbers[at]))
+            lines.append(numbers)
+            begin, line = end + 1, line + text.count("\n", begin, end) + 1
+        return [np.concatenate(each) for each in parts.values()], np.concatenate(lines)
 
-
-def _samples(body: _Body, text: str, begin: int, line: int) -> tuple[list[np.ndarray], np.ndarray]:
-    """The columns, and the line of each sample; those that are not read are empty."""
-    parts, lines = {place: [np.zeros(0)] for place in range(body.width)}, [np.zeros(0, int)]
-    for numbers, cells in _blocks(body, text, begin, line):
-        wrong = {}
-        for place, label in body.labels.items():
-            values, odd = strict_numbers(cells[place], body.decimal)
-            parts[place].append(values)
-            if odd and body.strict:
-                cell = cells[place][odd[0]]
-                wrong.setdefault(odd[0], f"{label} is {cell.strip()[:40]!r}, {why_none(cell)}")
-        if wrong:
-            at = min(wrong)
-            raise RejectedCurveError(body.file, wrong[at], line=int(numbers[at]))
-        lines.append(numbers)
-    columns = [np.concatenate(each) for each in parts.values()]
-    for column in columns if not body.strict else ():
-        column[np.abs(column) > LARGEST_NUMBER["time"]] = np.nan  # such as those of open contacts
-    return columns, np.concatenate(lines)
-
-
-def _blocks(
-    body: _Body, text: str, begin: int, line: int
-) -> Iterator[tuple[np.ndarray, Sequence[Sequence[str]]]]:
-    """Yield line numbers of samples and columns of cells, block by block."""
-    while begin < len(text):
-        end = text.find("\n", begin + BLOCK)
-        end = len(text) if end < 0 else end
-        part = text[begin:end]
-        every = part.split("\n")
-        columns, kept = columns_of_alike(every, body.width, body.delimiter), np.arange(len(every))
-        if columns is None or _BLANK_LINE.search(f"\n{part}\n"):
-            rows = [cells_of(each, body.delimiter) for each in every]
-            kept = [i for i in kept if any(rows[i]) and not is_remark(rows[i])]
-            kept = [i for i in kept if len(rows[i]) > body.least]
-            padded = [_padded(body, rows[i], line + i) for i in kept]
-            columns = [*zip(*padded, strict=True)] or [()] * body.width
-        yield line + np.asarray(kept, int), columns
-        begin, line = end + 1, line + len(every)
-
-
-def _padded(body: _Body, row: list[str], line: int) -> list[str]:
-    """A row with as many cells as there are columns. More of them are those of decimal commas where
-    commas separate; where blanks separate, nobody knows which of fewer ones is blank.
-    """
-    odd = any(row[body.width :]) or (body.delimiter == " " and len(row) < body.width)
-    if odd and body.strict:
-        reason = f"{len(row)} cells where there are {body.width} columns"
-        remedy = "see endurance.format.delimiter and endurance.format.decimal"
-        raise RejectedCurveError(body.file, f"{reason}; {remedy}", line=line)
-    return [*row, *[""] * body.width][: body.width]
+    def _cells(self, part: str, line: int) -> tuple[np.ndarray, Sequence[Sequence[str]]]:
+        """Return line numbers of samples and columns of cells of lines."""
+        every, width = part.split("\n"), self.width
+        columns = columns_of_alike(every, width, self.delimiter)
+        if columns is not None and not _BLANK_LINE.search(f"\n{part}\n"):
+            return np.arange(line, line + len(every)), columns
+        kept, padded = [], []
+        for number, row in enumerate((cells_of(each, self.delimiter) for each in every), line):
+            if not any(row) or is_remark(row) or len(row) <= self.least:
+                continue
+            # More cells are those of decimal commas where commas separate; where blanks separate,
+            # nobody knows which of fewer ones is blank.
+            odd = any(row[width:]) or (self.delimiter == " " and len(row) < width)
+            if odd and any(self.labels.values()):
+                reason = f"{len(row)} cells where there are {width} columns"
+                remedy = "see endurance.format.delimiter and endurance.format.decimal"
+                raise RejectedCurveError(self.file, f"{reason}; {remedy}", line=number)
+            kept.append(number)
+            padded.append([*row, *[""] * width][:width])
+        return np.array(kept, int), [*zip(*padded, strict=True)] or [()] * width
