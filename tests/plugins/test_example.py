@@ -68,7 +68,7 @@ def contract(folder):
 
 def test_the_format_passes_the_contract(folder):
     shown = contract(folder)
-    assert "11 passed" in shown.stdout, shown.stdout
+    assert "9 passed" in shown.stdout, shown.stdout
     assert shown.returncode == 0
 
 
