@@ -87,9 +87,7 @@ def strict_numbers(cells: Sequence[str], decimal: str) -> tuple[np.ndarray, list
 
 def why_none(cell: str) -> str:
     """Return why a cell is not a number, and what to do about it."""
-    remedy = (
-        "export plain decimal numbers, empty cells for missing samples, and nothing below"
-    )
+    remedy = "export plain decimal numbers, empty cells for missing samples, and nothing below"
     if _SEPARATED.fullmatch(cell.strip()[:100]):
         remedy = "export without separators of thousands, and see endurance.format.decimal"
     return f"which is not a number: {remedy}"

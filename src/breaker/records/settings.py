@@ -45,11 +45,16 @@ def lacking(settings: Mapping) -> str:
     """Return a message on what complete settings lack, unless the table of operations states it."""
     unit = settings["travel_unit"]
     if unit not in TO_MM and not (settings["ratio"] or settings["table"]):
-        known = f"endurance.format.travel_unit is {unit!r}, not one of {', '.join(TO_MM)}"
-        return f"{known}; give ratio (mm for one of it) or table, or ratio in operations.csv"
+        return (
+            f"endurance.format.travel_unit is {unit!r}, not one of {', '.join(TO_MM)}, so "
+            "endurance.format.ratio (mm for one of it) or table is needed, or the column ratio of "
+            "operations.csv"
+        )
     if settings["time_column"] is None and settings["rate"] is None:
-        known = "endurance.format.time_column is null"
-        return f"{known}; give rate, the samples in a ms (kHz), there or in operations.csv"
+        return (
+            "endurance.format.time_column is null, so endurance.format.rate is needed: the samples "
+            "in a ms (kHz), or the column rate of operations.csv"
+        )
     return ""
 
 
