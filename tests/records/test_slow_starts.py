@@ -88,10 +88,10 @@ def test_a_start_that_noise_hides_is_withheld_and_times_to_shares_are_not():
 
 def test_the_time_that_aligns_records_is_as_uncertain_as_the_start():
     raw = smooth(np.random.default_rng(1))
-    assert raw.start_hidden == ""
-    assert raw.start_sd >= raw.first_motion_sd
+    assert raw.reading.start_hidden == ""
+    assert raw.reading.start_sd >= raw.first_motion_sd
     noise = 0.05 * raw.segment.stroke * np.random.default_rng(2).standard_normal(raw.time.size)
-    assert replace(raw, whole=raw.whole + noise).start_hidden
+    assert replace(raw, whole=raw.whole + noise).reading.start_hidden
 
 
 def test_the_end_of_a_motion_before_does_not_hide_a_start():

@@ -177,7 +177,7 @@ def _marks(answer: Answer) -> list[Mark]:
     reading = Reading(record.raw, contact)
     sign = 1.0 if record.motion == "closing" else -1.0
     found = []
-    if not record.raw.start_hidden:
+    if not record.raw.reading.start_hidden:
         moves, level = [record.raw.moves] * 2, _level(record, record.raw.moves)
         found.append(Mark(f"{record.motion}: first motion", channel, *moves, *[level] * 2))
     if np.isfinite(contact.time):

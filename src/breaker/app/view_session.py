@@ -126,7 +126,7 @@ class Session:
     ) -> None:
         self.named, self.overlays, self.commands = named, list(overlays), commands
         self.own = Path(own)
-        self.is_folder = os.path.isdir(named) and not named.lower().endswith(".zarr")
+        self.is_folder = os.path.isdir(named)
         if self.is_folder:
             _check_readable(named)  # before a page is opened
         elif not os.path.exists(named):

@@ -8,7 +8,6 @@ from pathlib import Path
 from breaker.common.atomic_writes import whole
 from breaker.common.visible_text import say
 from breaker.model.parameters import MOTIONS
-from breaker.records.files import opened_at_once
 
 _ENDINGS = {"picture": (".png", ".pdf", ".svg", ".jpg", ".jpeg"), "report": (".html", ".pdf")}
 _PICTURES = (b"\x89PNG", b"%PDF", b"<?xml", b"\xff\xd8\xff")  # first bytes of pictures
@@ -70,8 +69,8 @@ def _is_own(target: Path, kind: str) -> bool:
             return False
     if not target.is_file():  # such as a pipe or a device
         return False
-    with opened_at_once(target) as stream:
-        begins = stream.read(4096) or b""
+    with target.open("rb") as stream:
+        begins = stream.read(4096)
     of_words = kind in _WORDS and _WORDS[kind] in begins
     return not begins or of_words or (kind in _ENDINGS and begins.startswith(_PICTURES))
 

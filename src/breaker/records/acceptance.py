@@ -2,7 +2,6 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import NamedTuple
@@ -23,15 +22,7 @@ _PART = 50  # files that one process reads at a time: some seconds of work
 
 
 class CheckedRecord(NamedTuple):
-    """Result of one record.
-
-    Attributes:
-        file: Name of the file.
-        reason: Why the record was rejected; "" if it was accepted.
-        remarks: Remarks on an accepted record.
-        noise: Standard deviation at rest, mm; NaN if rejected.
-        stroke: Stroke, mm; NaN if rejected.
-    """
+    """A record: its file, why it was rejected, remarks, and noise at rest and stroke, mm."""
 
     file: str
     reason: str = ""
@@ -40,53 +31,50 @@ class CheckedRecord(NamedTuple):
     stroke: float = np.nan
 
 
-@dataclass(frozen=True)
-class CheckedGroup:
-    """Records of one motion, of one breaker and phase where a table names them.
-
-    Attributes:
-        name: Breaker, phase and motion.
-        motion: "closing" or "opening".
-        records: Results of the records; None if the operations could not be listed.
-        error: Why the operations could not be listed.
+class CheckedGroup(NamedTuple):
+    """Records of one motion, of one breaker and phase where a table names them, or why they could
+    not be listed.
     """
 
     name: str
     motion: str
-    records: Sequence[CheckedRecord] | None = None
+    records: Sequence[CheckedRecord] = ()
     error: str = ""
 
     @property
     def accepted(self) -> int:
         """Number of accepted records."""
-        return sum(not record.reason for record in self.records or ())
+        return sum(not record.reason for record in self.records)
 
 
 def check_folder(
     folder: str | Path, endurance: Mapping, sensor: Mapping, motions: Iterable[str]
 ) -> list[CheckedGroup]:
-    """Read all records of a folder.
+    """Read all records of a folder, ``endurance.curves``, of some motions.
 
     Args:
-        folder: Folder as for ``endurance.curves``.
-        endurance: The section of the configuration: ``format``, ``events``, and ``breaker`` and
-            ``phase`` where one of several is meant.
-        sensor: The section of the configuration: grid of the model, and noise.
-        motions: "closing", "opening" or both.
+        folder, motions: The folder; "closing", "opening" or both.
+        endurance, sensor: Sections of the configuration.
     """
     times = np.linspace(sensor["start"], sensor["stop"], sensor["samples"])
     grid = Grid(times, sensor["noise_sd"], sensor["zero_sd"], sensor["onset_sd"])
+    chosen = breaker, phase = endurance.get("breaker"), endurance.get("phase")
+    try:
+        rows = {(each.breaker, each.phase) for _, each in read_manifest(Path(folder, MANIFEST))}
+    except ValueError:
+        rows = set()  # no table, or listing the operations reports what is wrong with it
+    of = [(b, p) for b, p in sorted(rows) if breaker in (None, b) and phase in (None, p)]
     groups = []
     for motion in motions:
-        for breaker, phase in _groups(folder, endurance):
+        read = partial(_read, settings=endurance["format"], grid=grid, motion=motion)
+        for breaker, phase in of or [chosen]:
             name = " ".join(filter(None, [breaker, phase, motion]))
-            of = {"breaker": breaker, "phase": phase, "events": endurance["events"]}
+            which = {"breaker": breaker, "phase": phase, "events": endurance["events"]}
             try:
-                operations = list_operations(folder, motion, **of)
+                operations = list_operations(folder, motion, **which)
             except (ValueError, OSError) as error:
                 groups.append(CheckedGroup(name, motion, error=str(error)))
                 continue
-            read = partial(_read, settings=endurance["format"], grid=grid, motion=motion)
             parts = [operations[i : i + _PART] for i in range(0, len(operations), _PART)]
             if len(parts) > 1:
                 with ProcessPoolExecutor() as pool:
@@ -111,46 +99,22 @@ def _read(operations: Sequence[Operation], **about: object) -> list[CheckedRecor
     return checked
 
 
-def _groups(folder: str | Path, endurance: Mapping) -> list[tuple[str | None, str | None]]:
-    """Return breakers and phases of a folder, or those that are chosen."""
-    chosen = breaker, phase = endurance.get("breaker"), endurance.get("phase")
-    try:
-        rows = read_manifest(Path(folder, MANIFEST))
-    except ValueError:
-        return [chosen]  # no table, or listing the operations reports what is wrong with it
-    there = sorted({(operation.breaker, operation.phase) for _, operation in rows})
-    fit = [(b, p) for b, p in there if breaker in (None, b) and phase in (None, p)]
-    return fit or [chosen]
-
-
 def document_of(groups: Sequence[CheckedGroup]) -> Document:
     """Return a table of what was accepted, and the reasons and remarks, each once."""
-    parts: list = [_table(groups)]
-    for error in dict.fromkeys(group.error for group in groups if group.error):
-        names = ", ".join(group.name for group in groups if group.error == error)
-        parts.append(Section(f"{names}: {error}"))
-    for title, kind in {"Rejected:": "reason", "Remarks on accepted records:": "remarks"}.items():
-        texts = [
-            (group.name, record.file, text)
-            for group in groups
-            for record in group.records or ()
-            if (text := getattr(record, kind))
-        ]
-        if texts:
-            parts.append(Section(title, _grouped(texts)))
-    return Document(parts=parts)
-
-
-def _table(groups: Sequence[CheckedGroup]) -> Table:
-    rows = []
-    for group in groups:
-        records = group.records or ()
-        remarked = sum(bool(record.remarks) for record in records)
-        counts = len(records), group.accepted, remarked, len(records) - group.accepted
-        values = ([getattr(record, name) for record in records] for name in ("stroke", "noise"))
-        rows.append([group.name, *map(str, counts), *map(_range, values)])
     head = ("", "records", "accepted", "with remarks", "rejected", "stroke (mm)", "noise (mm)")
-    return Table(head, rows)
+    rows, texts = [], {"Rejected:": [], "Remarks on accepted records:": []}
+    for group in groups:
+        records = group.records
+        rejected = [(group.name, each.file, each.reason) for each in records if each.reason]
+        remarked = [(group.name, each.file, each.remarks) for each in records if each.remarks]
+        counts = len(records), group.accepted, len(remarked), len(rejected)
+        ranges = (_range([getattr(each, name) for each in records]) for name in ("stroke", "noise"))
+        rows.append([group.name, *map(str, counts), *ranges])
+        texts["Rejected:"] += rejected
+        texts["Remarks on accepted records:"] += remarked
+    errors = [Section(f"{group.name}: {group.error}") for group in groups if group.error]
+    lists = [Section(title, _grouped(lines)) for title, lines in texts.items() if lines]
+    return Document(parts=[Table(head, rows), *errors, *lists])
 
 
 def _range(values: Sequence[float]) -> str:

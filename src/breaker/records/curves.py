@@ -3,18 +3,6 @@
 A rejected record remains in the result as a missing curve with its reason. Whole samples are kept
 where the rates allow, since averaging would change the noise. Rounding the first motion to a sample
 leaves a rest, which is part of the inferred onset.
-
-Example:
-    >>> import tempfile
-    >>> time = 0.1 * np.arange(800)
-    >>> travel = 16 / (1 + np.exp(22 - time))
-    >>> with tempfile.TemporaryDirectory() as folder:
-    ...     file = f"{folder}/operation_7.csv"
-    ...     rows = np.column_stack([1e-3 * time, travel])
-    ...     np.savetxt(file, rows, delimiter=",", header="time,travel", comments="")
-    ...     curves = read_curves([Operation(7, file)], {}, Grid(np.arange(-2.0, 30.0)), "closing")
-    >>> curves.accepted.values, curves.missing.values, curves.travel.shape
-    (array([ True]), array([0]), (1, 32))
 """
 
 import logging
@@ -25,60 +13,34 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from breaker.common.numerals import in_digits
 from breaker.model.quantities import ABOUT, SPEEDS, Speed, quantities_of
 from breaker.records.files import RejectedCurveError, printable
-from breaker.records.grid import Grid, Gridded, check_missing, grid_remarks
+from breaker.records.grid import Grid, Gridded, check_missing, grid_remarks, on_grid
 from breaker.records.measurements import Measured
-from breaker.records.noise import Noise, noise_remarks
+from breaker.records.noise import Noise
 from breaker.records.operations import Operation
 from breaker.records.reader import Reader
 from breaker.records.record import Record
-from breaker.records.rejections import Remark, UnusableError
+from breaker.records.rejections import UnusableError
 
 if TYPE_CHECKING:  # single records are read without xarray
     import xarray as xr
 
 _UNITS = {
     **dict.fromkeys(("first_motion", "contact_time", "contact_sd", "latch_time"), "ms"),
-    **{"masked": "1", "noise": "mm", "colour": "1", "rate": "kHz"},
-    **{"record_noise": "mm", "record_colour": "1"},
+    **{"rate": "kHz", "record_noise": "mm", "record_colour": "1"},
 }
 _MEASURED = {"measured": float, "measured_sd": float, "measured_reason": str}
-_REJECTED = dict.fromkeys(_UNITS, np.nan) | {"masked": 0}
 
 
 @dataclass(frozen=True)
 class GriddedRecord:
-    """A record on the grid of a model.
-
-    Attributes:
-        record: The record as in its file.
-        gridded: Its travel on the grid.
-        noise: Noise at rest.
-        remarks: Remarks on the record and on how it fits the grid.
-    """
+    """A record as in its file and on the grid of a model, its noise at rest, and remarks."""
 
     record: Record
     gridded: Gridded
     noise: Noise
     remarks: tuple[str, ...]
-
-    @property
-    def numbers(self) -> dict[str, float]:
-        """Numbers of the record in the dataset of ``read_curves``, by name."""
-        record, start = self.record, self.gridded.start
-        return {
-            "first_motion": start,
-            "contact_time": record.contact.time - start,
-            "contact_sd": record.contact.sd,
-            "latch_time": record.moves - record.contact.trigger,
-            "masked": record.masked,
-            "noise": self.noise.sd,
-            "colour": self.noise.colour,
-            "rate": 1.0 / record.step,
-            **dict(zip(("record_noise", "record_colour"), record.process, strict=True)),
-        }
 
 
 def read_curves(
@@ -92,23 +54,17 @@ def read_curves(
     """Read the records of several operations.
 
     Args:
-        operations: The operations, and where their records are.
-        settings: The section ``endurance.format`` of the configuration; missing keys have their
-            default.
-        grid: Grid of the model.
-        motion: "closing" or "opening".
-        speeds: Definitions of the speeds.
+        operations, motion: The operations, and where their records are; "closing" or "opening".
+        settings: The section ``endurance.format``; missing keys have their default.
+        grid, speeds: Grid of the model; definitions of the speeds.
 
     Returns:
-        Dataset over ``operation``, ``time``: ``travel`` (mm; NaN where a sample is missing, and in
-        all of a rejected record), ``missing``: number of these samples; ``record`` (mm), the motion
-        as in its file, over ``sample``, with ``record_noise`` (mm) and ``record_colour`` of a
-        sample; ``accepted``, ``reason``, ``file``; ``first_motion``: time in the file that is 0 on
-        the grid, ms; ``contact_time`` on the grid, ms, and ``contact_sd``; ``latch_time``: from
-        trigger to first motion, ms, NaN if unknown; ``remarks``; ``masked``: number of doubtful
-        samples left out; ``noise`` (mm) and ``colour``: standard deviation at rest, and correlation
-        from one sample to the next; ``rate``, kHz; columns ``ABOUT`` of the operations; and over
-        ``operation`` and ``quantity``: ``measured``, ``measured_sd`` and ``measured_reason``.
+        Dataset over ``operation``: ``ABOUT`` of the operations, ``accepted``, ``reason``, ``file``,
+        ``remarks``, the number of ``missing`` samples of ``travel`` (mm, over ``time``) and of
+        ``masked`` ones of ``record`` (mm, over ``sample``: the motion as in its file),
+        ``record_noise`` and ``record_colour``: sd and correlation of its noise, ``rate``, kHz,
+        ``first_motion``: time in the file that is 0 on the grid, ms, ``contact_time`` on the grid,
+        ``latch_time`` from the trigger; and ``measured`` with sd and reason over ``quantity``.
 
     Raises:
         ValueError: If a setting is unknown or wrong by itself.
@@ -122,8 +78,7 @@ def read_records(
 ) -> list[GriddedRecord | RejectedCurveError]:
     """Read the records of several operations: each a record on the grid, or why it is rejected.
 
-    A record with the same samples as an earlier one is rejected as its copy. Arguments and errors
-    are those of ``read_curves``.
+    A record with the same samples as an earlier one is rejected as its copy.
     """
     results: list[GriddedRecord | RejectedCurveError] = []
     first: dict[bytes, Operation] = {}
@@ -148,27 +103,32 @@ def put_on_grid(record: Record, grid: Grid) -> GriddedRecord:
     Raises:
         RejectedCurveError: If too many samples of the grid are missing.
     """
-    gridded = record.on_grid(grid.times)
-    noise = record.noise_at(float(grid.times[1] - grid.times[0]))
+    time = record.time[record.inside]
+    gridded = on_grid(time, record.left - record.rest, grid.times, record.moves)
     try:
         check_missing(gridded, record.settings["missing"])
-        remarks = [
-            record.warning,
-            *record.remarks_on(grid.zero_sd),
-            _onset_remark(record.first_motion_sd, grid.onset_sd),
-            *grid_remarks(gridded, record.time[record.inside], grid.times),
-        ]
     except UnusableError as error:
         raise RejectedCurveError(record.operation.file, str(error)) from error
-    if grid.noise_sd is not None:
-        remarks += noise_remarks(noise, grid.noise_sd, record.step, grid.times)
-    return GriddedRecord(record, gridded, noise, tuple(filter(None, remarks)))
+    remarks = *record.remarks_on(grid), *grid_remarks(gridded, time, grid.times)
+    noise = record.noise_at(float(grid.times[1] - grid.times[0]))
+    return GriddedRecord(record, gridded, noise, tuple(filter(None, (record.warning, *remarks))))
 
 
-def _onset_remark(sd: float, assumed: float | None) -> str:
-    if not assumed or sd <= assumed:
-        return ""
-    return Remark("onset-vague", sd=in_digits(sd, 2), assumed=assumed)
+def _row(operation: Operation, result: GriddedRecord | RejectedCurveError) -> dict:
+    """Return the values of a record over ``operation``, by name."""
+    accepted = isinstance(result, GriddedRecord)
+    row = {"accepted": accepted, "file": printable(operation.file)}
+    if accepted:
+        record, start = result.record, result.gridded.start
+        operation, contact = record.operation, record.contact
+        row |= {"reason": "", "remarks": "; ".join(result.remarks), "masked": record.masked}
+        row |= {"first_motion": start, "latch_time": record.moves - contact.trigger}
+        row |= {"contact_time": contact.time - start, "contact_sd": contact.sd}
+        sd, colour = record.process
+        row |= {"record_noise": sd, "record_colour": colour, "rate": 1.0 / record.step}
+    else:
+        row |= {"reason": str(result), "remarks": "", "masked": 0, **dict.fromkeys(_UNITS, np.nan)}
+    return row | {name: getattr(operation, name) for name in ABOUT}
 
 
 def _dataset(
@@ -181,41 +141,35 @@ def _dataset(
     """Return the dataset of ``read_curves``."""
     import xarray as xr
 
-    accepted = [isinstance(result, GriddedRecord) for result in results]
-    records = [result if ok else None for result, ok in zip(results, accepted, strict=True)]
-    known = [
-        one.record.operation if one else row for one, row in zip(records, operations, strict=True)
-    ]
-    longest = max((each.record.left.size for each in records if each), default=1)
-    travel = np.full((len(records), len(times)), np.nan)
-    samples = np.full((len(records), longest), np.nan, np.float32)
-    for row, each in enumerate(records):
-        if each:
-            travel[row] = each.gridded.travel
-            samples[row, : each.record.left.size] = each.record.left
-    texts = {
-        "reason": ["" if ok else str(result) for result, ok in zip(results, accepted, strict=True)],
-        "remarks": ["; ".join(each.remarks) if each else "" for each in records],
-        "file": [printable(operation.file) for operation in operations],
-    }
-    columns = {
-        "missing": np.isnan(travel).sum(axis=1),
-        "accepted": np.array(accepted, dtype=bool),
-        **{name: np.array(values, dtype=str) for name, values in texts.items()},
-        **{name: np.array([getattr(each, name) for each in known]) for name in ABOUT},
-    }
-    numbers = [each.numbers if each else _REJECTED for each in records]
-    quantities, measured = _measured(records, motion, speeds)
+    records = {i: each for i, each in enumerate(results) if isinstance(each, GriddedRecord)}
+    longest = max((each.record.left.size for each in records.values()), default=1)
+    travel = np.full((len(results), len(times)), np.nan)
+    samples = np.full((len(results), longest), np.nan, np.float32)
+    quantities = quantities_of(motion, speeds, ("record",))
+    rejected = dict.fromkeys(quantities, Measured(np.nan, np.nan, "the record was rejected"))
+    measured = [rejected] * len(results)
+    for i, each in records.items():
+        travel[i], measured[i] = each.gridded.travel, each.record.measured(speeds)
+        samples[i, : each.record.left.size] = each.record.left
+    rows = [_row(*both) for both in zip(operations, results, strict=True)]
+    of_quantity = {}
+    for place, (name, kind) in enumerate(_MEASURED.items()):
+        values = [row[quantity][place] for row in measured for quantity in quantities]
+        of_quantity[name] = np.array(values, kind).reshape(len(results), len(quantities))
     return xr.Dataset(
         {
             "travel": (("operation", "time"), travel, {"unit": "mm"}),
             "record": (("operation", "sample"), samples, {"unit": "mm"}),
-            **{name: ("operation", values) for name, values in columns.items()},
+            "missing": ("operation", np.isnan(travel).sum(axis=1)),
             **{
-                name: ("operation", np.array([each[name] for each in numbers]), {"unit": unit})
-                for name, unit in _UNITS.items()
+                name: (
+                    "operation",
+                    np.array([row[name] for row in rows]),
+                    {"unit": _UNITS[name]} if name in _UNITS else {},
+                )
+                for name in rows[0]
             },
-            **{name: (("operation", "quantity"), values) for name, values in measured.items()},
+            **{name: (("operation", "quantity"), each) for name, each in of_quantity.items()},
         },
         coords={
             "operation": ("operation", [each.number for each in operations]),
@@ -228,27 +182,9 @@ def _dataset(
     )
 
 
-def _measured(
-    records: Sequence[GriddedRecord | None], motion: str, speeds: Sequence[Speed]
-) -> tuple[Mapping, dict[str, np.ndarray]]:
-    """Return the quantities that records show, and their values, sds and reasons, ``(o, q)``."""
-    quantities = quantities_of(motion, speeds, ("record",))
-    rejected = dict.fromkeys(quantities, Measured(np.nan, np.nan, "the record was rejected"))
-    rows = [each.record.measured(speeds) if each else rejected for each in records]
-    shape = len(rows), len(quantities)
-    measured = {}
-    for place, (name, kind) in enumerate(_MEASURED.items()):
-        values = [row[quantity][place] for row in rows for quantity in quantities]
-        measured[name] = np.array(values, kind).reshape(shape)
-    return quantities, measured
-
-
 def open_curves(stores: Sequence[str | Path], *, without: Collection[str] = ()) -> "xr.Dataset":
-    """Read stores of what ``read_curves`` returned as one dataset over ``operation``.
-
-    Args:
-        stores: Stores of one motion.
-        without: Variables that are not read.
+    """Read stores of what ``read_curves`` returned of one motion as one dataset, without some of
+    its variables.
 
     Raises:
         RejectedCurveError: If every operation was rejected; the first reasons are listed.
@@ -260,10 +196,8 @@ def open_curves(stores: Sequence[str | Path], *, without: Collection[str] = ()) 
     parts = [open_store(store).drop_vars(without, errors="ignore") for store in stores]
     curves = xr.concat(parts, dim="operation", join="outer", combine_attrs="override").load()
     if not curves.accepted.any():
-        raise RejectedCurveError(
-            Path(str(curves.file.values[0])).parent,
-            f"none of {curves.sizes['operation']} {curves.attrs['motion']} files can be used; "
-            "check endurance.format and the folder. The first reasons: "
-            + " | ".join(curves.reason.values[:3].tolist()),
-        )
+        reason = f"none of {curves.sizes['operation']} {curves.attrs['motion']} files can be used"
+        first = " | ".join(curves.reason.values[:3].tolist())
+        remedy = f"check endurance.format and the folder. The first reasons: {first}"
+        raise RejectedCurveError(Path(curves.file.values[0]).parent, f"{reason}; {remedy}")
     return curves

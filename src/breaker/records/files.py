@@ -1,11 +1,10 @@
 """How every file is opened: once, within bounds of memory, and without waiting. Light to import."""
 
-import errno
 import os
 import stat
 from collections.abc import Callable, Hashable
 from pathlib import Path
-from typing import BinaryIO, TypeVar
+from typing import TypeVar
 
 LARGEST = 64 * 2**20
 """Bytes of the largest file, packed or unpacked; 10 s at 100 kHz take a quarter of it."""
@@ -13,28 +12,9 @@ LARGEST = 64 * 2**20
 MOST_COLUMNS = 300
 """Columns of the widest table; exports have at most a tenth of it."""
 
-MOST_PARTS = 10_000
-"""Files of a folder, and parts (variables, chunks) of a file, that is one record."""
-
 _MOST_SAMPLES = 1_200_000  # a record of 10 s at 100 kHz has a million
 
-_KINDS = {
-    stat.S_IFDIR: "a folder",
-    stat.S_IFIFO: "a pipe",
-    stat.S_IFSOCK: "a socket",
-    stat.S_IFCHR: "a device",
-    stat.S_IFBLK: "a device",
-}
-_WHY = {
-    errno.ENOENT: "is not there: was it moved or deleted, or does a link lead nowhere?",
-    errno.ELOOP: "is a link that leads back to itself; put the file itself there",
-    errno.EACCES: "cannot be read without permission; give yourself the permission",
-}
-
-_TOO_LARGE = (
-    f"has more than {LARGEST // 2**20} MiB, which no record of one operation needs; export it "
-    "alone, with fewer channels or at a lower rate"
-)
+_REMEDY = "export the record alone, with fewer channels or at a lower rate"
 Result = TypeVar("Result")
 
 
@@ -53,35 +33,11 @@ class RejectedCurveError(ValueError):
 
 
 def printable(text: str | Path) -> str:
-    r"""Return a text on one line, with escapes for signs that cannot be printed or stored.
-
-    >>> printable("caf\udce9\n.csv")
-    'caf\\udce9\\n.csv'
-    """
+    """Return a text on one line, with escapes for signs that cannot be printed or stored."""
     return "".join(
         sign if sign.isprintable() else sign.encode("unicode_escape").decode("ascii")
         for sign in str(text)
     )
-
-
-def no_file(file: str | Path) -> str:
-    """Return why a name is not that of a regular file, or ""; the file is not opened."""
-    try:
-        kind = stat.S_IFMT(os.stat(file).st_mode)
-    except (OSError, ValueError) as error:
-        return _why(error)
-    return "" if kind == stat.S_IFREG else f"is {_KINDS.get(kind, 'something else')}, not a file"
-
-
-def _why(error: OSError | ValueError) -> str:
-    return _WHY.get(getattr(error, "errno", None), f"cannot be read: {error}")
-
-
-def opened_at_once(file: str | Path) -> BinaryIO:
-    """Open a regular file to be read, without waiting for content that is not there yet."""
-    # Reading /proc/kmsg, for example, waits. Windows has neither such files nor the flag.
-    flag = getattr(os, "O_NONBLOCK", 0)
-    return open(file, "rb", opener=lambda name, flags: os.open(name, flags | flag))
 
 
 def read_bytes(file: str | Path) -> bytes:
@@ -90,66 +46,41 @@ def read_bytes(file: str | Path) -> bytes:
     Raises:
         RejectedCurveError: If it is not a regular file, may not be read, or exceeds ``LARGEST``.
     """
-    content, why = b"", no_file(file)  # before opening: a pipe waits, and a device may act
-    if not why:
-        try:
-            with opened_at_once(file) as stream:
-                content = stream.read(LARGEST + 1) or b""
-        except OSError as error:
-            why = _why(error)
-    if len(content) > LARGEST:
-        why = _TOO_LARGE
+    content, why = b"", ""
+    try:
+        if stat.S_ISREG(os.stat(file).st_mode):  # a pipe waits as it is opened, a device may act
+            with open(file, "rb") as stream:
+                content = stream.read(LARGEST + 1)
+        else:
+            why = "is a folder, a pipe or a device, not a file"
+    except FileNotFoundError:
+        why = "is not there; was it moved or deleted, or does a link lead nowhere?"
+    except (OSError, ValueError) as error:
+        why = f"cannot be read: {error}"
     if why:
         raise RejectedCurveError(file, why)
+    check_bytes(file, len(content))
     return content
 
 
-def require_folder(folder: str | Path) -> None:
-    """Make sure that a record that is a folder can be read at once.
-
-    Raises:
-        RejectedCurveError: If it is not a folder, contains a link to a folder, or anything but
-            folders and files, more than ``MOST_PARTS`` of them, or more than ``LARGEST`` bytes.
-    """
-    if not os.path.isdir(folder):
-        raise RejectedCurveError(folder, no_file(folder) or "is a file, not a folder")
-    size = count = 0
-    for place, folders, names in os.walk(folder):
-        count += len(folders) + len(names)
-        for part in (os.path.join(place, name) for name in [*folders, *names]):
-            why = "" if os.path.isdir(part) else no_file(part)
-            if os.path.isdir(part) and os.path.islink(part):
-                why = "is a link; put the folder there"
-            if why:
-                name = os.path.relpath(part, folder)
-                raise RejectedCurveError(folder, f"its part {name} {why}")
-            size += os.stat(part).st_size
-        if count > MOST_PARTS or size > LARGEST:
-            why = _TOO_LARGE if size > LARGEST else f"has more than {MOST_PARTS} parts"
-            raise RejectedCurveError(folder, why)
-
-
-def is_store(file: str | Path) -> bool:
-    """Return whether a record of this name is a folder, by its ending."""
-    return Path(file).suffix.lower() == ".zarr"
+def check_bytes(file: str | Path, size: int) -> None:
+    """Reject more bytes than ``LARGEST``."""
+    if size > LARGEST:
+        raise RejectedCurveError(file, f"has more than {LARGEST // 2**20} MiB; {_REMEDY}")
 
 
 def check_lines(file: str | Path, content: bytes) -> None:
     """Reject a text with more lines than a record has samples, before they are split."""
-    if max(content.count(b"\n"), content.count(b"\r")) > _MOST_SAMPLES:
-        reason = f"has more than {_MOST_SAMPLES:,} lines; export a shorter part of the record"
-        raise RejectedCurveError(file, reason)
+    check_size(file, max(content.count(b"\n"), content.count(b"\r")), 1)
 
 
 def check_size(file: str | Path, samples: int, columns: int, *, line: int | None = None) -> None:
     """Reject a table with more columns, samples or bytes (8 a number) than a record."""
-    if columns > MOST_COLUMNS:
-        reason = f"has {columns:,} columns, but records have at most {MOST_COLUMNS}"
-        raise RejectedCurveError(file, f"{reason}; export fewer channels", line=line)
     most = min(_MOST_SAMPLES, LARGEST // (8 * max(1, columns)))
-    if samples > most:
-        reason = f"has {samples:,} samples, but of {columns} columns at most {most:,} are read"
-        raise RejectedCurveError(file, f"{reason}; export fewer channels, or a shorter part")
+    if columns > MOST_COLUMNS or samples > most:
+        rows = f", {samples:,} lines or samples of each" if samples else ""
+        reason = f"has {columns:,} columns{rows}; {_REMEDY}"
+        raise RejectedCurveError(file, reason, line=line)
 
 
 class Opened:
@@ -157,12 +88,12 @@ class Opened:
 
     def __init__(self, file: str | Path) -> None:
         self.file = file
-        self._results: dict[Hashable, tuple[object, ValueError | None]] = {}
+        self._results: dict[Hashable, object] = {}
 
     @property
     def size(self) -> int:
         """Bytes that are kept: contents of files, and arrays."""
-        kept = (result for result, _ in self._results.values())
+        kept = self._results.values()
         return sum(len(e) if isinstance(e, bytes) else getattr(e, "nbytes", 0) for e in kept)
 
     @property
@@ -175,16 +106,10 @@ class Opened:
         return self.once(("content", str(file)), lambda: read_bytes(file))
 
     def once(self, key: Hashable, find: Callable[[], Result]) -> Result:
-        """Return the result of a function, or raise its ValueError, once computed for a key."""
+        """Return the result of a function, which is called once for a key."""
         if key not in self._results:
-            try:
-                self._results[key] = find(), None
-            except ValueError as error:
-                self._results[key] = None, error
-        result, error = self._results[key]
-        if error is not None:
-            raise error
-        return result
+            self._results[key] = find()
+        return self._results[key]
 
 
 def as_opened(file: str | Path | Opened) -> Opened:

@@ -8,16 +8,15 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
-import numpy as np
-
 from breaker.common.numerals import in_digits
 from breaker.model.quantities import Speed
 from breaker.records.checks import doubts_in_words, of_no_drive, rest_remark
 from breaker.records.contacts import ContactTimes
 from breaker.records.currents import Currents
-from breaker.records.grid import Gridded, on_grid
+from breaker.records.grid import Grid
 from breaker.records.measurements import Measured, Reading
 from breaker.records.motion import LocatedMotion
+from breaker.records.noise import noise_remarks
 from breaker.records.operations import Operation
 from breaker.records.rejections import Remark
 
@@ -49,55 +48,34 @@ class Record(LocatedMotion):
         """Number of doubtful samples of the motion, which are left out."""
         return int((self.doubts[self.inside] != "").sum())
 
-    def on_grid(self, times: np.ndarray) -> Gridded:
-        """Return the record on the times ``(t,)`` of a grid, ms around the first motion."""
-        return on_grid(self.time[self.inside], self.left - self.rest, times, self.moves)
-
-    def remarks_on(self, zero_sd: float | None = None) -> list[str]:
-        """Return remarks on the record.
-
-        Args:
-            zero_sd: Standard deviation that a model assumes for the zero, mm; None compares
-                nothing.
-        """
-        before, after = self.segment.before, self.segment.after
-        time, left = self.time[self.inside], self.left
-        done = (left - before) / (after - before)
+    def remarks_on(self, grid: Grid | None = None) -> list[str]:
+        """Return remarks on the record, and on how it fits the errors that a model assumes."""
+        before, after, time = self.segment.before, self.segment.after, self.time[self.inside]
+        done = (self.left - before) / (after - before)
+        zero_sd = grid.zero_sd if grid else None
         remarks = [
             *self.file_remarks,
             of_no_drive(self.motion, time, done, self.segment.stroke),
             rest_remark(self.segment, self.settings, self.motion, zero_sd),
             doubts_in_words(self.time, self.doubts),
-            self._ripple_remark,
+            Remark("ripples", rms=in_digits(self.ripple, 2)) if self.ripple else "",
         ]
+        if grid and grid.onset_sd and self.first_motion_sd > grid.onset_sd:
+            shown = in_digits(self.first_motion_sd, 2)
+            remarks.append(Remark("onset-vague", sd=shown, assumed=grid.onset_sd))
+        if grid and grid.noise_sd is not None:
+            noise = self.noise_at(float(grid.times[1] - grid.times[0]))
+            remarks += noise_remarks(noise, grid.noise_sd, self.step, grid.times)
         return [remark for remark in remarks if remark]
 
     def measured(
         self, speeds: Sequence[Speed], contact: ContactTimes | None = None
     ) -> dict[str, Measured]:
-        """Measure the quantities of the motion.
-
-        Args:
-            speeds: Definitions of the speeds.
-            contact: Times of the contact, where another file has them; None for the record's own.
-        """
+        """Measure the quantities of the motion; times of the contact may be another file's."""
         contact = contact or self.contact
-        return self._reading.with_contact(contact, speeds, self.currents).quantities()
+        return self.reading.with_contact(contact, speeds, self.currents).quantities()
 
     @cached_property
-    def _reading(self) -> Reading:
+    def reading(self) -> Reading:
+        """What is measured of the travel, without a contact's times or speeds."""
         return Reading(self, self.contact, ())
-
-    @property
-    def start_sd(self) -> float:
-        """Standard deviation of the first motion, ms; see ``Reading.start_sd``."""
-        return self._reading.start_sd
-
-    @property
-    def start_hidden(self) -> str:
-        """Reason why the first motion has no value; "" if it has one."""
-        return self._reading.start_hidden
-
-    @property
-    def _ripple_remark(self) -> str:
-        return Remark("ripples", rms=in_digits(self.ripple, 2)) if self.ripple else ""

@@ -297,7 +297,7 @@ def _fit(answer: Answer) -> Fit:
         prior_p_value=answer.prior_p_value,
         far_from_prior=answer.far_from_prior,
         moves=raw.moves,
-        moves_sd=raw.start_sd,
+        moves_sd=raw.reading.start_sd,
         missing=int(np.isnan(raw.left).sum()),
         masked=int((raw.doubts[raw.inside] != "").sum()),
         noise=raw.noise_at(raw.step).sd,

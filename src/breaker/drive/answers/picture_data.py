@@ -208,7 +208,7 @@ def _marked(answer: Answer) -> Marked:
         record.operation.phase,
         time[near],
         left[near],
-        place(np.nan if raw.start_hidden else raw.moves),
+        place(np.nan if raw.reading.start_hidden else raw.moves),
         place(answer.contact.time),
         record.timed,
         (raw.segment.before, raw.segment.after),

@@ -107,7 +107,7 @@ def overlaid(
             continue
         alike = [each for each in same if each.operation.phase == record.operation.phase]
         best = alike[min(place, len(alike) - 1)] if alike else same[0]
-        if hidden := record.raw.start_hidden or best.raw.start_hidden:
+        if hidden := record.raw.reading.start_hidden or best.raw.reading.start_hidden:
             file = printable(record.operation.file)
             words = "%s is not laid over the reference, as %s"
             logging.getLogger("breaker").warning(words, file, hidden)

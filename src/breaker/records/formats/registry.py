@@ -24,7 +24,7 @@ from pathlib import Path
 from types import ModuleType
 
 from breaker import DISTRIBUTION
-from breaker.records.files import Opened, RejectedCurveError, as_opened, is_store
+from breaker.records.files import Opened, RejectedCurveError, as_opened
 from breaker.records.formats import comtrade, excel, lines, netcdf, text
 from breaker.records.header import Header
 from breaker.records.settings import FORMAT, complete
@@ -51,7 +51,7 @@ FORMATS = (text, excel, comtrade, netcdf, lines, *added_formats())
 """All formats; a file of no known ending or signature is taken for one of the first, a text."""
 
 ENDINGS = tuple(ending for each in FORMATS for ending in each.ENDINGS)
-"""Endings of the files of records. A ``.cfg`` has a ``.dat`` next to it, a ``.zarr`` a folder."""
+"""Endings of the files of records. A ``.cfg`` has a ``.dat`` next to it."""
 
 
 def read_columns(
@@ -144,8 +144,6 @@ def format_of(opened: Opened) -> ModuleType:
         RejectedCurveError: If it is of a kind that cannot be read, or not of that of its ending.
     """
     file, named = opened.file, _named(opened.file)
-    if is_store(file):
-        return named  # a folder
     if _ending(file) in _OLD:
         raise RejectedCurveError(file, "is of a kind that cannot be read; save it as .xlsx")
     if comtrade.is_data(opened):
