@@ -9,9 +9,7 @@ from scipy.stats import chi2
 from breaker.common.randomness import generator
 from breaker.model.curves import travel
 from breaker.model.evaluation import evaluate
-from breaker.model.parameters import Size
 from breaker.model.quantities import EVENTS, quantities_of, speeds_of
-from breaker.records import motion as located
 from breaker.records.contacts import ContactTimes
 from breaker.records.first_motion import first_motion
 from breaker.records.measurements import Reading, measure_curve
@@ -28,40 +26,27 @@ SPEEDS = speeds_of(
 )
 TIMED = {"closing": "touch_time", "opening": "part_time"}
 NOISE, CONTACT_SD = 0.1, 0.1
-AS_IT_IS, UNKNOWN, TIMING = Size(1.0, 1.0), ContactTimes(), ContactTimes(18.0, 0.1)
+UNKNOWN, TIMING = ContactTimes(), ContactTimes(18.0, 0.1)
 
 
-def record_of(theta, motion, rng, *, size=AS_IT_IS, speeds=SPEEDS):
-    """Read one record of a drive, its first motion some 8 ms late; of a size, all is scaled."""
+def record_of(theta, motion, rng):
+    """Read one record of a drive, its first motion some 8 ms late."""
     time = np.arange(0.0, 72.0, 0.1)
     begins = 8.0 + rng.uniform(0.0, 0.1)
     curve = travel(theta[None], time, motion, onset=begins).travel[0]
     read = curve + NOISE * rng.standard_normal(time.size) + 0.05 * rng.standard_normal()
     timing = evaluate([TIMED[motion]], theta[None], motion)[0, 0]
     touch = begins + timing + CONTACT_SD * rng.standard_normal()
-    reading = reading_of(time, read, motion, ContactTimes(touch, CONTACT_SD), speeds)
-    lengths, times = size.lengths, size.times
-    found = reading.located
-    rests = {name: lengths * getattr(found.segment, name) for name in ("before", "after")}
-    sized = replace(
-        found,
-        time=times * found.time,
-        whole=lengths * found.whole,
-        segment=replace(found.segment, **rests),
-        moves=times * found.moves,
-        moves_sd=times * found.moves_sd,
-    )
-    contact = ContactTimes(times * reading.contact.time, times * reading.contact.sd)
-    return Reading(sized, contact, speeds).quantities()
+    return reading_of(time, read, motion, ContactTimes(touch, CONTACT_SD)).quantities()
 
 
-def reading_of(time, read, motion, contact=UNKNOWN, speeds=SPEEDS):
+def reading_of(time, read, motion, contact=UNKNOWN):
     """What the reader finds in a record."""
     segment = find_segment(time, read, motion)
     inside = slice(segment.begin, segment.end)
     moves = first_motion(time[inside], read[inside], motion)
     about = motion, time, read, np.full(time.size, ""), 0.0, segment, *moves
-    return Reading(LocatedMotion(*about), contact, speeds)
+    return Reading(LocatedMotion(*about), contact, SPEEDS)
 
 
 def scores(motion, prior, n=40):
@@ -107,21 +92,6 @@ def test_measured_agrees_with_the_model_within_its_uncertainty(both, motion):
             assert square > chi2.isf(1 - 1e-5, z.size) / 1.5, name
 
 
-@pytest.mark.parametrize("size", [Size(0.4, 0.5), Size(11.0, 4.0)])
-def test_any_size_is_read_alike(prior, size, monkeypatch):
-    theta = prior.sample(1, generator(4, "test", "sizes"))[0]
-    here = record_of(theta, "closing", np.random.default_rng(1))
-    sized = tuple(each.sized(size) for each in SPEEDS)
-    rest = tuple(size.times * each for each in located._REST)  # the one length in ms
-    monkeypatch.setattr(located, "_REST", rest)
-    there = record_of(theta, "closing", np.random.default_rng(1), size=size, speeds=sized)
-    for name, quantity in quantities_of("closing", SPEEDS, ("record",)).items():
-        factor = size.factor(quantity.unit)
-        assert there[name].value == pytest.approx(factor * here[name].value, rel=1e-6, nan_ok=True)
-        rel = 0.1 if name == "touch_time" else 1e-6  # hum of a start has its period in ms
-        assert there[name].sd == pytest.approx(factor * here[name].sd, rel=rel, nan_ok=True)
-
-
 # ---- what a record does not show -------------------------------------------------------------
 
 
@@ -136,19 +106,11 @@ def reading(prior):
 def test_without_contact_timing(reading):
     found = reading.quantities()
     for name in ("touch_time", "wipe_at_touch", "closing_speed", "closing_speed_late"):
-        assert "no contact timing" in found[name].reason
+        assert found[name].reason
         assert np.isnan([found[name].value, found[name].sd]).all()
     for name in ("stroke", "travel_time", "closing_speed_mean", "over_travel"):
         assert found[name].reason == ""
         assert np.isfinite([found[name].value, found[name].sd]).all()
-
-
-def test_latch_time(reading):
-    """From the trigger to the first motion, which is uncertain by itself."""
-    found = replace(reading, contact=ContactTimes(trigger=2.0)).quantities()["latch_time"]
-    assert abs(found.value - 6.0) < 5.0 * found.sd
-    assert 0.05 < found.sd < 0.5
-    assert "no trigger" in replace(reading, contact=TIMING).quantities()["latch_time"].reason
 
 
 def test_times_from_the_trigger_and_of_bounces(reading):
@@ -160,10 +122,10 @@ def test_times_from_the_trigger_and_of_bounces(reading):
     travels = found["time_to_90"].value - found["time_to_10"].value
     assert travels == pytest.approx(found["travel_time"].value)
     assert found["latch_time"].value < found["time_to_10"].value < found["time_to_50"].value
+    assert abs(found["latch_time"].value - 6.0) < 5.0 * found["latch_time"].sd < 2.5
     found = replace(reading, contact=TIMING).quantities()
-    assert "no trigger" in found["closing_time"].reason
-    assert "no trigger" in found["time_to_50"].reason
-    assert found["bounce_time"].reason
+    for name in ("latch_time", "closing_time", "time_to_50", "bounce_time"):
+        assert found[name].reason
 
 
 def test_missing_samples(reading):
@@ -172,7 +134,7 @@ def test_missing_samples(reading):
     begin = time[int(np.argmax(whole > 0.1 * 13.5))]
     missing = replace(reading.located, whole=np.where(np.abs(time - begin) < 1.5, np.nan, whole))
     found = Reading(missing, TIMING).quantities()
-    assert found["travel_time"].reason == "samples are missing at the point"
+    assert found["travel_time"].reason
     assert found["stroke"].reason == found["closing_speed"].reason == ""
 
 
@@ -185,9 +147,7 @@ def test_points_that_are_not_passed(reading):
         }
     )
     found = replace(reading, contact=TIMING, speeds=speeds).quantities()
-    assert "does not travel as far" in found["closing_speed"].reason
-    assert "does not pass the point" in found["closing_speed_long"].reason
-    assert "touch is not after 90 % of stroke" in found["closing_speed_back"].reason
+    assert all(found[each.name].reason for each in speeds if each.motion == "closing")
 
 
 # ---- records as breakers give them -------------------------------------------------------------
@@ -233,8 +193,7 @@ def test_a_value_with_a_wide_uncertainty_rather_than_none():
         time, travel, truth = made_up(number)
         found = measure_curve(time, travel, "closing", speeds=SPEEDS)
         early = number % 5 == 3
-        reason = "the record ends before the drive rests" if early else ""
-        assert {found[name].reason for name in truth} == {reason}, number
+        assert {bool(found[name].reason) for name in truth} == {early}, number
         if early:
             continue
         held.append(
@@ -255,19 +214,10 @@ def test_speeds_between_points_that_makers_name():
         ("50 % from closed", "10 ms after 50 % of stroke"): 41.25 / 10.0,
         ("10 ms before 60 mm from closed", "60 mm from open"): 41.25 / 10.0,
     }
-    for motion, sign in (("closing", 1.0), ("opening", -1.0)):
-        for points, expected in exact.items():
-            texts = points
-            if motion == "opening":  # the same in the other direction
-                swap = {"open": "closed", "closed": "open"}
-                texts = [" ".join(swap.get(word, word) for word in text.split()) for text in points]
-            speeds = speeds_of({f"{motion}_speed": list(texts)})
-            found = measure_curve(time, sign * read, motion, speeds=speeds)[f"{motion}_speed"]
-            assert found.reason == ""
-            assert abs(found.value - expected) < max(4.0 * found.sd, 2e-3), texts
-
-
-# ---- dataset ---------------------------------------------------------------------------------
+    for points, expected in exact.items():
+        speeds = speeds_of({"closing_speed": list(points)})
+        found = measure_curve(time, read, "closing", speeds=speeds)["closing_speed"]
+        assert abs(found.value - expected) < max(4.0 * found.sd, 2e-3), points
 
 
 def test_an_outlier_before_the_motion_stops_nothing():

@@ -4,8 +4,6 @@ A drive that has arrived may still swing, creep or seem to drift. Which of these
 known, so its rest is the mean over all of them, each as probable as the travel makes it.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
 
 _TOGETHER = 2**18  # samples in windows whose medians are computed at once: 2 MB
@@ -64,30 +62,19 @@ def running_mean(values: np.ndarray, window: int) -> np.ndarray:
     return values[0] + (total[window:] - total[:-window]) / window
 
 
-@dataclass(frozen=True, eq=False)
 class LocalCubic:
-    """Cubic through the samples about a time.
+    """Cubic through samples about a time.
 
-    Attributes:
+    Args:
         near, half: The time and half of the width, ms.
-        travel: Samples, ``(w,)``, mm.
-        window: Their places, ``(w,)``.
+        travel: The samples, ``(w,)``, mm.
         shares: Their times from ``near`` on, over ``half``, ``(w,)``.
-        error: Error of the fit itself, mm.
     """
 
-    near: float
-    half: float
-    travel: np.ndarray
-    window: np.ndarray
-    shares: np.ndarray
-    error: float
-
-    def __post_init__(self) -> None:
-        powers = self.shares[:, None] ** np.arange(4)
-        inverse = np.linalg.solve(powers.T @ powers, powers.T)
-        object.__setattr__(self, "_inverse", inverse)
-        object.__setattr__(self, "_coefficients", inverse @ self.travel)
+    def __init__(self, near: float, half: float, travel: np.ndarray, shares: np.ndarray) -> None:
+        self.near, self.half = near, half
+        self._inverse = np.linalg.pinv(shares[:, None] ** np.arange(4))
+        self._coefficients = self._inverse @ travel
 
     def _basis(self, time: float, order: int) -> np.ndarray:
         u = (time - self.near) / self.half
@@ -108,30 +95,18 @@ class LocalCubic:
             slope = self.value(time, order + 1)
             step = (self.value(time, order) - value) / slope if slope else 0.0
             time = min(max(time - step, self.near - self.half), self.near + self.half)
-            if abs(step) < 1e-9 * self.half:
-                break
         return time
 
 
-def drifts(late: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return how a reading at rest may move, in strokes, and how probable each way is.
-
-    Args:
-        late: Times since the rest counts, ``(n,)``, durations of the motion.
-
-    Returns:
-        Ways, each a sum of some functions, ``(m, k, n)``, and their probabilities, ``(m,)``.
-    """
-    slow = np.stack([np.zeros_like(late), _SIZES[2] * late])
-    return slow[:, None], np.array([1.0 - _CHANCES[2], _CHANCES[2]])
-
-
 def settlings(late: np.ndarray, begun: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return how a drive that has arrived may move on, as ``drifts`` does.
+    """Return how a drive that has arrived may move on, and how probable each way is.
 
     Args:
         late: Times since the arrival, ``(n,)``, durations of the motion.
         begun: When the motion began, from which a drift counts.
+
+    Returns:
+        Ways, each a sum of some functions, ``(m, k, n)``, strokes; probabilities, ``(m,)``.
     """
     fades = np.exp(-late / _FADES[:, None, None, None])
     turns = _SWINGS[:, None] * late
@@ -162,12 +137,6 @@ def level(
     Returns:
         The level, mm; the weights of the samples in it, ``(n,)``; and the sd of its error from
         what the samples do not show, mm.
-
-    Example:
-        >>> ways, chances = drifts(np.linspace(0.0, 1.0, 50))
-        >>> value, weights, hidden = level(np.full(50, 3.0), ways, chances, 1e-4)
-        >>> round(value, 3), round(float(weights.sum()), 3), hidden < 1e-3
-        (3.0, 1.0, True)
     """
     mean, (_, k, n) = float(travel.mean()), ways.shape
     middles = ways.mean(axis=2)

@@ -24,7 +24,6 @@ from breaker.records.checks import doubtful_samples, leap_at
 from breaker.records.contacts import ContactTimes
 from breaker.records.currents import Currents
 from breaker.records.first_motion import StartInterval, first_motion, start_interval
-from breaker.records.fits import drifts, settlings
 from breaker.records.motion import LocatedMotion, find_segment
 from breaker.records.propagation import SEEN, Trace, Uncertain, error_of
 from breaker.records.rejections import NotShownError, UnusableError
@@ -149,12 +148,14 @@ class Reading:
             **dict.fromkeys(("wipe_at_touch", "wipe_at_parting"), self.wipe),
             "travel_time": lambda: self.at_share(90.0) - self.at_share(10.0),
             **dict.fromkeys(("over_travel", "rebound"), self.beyond),
-            **dict.fromkeys(("touch_time", "part_time"), lambda: self._since_start("time")),
-            "latch_time": lambda: self._since_start("trigger") * -1.0,
-            **{name: partial(self.time_to, percent) for name, percent in SHARES.items()},
-            **dict.fromkeys(("closing_time", "opening_time"), lambda: self._since_trigger("time")),
             **dict.fromkeys(
-                ("main_closing_time", "main_opening_time"), lambda: self._since_trigger("main")
+                ("touch_time", "part_time"), lambda: self._event("time") - self._first_motion
+            ),
+            "latch_time": lambda: self._first_motion - self._event("trigger"),
+            **{name: partial(self._time_to, percent) for name, percent in SHARES.items()},
+            **dict.fromkeys(("closing_time", "opening_time"), partial(self._since_trigger, "time")),
+            **dict.fromkeys(
+                ("main_closing_time", "main_opening_time"), partial(self._since_trigger, "main")
             ),
             "arcing_wipe": self.arcing_wipe,
             "bounce_time": self.bounce_time,
@@ -182,28 +183,20 @@ class Reading:
     def before(self) -> Uncertain:
         """Rest before the motion."""
         self._unclipped(-np.inf, self.trace.known[0], "before the motion")
-        moves, duration = self.located.moves, self.duration
-        return self.trace.settled(
-            float(self.trace.known[0]), moves, lambda time: drifts((time - moves) / duration)
-        )
+        span = float(self.trace.known[0]), self.located.moves
+        return self.trace.rest(*span) + error_of(0.0, self.trace.unrest(*span))
 
     @cached_property
     def after(self) -> Uncertain:
         """Rest after the motion, where the drive rests or will rest."""
-        end, arrival, duration = float(self.trace.known[-1]), self.arrival, self.duration
+        end, stroke = float(self.trace.known[-1]), self.located.segment.stroke
         self._unclipped(end, np.inf, "after the motion")
-        rests = end - arrival
-        unrest = np.inf
-        if rests > _SOON * duration:
-            unrest = self.trace.unrest(rests / 3.0)
-        if unrest > _UNREST * self.located.segment.stroke:
+        rests = end - self.arrival
+        unrest = self.trace.unrest(end - rests / 3.0, end)
+        if rests < _SOON * self.duration or unrest > _UNREST * stroke:
             raise NotShownError("the record ends before the drive rests")
-        begun = (self.located.moves - arrival) / duration
-        found = self.trace.settled(
-            end - _TAIL * rests, end, lambda time: settlings((time - arrival) / duration, begun)
-        )
-        size, fades = _SWING
-        later = size * self.located.segment.stroke * float(np.exp(-fades * rests / duration))
+        found = self.trace.settled(self.arrival, end - _TAIL * rests, self.located.moves)
+        later = _SWING[0] * stroke * float(np.exp(-_SWING[1] * rests / self.duration))
         return found + error_of(0.0, later + _FOLLOWS * unrest)
 
     def stroke(self) -> Uncertain:
@@ -255,10 +248,8 @@ class Reading:
         if self.start_hidden:
             raise NotShownError(self.start_hidden)
         start, moves = self.start, self.located.moves
-        if start.early <= moves <= start.late:
-            return error_of(moves, self.start_sd, "start")
-        sd = max(start.sd_of(start.time), self.located.first_motion_sd)
-        return error_of(start.time, sd, "start")
+        time = moves if start.early <= moves <= start.late else start.time
+        return error_of(time, max(self.located.first_motion_sd, start.sd_of(time)), "start")
 
     # ---- events ------------------------------------------------------------------------------
 
@@ -270,14 +261,10 @@ class Reading:
         sd = getattr(self.contact, "sd" if kind == "time" else f"{kind}_sd")
         return error_of(getattr(self.contact, kind), sd, kind)
 
-    def _since_start(self, kind: str) -> Uncertain:
-        return self._event(kind) - self._first_motion
-
     def _since_trigger(self, kind: str) -> Uncertain:
         return self._event(kind) - self._event("trigger")
 
-    def time_to(self, percent: float) -> Uncertain:
-        """Return the time from the trigger to a percent of the stroke, ms."""
+    def _time_to(self, percent: float) -> Uncertain:
         return self.at_share(percent) - self._event("trigger")
 
     def wipe(self) -> Uncertain:

@@ -5,14 +5,15 @@ from windows that overlap have the right uncertainty together.
 """
 
 import math
-from collections.abc import Callable, Hashable, Mapping, Sequence
+import sys
+from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import count
 
 import numpy as np
 
-from breaker.records.fits import LocalCubic, filled, level, running_mean
+from breaker.records.fits import LocalCubic, filled, level, running_mean, settlings
 from breaker.records.rejections import NotShownError
 
 _FEWEST = 6  # samples of a local fit or of part of a rest: two more than numbers of a cubic
@@ -21,11 +22,9 @@ _FEWEST = 6  # samples of a local fit or of part of a rest: two more than number
 _WIDTH, _BEND, _WIDEST = 11.0, 0.02, 0.2
 _MEMORY = 1e-4  # correlation of samples that counts as none
 _BLOCKS = 64  # means of neighbouring samples of a rest
-_EXACT = 1e-10  # strokes^2, the least variance of noise that a rest is read with
 SEEN = 3.0
 """Standard deviations from which a distance is seen: noise alone makes one in 370."""
 _NUMBERS = count()  # of errors
-_NO_REST = "too little rest before or after the motion"
 
 
 @dataclass(frozen=True, eq=False)
@@ -132,51 +131,49 @@ class Trace:
         """
         window = self._window(begin, end)
         if not window.size:
-            raise NotShownError(_NO_REST)
+            raise NotShownError("too little rest before the motion")
         return self._mean(window)
 
-    def settled(
-        self, begin: float, end: float, ways: Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]
-    ) -> Uncertain:
-        """Return the travel at rest, where the reading may still move between two times.
+    def settled(self, arrival: float, begin: float, begun: float) -> Uncertain:
+        """Return the travel at which the drive rests or will rest.
 
         Args:
-            begin, end: Those times, ms.
-            ways: How it may move at some times, ms, in strokes, and how probable each way is.
-
-        Raises:
-            NotShownError: If there is no sample.
+            arrival, begin: When the drive arrived, and from when on samples count, ms.
+            begun: When the motion began, ms.
         """
-        window = self._window(begin, end)
-        if not window.size:
-            raise NotShownError(_NO_REST)
+        window = self._window(begin, math.inf)
         every = max(1, window.size // _BLOCKS)
         window = window[window.size % every :]
-        time, travel = (each[window].reshape(-1, every) for each in (self.time, self.travel))
-        moves, chances = ways(time.mean(axis=1))
-        noise = max(self.alike * self.noise**2 / every, _EXACT * self.stroke**2)
-        value, weights, hidden = level(travel.mean(axis=1), self.stroke * moves, chances, noise)
+        time, travel = (
+            each[window].reshape(-1, every).mean(axis=1) for each in (self.time, self.travel)
+        )
+        ways, chances = settlings(
+            (time - arrival) / self.duration, (begun - arrival) / self.duration
+        )
+        # Of a curve without noise, so that the digits suffice.
+        least = math.sqrt(sys.float_info.epsilon) * self.stroke**2
+        noise = max(self.alike * self.noise**2 / every, least)
+        value, weights, hidden = level(travel, self.stroke * ways, chances, noise)
         rest = self._of(value, window, np.repeat(weights, every) / every)
         return rest + error_of(0.0, math.hypot(hidden, self._rounding(0.0)))
 
-    def unrest(self, lasts: float) -> float:
-        """Return by how much the means of four parts of the last time differ beyond noise, mm.
+    def unrest(self, begin: float, end: float) -> float:
+        """Return by how much means of four parts of a rest differ beyond noise, mm.
 
-        Args:
-            lasts: That time, ms; of a low rate longer, so that a part has samples enough.
+        Of a low rate the rest is longer, so that a part has samples enough.
         """
-        count = max(round(lasts / self.step), 4 * _FEWEST)
-        last = np.flatnonzero(self._there)[-count:]
-        parts = [self._mean(part) for part in np.array_split(last, 4)]
-        way = float(np.ptp([part.value for part in parts]))
-        return max(0.0, way - SEEN * self.sd(parts[-1] - parts[0]))
+        count = max(self._window(begin, end).size, 4 * _FEWEST)
+        parts = np.array_split(self._window(-math.inf, end)[-count:], 4)
+        means = [self._mean(part) for part in parts if part.size]
+        way = float(np.ptp([mean.value for mean in means]))
+        return max(0.0, way - SEEN * self.sd(means[-1] - means[0]))
 
     def at(self, time: Uncertain) -> Uncertain:
         """Return the travel at a time."""
-        fit = self._fit(time.value)
-        travel = self._of(fit.value(time.value), fit.window, fit.weights(time.value))
+        fit, window, error = self._fit(time.value)
+        travel = self._of(fit.value(time.value), window, fit.weights(time.value))
         moved = (time + -time.value) * fit.value(time.value, 1)
-        return travel + moved + error_of(0.0, math.hypot(fit.error, self.ripple))
+        return travel + moved + error_of(0.0, error)
 
     def reaches(self, level: Uncertain, after: float = -math.inf) -> Uncertain:
         """Return the first time after another one at which the travel reaches a level.
@@ -205,12 +202,12 @@ class Trace:
         """Return the largest travel between two times, as the top of a local fit."""
         stop = min(end, float(self.known[-2]))  # a fit has samples on both sides
         later = self._window(min(begin, stop), stop)
-        fit = self._fit(float(self.time[later[int(self.smooth[later].argmax())]]))
+        fit, window, _ = self._fit(float(self.time[later[int(self.smooth[later].argmax())]]))
         time = min(fit.solve(fit.near, 0.0, 1), float(self.known[-1]))
-        travel = self._of(fit.value(time), fit.window, fit.weights(time))
+        travel = self._of(fit.value(time), window, fit.weights(time))
         # The top of a noisy curve is higher than that of its mean, by half the variance of its
         # slope over its bend.
-        slope = self.sd(self._of(0.0, fit.window, fit.weights(time, 1)))
+        slope = self.sd(self._of(0.0, window, fit.weights(time, 1)))
         bend = max(-fit.value(time, 2), slope / fit.half)
         return travel + (-0.5 * slope**2 / bend if bend > 0.0 else 0.0)
 
@@ -220,13 +217,12 @@ class Trace:
 
     def _passes(self, level: Uncertain, near: float) -> Uncertain:
         """Time near another one at which the travel is at a level."""
-        fit = self._fit(near)
+        fit, window, error = self._fit(near)
         time = fit.solve(near, level.value)
         speed = fit.value(time, 1)
         if not speed > 0.0:
             raise NotShownError("the drive hardly moves at the point")
-        travel = self._of(level.value, fit.window, fit.weights(time))
-        travel += error_of(0.0, math.hypot(fit.error, self.ripple))
+        travel = self._of(level.value, window, fit.weights(time)) + error_of(0.0, error)
         return (level - travel) * (1.0 / speed) + time
 
     def _of(self, value: float, window: np.ndarray, weights: np.ndarray | float) -> Uncertain:
@@ -247,8 +243,8 @@ class Trace:
         alone = self.quantum / math.sqrt(12.0)
         return alone / (1.0 + max(self.noise - alone, spread) / alone) if alone else 0.0
 
-    def _fit(self, near: float) -> LocalCubic:
-        """Cubic through the samples about the sample next to a time."""
+    def _fit(self, near: float) -> tuple[LocalCubic, np.ndarray, float]:
+        """Cubic about the sample next to a time, its samples, and the error of its value, mm."""
         centre = round((near - float(self.time[0])) / self.step)
         centre = min(max(centre, 0), self.time.size - 1)
         for half in (self.half, 2.0 * self.half):  # wider where samples are missing
@@ -261,6 +257,6 @@ class Trace:
             raise NotShownError("samples are missing at the point")
         travel = self.travel[window]
         bend = _BEND * self.stroke * (half / self.duration) ** 2
-        error = math.hypot(self._rounding(float(np.std(travel))), bend)
+        error = math.hypot(self._rounding(float(np.std(travel))), bend, self.ripple)
         shares = (window - centre) * self.step / half
-        return LocalCubic(float(self.time[centre]), half, travel, window, shares, error)
+        return LocalCubic(float(self.time[centre]), half, travel, shares), window, error
