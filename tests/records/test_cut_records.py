@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from breaker.model.quantities import SPEEDS
-from breaker.records.checks import doubtful_samples, of_no_drive
+from breaker.records.checks import of_no_drive
 from breaker.records.measurements import measure_curve
 
 
@@ -41,18 +41,6 @@ def test_a_record_that_is_cut_has_no_wrong_stroke(stroke, rate):
             off = abs(found["stroke"].value - stroke)
             assert off < max(5.0 * found["stroke"].sd, 0.02 * stroke), until
     assert told >= 5
-
-
-def test_a_motion_up_to_the_end_is_in_range_and_a_burst_there_is_not():
-    time = np.arange(0.0, 30.0, 0.05)
-    way = motion(time - 21.0, 13.5, 12.0, 0.0)
-    noise = 0.03 * np.random.default_rng(2).standard_normal(time.size)
-    assert not (doubtful_samples(way + noise, 0.05, 0.0) == "out of range").any()
-    burst = noise.copy()
-    burst[-40:] += 20.0 * np.random.default_rng(3).standard_normal(40)
-    assert (
-        doubtful_samples(motion(time - 5.0, 13.5, 12.0, 0.0) + burst, 0.05, 0.0) != ""
-    ).sum() > 20
 
 
 @pytest.mark.parametrize(

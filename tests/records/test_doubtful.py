@@ -105,22 +105,6 @@ def test_damage_is_masked_and_nothing_else(prior, damage, motion, stroke):
         assert len(found) >= len(wrong) - 1
 
 
-@pytest.mark.parametrize("quantum", [0.0, 0.08])
-def test_noise_holds_the_rounding_and_a_steady_motion_is_no_bend(prior, quantum):
-    """A sample off by 0.6 mm where the drive moves by 1 mm in a ms."""
-    rng, time = generator(9, "doubtful"), np.arange(0.0, 76.0, 0.1)
-    exact = travel(prior.sample(40, rng), time, "closing", onset=10.0).travel
-    found = 0
-    for x in exact:
-        record = measured(x, 14.0, rng, noise=0.05, quantum=quantum)
-        middle = int((x > 0.4 * x[-1]).argmax())
-        record[middle] += 0.6
-        kinds = doubtful_samples(record, 0.1, quantum)
-        found += (kinds[middle : middle + 8] != "").any()
-        assert not (np.delete(kinds, np.s_[middle - 1 : middle + 8]) != "").any()
-    assert found >= 30
-
-
 @pytest.mark.parametrize("share", [0.3, 0.9])
 def test_what_is_no_record_is_no_error(share):
     """Noise of any size on any share of samples, all missing, all equal, or hardly any."""
@@ -140,20 +124,6 @@ def test_doubts_are_listed_with_their_times():
     assert remark.values["count"] == 7
     assert "jump at 3 ms (sample 31)" in remark.values["places"]
     assert doubts_in_words(np.arange(3.0), np.full(3, "")) == ""
-
-
-@pytest.mark.parametrize("rate", [2.0, 5.0, 10.0, 20.0])
-@pytest.mark.parametrize("where", [0, -1])
-def test_one_bad_sample_at_an_end_is_masked_alone(rate, where):
-    time = np.arange(0.0, 300.0, 1.0 / rate)
-    share = np.clip((time - 55.0) / 60.0, 0.0, 1.0)
-    record = 178.0 * share**2 * (3.0 - 2.0 * share)
-    record += 0.1 * np.random.default_rng(3).standard_normal(time.size)
-    for value in (-300.0, 90.0, 999.0, 32767.0):
-        record[where] = value
-        assert np.flatnonzero(doubtful_samples(record, 1.0 / rate, 0.0)).tolist() == [
-            where % time.size
-        ]
 
 
 def swinging(time, rate):

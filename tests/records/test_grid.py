@@ -69,16 +69,6 @@ def test_what_is_outside_of_the_record_is_missing():
     assert values == [{"late": "0.8"}, {"early": "19.3", "at": "39.9"}]
 
 
-def test_a_missing_sample_is_missing_on_the_grid():
-    time = np.arange(0.0, 80.0, 1 / 7.3)
-    x = np.ones(time.size)
-    x[200] = np.nan
-    gridded = on_grid(time, x, GRID, moves=10.0)
-    gone = np.flatnonzero(np.isnan(gridded.travel))
-    assert 1 <= gone.size <= 3
-    np.testing.assert_allclose(gridded.start + GRID[gone], time[200], atol=0.3)
-
-
 def test_samples_that_a_slow_rate_cannot_give_are_not_counted_as_missing():
     time = np.arange(0.0, 80.0, 1.0)
     gridded = on_grid(time, time, GRID, moves=10.0)

@@ -219,7 +219,7 @@ def find_segment(
             [(marks[k], marks[k + 1]) for k in np.flatnonzero(forward)],
         )
     found = course.motion(int(forward.argmax()))
-    if found.speed > _SLOW:
+    if abs(found.speed) > _SLOW:
         raise UnusableError(f"ends in the middle of the {motion}; record longer")
     place = {"begin": first + found.begin, "end": first + found.end}
     return replace(found, **place, before=sign * found.before, after=sign * found.after)

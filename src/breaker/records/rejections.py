@@ -4,9 +4,7 @@ from collections.abc import Sequence
 from statistics import NormalDist
 
 FALSE = 1.25e-4
-"""False-alarm rate of a check with a statistic: the eight together have a remark on 1e-3 of good
-records.
-"""
+"""False-alarm rate of a check: the seven with a statistic have a remark on 1e-3 of good records."""
 
 MATTERS = 0.003
 """Strokes: smaller errors change no quantity by more than its usual error."""
