@@ -166,8 +166,6 @@ def contact_separations(
     time: np.ndarray,
     resistance: np.ndarray,
     current: np.ndarray | None = None,
-    *,
-    limit: float | None = None,
 ) -> ContactTimes:
     """Find the separations of the main and of the arcing contact in the resistance of an opening.
 
@@ -175,7 +173,6 @@ def contact_separations(
         time: Times, ``(n,)``, ms, evenly spaced, from the closed contact on.
         resistance: Of the contact, ``(n,)``, milliohm; nan where a sample is missing.
         current: Test current, ``(n,)``, in any unit; None if it was not recorded.
-        limit: End of the range, milliohm; None: the largest value, if the record ends with it.
 
     Returns:
         Times whose ``main`` and ``arcing`` are nan, and ``why`` the reason, where not seen.
@@ -189,7 +186,7 @@ def contact_separations(
     there = np.flatnonzero(~np.isnan(resistance))
     parts = there[: there.size // 20 + _FEWEST], there[-there.size // 20 - _FEWEST :]
     sides = [np.isin(np.arange(time.size), part) for part in parts]
-    top, last = limit or float(np.nanmax(resistance)), resistance[there[-1 if limit else -2 :]]
+    top, last = float(np.nanmax(resistance)), resistance[there[-2:]]
     try:
         # The reading stays at the end of its range; a rise that the record cuts goes on.
         if current is None and (last < (1.0 - 0.1 * _LEAST) * top).any():
@@ -281,7 +278,7 @@ def _of_range(
     sd = signal.sd(at, 2.0 * max(folds, _RESOLVED))
     if apart and opened - arcing > 1.0 and not found.bounces and not jumps:
         return ContactTimes(at, sd, *main, at, sd)
-    if not apart and not why:
+    if not apart and not why and np.isnan(arcing):  # else ripple may hide the arcing contact
         main = found[:2]
     why = why or "the arcing contact may conduct beyond the range of the resistance"
     return ContactTimes(main=main[0], main_sd=main[1], why=why)

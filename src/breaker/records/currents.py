@@ -73,8 +73,8 @@ class Currents:
     def coil_current(self) -> tuple[float, float]:
         """Return the largest current of the coil, A."""
         own, sd = self._coil.own, self._coil.sd
-        top = own[own > own.max() - 2.0 * sd]  # the largest of many means is above their level
-        return float(np.median(top)), float(np.hypot(sd, 0.5 * (own.max() - np.median(top))))
+        top = float(np.median(own[own > own.max() - 2.0 * sd]))  # of many means, not the largest
+        return top, float(np.hypot(sd, 0.5 * (own.max() - top)))
 
     def coil_dip_time(self) -> tuple[float, float]:
         """Return the time from the trigger to the dip as the armature arrives, ms."""
@@ -95,10 +95,7 @@ class Currents:
         """Return the time from the trigger until the current is broken, ms."""
         if not self._coil.whole:
             raise NotShownError("the current still flows when the record ends")
-        count = max(round(_COIL / self._coil.step), 1)
-        before = self._coil.own[-16 * count : -4 * count]
-        level = float(np.median(before if before.size else self._coil.own))
-        at = np.flatnonzero(self._coil.own >= 0.5 * level)[-1]
+        at = np.flatnonzero(self._coil.own >= 0.5 * np.median(self._coil.own))[-1]
         return self._since_trigger(float(self._coil.time[at]), max(_COIL, self._coil.step))
 
     def motor_inrush(self) -> tuple[float, float]:
@@ -108,9 +105,8 @@ class Currents:
     def motor_current(self) -> tuple[float, float]:
         """Return the median root mean square current of the motor after its inrush, A."""
         level = self._motor.own[self._motor.own.size // 4 :]
-        spread = 1.4826 * float(np.median(np.abs(level - np.median(level))))
-        many = max(level.size * self._motor.step / _MOTOR, 1.0)
-        return float(np.median(level)), float(np.hypot(spread / np.sqrt(many), self._motor.sd))
+        middle = float(np.median(level))
+        return middle, float(np.hypot(np.median(np.abs(level - middle)), self._motor.sd))
 
     def charging_time(self) -> tuple[float, float]:
         """Return the time for which the motor runs, s."""
@@ -145,10 +141,7 @@ class Currents:
             raise NotShownError(f"no channel of the {what}'s current")
         values, amperes = self.channels[kind]
         if np.isnan(amperes):
-            raise NotShownError(
-                f"the column of the {what} states no unit of a current, as '{what} current [A]' "
-                "does"
-            )
+            raise NotShownError(f"the column of the {what} states no unit, such as [A]")
         return values * amperes
 
     def _since_trigger(self, at: float, half: float) -> tuple[float, float]:
@@ -163,9 +156,8 @@ def _flow(
     if there.sum() < _FEWEST:
         raise NotShownError("the current has hardly a sample")
     before = values[there & ~may]
-    ends = values[there][:_FEWEST], values[there][-_FEWEST:]  # a recorder may start with it
-    rests = [before] if before.size >= _FEWEST else ends
-    current = filled(values) - min((float(np.median(rest)) for rest in rests), key=abs)
+    rest = before if before.size >= _FEWEST else values[there][-_FEWEST:]  # it may start with it
+    current = filled(values) - np.median(rest)
     step = float(np.median(np.diff(time)))
     count = 2 * round(0.5 * width / step) + 1
     noise = 1.4826 * float(np.median(np.abs(np.diff(current, n=3)))) / np.sqrt(20.0)
@@ -180,6 +172,5 @@ def _flow(
         raise NotShownError("no current flows")
     runs = edges.reshape(-1, 2)
     first, behind = runs[int(np.ptp(runs, axis=1).argmax())]
-    margin = count if squares else 1
-    whole = bool((first >= margin or not squares) and behind <= time.size - margin)
+    whole = bool((first >= count or not squares) and behind <= time.size - count)
     return _Flow(time[first:behind], smooth[first:behind], float(sd), step, whole)
