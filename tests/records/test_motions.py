@@ -6,32 +6,25 @@ from breaker.records.words import motion_of, motions_in, sequence_of
 
 
 @pytest.mark.parametrize(
-    ("text", "motion"),
+    ("motion", "texts"),
     [
-        *[(word, "closing") for word in ("Close coil 1", "EIN-Spule", "fermeture", "合闸速度")],
-        *[(word, "closing") for word in ("Chiusura", "V_closing (m/s)", "C speed", "включение")],
-        *[(word, "opening") for word in ("Trip coil", "Ausschaltzeit", "apertura", "分闸时间")],
-        *[(word, "") for word in ("Stroke C", "triple pole", "分析", "close-open", "Enclosure")],
+        ("closing", "Close coil 1|EIN-Spule|fermeture|合闸速度|V_closing (m/s)|C speed|включение"),
+        ("opening", "Trip coil|Ausschaltzeit|apertura|分闸时间"),
+        ("", "Stroke C|triple pole|分析|close-open|Enclosure"),
     ],
 )
-def test_a_motion_is_named_by_words_of_several_languages(text, motion):
-    assert motion_of(text) == motion
-
-
-def test_a_letter_is_no_word():
+def test_a_motion_is_named_by_words_of_several_languages(motion, texts):
+    assert {motion_of(text) for text in texts.split("|")} == {motion}
     assert motions_in("C_12") == ()
 
 
 @pytest.mark.parametrize(
     ("text", "sequence"),
     [
-        ("O-0.3s-CO", "O-C-O"),
         ("O - t - CO - t' - CO", "O-C-O-C-O"),
-        ("O-F", "O-C"),
         ("E-A", "C-O"),
         ("Trip", "O"),
         ("合分", "C-O"),
-        ("Test a", ""),
         ("", ""),
     ],
 )

@@ -137,28 +137,6 @@ def test_a_layout_is_proposed_and_read(inspect, closing, name):
     assert_read(proposal, closing)
 
 
-def test_without_a_rate_it_has_to_be_filled_in(inspect, closing):
-    _, travel = closing
-    count = [str(i) for i in range(travel.size)]
-    proposal = inspect("Index;Travel", *rows(count, cells(travel), sep=";"))
-    assert list(proposal.lacking) == ["rate"]
-    assert proposed(proposal)["rate"] is None
-
-
-@pytest.mark.parametrize(
-    ("name", "times"),
-    [("time_ms", lambda t: [f"{int(each)}" for each in t]), ("t", lambda t: cells(t // 0.2 / 5))],
-    ids=["printed with too few digits", "each twice, as by minimum and maximum"],
-)
-def test_times_in_uneven_steps_are_kept_and_named(inspect, closing, name, times):
-    """No rate stands in for them: the record is refused as long as they are uneven."""
-    time, travel = closing
-    proposal = inspect(f"{name},travel_mm", *rows(times(time), cells(travel)))
-    column = {**FORMAT, **proposal.settings}["time_column"]
-    assert column == name.removesuffix("_ms")
-    assert not proposal.is_read
-
-
 @pytest.mark.parametrize(
     ("size", "digits", "head", "unit", "lacking"),
     [
@@ -214,6 +192,11 @@ def test_a_channel_can_be_chosen(inspect, closing):
     assert [t.place for t in inspect(*lines, channel="3").travels] == [2]
     with pytest.raises(InspectionError):
         inspect(*lines, channel="Travel C")
+    flat = rows(cells(time / 1e3, 5), cells(0.1 * np.sin(1e3 * time)))
+    with pytest.raises(InspectionError):
+        inspect("time,travel", *flat)
+    with pytest.raises(RejectedCurveError):
+        inspect("once upon a time", "there was a text")
 
 
 def test_every_motion_of_every_channel_is_read_in_its_part(inspect):
@@ -235,41 +218,14 @@ def test_every_motion_of_every_channel_is_read_in_its_part(inspect):
     assert proposal.settings["stroke"] == pytest.approx([0.9 * 16.0, 1.1 * 20.0], rel=0.03)
     assert proposal.settings["zero"] == "rest"
     assert proposal.found.doubts["stroke"]
-    assert any("direction" in remark for remark in proposal.remarks)
 
 
-def test_a_damaged_cell_is_named_with_its_line(inspect, closing):
+def test_a_channel_in_another_unit_ends_no_other(inspect, closing):
     time, travel = closing
-    lines = rows(cells(time / 1e3, 5), cells(travel))
-    lines[3], lines[200], lines[300] = "x,y", "0.02,1_000", ","
-    proposal = inspect("head", "time,travel", "s,mm", *lines)
-    assert proposal.motions[0].record is None
-    assert "line 7: 'time' is 'x', which is not a number" in proposal.motions[0].said[0]
-    assert "REJECTED" in text_of(words_of(proposal))
-
-
-def test_nothing_that_moves_and_no_numbers_are_errors(inspect, closing):
-    time, _ = closing
-    flat = rows(cells(time / 1e3, 5), cells(0.1 * np.sin(1e3 * time)))
-    with pytest.raises(InspectionError, match="none of 2 columns moves"):
-        inspect("time,travel", *flat)
-    with pytest.raises(RejectedCurveError, match="no columns of numbers"):
-        inspect("once upon a time", "there was a text")
-
-
-def test_a_channel_that_is_clipped_or_in_another_unit_ends_no_other(inspect, closing):
-    """The good channel is proposed, and the other named with its reason."""
-    time, travel = closing
-    columns = (cells(time, 1), cells(np.minimum(travel, 8.0)), cells(travel))
-    proposal = inspect("t,Travel A,Travel B", "ms,mm,mm", *rows(*columns), name="closing.csv")
-    clipped, good = proposal.motions
-    assert clipped.said
-    assert good.record
-    assert proposal.settings["travel_column"] == "Travel B"
     columns = (cells(time, 1), cells(travel), cells(travel / 10, 4))
     proposal = inspect("t,a,b", "ms,mm,cm", *rows(*columns), name="closing.csv")
-    assert any("differ in unit" in remark for remark in proposal.remarks)
     assert [each.record is None for each in proposal.motions] == [False, True]
+    assert proposal.motions[1].said
 
 
 @pytest.mark.parametrize("name", ["semicolon", "inverted", "wide"])

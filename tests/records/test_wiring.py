@@ -25,65 +25,51 @@ def beside(columns, travels=1, preamble=()):
     return columns_beside(sheet, of)
 
 
-@pytest.mark.parametrize(
-    ("names", "contact"),
-    [
-        (("Travel 1", "Contact 1", "Contact 2"), "Contact 1"),
-        (("Travel L2", "Contact L1", "Contact L2"), "Contact L2"),
-        (("Weg", "Kontakt (V)"), "Kontakt (V)"),
-        (("Travel 1 (mm)", "Res 1 (uOhm)", "Contact"), "Contact"),
-        (("Travel 1", "Res 1", "Res 2"), None),  # channels of resistance are not those of travel
-        (("Travel R", "Res R", "Res Y"), "Res R"),
-        (("Travel 1", "Contact 2", "Aux contact 1"), None),
-        (("Travel", "Contact 1", "Contact 2"), None),
-        (("Travel A", "Main A", "Arcing A", "Main B", "Arcing B"), "Arcing A"),
-        (("Travel A", "Main A", "PIR A", "Resistor contact A"), "Main A"),
+# Columns of a record, and those that belong to the closing of the first of its travels.
+RES, AMPERES = "DCRM Res CH1", {"DCRM Current CH1": 50.0 * LATE}
+BELONGS = [
+    *[
+        (dict.fromkeys(names, SIGNAL) | {names[0]: RISES}, {"contact_column": contact})
+        for *names, contact in (
+            ("Travel 1", "Contact 1", "Contact 2", "Contact 1"),
+            ("Travel L2", "Contact L1", "Contact L2", "Contact L2"),
+            ("Travel 1 (mm)", "Res 1 (uOhm)", "Contact", "Contact"),
+            ("Travel T1", "Res 2 (uOhm)", "Res 2"),  # of the only travel
+            ("Travel 1", "Res 1", "Res 2", None),  # channels of resistance are not those of travel
+            ("Travel 1", "Contact 2", "Aux contact 1", None),
+            ("Travel", "Contact 1", "Contact 2", None),
+            ("Travel A", "Main A", "Arcing A", "Main B", "Arcing B", "Arcing A"),
+            ("Travel A", "Main A", "PIR A", "Resistor contact A", "Main A"),
+        )
     ],
-)
-def test_a_contact_belongs_to_the_travel_of_its_number_or_phase(names, contact):
-    columns = dict.fromkeys(names, SIGNAL) | {names[0]: RISES}
-    assert beside(columns)[0]["closing"].get("contact_column") == contact
+    # 52a follows the main contact and 52b is its opposite; a contact goes before both.
+    ({"52a": SIGNAL, "52b": 1.0 - SIGNAL}, {"contact_column": "52a"}),
+    ({"CB 52a": SIGNAL, "Contact": LATE}, {"contact_column": "Contact"}),
+    ({**AMPERES, RES: OHMS}, {"contact_column": RES, "current_column": "DCRM Current CH1"}),
+    ({RES: OHMS, "DCRM Current CH2": 50.0 * LATE}, {"contact_column": RES}),
+    # A current, a coil and a reading that is constant are no contact.
+    ({"Main contact current (A)": 100.0 * SIGNAL}, {}),
+    ({"Contact coil current (A)": 4.0 * SIGNAL}, {}),
+    ({"Contact (V)": 24.0 + NOISE}, {}),
+]
 
 
-@pytest.mark.parametrize("motion", ["closing", "opening"])
-@pytest.mark.parametrize("last", [1, 2])
+@pytest.mark.parametrize(("columns", "settings"), BELONGS)
+def test_a_contact_belongs_to_the_travel_of_its_number_or_phase(columns, settings):
+    travel = {} if next(iter(columns)).startswith("Travel") else {"Travel 1": RISES}
+    found = beside(travel | columns)[0]["closing"]
+    wanted = {key: name for key, name in settings.items() if name}
+    assert {key: name for key, name in found.items() if key != "trigger_column"} == wanted
+
+
+@pytest.mark.parametrize(("motion", "last"), [("closing", 1), ("closing", 2), ("opening", 1)])
 @pytest.mark.parametrize(
     "names",
-    [
-        ("Travel 1", "Contact 1 upper", "Contact 1 lower", "Contact 2 upper"),
-        ("Travel A", "C1A", "C2A", "C1B", "C2B"),
-        ("Travel", "Break 1", "Break 2"),
-    ],
+    [("Travel A", "C1A", "C2A", "C1B", "C2B"), ("Travel", "Break 1", "Break 2")],
 )
 def test_of_breaks_in_series_the_last_to_touch_and_the_first_to_part_counts(names, last, motion):
     columns = dict.fromkeys(names, SIGNAL) | {names[0]: RISES, names[last]: LATE}
     assert beside(columns)[0][motion]["contact_column"] == names[last]
-
-
-@pytest.mark.parametrize(
-    ("columns", "settings"),
-    [
-        # 52a follows the main contact and 52b is its opposite; a contact goes before both.
-        ({"52a": SIGNAL, "52b": 1.0 - SIGNAL}, {"contact_column": "52a"}),
-        ({"52b": 1.0 - SIGNAL}, {"contact_column": "52b"}),
-        ({"CB 52a": SIGNAL, "Contact": LATE}, {"contact_column": "Contact"}),
-        (
-            {"DCRM Current CH1": 50.0 * LATE, "x": NOISE, "DCRM Res CH1": OHMS},
-            {"contact_column": "DCRM Res CH1", "current_column": "DCRM Current CH1"},
-        ),
-        # A current, a coil, a reading that is constant or of another channel is no contact.
-        ({"Main contact current (A)": 100.0 * SIGNAL}, {}),
-        ({"Contact coil current (A)": 4.0 * SIGNAL}, {}),
-        ({"Contact (V)": 24.0 + NOISE}, {}),
-        (
-            {"DCRM Res CH1": OHMS, "DCRM Current CH2": 50.0 * LATE},
-            {"contact_column": "DCRM Res CH1"},
-        ),
-    ],
-)
-def test_contacts_have_their_test_current_and_currents_are_no_contacts(columns, settings):
-    found = beside({"Travel 1": RISES} | columns)[0]["closing"]
-    assert {k: v for k, v in found.items() if k != "trigger_column"} == settings
 
 
 def pulses(*at):
