@@ -50,9 +50,6 @@ def by_words(table: Mapping[str, Mapping[str, str]]) -> Callable[[str], tuple[st
     return lambda text: meant(text[:_LONGEST])
 
 
-# ---- columns -------------------------------------------------------------------------------------
-
-
 def wanted_columns(rows: Iterable[Sequence[str]], settings: Mapping) -> dict[str, str | int]:
     """Return the columns of a record by kind, as settings name them. A travel that is a number in
     words is a number, unless one of the rows has it for a name.
@@ -61,8 +58,7 @@ def wanted_columns(rows: Iterable[Sequence[str]], settings: Mapping) -> dict[str
     if str(travel).isdecimal() and not named_in(rows, str(travel)):
         travel = int(travel)
     wanted = {"time": settings["time_column"], "travel": travel}
-    # A trigger at time 0 has no column.
-    wanted |= {kind: settings[f"{kind}_column"] or None for kind in BESIDE}
+    wanted |= {kind: settings[f"{kind}_column"] or None for kind in BESIDE}  # 0 is a time
     return {kind: column for kind, column in wanted.items() if column is not None}
 
 
@@ -95,8 +91,6 @@ def listed(row: Sequence[str]) -> str:
     """Return a row of names for a message."""
     return ", ".join(repr(cell.strip()[:40]) for cell in filter(str.strip, row[:40]))
 
-
-# ---- units ---------------------------------------------------------------------------------------
 
 _KNOWN = {each: unit for unit, spelt in WORDS["units"].items() for each in spelt.split()}
 _KNOWN |= {other: other for other in WORDS["other_units"].split()}
@@ -143,9 +137,6 @@ def amperes_of(name: str, unit: str = "") -> float:
     if not found or (found[2] == "A" and found[1] != "[" and not holds(name, "current")):
         return float("nan")
     return WORDS["amperes"]["mA" if found[2] == "mA" else "A"]
-
-
-# ---- motions and phases --------------------------------------------------------------------------
 
 
 def _alone(words: Mapping[str, str]) -> dict[str, str]:
