@@ -245,3 +245,14 @@ def test_damaged_files_end_in_a_proposal_or_a_reason(tmp_path, rig, name):
         except (InspectionError, RejectedCurveError):
             ends.append(False)
     assert any(ends)
+
+
+@pytest.mark.parametrize(
+    ("names", "clear"), [("Contact,Coil", True), ("Contact 1,Contact 2", False)]
+)
+def test_contacts_that_may_be_meant_are_listed(inspect, closing, names, clear):
+    time, travel = closing
+    columns = (time / 1e3, travel, 24.0 * (time > 12), 24.0 * (time > 13))
+    proposal = inspect(f"time,travel,{names}", *rows(*(cells(c, 5) for c in columns)))
+    assert ("contact_column" in proposal.settings) == clear
+    assert bool(proposal.found.doubts["contact_column"]) == (not clear)

@@ -89,7 +89,7 @@ def _find_unit(found: Findings, sheet: Sheet, travel: Travel) -> None:
 
 
 def _find_sign(found: Findings, sheet: Sheet, travels: Sequence[Travel]) -> None:
-    """Find the sign by text, names, coils or contacts, or else by the curve."""
+    """Find the sign by text, names, coils or contacts, or else by the curve; doubt contacts."""
     travel, wiring = travels[0], Wiring(sheet, travels)
     stated, shown = _stated_first(wiring), wiring.first_motions(travel)
     seen = ({stated} - {""}) | shown or _first_by_curve(travel)
@@ -103,6 +103,11 @@ def _find_sign(found: Findings, sheet: Sheet, travels: Sequence[Travel]) -> None
         found.doubts["sign"].append(doubt)
     found.settings["sign"] = 1 if (first != "opening") == travel.rises[0] else -1
     found.sure = bool(stated or shown) and len(seen) == 1
+    beside = [wiring.beside(i, "closing", found.settings["sign"]) for i in range(len(travels))]
+    if wiring.contacts and not all("contact_column" in own for own in beside):
+        lines = " or ".join(f"contact_column: {sheet.column(i)}" for i in wiring.contacts)
+        doubt = f"which contact belongs to which travel is not clear; set {lines}"
+        found.doubts["contact_column"].append(doubt)
 
 
 def _stated_first(wiring: Wiring) -> str:
