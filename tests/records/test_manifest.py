@@ -45,15 +45,13 @@ def test_a_row_states_settings_of_its_record(tmp_path):
     rows = [
         "file,motion,operation,rate,ratio,sign,zero,travel_unit,contact_column,time_column",
         "a.csv,closing,1,10,1.64,-1,rest,deg,Contact 2,none",
-        "b.csv,closing,2,20,,,-3,,14,",
-        "c.csv,closing,3,,,,,,,1",
+        "b.csv,closing,2,20,,,-3,,14,1",
         "d.csv,closing,4,,,,,,,",
     ]
     settings = [each.settings for _, each in read(tmp_path, "\n".join(rows))]
     deg = {"travel_unit": "deg", "ratio": 1.64, "zero": "rest", "sign": -1}
     assert settings[0] == {"rate": 10, "time_column": None, "contact_column": "Contact 2", **deg}
-    assert settings[1] == {"rate": 20, "zero": -3, "contact_column": 14}
-    assert settings[2:] == [{"time_column": 1}, {}]
+    assert settings[1:] == [{"rate": 20, "zero": -3, "contact_column": 14, "time_column": 1}, {}]
 
 
 SHEET = "file;motion;operation;temperature"
@@ -81,25 +79,15 @@ def dated(*cells):
     return "\n".join([HEAD + ",date", *(f"a.csv,closing,{n},{c}" for n, c in enumerate(cells))])
 
 
-@pytest.mark.parametrize(
-    ("cells", "days"),
-    [
+def test_other_dates_of_the_column_decide_on_day_and_month(tmp_path):
+    for cells, days in (
         (["03/04/2026", "16/04/2026 9:05"], ["2026-04-03", "2026-04-16T09:05:00"]),
         (["3/4/2026 1:05 PM", "3/16/2026", ""], ["2026-03-04T13:05:00", "2026-03-16", ""]),
-        (["2026-01-05", "3.4.2026"], ["2026-01-05", "2026-04-03"]),
-    ],
-)
-def test_other_dates_of_the_column_decide_on_day_and_month(tmp_path, cells, days):
-    assert [each.date for _, each in read(tmp_path, dated(*cells))] == days
-
-
-@pytest.mark.parametrize(
-    "cells",
-    [["03/04/2026", "16.04.2026", "2026-05-01"], ["16/04/2026", "04/17/2026", "03/04/2027"]],
-)
-def test_a_date_that_nothing_decides_is_refused_with_both_readings(tmp_path, cells):
-    with pytest.raises(ValueError, match=r"line \d, column date: '03/04/202\d' .*-04-03.*-03-04"):
-        read(tmp_path, dated(*cells))
+    ):
+        assert [each.date for _, each in read(tmp_path, dated(*cells))] == days
+    for cells in (["03/04/2026", "16.04.2026"], ["16/04/2026", "04/17/2026", "03/04/2027"]):
+        with pytest.raises(ValueError, match=r"column date: '03/04/202\d' .*-04-03.*-03-04"):
+            read(tmp_path, dated(*cells))
 
 
 def test_days_that_fall_while_numbers_rise_are_refused(tmp_path):
