@@ -107,6 +107,7 @@ WRONG = [
     (HEAD, "line 1: "),
     ("a.csv,closing,1", "line 1"),
     ("file,motion", "line 1: .*operation"),
+    ('"file,motion', "line 1: .*quotation marks"),
     ("file,operation,counter", "line 1: .*'counter'"),
     (f"{HEAD},file\na.csv,closing,1,a.csv", "line 1: .*'file'"),
     (rows("a.csv,closing"), "line 2, column operation: "),
@@ -115,7 +116,7 @@ WRONG = [
     (rows("a\x00.csv,closing,1"), "line 2"),
     (rows("a.csv,closing,1", "", "b.csv,closing,01"), "line 4, column operation: .* line 2"),
     (rows("a.csv,closing,1,20,20", more=",from,to"), "line 2, column to: 20 .* 20"),
-    (rows("ä.csv,closing,1").encode("latin-1"), "line 2: is not UTF-8; save"),
+    (rows("ä.csv,closing,1").encode("latin-1"), "UTF-8"),
 ]
 CELLS = {
     "file": ["", "../a.csv", "b/../../a.csv", "/etc/passwd", "C:/a.csv", "closing\\a.csv"],

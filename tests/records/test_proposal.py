@@ -61,23 +61,14 @@ def test_else_their_dates_order_them_and_no_date_is_that_of_the_file_system(tmp_
 
 
 def test_folders_state_motion_and_breaker(tmp_path):
-    names = ["Q1/Einschaltung ein/1.csv", "Q1/AUS/1.csv", "Q2/1_close.csv", "Q2/1_trip.csv"]
-    names += ["opening tests/closing/1.csv", "Q3/close-open 1.csv"]
+    names = ["opening tests/closing/1.csv", "Q1/Einschaltung ein/1.csv", "Q1/AUS/1.csv"]
+    names += ["Q2/1_close.csv", "Q3/close-open 1.csv"]
     rows, _ = proposed(tmp_path, *names)
-    assert [row[:4] for row in rows] == [
-        ("closing", 1, "", names[4]),
-        ("closing", 1, "Q1", names[0]),
-        ("opening", 1, "Q1", names[1]),
-        ("closing", 1, "Q2", names[2]),
-        ("opening", 1, "Q2", names[3]),
-        ("closing", 1, "Q3", names[5]),
-        ("opening", 1, "Q3", names[5]),
-    ]
-
-
-def test_a_motion_that_nothing_states_is_to_be_filled_in(tmp_path):
+    found = [("closing", "", 0), ("closing", "Q1", 1), ("opening", "Q1", 2), ("closing", "Q2", 3)]
+    found += [("closing", "Q3", 4), ("opening", "Q3", 4)]
+    assert [row[:4] for row in rows] == [(m, 1, of, names[i]) for m, of, i in found]
     with pytest.raises(ValueError, match="line 2, column motion"):
-        proposed(tmp_path, "1.csv", "2.csv")
+        proposed(tmp_path / "new", "1.csv", "2.csv")
 
 
 def test_names_that_no_table_can_have_are_left_out_with_a_remark(tmp_path):
@@ -158,16 +149,16 @@ def test_files_of_a_pole_each_are_poles_of_one_operation(tmp_path):
     assert [row["operation"] for row in seen_in(tmp_path, files)] == [*"222111"]
 
 
-def test_a_breaker_that_no_file_states_is_its_folder_or_to_be_filled_in(tmp_path):
-    files = {"a.csv": ("7", (), ""), "b.csv": ("", (), ""), "Q2/c.csv": ("", (), "")}
-    assert [row["breaker"] for row in seen_in(tmp_path, files)] == ["7", "FILL IN", "FILL IN"]
-
-
-def test_phases_that_no_header_states_are_in_the_names(tmp_path):
-    named = {f"5 {phase} 14.03.2021.csv": ("8", (), "") for phase in "ABC"}
-    rows = seen_in(tmp_path, named | {"9.csv": ("7", (), "")})
-    assert [row["phase"] for row in rows] == ["A", "B", "C", ""]
+def test_what_no_header_states_is_in_the_names_or_to_be_filled_in(tmp_path):
+    either = ("2021-04-05T10:42:17", "2021-05-04T10:42:17")
+    files = {f"5 {phase} 14.03.2021.csv": ("8", (), "") for phase in "ABC"}
+    files |= {"5.5.2021.csv": ("7", ("2021-03-14",), ""), "x 04.05.2021.csv": ("7", either, "")}
+    files |= {"Q2/y 6-5-2021.csv": ("", (), "")}
+    rows = seen_in(tmp_path, files)
+    assert [row["phase"] for row in rows] == ["A", "B", "C", "", "", ""]
     assert {row["operation"] for row in rows[:3]} == {"1"}
+    assert [row["date"] for row in rows[2:]] == ["2021-03-14", "2021-03-14", "FILL IN", "FILL IN"]
+    assert [row["breaker"] for row in rows[2:]] == ["8", "7", "7", "FILL IN"]
 
 
 @pytest.mark.parametrize("phases", [["R-1 CT", "Y-1 CT"], ["L1", "L2"]])
@@ -176,14 +167,6 @@ def test_phases_are_those_of_the_header_as_they_stand_there(tmp_path, phases):
         pole(tmp_path / f"{'ab'[seed]}.csv", phase, seed)
     rows, _ = looked(tmp_path)
     assert [(row["phase"], row["operation"]) for row in rows] == [(each, "1") for each in phases]
-
-
-def test_a_date_is_that_of_the_header_or_else_of_the_name(tmp_path):
-    either = ("2021-04-05T10:42:17", "2021-05-04T10:42:17")
-    files = {"5.5.2021.csv": ("7", ("2021-03-14",), ""), "x 04.05.2021.csv": ("7", either, "")}
-    files |= {"6.5.2021.csv": ("7", (), ""), "y 6-5-2021.csv": ("7", (), "")}
-    dates = [row["date"] for row in seen_in(tmp_path, files)]
-    assert dates == ["2021-03-14", "FILL IN", "2021-05-06", "FILL IN"]
 
 
 def test_other_files_decide_on_day_and_month(tmp_path):

@@ -8,6 +8,7 @@ import re
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from datetime import UTC, datetime, time
+from functools import lru_cache
 from pathlib import Path
 
 MONTHS = "jan|feb|mar|apr|may|jun|jul|aug|sep|oct|nov|dec"
@@ -38,17 +39,20 @@ def dates_of(text: str) -> dict[bool, str]:
     ({True: '2021-03-14'}, '2021-03-02')
     """
     matches = [match[0] for match in _DATE.finditer(text)]
-    if len(matches) != 1:
-        return {}
-    parts = re.sub("([a-z]{3})[a-z]+", r"\1", matches[0].lower())
+    return dict(_readings(matches[0])) if len(matches) == 1 else {}
+
+
+@lru_cache(maxsize=4096)  # days of a table of half a million rows
+def _readings(day: str) -> Mapping[bool, str]:
+    parts = re.sub("([a-z]{3})[a-z]+", r"\1", day.lower())
     found = {}
     for day_first in (True, False):
         # Between points the day comes first, by the standards of all who write them.
         short = "%d %m %Y" if day_first or "." in parts else "%m %d %Y"
         for form in (short, "%Y %m %d", "%Y%m%d", "%d %b %Y"):
             with suppress(ValueError):
-                day = datetime.strptime(re.sub(r"[-_/.,\s]+", " ", parts), form)
-                found[day_first] = day.date().isoformat()
+                read = datetime.strptime(re.sub(r"[-_/.,\s]+", " ", parts), form)
+                found[day_first] = read.date().isoformat()
     return found
 
 

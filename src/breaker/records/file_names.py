@@ -1,8 +1,7 @@
 """The number of an operation, and its phase, in the name of its file. Light to import.
 
 Names of one kind differ in their digits only. The counter of a kind is its only number, or the only
-one that varies. So a name that is added may make the others ambiguous, which is an error; but it
-never makes another number the counter.
+one that varies: names that are added may make it ambiguous, but never make another the counter.
 """
 
 import re
@@ -60,8 +59,6 @@ def phases_in_names(files: Iterable[Path]) -> dict[Path, str]:
 
     >>> [*phases_in_names([Path("108-R 1.csv"), Path("108-Y 1.csv")]).values()]
     ['R', 'Y']
-    >>> phases_in_names([Path("A.csv"), Path("C.csv"), Path("O.csv")])
-    {}
     """
     groups: dict[str, dict[Path, str]] = defaultdict(dict)
     for file in files:

@@ -110,15 +110,16 @@ def _rows(file: Path) -> list[tuple[int, dict[str, str]]]:
     try:
         text = content.decode(encoding)
     except UnicodeDecodeError as error:
-        line = content[: error.start].count(b"\n") + 1
-        raise RejectedCurveError(file, "is not UTF-8; save it as CSV UTF-8", line=line) from error
-    head = re.search(r"[^\r\n]*\bfile\b[^\r\n]*|\Z", text, re.IGNORECASE)
-    delimiter = max(",;\t", key=head[0].count)
-    below, line = StringIO(text[head.start() :], newline=""), text.count("\n", 0, head.start())
+        raise RejectedCurveError(file, "is not UTF-8; save it as CSV UTF-8") from error
+    named = re.search(r"\bfile\b|\Z", text, re.IGNORECASE).start()
+    start = max(text.rfind(end, 0, named) for end in "\r\n") + 1
+    line = text.count("\n", 0, start)
+    delimiter = max(",;\t", key=re.compile("[^\r\n]*").match(text, start)[0].count)
+    below = StringIO(text[start:], newline="")
     reader = csv.DictReader(below, delimiter=delimiter, restkey="", strict=True)
-    names = reader.fieldnames = [name.strip().lower() for name in reader.fieldnames or ()]
-    found = []
+    found, names = [], []
     try:
+        names = reader.fieldnames = [name.strip().lower() for name in reader.fieldnames or ()]
         for row in reader:
             row[""] = "".join(row.get("") or "")
             cells = {name: as_meant((cell or "").strip()) for name, cell in row.items()}
