@@ -20,10 +20,8 @@ _MOST = (400, 60, 300)  # lines, cells in a line and signs in a cell that are re
 _AGREE = 0.01  # share between two statements of a length: one sample of the shortest record
 _meant = by_words(WORDS["stated"])
 _rates_in = by_words(WORDS["rate_words"])
-_CHANNEL = re.compile(
-    rf"^(?:phase(?: name)? (?:of )?)?{any_of(WORDS['labels']['stated channel'])}\W*(\d+)"
-    r"(?:\W*(?:phase|name|label))*$"
-)
+_LABEL = any_of(WORDS["labels"]["stated channel"])
+_CHANNEL = re.compile(rf"(?:phase (?:of )?)?{_LABEL}\W*(\d+)(?:\W*(?:phase|name))*")
 _OF_BREAK = re.compile(rf"(?:{PHASE})-[0-9](?: \w+)?")  # such as Y-1 CT
 _KHZ = {
     kind: {unit: size for size, units in WORDS[kind].items() for unit in units.split()}
@@ -37,9 +35,8 @@ class Header:
 
     Attributes:
         rate, length: Sampling rate, kHz, NaN if it is doubtful; duration of the record, ms.
-        ratio: Ratio of the linkage. No file states whether the samples are multiplied by it.
-        dates: Date of the test as ISO 8601, with its time if that is stated; two dates, first that
-            with the day before the month, where their order is not known.
+        ratio: Ratio of the linkage; whether samples are multiplied by it no file states.
+        dates: Date of the test as ISO 8601; two where the order of day and month is not known.
         operation: Motions, such as ``"C-O"``.
         phases: Names of phases by number of the channel, from 1; by 0 that of all.
         speed_points: Statements of points between which speeds are means.
@@ -77,10 +74,8 @@ def header_of(rows: Sequence[Sequence[str]], decimal: str = ".", samples: int = 
     """
     lines = [line_of([cell[: _MOST[2]] for cell in row[: _MOST[1]]]) for row in rows[: _MOST[0]]]
     pairs = pairs_of(lines)
-    named = {key: _named(pairs, key) for key in ("station", "bay", "type", "serial")}
-    named["station"] = named["station"] or _named(pairs, "site")
-    length = _length(pairs, decimal)
     operations = {sequence_of(pair.text) for pair in _of(pairs, "operation")} - {""}
+    length = _length(pairs, decimal)
     rate, doubt = _rate(pairs, decimal, length, samples)
     return Header(
         pairs=tuple(pairs),
@@ -94,7 +89,7 @@ def header_of(rows: Sequence[Sequence[str]], decimal: str = ".", samples: int = 
         phases=_phases(pairs),
         speed_points=tuple(_of(pairs, "point of speed")),
         results=printed_in(lines, decimal),
-        **named,
+        **{key: _named(pairs, key) for key in ("station", "bay", "type", "serial")},
     )
 
 
@@ -111,13 +106,13 @@ def _named(pairs: Iterable[Pair], meaning: str) -> str:
 def _length(pairs: Iterable[Pair], decimal: str) -> float:
     """Return the length, ms; NaN without a unit, as it may be in samples, ms or s."""
     number, unit = next((pair.number(decimal) for pair in _of(pairs, "length")), (math.nan, ""))
-    return number * TO_MS.get(unit_of(unit) or "", math.nan) if number > 0 else math.nan
+    return number * TO_MS.get(unit_of(unit) or "", math.nan)
 
 
 def _ratio(pairs: Iterable[Pair], decimal: str) -> float:
     """Return the ratio; NaN where channels differ in it."""
     texts = [value for pair in _of(pairs, "ratio") for value in pair.values]
-    texts = [re.sub(r"^\s*1\s*:\s*|\s*:\s*1\s*$", "", text) for text in texts]
+    texts = [re.sub(r"^1\s*:\s*|\s*:\s*1$", "", text) for text in texts]
     ratios = {number for number, _ in (number_of(text, decimal) for text in texts) if number > 0}
     return ratios.pop() if len(ratios) == 1 else math.nan
 
@@ -127,9 +122,7 @@ def _dates(pairs: Iterable[Pair]) -> tuple[str, ...]:
     every = [(pair, dates_of(pair.text)) for pair in _of(pairs, "date")]
     own = [each for each in every if each[1] and "of another day" not in _meant(each[0].name)]
     own.sort(key=lambda each: "of the test" not in _meant(each[0].name))
-    if not own:
-        return ()
-    pair, readings = own[0]
+    pair, readings = own[0] if own else (Pair("", "", ()), {})
     texts = [" ".join(pair.values), *(each.text for each in _of(pairs, "time"))]
     clock = next(filter(None, map(clock_of, texts)), "")
     return tuple(day + clock for day in in_order(readings, day_order(each for _, each in every)))

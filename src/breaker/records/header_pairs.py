@@ -110,21 +110,18 @@ def line_of(row: Sequence[str]) -> Line:
     """
     cells = [part for cell in row for part in _parts(cell)]
     if any(map(_SIGNED.match, cells)):
-        return Line(
-            [token for place, cell in enumerate(cells) for token in _signed(cell, place)], True
-        )
-    if len(list(filter(None, cells))) == 1 and (behind := _BEHIND.fullmatch("".join(cells))):
+        tokens = [token for place, cell in enumerate(cells) for token in _signed(cell, place)]
+        return Line(tokens, True)
+    if behind := _BEHIND.fullmatch("".join(cells)) if len([*filter(None, cells)]) == 1 else None:
         return Line([Token(behind[1], True, 0), Token(behind[2], False, 0)], False)
-    around = zip(["", *cells], cells, [*cells[1:], ""], strict=False)
-    named = [bool(not before and after and cell[:1].isalpha()) for before, cell, after in around]
-    if (
-        all(cell[:1].isalpha() for cell in cells[::2])
-        and all(cells)
-        and len(cells) > 2
-        and len(cells) % 2 == 0
-    ):
-        named = [place % 2 == 0 for place in range(len(cells))]
-    return Line([Token(*of) for of in zip(cells, named, range(len(cells)), strict=True)], False)
+    in_turn = all(cells) and all(cell[0].isalpha() for cell in cells[::2]) and len(cells) % 2 == 0
+    tokens, before = [], ""
+    for place, (cell, after) in enumerate(zip(cells, [*cells[1:], ""], strict=True)):
+        first = not before and after and cell[:1].isalpha()
+        named = place % 2 == 0 if in_turn and len(cells) > 2 else bool(first)
+        tokens.append(Token(cell, named, place))
+        before = cell
+    return Line(tokens, False)
 
 
 @lru_cache(maxsize=4096)

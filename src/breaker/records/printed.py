@@ -15,8 +15,6 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, NamedTuple
 
-import numpy as np
-
 from breaker.model.quantities import EVENTS, SPEEDS, Speed
 from breaker.records import words
 from breaker.records.header_pairs import Line, Token, name_of, number_of, pairs_of
@@ -150,11 +148,10 @@ class _Reader:
         subject = next(filter(_quantity, texts), "")
         quantity, others = _quantity(subject), [text for text in texts if text != subject]
         kinds = {k for t in others for k in _meanings_of(t)[:1] if not (k and words.channel_of(t))}
-        motions = words.motions_in(" ".join([quantity.replace("_", " "), *texts]))
-        odd = (
-            kinds - {quantity, "contact_time"} or len(motions) > 1 or any(map(_PART.search, texts))
-        )
-        if self.barred or odd or not quantity:
+        around = " ".join([quantity.replace("_", " "), *texts])
+        motions = words.motions_in(around)
+        others_mean = kinds - {quantity, "contact_time"}
+        if self.barred or not quantity or others_mean or len(motions) > 1 or _PART.search(around):
             return
         motion = motions[0] if motions else self.motion
         bare, first = name_of(subject)
@@ -166,14 +163,13 @@ class _Reader:
 
 def _heads_of(tokens: Sequence[Token], above: Mapping[int, str]) -> dict[int, str]:
     """Return heads of columns with those above; none if cells are something else."""
-    known = [any((_channel_in(t), words.motion_of(t), _quantity(t))) for t, *_ in tokens]
-    corner = tokens and (_heads_in(tokens[0].text) or (tokens[0].place > 0 and any(known)))
-    if len(tokens) < 2 or not (corner or all(known)):
+    behind_blank = bool(tokens) and tokens[0].place > 0 and any(_is_known(t.text) for t in tokens)
+    if len(tokens) < 2 or not (behind_blank or _heads_in(tokens[0].text)):
         return {}
     heads = dict(above)
     for text, _, place in tokens:
         over = [head for at, head in above.items() if at <= place][-1:]
-        heads[place + (not corner)] = " ".join([*over, text])  # or heads of channels alone
+        heads[place] = " ".join([*over, text])
     return heads
 
 
@@ -214,7 +210,6 @@ class PrintedComparison:
     motion: str
     printed: Printed
     quantity: str = ""
-    zone: str = ""
     measured: float = math.nan
     reason: str = ""
     differs: bool = False  # by more than such values do, and than its error is
@@ -270,25 +265,18 @@ def compare_printed(
     """Compare the results that a text states with what is measured. A zero stands for what the
     analyser has not seen; a stroke is compared with the closest of the motions that it may be of.
     """
-    speeds, found = stated_speeds(layout.stated), []
-    labels = {printed.channel for printed in layout.stated.results}
-    for printed in filter(lambda each: each.value, layout.stated.results):
-        own = [
-            t
-            for t in travels
-            if len(travels) == len(labels) == 1 or _is_of(printed.channel, t, layout)
-        ]
+    speeds, results, found = stated_speeds(layout.stated), layout.stated.results, []
+    alone = len(travels) == len({printed.channel for printed in results}) == 1
+    for printed in filter(lambda each: each.value, results):
+        own = [t for t in travels if alone or _is_of(printed.channel, t, layout)]
         column = layout.column(own[0].place) if len(own) == 1 else None
         own = [motion for motion in motions if motion.column == column]
         meant = meant_motions(printed, (motion.motion for motion in own))
         every = [_compared(printed, each, speeds) for each in own if each.motion in meant]
-        if every and (len(every) == 1 or printed.quantity == "stroke"):
-            found.append(
-                min(every, key=lambda each: abs(np.nan_to_num(each.difference, nan=np.inf)))
-            )
-        else:
+        if not every or (len(every) > 1 and printed.quantity != "stroke"):
             why = "of which channel or motion it is, is not stated"
-            found.append(PrintedComparison("", printed.motion, printed, reason=why))
+            every = [PrintedComparison("", printed.motion, printed, reason=why)]
+        found.append(min(every, key=lambda each: (bool(each.reason), abs(each.difference))))
     return found
 
 
@@ -316,7 +304,5 @@ def _compared(
         value, sd, reason = values.get(name, (value, sd, reason))
     value, sd = value / printed.size, sd / printed.size
     apart = differs(printed.quantity, printed.value, value, sd)
-    zone = speed.words if speed else ""
-    return PrintedComparison(
-        motion.column, motion.motion, printed, name, zone, value, reason, apart
-    )
+    about = motion.column, motion.motion, printed, name
+    return PrintedComparison(*about, value, reason, apart)

@@ -58,12 +58,8 @@ class Proposal:
 def inspect_file(
     file: str | Path, sensor: Mapping, channel: str = "", files: Files | None = None
 ) -> Proposal:
-    """Propose settings for a file, and read it with them.
-
-    Args:
-        file, files: File of one record, and the files that are open.
-        sensor: The section ``sensor`` of the configuration.
-        channel: Name or number of the column of travel, where not all of them are meant.
+    """Propose settings for a file, and read it by them and the section ``sensor`` of settings; all
+    columns of travel are meant, unless a channel names one.
 
     Raises:
         ValueError: If no column of the file moves as a drive does, or the file cannot be read.
@@ -89,7 +85,7 @@ def inspect_file(
     remarks += [doubt for doubts in found.doubts.values() for doubt in doubts]
     if len({(travel.unit, bool(travel.rises[0])) for travel in travels}) > 1:
         remarks.append("columns of travel differ in unit or direction: choose one by --channel")
-    for column in dict.fromkeys(str(motion.beside.get("contact_column")) for motion in motions):
+    for column in {str(motion.beside.get("contact_column")) for motion in motions}:
         if holds(column, "52a") or holds(column, "52b"):
             remarks.append(f"{column!r} is an auxiliary switch, not timed as the main contacts")
     settings = {key: value for key, value in found.settings.items() if value != FORMAT[key]}
