@@ -13,6 +13,7 @@ from packaging.requirements import Requirement
 from breaker.common.randomness import generator
 from breaker.drive.simulation.dialects import DIALECTS
 from breaker.records.files import Opened, RejectedCurveError
+from breaker.records.formats import example_format, registry
 from breaker.records.formats.registry import (
     ENDINGS,
     FORMATS,
@@ -35,6 +36,10 @@ def write_line(file):
     values = ",".join(f"{value:.3f}" for value in TRAVEL)
     line = f"ID:7;Date:2024-11-20;Interval (ms):0.1;Travel (mm):{values}\n"
     file.write_text(line, encoding="utf-8")
+
+
+def write_example(file):
+    file.write_bytes(b"EXAMPLE1" + (10_000).to_bytes(4, "little") + TRAVEL.astype("<f4").tobytes())
 
 
 def name_of(format_):
@@ -71,9 +76,22 @@ class TestLines(FormatContract):
     example = EXAMPLES["lines"]
 
 
+class TestExample(FormatContract):
+    """The module to copy, which is a format only where a test adds it."""
+
+    example = Example("a.example-record", {"time_unit": "ms"}, "travel", write_example)
+
+    @pytest.fixture(autouse=True)
+    def _listed(self, monkeypatch):
+        monkeypatch.setattr(registry, "FORMATS", (*FORMATS, example_format))
+
+    def test_it_is_one_of_the_formats(self, curve_file):
+        assert format_of(Opened(curve_file)) is example_format
+
+
 def test_every_format_has_an_example():
     assert {*map(name_of, FORMATS)} == set(EXAMPLES)
-    tested = {each.example.name for each in FormatContract.__subclasses__()}
+    tested = {each.example.name for each in FormatContract.__subclasses__()} - {"a.example-record"}
     assert tested == {each.name for each in EXAMPLES.values()}
 
 

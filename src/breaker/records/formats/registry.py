@@ -9,8 +9,9 @@ A format is a module with
 - ``read(opened, form)``: its sheets, see ``sheet.Sheet``. The form is the section
   ``endurance.format``, complete, or empty where nothing is known yet.
 
-Each passes the tests of ``tests/records/format_contract.py``. Other distributions add such modules
-by the entry points ``breaker.formats``.
+``example_format`` is a complete one to copy. Each passes the tests of
+``tests/records/format_contract.py``. Other distributions add such modules by the entry points
+``breaker.formats``.
 """
 
 import logging
