@@ -35,9 +35,9 @@ _STARTS = 40  # tried at first, and as many again between those that are not unl
 _UNLIKELY = 1e-4  # times the greatest likelihood
 _POWERS = np.array([1.0, 1.25, 1.6, 1.85, 2.1, 2.4, 2.8, 3.3, 4.0])
 _USUAL, _SPREAD = 1.85, 0.15  # prior of a power: Student's t with 3 degrees of freedom
-_CREEPS = np.array([0.1, 0.2, 0.4, 0.8])  # durations of the motion
+_CREEPS = np.array([0.05, 0.1, 0.2, 0.4, 0.8])  # durations of the motion
 _CREEP_WAY = (0.004, 0.03)  # of the stroke: less is not counted as motion
-_ODD = (0.2, 0.03)  # probabilities of any power and of a creep, before anything is seen
+_ODD = (0.2, 0.05)  # probabilities of any power and of a creep, before anything is seen
 # Times the variance, since no start has exactly such a shape: of 200 simulated drives, 94 % of the
 # intervals contain the truth; 90 % at 3.
 _INEXACT = 4.5
