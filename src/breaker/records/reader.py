@@ -93,17 +93,16 @@ class Reader:
             RejectedCurveError: If the record cannot be used.
         """
         full, doubts = self.with_stated(operation, motion), ""
+        new = {"rate", "contact_column"} & (full.settings.keys() - operation.settings.keys())
+        stated = [f"endurance.format.{k} is {full.settings[k]}, by the file" for k in sorted(new)]
         try:
             samples = self._samples_of(full)
             doubts = doubts_in_words(samples.time, samples.doubts)
-            record = _locate(full, samples, motion)
-            warning = _contradiction(record, self.header(operation))
+            warning = _contradiction(full, samples, motion, self.header(operation))
+            return _locate(full, samples, motion, stated, warning)
         except UnusableError as error:
             reason = f"{error}; left out: {doubts}" if doubts else str(error)
             raise RejectedCurveError(operation.file, reason, line=error.line) from error
-        new = {"rate", "contact_column"} & (full.settings.keys() - operation.settings.keys())
-        stated = [f"endurance.format.{k} is {full.settings[k]}, by the file" for k in sorted(new)]
-        return replace(record, file_remarks=(*record.file_remarks, *stated), warning=warning)
 
     def read_all(
         self, operations: Sequence[Operation], *motions: str
@@ -185,7 +184,9 @@ def separate_motions(operation: Operation, error: Exception) -> list[Operation]:
     return [replace(operation, begin=begin, end=end) for begin, end in parts]
 
 
-def _locate(operation: Operation, samples: _Samples, motion: str) -> Record:
+def _locate(
+    operation: Operation, samples: _Samples, motion: str, stated: Sequence[str], warning: str
+) -> Record:
     """Return a motion in samples; raise UnusableError."""
     time, settings, columns = samples.time, samples.settings, samples.columns
     sure = np.where(samples.doubts == "", samples.whole, np.nan)
@@ -203,30 +204,31 @@ def _locate(operation: Operation, samples: _Samples, motion: str) -> Record:
     channels = {k: Channel(others[k], amperes) for k, amperes in columns.amperes.items()}
     event = contact.trigger, contact.trigger_sd
     currents = Currents(time, channels, inside, moves[0], *event)
-    remarks = *samples.remarks, *doubtful
-    return Record(*located, operation, settings, rest, contact, currents, remarks)
+    remarks = *samples.remarks, *doubtful, *stated
+    return Record(*located, operation, settings, rest, contact, currents, remarks, warning)
 
 
-def _contradiction(record: Record, header: Header) -> str:
+def _contradiction(operation: Operation, samples: _Samples, motion: str, header: Header) -> str:
     """Return a warning where a file states another rate than its record has, or "".
 
     Raises:
         UnusableError: If the file states another rate than the configuration, or another motion.
     """
     motions = {MOTION_OF[letter] for letter in header.operation.split("-") if letter}
-    if motions and record.motion not in motions:
+    if motions and motion not in motions:
         raise UnusableError(
             f"the file states {header.operation!r} above its samples, and is read as a record of "
-            f"{record.motion}: check endurance.format.sign, and the motion that you named"
+            f"{motion}: check endurance.format.sign, and the motion that you named"
         )
-    rate, timed = 1.0 / record.step, record.settings["time_column"] is not None
+    rate = 1.0 / float(samples.time[1] - samples.time[0])
+    timed = samples.settings["time_column"] is not None
     if not isfinite(header.rate) or abs(header.rate / rate - 1.0) <= _SAME_RATE:
         return ""
     states = f"states {in_digits(header.rate, 4)} kHz, and is read at {in_digits(rate, 4)} kHz"
-    if not timed and "rate" not in record.operation.settings:
+    if not timed and "rate" not in operation.settings:
         raise UnusableError(
             f"{states}: leave endurance.format.rate out to read with the stated rate, or if the "
             "file is wrong, write the rate into the column rate of operations.csv"
         )
     by = "its column of times" if timed else "operations.csv"
-    return f"{printable(record.operation.file)} {states}, by {by}"
+    return f"{printable(operation.file)} {states}, by {by}"
