@@ -98,7 +98,7 @@ class LocalCubic:
         return time
 
 
-def settlings(late: np.ndarray, begun: float) -> tuple[np.ndarray, np.ndarray]:
+def settlings(late: np.ndarray, begun: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return how a drive that has arrived may move on, and how probable each way is.
 
     Args:
@@ -106,31 +106,38 @@ def settlings(late: np.ndarray, begun: float) -> tuple[np.ndarray, np.ndarray]:
         begun: When the motion began, from which a drift counts.
 
     Returns:
-        Ways, each a sum of some functions, ``(m, k, n)``, strokes; probabilities, ``(m,)``.
+        Functions, ``(f, n)``, strokes; which of them each way is a sum of, ``(m, 3)``; and the
+        probabilities of the ways, ``(m,)``.
     """
-    fades = np.exp(-late / _FADES[:, None, None, None])
-    turns = _SWINGS[:, None] * late
-    sines = np.where(_SWINGS[:, None] > 0.0, np.sin(turns), late)
-    swings = _SIZES[0] * fades * np.stack([np.cos(turns), sines], axis=1)
-    swings = np.concatenate([np.zeros((1, 2, late.size)), swings.reshape(-1, 2, late.size)])
     creeps = _SIZES[1] * np.exp(-late / _CREEPS[:, None])
     slow = np.vstack([np.zeros_like(late), creeps, _SIZES[2] * (late - begun)])
-    first = np.repeat(slow, len(swings), axis=0)[:, None]
-    ways = np.concatenate([first, np.tile(swings, (len(slow), 1, 1))], axis=1)
+    turns = _SWINGS[:, None] * late
+    sines = np.where(_SWINGS[:, None] > 0.0, np.sin(turns), late)
+    fades = np.exp(-late / _FADES[:, None, None])
+    swings = _SIZES[0] * np.vstack([fades * np.cos(turns), fades * sines]).reshape(-1, late.size)
+    half = len(swings) // 2
+    swung = len(slow) + np.arange(half)
+    swung = np.vstack([[0, 0], np.column_stack([swung, swung + half])])  # 0 is none
+    first, second = np.indices((len(slow), len(swung))).reshape(2, -1)
     swing, creep, drift = _CHANCES
-    some = np.full(len(swings) - 1, swing / (len(swings) - 1))
     slowly = [1.0 - creep - drift, *np.full(_CREEPS.size, creep / _CREEPS.size), drift]
-    return ways, np.outer(slowly, [1.0 - swing, *some]).ravel()
+    chances = np.outer(slowly, [1.0 - swing, *np.full(half, swing / half)]).ravel()
+    return np.vstack([slow, swings]), np.column_stack([first, swung[second]]), chances
 
 
 def level(
-    travel: np.ndarray, ways: np.ndarray, chances: np.ndarray, variance: float
+    travel: np.ndarray,
+    functions: np.ndarray,
+    ways: np.ndarray,
+    chances: np.ndarray,
+    variance: float,
 ) -> tuple[float, np.ndarray, float]:
     """Return the level about which travel moves in one of some ways.
 
     Args:
         travel: Travel, ``(n,)``, mm.
-        ways: Ways to move, ``(m, k, n)``; their amounts have an sd of 1 before they are seen.
+        functions: Functions, ``(f, n)``; their amounts have an sd of 1 before they are seen.
+        ways: Functions of each way to move, ``(m, k)``.
         chances: Probabilities of the ways before they are seen, ``(m,)``.
         variance: Of the noise of each sample, mm^2.
 
@@ -138,28 +145,32 @@ def level(
         The level, mm; the weights of the samples in it, ``(n,)``; and the sd of its error from
         what the samples do not show, mm.
     """
-    mean, (_, k, n) = float(travel.mean()), ways.shape
-    middles = ways.mean(axis=2)
-    centred = ways - middles[:, :, None]
-    squares, shares = centred @ centred.transpose(0, 2, 1), centred @ (travel - mean)
-    noise = variance
-    for _ in range(2):  # the second time with what the best way leaves
+    mean, n, k = float(travel.mean()), travel.size, ways.shape[1]
+    off, means = travel - mean, functions.mean(axis=1)
+    centred = functions - means[:, None]
+    squares = (centred @ centred.T)[ways[:, :, None], ways[:, None, :]]
+    shares, middles = (centred @ off)[ways][..., None], means[ways][..., None]
+
+    def seen(noise: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         precisions = squares / noise + np.eye(k)
         covariances = np.linalg.inv(precisions)
-        amounts = np.einsum("mkl,ml->mk", covariances, shares) / noise
-        if noise == variance:
-            moved = np.einsum("mk,mkn->mn", amounts, centred)
-            left = np.square(travel - mean - moved).sum(axis=1).min() / max(n - 1 - k, 1)
-            noise = max(variance, float(left))
-    evidence = 0.5 * (amounts * shares).sum(axis=1) / noise
-    evidence += np.log(chances) - 0.5 * np.linalg.slogdet(precisions)[1]
+        return precisions, covariances, covariances @ shares / noise
+
+    _, _, amounts = seen(variance)
+    left = off @ off + (amounts * (squares @ amounts - 2.0 * shares)).sum(axis=(1, 2)).min()
+    left = float(left) / max(n - 1 - k, 1)
+    noise = max(variance, left)  # what the best way leaves
+    precisions, covariances, amounts = seen(noise)
+    evidence = 0.5 * (amounts * shares).sum(axis=(1, 2)) / noise
+    evidence += np.log(chances) - 0.5 * np.log(np.linalg.det(precisions))
     each = np.exp(evidence - evidence.max())
     each /= each.sum()
-    offsets = (middles * amounts).sum(axis=1)
-    gains = np.einsum("mk,mkl,mln->mn", middles, covariances, centred) / noise
-    hidden = np.einsum("mk,mkl,ml->m", middles, covariances, middles)
-    hidden -= variance * np.square(gains).sum(axis=1)
+    offsets = (middles * amounts).sum(axis=(1, 2))
+    turned = covariances @ middles
+    gains = turned / noise
+    hidden = (middles * turned - variance * gains * (squares @ gains)).sum(axis=(1, 2))
     offset = float(each @ offsets)
     square = float(each @ (np.maximum(hidden, 0.0) + (offsets - offset) ** 2))
     square += left if left > _LEFT * variance else 0.0
-    return mean - offset, 1.0 / n - each @ gains, float(np.sqrt(square))
+    amounts = np.bincount(ways.ravel(), (each[:, None] * gains[..., 0]).ravel(), len(functions))
+    return mean - offset, 1.0 / n - amounts @ centred, float(np.sqrt(square))

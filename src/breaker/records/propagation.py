@@ -147,13 +147,12 @@ class Trace:
         time, travel = (
             each[window].reshape(-1, every).mean(axis=1) for each in (self.time, self.travel)
         )
-        ways, chances = settlings(
-            (time - arrival) / self.duration, (begun - arrival) / self.duration
-        )
+        late, begun = (time - arrival) / self.duration, (begun - arrival) / self.duration
+        functions, ways, chances = settlings(late, begun)
         # Of a curve without noise, so that the digits suffice.
         least = math.sqrt(sys.float_info.epsilon) * self.stroke**2
         noise = max(self.alike * self.noise**2 / every, least)
-        value, weights, hidden = level(travel, self.stroke * ways, chances, noise)
+        value, weights, hidden = level(travel, self.stroke * functions, ways, chances, noise)
         rest = self._of(value, window, np.repeat(weights, every) / every)
         return rest + error_of(0.0, math.hypot(hidden, self._rounding(0.0)))
 
