@@ -89,13 +89,13 @@ def test_a_printed_result_is_of_what_is_measured_alike(quantity, closing, openin
 @pytest.mark.parametrize(
     ("quantity", "of", "there", "expected"),
     [
-        ("over_travel", "", ["opening", "closing", "opening"], []),
+        ("over_travel", "", ["opening", "closing", "opening"], ["closing"]),
         ("over_travel", "", ["opening"], ["opening"]),
         ("over_travel", "opening", ["closing", "opening"], ["opening"]),
         ("stroke", "", ["closing", "opening"], ["closing", "opening"]),
     ],
 )
-def test_a_result_of_no_motion_is_of_the_only_one(quantity, of, there, expected):
+def test_a_result_of_no_motion_is_of_that_in_which_it_occurs(quantity, of, there, expected):
     assert meant_motions(Printed(quantity, of, "", 1.0, "mm", quantity), there) == expected
 
 

@@ -2,8 +2,8 @@
 
 The words around a number define it: the name in its line, the head of its column, and the titles
 above. A result is compared where these words state the quantity, the channel and the motion, and a
-speed where the text states its points for all speeds. Results of one contact of several, and those
-with anything else in their words, are left out.
+speed where its name, a remark behind it, or the text for all speeds states its points. Results of
+one contact of several, and those with anything else in their words, are left out.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ import math
 import re
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -35,6 +36,11 @@ _PHASE = re.compile(rf"({words.COLUMN_PHASE})[\W_]*{_BEHIND}\b", re.I)
 _PART = re.compile(
     "|".join([rf"{_BREAK}[\W_]*\d", *map(words.any_of, WORDS["contact parts"].values())]), re.I
 )
+_SHARES = re.compile(
+    r"(?:from |between )?([\d.]+)\s*%?\s*(?:-|–|\.\.+|to|bis)\s*([\d.]+)\s*%(?: of \w+)?", re.I
+)
+_NEAR = re.compile(rf"([\d.]+ ?m[ms]) (before|after) (?:the )?{WORDS['contact_event']}\w*", re.I)
+_REMARK = re.compile(r"(?<=\S)\s*[(\[]([^()\[\]]*\d[^()\[\]]*)[)\]]\s*$")  # such as (max 60 ms)
 
 # Shares by which a printed value may differ from the measured value, beyond the error of that:
 # printed strokes are rounded to 1 mm of 100, and zones of speeds to a sample at each end.
@@ -42,13 +48,14 @@ _DIFFERS = {"stroke": 0.01, "speed": 0.03}
 
 
 class Printed(NamedTuple):
-    """A result of an analyser; motion and channel are empty where none is stated.
+    """A result of an analyser; motion, channel and points are empty where none is stated.
 
     Attributes:
         quantity: Key of ``results`` in the lexicon, such as "stroke" or "closing_time".
         motion: "closing" or "opening".
         channel, unit, name: As in the text.
         value: Number in its unit.
+        points: Points of a speed, as ``Speed.read`` takes them, with {event} for touch or parting.
     """
 
     quantity: str
@@ -57,6 +64,7 @@ class Printed(NamedTuple):
     value: float
     unit: str
     name: str
+    points: tuple[str, ...] = ()
 
     @property
     def size(self) -> float | None:
@@ -65,6 +73,15 @@ class Printed(NamedTuple):
         sizes = {"speed": WORDS["speeds"], "current": WORDS["amperes"], "time": TO_MS}
         known = sizes.get(kind, TO_MM | {"deg": math.nan})
         return known.get(words.unit_of(self.unit) or self.unit.lower())
+
+    def speed(self, motion: str, stated: Mapping[str, Speed]) -> Speed | None:
+        """Return the definition of a printed speed; None where no two points are stated."""
+        if self.quantity != "speed" or not self.points:
+            return stated.get(motion) if self.quantity == "speed" else None
+        with suppress(ValueError):  # such as from 90 to 10 %
+            points = [point.format(event=EVENTS[motion]) for point in self.points]
+            return Speed.read(f"{motion}_speed", points)
+        return None
 
 
 def printed_in(lines: Iterable[Line], decimal: str = ".") -> tuple[Printed, ...]:
@@ -79,8 +96,8 @@ def printed_in(lines: Iterable[Line], decimal: str = ".") -> tuple[Printed, ...]
     for line in lines:
         reader.read(line)
     found = [each for each in dict.fromkeys(reader.found) if each.size is not None]
-    counts = Counter(each[:3] for each in found)
-    return tuple(each for each in found if counts[each[:3]] == 1)
+    counts = Counter((*each[:3], each.points) for each in found)
+    return tuple(each for each in found if counts[*each[:3], each.points] == 1)
 
 
 @dataclass
@@ -97,7 +114,7 @@ class _Reader:
     def read(self, line: Line) -> None:
         """Read the next line."""
         tokens = [token for token in line.tokens if token.text]
-        numbers = any(math.isfinite(number_of(t.text, self.decimal)[0]) for t in tokens)
+        numbers = any(math.isfinite(self._number(token.text)[0]) for token in tokens)
         several = sum(bool(_quantity(token.text)) for token in tokens) > 1
         if line.signed or several or not numbers:
             self.heads = {} if line.signed else _heads_of(tokens, self.heads)
@@ -111,6 +128,10 @@ class _Reader:
                 self.motion = words.MOTION_OF.get(words.sequence_of(pair.text), "")
             elif "phases" in kinds:
                 self.channel = _channel_in(pair.text) or self.channel
+
+    def _number(self, text: str) -> tuple[float, str]:
+        """Return a cell as a number without a remark in brackets, and its unit."""
+        return number_of(_REMARK.sub("", text), self.decimal)
 
     def _entitle(self, text: str, signed: bool) -> None:
         """Take a title: of a motion or a channel, or of a section, which ends both."""
@@ -126,9 +147,10 @@ class _Reader:
         name, unit, labels, filled = "", "", [], False
         for token, after in zip(tokens, [*tokens[1:], Token("", False, 0)], strict=True):
             text = token.text
-            number, own = number_of(text, self.decimal)
+            number, own = self._number(text)
             if math.isfinite(number):
-                around = [name, *labels, self.heads.get(token.place, "")]
+                zones = [remark for remark in _REMARK.findall(text) if _points_in(remark)[0]]
+                around = [name, *labels, *zones, self.heads.get(token.place, "")]
                 behind = after.text if words.unit_of(after.text) else ""
                 if all(map(_is_known, labels)):
                     self._add([*filter(None, around)], number, own or unit or behind)
@@ -157,12 +179,17 @@ class _Reader:
         bare, first = name_of(subject)
         unit = next(filter(None, (first, *(name_of(text)[1] for text in others))), unit)
         channel = next(filter(None, map(_channel_in, (*others, bare))), self.channel)
-        if quantity != "contact_time" or (motion and unit):
-            self.found.append(Printed(quantity, motion, channel, value, unit, bare))
+        points = next(filter(None, (_points_in(text)[0] for text in texts)), ())
+        misplaced = points and quantity != "speed"  # such as a time between two points
+        if not misplaced and (quantity != "contact_time" or (motion and unit)):
+            self.found.append(Printed(quantity, motion, channel, value, unit, bare, points))
 
 
 def _heads_of(tokens: Sequence[Token], above: Mapping[int, str]) -> dict[int, str]:
     """Return heads of columns with those above; none if cells are something else."""
+    if above and len(tokens) > 1 and all(words.unit_of(token.text) for token in tokens):
+        units = {token.place: f"({token.text})" for token in tokens}
+        return {place: f"{head} {units.get(place, '')}" for place, head in above.items()}
     behind_blank = bool(tokens) and tokens[0].place > 0 and any(_is_known(t.text) for t in tokens)
     if len(tokens) < 2 or not (behind_blank or _heads_in(tokens[0].text)):
         return {}
@@ -186,7 +213,7 @@ def _quantity(text: str) -> str:
 
 def _meanings_of(text: str) -> tuple[str, ...]:
     """Return the meanings of a name as one of results, of which the first counts."""
-    bare, unit = name_of(text)
+    bare, unit = name_of(_points_in(text)[1])
     return _meanings(bare) or _meanings(f"{bare} in {unit}")
 
 
@@ -194,6 +221,17 @@ def _channel_in(text: str) -> str:
     """Return the channel or phase in a text; a number of its own is a channel."""
     found = words.channel_in(text) or re.fullmatch(r"\d{1,2}", text.strip()) or _PHASE.match(text)
     return found[0] if found else words.phase_in(text)
+
+
+def _points_in(name: str) -> tuple[tuple[str, ...], str]:
+    """Return the points of a speed in a name, and the name without them."""
+    if found := _SHARES.search(name):
+        return tuple(f"{share} % of stroke" for share in found.groups()), name.replace(found[0], "")
+    if found := _NEAR.search(name):
+        points = (f"{found[1]} {found[2]} {{event}}".lower(), "{event}")
+        points = points if found[2].lower() == "before" else points[::-1]
+        return points, name.replace(found[0], "")
+    return (), name
 
 
 # ---- comparing -----------------------------------------------------------------------------------
@@ -238,11 +276,13 @@ def measured_name(printed: Printed, motion: str) -> str:
 
 def meant_motions(printed: Printed, motions: Iterable[str]) -> list[str]:
     """Return the motions of a record that a result is of. Where none is stated, a stroke is of all,
-    and any other result of the only one.
+    an over-travel, a wipe and a bounce of the closing, and any other result of the only one.
     """
     there = list(dict.fromkeys(motions))
     if printed.motion:
         return [printed.motion]
+    if printed.quantity in ("over_travel", "wipe", "bounce_time") and "closing" in there:
+        return ["closing"]
     return there if printed.quantity == "stroke" or len(there) == 1 else []
 
 
@@ -292,7 +332,7 @@ def _compared(
     printed: Printed, motion: InspectedMotion, speeds: Mapping[str, Speed]
 ) -> PrintedComparison:
     """Compare a result with what is measured of a motion."""
-    speed = speeds.get(motion.motion) if printed.quantity == "speed" else None
+    speed = printed.speed(motion.motion, speeds)
     name, value, sd = measured_name(printed, motion.motion), math.nan, math.nan
     reason = WORDS["not measured"].get(printed.quantity, "not measured here")
     if printed.quantity == "speed" and speed is None:

@@ -100,7 +100,7 @@ def _compared(proposal: Proposal) -> Table:
     """Results of the analyser with those measured here; a mark where they differ."""
     rows = []
     for each in proposal.compared:
-        quantity, _, channel, value, unit, _ = each.printed
+        quantity, _, channel, value, unit, *_ = each.printed
         named = str(each.column) or channel, each.motion, quantity.replace("_", " ")
         measured, differs = "", each.reason
         if np.isfinite(each.measured):

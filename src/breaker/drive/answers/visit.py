@@ -93,7 +93,8 @@ class Visit:
                     phase = phases[place]
                 for motion in meant_motions(each, (record.motion for record in own)):
                     name = measured_name(each, motion)
-                    odd = each.quantity == "speed" and own_speeds.get(motion) != speeds.get(name)
+                    odd = each.quantity == "speed"
+                    odd = odd and each.speed(motion, own_speeds) != speeds.get(name)
                     if name and not isnan(each.size):
                         value = each.value * each.size, "other points" * odd, each.quantity
                         found.setdefault((printable(file), motion, phase, name), value)
