@@ -56,13 +56,7 @@ def even_times(
         "digits of its time",
     )
     median = float(np.median(steps))
-    slow, fast = (1.0 / rate for rate in READABLE)
-    if not fast <= median <= slow:
-        fits = [other for other, ms in TO_MS.items() if fast <= median * ms / TO_MS[unit] <= slow]
-        raise UnusableError(
-            f"one sample every {median:.4g} ms, not every {fast:.4g} to {slow:.4g} ms; is "
-            f"endurance.format.time_unit {(fits or [unit])[0]!r}?"
-        )
+    _check_step(median, unit)
     # Of many steps together, the mean is better than one that was printed.
     single = steps[np.rint(steps / median) <= 1.0]
     whole = np.maximum(np.rint(steps / (single.mean() if single.size else median)), 1.0)
@@ -83,6 +77,17 @@ def even_times(
     even[place] = time
     values = {"step": f"{step:.4g}", "off": f"{step * off.max():.2g}"}
     return even, place, Remark("uneven", **values) if off.max() > _PRINTED else ""
+
+
+def _check_step(step: float, unit: str) -> None:
+    """Refuse a step, ms, of no readable rate, as in another unit of time."""
+    slow, fast = (1.0 / rate for rate in READABLE)
+    if not fast <= step <= slow:
+        fits = [other for other, ms in TO_MS.items() if fast <= step * ms / TO_MS[unit] <= slow]
+        raise UnusableError(
+            f"one sample every {step:.4g} ms, not every {fast:.4g} to {slow:.4g} ms; is "
+            f"endurance.format.time_unit {(fits or [unit])[0]!r}?"
+        )
 
 
 def _refuse(odd: np.ndarray, lines: np.ndarray, reason: str) -> None:
