@@ -38,6 +38,7 @@ from breaker.records.settings import complete, lacking
 from breaker.records.sheet import Columns
 from breaker.records.words import MOTION_OF
 
+_MANY = 100  # records from which progress is shown: they take more than a second
 _SAME_RATE = 0.01  # share by which rates may differ: clocks of recorders agree to far less
 
 
@@ -109,6 +110,10 @@ class Reader:
     ) -> list[list[Record | RejectedCurveError]]:
         """Read several operations: for each motion a list of records, or why one cannot be used."""
         found: list[list[Record | RejectedCurveError]] = [[] for _ in motions]
+        if len(operations) >= _MANY:
+            from tqdm import tqdm  # here, since the import takes longer than one record
+
+            operations = tqdm(operations, desc=f"read {' and '.join(motions)}", mininterval=5)
         for operation in operations:
             for motion, records in zip(motions, found, strict=True):
                 try:
