@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 import yaml
 
+from breaker.common.visible_text import visible_text
 from breaker.configuration.definitions import simulated_test
 from breaker.documents.terminal import text_of
 from breaker.drive.simulation.dialects import ANGLES, DIALECTS
@@ -256,3 +257,16 @@ def test_contacts_that_may_be_meant_are_listed(inspect, closing, names, clear):
     proposal = inspect(f"time,travel,{names}", *rows(*(cells(c, 5) for c in columns)))
     assert ("contact_column" in proposal.settings) == clear
     assert bool(proposal.found.doubts["contact_column"]) == (not clear)
+
+
+@pytest.mark.parametrize(
+    ("name", "shown"), [("Ход travel", True), ("tra\u200bvel", False), ("tra\u202evel", False)]
+)
+def test_a_name_is_shown_unless_a_sign_of_it_is_not_seen(inspect, closing, name, shown):
+    """What is copied from a terminal is read as it was meant."""
+    columns = (cells(closing[0] / 1e3, 5), cells(closing[1], 5))
+    proposal = inspect(f"time,{name}", *rows(*columns), name="closing.csv")
+    overlay = overlay_of(proposal)
+    assert visible_text(overlay) == overlay
+    assert (name in overlay) == shown
+    assert proposed(proposal)["travel_column"] == name

@@ -7,6 +7,7 @@ import numpy as np
 import yaml
 
 from breaker.common.numerals import in_digits
+from breaker.common.visible_text import visible_text
 from breaker.documents.parts import Document, Remark, Section, Table
 from breaker.records.proposal import Proposal
 from breaker.records.settings import FORMAT, TO_MM
@@ -14,6 +15,7 @@ from breaker.records.settings import FORMAT, TO_MM
 _COMPARED = "  {:<12}  {:<8}  {:<16}  {:>9}  {:>9}  {:<6}  {:<1}"
 _MOTIONS = "  {:<12}  {:<8}  {:>12}  {:>9}  {:>9}  {:>8}  {:>8}  {:<1}"
 _BESIDE = "  {:<12}  {:<8}  {}  {:<1}"
+_LINE = {"default_flow_style": True, "width": np.inf, "sort_keys": False}
 ITEM = "  - "
 """How an item of a list begins on a terminal."""
 
@@ -23,7 +25,9 @@ def overlay_of(proposal: Proposal) -> str:
     given = {**proposal.settings, **dict.fromkeys(proposal.lacking)}
     lines = ["endurance:", "  format:"]
     for key in filter(given.__contains__, FORMAT):
-        value = yaml.safe_dump([given[key]], default_flow_style=True, width=np.inf, sort_keys=False)
+        value = yaml.safe_dump([given[key]], allow_unicode=True, **_LINE)
+        if visible_text(value) != value:  # invisible signs are written by their numbers
+            value = yaml.safe_dump([given[key]], **_LINE)
         why = f"  # FILL IN: {proposal.lacking[key]}" if key in proposal.lacking else ""
         lines.append(f"    {key}: {value.strip()[1:-1]}{why}")
     return "\n".join([*lines, ""])
