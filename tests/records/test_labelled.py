@@ -57,17 +57,21 @@ def test_labelled_arrays_are_read(file, engine):
 
 
 def _link(file):
-    file["travel"] = h5py.ExternalLink("other.nc", "travel")
+    file["other"] = h5py.ExternalLink("other.nc", "travel")
+
+
+def _soft_link(file):
+    file["other"] = h5py.SoftLink("/travel")
 
 
 def _store(file):
-    file.create_dataset("travel", (60,), "f8", external=[("other.raw", 0, 480)])
+    file.create_dataset("other", (60,), "f8", external=[("other.raw", 0, 480)])
 
 
 def _view(file):
     layout = h5py.VirtualLayout((60,), "f8")
     layout[:] = h5py.VirtualSource("other.nc", "travel", (60,))
-    file.create_virtual_dataset("travel", layout)
+    file.create_virtual_dataset("other", layout)
 
 
 def _many_groups(file):
@@ -98,7 +102,17 @@ def _large(file):
         file.create_dataset(f"{i}", (2_100_000,), "f4", compression="gzip")
 
 
-HARM = (_link, _store, _view, _huge, _wide_chunk, _many_groups, _deep, _many_variables, _large)
+ELSEWHERE = (_link, _soft_link, _store, _view)
+HARM = (_huge, _wide_chunk, _many_groups, _deep, _many_variables, _large)
+
+
+@pytest.mark.parametrize("write", ELSEWHERE)
+def test_what_is_elsewhere_is_refused_and_not_left_out(file, write):
+    labelled().to_netcdf(file, engine="h5netcdf")
+    assert read(file).travel.size == TRAVEL.size
+    with h5py.File(file, "a") as content:
+        write(content)
+    assert "'other'" in told(file, lambda: read(file))
 
 
 @pytest.mark.parametrize("write", HARM)

@@ -1,6 +1,6 @@
 """Curve files of labelled arrays: NetCDF and HDF5 (the extra ``netcdf``).
 
-Variables of the root are read; groups are not looked into, links are not followed. Sizes are
+Variables of the root are read; groups are not looked into, links are refused. Sizes are
 checked before numbers are read.
 """
 
@@ -41,7 +41,7 @@ def read(opened: Opened, form: Mapping) -> list[Sheet]:
         if len(long) == 1:
             by_dimension.setdefault(long[0], {})[name] = about, values.reshape(-1)
     if not by_dimension:
-        reason = "has no variable of numbers along one dimension outside of groups and links"
+        reason = "has no variable of numbers along one dimension outside of groups"
         raise RejectedCurveError(opened.file, f"{reason}; export one")
     stated = [[f"{name} :", _text(attributes[name])] for name in attributes if name[:1] != "_"]
     sheets = []
@@ -96,12 +96,14 @@ def _in_hdf5(opened: Opened) -> tuple[Mapping, dict[str, _Variable]]:
         variables, size = {}, 0
         for name in file:
             linked = not isinstance(file.get(name, getlink=True), h5py.HardLink)
-            if linked or file.get(name, getclass=True) is not h5py.Dataset:
+            if not linked and file.get(name, getclass=True) is not h5py.Dataset:
                 continue
+            if linked or file[name].external or file[name].is_virtual:
+                reason = f"has {name!r} in another place; export one file without links"
+                raise RejectedCurveError(opened.file, reason)
             array = file[name]
-            elsewhere = array.external or array.is_virtual
             # A dimension without a coordinate is stored as if it were a variable.
-            unreal = elsewhere or _NO_VARIABLE in _text(array.attrs.get("NAME", ""))
+            unreal = _NO_VARIABLE in _text(array.attrs.get("NAME", ""))
             if unreal or array.dtype.kind not in "iuf":
                 continue
             size += array.nbytes
