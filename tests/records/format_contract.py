@@ -11,6 +11,7 @@ where ``write`` writes ``TIME`` and ``TRAVEL`` into a file of the format. The se
 and units; what they leave out is as in the defaults.
 """
 
+import shutil
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import NamedTuple
@@ -44,6 +45,11 @@ class Example(NamedTuple):
     settings: Mapping
     channel: str
     write: Callable[[Path], None]
+
+
+def _remove(file: Path) -> None:
+    """Remove a file, or a record that is a folder."""
+    shutil.rmtree(file) if file.is_dir() else file.unlink()
 
 
 class FormatContract:
@@ -89,6 +95,7 @@ class FormatContract:
 
     @pytest.mark.parametrize("content", [b"", b"\0\1\2" * 99, b"no record"])
     def test_what_is_no_record_is_refused_in_one_line(self, curve_file, settings, content):
+        _remove(curve_file)
         curve_file.write_bytes(content)
         for use in (
             lambda: read_columns(curve_file, settings),
@@ -100,7 +107,7 @@ class FormatContract:
             assert str(refused.value).isprintable()
 
     def test_what_is_not_there_is_refused(self, curve_file, settings):
-        curve_file.unlink()
+        _remove(curve_file)
         with pytest.raises(RejectedCurveError):
             read_columns(curve_file, settings)
 
@@ -109,5 +116,5 @@ class FormatContract:
         before, bytes_ = read_columns(opened, settings).travel, opened.size
         assert bytes_ >= 2 * before.nbytes  # what is kept counts
         for each in curve_file.parent.iterdir():
-            each.unlink()
+            _remove(each)
         assert np.array_equal(read_columns(opened, settings).travel, before)

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import openpyxl
 import pytest
+import xarray as xr
 from packaging.requirements import Requirement
 
 from breaker.common.randomness import generator
@@ -42,6 +43,11 @@ def write_example(file):
     file.write_bytes(b"EXAMPLE1" + (10_000).to_bytes(4, "little") + TRAVEL.astype("<f4").tobytes())
 
 
+def write_store(file):
+    travel = xr.DataArray(TRAVEL, {"time": TIME}, "time", attrs={"units": "mm"})
+    travel.to_dataset(name="travel").to_zarr(file, consolidated=False)
+
+
 def name_of(format_):
     return format_.__name__.rpartition(".")[2]
 
@@ -72,6 +78,10 @@ class TestNetcdf(FormatContract):
     example = EXAMPLES["netcdf"]
 
 
+class TestZarr(FormatContract):
+    example = Example("a.zarr", {"time_unit": "ms"}, "travel", write_store)
+
+
 class TestLines(FormatContract):
     example = EXAMPLES["lines"]
 
@@ -91,8 +101,9 @@ class TestExample(FormatContract):
 
 def test_every_format_has_an_example():
     assert {*map(name_of, FORMATS)} == set(EXAMPLES)
-    tested = {each.example.name for each in FormatContract.__subclasses__()} - {"a.example-record"}
-    assert tested == {each.name for each in EXAMPLES.values()}
+    tested = {each.example.name for each in FormatContract.__subclasses__()}
+    others = {"a.example-record", "a.zarr"}
+    assert tested == {each.name for each in EXAMPLES.values()} | others
 
 
 @pytest.mark.parametrize("ending", ENDINGS)

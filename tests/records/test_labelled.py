@@ -1,6 +1,9 @@
-"""NetCDF and HDF5: variables are read as columns; no file hangs or fills memory."""
+"""NetCDF, HDF5 and Zarr: variables are read as columns; no file hangs or fills memory."""
 
+import json
+import os
 import struct
+from functools import partial
 
 import h5py
 import numpy as np
@@ -32,12 +35,21 @@ def read(file, channel=""):
     return read_columns(file, complete({"time_unit": "ms"}), channel)
 
 
-@pytest.mark.parametrize("engine", ["scipy", "h5netcdf"])
-def test_labelled_arrays_are_read(file, engine):
+WRITE = {
+    "3.nc": partial(xr.Dataset.to_netcdf, engine="scipy"),
+    "4.nc": partial(xr.Dataset.to_netcdf, engine="h5netcdf"),
+    "2.zarr": partial(xr.Dataset.to_zarr, mode="w", zarr_format=2, consolidated=True),
+    "3.zarr": partial(xr.Dataset.to_zarr, mode="w", zarr_format=3, consolidated=False),
+}
+
+
+@pytest.mark.parametrize("name", WRITE)
+def test_labelled_arrays_are_read(tmp_path, name):
+    file, write = tmp_path / name, WRITE[name]
     packed = xr.DataArray(np.rint(TRAVEL / 0.5).astype("i2"), dims="time")
     packed = packed.assign_attrs(scale_factor=0.5, add_offset=1.0, _FillValue=np.int16(3))
     whole = labelled(time="milliseconds since 2024-11-20").assign(packed=packed)
-    whole.to_netcdf(file, engine=engine)
+    write(whole, file)
     columns = read(file)
     np.testing.assert_array_equal(columns.travel, TRAVEL)
     np.testing.assert_array_equal(columns.time, TIME)
@@ -45,11 +57,11 @@ def test_labelled_arrays_are_read(file, engine):
     np.testing.assert_array_equal(read(file, "packed").travel, expected)
     assert ["station :", "North"] in look_into(file).preamble
     assert "'scalar'" in told(file, lambda: read(file, "scalar"))
-    labelled("deg").rename(time="t").expand_dims(phase=1).to_netcdf(file, engine=engine)
+    write(labelled("deg").rename(time="t").expand_dims(phase=1), file)
     seen = look_into(file)
     np.testing.assert_array_equal(seen.columns[seen.names.index("travel")], TRAVEL)
     assert "'deg'" in told(file, lambda: read(file))
-    xr.Dataset({"scalar": 1.0}).to_netcdf(file, engine=engine)
+    write(xr.Dataset({"scalar": 1.0}), file)
     told(file, lambda: read(file))
 
 
@@ -131,3 +143,45 @@ def test_a_text_of_a_damaged_size_does_not_hang(file):
     told(file, lambda: read(file))
     file.write_bytes(content[:-2000])
     told(file, lambda: read(file))
+
+
+ONE_EACH = {"name": "regular", "configuration": {"chunk_shape": [1]}}
+ONE_FOR_ALL = {"name": "regular", "configuration": {"chunk_shape": [10**9]}}
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"codecs": [{"name": "numcodecs.pickle"}]},
+        {"shape": [10**9]},
+        {"chunk_grid": ONE_FOR_ALL},
+        {"shape": [20_000], "chunk_grid": ONE_EACH},
+    ],
+)
+def test_a_store_that_states_what_may_do_harm_is_refused(tmp_path, change):
+    file = tmp_path / "a.zarr"
+    labelled().to_zarr(file, zarr_format=3, consolidated=False)
+    part = file / "travel/zarr.json"
+    part.write_text(json.dumps(json.loads(part.read_text()) | change))
+    told(file, lambda: read(file))
+
+
+@pytest.mark.parametrize("bound", ["LARGEST", "MOST_PARTS"])
+def test_the_parts_of_a_store_are_looked_at_before_it_is_opened(tmp_path, monkeypatch, bound):
+    file, other = tmp_path / "a.zarr", tmp_path / "a.zarr/other"
+    labelled().to_zarr(file, consolidated=False)
+    for make in (lambda: other.symlink_to(file / "travel"), lambda: os.mkfifo(other)):
+        make()
+        assert "other" in told(file, lambda: read(file))
+        other.unlink()
+    assert read(file).travel.size == TRAVEL.size
+    monkeypatch.setattr(f"breaker.records.files.{bound}", 3)
+    told(file, lambda: read(file))
+
+
+def test_a_sample_that_a_store_of_version_2_fills_in_is_missing(tmp_path):
+    encoding = {"travel": {"_FillValue": -99.0, "chunks": (20,)}}
+    labelled().to_zarr(tmp_path / "a.zarr", zarr_format=2, encoding=encoding)
+    (tmp_path / "a.zarr/travel/1").unlink()
+    expected = np.where(np.arange(60) // 20 == 1, np.nan, TRAVEL)
+    np.testing.assert_array_equal(read(tmp_path / "a.zarr").travel, expected)

@@ -26,7 +26,7 @@ from breaker.drive.answers.visit import Visit
 from breaker.model.parameters import MOTIONS
 from breaker.records.description import describe_file
 from breaker.records.files import Files, printable
-from breaker.records.folder import record_files
+from breaker.records.folder import is_folder, record_files
 from breaker.records.formats.comtrade import lone_data
 from breaker.records.formats.registry import look_into
 from breaker.records.operations import MANIFEST
@@ -126,7 +126,7 @@ class Session:
     ) -> None:
         self.named, self.overlays, self.commands = named, list(overlays), commands
         self.own = Path(own)
-        self.is_folder = os.path.isdir(named)
+        self.is_folder = is_folder(named)
         if self.is_folder:
             _check_readable(named)  # before a page is opened
         elif not os.path.exists(named):

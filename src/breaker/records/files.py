@@ -12,6 +12,9 @@ LARGEST = 64 * 2**20
 MOST_COLUMNS = 300
 """Columns of the widest table; exports have at most a tenth of it."""
 
+MOST_PARTS = 10_000
+"""Parts of a folder, and chunks, of one record: 300 columns of 10 chunks take a third of it."""
+
 _MOST_SAMPLES = 1_200_000  # a record of 10 s at 100 kHz has a million
 
 _REMEDY = "export the record alone, with fewer channels or at a lower rate"
@@ -61,6 +64,35 @@ def read_bytes(file: str | Path) -> bytes:
         raise RejectedCurveError(file, why)
     check_bytes(file, len(content))
     return content
+
+
+def is_store(file: str | Path) -> bool:
+    """Return whether a record of this name is a folder, by its ending."""
+    return os.path.splitext(file)[1].lower() == ".zarr"
+
+
+def check_store(folder: str | Path) -> None:
+    """Reject a record that is no folder, has more parts or bytes than a record, or has parts that
+    are neither folders nor files.
+    """
+    if not os.path.isdir(folder):
+        raise RejectedCurveError(folder, "is not there, or not a folder; name that of the store")
+    count = size = 0
+    for place, folders, names in os.walk(folder):
+        for part in (os.path.join(place, name) for name in [*folders, *names]):
+            state, count = os.lstat(part), count + 1
+            if not (stat.S_ISREG(state.st_mode) or stat.S_ISDIR(state.st_mode)):
+                why = f"its part {os.path.relpath(part, folder)} is a link, a pipe or a device"
+                raise RejectedCurveError(folder, f"{why}; put the file or folder itself there")
+            size += state.st_size
+        check_parts(folder, count)
+        check_bytes(folder, size)
+
+
+def check_parts(file: str | Path, count: int) -> None:
+    """Reject more parts than ``MOST_PARTS``."""
+    if count > MOST_PARTS:
+        raise RejectedCurveError(file, f"has {count:,} parts; export the record in larger chunks")
 
 
 def check_bytes(file: str | Path, size: int) -> None:

@@ -18,7 +18,7 @@ from breaker.model.parameters import MOTIONS
 from breaker.model.quantities import ABOUT
 from breaker.records.dates import dates_of, day_order, in_order
 from breaker.records.file_names import numbers_in, phases_in_names
-from breaker.records.files import printable
+from breaker.records.files import is_store, printable
 from breaker.records.folder import record_files
 from breaker.records.header import Header
 from breaker.records.operations import FILL_IN, LONGEST
@@ -119,7 +119,7 @@ def _files(folder: Path, look: Callable[[Path], Description], remarks: list[str]
     """
     first: dict[str, _File] = {}
     for place, folders, _ in os.walk(folder):
-        folders[:] = sorted(e for e in folders if not e.startswith("."))
+        folders[:] = sorted(e for e in folders if not e.startswith(".") and not is_store(e))
         for file in sorted(record_files(place), key=natural):
             path, seen = file.relative_to(folder).as_posix(), look(file)
             parts = path.split("/")[:-1]

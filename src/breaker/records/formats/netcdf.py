@@ -1,7 +1,7 @@
-"""Curve files of labelled arrays: NetCDF and HDF5 (the extra ``netcdf``).
+"""Curve files of labelled arrays: NetCDF, HDF5 and Zarr (the extra ``netcdf``).
 
-Variables of the root are read; groups are not looked into, links are refused. Sizes are
-checked before numbers are read.
+Variables of the root are read; groups are not looked into, links are refused. Sizes are checked
+before numbers are read.
 """
 
 from __future__ import annotations
@@ -13,11 +13,19 @@ from collections.abc import Mapping, Sequence
 from math import prod
 
 from breaker.common.lazy_numpy import np
-from breaker.records.files import Opened, RejectedCurveError, check_bytes, check_size
+from breaker.records.files import (
+    Opened,
+    RejectedCurveError,
+    check_bytes,
+    check_parts,
+    check_size,
+    check_store,
+    is_store,
+)
 from breaker.records.sheet import Sheet
 
 ENDINGS = dict.fromkeys((".nc", ".nc4"), "a NetCDF file")
-ENDINGS |= dict.fromkeys((".h5", ".hdf5"), "an HDF5 file")
+ENDINGS |= dict.fromkeys((".h5", ".hdf5"), "an HDF5 file") | {".zarr": "a Zarr store"}
 SIGNATURES = (b"CDF\1", b"CDF\2", b"CDF\5", b"\x89HDF\r\n\x1a\n")
 EXTRA = "netcdf"
 
@@ -33,8 +41,12 @@ def read(opened: Opened, form: Mapping) -> list[Sheet]:
     """Return the variables of numbers along each dimension, those along the longest one first: see
     ``registry``. The time is the coordinate of a dimension, unless another variable has its name.
     """
-    of_version_4 = opened.content.startswith(SIGNATURES[-1])
-    attributes, variables = (_in_hdf5 if of_version_4 else _in_version_3)(opened)
+    if is_store(opened.file):
+        attributes, variables = _in_store(opened)
+    elif opened.content.startswith(SIGNATURES[-1]):
+        attributes, variables = _in_hdf5(opened)
+    else:
+        attributes, variables = _in_version_3(opened)
     by_dimension: dict[tuple[str, int], dict[str, tuple[Mapping, np.ndarray]]] = {}
     for name, (dimensions, about, values) in variables.items():
         long = [pair for pair in zip(dimensions, values.shape, strict=True) if pair[1] > 1]
@@ -115,6 +127,27 @@ def _in_hdf5(opened: Opened) -> tuple[Mapping, dict[str, _Variable]]:
             about = {key: array.attrs[key] for key in _ABOUT if key in array.attrs}
             variables[name] = along, about, array[()]
         return dict(file.attrs), variables
+
+
+def _in_store(opened: Opened) -> tuple[Mapping, dict[str, _Variable]]:
+    """The same of a Zarr store."""
+    check_store(opened.file)
+    import zarr
+
+    store = zarr.open_group(str(opened.file), mode="r")
+    arrays = {name: each for name, each in store.arrays() if each.dtype.kind in "iuf"}
+    check_bytes(opened.file, sum(each.nbytes for each in arrays.values()))
+    check_parts(opened.file, sum(each.nchunks for each in arrays.values()))
+    variables = {}
+    for name, array in arrays.items():
+        check_bytes(opened.file, prod(array.shards or array.chunks) * array.dtype.itemsize)
+        along = getattr(array.metadata, "dimension_names", None)
+        along = along or array.attrs.get("_ARRAY_DIMENSIONS") or [*map(str, array.shape)]
+        about = dict(array.attrs)
+        if array.metadata.zarr_format == 2 and array.fill_value:
+            about["_FillValue"] = array.fill_value  # in version 2, it stands for missing samples
+        variables[name] = along, about, array[...]
+    return dict(store.attrs), variables
 
 
 def _check_texts(opened: Opened) -> None:

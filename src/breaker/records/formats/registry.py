@@ -25,7 +25,7 @@ from pathlib import Path
 from types import ModuleType
 
 from breaker import DISTRIBUTION
-from breaker.records.files import Opened, RejectedCurveError, as_opened
+from breaker.records.files import Opened, RejectedCurveError, as_opened, is_store
 from breaker.records.formats import comtrade, excel, lines, netcdf, text
 from breaker.records.header import Header
 from breaker.records.settings import FORMAT, complete
@@ -145,6 +145,8 @@ def format_of(opened: Opened) -> ModuleType:
         RejectedCurveError: If it is of a kind that cannot be read, or not of that of its ending.
     """
     file, named = opened.file, _named(opened.file)
+    if is_store(file):
+        return named  # a folder, without bytes of its own
     if _ending(file) in _OLD:
         raise RejectedCurveError(file, "is of a kind that cannot be read; save it as .xlsx")
     if comtrade.is_data(opened):
