@@ -68,7 +68,7 @@ def read_bytes(file: str | Path) -> bytes:
 
 def is_store(file: str | Path) -> bool:
     """Return whether a record of this name is a folder, by its ending."""
-    return os.path.splitext(file)[1].lower() == ".zarr"
+    return Path(file).suffix.lower() == ".zarr"
 
 
 def check_store(folder: str | Path) -> None:

@@ -15,7 +15,6 @@ A format is a module with
 """
 
 import logging
-import os
 import warnings
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
@@ -163,7 +162,7 @@ def format_of(opened: Opened) -> ModuleType:
 
 
 def _ending(file: str | Path) -> str:
-    return os.path.splitext(file)[1].lower()
+    return Path(file).suffix.lower()
 
 
 def _named(file: str | Path) -> ModuleType:
