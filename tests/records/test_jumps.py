@@ -12,7 +12,7 @@ KINDS = {
     "behind": lambda time, at, size: size * (time > 135.0 + at),
     "before": lambda time, at, size: size * (time < 30.0 - 0.2 * at),
     "returns": lambda time, at, size: size * ((time > 140.0 + at) & (time < 155.0 + at)),
-    "within": lambda time, at, size: abs(size) * (time > 75.0 + 0.5 * at),
+    "within": lambda time, at, size: size * (time > 75.0 + 0.5 * at),
 }
 
 
@@ -35,6 +35,9 @@ def test_a_slip_is_named_and_in_the_uncertainty(rate, kind, size):
         slipped = travel + KINDS[kind](time, at, size)
         kinds = doubtful_samples(slipped, 1.0 / rate, 0.0)
         assert kinds[kinds != ""].tolist() == ["slip"] * (2 if kind == "returns" else 1)
+        if kind == "before":
+            with pytest.raises(UnusableError):  # it looks like the first motion
+                check_slips(time, slipped, kinds, find_segment(time, slipped, "closing"))
         found = measure_curve(time, slipped, "closing")["stroke"]
         assert abs(found.value - 178.0) < 3.0 * found.sd < 4.0 * abs(size)
 

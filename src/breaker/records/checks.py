@@ -31,6 +31,7 @@ _ALIKE = 0.7, 4 / 3  # times the step of a time, that of twice the time; a bend 
 _LINE = 5  # samples of a line through samples beside a place
 _FAR = 0.15  # strokes from zero at which the open breaker is not that of the settings
 _SLIPS = 0.05  # of the stroke: a mount that slips by more holds no sensor
+_BEGUN = 0.1  # of the way, from which a motion is under way: twice a slip
 
 
 # ---- samples -------------------------------------------------------------------------------------
@@ -61,6 +62,10 @@ def doubtful_samples(travel: np.ndarray, step: float, quantum: float) -> np.ndar
     ways = sliding_window_view(np.diff(np.pad(near, 2, mode="edge")), 4)
     bends = np.maximum(np.ptp(ways, axis=1) - sds * noise, 0.0)
     kinds[np.abs(left - near) > coarse + bends] = "spike"
+    shape = quantum, MATTERS * stroke, stroke / speed if speed else np.inf
+    if speed and (kinds == "spike").any():  # a median of five is off beside a slip in the motion
+        slips = np.convolve(_jumps(filled(left), noise, *shape), np.ones(_LINE), "same") > 0.0
+        kinds[slips & (kinds == "spike")] = ""
     kinds[_clipped(np.where(kinds == "", left, np.nan), quantum, noise)] = "clipped"
     there = np.flatnonzero((kinds == "") & ~np.isnan(left))
     if speed == 0.0 or there.size < _LINE:
@@ -69,7 +74,7 @@ def doubtful_samples(travel: np.ndarray, step: float, quantum: float) -> np.ndar
     far = np.sqrt(2.0) * coarse[there[1:]] + 2.5 * speed * np.diff(there)
     apart = np.abs(np.diff(left[there])) > far
     rest = filled(np.where(kinds == "", left, np.nan))
-    apart |= _jumps(rest, noise, quantum, MATTERS * stroke, stroke / speed)[there[1:]]
+    apart |= _jumps(rest, noise, *shape)[there[1:]]
     kinds[there] = _pieces(left[there], there, apart, float(coarse.max()), _BURST / step)
     return kinds
 
@@ -167,10 +172,16 @@ def leap_at(travel: np.ndarray, place: int) -> float:
 
 
 def check_slips(time: np.ndarray, travel: np.ndarray, kinds: np.ndarray, segment: Segment) -> None:
-    """Refuse a motion in whose samples, ``(n,)``, ms, mm and kinds, the reading slips by far."""
+    """Refuse a motion in whose samples, ``(n,)``, ms, mm and kinds, the reading slips by far.
+
+    Before the motion, any slip that is seen looks like a first motion: of 1 % of the stroke, the
+    time of the first motion is 40 ms early.
+    """
+    begun = np.abs(travel[segment.begin : segment.end] - segment.before) > _BEGUN * segment.stroke
+    begun = segment.begin + int(begun.argmax())
     for place in segment.begin + np.flatnonzero(kinds[segment.begin : segment.end] == "slip"):
         leap = leap_at(travel, place)
-        if abs(leap) > _SLIPS * segment.stroke:
+        if place < begun or abs(leap) > _SLIPS * segment.stroke:
             raise UnusableError(
                 f"the reading leaps by {leap:.3g} mm at {time[place]:.5g} ms and does not return: "
                 "mend the transducer, or leave that part out by from and to in operations.csv"
