@@ -26,11 +26,14 @@ from breaker.records.currents import Currents
 from breaker.records.first_motion import StartInterval, first_motion, start_interval
 from breaker.records.motion import LocatedMotion, find_segment
 from breaker.records.propagation import SEEN, Trace, Uncertain, error_of
-from breaker.records.rejections import NotShownError, UnusableError
+from breaker.records.rejections import MATTERS, NotShownError, UnusableError
 
 _NEAR = 5.0, 8.0  # durations of the motion before and after it in which it is at rest
 _VAGUE = 0.4  # durations, uncertainty of the first motion that hides a change of a latch
 _SOON = 0.8  # durations after the arrival, before which no drive rests
+# Durations after the arrival, until which a swing or creep looks like a drift. With an error for
+# drifts, intervals of 80 strokes with one contain the truth for 73 %, not 56 %.
+_LONG = 2.0
 _TAIL = 0.8  # share of the time after the arrival from which its rest follows
 _UNREST = 0.08  # strokes, change late in the rest from which the drive does not rest
 _FOLLOWS = 0.4  # of such a change, error of the rest: other swings than those that are fitted
@@ -195,7 +198,11 @@ class Reading:
         unrest = self.trace.unrest(end - rests / 3.0, end)
         if rests < _SOON * self.duration or unrest > _UNREST * stroke:
             raise NotShownError("the record ends before the drive rests")
-        found = self.trace.settled(self.arrival, end - _TAIL * rests, self.located.moves)
+        begin, moves = end - _TAIL * rests, self.located.moves
+        found = self.trace.settled(self.arrival, begin, moves)
+        drifted = self.trace.drift(begin, end) * (0.5 * (begin + end) - moves)
+        if drifted > MATTERS * stroke and rests > _LONG * self.duration:
+            found = found + error_of(0.0, drifted)
         later = _SWING[0] * stroke * float(np.exp(-_SWING[1] * rests / self.duration))
         return found + error_of(0.0, later + _FOLLOWS * unrest)
 

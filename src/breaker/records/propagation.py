@@ -167,6 +167,17 @@ class Trace:
         way = float(np.ptp([mean.value for mean in means]))
         return max(0.0, way - SEEN * self.sd(means[-1] - means[0]))
 
+    def drift(self, begin: float, end: float) -> float:
+        """Return the pace of a rest that goes on one way, seen over each of its thirds, mm/ms."""
+        window = self._window(begin, end)
+        if window.size < 3 * _FEWEST:
+            return 0.0
+        first, second, third = (self._mean(part) for part in np.array_split(window, 3))
+        ways = (second - first).value, (third - second).value
+        least = min(ways, key=abs)
+        seen = ways[0] * ways[1] > 0.0 and abs(least) > SEEN * self.sd(second - first)
+        return 3.0 * abs(least) / (end - begin) if seen else 0.0
+
     def at(self, time: Uncertain) -> Uncertain:
         """Return the travel at a time."""
         fit, window, error = self._fit(time.value)
