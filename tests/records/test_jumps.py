@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from breaker.records.checks import check_slips, doubtful_samples
+from breaker.records.checks import check_slips, doubtful_samples, range_remark
 from breaker.records.measurements import measure_curve
 from breaker.records.motion import find_segment
 from breaker.records.rejections import UnusableError
@@ -61,3 +61,14 @@ def test_what_returns_soon_is_left_out_and_a_large_slip_is_refused(kind, lasts):
         found = measure_curve(time, travel + off, "closing")["stroke"]
         assert abs(found.value - 178.0) < max(3.0 * found.sd, 0.1)
         assert found.sd < 0.6
+
+
+@pytest.mark.parametrize("rate", [2.5, 10.0, 40.0])
+@pytest.mark.parametrize("quantum", [0.0, 0.05, 0.5])
+def test_an_end_of_the_range_within_the_stroke_is_named(rate, quantum):
+    """None of 18,000 simulated motions is; where a quantum hides the noise, no end can be."""
+    time, travel = record(rate)
+    for end in (np.inf, 120.0):
+        read = np.minimum(travel, end)
+        read = quantum * np.round(read / quantum) if quantum else read
+        assert bool(range_remark(time, read, 55.0)) == (end == 120.0 and quantum < 0.5)

@@ -18,7 +18,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 from breaker.common.numerals import in_digits
 from breaker.records.fits import filled, running_median, smoothed
 from breaker.records.motion import Segment, white_noise
-from breaker.records.rejections import MATTERS, Remark, UnusableError, normal_sds
+from breaker.records.rejections import FEWEST, MATTERS, Remark, UnusableError, normal_sds
 from breaker.records.settings import TO_MM
 
 STROKES = (2.0, 300.0)
@@ -31,6 +31,8 @@ _ALIKE = 0.7, 4 / 3  # times the step of a time, that of twice the time; a bend 
 _LINE = 5  # samples of a line through samples beside a place
 _FAR = 0.15  # strokes from zero at which the open breaker is not that of the settings
 _SLIPS = 0.05  # of the stroke: a mount that slips by more holds no sensor
+_AT_SPEED = 0.25  # of the greatest speed: no damper stops a drive from more within a sample
+_NOISY = 5  # values of a rest in noise that no step of the reading hides at another rest
 _BEGUN = 0.1  # of the way, from which a motion is under way: twice a slip
 
 
@@ -224,6 +226,27 @@ def of_no_drive(motion: str, time: np.ndarray, done: np.ndarray, stroke: float) 
         return ""
     about = {"stroke": stroke, "lasts": lasts, "speed": speed}
     return Remark("no-drive", motion=motion, **{k: in_digits(v, 3) for k, v in about.items()})
+
+
+def range_remark(time: np.ndarray, travel: np.ndarray, moves: float) -> str:
+    """Say that the range of the transducer ends within the stroke; "" if nothing shows it.
+
+    The reading then stops at speed, and stays at one value, while noise moves it at other rests.
+
+    Args:
+        time, travel: Of the motion, ``(n,)``, ms and mm; NaN where a sample is missing.
+        moves: Time of the first motion, ms.
+    """
+    there = ~np.isnan(travel)
+    time, travel = time[there], travel[there]
+    stop = 1 + int(np.flatnonzero(travel != travel[-1])[-1])
+    lag = max(_LINE, round(1.0 / (time[1] - time[0])))  # 1 ms
+    ways = np.abs(travel[lag:] - travel[:-lag])
+    share = float(ways[max(stop - 1 - lag, 0)] / ways.max())
+    noisy = np.unique(travel[time < moves]).size >= _NOISY
+    if travel.size - stop < FEWEST or not noisy or share < _AT_SPEED:
+        return ""
+    return Remark("stops-at-speed", at=in_digits(time[stop], 4), share=f"{share:.0%}")
 
 
 def check_stroke(stroke: float, settings: Mapping) -> None:

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 
 from breaker.common.numerals import in_digits
 from breaker.model.quantities import Speed
-from breaker.records.checks import doubts_in_words, of_no_drive, rest_remark
+from breaker.records.checks import doubts_in_words, of_no_drive, range_remark, rest_remark
 from breaker.records.contacts import ContactTimes
 from breaker.records.currents import Currents
 from breaker.records.grid import Grid
@@ -60,6 +60,7 @@ class Record(LocatedMotion):
         remarks = [
             *self.file_remarks,
             of_no_drive(self.motion, time, done, self.segment.stroke),
+            range_remark(time, self.left, self.moves),
             rest_remark(self.segment, self.settings, self.motion, zero_sd),
             doubts_in_words(self.time, self.doubts),
             Remark("ripples", rms=in_digits(self.ripple, 2)) if self.ripple else "",

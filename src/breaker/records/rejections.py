@@ -22,6 +22,8 @@ TEXTS = {
     "doubtful-samples": "{count} samples that no sensor of this stroke gives: {places}",
     "no-drive": "{stroke} mm in {lasts} ms, {speed} m/s, is no {motion} of a drive: check the rate "
     "or unit of the time, and the unit or ratio of the travel",
+    "stops-at-speed": "the travel stops at {at} ms at {share} of its greatest speed, and stays "
+    "at one value: does the range of the transducer end within the stroke?",
     "open-rest-unseen": "ends before the open breaker rests: its last reading stands for that rest",
     "open-rest-off": "the open breaker rests at {rest} mm, which is no zero: set "
     "endurance.format.zero to its reading, or to rest, if sensor.zero_sd is less",
