@@ -107,10 +107,10 @@ def raised(after, height, samples):
 @pytest.mark.parametrize(("height", "samples"), [(8.0, 1), (-8.0, 1), (8.0, 8), (-2.0, 8)])
 def test_wrong_samples_do_not_move_it(records, error, after, height, samples):
     wrong = changed(records, raised(after, height, samples))
-    near = samples > 1 and -1.0 < after < 2.0  # too much of the rise is gone: withheld
-    assert near or not np.isnan(wrong).any()
+    # Of a burst within the rise, a quarter of what is fitted is gone; of the fastest, too much.
+    assert np.isnan(wrong).mean() <= (0.1 if samples > 1 else 0.0)
     assert np.nanmax(np.abs(wrong - error[:FEW])) < (0.8 if samples > 1 else 0.4)
-    assert not np.nanmean(wrong) > 0.25
+    assert abs(np.nanmean(wrong)) < 0.25
 
 
 @pytest.mark.parametrize(("far", "slow"), [(11.0, 4.8), (1.0, 5.0), (1.0, 0.4), (70.0, 50.0)])
@@ -122,7 +122,7 @@ def test_it_is_as_good_for_any_stroke_and_speed(records, far, slow):
     assert np.abs(error).max() < 0.8
 
 
-@pytest.mark.parametrize(("power", "late"), [(2.0, 0.3), (2.5, 0.9), (3.0, 1.6), (4.0, 3.0)])
+@pytest.mark.parametrize(("power", "late"), [(2.0, 0.3), (2.5, 0.9), (3.0, 1.4), (4.0, 2.2)])
 def test_a_gradual_start_is_found(power, late):
     """Of 13 mm in 12 ms with 0.1 mm of noise."""
     rng = generator(5, "test gradual")
@@ -153,3 +153,16 @@ def test_a_start_in_a_gap_is_refused(records, gap):
     error = changed(records, change)
     assert np.isnan(error).mean() > 0.95
     assert np.nanmax(np.abs(np.append(error, 0.0))) < 0.7
+
+
+@pytest.mark.parametrize("phase", np.arange(0.0, 6.3, 0.7))
+@pytest.mark.parametrize("period", [4.0, 7.0])
+def test_a_linkage_that_ripples_does_not_move_it_by_much(period, phase):
+    """Ripple of 2 mm in 150, that grows with the speed: a low rise alone is up to 5 ms early."""
+    rng = generator(6, "test ripple")
+    time = 0.1 * np.arange(2000)
+    share = np.clip((time - 60.0) / 60.0, 0.0, 1.0)
+    way, speed = 150.0 * share**2 * (3.0 - 2.0 * share), 4.0 * share * (1.0 - share)
+    way += 2.0 * speed * np.sin(2.0 * np.pi * time / period + phase)
+    found, sd = first_motion(time, way + 0.05 * rng.standard_normal(time.size), "closing")
+    assert abs(found - 60.0) < max(2.5, 3.0 * sd)

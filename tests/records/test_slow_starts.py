@@ -57,12 +57,12 @@ def latches(**more):
 
 
 def test_slow_starts():
-    """Hum hides half of them. The value of a threshold or of a power alone was up to 16 ms off."""
+    """Of 80, 67 have a value. That of a threshold or of a power alone was up to 16 ms off."""
     start, value, sd = latches(slow=True).T
     shown = np.isfinite(value)
     inside = np.abs(value - start) < 1.96 * sd
     assert inside[shown].mean() >= 0.95
-    assert shown.mean() >= 0.45
+    assert shown.mean() >= 0.7
 
 
 def test_plain_starts_are_as_accurate_as_ever():
