@@ -17,7 +17,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 
 from breaker.common.numerals import in_digits
 from breaker.records.fits import filled, running_median, smoothed
-from breaker.records.motion import Segment, white_noise
+from breaker.records.motion import OF_SECOND, Segment, white_noise
 from breaker.records.rejections import FEWEST, MATTERS, Remark, UnusableError, normal_sds
 from breaker.records.settings import TO_MM
 
@@ -85,11 +85,14 @@ def _local_noise(travel: np.ndarray, step: float) -> np.ndarray:
     """Sd of white noise about each sample, ``(t,)``, mm: of the record or of a time about it."""
     # Between samples that an instrument interpolates, the noise is hidden.
     noise = max(white_noise(travel[::each]) for each in (1, 2, 4) if each == 1 or each * step < 0.4)
-    length = 4 * round(_BURST / step)
-    local = np.full(travel.shape, noise)
-    for first in range(0, travel.size - length - 1, max(length // 8, 1)):
-        part = slice(first, first + length)
-        local[part] = np.maximum(local[part], white_noise(travel[part]))
+    length, local = 4 * round(_BURST / step), np.full(travel.shape, noise)
+    if travel.size < length:
+        return local
+    every = max(length // 8, 1)
+    parts = sliding_window_view(travel, length)[::every]
+    for k, sd in enumerate(OF_SECOND * np.median(np.abs(np.diff(parts, n=2)), axis=1)):
+        part = slice(k * every, k * every + length)
+        local[part] = np.maximum(local[part], sd)
     return local
 
 

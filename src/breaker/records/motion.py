@@ -24,6 +24,9 @@ _SLOW = 2 / 3  # of the greatest speed: below, touch or damper act, and the forc
 # an earlier motion may still ring.
 _REST = (50.0, 1.0)
 
+OF_SECOND = 1.0 / (0.6745 * 6.0**0.5)
+"""Sd of white noise as a share of the median second difference, in which even motion is nothing."""
+
 
 @dataclass(frozen=True)
 class Segment:
@@ -227,9 +230,8 @@ def find_segment(
 
 def white_noise(travel: np.ndarray) -> float:
     """Return the sd of the noise of a record, mm, if its samples are independent."""
-    # Second differences of a motion at even speed are noise alone, of sqrt(6) times its sd.
     second = np.diff(travel[~np.isnan(travel)], n=2)
-    return float(np.median(np.abs(second)) / (0.6745 * np.sqrt(6.0))) if second.size else 0.0
+    return float(OF_SECOND * np.median(np.abs(second))) if second.size else 0.0
 
 
 @dataclass(frozen=True)
