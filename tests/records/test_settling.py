@@ -23,7 +23,7 @@ def test_a_rest_is_as_uncertain_as_stated(shape):
     ways = settlings(LATE, -1.0)
     for _ in range(200):
         travel = 1.0 + 0.05 * SHAPES[shape] + NOISE * rng.standard_normal(LATE.size)
-        value, weights, hidden = level(travel, *ways, NOISE**2)
+        value, weights, hidden, _ = level(travel, *ways, NOISE**2)
         errors.append((value - 1.0) / np.hypot(NOISE * np.linalg.norm(weights), hidden))
     assert np.sqrt(np.mean(np.square(errors))) < 1.25
 

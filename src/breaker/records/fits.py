@@ -131,7 +131,7 @@ def level(
     ways: np.ndarray,
     chances: np.ndarray,
     variance: float,
-) -> tuple[float, np.ndarray, float]:
+) -> tuple[float, np.ndarray, float, float]:
     """Return the level about which travel moves in one of some ways.
 
     Args:
@@ -142,8 +142,8 @@ def level(
         variance: Of the noise of each sample, mm^2.
 
     Returns:
-        The level, mm; the weights of the samples in it, ``(n,)``; and the sd of its error from
-        what the samples do not show, mm.
+        The level, mm; the weights of the samples in it, ``(n,)``; the sd of its error from what
+        the samples do not show, mm; and what the best way leaves, mm, 0 where noise leaves as much.
     """
     mean, n, k = float(travel.mean()), travel.size, ways.shape[1]
     off, means = travel - mean, functions.mean(axis=1)
@@ -171,6 +171,7 @@ def level(
     hidden = (middles * turned - variance * gains * (squares @ gains)).sum(axis=(1, 2))
     offset = float(each @ offsets)
     square = float(each @ (np.maximum(hidden, 0.0) + (offsets - offset) ** 2))
-    square += left if left > _LEFT * variance else 0.0
     amounts = np.bincount(ways.ravel(), (each[:, None] * gains[..., 0]).ravel(), len(functions))
-    return mean - offset, 1.0 / n - amounts @ centred, float(np.sqrt(square))
+    misfit = left if left > _LEFT * variance else 0.0
+    weights = 1.0 / n - amounts @ centred
+    return mean - offset, weights, float(np.sqrt(square)), float(np.sqrt(misfit))

@@ -25,7 +25,7 @@ from breaker.records.contacts import ContactTimes
 from breaker.records.currents import Currents
 from breaker.records.first_motion import StartInterval, first_motion, start_interval
 from breaker.records.motion import LocatedMotion, find_segment
-from breaker.records.propagation import SEEN, Trace, Uncertain, error_of
+from breaker.records.propagation import SEEN, TAILS, Trace, Uncertain, error_of
 from breaker.records.rejections import MATTERS, NotShownError, UnusableError
 
 _NEAR = 5.0, 8.0  # durations of the motion before and after it in which it is at rest
@@ -34,7 +34,6 @@ _SOON = 0.8  # durations after the arrival, before which no drive rests
 # Durations after the arrival, until which a swing or creep looks like a drift. With an error for
 # drifts, intervals of 80 strokes with one contain the truth for 73 %, not 56 %.
 _LONG = 2.0
-_TAIL = 0.8  # share of the time after the arrival from which its rest follows
 _UNREST = 0.08  # strokes, change late in the rest from which the drive does not rest
 _FOLLOWS = 0.4  # of such a change, error of the rest: other swings than those that are fitted
 _SWING = 0.12, 2.2  # strokes of a swing that turns at the end, and how it fades per duration
@@ -198,8 +197,8 @@ class Reading:
         unrest = self.trace.unrest(end - rests / 3.0, end)
         if rests < _SOON * self.duration or unrest > _UNREST * stroke:
             raise NotShownError("the record ends before the drive rests")
-        begin, moves = end - _TAIL * rests, self.located.moves
-        found = self.trace.settled(self.arrival, begin, moves)
+        begin, moves = end - TAILS[0] * rests, self.located.moves
+        found = self.trace.settled(self.arrival, moves)
         drifted = self.trace.drift(begin, end) * (0.5 * (begin + end) - moves)
         if drifted > MATTERS * stroke and rests > _LONG * self.duration:
             found = found + error_of(0.0, drifted)

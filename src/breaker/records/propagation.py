@@ -22,6 +22,8 @@ _FEWEST = 6  # samples of a local fit or of part of a rest: two more than number
 _WIDTH, _BEND, _WIDEST = 11.0, 0.02, 0.2
 _MEMORY = 1e-4  # correlation of samples that counts as none
 _BLOCKS = 64  # means of neighbouring samples of a rest
+TAILS = (0.8, 0.55, 0.4)
+"""Shares of the time after the arrival: the longest that ways to settle explain shows the rest."""
 SEEN = 3.0
 """Standard deviations from which a distance is seen: noise alone makes one in 370."""
 _NUMBERS = count()  # of errors
@@ -134,13 +136,21 @@ class Trace:
             raise NotShownError("too little rest before the motion")
         return self._mean(window)
 
-    def settled(self, arrival: float, begin: float, begun: float) -> Uncertain:
+    def settled(self, arrival: float, begun: float) -> Uncertain:
         """Return the travel at which the drive rests or will rest.
 
         Args:
-            arrival, begin: When the drive arrived, and from when on samples count, ms.
-            begun: When the motion began, ms.
+            arrival, begun: When the drive arrived, and when the motion began, ms.
         """
+        end = float(self.known[-1])
+        for share in TAILS:
+            rest, misfit = self._settled(arrival, end - share * (end - arrival), begun)
+            if not misfit:
+                break
+        return rest + error_of(0.0, math.hypot(misfit, self._rounding(0.0)))
+
+    def _settled(self, arrival: float, begin: float, begun: float) -> tuple[Uncertain, float]:
+        """The same of the samples from a time on, and what no way to settle explains, mm."""
         window = self._window(begin, math.inf)
         every = max(1, window.size // _BLOCKS)
         window = window[window.size % every :]
@@ -152,9 +162,10 @@ class Trace:
         # Of a curve without noise, so that the digits suffice.
         least = math.sqrt(sys.float_info.epsilon) * self.stroke**2
         noise = max(self.alike * self.noise**2 / every, least)
-        value, weights, hidden = level(travel, self.stroke * functions, ways, chances, noise)
+        found = level(travel, self.stroke * functions, ways, chances, noise)
+        value, weights, hidden, misfit = found
         rest = self._of(value, window, np.repeat(weights, every) / every)
-        return rest + error_of(0.0, math.hypot(hidden, self._rounding(0.0)))
+        return rest + error_of(0.0, hidden), misfit
 
     def unrest(self, begin: float, end: float) -> float:
         """Return by how much means of four parts of a rest differ beyond noise, mm.
