@@ -17,7 +17,7 @@ from tests.exports import way
 
 ROOT = Path(__file__).parents[2]
 
-LENGTH, BEGINS = 400.0, {"closing": 55.0, "opening": 205.0}  # ms, of a closing and opening
+LENGTH, BEGINS = 400.0, {"closing": 55.0, "opening": 245.0}  # ms, of a closing and opening
 REST = "endurance: {format: {zero: rest}}\n"
 
 

@@ -35,7 +35,7 @@ _SOON = 0.8  # durations after the arrival, before which no drive rests
 # drifts, intervals of 80 strokes with one contain the truth for 73 %, not 56 %.
 _LONG = 2.0
 _UNREST = 0.08  # strokes, change late in the rest from which the drive does not rest
-_FOLLOWS = 0.4  # of such a change, error of the rest: other swings than those that are fitted
+_FOLLOWS = 0.3  # of such a change, error of the rest: other swings than those that are fitted
 _SWING = 0.12, 2.2  # strokes of a swing that turns at the end, and how it fades per duration
 _SWITCHED = {
     "time": "no contact timing: the time of touch or parting is not known",

@@ -39,6 +39,7 @@ from breaker.records.sheet import Columns
 from breaker.records.words import MOTION_OF
 
 _MANY = 100  # records from which progress is shown: they take more than a second
+_SAME_LENGTH = 0.02  # share by which lengths may differ, which are printed rounded
 _SAME_RATE = 0.01  # share by which rates may differ: clocks of recorders agree to far less
 
 
@@ -210,7 +211,9 @@ def _locate(
     event = contact.trigger, contact.trigger_sd
     currents = Currents(time, channels, inside, moves[0], *event)
     remarks = *samples.remarks, *doubtful, *stated
-    return Record(*located, operation, settings, rest, contact, currents, remarks, warning)
+    record = Record(*located, operation, settings, rest, contact, currents, remarks, warning)
+    _ = record.reading  # raises where the motion does not go on to its rest
+    return record
 
 
 def _contradiction(operation: Operation, samples: _Samples, motion: str, header: Header) -> str:
@@ -226,14 +229,17 @@ def _contradiction(operation: Operation, samples: _Samples, motion: str, header:
             f"{motion}: check endurance.format.sign, and the motion that you named"
         )
     rate = 1.0 / float(samples.time[1] - samples.time[0])
-    timed = samples.settings["time_column"] is not None
+    timed, name = samples.settings["time_column"] is not None, printable(operation.file)
+    lasts, at = samples.time.size / rate, f"is read at {in_digits(rate, 4)} kHz"
     if not isfinite(header.rate) or abs(header.rate / rate - 1.0) <= _SAME_RATE:
-        return ""
-    states = f"states {in_digits(header.rate, 4)} kHz, and is read at {in_digits(rate, 4)} kHz"
+        if timed or not abs(lasts / header.length - 1.0) > _SAME_LENGTH:
+            return ""
+        return f"{name} states a length of {in_digits(header.length, 4)} ms, and {at}"
+    states = f"states {in_digits(header.rate, 4)} kHz, and {at}"
     if not timed and "rate" not in operation.settings:
         raise UnusableError(
             f"{states}: leave endurance.format.rate out to read with the stated rate, or if the "
             "file is wrong, write the rate into the column rate of operations.csv"
         )
     by = "its column of times" if timed else "operations.csv"
-    return f"{printable(operation.file)} {states}, by {by}"
+    return f"{name} {states}, by {by}"

@@ -5,7 +5,8 @@ A ``Record`` holds what a file shows without the grid of a model; ``reader.Reade
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from functools import cached_property
 
 from breaker.common.numerals import in_digits
 from breaker.model.quantities import Speed
@@ -32,7 +33,6 @@ class Record(LocatedMotion):
         currents: Currents of the coil and of the motor.
         file_remarks: Remarks on the file.
         warning: Contradiction between the file's own statements and how it was read; "" is none.
-        reading: What is measured of the travel, without a contact's times or speeds.
     """
 
     operation: Operation
@@ -42,10 +42,6 @@ class Record(LocatedMotion):
     currents: Currents
     file_remarks: tuple[str, ...]
     warning: str = ""
-    reading: Reading = field(init=False, repr=False)
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "reading", Reading(self, self.contact, ()))
 
     @property
     def masked(self) -> int:
@@ -79,3 +75,8 @@ class Record(LocatedMotion):
         """Measure the quantities of the motion; times of the contact may be another file's."""
         contact = contact or self.contact
         return self.reading.with_contact(contact, speeds, self.currents).quantities()
+
+    @cached_property
+    def reading(self) -> Reading:
+        """What is measured of the travel, without a contact's times or speeds."""
+        return Reading(self, self.contact, ())
