@@ -54,5 +54,5 @@ def test_rounding_of_a_rest_does_not_average_out():
 
 
 def test_a_rest_that_is_not_there():
-    with pytest.raises(NotShownError):
+    with pytest.raises(NotShownError, match="too little rest"):
         trace_of(CURVE).rest(70.0, 80.0)

@@ -1,22 +1,21 @@
-"""Fits to evenly spaced samples: running statistics, local cubics, and levels of rest.
+"""Fits to evenly spaced samples: running statistics, local cubics and the rest after a motion.
 
-A drive that has arrived may still swing, creep or seem to drift. Which of these it does is not
-known, so its rest is the mean over all of them, each as probable as the travel makes it.
+Late in a motion one mode is left, ``y = e + a C(x) + b S(x)``, a damped swing or the sum of two
+decays, of which the faster may be over. First its damping and stiffness follow from the integrals
+of ``y'' + r y' + s (y - e) = 0``, which are linear in them and average the noise; then all numbers
+are fitted by Gauss-Newton.
 """
+
+from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 _TOGETHER = 2**18  # samples in windows whose medians are computed at once: 2 MB
-# After the arrival, in durations of the motion: angular frequencies of swings (0 is two decays),
-# times in which they fade, and times in which creeps do.
-_SWINGS = np.array([0.0, 1.0, 1.5, 2.0, 3.0, 4.0, 5.5, 7.5])
-_FADES = np.geomspace(0.25, 2.0, 6)
-_CREEPS = np.array([1.0, 2.0, 4.0])
-# Of swings and creeps at the arrival, in strokes, and of drifts, in strokes per duration: sd
-# before they are seen. And how many drives do so, of the simulated ones and of field records.
-_SIZES = 0.09, 0.03, 0.0045
-_CHANCES = 0.3, 0.1, 0.03
-_LEFT = 1.7  # noise variances, beyond what noise leaves of the 64 means of a rest (4 sds)
+_BLOCKS = 64  # means of neighbouring samples that are fitted
+_ROUNDS = 5
+_FARTHEST = 5.0  # change of a rate in a round
+_CONDITION = 1e3  # of a fit whose end is known
 
 
 def filled(travel: np.ndarray) -> np.ndarray:
@@ -62,19 +61,30 @@ def running_mean(values: np.ndarray, window: int) -> np.ndarray:
     return values[0] + (total[window:] - total[:-window]) / window
 
 
+@dataclass(frozen=True, eq=False)
 class LocalCubic:
-    """Cubic through samples about a time.
+    """Cubic through the samples about a time.
 
-    Args:
+    Attributes:
         near, half: The time and half of the width, ms.
-        travel: The samples, ``(w,)``, mm.
+        travel: Samples, ``(w,)``, mm.
+        window: Their places, ``(w,)``.
         shares: Their times from ``near`` on, over ``half``, ``(w,)``.
+        error: Error of the fit itself, mm.
     """
 
-    def __init__(self, near: float, half: float, travel: np.ndarray, shares: np.ndarray) -> None:
-        self.near, self.half = near, half
-        self._inverse = np.linalg.pinv(shares[:, None] ** np.arange(4))
-        self._coefficients = self._inverse @ travel
+    near: float
+    half: float
+    travel: np.ndarray
+    window: np.ndarray
+    shares: np.ndarray
+    error: float
+
+    def __post_init__(self) -> None:
+        powers = self.shares[:, None] ** np.arange(4)
+        inverse = np.linalg.solve(powers.T @ powers, powers.T)
+        object.__setattr__(self, "_inverse", inverse)
+        object.__setattr__(self, "_coefficients", inverse @ self.travel)
 
     def _basis(self, time: float, order: int) -> np.ndarray:
         u = (time - self.near) / self.half
@@ -95,83 +105,143 @@ class LocalCubic:
             slope = self.value(time, order + 1)
             step = (self.value(time, order) - value) / slope if slope else 0.0
             time = min(max(time - step, self.near - self.half), self.near + self.half)
+            if abs(step) < 1e-9 * self.half:
+                break
         return time
 
 
-def settlings(late: np.ndarray, begun: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return how a drive that has arrived may move on, and how probable each way is.
+class Settling(NamedTuple):
+    """End of a curve, carried on.
+
+    Attributes:
+        rest: Where it comes to rest, mm.
+        weights: Of the samples in that, ``(n,)``.
+        misfit: Mean square of what the fit leaves of means of samples, mm^2.
+        every: Samples in such a mean.
+        known: What is fitted to these means, ``(m, p)``: the constant, the modes, and how these
+            change with their rates.
+    """
+
+    rest: float
+    weights: np.ndarray
+    misfit: float
+    every: int
+    known: np.ndarray
+
+
+def settling(time: np.ndarray, travel: np.ndarray) -> Settling | None:
+    """Fit the end of a curve; None where it does not show where it settles.
 
     Args:
-        late: Times since the arrival, ``(n,)``, durations of the motion.
-        begun: When the motion began, from which a drift counts.
-
-    Returns:
-        Functions, ``(f, n)``, strokes; which of them each way is a sum of, ``(m, 3)``; and the
-        probabilities of the ways, ``(m,)``.
+        time: Times, ``(n,)``, ms, increasing.
+        travel: Travel, ``(n,)``, mm; no sample missing.
     """
-    creeps = _SIZES[1] * np.exp(-late / _CREEPS[:, None])
-    slow = np.vstack([np.zeros_like(late), creeps, _SIZES[2] * (late - begun)])
-    turns = _SWINGS[:, None] * late
-    sines = np.where(_SWINGS[:, None] > 0.0, np.sin(turns), late)
-    fades = np.exp(-late / _FADES[:, None, None])
-    swings = _SIZES[0] * np.vstack([fades * np.cos(turns), fades * sines]).reshape(-1, late.size)
-    half = len(swings) // 2
-    swung = len(slow) + np.arange(half)
-    swung = np.vstack([[0, 0], np.column_stack([swung, swung + half])])  # 0 is none
-    first, second = np.indices((len(slow), len(swung))).reshape(2, -1)
-    swing, creep, drift = _CHANCES
-    slowly = [1.0 - creep - drift, *np.full(_CREEPS.size, creep / _CREEPS.size), drift]
-    chances = np.outer(slowly, [1.0 - swing, *np.full(half, swing / half)]).ravel()
-    return np.vstack([slow, swings]), np.column_stack([first, swung[second]]), chances
+    every = max(1, time.size // _BLOCKS)
+    skipped = time.size % every
+    x, y = (each[skipped:].reshape(-1, every).mean(axis=1) for each in (time, travel))
+    x = (x - x[0]) / (x[-1] - x[0])
+    for order in (2, 1):
+        if (found := _fitted(x, y, order)) is not None:
+            rest, weights, misfit, known = found
+            weights = np.append(np.zeros(skipped), np.repeat(weights, every) / every)
+            return Settling(rest, weights, misfit, every, known)
+    return None
 
 
-def level(
-    travel: np.ndarray,
-    functions: np.ndarray,
-    ways: np.ndarray,
-    chances: np.ndarray,
+def _fitted(x: np.ndarray, y: np.ndarray, order: int) -> tuple | None:
+    """What ``Settling`` has of one mode, or of its slower decay alone; None if it is not shown."""
+    once = _integral(x, y)
+    integrals = [once, _integral(x, once)][:order]
+    known = np.column_stack([x**i for i in range(order + 1)] + [-each for each in integrals])
+    rates = np.linalg.lstsq(known, y, rcond=None)[0][order + 1 :]  # r, and s
+    linear = None
+    for _ in range(_ROUNDS):
+        if not (rates > 0).all():
+            return None
+        basis, slopes = _solutions(x, rates)
+        if linear is None:
+            linear = np.linalg.lstsq(basis, y, rcond=None)[0]
+        jacobian = np.column_stack([basis, *(each @ linear[1:] for each in slopes)])
+        left = y - basis @ linear
+        scale = np.linalg.norm(jacobian, axis=0)
+        if not (scale > 0).all():
+            return None
+        root = np.linalg.svd(jacobian / scale, full_matrices=False)
+        if not root.S[0] < _CONDITION * root.S[-1]:
+            return None
+        inverse = (root.Vh.T / root.S) @ root.U.T / scale[:, None]
+        step = inverse @ left
+        linear = linear + step[: order + 1]
+        rates = rates + np.clip(step[order + 1 :], -_FARTHEST, _FARTHEST)
+    misfit = float(left @ left) / max(x.size - len(jacobian.T), 1)
+    return float(linear[0]), inverse[0], misfit, jacobian
+
+
+def hidden_mode(
+    y: np.ndarray,
+    known: np.ndarray,
+    weights: np.ndarray,
+    modes: np.ndarray,
+    *,
     variance: float,
-) -> tuple[float, np.ndarray, float, float]:
-    """Return the level about which travel moves in one of some ways.
+    size: float,
+    share: float,
+) -> float:
+    """Return the error of a fit's rest from a mode that it lacks, mm: what noise may hide.
+
+    Each mode has the probability that travel gives it (evidence of a linear model), and with it
+    an amplitude and its error. The root mean square of what these do to the rest is returned.
 
     Args:
-        travel: Travel, ``(n,)``, mm.
-        functions: Functions, ``(f, n)``; their amounts have an sd of 1 before they are seen.
-        ways: Functions of each way to move, ``(m, k)``.
-        chances: Probabilities of the ways before they are seen, ``(m,)``.
-        variance: Of the noise of each sample, mm^2.
+        y: Travel, ``(n,)``, mm.
+        known: What is fitted to it, ``(n, p)``.
+        weights: Of the travel in the rest, ``(n,)``.
+        modes: One of them may be there, ``(m, n)``; they end at 0.
+        variance: Of the noise of each y, mm^2.
+        size: Sd of the amplitude of a mode, before it is seen, mm.
+        share: Probability that there is one, before it is seen.
+
+    Example:
+        >>> flat, falls = np.ones((50, 1)), np.exp(-np.linspace(0.0, 1.0, 50))[None]
+        >>> rest = np.zeros(50), flat, np.full(50, 0.02), falls  # a mean of flat travel
+        >>> some = {"size": 1.0, "share": 0.1}
+        >>> [round(hidden_mode(*rest, variance=sd**2, **some), 3) for sd in (0.01, 0.1, 1.0)]
+        [0.0, 0.004, 0.097]
+    """
+    basis = np.linalg.qr(known)[0]
+    left, others = y - basis @ (basis.T @ y), modes - (modes @ basis) @ basis.T
+    precision = (others**2).sum(axis=1) / variance + size**-2.0
+    sizes = others @ left / variance / precision
+    evidence = 0.5 * (sizes**2 * precision - np.log(size**2 * precision))
+    evidence = np.append(evidence + np.log(share / len(modes)), np.log1p(-share))
+    each = np.exp(evidence - evidence.max())
+    moves = (modes @ weights) ** 2 * (sizes**2 + 1.0 / precision)
+    return float(np.sqrt(each[:-1] @ moves / each.sum()))
+
+
+def _integral(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """Integral of samples from the first on, by trapezia, ``(n,)``."""
+    return np.append(0.0, np.cumsum(0.5 * (y[1:] + y[:-1]) * np.diff(x)))
+
+
+def _solutions(x: np.ndarray, rates: np.ndarray) -> tuple[np.ndarray, list[np.ndarray]]:
+    """Constant and the solutions of ``y'' + r y' + s y = 0``, or of ``y' + r y = 0``.
 
     Returns:
-        The level, mm; the weights of the samples in it, ``(n,)``; the sd of its error from what
-        the samples do not show, mm; and what the best way leaves, mm, 0 where noise leaves as much.
+        Constant and solutions, ``(n, order + 1)``; and derivatives of these by each rate,
+        ``(n, order)``.
     """
-    mean, n, k = float(travel.mean()), travel.size, ways.shape[1]
-    off, means = travel - mean, functions.mean(axis=1)
-    centred = functions - means[:, None]
-    squares = (centred @ centred.T)[ways[:, :, None], ways[:, None, :]]
-    shares, middles = (centred @ off)[ways][..., None], means[ways][..., None]
-
-    def seen(noise: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        precisions = squares / noise + np.eye(k)
-        covariances = np.linalg.inv(precisions)
-        return precisions, covariances, covariances @ shares / noise
-
-    _, _, amounts = seen(variance)
-    left = off @ off + (amounts * (squares @ amounts - 2.0 * shares)).sum(axis=(1, 2)).min()
-    left = float(left) / max(n - 1 - k, 1)
-    noise = max(variance, left)  # what the best way leaves
-    precisions, covariances, amounts = seen(noise)
-    evidence = 0.5 * (amounts * shares).sum(axis=(1, 2)) / noise
-    evidence += np.log(chances) - 0.5 * np.log(np.linalg.det(precisions))
-    each = np.exp(evidence - evidence.max())
-    each /= each.sum()
-    offsets = (middles * amounts).sum(axis=(1, 2))
-    turned = covariances @ middles
-    gains = turned / noise
-    hidden = (middles * turned - variance * gains * (squares @ gains)).sum(axis=(1, 2))
-    offset = float(each @ offsets)
-    square = float(each @ (np.maximum(hidden, 0.0) + (offsets - offset) ** 2))
-    amounts = np.bincount(ways.ravel(), (each[:, None] * gains[..., 0]).ravel(), len(functions))
-    misfit = left if left > _LEFT * variance else 0.0
-    weights = 1.0 / n - amounts @ centred
-    return mean - offset, weights, float(np.sqrt(square)), float(np.sqrt(misfit))
+    if rates.size == 1:
+        decay = np.exp(-rates[0] * x)
+        return np.column_stack([np.ones(x.size), decay]), [-(x * decay)[:, None]]
+    r, s = rates
+    square = s - r**2 / 4.0
+    square = square if abs(square) > 1e-6 else 1e-6
+    frequency = np.sqrt(complex(square))
+    decay = np.exp(-0.5 * r * x)
+    cosine = decay * np.cos(frequency * x).real
+    sine = decay * (np.sin(frequency * x) / frequency).real
+    both = np.column_stack([cosine, sine])
+    by_s = np.column_stack([-0.5 * x * sine, (x * cosine - sine) / (2.0 * square)])
+    by_r = -0.5 * x[:, None] * both - 0.5 * r * by_s
+    return np.column_stack([np.ones(x.size), both]), [by_r, by_s]

@@ -24,25 +24,36 @@ from breaker.records.checks import doubtful_samples, leap_at
 from breaker.records.contacts import ContactTimes
 from breaker.records.currents import Currents
 from breaker.records.first_motion import StartInterval, first_motion, start_interval
-from breaker.records.motion import LocatedMotion, find_segment
-from breaker.records.propagation import SEEN, TAILS, Trace, Uncertain, error_of
-from breaker.records.rejections import MATTERS, NotShownError, UnusableError
+from breaker.records.motion import LocatedMotion, Segment, find_segment
+from breaker.records.propagation import Trace, Uncertain, error_of
+from breaker.records.rejections import NotShownError, UnusableError
 
-_NEAR = 5.0, 8.0  # durations of the motion before and after it in which it is at rest
+_AROUND = 6.0, 9.0  # durations of the motion before and after it that are read
+_SEEN = 4.5  # sd, from which on a distance beyond a rest, or a drift, is not noise
 _VAGUE = 0.4  # durations, uncertainty of the first motion that hides a change of a latch
+_BEFORE = (5.0, 0.05)  # times the motion's duration, the rest before it: from, to
+_AFTER = 8.0  # times that, farthest rest after it,
+_LAST = 1 / 3  # of which this share counts
+_TAIL = 0.7  # share of the time after the arrival from which its rest follows if it moves
+_SHORT = 6.0  # samples, least length of a rest
+_PARTS = 4  # of the rest after a motion, whose means are compared
+_STILL = 16.0  # sum of squares of these, in sds, up to which a drive rests
+_DRIFT_SEEN = 3.0  # sd, from which a drift is seen
+_DRIFTS = 0.6  # times the way that a drift goes until the end, its error
+_LATE = 0.6  # share of the time after the arrival in which it is looked for
+_CALMS = 2.0  # times the duration, for which a drive may swing
+_ONWARD, _CREEPS = 2.8, 2.0  # times the way seen in a rest that drifts or creeps, its error
+_SWING, _RESTS = 0.5, 0.08  # durations at the end in which a swing shows; of the stroke, the most
+_FITTED = 0.2  # of a swing, the error of the rest about which it does, where that is fitted
+_UNSEEN, _FADES = 0.12, 2.2  # strokes of a swing that turns there, and how fast it fades, durations
 _SOON = 0.8  # durations after the arrival, before which no drive rests
-# Durations after the arrival, until which a swing or creep looks like a drift. With an error for
-# drifts, intervals of 80 strokes with one contain the truth for 73 %, not 56 %.
-_LONG = 2.0
-_UNREST = 0.08  # strokes, change late in the rest from which the drive does not rest
-_FOLLOWS = 0.3  # of such a change, error of the rest: other swings than those that are fitted
-_SWING = 0.12, 2.2  # strokes of a swing that turns at the end, and how it fades per duration
 _SWITCHED = {
     "time": "no contact timing: the time of touch or parting is not known",
     "main": "no resistance that shows the main contact apart from the arcing contact",
     "arcing": "no resistance that shows the arcing contact",
     "trigger": "no trigger: when the coil was energised is not known",
 }
+_CLIPPED = "the reading is at the end of the sensor's range"
 
 
 class Measured(NamedTuple):
@@ -85,10 +96,13 @@ def measure_curve(
 
     Example:
         >>> time = np.arange(0.0, 100.0, 0.1)
-        >>> way = 14.0 * np.sin(0.5 * np.pi * np.clip((time - 20.0) / 10.0, 0.0, 1.0)) ** 2
-        >>> stroke = measure_curve(time, way, "closing")["stroke"]
-        >>> abs(stroke.value - 14.0) < 0.01
+        >>> way = np.clip((time - 20.0) / 10.0, 0.0, 1.0)
+        >>> noise = 0.05 * np.random.default_rng(1).standard_normal(time.size)
+        >>> measured = measure_curve(time, 14.0 * way**2 * (3.0 - 2.0 * way) + noise, "closing")
+        >>> abs(measured["stroke"].value - 14.0) < 3.0 * measured["stroke"].sd < 0.1
         True
+        >>> measured["closing_speed"].reason
+        'no contact timing: the time of touch or parting is not known'
     """
     quantum, step = seen_quantum(travel), float(time[-1] - time[0]) / (time.size - 1)
     doubts = doubtful_samples(travel, step, quantum)
@@ -126,21 +140,23 @@ class Reading:
             raise UnusableError("the motion does not go on to 90 % of its stroke")
         self.arrival = float(time[int(done.argmax())])
         self.duration = max(self.arrival - moves, 2.0 * located.step)
-        first, last = moves - _NEAR[0] * self.duration, self.arrival + _NEAR[1] * self.duration
-        near = slice(*np.searchsorted(time, [first, last]))
+        first = moves - _AROUND[0] * self.duration
+        near = slice(*np.searchsorted(time, [first, self.arrival + _AROUND[1] * self.duration]))
         kinds = located.doubts[located.inside]
         self.clipped = time[kinds == "clipped"]
-        slips = 1 + np.flatnonzero(kinds[near.start + 1 :] == "slip")
-        leaps = [(int(k), leap_at(forward[near.start :], k)) for k in slips]
+        slips = near.start + 1 + np.flatnonzero(kinds[near.start + 1 :] == "slip")
+        slips = [(k - near.start, leap_at(forward, k)) for k in slips]
         about = *located.process, located.quantum, self.duration, segment.stroke
-        self.trace = Trace(time[near], forward[near], *about, located.ripple, leaps)
+        self.trace = Trace(time[near], forward[near], *about, located.ripple, slips)
+        self.rests = Rests(self.trace, segment, moves, self.arrival)
+        self._events: dict[str, Uncertain] = {}
 
     def with_contact(
         self, contact: ContactTimes, speeds: Sequence[Speed], currents: Currents = _NO_CURRENTS
     ) -> "Reading":
         """Return the reading with other times of the contact; the rests are not read again."""
         other = copy(self)
-        other.contact, other.speeds, other.currents = contact, speeds, currents
+        other.contact, other.speeds, other.currents, other._events = contact, speeds, currents, {}
         return other
 
     def quantities(self) -> dict[str, Measured]:
@@ -150,14 +166,12 @@ class Reading:
             **dict.fromkeys(("wipe_at_touch", "wipe_at_parting"), self.wipe),
             "travel_time": lambda: self.at_share(90.0) - self.at_share(10.0),
             **dict.fromkeys(("over_travel", "rebound"), self.beyond),
+            **dict.fromkeys(("touch_time", "part_time"), lambda: self._since_start("time")),
+            "latch_time": lambda: self._since_start("trigger") * -1.0,
+            **{name: partial(self.time_to, percent) for name, percent in SHARES.items()},
+            **dict.fromkeys(("closing_time", "opening_time"), lambda: self._since_trigger("time")),
             **dict.fromkeys(
-                ("touch_time", "part_time"), lambda: self._event("time") - self._first_motion
-            ),
-            "latch_time": lambda: self._first_motion - self._event("trigger"),
-            **{name: partial(self._time_to, percent) for name, percent in SHARES.items()},
-            **dict.fromkeys(("closing_time", "opening_time"), partial(self._since_trigger, "time")),
-            **dict.fromkeys(
-                ("main_closing_time", "main_opening_time"), partial(self._since_trigger, "main")
+                ("main_closing_time", "main_opening_time"), lambda: self._since_trigger("main")
             ),
             "arcing_wipe": self.arcing_wipe,
             "bounce_time": self.bounce_time,
@@ -176,34 +190,19 @@ class Reading:
 
     # ---- rests -------------------------------------------------------------------------------
 
-    def _unclipped(self, begin: float, end: float, where: str) -> None:
-        """Raise NotShownError where the reading is at the end of the sensor's range."""
-        if ((self.clipped >= begin) & (self.clipped <= end)).any():
-            raise NotShownError(f"the reading is at the end of the sensor's range {where}")
-
-    @cached_property
+    @property
     def before(self) -> Uncertain:
         """Rest before the motion."""
-        self._unclipped(-np.inf, self.trace.known[0], "before the motion")
-        span = float(self.trace.known[0]), self.located.moves
-        return self.trace.rest(*span) + error_of(0.0, self.trace.unrest(*span))
+        if self.clipped.size and self.clipped[0] < self.trace.known[0]:
+            raise NotShownError(f"{_CLIPPED} before the motion")
+        return self.rests.before
 
     @cached_property
     def after(self) -> Uncertain:
         """Rest after the motion, where the drive rests or will rest."""
-        end, stroke = float(self.trace.known[-1]), self.located.segment.stroke
-        self._unclipped(end, np.inf, "after the motion")
-        rests = end - self.arrival
-        unrest = self.trace.unrest(end - rests / 3.0, end)
-        if rests < _SOON * self.duration or unrest > _UNREST * stroke:
-            raise NotShownError("the record ends before the drive rests")
-        begin, moves = end - TAILS[0] * rests, self.located.moves
-        found = self.trace.settled(self.arrival, moves)
-        drifted = self.trace.drift(begin, end) * (0.5 * (begin + end) - moves)
-        if drifted > MATTERS * stroke and rests > _LONG * self.duration:
-            found = found + error_of(0.0, drifted)
-        later = _SWING[0] * stroke * float(np.exp(-_SWING[1] * rests / self.duration))
-        return found + error_of(0.0, later + _FOLLOWS * unrest)
+        if self.clipped.size and self.clipped[-1] > self.trace.known[-1]:
+            raise NotShownError(f"{_CLIPPED} after the motion")
+        return self.rests.after
 
     def stroke(self) -> Uncertain:
         """Return the distance between the rests, mm."""
@@ -212,10 +211,11 @@ class Reading:
     def beyond(self) -> Uncertain:
         """Return the largest distance beyond the rest after the motion, mm."""
         last = self.arrival + 3.0 * self.duration  # later, a swing is smaller than the first
-        least = in_digits(float(np.nanmax(self.trace.travel)) - self.after.value, 3)
-        self._unclipped(self.arrival, last, f"there: at least {least} mm")
+        if ((self.clipped > self.arrival) & (self.clipped < last)).any():
+            least = float(np.nanmax(self.trace.travel)) - self.after.value
+            raise NotShownError(f"{_CLIPPED} there: at least {in_digits(least, 3)} mm")
         way = self.trace.top(self.arrival, last) - self.after
-        if way.value >= SEEN * self.trace.sd(way):
+        if way.value >= _SEEN * self.trace.sd(way):
             return way
         # The top of noise is above what it hides, and no distance is negative.
         return way + max(-way.value, 0.0) + error_of(0.0, abs(way.value))
@@ -248,14 +248,15 @@ class Reading:
         """Standard deviation of the time that aligns records, ms: 95 % contain the interval."""
         return max(self.located.first_motion_sd, self.start.sd_of(self.located.moves))
 
-    @property
+    @cached_property
     def _first_motion(self) -> Uncertain:
         """Time of the first motion, ms: that of the rise, if the drive may begin to move then."""
         if self.start_hidden:
             raise NotShownError(self.start_hidden)
         start, moves = self.start, self.located.moves
-        time = moves if start.early <= moves <= start.late else start.time
-        return error_of(time, max(self.located.first_motion_sd, start.sd_of(time)), "start")
+        if start.early <= moves <= start.late:
+            return error_of(moves, self.start_sd)
+        return error_of(start.time, max(start.sd_of(start.time), self.located.first_motion_sd))
 
     # ---- events ------------------------------------------------------------------------------
 
@@ -264,13 +265,19 @@ class Reading:
         if not np.isfinite(getattr(self.contact, kind)):
             why = self.contact.why if kind != "trigger" else ""
             raise NotShownError(why or _SWITCHED[kind])
-        sd = getattr(self.contact, "sd" if kind == "time" else f"{kind}_sd")
-        return error_of(getattr(self.contact, kind), sd, kind)
+        if kind not in self._events:
+            sd = getattr(self.contact, "sd" if kind == "time" else f"{kind}_sd")
+            self._events[kind] = error_of(getattr(self.contact, kind), sd)
+        return self._events[kind]
+
+    def _since_start(self, kind: str) -> Uncertain:
+        return self._event(kind) - self._first_motion
 
     def _since_trigger(self, kind: str) -> Uncertain:
         return self._event(kind) - self._event("trigger")
 
-    def _time_to(self, percent: float) -> Uncertain:
+    def time_to(self, percent: float) -> Uncertain:
+        """Return the time from the trigger to a percent of the stroke, ms."""
         return self.at_share(percent) - self._event("trigger")
 
     def wipe(self) -> Uncertain:
@@ -333,3 +340,102 @@ class Reading:
         else:
             level = self.before + (self.after - self.before) * (point.amount / 100.0)
         return self.trace.reaches(level, self.located.moves), level
+
+
+@dataclass(eq=False)
+class Rests:
+    """The rests of a motion.
+
+    Attributes:
+        trace: The curve, in the direction of the motion.
+        segment: The part of the record that is the motion.
+        moves, arrival: Times of the first motion and of 90 % of the way, ms.
+    """
+
+    trace: Trace
+    segment: Segment
+    moves: float
+    arrival: float
+
+    @cached_property
+    def before(self) -> Uncertain:
+        """Travel at rest before the motion, mm; a drift that is seen goes on up to the motion."""
+        mean = self.trace.rest(*self._lead)
+        return mean + error_of(0.0, _ONWARD / 4.0 * self._drift * float(np.ptp(self._lead)))
+
+    @cached_property
+    def _lead(self) -> tuple[float, float]:
+        """From when to when the drive rests before the motion, ms."""
+        begin, end = (self.moves - share * self.trace.duration for share in _BEFORE)
+        first = float(self.trace.known[0])
+        return max(begin, first), max(end, min(self.moves, first + _SHORT * self.trace.step))
+
+    @cached_property
+    def _drift(self) -> float:
+        """How fast the reading is seen to drift, before the motion or late after it, mm/ms."""
+        last = self._end
+        late, slopes = (last - _LATE * (last - self.arrival), last), [0.0]
+        swings = last - self.arrival < _CALMS * self.trace.duration
+        for (begin, end), count in ((self._lead, 2), (late, _PARTS))[: 1 if swings else 2]:
+            parts = self.trace.parts(begin, end, count)
+            ways = np.diff([each.value for each in parts])
+            steady = parts and ((ways > 0.0).all() or (ways < 0.0).all())
+            if steady and abs(ways.sum()) > _DRIFT_SEEN * self.trace.sd(parts[-1] - parts[0]):
+                slopes.append(abs(float(ways.sum())) / (end - begin) * count / (count - 1))
+        return max(slopes)
+
+    @cached_property
+    def after(self) -> Uncertain:
+        """Travel at rest after the motion, mm: where the drive rests or settles."""
+        duration, stroke = self.trace.duration, self.segment.stroke
+        end = self._end
+        after, window = (end - self.arrival) / duration, max(_SWING * duration, self._few)
+        late = self.trace.parts(end - window, end, _PARTS)
+        swings = self._seen(late) if late else stroke
+        if after < _SOON or swings > _RESTS * stroke:
+            raise NotShownError("the record ends before the drive rests")
+        settled = self._settled
+        found = settled if settled is not None else self._last(end)
+        follows = _UNSEEN * stroke * float(np.exp(-_FADES * after))
+        follows += (_FITTED if settled is not None else 1.0) * swings
+        drifts = _DRIFTS * self._drift * (end - self.moves)
+        return found + error_of(0.0, follows + drifts)
+
+    @cached_property
+    def _end(self) -> float:
+        """Until when the rest after the motion is looked at, ms."""
+        return min(float(self.trace.known[-1]), self.arrival + _AFTER * self.trace.duration)
+
+    @cached_property
+    def _settled(self) -> Uncertain | None:
+        """Where the end of the curve settles, mm; None where that is not seen."""
+        return self.trace.settles(
+            self._end - _TAIL * (self._end - self.arrival), self._end, self.arrival
+        )
+
+    @property
+    def _few(self) -> float:
+        """Least time in which parts of a rest have samples enough, ms."""
+        return (_PARTS * _SHORT + 2.0) * self.trace.step
+
+    def _seen(self, parts: Sequence[Uncertain]) -> float:
+        """Way between parts of a rest that is more than noise, mm."""
+        way = float(np.ptp([part.value for part in parts]))
+        return max(0.0, way - _DRIFT_SEEN * self.trace.sd(parts[-1] - parts[0]))
+
+    def _last(self, end: float) -> Uncertain:
+        """Mean of the last third of the time after the arrival, up to an end."""
+        begin = end - max(_LAST * (end - self.arrival), _SHORT * self.trace.step)
+        mean = self.trace.rest(begin, end)
+        parts = self.trace.parts(begin, end, _PARTS)
+        if not parts:
+            return self.trace.still(begin, end, self.arrival)
+        off = [part - mean for part in parts]
+        square = sum((each.value / max(self.trace.sd(each), 1e-12)) ** 2 for each in off)
+        if square <= _STILL:
+            return self.trace.still(begin, end, self.arrival)
+        values = [part.value for part in parts]
+        ways = np.diff(values)
+        creeps = (ways > 0.0).all() or (ways < 0.0).all()
+        found = parts[-1] if creeps else mean
+        return found + error_of(0.0, (_CREEPS if creeps else 1.0) * float(np.ptp(values)))

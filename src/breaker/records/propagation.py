@@ -5,27 +5,31 @@ from windows that overlap have the right uncertainty together.
 """
 
 import math
-import sys
-from collections.abc import Hashable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from itertools import count
+from itertools import count, pairwise
 
 import numpy as np
 
-from breaker.records.fits import LocalCubic, filled, level, running_mean, settlings
+from breaker.records.fits import LocalCubic, filled, hidden_mode, running_mean, settling
 from breaker.records.rejections import NotShownError
 
-_FEWEST = 6  # samples of a local fit or of part of a rest: two more than numbers of a cubic
+_FEWEST = 6  # samples of a local fit: two more than its numbers
 # Half the width of a local fit: so that the error of the cubic, this share of the stroke for a fit
 # as long as the motion, is a third of the noise's; at most this share of the motion.
 _WIDTH, _BEND, _WIDEST = 11.0, 0.02, 0.2
 _MEMORY = 1e-4  # correlation of samples that counts as none
-_BLOCKS = 64  # means of neighbouring samples of a rest
-TAILS = (0.8, 0.55, 0.4)
-"""Shares of the time after the arrival: the longest that ways to settle explain shows the rest."""
-SEEN = 3.0
-"""Standard deviations from which a distance is seen: noise alone makes one in 370."""
+_LEAST = 20  # samples of a curve that is carried on to its rest
+_MISFIT = 2.5  # noise variances, from which this fit leaves more than noise
+_LEFT = 2.0  # times what it leaves: error of its rest
+_OTHER_MODES = 5e-3  # of the way on which this fit rests: error of its rest from other modes
+# A creep that noise hides: its sd at the arrival in strokes, how long it may last, durations of the
+# motion, and its probability before it is seen; that beside two modes, of which one may be it.
+_CREEP, _LASTS = 0.03, (1.0, 2.0, 4.0)
+_HIDDEN, _BESIDE, _TWO = 0.15, 0.02, 5  # functions of a fit of two modes
+_VAGUE = 0.01  # strokes, the sd of a rest that is too uncertain
+_SLIP = 0.7  # times a slip, its error: any part of it may be travel
 _NUMBERS = count()  # of errors
 
 
@@ -36,12 +40,12 @@ class Uncertain:
     Attributes:
         value: The value.
         slope: By each sample of the curve, ``(n,)``.
-        errors: By each further error, in its standard deviations, by name or number.
+        errors: By each further error, in its standard deviations, by number.
     """
 
     value: float
     slope: np.ndarray | float
-    errors: Mapping[Hashable, float] = field(default_factory=dict)
+    errors: Mapping[int, float] = field(default_factory=dict)
 
     def __add__(self, other: "Uncertain | float") -> "Uncertain":
         if not isinstance(other, Uncertain):
@@ -63,9 +67,9 @@ class Uncertain:
         return Uncertain(value, slopes.slope, slopes.errors)
 
 
-def error_of(value: float, sd: float, name: str = "") -> Uncertain:
-    """Return a value with an error; values of one name share it."""
-    return Uncertain(value, 0.0, {name or next(_NUMBERS): sd})
+def error_of(value: float, sd: float) -> Uncertain:
+    """Return a value with an error of its own."""
+    return Uncertain(value, 0.0, {next(_NUMBERS): sd})
 
 
 @dataclass(eq=False)
@@ -122,7 +126,7 @@ class Trace:
             along = np.convolve(slope, self.colour ** np.arange(memory))[: slope.size]
             square += self.noise**2 * max(float(2.0 * slope @ along - slope @ slope), 0.0)
             for place, size in self.slips:
-                square += (size * float(result.slope[place:].sum())) ** 2 / 3.0  # any part of it
+                square += (_SLIP * size * float(result.slope[place:].sum())) ** 2
         return math.sqrt(square)
 
     def rest(self, begin: float, end: float) -> Uncertain:
@@ -133,68 +137,84 @@ class Trace:
         """
         window = self._window(begin, end)
         if not window.size:
-            raise NotShownError("too little rest before the motion")
-        return self._mean(window)
+            raise NotShownError("too little rest before or after the motion")
+        mean = self._of(float(self.travel[window].mean()), window, 1.0 / window.size)
+        return mean + error_of(0.0, self._rounding(0.0))
 
-    def settled(self, arrival: float, begun: float) -> Uncertain:
-        """Return the travel at which the drive rests or will rest.
+    def parts(self, begin: float, end: float, count: int) -> list[Uncertain]:
+        """Return the means of equal parts of a rest, none if a part has hardly samples."""
+        marks = np.linspace(begin, end, count + 1)
+        if min(self._window(*part).size for part in pairwise(marks)) < _FEWEST:
+            return []
+        return [self.rest(*part) for part in pairwise(marks)]
+
+    def settles(self, begin: float, end: float, arrival: float) -> Uncertain | None:
+        """Return where travel that still moves between two times comes to rest, None if unseen.
 
         Args:
-            arrival, begun: When the drive arrived, and when the motion began, ms.
+            begin, end: Those times, ms.
+            arrival: When the drive arrived, ms.
         """
-        end = float(self.known[-1])
-        for share in TAILS:
-            rest, misfit = self._settled(arrival, end - share * (end - arrival), begun)
-            if not misfit:
-                break
-        return rest + error_of(0.0, math.hypot(misfit, self._rounding(0.0)))
-
-    def _settled(self, arrival: float, begin: float, begun: float) -> tuple[Uncertain, float]:
-        """The same of the samples from a time on, and what no way to settle explains, mm."""
-        window = self._window(begin, math.inf)
-        every = max(1, window.size // _BLOCKS)
-        window = window[window.size % every :]
-        time, travel = (
-            each[window].reshape(-1, every).mean(axis=1) for each in (self.time, self.travel)
-        )
-        late, begun = (time - arrival) / self.duration, (begun - arrival) / self.duration
-        functions, ways, chances = settlings(late, begun)
-        # Of a curve without noise, so that the digits suffice.
-        least = math.sqrt(sys.float_info.epsilon) * self.stroke**2
-        noise = max(self.alike * self.noise**2 / every, least)
-        found = level(travel, self.stroke * functions, ways, chances, noise)
-        value, weights, hidden, misfit = found
-        rest = self._of(value, window, np.repeat(weights, every) / every)
-        return rest + error_of(0.0, hidden), misfit
-
-    def unrest(self, begin: float, end: float) -> float:
-        """Return by how much means of four parts of a rest differ beyond noise, mm.
-
-        Of a low rate the rest is longer, so that a part has samples enough.
-        """
-        count = max(self._window(begin, end).size, 4 * _FEWEST)
-        parts = np.array_split(self._window(-math.inf, end)[-count:], 4)
-        means = [self._mean(part) for part in parts if part.size]
-        way = float(np.ptp([mean.value for mean in means]))
-        return max(0.0, way - SEEN * self.sd(means[-1] - means[0]))
-
-    def drift(self, begin: float, end: float) -> float:
-        """Return the pace of a rest that goes on one way, seen over each of its thirds, mm/ms."""
         window = self._window(begin, end)
-        if window.size < 3 * _FEWEST:
-            return 0.0
-        first, second, third = (self._mean(part) for part in np.array_split(window, 3))
-        ways = (second - first).value, (third - second).value
-        least = min(ways, key=abs)
-        seen = ways[0] * ways[1] > 0.0 and abs(least) > SEEN * self.sd(second - first)
-        return 3.0 * abs(least) / (end - begin) if seen else 0.0
+        found = settling(self.time[window], self.travel[window]) if window.size > _LEAST else None
+        if found is None:
+            return None
+        noise = self.alike * self.noise**2 / found.every
+        left = math.sqrt(found.misfit - noise) if found.misfit > _MISFIT * noise else 0.0
+        late = self.travel[window[2 * window.size // 3 :]]
+        moved = _OTHER_MODES * float(np.ptp(self.travel[window]))
+        error = math.hypot(moved, _LEFT * left, self._rounding(float(np.std(late))))
+        rest = self._of(found.rest, window, found.weights) + error_of(0.0, error)
+        if self.sd(rest) > _VAGUE * self.stroke:
+            return None
+        if left:  # more than noise hides
+            return rest
+        first = window.size % found.every
+        weights = found.every * found.weights[first :: found.every]
+        samples = window[first:].reshape(-1, found.every)
+        return rest + self._hidden(samples, arrival, found.known, weights, noise)
+
+    def still(self, begin: float, end: float, arrival: float) -> Uncertain:
+        """Return the mean travel between two times, at rest but for a creep that noise may hide.
+
+        Raises:
+            NotShownError: If there is no sample.
+        """
+        mean, samples = self.rest(begin, end), self._window(begin, end)[:, None]
+        flat, noise = np.ones(samples.shape), self.alike * self.noise**2
+        return mean + self._hidden(samples, arrival, flat, flat[:, 0] / flat.size, noise)
+
+    def _hidden(
+        self,
+        samples: np.ndarray,
+        arrival: float,
+        known: np.ndarray,
+        weights: np.ndarray,
+        variance: float,
+    ) -> Uncertain:
+        """Error of a rest from a creep since the arrival of the drive that noise may hide.
+
+        Args:
+            samples: Of each mean that the rest was read from, ``(n, every)``.
+            arrival: When the drive arrived, ms.
+            known, weights, variance: As of ``hidden_mode``.
+        """
+        late = (self.time[samples].mean(axis=1) - arrival) / self.duration
+        creeps = np.exp(-late / np.array(_LASTS)[:, None])
+        means = self.travel[samples].mean(axis=1)
+        about = {
+            "variance": max(variance, 1e-12),
+            "size": _CREEP * self.stroke,
+            "share": _BESIDE if known.shape[1] == _TWO else _HIDDEN,
+        }
+        return error_of(0.0, hidden_mode(means, known, weights, creeps, **about))
 
     def at(self, time: Uncertain) -> Uncertain:
         """Return the travel at a time."""
-        fit, window, error = self._fit(time.value)
-        travel = self._of(fit.value(time.value), window, fit.weights(time.value))
+        fit = self._fit(time.value)
+        travel = self._of(fit.value(time.value), fit.window, fit.weights(time.value))
         moved = (time + -time.value) * fit.value(time.value, 1)
-        return travel + moved + error_of(0.0, error)
+        return travel + moved + error_of(0.0, math.hypot(fit.error, self.ripple))
 
     def reaches(self, level: Uncertain, after: float = -math.inf) -> Uncertain:
         """Return the first time after another one at which the travel reaches a level.
@@ -223,12 +243,12 @@ class Trace:
         """Return the largest travel between two times, as the top of a local fit."""
         stop = min(end, float(self.known[-2]))  # a fit has samples on both sides
         later = self._window(min(begin, stop), stop)
-        fit, window, _ = self._fit(float(self.time[later[int(self.smooth[later].argmax())]]))
+        fit = self._fit(float(self.time[later[int(self.smooth[later].argmax())]]))
         time = min(fit.solve(fit.near, 0.0, 1), float(self.known[-1]))
-        travel = self._of(fit.value(time), window, fit.weights(time))
+        travel = self._of(fit.value(time), fit.window, fit.weights(time))
         # The top of a noisy curve is higher than that of its mean, by half the variance of its
         # slope over its bend.
-        slope = self.sd(self._of(0.0, window, fit.weights(time, 1)))
+        slope = self.sd(self._of(0.0, fit.window, fit.weights(time, 1)))
         bend = max(-fit.value(time, 2), slope / fit.half)
         return travel + (-0.5 * slope**2 / bend if bend > 0.0 else 0.0)
 
@@ -238,12 +258,13 @@ class Trace:
 
     def _passes(self, level: Uncertain, near: float) -> Uncertain:
         """Time near another one at which the travel is at a level."""
-        fit, window, error = self._fit(near)
+        fit = self._fit(near)
         time = fit.solve(near, level.value)
         speed = fit.value(time, 1)
         if not speed > 0.0:
             raise NotShownError("the drive hardly moves at the point")
-        travel = self._of(level.value, window, fit.weights(time)) + error_of(0.0, error)
+        travel = self._of(level.value, fit.window, fit.weights(time))
+        travel += error_of(0.0, math.hypot(fit.error, self.ripple))
         return (level - travel) * (1.0 / speed) + time
 
     def _of(self, value: float, window: np.ndarray, weights: np.ndarray | float) -> Uncertain:
@@ -252,20 +273,19 @@ class Trace:
         slope[window] = weights
         return Uncertain(value, slope)
 
-    def _mean(self, window: np.ndarray) -> Uncertain:
-        mean = self._of(float(self.travel[window].mean()), window, 1.0 / window.size)
-        return mean + error_of(0.0, self._rounding(0.0))
-
     def _rounding(self, spread: float) -> float:
         """Error of rounding, mm, of a mean of readings of travel that spreads by an sd.
 
-        Noise and motion across several steps even it out.
+        Noise across several steps averages it out, and motion across them evens it out.
         """
+        if not self.quantum:
+            return 0.0
         alone = self.quantum / math.sqrt(12.0)
-        return alone / (1.0 + max(self.noise - alone, spread) / alone) if alone else 0.0
+        noise = max(self.noise**2 - alone**2, 0.0) / self.quantum**2
+        return alone * math.exp(-2.0 * math.pi**2 * noise) / (1.0 + spread / alone)
 
-    def _fit(self, near: float) -> tuple[LocalCubic, np.ndarray, float]:
-        """Cubic about the sample next to a time, its samples, and the error of its value, mm."""
+    def _fit(self, near: float) -> LocalCubic:
+        """Cubic through the samples about the sample next to a time."""
         centre = round((near - float(self.time[0])) / self.step)
         centre = min(max(centre, 0), self.time.size - 1)
         for half in (self.half, 2.0 * self.half):  # wider where samples are missing
@@ -278,6 +298,6 @@ class Trace:
             raise NotShownError("samples are missing at the point")
         travel = self.travel[window]
         bend = _BEND * self.stroke * (half / self.duration) ** 2
-        error = math.hypot(self._rounding(float(np.std(travel))), bend, self.ripple)
+        error = math.hypot(self._rounding(float(np.std(travel))), bend)
         shares = (window - centre) * self.step / half
-        return LocalCubic(float(self.time[centre]), half, travel, shares), window, error
+        return LocalCubic(float(self.time[centre]), half, travel, window, shares, error)
