@@ -36,7 +36,7 @@ from breaker.records.record import Record
 from breaker.records.rejections import SeveralMotionsError, UnusableError
 from breaker.records.settings import complete, lacking
 from breaker.records.sheet import Columns
-from breaker.records.words import MOTION_OF
+from breaker.records.words import BESIDE, MOTION_OF, amperes_of, holds
 
 _MANY = 100  # records from which progress is shown: they take more than a second
 _SAME_LENGTH = 0.02  # share by which lengths may differ, which are printed rounded
@@ -167,6 +167,14 @@ def _columns_of(opened: Opened, operation: Operation, motion: str, settings: Map
     usual = settings["travel_column"]
     if len(columns.sheet.names) < 2 + (settings["time_column"] is not None):
         return {}  # most files: time and travel alone
+    lacking = {kind for kind in BESIDE if settings[f"{kind}_column"] is None}
+    about = zip(columns.sheet.names, columns.sheet.texts, strict=True)
+    flows = any(
+        holds(name, "current") or holds(name, "motor") or isfinite(amperes_of(name, unit))
+        for name, unit in about
+    )
+    if not operation.channel and lacking <= {"current", "motor"} and not flows:
+        return {}  # no column to find, for which the whole file is read once more
     layout = look_into(opened)
     place = layout.place_of(operation.channel or usual)
     if place is None:
