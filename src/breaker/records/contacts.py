@@ -17,13 +17,13 @@ from breaker.records.rejections import NotShownError
 from breaker.records.words import holds, label_of, places_of
 
 _LASTS = 0.2  # ms: pick-up of switching is shorter, and any state of a contact longer
-_CLEAR = 6.0  # sd: white noise exceeds it once in 5e8 samples
-_LEAST = 0.02  # of a step: offsets and hum of a test current, and of a range, stay below it
-_FEWEST = 3  # samples of a level: the fewest with a median and a spread
+CLEAR = 6.0  # sd: white noise exceeds it once in 5e8 samples
+LEAST = 0.02  # of a step: offsets and hum of a test current, and of a range, stay below it
+FEWEST = 3  # samples of a level: the fewest with a median and a spread
 _ARCING = 1e3  # ratio of 20 milliohm, the most of an arcing contact, to 20 microohm of a main one
 _RESOLVED = 1.0  # ms: error of a first motion, by its definition, and shortest level of a contact
 _RISE = 0.25  # of a step: up to there a test or coil current rises straight
-_SLOWEST = 100.0  # ms from trigger to first motion: any coil and latch are faster
+SLOWEST = 100.0  # ms from trigger to first motion: any coil and latch are faster
 _UNSEEN = "the contact does not switch during the motion"
 
 
@@ -73,7 +73,7 @@ class _Switch(NamedTuple):
     @property
     def least(self) -> float:
         """Smallest share that noise of the open contact does not make."""
-        return float(np.clip(_CLEAR * self.noise, _LEAST, _RISE))
+        return float(np.clip(CLEAR * self.noise, LEAST, _RISE))
 
     def edges(self, level: float) -> np.ndarray:
         """Return when the contact switches at a level, ``(m,)``, ms."""
@@ -152,7 +152,7 @@ def events_of(
         at, sd = trigger_of(time, own["trigger"], moves)
         if np.isnan(at):
             said.append(f"{label} does not rise before the {located.motion}")
-        elif moves - at > _SLOWEST:
+        elif moves - at > SLOWEST:
             lead = f"{label} rises {moves - at:.0f} ms before the first motion"
             said.append(f"{lead}, which no drive takes: another motion's trigger")
         else:
@@ -184,12 +184,12 @@ def contact_separations(
         '11.95 29.95 ms'
     """
     there = np.flatnonzero(~np.isnan(resistance))
-    parts = there[: there.size // 20 + _FEWEST], there[-there.size // 20 - _FEWEST :]
+    parts = there[: there.size // 20 + FEWEST], there[-there.size // 20 - FEWEST :]
     sides = [np.isin(np.arange(time.size), part) for part in parts]
     top, last = float(np.nanmax(resistance)), resistance[there[-2:]]
     try:
         # The reading stays at the end of its range; a rise that the record cuts goes on.
-        if current is None and (last < (1.0 - 0.1 * _LEAST) * top).any():
+        if current is None and (last < (1.0 - 0.1 * LEAST) * top).any():
             raise NotShownError("the arcing contact does not separate within the record")
         return _times(time, resistance, current, True, sides, False, -np.inf, top)
     except NotShownError as error:
@@ -225,7 +225,7 @@ def _times(
     if current is None and np.isfinite(limit):
         opened, noise = float(np.log(limit)), 0.0
     step = abs(closed - opened)
-    if not step > _CLEAR * max(noise, spread):
+    if not step > CLEAR * max(noise, spread):
         raise NotShownError(_UNSEEN)
     signal = _Switch(time, (values - opened) / (closed - opened), noise / step, closing, begin)
     if current is None and not resists:
@@ -348,7 +348,7 @@ def _main(
 def _as_travelled(found: ContactTimes, located: LocatedMotion) -> ContactTimes:
     """Return times unless they contradict the travel: a drive at rest switches no contact."""
     before, after = located.segment.before, located.segment.after
-    arrived = (located.left - before) / (after - before) >= 1.0 - _LEAST
+    arrived = (located.left - before) / (after - before) >= 1.0 - LEAST
     end = located.time[located.inside][arrived][:1].min(initial=np.inf)
     if found.time > end:
         raise NotShownError(f"it switches at {found.time:.1f} ms, after the travel has arrived")
@@ -364,7 +364,7 @@ def trigger_of(time: np.ndarray, trigger: np.ndarray, moves: float) -> tuple[flo
     """
     there = ~np.isnan(trigger)
     time, lead = time[there], time[there] < moves
-    if lead.sum() < _FEWEST:
+    if lead.sum() < FEWEST:
         return np.nan, np.nan
     count = 2 * _window(time) - 1
     smooth = running_median(trigger[there], count)
@@ -376,7 +376,7 @@ def trigger_of(time: np.ndarray, trigger: np.ndarray, moves: float) -> tuple[flo
         noise = max(least, spread)
         found = np.nan, np.nan
         most = float((smooth - rest)[np.abs(smooth - rest).argmax()])
-        if abs(most) * _RISE > _CLEAR * noise:
+        if abs(most) * _RISE > CLEAR * noise:
             signal = _Switch(time, (smooth - rest) / most, noise / abs(most), True, -np.inf)
             if signal.edges(2.0 * signal.least).size and signal.edges(signal.least).size:
                 return signal.open_edge()
@@ -393,7 +393,7 @@ def _window(time: np.ndarray) -> int:
 def _level(samples: np.ndarray) -> tuple[float, float]:
     """Return the median of a level and the sd of its noise; nan if there are too few samples."""
     samples = samples[~np.isnan(samples)]
-    if samples.size < _FEWEST:
+    if samples.size < FEWEST:
         return np.nan, np.nan
     middle = np.median(samples)
     return float(middle), float(np.median(np.abs(samples - middle)) / 0.6745)

@@ -12,22 +12,17 @@ from typing import NamedTuple
 
 import numpy as np
 
+from breaker.records.contacts import CLEAR, FEWEST, LEAST, SLOWEST
 from breaker.records.fits import filled, running_mean
 from breaker.records.rejections import NotShownError
 
 _COIL, _MOTOR = 0.5, 20.0  # ms of means: a sixth of a dip, and a period of 50 Hz
-_FLOWS, _CLEAR = 0.2, 6.0  # of the largest, and sd of a mean (2e-9): from which on a current flows
-_DIP = 0.02  # of the largest, least depth of a dip
-_RUNS = 100.0  # ms, for which a motor runs at least
-_FEWEST = 8  # samples of a current
+_FLOWS = 0.2  # of the largest, from which on a current flows: an inrush is up to five times as much
 
 
 class Channel(NamedTuple):
-    """A channel of a record.
-
-    Attributes:
-        values: At the times of the record, ``(n,)``, in its unit; NaN where a sample is missing.
-        amperes: One of its unit, A; NaN where it is not a unit of a current.
+    """Values of a channel at the times of a record, ``(n,)``, NaN where a sample is missing; and
+    the amperes of one of its unit, NaN where it is not a unit of a current.
     """
 
     values: np.ndarray
@@ -35,13 +30,8 @@ class Channel(NamedTuple):
 
 
 class _Flow(NamedTuple):
-    """The longest flow of a current.
-
-    Attributes:
-        time, own: Its times, ms, and means or root mean squares, A, ``(n,)``.
-        sd: Standard deviation of these, A.
-        step: Time between two samples, ms.
-        whole: Whether it begins and ends within the record.
+    """The longest flow of a current: its times, ms, and means or root mean squares, A, ``(n,)``;
+    their sd, A; the time between two; and whether it begins and ends within the record.
     """
 
     time: np.ndarray
@@ -78,25 +68,24 @@ class Currents:
 
     def coil_dip_time(self) -> tuple[float, float]:
         """Return the time from the trigger to the dip as the armature arrives, ms."""
-        own = self._coil.own
         from scipy.signal import find_peaks  # not loaded for a record without a current
 
-        least = max(_CLEAR * np.sqrt(2.0) * self._coil.sd, _DIP * float(own.max()))
+        own, sd = self._coil.own, self._coil.sd
+        least = max(CLEAR * np.sqrt(2.0) * sd, LEAST * float(own.max()))
         dips, about = find_peaks(-own, prominence=least)
         if not dips.size:
             raise NotShownError("the coil's current shows no dip of the armature")
         k = int(about["prominences"].argmax())
-        near = slice(about["left_bases"][k], about["right_bases"][k])
-        low = np.flatnonzero(own[near] <= own[dips[k]] + 2.0 * self._coil.sd)
-        half = 0.5 * max(np.ptp(low) * self._coil.step, _COIL)
-        return self._since_trigger(float(self._coil.time[dips[k]]), half)
+        near = own[about["left_bases"][k] : about["right_bases"][k]]
+        low = np.flatnonzero(near <= own[dips[k]] + 2.0 * sd)
+        return self._since_trigger(dips[k], 0.5 * max(np.ptp(low) * self._coil.step, _COIL))
 
     def coil_off_time(self) -> tuple[float, float]:
         """Return the time from the trigger until the current is broken, ms."""
         if not self._coil.whole:
             raise NotShownError("the current still flows when the record ends")
-        at = np.flatnonzero(self._coil.own >= 0.5 * np.median(self._coil.own))[-1]
-        return self._since_trigger(float(self._coil.time[at]), max(_COIL, self._coil.step))
+        last = np.flatnonzero(self._coil.own >= 0.5 * np.median(self._coil.own))[-1]
+        return self._since_trigger(last, max(_COIL, self._coil.step))
 
     def motor_inrush(self) -> tuple[float, float]:
         """Return the largest root mean square current of the motor as it starts, A."""
@@ -109,31 +98,26 @@ class Currents:
         return middle, float(np.hypot(np.median(np.abs(level - middle)), self._motor.sd))
 
     def charging_time(self) -> tuple[float, float]:
-        """Return the time for which the motor runs, s."""
+        """Return the time for which the motor runs, s; each end is anywhere in a mean."""
         if not self._motor.whole:
             raise NotShownError("the current flows when the record begins or ends")
-        time, own, count = self._motor.time, self._motor.own, round(_MOTOR / self._motor.step)
-        # At half of the power next to it, a mean of squares is over the edge by half.
-        begin = time[np.flatnonzero(own >= np.median(own[:count]) / np.sqrt(2.0))[0]]
-        end = time[np.flatnonzero(own >= np.median(own[-count:]) / np.sqrt(2.0))[-1]]
-        sd = np.hypot(_MOTOR / 4.0, self._motor.step) / np.sqrt(6.0)  # of two edges
-        return 1e-3 * float(end - begin), 1e-3 * float(sd)
+        sd = np.hypot(_MOTOR, self._motor.step) / np.sqrt(6.0)
+        return 1e-3 * float(np.ptp(self._motor.time)), 1e-3 * float(sd)
 
     @cached_property
     def _coil(self) -> _Flow:
         """The flow of the coil's current from the trigger on."""
-        values, time = self._amperes("trigger", "coil")[self.inside], self.time[self.inside]
+        values = self._amperes("trigger", "coil")[self.inside]
         if not np.isfinite(self.trigger):
             raise NotShownError("no trigger: when the coil was energised is not known")
-        return _flow(time, values, time >= self.trigger, _COIL)
+        return _flow(self.time[self.inside], values, self.trigger, _COIL)
 
     @cached_property
     def _motor(self) -> _Flow:
         """The run of the motor after the first motion, which charges the spring again."""
-        values = self._amperes("motor", "motor")
-        flow = _flow(self.time, values, self.time >= self.moves, _MOTOR, squares=True)
-        if flow.own.size * flow.step < _RUNS:
-            raise NotShownError(f"the motor does not run for {_RUNS:g} ms")
+        flow = _flow(self.time, self._amperes("motor", "motor"), self.moves, _MOTOR, squares=True)
+        if np.ptp(flow.time) < SLOWEST:  # a motor runs for longer than a coil
+            raise NotShownError(f"the motor does not run for {SLOWEST:g} ms")
         return flow
 
     def _amperes(self, kind: str, what: str) -> np.ndarray:
@@ -144,21 +128,21 @@ class Currents:
             raise NotShownError(f"the column of the {what} states no unit, such as [A]")
         return values * amperes
 
-    def _since_trigger(self, at: float, half: float) -> tuple[float, float]:
-        return at - self.trigger, float(np.hypot(half / np.sqrt(3.0), self.trigger_sd))
+    def _since_trigger(self, place: int, half: float) -> tuple[float, float]:
+        after = float(self._coil.time[place]) - self.trigger
+        return after, float(np.hypot(half / np.sqrt(3.0), self.trigger_sd))
 
 
 def _flow(
-    time: np.ndarray, values: np.ndarray, may: np.ndarray, width: float, *, squares: bool = False
+    time: np.ndarray, values: np.ndarray, begin: float, width: float, *, squares: bool = False
 ) -> _Flow:
-    """The longest flow among samples that may be of it, of means over a width in ms."""
-    there = ~np.isnan(values)
-    if there.sum() < _FEWEST:
+    """The longest flow from a time on, of means, or root mean squares, over a width in ms."""
+    there, may = ~np.isnan(values), time >= begin
+    if there.sum() < FEWEST:
         raise NotShownError("the current has hardly a sample")
     before = values[there & ~may]
-    rest = before if before.size >= _FEWEST else values[there][-_FEWEST:]  # it may start with it
-    current = filled(values) - np.median(rest)
-    step = float(np.median(np.diff(time)))
+    rest = before if before.size >= FEWEST else values[there][-FEWEST:]  # it may start with it
+    current, step = filled(values) - np.median(rest), float(np.median(np.diff(time)))
     count = 2 * round(0.5 * width / step) + 1
     noise = 1.4826 * float(np.median(np.abs(np.diff(current, n=3)))) / np.sqrt(20.0)
     sd = max(noise / np.sqrt(count), 1e-12)
@@ -166,11 +150,10 @@ def _flow(
         smooth = np.sqrt(np.maximum(running_mean(np.square(current), count), 0.0))
     else:
         smooth = running_mean(current * np.sign(current[int(np.abs(current).argmax())]), count)
-    flows = may & (smooth > max(_FLOWS * smooth[may].max(initial=0.0), _CLEAR * sd))
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], flows.astype(int), [0]])))
-    if not edges.size:
+    flows = may & (smooth > max(_FLOWS * smooth[may].max(initial=0.0), CLEAR * sd))
+    runs = np.flatnonzero(np.diff(flows, prepend=False, append=False)).reshape(-1, 2)
+    if not runs.size:
         raise NotShownError("no current flows")
-    runs = edges.reshape(-1, 2)
     first, behind = runs[int(np.ptp(runs, axis=1).argmax())]
     whole = bool((first >= count or not squares) and behind <= time.size - count)
     return _Flow(time[first:behind], smooth[first:behind], float(sd), step, whole)

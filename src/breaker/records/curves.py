@@ -30,7 +30,7 @@ _UNITS = {
     **dict.fromkeys(("first_motion", "contact_time", "contact_sd", "latch_time"), "ms"),
     **{"rate": "kHz", "record_noise": "mm", "record_colour": "1"},
 }
-_MEASURED = {"measured": float, "measured_sd": float, "measured_reason": str}
+_REJECTED = Measured(np.nan, np.nan, "the record was rejected")
 
 
 @dataclass(frozen=True)
@@ -69,8 +69,39 @@ def read_curves(
     Raises:
         ValueError: If a setting is unknown or wrong by itself.
     """
+    import xarray as xr
+
     records = read_records(operations, settings, grid, motion)
-    return _dataset(operations, records, grid.times, motion, speeds)
+    read = {i: each for i, each in enumerate(records) if isinstance(each, GriddedRecord)}
+    longest = max((each.record.left.size for each in read.values()), default=1)
+    travel = np.full((len(records), len(grid.times)), np.nan)
+    samples = np.full((len(records), longest), np.nan, np.float32)
+    quantities = quantities_of(motion, speeds, ("record",))
+    measured = [dict.fromkeys(quantities, _REJECTED)] * len(records)
+    for i, each in read.items():
+        travel[i], measured[i] = each.gridded.travel, each.record.measured(speeds)
+        samples[i, : each.record.left.size] = each.record.left
+    rows = [_row(*both) for both in zip(operations, records, strict=True)]
+    found = xr.Dataset(
+        {name: ("operation", np.array([row[name] for row in rows])) for name in rows[0]},
+        {
+            "operation": [each.number for each in operations],
+            "time": ("time", grid.times, {"unit": "ms"}),
+            "sample": np.arange(longest),
+            "quantity": list(quantities),
+            "quantity_unit": ("quantity", [each.unit for each in quantities.values()]),
+        },
+        {"motion": motion},
+    )
+    found["travel"] = ("operation", "time"), travel, {"unit": "mm"}
+    found["record"] = ("operation", "sample"), samples, {"unit": "mm"}
+    found["missing"] = "operation", np.isnan(travel).sum(axis=1)
+    for place, name in enumerate(("measured", "measured_sd", "measured_reason")):
+        values = [[row[quantity][place] for quantity in quantities] for row in measured]
+        found[name] = ("operation", "quantity"), np.array(values)
+    for name, unit in _UNITS.items():
+        found[name].attrs["unit"] = unit
+    return found
 
 
 def read_records(
@@ -118,68 +149,17 @@ def _row(operation: Operation, result: GriddedRecord | RejectedCurveError) -> di
     """Return the values of a record over ``operation``, by name."""
     accepted = isinstance(result, GriddedRecord)
     row = {"accepted": accepted, "file": printable(operation.file)}
+    row |= {"reason": "" if accepted else str(result), "remarks": "", "masked": 0}
+    row |= dict.fromkeys(_UNITS, np.nan)
     if accepted:
         record, start = result.record, result.gridded.start
         operation, contact = record.operation, record.contact
-        row |= {"reason": "", "remarks": "; ".join(result.remarks), "masked": record.masked}
+        row |= {"remarks": "; ".join(result.remarks), "masked": record.masked}
         row |= {"first_motion": start, "latch_time": record.moves - contact.trigger}
         row |= {"contact_time": contact.time - start, "contact_sd": contact.sd}
-        sd, colour = record.process
-        row |= {"record_noise": sd, "record_colour": colour, "rate": 1.0 / record.step}
-    else:
-        row |= {"reason": str(result), "remarks": "", "masked": 0, **dict.fromkeys(_UNITS, np.nan)}
+        row |= {"rate": 1.0 / record.step}
+        row["record_noise"], row["record_colour"] = record.process
     return row | {name: getattr(operation, name) for name in ABOUT}
-
-
-def _dataset(
-    operations: Sequence[Operation],
-    results: Sequence[GriddedRecord | RejectedCurveError],
-    times: np.ndarray,
-    motion: str,
-    speeds: Sequence[Speed],
-) -> "xr.Dataset":
-    """Return the dataset of ``read_curves``."""
-    import xarray as xr
-
-    records = {i: each for i, each in enumerate(results) if isinstance(each, GriddedRecord)}
-    longest = max((each.record.left.size for each in records.values()), default=1)
-    travel = np.full((len(results), len(times)), np.nan)
-    samples = np.full((len(results), longest), np.nan, np.float32)
-    quantities = quantities_of(motion, speeds, ("record",))
-    rejected = dict.fromkeys(quantities, Measured(np.nan, np.nan, "the record was rejected"))
-    measured = [rejected] * len(results)
-    for i, each in records.items():
-        travel[i], measured[i] = each.gridded.travel, each.record.measured(speeds)
-        samples[i, : each.record.left.size] = each.record.left
-    rows = [_row(*both) for both in zip(operations, results, strict=True)]
-    of_quantity = {}
-    for place, (name, kind) in enumerate(_MEASURED.items()):
-        values = [row[quantity][place] for row in measured for quantity in quantities]
-        of_quantity[name] = np.array(values, kind).reshape(len(results), len(quantities))
-    return xr.Dataset(
-        {
-            "travel": (("operation", "time"), travel, {"unit": "mm"}),
-            "record": (("operation", "sample"), samples, {"unit": "mm"}),
-            "missing": ("operation", np.isnan(travel).sum(axis=1)),
-            **{
-                name: (
-                    "operation",
-                    np.array([row[name] for row in rows]),
-                    {"unit": _UNITS[name]} if name in _UNITS else {},
-                )
-                for name in rows[0]
-            },
-            **{name: (("operation", "quantity"), each) for name, each in of_quantity.items()},
-        },
-        coords={
-            "operation": ("operation", [each.number for each in operations]),
-            "time": ("time", times, {"unit": "ms"}),
-            "sample": np.arange(longest),
-            "quantity": list(quantities),
-            "quantity_unit": ("quantity", [each.unit for each in quantities.values()]),
-        },
-        attrs={"motion": motion},
-    )
 
 
 def open_curves(stores: Sequence[str | Path], *, without: Collection[str] = ()) -> "xr.Dataset":
@@ -196,8 +176,8 @@ def open_curves(stores: Sequence[str | Path], *, without: Collection[str] = ()) 
     parts = [open_store(store).drop_vars(without, errors="ignore") for store in stores]
     curves = xr.concat(parts, dim="operation", join="outer", combine_attrs="override").load()
     if not curves.accepted.any():
-        reason = f"none of {curves.sizes['operation']} {curves.attrs['motion']} files can be used"
-        first = " | ".join(curves.reason.values[:3].tolist())
-        remedy = f"check endurance.format and the folder. The first reasons: {first}"
-        raise RejectedCurveError(Path(curves.file.values[0]).parent, f"{reason}; {remedy}")
+        count, first = curves.sizes["operation"], " | ".join(curves.reason.values[:3].tolist())
+        reason = f"none of {count} {curves.attrs['motion']} files can be used; check "
+        reason += f"endurance.format and the folder. The first reasons: {first}"
+        raise RejectedCurveError(Path(curves.file.values[0]).parent, reason)
     return curves
