@@ -14,6 +14,8 @@ from breaker.records.cells import LARGEST_NUMBER
 from breaker.records.files import RejectedCurveError
 from breaker.records.header import Header, header_of
 
+EVERY = -1  # the place, in ``Sheet.wrong``, of what is wrong with every column
+
 
 @dataclass(frozen=True, eq=False)
 class Sheet:
@@ -22,8 +24,8 @@ class Sheet:
     Attributes:
         file: Name of the file.
         names: Name of each column, empty where it has none.
-        columns: Numbers of each column, ``(t,)``, NaN where a sample is missing. Of a text that is
-            read by settings, columns that these do not name are empty.
+        columns: Numbers of each column, ``(t,)``, NaN where a sample is missing. Of a large
+            text, columns that settings do not name are empty.
         texts: Unit of each column as it stands in the file, apart from its name, or "".
         preamble: Cells of the lines above the samples, without names and units.
         settings: Known settings of ``endurance.format``, by key.
@@ -34,6 +36,8 @@ class Sheet:
         notes: Doubts about a column, by its place.
         kind: Name of this kind of file in messages.
         lines: Line of each sample in the file, ``(t,)``; its number where the file has no lines.
+        wrong: Line and text of the first cell of a column that is not a number, by its place.
+        header: Contents of the preamble, where they are known.
     """
 
     file: Path
@@ -48,6 +52,8 @@ class Sheet:
     notes: Mapping[int, str] = field(default_factory=dict)
     kind: str = "a text"
     lines: np.ndarray | None = None
+    wrong: Mapping[int, tuple[int, str]] = field(default_factory=dict)
+    header: Header | None = None
 
     def __post_init__(self) -> None:
         columns = [np.asarray(column, dtype=float) for column in self.columns]
@@ -72,7 +78,8 @@ class Sheet:
     @cached_property
     def stated(self) -> Header:
         """Contents of the lines above the samples."""
-        return header_of(self.preamble, self.settings.get("decimal", "."), self.lines.size)
+        decimal = self.settings.get("decimal", ".")
+        return self.header or header_of(self.preamble, decimal, self.lines.size)
 
     def column(self, place: int) -> str | int:
         """Return the name of a column, if possible without its unit, or its number."""
@@ -137,6 +144,11 @@ def columns_of(sheet: Sheet, settings: Mapping) -> Columns:
     """
     wanted = words.wanted_columns([sheet.names], settings)
     places, remarks = _places(sheet, wanted, settings)
+    used = [*places.items(), ("", EVERY)]
+    if wrong := [(*sheet.wrong[place], kind) for kind, place in used if place in sheet.wrong]:
+        line, reason, kind = min(wrong)
+        label = words.label_of(wanted.get(kind, "the time"))
+        raise RejectedCurveError(sheet.file, f"{label} {reason}" if kind else reason, line=line)
     columns = {}
     for kind, place in places.items():
         label, values = words.label_of(wanted.get(kind, "the time")), sheet.columns[place]

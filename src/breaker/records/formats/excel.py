@@ -35,7 +35,8 @@ def read(opened: Opened, form: Mapping) -> list[Sheet]:
     """
     settings, travel = {"decimal": form.get("decimal", ".")}, str(form.get("travel_column"))
     sheets, others, errors = {}, [], []
-    for title, rows, formulas in _visible(opened, settings["decimal"]):
+    visible = lambda: [*_visible(opened, settings["decimal"])]  # noqa: E731
+    for title, rows, formulas in opened.once(("visible", settings["decimal"]), visible):
         column = travel.removeprefix(f"{title}!")
         try:
             if formulas:
@@ -44,7 +45,7 @@ def read(opened: Opened, form: Mapping) -> list[Sheet]:
                 raise RejectedCurveError(opened.file, f"{reason}; {remedy}")
             wanted = form and {**form, "travel_column": column}
             text = "\n".join(rows)
-            sheet = sheet_of(opened.file, text, {**settings, "delimiter": "\t"}, wanted)
+            sheet = sheet_of(opened, text, {**settings, "delimiter": "\t"}, wanted, title)
         except RejectedCurveError as error:
             errors.append(error)
             others += [title] if len(rows) > FEWEST else []  # fewer rows show no motion

@@ -1,15 +1,17 @@
 """Texts with one record on each line, as monitors and benches for endurance tests save them.
 
 On a line stand the number of the operation, its date, the interval between samples, and then all
-values: in named fields (``ID:1;Interval (ms):0.4;Values:1204,1201``), or below a line of names, the
-last of which is that of the values. A file has thousands of records: a line is read when it is
-asked for.
+values: in named fields (``ID:1;Interval (ms):0.4;Values:1204,1201``), as an object of JSON with one
+list, or below a line of names, the last of which is that of the values. A file has thousands of
+records: a line is read when it is asked for.
 """
 
 from __future__ import annotations
 
+import json
 import re
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from typing import NamedTuple
 
 from breaker.common.lazy_numpy import np
@@ -21,13 +23,14 @@ from breaker.records.header import header_of
 from breaker.records.settings import TO_MS
 from breaker.records.sheet import Sheet
 
-ENDINGS: dict[str, str] = {}
+ENDINGS = {".jsonl": "a text with a record on each line"}
 SIGNATURES: tuple[bytes, ...] = ()
 EXTRA = ""
 
 _TOP = 2**21  # bytes in which two records stand: two of 100,000 samples
 _SOME = 2000  # signs of values that show their delimiter and decimal sign
 _FIELDS = re.compile(r"(.*[;|\t,])?\s*([^\W\d][^:=;|\t,]*)[:=]([^:=]*)")  # before, name, values
+_JSON = b"{"
 
 
 class RecordLine(NamedTuple):
@@ -70,14 +73,17 @@ def _form_of(opened: Opened) -> _Form | None:
         return None  # nothing, short lines, or lines that end otherwise
     encoding = encoding_of(b"\n".join(first))
     head, last = (line.decode(encoding, errors="replace").strip() for line in (first[0], first[-1]))
-    fields = _FIELDS.fullmatch(last)
-    values = fields[3] if fields else last
-    delimiter, decimal = signs_of([values[:_SOME]])
-    cells, names = _cells(values, delimiter), [] if fields else _cells(head, delimiter)
-    if sum(is_number(cell, decimal) for cell in cells[:_SOME]) < FEWEST:
-        return None
-    if not fields and not (len(first) > 1 and 2 <= len(names) < len(cells) / 2 and all(names)):
-        return None
+    if first[-1].lstrip().startswith(_JSON):
+        delimiter, decimal, names = ",", ".", []
+    else:
+        fields = _FIELDS.fullmatch(last)
+        values = fields[3] if fields else last
+        delimiter, decimal = signs_of([values[:_SOME]])
+        cells, names = _cells(values, delimiter), [] if fields else _cells(head, delimiter)
+        if sum(is_number(cell, decimal) for cell in cells[:_SOME]) < FEWEST:
+            return None
+        if not fields and not (len(first) > 1 and 2 <= len(names) < len(cells) / 2 and all(names)):
+            return None
     check_lines(opened.file, opened.content)
     lines = enumerate(map(bytes.strip, opened.content.split(b"\n")), start=1)
     records = {number: line for number, line in lines if line}
@@ -88,8 +94,8 @@ def _form_of(opened: Opened) -> _Form | None:
 
 
 def _cells(text: str, delimiter: str) -> list[str]:
-    text = text.strip(f" \t\r\n;|{delimiter}")
-    return [cell.strip(' "') for cell in text.split(None if delimiter == " " else delimiter)]
+    cells = text.strip(f" \t\r\n;|{delimiter}").split(None if delimiter == " " else delimiter)
+    return [cell.strip(' "') for cell in cells] if " " in text or '"' in text else cells
 
 
 def records_in(opened: Opened) -> list[RecordLine]:
@@ -118,30 +124,45 @@ def read(opened: Opened, form: Mapping) -> list[Sheet]:
     """
     file, own = opened.file, _form(opened)
     line = form.get("line") or next(iter(own.records), 0)
-    signs = {key: form.get(key, sign) for key, sign in own.signs.items()}
-    own = own._replace(signs=signs)
-    fields, name, cells = _split(own, own.records.get(line, b""))
+    signs = own.signs | {key: form[key] for key in own.signs if key in form}
+    is_json = own.records.get(line, b"").startswith(_JSON)
+    fields, name, cells = _split(own._replace(signs=signs), own.records.get(line, b""))
     if not name:
-        raise RejectedCurveError(file, "has no record on this line", line=line)
+        reason = "has no record on this line; write on each its values as one list, of one name"
+        raise RejectedCurveError(file, reason, line=line)
     check_size(file, len(cells), 1, line=line)
-    numbers, wrong = strict_numbers(cells, signs["decimal"])
+    decimal = "." if is_json else signs["decimal"]
+    numbers, wrong = strict_numbers(cells, decimal)
     if wrong:
         cell = cells[wrong[0]]
         reason = f"value {wrong[0] + 1} of {name!r} is {cell.strip()[:40]!r}, {why_none(cell)}"
         raise RejectedCurveError(file, reason, line=line)
-    pairs = [[f"{key}:", value] for key, value in fields]
-    rate, unit = header_of(pairs, signs["decimal"]).rate, form.get("time_unit", "ms")
-    names, columns, texts, clock = [name], [numbers], [""], None
-    if rate > 0 and form.get("time_column", "") is not None:
-        names, columns = ["time", name], [np.arange(numbers.size) / rate / TO_MS[unit], numbers]
+    header = header_of([[f"{key}:", value] for key, value in fields], decimal, numbers.size)
+    unit, names, columns, texts, clock = form.get("time_unit", "ms"), [name], [numbers], [""], None
+    if header.rate > 0 and form.get("time_column", "") is not None:
+        names, columns = (
+            ["time", name],
+            [np.arange(numbers.size) / header.rate / TO_MS[unit], numbers],
+        )
         texts, clock = [unit, ""], 0
     said = ()
     if not form.get("line") and len(own.records) > 1:
         said = (f"has a record on each line; this is that of line {line}",)
-    named, kind = (1 if own.names else line,) * 2, "a text with a record on each line"
-    lines = np.full(numbers.size, line)
-    sheet = Sheet(file, names, columns, texts, pairs, signs, clock, named, said, {}, kind, lines)
-    return [sheet]
+    return [
+        Sheet(
+            file,
+            names,
+            columns,
+            texts,
+            settings=signs,
+            clock=clock,
+            named=(1 if own.names else line,) * 2,
+            remarks=said,
+            kind=ENDINGS[".jsonl"],
+            lines=np.full(numbers.size, line),
+            header=header,
+        )
+    ]
 
 
 def _split(form: _Form, line: bytes) -> tuple[list[tuple[str, str]], str, list[str]]:
@@ -149,6 +170,8 @@ def _split(form: _Form, line: bytes) -> tuple[list[tuple[str, str]], str, list[s
     are empty where it is none.
     """
     text, delimiter = line.decode(form.signs["encoding"], errors="replace"), form.signs["delimiter"]
+    if line.startswith(_JSON):
+        return _in_json(text)
     if form.names:
         cells, last = _cells(text, delimiter), len(form.names) - 1
         pairs = zip(form.names, cells[:last], strict=False)
@@ -160,3 +183,15 @@ def _split(form: _Form, line: bytes) -> tuple[list[tuple[str, str]], str, list[s
     pairs = (re.split("[:=]", part, maxsplit=1) for part in parts)
     stated = [(pair[0].strip(' "'), pair[1].strip(' "')) for pair in pairs if len(pair) > 1]
     return stated, name.strip(' "'), _cells(values, delimiter)
+
+
+def _in_json(text: str) -> tuple[list[tuple[str, str]], str, list[str]]:
+    """The same of an object with one list."""
+    record: Mapping = {}
+    with suppress(ValueError, RecursionError):
+        record = json.loads(text)
+    several = [name for name, value in record.items() if isinstance(value, list)]
+    if len(several) != 1:
+        return [], "", []
+    cells = ["" if value is None else str(value) for value in record[several[0]]]
+    return [(k, str(v)) for k, v in record.items() if k != several[0]], several[0], cells

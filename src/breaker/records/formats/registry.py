@@ -64,16 +64,21 @@ def read_columns(
         settings: The section ``endurance.format``, complete.
         channel: Column of the travel, where it is not that of the settings.
         line: Line of the record, where each line is one; 0 for the first. A file may have thousands
-            of these: they are not kept.
+            of these: the last one alone is kept.
 
     Raises:
         RejectedCurveError: If the file cannot be used.
     """
     opened = as_opened(file)
-    if line:
-        return _read(opened, settings, channel, line)
     key = "columns", channel, repr(settings)
-    return opened.once(key, lambda: _read(opened, settings, channel))
+    if not line:
+        return opened.once(key, lambda: _read(opened, settings, channel))
+    last = opened.once("last line", dict)
+    if (key, line) not in last:
+        columns = _read(opened, settings, channel, line)
+        last.clear()
+        last[key, line] = columns
+    return last[key, line]
 
 
 def _read(opened: Opened, settings: Mapping, channel: str, line: int = 0) -> Columns:
@@ -130,9 +135,8 @@ def stated_in(
     """
     opened = as_opened(file)
     with suppress(ValueError):
-        with suppress(ValueError):
-            if format_of(opened) in (text, lines):
-                return read_columns(opened, complete(settings), channel, line).sheet.stated
+        return read_columns(opened, complete(settings), channel, line).sheet.stated
+    with suppress(ValueError):
         return look_into(opened).stated
     return Header()
 
@@ -143,6 +147,10 @@ def format_of(opened: Opened) -> ModuleType:
     Raises:
         RejectedCurveError: If it is of a kind that cannot be read, or not of that of its ending.
     """
+    return opened.once("format", lambda: _format_of(opened))
+
+
+def _format_of(opened: Opened) -> ModuleType:
     file, named = opened.file, _named(opened.file)
     if is_store(file):
         return named  # a folder, without bytes of its own
@@ -153,7 +161,7 @@ def format_of(opened: Opened) -> ModuleType:
     for each in FORMATS:
         if opened.content.startswith(each.SIGNATURES):
             return each
-    if named is text and lines.sniff(opened):
+    if named in (text, lines) and lines.sniff(opened):
         return lines
     if named.SIGNATURES and not any(each in opened.content for each in named.SIGNATURES):
         reason = f"ends as {named.ENDINGS[_ending(file)]}, but does not begin as one"

@@ -28,7 +28,7 @@ from breaker.records.cells import (
 )
 from breaker.records.files import Opened, RejectedCurveError, check_lines, check_size
 from breaker.records.lexicon import WORDS
-from breaker.records.sheet import Sheet
+from breaker.records.sheet import EVERY, Sheet
 
 ENDINGS = dict.fromkeys((".csv", ".txt", ".tsv"), "a text") | {".lvm": "a LabVIEW text"}
 SIGNATURES: tuple[bytes, ...] = ()
@@ -60,23 +60,25 @@ def read(opened: Opened, form: Mapping) -> list[Sheet]:
     text = _decoded(file, content, encoding, strict=bool(form))
     pair = (form["delimiter"], form["decimal"]) if form else signs_of(_some_lines(text))
     settings = {"encoding": encoding, "delimiter": pair[0], "decimal": pair[1]}
-    return [sheet_of(file, text, settings, form)]
+    return [sheet_of(opened, text, settings, form)]
 
 
-def sheet_of(file: str | Path, text: str, settings: Mapping, form: Mapping) -> Sheet:
+def sheet_of(opened: Opened, text: str, settings: Mapping, form: Mapping, title: str = "") -> Sheet:
     r"""Return the table in a text.
 
     Args:
-        file: Name in messages.
+        opened: The file; it keeps the numbers, so that other settings need not read them again.
         text: Its lines end with ``\n``.
         settings: Its delimiter and its decimal sign, by their keys in ``endurance.format``.
         form: The section ``endurance.format``, complete, whose columns the table must have; empty
             where nothing is known.
+        title: What the text is in its file, where that has several.
 
     Raises:
-        RejectedCurveError: If columns are not there, or have a cell that is not a number; where
-            nothing is known, if there are no columns of numbers.
+        RejectedCurveError: If columns are not there; where nothing is known, if there are no
+            columns of numbers.
     """
+    file = opened.file
     top = _Top(text, settings)
     if form and not top.lines:
         raise RejectedCurveError(file, "is empty")
@@ -94,20 +96,33 @@ def sheet_of(file: str | Path, text: str, settings: Mapping, form: Mapping) -> S
     names = [*names, *[""] * (width - len(names))]
     line = top.numbers[head.first]
     begin = sum(map(len, text[:BLOCK].split("\n", _TOP)[: line - 1])) + line - 1
-    check_size(file, 1 if form else text.count("\n", begin), width, line=line)
-    labels = {} if form else dict.fromkeys(range(width), "")
-    for column in wanted.values():
-        labels |= dict.fromkeys(words.places_of(names, column), words.label_of(column))
+    places = range(width)
+    try:
+        check_size(file, text.count("\n", begin), width, line=line)
+    except RejectedCurveError:
+        if not form:
+            raise
+        check_size(file, 1, width, line=line)
+        some = {place for column in wanted.values() for place in words.places_of(names, column)}
+        places = sorted(some)
     untimed = form and "time" not in wanted  # a short line is not a sample
     least = min(words.places_of(names, wanted["travel"])) if untimed else 0
-    body = _Body(file, settings["delimiter"], settings["decimal"], width, labels, least)
-    columns, lines = body.samples(text, begin, line)
-    for column in columns if not form else ():
-        column[np.abs(column) > LARGEST_NUMBER["time"]] = np.nan  # such as those of open contacts
+    body = _Body(settings["delimiter"], settings["decimal"], width, tuple(places), least)
+    key = title, settings.get("encoding"), body, begin
+    columns, lines, wrong = opened.once(key, lambda: body.samples(text, begin, line))
+    if not form:  # such as those of open contacts
+        columns = [_bounded(column) for column in columns]
     over = None if head.names is None or not top.spans(head.names - 1) else head.names - 1
     preamble = [top.above(k) for k in range(head.first) if k not in (head.names, head.units, over)]
     named = tuple(None if k is None else top.numbers[k] for k in (head.names, head.units))
-    return Sheet(file, names, columns, texts, preamble, settings, named=named, lines=lines)
+    about = file, names, columns, texts, preamble, settings
+    return Sheet(*about, named=named, lines=lines, wrong=wrong)
+
+
+def _bounded(column: np.ndarray) -> np.ndarray:
+    """A column without numbers that are no readings."""
+    beyond = np.abs(column) > LARGEST_NUMBER["time"]
+    return np.where(beyond, np.nan, column) if beyond.any() else column
 
 
 # ---- bytes ---------------------------------------------------------------------------------------
@@ -331,40 +346,40 @@ def _are_names(top: _Top, k: int, columns: int) -> bool:
 
 
 class _Body(NamedTuple):
-    """How samples are read: columns by place, with their names in messages, empty where nothing is
-    known; a line with so few cells is not a sample.
-    """
+    """How samples are read: places of columns; a line with so few cells is not a sample."""
 
-    file: str | Path
     delimiter: str
     decimal: str
     width: int
-    labels: Mapping[int, str]
+    places: Sequence[int]
     least: int
 
-    def samples(self, text: str, begin: int, line: int) -> tuple[list[np.ndarray], np.ndarray]:
-        """Return the columns, and the line of each sample; those that are not read are empty."""
+    def samples(
+        self, text: str, begin: int, line: int
+    ) -> tuple[list[np.ndarray], np.ndarray, dict[int, tuple[int, str]]]:
+        """Return the columns, empty where they are not read, the line of each sample, and what is
+        wrong: see ``Sheet``.
+        """
+        wrong: dict[int, tuple[int, str]] = {}
         parts, lines = {place: [np.zeros(0)] for place in range(self.width)}, [np.zeros(0, int)]
         while begin < len(text):
             end = text.find("\n", begin + BLOCK)
             end = len(text) if end < 0 else end
-            numbers, cells = self._cells(text[begin:end], line)
-            wrong = {}
-            for place, label in self.labels.items():
+            numbers, cells = self._cells(text[begin:end], line, wrong)
+            for place in self.places:
                 values, odd = strict_numbers(cells[place], self.decimal)
                 parts[place].append(values)
-                if odd and label:
+                if odd and place not in wrong:
                     cell = cells[place][odd[0]].strip()[:40]
-                    wrong.setdefault(odd[0], f"{label} is {cell!r}, {why_none(cell)}")
-            if wrong:
-                at = min(wrong)
-                raise RejectedCurveError(self.file, wrong[at], line=int(numbers[at]))
+                    wrong[place] = int(numbers[odd[0]]), f"is {cell!r}, {why_none(cell)}"
             lines.append(numbers)
             begin, line = end + 1, line + text.count("\n", begin, end) + 1
-        return [np.concatenate(each) for each in parts.values()], np.concatenate(lines)
+        return [np.concatenate(each) for each in parts.values()], np.concatenate(lines), wrong
 
-    def _cells(self, part: str, line: int) -> tuple[np.ndarray, Sequence[Sequence[str]]]:
-        """Return line numbers of samples and columns of cells of lines."""
+    def _cells(
+        self, part: str, line: int, wrong: dict[int, tuple[int, str]]
+    ) -> tuple[np.ndarray, Sequence[Sequence[str]]]:
+        """Return line numbers of samples and columns of cells of lines; add to what is wrong."""
         every, width = part.split("\n"), self.width
         columns = columns_of_alike(every, width, self.delimiter)
         if columns is not None and not _BLANK_LINE.search(f"\n{part}\n"):
@@ -376,10 +391,10 @@ class _Body(NamedTuple):
             # More cells are those of decimal commas where commas separate; where blanks separate,
             # nobody knows which of fewer ones is blank.
             odd = any(row[width:]) or (self.delimiter == " " and len(row) < width)
-            if odd and any(self.labels.values()):
+            if odd:
                 reason = f"{len(row)} cells where there are {width} columns"
                 remedy = "see endurance.format.delimiter and endurance.format.decimal"
-                raise RejectedCurveError(self.file, f"{reason}; {remedy}", line=number)
+                wrong.setdefault(EVERY, (number, f"{reason}; {remedy}"))
             kept.append(number)
             padded.append([*row, *[""] * width][:width])
         return np.array(kept, int), [*zip(*padded, strict=True)] or [()] * width
