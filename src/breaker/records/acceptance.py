@@ -18,7 +18,7 @@ from breaker.records.grid import Grid
 from breaker.records.operations import MANIFEST, Operation, read_manifest
 from breaker.records.proposal_text import ITEM, alike
 
-_PART = 50  # files that one process reads at a time: some seconds of work
+_FEWEST, _PARTS = 50, 8  # files that one process reads at a time, some seconds of work; most parts
 
 
 class CheckedRecord(NamedTuple):
@@ -75,7 +75,8 @@ def check_folder(
             except (ValueError, OSError) as error:
                 groups.append(CheckedGroup(name, motion, error=str(error)))
                 continue
-            parts = [operations[i : i + _PART] for i in range(0, len(operations), _PART)]
+            size = max(_FEWEST, -(-len(operations) // _PARTS))  # all may be lines of one file
+            parts = [operations[i : i + size] for i in range(0, len(operations), size)]
             if len(parts) > 1:
                 with ProcessPoolExecutor() as pool:
                     results = [*pool.map(read, parts)]

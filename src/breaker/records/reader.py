@@ -151,6 +151,8 @@ class Reader:
         given = settings["quantum"]
         quantum = seen_quantum(whole) if given is None else given
         doubts = doubtful_samples(whole, float(time[-1] - time[0]) / (time.size - 1), quantum)
+        if not doubts.astype(bool).any():  # in little memory: there may be ten thousand records
+            doubts = np.broadcast_to(doubts[:1], doubts.shape)
         remarks = *columns.remarks, uneven
         return _Samples(columns, settings, time, place, whole, doubts, quantum, remarks)
 

@@ -93,8 +93,9 @@ def _form_of(opened: Opened) -> _Form | None:
     return _Form(signs, names, records)
 
 
-def _cells(text: str, delimiter: str) -> list[str]:
-    cells = text.strip(f" \t\r\n;|{delimiter}").split(None if delimiter == " " else delimiter)
+def _cells(text: str, delimiter: str, most: int = -1) -> list[str]:
+    text = text.strip(f" \t\r\n;|{delimiter}")
+    cells = text.split(None if delimiter == " " else delimiter, most)
     return [cell.strip(' "') for cell in cells] if " " in text or '"' in text else cells
 
 
@@ -104,7 +105,7 @@ def records_in(opened: Opened) -> list[RecordLine]:
     """
     if (form := _form(opened)) is None:
         return []
-    stated = [[value for _, value in _split(form, line)[0]] for line in form.records.values()]
+    stated = [[pair[1] for pair in _split(form, line)[0]] for line in form.records.values()]
     dates = [next(filter(None, map(dates_of, values)), {}) for values in stated]
     order, records = day_order(filter(None, dates)), []
     for values, readings, line in zip(stated, dates, form.records, strict=True):
@@ -125,13 +126,15 @@ def read(opened: Opened, form: Mapping) -> list[Sheet]:
     file, own = opened.file, _form(opened)
     line = form.get("line") or next(iter(own.records), 0)
     signs = own.signs | {key: form[key] for key in own.signs if key in form}
-    is_json = own.records.get(line, b"").startswith(_JSON)
-    fields, name, cells = _split(own._replace(signs=signs), own.records.get(line, b""))
+    record = own.records.get(line, b"")
+    if record.startswith(_JSON):
+        signs |= {"delimiter": ",", "decimal": "."}
+    fields, name, values = _split(own._replace(signs=signs), record)
+    cells, decimal = _cells(values, signs["delimiter"]), signs["decimal"]
     if not name:
         reason = "has no record on this line; write on each its values as one list, of one name"
         raise RejectedCurveError(file, reason, line=line)
     check_size(file, len(cells), 1, line=line)
-    decimal = "." if is_json else signs["decimal"]
     numbers, wrong = strict_numbers(cells, decimal)
     if wrong:
         cell = cells[wrong[0]]
@@ -165,33 +168,35 @@ def read(opened: Opened, form: Mapping) -> list[Sheet]:
     ]
 
 
-def _split(form: _Form, line: bytes) -> tuple[list[tuple[str, str]], str, list[str]]:
-    """The names and values of what a record states, and the name and the cells of its values; all
+def _split(form: _Form, line: bytes) -> tuple[list[tuple[str, str]], str, str]:
+    """The names and values of what a record states, and the name and the text of its values; all
     are empty where it is none.
     """
-    text, delimiter = line.decode(form.signs["encoding"], errors="replace"), form.signs["delimiter"]
+    text = line.decode(form.signs["encoding"], errors="replace")
     if line.startswith(_JSON):
         return _in_json(text)
     if form.names:
-        cells, last = _cells(text, delimiter), len(form.names) - 1
-        pairs = zip(form.names, cells[:last], strict=False)
-        return [*pairs], form.names[last] if cells[last:] else "", cells[last:]
-    if (fields := _FIELDS.fullmatch(text)) is None:
-        return [], "", []
-    before, name, values = fields.groups()
+        last = len(form.names) - 1
+        *cells, values = _cells(text, form.signs["delimiter"], last)
+        pairs = zip(form.names, cells, strict=False)
+        return [*pairs], form.names[last] if len(cells) == last else "", values
+    head = max(text.rfind(":"), text.rfind("=")) + 1  # a pattern takes its time with many values
+    if (fields := _FIELDS.fullmatch(text[:head])) is None:
+        return [], "", ""
+    before, name, _ = fields.groups()
     parts = re.split(r"[;|\t]" if form.signs["decimal"] == "," else r"[;|\t,]", before or "")
     pairs = (re.split("[:=]", part, maxsplit=1) for part in parts)
     stated = [(pair[0].strip(' "'), pair[1].strip(' "')) for pair in pairs if len(pair) > 1]
-    return stated, name.strip(' "'), _cells(values, delimiter)
+    return stated, name.strip(' "'), text[head:]
 
 
-def _in_json(text: str) -> tuple[list[tuple[str, str]], str, list[str]]:
+def _in_json(text: str) -> tuple[list[tuple[str, str]], str, str]:
     """The same of an object with one list."""
     record: Mapping = {}
     with suppress(ValueError, RecursionError):
         record = json.loads(text)
     several = [name for name, value in record.items() if isinstance(value, list)]
     if len(several) != 1:
-        return [], "", []
-    cells = ["" if value is None else str(value) for value in record[several[0]]]
-    return [(k, str(v)) for k, v in record.items() if k != several[0]], several[0], cells
+        return [], "", ""
+    values = ",".join("" if value is None else str(value) for value in record[several[0]])
+    return [(k, str(v)) for k, v in record.items() if k != several[0]], several[0], values
