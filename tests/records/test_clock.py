@@ -55,17 +55,15 @@ ODD = {
     "repeated": (changed(300, TIME[299]), 307),
     "clock reset": (np.append(TIME, TIME), 767),
     "reversed": (TIME[::-1], 8),
+    "twice": (np.repeat(TIME, 2), 8),
     "jitter": (changed(300, 30.03), 307),
     "half a step lost": (TIME + 0.05 * (TIME > 40), 408),
     "another rate half-way": (np.where(TIME < 40, TIME, 40 + 1.09 * (TIME - 40)), None),
     "an overflow": (changed(759, 1e300), 766),
-    "a far number": (changed(759, 1e12), 766),
     "a gap of 1e9 steps": (TIME + 1e8 * (TIME > 40), 408),
     "5 ms": (5.0 * np.arange(100), None),
-    "4 to 6 ms": (np.cumsum(4.0 + 2.0 * generator(2, "slow").random(100)), None),
     "too few digits": (np.round(np.arange(2000) / 33.0, 1), 8),
     "seconds": (TIME / 1e3, None),
-    "microseconds": (TIME * 1e3, None),
 }
 
 

@@ -7,7 +7,6 @@ import pytest
 from breaker.records.file_names import numbers_in
 
 CLEAR = [
-    (["operation_0001"], [1]),
     (["op_0005_closing"], [5]),
     (["00001", "00059", "10203"], [1, 59, 10203]),
     (["operation_0007_10kHz", "operation_0008_10kHz"], [7, 8]),

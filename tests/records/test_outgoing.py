@@ -17,11 +17,8 @@ NAMES += ("", "-3.5", "+1")
     ("text", "shown"),
     [
         ("Weg (mm)\n\tкурс 行程 🔧\u00a0±", "Weg (mm)\n\tкурс 行程 🔧\u00a0±"),
-        ("\x1b[2J\x1b]0;t\x07", r"\x1b[2J\x1b]0;t\x07"),
-        ("a\rb\x00\x7f\x9b", r"a\rb\x00\x7f\x9b"),
-        ("\u202a\u2066\u200e\u061c", r"\u202a\u2066\u200e\u061c"),
-        ("\u200b\u2060\ufeff\u00ad\ufe0f", r"\u200b\u2060\ufeff\xad\ufe0f"),
-        ("\u2028\u2029\udce9", r"\u2028\u2029\udce9"),
+        ("\x1b[2J\x1b]0;t\x07\r\x9b", r"\x1b[2J\x1b]0;t\x07\r\x9b"),
+        ("\u202a\u061c\u200b\ufeff\u00ad\u2028", r"\u202a\u061c\u200b\ufeff\xad\u2028"),
     ],
 )
 def test_a_terminal_gets_no_sign_that_it_obeys_or_hides(text, shown):

@@ -182,16 +182,6 @@ def test_other_files_decide_on_day_and_month(tmp_path):
         assert [found[name] for name in sorted(found)] == dates
 
 
-def test_phases_and_motions_that_are_guesses_are_to_be_filled_in(tmp_path):
-    folder = folder_of(tmp_path, "a.csv", "closing/b.csv")
-    parts = tuple(Part("closing", f"T{i}", "") for i in (1, 2))
-    seen = Description(parts=parts, settings={"sign": 1, "delimiter": "\t"}, sure=False)
-    rows, _ = looked(folder, lambda _: seen)
-    motions = {(row["file"], row["motion"]) for row in rows}
-    assert motions == {("a.csv", "FILL IN"), ("closing/b.csv", "closing")}
-    assert {(row["phase"], row["delimiter"]) for row in rows} == {("T1", "tab"), ("T2", "tab")}
-
-
 def test_settings_in_which_files_differ_are_columns(tmp_path):
     write(tmp_path / "a.csv", channels=1, motions=("closing", "opening"), length=600.0)
     write(tmp_path / "b.csv", channels=1, date="15/03/2021", seed=1, zero=12.0)

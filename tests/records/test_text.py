@@ -7,11 +7,9 @@ import pytest
 
 from breaker.common.randomness import generator
 from breaker.drive.simulation.dialects import DIALECTS
-from breaker.records.axes import even_times
 from breaker.records.cells import strict_numbers
 from breaker.records.files import RejectedCurveError
 from breaker.records.formats.registry import look_into, read_columns
-from breaker.records.rejections import UnusableError
 from breaker.records.settings import TO_MS, complete
 from breaker.records.words import split_unit, unit_of
 
@@ -74,18 +72,13 @@ def test_every_dialect_is_read_back_to_its_printed_digits(tmp_path, name):
 # ---- heads ------------------------------------------------------------------------------------
 
 HEADS = {
-    "names": ["time,travel"],
     "units": ["time,travel", "[ms],(mm)"],
-    "other spellings": ["TIME,TRAVEL", "msec,millimeter"],
-    "in the names": ["Time (ms),Travel [mm]"],
-    "behind a bar": ["time/ms,travel/mm"],
+    "behind a bar": ["TIME/ms,travel/millimeter"],
     "a remark": ["# time,travel", "# nothing", "ms,mm"],
     "long": [*(f"channel {i},{i},{i}" for i in range(45)), "time,travel"],
     "names twice": ["Title,time,travel", "time,travel"],
     "quoted": ['stroke 5" at most,', '"time","travel"', '"ms","mm"'],
-    "blank lines": ["", "a", "", "time,travel", "", "ms,mm", ""],
-    "other columns without unit": ["time,travel,x", "ms,mm,1"],
-    "trailing": ["time,travel,,", "ms,mm,,"],
+    "blank lines": ["", "a", "", "time,travel,x", "", "ms,mm,1", ""],
     "an exact name": ["Travel [mm],time,travel"],
 }
 
@@ -117,46 +110,29 @@ def test_both_of_two_lines_of_names_count(file, head):
 
 
 def test_files_without_names_are_read_by_numbers(file):
-    numbers = {"time_column": 1, "travel_column": 2}
     preamble = ["made by 7", "rate,10000,1", "10,20"]
     put(file, [*preamble, *(f"{i},{row}" for i, row in enumerate(ROWS))])
     assert_read(read(file, time_column=2, travel_column=3), first=4)
     put(file, ROWS)
-    assert_read(read(file, **numbers), first=1)
+    assert_read(read(file, time_column=1, travel_column=2), first=1)
     refused(file, time_column=1, travel_column=3)
-    put(file, ["a,b", "ms,cm", *ROWS])
-    assert refused(file, **numbers) == 2
-
-
-def test_doubled_names_are_refused_and_read_by_number(file):
     put(file, ["time,travel,current,travel", *(f"{r},9,{r.split(',')[1]}" for r in ROWS)])
     assert refused(file) == 1
-    assert_read(read(file, travel_column=4))
     assert_read(read(file, channel="4"))
-
-
-def test_a_rate_is_enough_where_there_is_no_column_of_the_time(file):
     put(file, ["travel", *(f"{x:.3f}" for x in TRAVEL)])
-    columns = read(file, rate=10.0)
-    assert columns.time is None
-    assert_read(columns, remarks=1)
+    assert_read(read(file, rate=10.0), remarks=1)
     refused(file)
-    put(file, ["time,travel", *ROWS])
-    assert_read(read(file, rate=10.0))
 
 
 # ---- units ------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("head", ["ms,cm", "sec,mm", "ms,°", "ms,m/s"])
-def test_a_contradicting_unit_is_refused(file, head):
+def test_a_contradicting_unit_is_refused_and_an_unknown_one_remarked_on(file, head):
     put(file, ["time,travel", head, *ROWS])
     assert refused(file) == 2
     put(file, ["time ({}),travel [{}]".format(*head.split(",")), *ROWS])
     assert refused(file) == 1
-
-
-def test_an_unknown_unit_is_remarked_on(file):
     put(file, ["time,travel", "ms,span", *ROWS])
     assert_read(read(file), remarks=1)
 
@@ -164,7 +140,6 @@ def test_an_unknown_unit_is_remarked_on(file):
 @pytest.mark.parametrize(
     ("unit", "spellings"),
     {
-        "s": ["s", "sec", "Sec.", "seconds", "[s]"],
         "ms": ["ms", "(ms)", "msec", "MS", "milliseconds"],
         "us": ["us", "µs", "μs", "usec", "microseconds"],
         "deg": ["deg", "°", "[Deg]", "degrees", "Grad", "(grados)", "[gradi]", "degrés"],
@@ -177,18 +152,11 @@ def test_units_are_known_in_any_spelling(unit, spellings):
 
 
 def test_a_unit_behind_a_blank_is_that_of_a_time_or_a_travel():
-    names = {"weg cm": "cm", "Travel 1 mm": "mm", "Zeit s": "s", "t msec": "ms", "Hub zoll": "inch"}
+    names = {"weg cm": "cm", "Travel 1 mm": "mm", "Zeit s": "s", "in ms": "ms", "Hub zoll": "inch"}
     assert {name: split_unit(name)[1] for name in names} == names
-    none = ["Coil mA", "Contact s", "Travel min", "travel in", "Travel S", "stroke phase"]
-    none += ["Travel (A)", "Travel [V]", "S/W", "travel_in", "travel (S)", "t (Zeit)"]
+    none = ["Coil mA", "Contact s", "Travel min", "travel in", "Travel S", "52a", "Travel (A)"]
+    none += ["Travel [V]", "S/W", "travel_in", "travel (S)", "t (Zeit)"]
     assert [split_unit(name) for name in none] == [(name, None) for name in none]
-
-
-def test_names_with_numbers_are_names_and_a_unit_may_stand_alone(file):
-    put(file, ["in ms,Travel (in),52a,52b", *(f"{row},0,1" for row in ROWS)])
-    sheet = look_into(file)
-    assert sheet.units == ["ms", "inch", None, None]
-    assert [sheet.column(place) for place in (2, 3)] == ["52a", "52b"]
 
 
 # ---- cells ------------------------------------------------------------------------------------
@@ -197,7 +165,7 @@ NO_NUMBERS = ["١٢٣", "１２", "−1.5", "0x10", "inf", "-Infinity", "nan1", 
 NO_NUMBERS += ["12345678901234567890123", "15:13:07", "OVERFLOW", "1.5 mm", "1_000", "1'000.5"]
 
 
-@pytest.mark.parametrize("cell", [*NO_NUMBERS, "1 000", "1.2.3"])
+@pytest.mark.parametrize("cell", [*NO_NUMBERS, "1 000", "1.2.3", "2,0,9"])
 @pytest.mark.parametrize("decimal", [".", ","])
 def test_what_is_no_plain_number_is_refused_with_its_line(file, cell, decimal):
     rows = ["time,travel", *ROWS[:20], f"2.0000,{cell}", *ROWS[21:]]
@@ -207,21 +175,15 @@ def test_what_is_no_plain_number_is_refused_with_its_line(file, cell, decimal):
 
 
 @pytest.mark.parametrize("decimal", [".", ","])
-def test_numbers_are_those_of_python(decimal):
-    """Quick and careful reading agree to the last digit; thousands are not decimals."""
-    rng = generator(1, "test numbers")
-    numbers = [*rng.standard_normal(200), *10.0 ** rng.uniform(-9, 8, 200), 0.0, 1e-400, -0.0]
-    shown = [f(float(x)) for x in numbers for f in (repr, "{:.3e}".format, "{:+.4f}".format)]
-    cells = [text.replace(".", decimal) for text in [*shown, "5.", ".5", " 7 "]]
-    expected = [float(text) for text in [*shown, "5.", ".5", "7"]]
+def test_quick_and_careful_reading_agree_to_the_last_digit(decimal):
+    numbers = generator(1, "test numbers").standard_normal(200) * 10.0 ** np.arange(-9, 11, 0.1)
+    shown = [f(float(x)) for x in numbers for f in (repr, "{:+.3e}".format)] + ["5.", ".5", "7"]
+    cells, thousands = [text.replace(".", decimal) for text in shown], "1,234.5"
     quick, none = strict_numbers(cells, decimal)
-    other = ".," if decimal == "," else ",."
-    odd = ["x", f"1{other[0]}234", f"1{other[0]}234{other[1]}5"]
-    careful, wrong = strict_numbers([*cells, "", *odd], decimal)
-    assert none == []
-    assert wrong == [len(cells) + k for k in (1, 2, 3)]
-    np.testing.assert_array_equal(quick, expected)
-    np.testing.assert_array_equal(careful[:-4], expected)
+    careful, wrong = strict_numbers([*cells, "", thousands], decimal)
+    assert (none, wrong) == ([], [len(cells) + 1])
+    np.testing.assert_array_equal(quick, [*map(float, shown)])
+    np.testing.assert_array_equal(careful[:-2], quick)
 
 
 @pytest.mark.parametrize("cell", ["", "NaN", "#N/A", "-", "---", "  "])
@@ -250,11 +212,9 @@ def test_blanks_at_the_end_are_the_end_of_a_channel(file):
     rows = [row.split(",")[1] for row in ROWS]
     put(file, ["travel,other", *(f"{x},1" for x in rows), ",1", ",1"])
     assert_read(read(file, **UNTIMED))
-    put(file, ["travel,other", *(",1" for _ in rows)])
-    refused(file, **UNTIMED)
 
 
-@pytest.mark.parametrize("line", ["", "# stopped here", ";;", "Page 2", '""'])
+@pytest.mark.parametrize("line", ["", "# stopped here", ";;", "Page 2"])
 def test_a_gap_without_a_time_column_is_refused(file, line):
     """With times it is a gap in time; without, all that follows would be early by a sample."""
     rows = [f"0.5;{row.split(',')[1]};7" for row in ROWS]
@@ -268,13 +228,6 @@ def test_a_gap_without_a_time_column_is_refused(file, line):
         assert refused(file, delimiter=";") == 21
     else:
         assert_read(read(file, delimiter=";"))
-
-
-def test_a_line_with_too_many_cells_is_refused(file):
-    put(file, ["time,travel", *ROWS[:20], f"{ROWS[20]},9", *ROWS[21:]])
-    assert refused(file) == 22
-    put(file, ["time,travel", *(f"{row}, ,," for row in ROWS)])
-    assert_read(read(file))
 
 
 # ---- signs between cells, ends of lines, encodings ----------------------------------------------
@@ -297,14 +250,6 @@ def test_any_delimiter_will_do(file, delimiter, head):
     assert look_into(file).settings["delimiter"] == delimiter
 
 
-def test_decimal_commas_between_commas_need_quotation_marks(file):
-    quoted = [",".join(f'"{cell.replace(".", ",")}"' for cell in row.split(",")) for row in ROWS]
-    put(file, ["time,travel", *quoted])
-    assert_read(read(file, decimal=","))
-    put(file, ["time,travel", *(row.replace(".", ",") for row in ROWS)])
-    assert refused(file, decimal=",") == 2
-
-
 @pytest.mark.parametrize(
     ("written", "settings"),
     [
@@ -319,16 +264,6 @@ def test_encodings_are_read_and_proposed(file, written, settings):
     put(file, [f"time,{name}", *ROWS], encoding=written)
     assert_read(read(file, travel_column=name, encoding=settings))
     assert look_into(file).names[1] == name
-
-
-@pytest.mark.parametrize("zeros", [b"\0\0\0", None])
-def test_zero_bytes_are_refused(file, zeros):
-    """Of a crashed disk, or of another encoding: the line ends among them would be lost."""
-    put(file, ["time,travel", *ROWS], encoding="utf-8" if zeros else "utf-16-le")
-    content = file.read_bytes()
-    if zeros:
-        file.write_bytes(content[:100] + zeros + content[103:])
-    assert refused(file) == (8 if zeros else 1)
 
 
 # ---- sizes ------------------------------------------------------------------------------------
@@ -347,6 +282,7 @@ def test_long_files_are_read_block_by_block(file):
 
 
 ODD = [b"\0" * 1_000_000, b"1," * 500_000, b"time,travel\n" + b"1" * 1_000_000, b""]
+ODD += ["time,travel\n0,1".encode("utf-16-le"), b"time,travel\n0,1\n1,\0\0\n"]
 ODD += [b"time," + b"travel [" * 10_000 + b"\n1,2", b"time;travel\n" * 100_000, b"(" * 99_000]
 ODD += [b'"' * 1_000_000, (b" " * 999 + b"\n") * 1_000, b"\n" * 1_000_000]
 ODD += [b"time,travel\n1," + b"1.," * 20_000 + b"x"]
@@ -366,9 +302,3 @@ def test_odd_files_are_refused_at_once(file, content, delimiter):
     else:
         assert columns.travel.size == 1  # too few for what comes after
     assert clock.process_time() - start < 60.0
-
-
-def test_times_that_stand_twice_are_refused():
-    """Read by a rate, they would be twice as long."""
-    with pytest.raises(UnusableError):
-        even_times(np.repeat(TIME, 2), np.arange(80), complete(PLAIN))

@@ -16,8 +16,7 @@ from breaker.model.parameters import Size
 from breaker.records.curves import read_curves
 from breaker.records.grid import Grid
 from breaker.records.operations import Operation
-from breaker.records.proposal import inspect_file
-from breaker.records.proposal_text import overlay_of
+from breaker.records.proposal import inspect_file, overlay_of
 from breaker.shipped import HELD_BACK
 
 OPERATIONS = 3

@@ -14,8 +14,8 @@ from urllib.parse import quote, unquote_to_bytes, urlencode
 
 import yaml
 
-from breaker.records.lexicon import WORDS
 from breaker.records.settings import FORMAT, TO_MM, TO_MS
+from breaker.records.words import WORDS
 
 WHOLE = "."
 """Id of the folder as a whole, by its table ``operations.csv`` or its folders of motions."""

@@ -56,8 +56,7 @@ def _refuse(options: argparse.Namespace, names: Sequence[str], why: str) -> None
 def _look_into(options: argparse.Namespace, config: Mapping) -> int:
     """Propose how to read a file; the status is 1 where no motion can be read."""
     from breaker.documents.terminal import text_of
-    from breaker.records.proposal import inspect_file
-    from breaker.records.proposal_text import overlay_of, words_of
+    from breaker.records.proposal import inspect_file, overlay_of, words_of
 
     proposal = inspect_file(options.file, config["sensor"], options.channel)
     overlay = overlay_of(proposal)

@@ -16,7 +16,7 @@ from breaker.records.files import printable
 from breaker.records.folder import list_operations
 from breaker.records.grid import Grid
 from breaker.records.operations import MANIFEST, Operation, read_manifest
-from breaker.records.proposal_text import ITEM, alike
+from breaker.records.proposal import ITEM, alike
 
 _FEWEST, _PARTS = 50, 8  # files that one process reads at a time, some seconds of work; most parts
 

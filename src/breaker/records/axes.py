@@ -38,8 +38,7 @@ def even_times(
         settings: The section ``endurance.format`` of the configuration.
 
     Raises:
-        UnusableError: If the times do not increase in steps that are even or whole multiples, or
-            fit another unit or rate.
+        UnusableError: If the steps are not even, or not positive, or fit another unit or rate.
     """
     if lines.size < 2:
         raise UnusableError(f"has {lines.size} samples")
@@ -49,14 +48,15 @@ def even_times(
     with np.errstate(over="ignore"):
         time = time * TO_MS[unit]
         steps = np.diff(time)
-    _refuse(
-        ~(steps > 0),
-        lines,
-        "the time does not increase; export each sample once, in a line of its own, with all "
-        "digits of its time",
-    )
-    median = float(np.median(steps))
-    _check_step(median, unit)
+    remedy = "export each sample once, in a line of its own, with all digits of its time"
+    _refuse(~(steps > 0), lines, f"the time does not increase; {remedy}")
+    median, (slow, fast) = float(np.median(steps)), (1.0 / rate for rate in READABLE)
+    if not fast <= median <= slow:
+        fits = [other for other, ms in TO_MS.items() if fast <= median * ms / TO_MS[unit] <= slow]
+        raise UnusableError(
+            f"one sample every {median:.4g} ms, not every {fast:.4g} to {slow:.4g} ms; is "
+            f"endurance.format.time_unit {(fits or [unit])[0]!r}?"
+        )
     # Of many steps together, the mean is better than one that was printed.
     single = steps[np.rint(steps / median) <= 1.0]
     whole = np.maximum(np.rint(steps / (single.mean() if single.size else median)), 1.0)
@@ -77,17 +77,6 @@ def even_times(
     even[place] = time
     values = {"step": f"{step:.4g}", "off": f"{step * off.max():.2g}"}
     return even, place, Remark("uneven", **values) if off.max() > _PRINTED else ""
-
-
-def _check_step(step: float, unit: str) -> None:
-    """Refuse a step, ms, of no readable rate, as in another unit of time."""
-    slow, fast = (1.0 / rate for rate in READABLE)
-    if not fast <= step <= slow:
-        fits = [other for other, ms in TO_MS.items() if fast <= step * ms / TO_MS[unit] <= slow]
-        raise UnusableError(
-            f"one sample every {step:.4g} ms, not every {fast:.4g} to {slow:.4g} ms; is "
-            f"endurance.format.time_unit {(fits or [unit])[0]!r}?"
-        )
 
 
 def _refuse(odd: np.ndarray, lines: np.ndarray, reason: str) -> None:
@@ -154,11 +143,8 @@ def _read_table(file: str | Path) -> np.ndarray:
         if not (rises.size and steady and np.isfinite(table).all()):
             raise ValueError("its mm do not rise, or fall, from reading to reading")
     except (RejectedCurveError, ValueError, csv.Error) as error:
-        raise ValueError(
-            f"endurance.format.table, {file}: {error}; write two lines or more of a reading and "
-            "its mm, with a comma between and decimal points, each reading once, with mm that "
-            "only rise or only fall"
-        ) from error
+        remedy = "write two lines or more of a reading and its mm, with a comma between"
+        raise ValueError(f"endurance.format.table, {file}: {error}; {remedy}") from error
     return table
 
 

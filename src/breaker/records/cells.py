@@ -11,12 +11,18 @@ import re
 from collections.abc import Sequence
 
 from breaker.common.lazy_numpy import np
-from breaker.records.lexicon import WORDS
+from breaker.records.words import WORDS
 
 LARGEST_NUMBER = {"time": 1e16, "travel": 1e9}
 LARGEST_NUMBER |= dict.fromkeys(("contact", "current", "trigger", "motor"), 1e40)
 """Largest time (those since 1970 are 2e15 microseconds) and readings. Some instruments write 9.9e37
 for the resistance of an open contact."""
+
+NOT_A_NUMBER = (
+    "which is not a number: export plain decimal numbers without separators of thousands, empty "
+    "cells for missing samples, and nothing below; see endurance.format.decimal"
+)
+"""What is wrong with a cell, and what to do about it."""
 
 MISSING = frozenset(["", "nan", "na", "n/a", "#n/a", "-", "--", "---"])
 """Contents of the cell of a missing sample, in lower case."""
@@ -27,7 +33,6 @@ _NOT_ALIKE = '"([#!%/'  # signs that give a line a meaning of its own
 _STATES = {word: float(state) for state, words in enumerate(WORDS["states"]) for word in words}
 # Possessive quantifiers: others would take the square of the number of digits.
 _NUMBER = re.compile(r"[-+]?(?:[0-9]++\.?[0-9]*+|\.[0-9]++)(?:[eE][-+]?[0-9]++)?")
-_SEPARATED = re.compile(r"[-+]?[0-9][0-9.,_'’\s]*[.,_'’\s][0-9.,_'’\s]*(?:[eE][-+0-9]+)?")
 
 
 def cells_of(line: str, delimiter: str) -> list[str]:
@@ -83,14 +88,6 @@ def strict_numbers(cells: Sequence[str], decimal: str) -> tuple[np.ndarray, list
     numbers = {cell: float(cell.replace(decimal, ".")) for cell in bare if is_number(cell, decimal)}
     wrong = [i for i, c in enumerate(bare) if c not in numbers and c.lower() not in MISSING]
     return np.array([numbers.get(cell, np.nan) for cell in bare]), wrong
-
-
-def why_none(cell: str) -> str:
-    """Return why a cell is not a number, and what to do about it."""
-    remedy = "export plain decimal numbers, empty cells for missing samples, and nothing below"
-    if _SEPARATED.fullmatch(cell.strip()[:100]):
-        remedy = "export without separators of thousands, and see endurance.format.decimal"
-    return f"which is not a number: {remedy}"
 
 
 def is_number(cell: str, decimal: str) -> bool:

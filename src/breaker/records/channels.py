@@ -14,7 +14,6 @@ import numpy as np
 
 from breaker.common.numerals import in_digits
 from breaker.records import words
-from breaker.records.lexicon import WORDS
 from breaker.records.motion import Course
 from breaker.records.settings import RATES, TO_MM, TO_MS
 from breaker.records.sheet import Sheet
@@ -30,7 +29,7 @@ _UNEVEN = 0.2  # of a step: times that are printed with few digits differ by as 
 _OSCILLATES = 6  # motions: no operating sequence of IEC 62271-100 has more
 _LENGTHS = (*TO_MM, "deg", "rad")  # units of travels alone
 
-_LABELS = {key: words.any_of(spelt) for key, spelt in WORDS["labels"].items()}
+_LABELS = {key: words.any_of(spelt) for key, spelt in words.WORDS["labels"].items()}
 _OF_CONTACT = re.compile(
     rf"(?P<none>{_LABELS['not connected']})|{_LABELS['transducer']}\W{{0,2}}0*(?P<number>\d+)"
     rf"|(?P<phase>{words.PHASE})?\W{{0,2}}{_LABELS['break']}\W{{0,2}}\d*",

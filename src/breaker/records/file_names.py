@@ -10,8 +10,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from breaker.records.dates import MONTHS, STAMP
-from breaker.records.lexicon import WORDS
-from breaker.records.words import IN_FILE, any_of
+from breaker.records.words import IN_FILE, WORDS, any_of
 
 _RUN = re.compile("[0-9]+")
 _DIGITS = 5  # of a counter: six are a date or a time, too

@@ -23,10 +23,8 @@ class Grid(NamedTuple):
 
     Attributes:
         times: Times, ``(t,)``, ms around the first motion.
-        noise_sd: Standard deviation of the noise, mm; a record whose own is another has a remark.
-            None compares nothing.
-        zero_sd: The same of the zero, mm.
-        onset_sd: The same of the first motion, ms; 0 compares nothing, either.
+        noise_sd, zero_sd, onset_sd: Standard deviations of the noise and the zero, mm, and of the
+            first motion, ms; a record whose own is another has a remark. None compares nothing.
     """
 
     times: np.ndarray
@@ -55,8 +53,7 @@ def on_grid(time: np.ndarray, travel: np.ndarray, times: np.ndarray, moves: floa
     """Put a record on the grid; samples before it begins and after it ends are missing.
 
     Args:
-        time: Times, ``(n,)``, ms, evenly spaced.
-        travel: Travel, ``(n,)``, mm; NaN where a sample is missing.
+        time, travel: Times, ``(n,)``, ms, evenly spaced; travel, mm, NaN where one is missing.
         times: The model's grid, ``(t,)``, ms around the first motion.
         moves: Time of the first motion, ms.
     """
@@ -109,19 +106,13 @@ def check_missing(gridded: Gridded, allowed: float) -> None:
 
 
 def grid_remarks(gridded: Gridded, time: np.ndarray, times: np.ndarray) -> list[str]:
-    """Return remarks where a record does not cover a grid or its rate does not fit.
-
-    Args:
-        gridded: The record on the grid.
-        time: Times of the record's part, ``(n,)``, ms.
-        times: Times of the grid, ``(t,)``, ms.
+    """Return remarks where a record does not cover the grid, ``times``, or its rate does not fit;
+    ``time`` are those of the record's part, ``(n,)``, ms.
     """
     step = float(time[-1] - time[0]) / (len(time) - 1)
     late = time[0] - gridded.start - times[0]
     early = gridded.start + times[-1] - time[-1]
-    remarks: list[str] = []
-    if late > step:
-        remarks.append(Remark("begins-late", late=f"{late:.1f}"))
+    remarks = [Remark("begins-late", late=f"{late:.1f}")] if late > step else []
     if early > step:
         remarks.append(Remark("ends-early", early=f"{early:.1f}", at=f"{time[-1]:.1f}"))
     if gridded.moved > 0.0 or not gridded.sampled.all():

@@ -11,10 +11,9 @@ from dataclasses import dataclass, field
 from breaker.common.numerals import in_digits
 from breaker.records.dates import clock_of, dates_of, day_order, in_order
 from breaker.records.header_pairs import Pair, line_of, number_of, pairs_of
-from breaker.records.lexicon import WORDS
 from breaker.records.printed import Printed, printed_in
 from breaker.records.settings import RATES, TO_MS
-from breaker.records.words import PHASE, any_of, by_words, phase_in, sequence_of, unit_of
+from breaker.records.words import PHASE, WORDS, any_of, by_words, phase_in, sequence_of, unit_of
 
 _MOST = (400, 60, 300)  # lines, cells in a line and signs in a cell that are read: bounds the time
 _AGREE = 0.01  # share between two statements of a length: one sample of the shortest record
@@ -34,7 +33,8 @@ class Header:
     """Contents of the text above the samples; empty, NaN or None where nothing is stated.
 
     Attributes:
-        rate, length: Sampling rate, kHz, NaN if it is doubtful; duration of the record, ms.
+        rate, rate_doubt: Sampling rate, kHz; NaN where it is not clear, and why.
+        length: Duration of the record, ms; NaN without a unit, as it may be in samples, ms or s.
         ratio: Ratio of the linkage; whether samples are multiplied by it no file states.
         dates: Date of the test as ISO 8601; two where the order of day and month is not known.
         operation: Motions, such as ``"C-O"``.
@@ -74,44 +74,40 @@ def header_of(rows: Sequence[Sequence[str]], decimal: str = ".", samples: int = 
     """
     lines = [line_of([cell[: _MOST[2]] for cell in row[: _MOST[1]]]) for row in rows[: _MOST[0]]]
     pairs = pairs_of(lines)
-    operations = {sequence_of(pair.text) for pair in _of(pairs, "operation")} - {""}
-    length = _length(pairs, decimal)
-    rate, doubt = _rate(pairs, decimal, length, samples)
+    operations = {sequence_of(pair.text) for pair in stated_as(pairs, "operation")} - {""}
+    length, unit = next((p.number(decimal) for p in stated_as(pairs, "length")), (math.nan, ""))
+    length *= TO_MS.get(unit_of(unit) or "", math.nan)
+    rate, doubt = _rate(pairs, decimal, samples / length if samples and length > 0 else math.nan)
     return Header(
         pairs=tuple(pairs),
         rate=rate,
         rate_doubt=doubt,
         length=length,
         ratio=_ratio(pairs, decimal),
-        travel_unit=next((pair.text for pair in _of(pairs, "unit")), ""),
+        travel_unit=next((pair.text for pair in stated_as(pairs, "unit")), ""),
         dates=_dates(pairs),
         operation=operations.pop() if len(operations) == 1 else "",
         phases=_phases(pairs),
-        speed_points=tuple(_of(pairs, "point of speed")),
+        speed_points=tuple(stated_as(pairs, "point of speed")),
         results=printed_in(lines, decimal),
         **{key: _named(pairs, key) for key in ("station", "bay", "type", "serial")},
     )
 
 
-def _of(pairs: Iterable[Pair], meaning: str) -> list[Pair]:
+def stated_as(pairs: Iterable[Pair], meaning: str) -> list[Pair]:
+    """Return the pairs that have a value and a meaning of ``stated`` of the lexicon."""
     return [pair for pair in pairs if pair.values and meaning in _meant(pair.name)]
 
 
 def _named(pairs: Iterable[Pair], meaning: str) -> str:
     """Return the first value of a name that is not one of the analyser or a part of the breaker."""
-    own = (p.text for p in _of(pairs, meaning) if "of another thing" not in _meant(p.name))
+    own = (p.text for p in stated_as(pairs, meaning) if "of another thing" not in _meant(p.name))
     return next(own, "")
-
-
-def _length(pairs: Iterable[Pair], decimal: str) -> float:
-    """Return the length, ms; NaN without a unit, as it may be in samples, ms or s."""
-    number, unit = next((pair.number(decimal) for pair in _of(pairs, "length")), (math.nan, ""))
-    return number * TO_MS.get(unit_of(unit) or "", math.nan)
 
 
 def _ratio(pairs: Iterable[Pair], decimal: str) -> float:
     """Return the ratio; NaN where channels differ in it."""
-    texts = [value for pair in _of(pairs, "ratio") for value in pair.values]
+    texts = [value for pair in stated_as(pairs, "ratio") for value in pair.values]
     texts = [re.sub(r"^1\s*:\s*|\s*:\s*1$", "", text) for text in texts]
     ratios = {number for number, _ in (number_of(text, decimal) for text in texts) if number > 0}
     return ratios.pop() if len(ratios) == 1 else math.nan
@@ -119,11 +115,11 @@ def _ratio(pairs: Iterable[Pair], decimal: str) -> float:
 
 def _dates(pairs: Iterable[Pair]) -> tuple[str, ...]:
     """Return the date of the test in both orders of day and month, or in that of another date."""
-    every = [(pair, dates_of(pair.text)) for pair in _of(pairs, "date")]
+    every = [(pair, dates_of(pair.text)) for pair in stated_as(pairs, "date")]
     own = [each for each in every if each[1] and "of another day" not in _meant(each[0].name)]
     own.sort(key=lambda each: "of the test" not in _meant(each[0].name))
     pair, readings = own[0] if own else (Pair("", "", ()), {})
-    texts = [" ".join(pair.values), *(each.text for each in _of(pairs, "time"))]
+    texts = [" ".join(pair.values), *(each.text for each in stated_as(pairs, "time"))]
     clock = next(filter(None, map(clock_of, texts)), "")
     return tuple(day + clock for day in in_order(readings, day_order(each for _, each in every)))
 
@@ -146,47 +142,40 @@ def _phases(pairs: Iterable[Pair]) -> dict[int, str]:
     return {number: phases.pop() for number, phases in found.items() if len(phases) == 1}
 
 
-# ---- the rate ------------------------------------------------------------------------------------
+def _rate(pairs: Iterable[Pair], decimal: str, by_length: float) -> tuple[float, str]:
+    """Return the rate, kHz, or NaN and why: that by the length confirms or contradicts it.
 
-
-def _rate(pairs: Iterable[Pair], decimal: str, length: float, samples: int) -> tuple[float, str]:
-    """Return the rate, kHz, or NaN and why: a length confirms the rate or contradicts it.
-
-    >>> _rate([Pair("dt", "", ("0,05", "ms"))], ",", math.nan, 0)
+    >>> _rate([Pair("dt", "", ("0,05", "ms"))], ",", math.nan)
     (20.0, '')
-    >>> _rate([Pair("Sampling rate", "", ("10",))], ".", math.nan, 0)
+    >>> _rate([Pair("Sampling rate", "", ("10",))], ".", math.nan)
     (nan, "'Sampling rate: 10' has no unit")
     """
     sure, unsure = {}, {}
     for pair in pairs:
-        rate, doubt = _rate_in(pair, decimal)
-        text = f"'{pair.name}: {pair.text}'"
+        rate, certain = _rate_in(pair, decimal)
         if RATES[0] <= rate <= RATES[1]:
-            (unsure if doubt else sure)[float(f"{rate:.9g}")] = f"{text} {doubt}".strip()
-        elif rate > 0:
-            unsure[math.nan] = f"{text} is a rate that no recorder has"
-    rate, text = next(iter((sure or unsure).items()), (math.nan, "no rate is stated"))
+            known = sure if certain else unsure
+            known[float(f"{rate:.9g}")] = f"'{pair.name}: {pair.text}'"
+    rate, text = next(iter((sure or unsure).items()), (math.nan, "no usual rate is stated"))
     if len(sure) > 1:
-        rate, text = math.nan, f"several rates are stated: {' and '.join(sure.values())}"
-    by_length = samples / length if samples and length > 0 else math.nan
-    if abs(rate / by_length - 1.0) <= _AGREE:
+        return math.nan, f"several rates are stated: {' and '.join(sure.values())}"
+    if abs(rate / by_length - 1.0) <= _AGREE or (rate in sure and math.isnan(by_length)):
         return rate, ""
     if by_length > 0:
-        lasting = f"{samples} samples in a length of {in_digits(length, 6)} ms"
-        return math.nan, f"{text}, but {lasting} are {in_digits(by_length, 4)} kHz"
-    return (rate, "") if rate in sure else (math.nan, text if sure or unsure else "")
+        return math.nan, f"{text}, but by the length {in_digits(by_length, 4)} kHz are right"
+    return math.nan, f"{text} has no unit" if unsure else text
 
 
-def _rate_in(pair: Pair, decimal: str) -> tuple[float, str]:
-    """Return the rate that a pair may state, kHz, NaN where it states none, and a doubt."""
+def _rate_in(pair: Pair, decimal: str) -> tuple[float, bool]:
+    """Return the rate that a pair may state, kHz, NaN where it states none; and whether it does."""
     number, unit = pair.number(decimal)
     meant, bare = _rates_in(pair.name), unit.lower().replace(" ", "").strip("[]().")
     if not number > 0 or "other" in meant:
-        return math.nan, ""
+        return math.nan, True
     if ms := TO_MS.get(unit_of(unit) or ""):
-        return (1.0 / (number * ms) if "step" in meant else math.nan), ""
-    sizes = _KHZ["sample_rates"] | (_KHZ["frequencies"] if "samples" in meant else {})
+        return 1.0 / (number * ms) if "step" in meant else math.nan, True
     if unit or not {"samples", "tempo"} <= {*meant}:
-        return number * sizes.get(bare, math.nan), ""
+        sizes = _KHZ["sample_rates"] | (_KHZ["frequencies"] if "samples" in meant else {})
+        return number * sizes.get(bare, math.nan), True
     # Thousands without a unit are Hz: no recorder takes as many in a ms.
-    return (number, "has no unit") if number <= RATES[1] else (1e-3 * number, "")
+    return (number, False) if number <= RATES[1] else (1e-3 * number, True)

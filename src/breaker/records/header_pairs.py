@@ -11,7 +11,6 @@ from breaker.records.words import split_unit
 _SIGN = r"(?:(?<!\d)[:=：]|[:=：](?!\d))"  # not that of a time or a ratio
 _SIGNED = re.compile(rf"([^\W\d_].*?)\s*{_SIGN}\s*(.*)")
 _SPLIT = re.compile(rf"[\t;|]|\s{{2,}}|,(?=\s*[^\W\d_][^,:=]*{_SIGN})")
-_COMMAS = re.compile(r"[:=]\s*,|,\s*,")  # a line of commas in a file with another delimiter
 _NUMBER = r"[-+]?\d+(?:[.,]\d+)*(?:[eE][-+]?\d+)?"
 _VALUE = re.compile(rf"({_NUMBER}|[-+]?[.,]\d+)[.,]?\s*([^\d\s:,;.]\S{{0,11}})?")
 _GROUPS = re.compile(r"[-+]?\d{1,3}(?:[.,]\d{3})+")
@@ -128,15 +127,12 @@ def line_of(row: Sequence[str]) -> Line:
 def _parts(cell: str) -> list[str]:
     """Split a cell that is a line with another delimiter."""
     cell = cell.replace('"', "").strip(" \t,")
-    cell = cell.lstrip("#%! ") or cell
-    if _COMMAS.search(cell):
-        return [part.strip() for part in cell.split(",")]
-    cell = re.sub(r"\s*([:=：])(?=\s|$)\s*", r"\1 ", cell).strip()
-    return [part.strip() for part in _SPLIT.split(cell)]
+    cell = re.sub(r"\s*([:=：])(?=\s|$)\s*", r"\1 ", cell.lstrip("#%! ") or cell)
+    return [part.strip(" ,") for part in _SPLIT.split(cell)]
 
 
 def _signed(cell: str, place: int) -> list[Token]:
     """Split a cell at its signs into names and a value; a cell without a sign is a value."""
     if not (match := _SIGNED.match(cell)):
         return [Token(cell, False, place)] if cell else []
-    return [Token(match[1], True, place), *_signed(match[2], place)]
+    return [Token(match[1], True, place), *_signed(match[2].lstrip(" ,"), place)]

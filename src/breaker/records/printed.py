@@ -19,8 +19,8 @@ from typing import TYPE_CHECKING, NamedTuple
 from breaker.model.quantities import EVENTS, SPEEDS, Speed
 from breaker.records import words
 from breaker.records.header_pairs import Line, Token, name_of, number_of, pairs_of
-from breaker.records.lexicon import WORDS
 from breaker.records.settings import TO_MM, TO_MS
+from breaker.records.words import WORDS
 
 if TYPE_CHECKING:
     from breaker.records.channels import Travel
@@ -115,7 +115,7 @@ class _Reader:
         """Read the next line."""
         tokens = [token for token in line.tokens if token.text]
         numbers = any(math.isfinite(self._number(token.text)[0]) for token in tokens)
-        several = sum(bool(_quantity(token.text)) for token in tokens) > 1
+        several = sum(bool(_meaning(token.text)) for token in tokens) > 1
         if line.signed or several or not numbers:
             self.heads = {} if line.signed else _heads_of(tokens, self.heads)
         if numbers:
@@ -135,8 +135,9 @@ class _Reader:
 
     def _entitle(self, text: str, signed: bool) -> None:
         """Take a title: of a motion or a channel, or of a section, which ends both."""
-        named = bool(_meanings_of(text))  # such as a name whose value is blank
-        motion, channel = ("", "") if named else (words.motion_of(text), _channel_in(text))
+        motion, channel = words.motion_of(text), _channel_in(text)
+        if _meaning(text) is not None:  # such as a name whose value is blank
+            motion = channel = ""
         if not (motion or channel):
             barred = "barred_heads" in _heads_in(text) and not name_of(text)[1]
             self.barred = barred or bool(_PART.search(text)) or (self.barred and signed)
@@ -155,7 +156,7 @@ class _Reader:
                 if all(map(_is_known, labels)):
                     self._add([*filter(None, around)], number, own or unit or behind)
                 filled = True
-            elif _quantity(text) or (token.named and signed and not _channel_in(text)):
+            elif _meaning(text) or (token.named and signed and not _channel_in(text)):
                 labels = [] if filled or signed else labels
                 name, unit, filled = text, "", False
             elif _channel_in(text):
@@ -167,13 +168,15 @@ class _Reader:
 
     def _add(self, texts: Sequence[str], value: float, unit: str) -> None:
         """Add a result, if the words around it state what it is and nothing else."""
-        subject = next(filter(_quantity, texts), "")
-        quantity, others = _quantity(subject), [text for text in texts if text != subject]
-        kinds = {k for t in others for k in _meanings_of(t)[:1] if not (k and words.channel_of(t))}
+        subject = next(filter(_meaning, texts), "")
+        quantity, others = _meaning(subject), [text for text in texts if text != subject]
+        meanings = ((_meaning(text), words.channel_of(text)) for text in others)
+        kinds = {kind for kind, channel in meanings if not (kind and channel)}
+        if self.barred or not quantity or kinds - {None, quantity, "contact_time"}:
+            return
         around = " ".join([quantity.replace("_", " "), *texts])
         motions = words.motions_in(around)
-        others_mean = kinds - {quantity, "contact_time"}
-        if self.barred or not quantity or others_mean or len(motions) > 1 or _PART.search(around):
+        if len(motions) > 1 or _PART.search(around):
             return
         motion = motions[0] if motions else self.motion
         bare, first = name_of(subject)
@@ -202,19 +205,17 @@ def _heads_of(tokens: Sequence[Token], above: Mapping[int, str]) -> dict[int, st
 
 def _is_known(label: str) -> bool:
     """Return whether the words of a label are of a kind that a result may have."""
-    kinds = _channel_in(label), _heads_in(label), words.motion_of(label), _meanings_of(label)
-    return any(kinds)
+    kinds = _channel_in(label), _heads_in(label), words.motion_of(label)
+    return any(kinds) or _meaning(label) is not None
 
 
-def _quantity(text: str) -> str:
-    """Return the quantity of a name; empty where it has none, or not one of an operation."""
-    return next(iter(_meanings_of(text)), "")
-
-
-def _meanings_of(text: str) -> tuple[str, ...]:
-    """Return the meanings of a name as one of results, of which the first counts."""
+def _meaning(text: str) -> str | None:
+    """Return the quantity of a name; empty where it is not one of an operation, None without any
+    meaning.
+    """
     bare, unit = name_of(_points_in(text)[1])
-    return _meanings(bare) or _meanings(f"{bare} in {unit}")
+    meanings = _meanings(bare) or _meanings(f"{bare} in {unit}")
+    return meanings[0] if meanings else None
 
 
 def _channel_in(text: str) -> str:

@@ -1,4 +1,4 @@
-"""Meanings of the words of makers, by the lexicon: kinds of columns, units, motions and phases.
+"""Meanings of the words of makers, those of ``lexicon.yaml``: of columns, units, motions, phases.
 
 A column is found by its name, or else without regard to capitals and to a unit behind it. A unit is
 bare, in brackets, or behind a name; behind a blank only if the name is of a time or a travel. A
@@ -7,9 +7,11 @@ single letter counts in its own case, and letters of phases are not units: `Trav
 
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from functools import cache, lru_cache
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
 
-from breaker.records.lexicon import WORDS
+import yaml
 
 _LONGEST = 200  # signs of a name or text that is searched: bounds the time
 
@@ -20,34 +22,43 @@ MOTION_OF = {"C": "closing", "O": "opening"}
 """Motions by their letters in a sequence."""
 
 
+def _joined(value: Any) -> Any:
+    """Join the lines of long expressions."""
+    if not isinstance(value, dict):
+        return value
+    joined = {k: "|".join(v) if isinstance(v, list) else v for k, v in value.items()}
+    return {key: _joined(each) for key, each in joined.items()}
+
+
+_LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)  # a tenth of the time
+_TEXT = Path(__file__).with_name("lexicon.yaml").read_text(encoding="utf-8")
+
+WORDS: dict[str, Any] = {k: _joined(v) for k, v in yaml.load(_TEXT, Loader=_LOADER).items()}
+"""Words by the keys of the lexicon."""
+
+
 def any_of(words: Mapping[str, str]) -> str:
     """Return one regular expression for words of all languages, for text in lower case."""
     return f"(?:{'|'.join(words.values())})"
 
 
-@cache
-def _compiled(*words: str) -> re.Pattern:
-    return re.compile("|".join(words))
+def by_words(table: Mapping[str, Mapping[str, str]]) -> Callable[[str], tuple[str, ...]]:
+    """Return a function that finds the meanings of a text in a table of words for each meaning."""
+    patterns = {meaning: re.compile(any_of(words)) for meaning, words in table.items()}
+
+    @lru_cache(maxsize=2048)  # files of a folder have the same names
+    def meant(text: str) -> tuple[str, ...]:
+        return tuple(meaning for meaning, known in patterns.items() if known.search(text))
+
+    return lambda text: meant(text[:_LONGEST].lower())
 
 
-def says(text: str, words: Mapping[str, str]) -> bool:
-    """Return whether a text contains any of some words, by language, in any case."""
-    return _compiled(*words.values()).search(text.lower()) is not None
+_kinds_of = by_words(WORDS["columns"])
 
 
 def holds(name: str, kind: str) -> bool:
     """Return whether a column is of a kind of ``columns`` of the lexicon, by its name."""
-    return says(name, WORDS["columns"][kind])
-
-
-def by_words(table: Mapping[str, Mapping[str, str]]) -> Callable[[str], tuple[str, ...]]:
-    """Return a function that finds the meanings of a text in a table of words for each meaning."""
-
-    @lru_cache(maxsize=2048)  # files of a folder have the same names
-    def meant(text: str) -> tuple[str, ...]:
-        return tuple(meaning for meaning, words in table.items() if says(text, words))
-
-    return lambda text: meant(text[:_LONGEST])
+    return kind in _kinds_of(name)
 
 
 def wanted_columns(rows: Iterable[Sequence[str]], settings: Mapping) -> dict[str, str | int]:

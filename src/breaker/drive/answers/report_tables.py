@@ -24,7 +24,7 @@ from breaker.drive.answers.answer_words import (
 from breaker.drive.answers.limit_verdicts import NORMAL, RESULTS
 from breaker.model.quantities import EVENTS, INFERRED
 from breaker.records.printed import differs
-from breaker.records.proposal_text import alike
+from breaker.records.proposal import alike
 
 _MOST = 8  # notes below a table
 _WORDY = 3  # channels, up to which words stand beside the name of a parameter

@@ -13,10 +13,9 @@ from breaker.drive.answers.identity import dates_in_words
 from breaker.drive.answers.reference_curve import Overlay
 from breaker.drive.answers.visit_document import VisitDocument
 from breaker.records.files import printable, read_bytes
-from breaker.records.header import Header
-from breaker.records.lexicon import WORDS
+from breaker.records.header import Header, stated_as
 from breaker.records.printed import meant_motions, measured_name, stated_speeds
-from breaker.records.words import channel_of, phase_in, says
+from breaker.records.words import channel_of, phase_in
 
 _PNG = b"\x89PNG\r\n\x1a\n"
 _OF_BREAKER = ("station", "bay", "type", "serial")  # what a file may state of its breaker
@@ -175,5 +174,5 @@ def check_visit(visit: Visit) -> None:
 
 def _stated(stated: Header, name: str) -> str:
     """Return what a file states of a test, with its unit; "" where it states nothing."""
-    found = (each for each in stated.pairs if says(each.name, WORDS["stated"][name]))
-    return next((f"{each.text} {each.unit}".rstrip() for each in found if each.text), "")
+    found = stated_as(stated.pairs, name)
+    return next((f"{each.text} {each.unit}".rstrip() for each in found), "")

@@ -44,26 +44,19 @@ def read(opened: Opened, form: Mapping) -> list[Sheet]:
     for place, (factor, offset) in enumerate(about.scales):
         columns[place] = factor * columns[place] + offset
     unit = form.get("time_unit", FORMAT["time_unit"])
-    return [
-        Sheet(
-            opened.file,
-            [*about.names, "time"],
-            [*columns, _times(opened.file, about, stamps) * TO_MS["s"] / TO_MS[unit]],
-            [*about.units, unit],
-            about.stated,
-            {} if encoding == "utf-8" else {"encoding": encoding},
-            clock=len(columns),
-        )
-    ]
+    columns.append(_times(opened.file, about, stamps) * TO_MS["s"] / TO_MS[unit])
+    names, units = [*about.names, "time"], [*about.units, unit]
+    settings = {} if encoding == "utf-8" else {"encoding": encoding}
+    clock = len(columns) - 1
+    return [Sheet(opened.file, names, columns, units, about.stated, settings, clock)]
 
 
 def _parts(opened: Opened) -> tuple[bytes, bytes, str | Path]:
     """The description, the data, and the file with the data."""
     file, content = Path(opened.file), opened.content
-    if is_data(opened):
-        head = _part(file, ".cfg").name
-        reason = f"is the data of a COMTRADE record: name {head}; if {head} is not there, copy both"
-        raise RejectedCurveError(file, f"{reason} files, or name another text .csv")
+    if file.suffix.lower() == ".dat":
+        reason = f"is the data of a COMTRADE record: name {_part(file, '.cfg').name}"
+        raise RejectedCurveError(file, f"{reason}, copy both files, or name another text .csv")
     if file.suffix.lower() == ".cff":
         _, *sections = _SECTION.split(content)
         parts = {k.upper(): part for k, part in zip(sections[::2], sections[1::2], strict=True)}
@@ -84,11 +77,6 @@ def lone_data(folder: str | Path) -> list[Path]:
     """List the data in a folder whose description is lacking, as after copying one of two files."""
     parts = sorted(Path(folder).glob("*.[dD][aA][tT]"))
     return [part for part in parts if part.is_file() and not _part(part, ".cfg").exists()]
-
-
-def is_data(opened: Opened) -> bool:
-    """Return whether a file is the data of a record, by its ending."""
-    return Path(opened.file).suffix.lower() == ".dat"
 
 
 class _Description:
@@ -167,9 +155,7 @@ def _in_text(about: _Description, data: bytes, source: str | Path) -> list[np.nd
 
 
 def _times(file: str | Path, about: _Description, stamps: np.ndarray) -> np.ndarray:
-    """Times, s, ``(t,)``: by the rates that are stated, or by the stamps where none is. Where they
-    contradict, nobody knows which is right.
-    """
+    """Times, s, ``(t,)``: by the rates that are stated, or by the stamps where none is."""
     rates, ends = zip(*about.rates, strict=True)
     steps = [1.0 / rate if rate else np.nan for rate in rates]
     time = np.append(0.0, np.cumsum(np.repeat(steps, np.diff(ends, prepend=0))[1:]))

@@ -30,13 +30,13 @@ _UNSTORED = re.compile(
 
 
 def read(opened: Opened, form: Mapping) -> list[Sheet]:
-    """Return the visible sheet of a workbook that has the columns of a record, or where no columns
-    are known all with numbers: see ``registry``. A remark names the other sheets.
+    """Return the visible sheet that has the columns of a record, or where no columns are known all
+    with numbers: see ``registry``. A remark names the other sheets.
     """
-    settings, travel = {"decimal": form.get("decimal", ".")}, str(form.get("travel_column"))
-    sheets, others, errors = {}, [], []
-    visible = lambda: [*_visible(opened, settings["decimal"])]  # noqa: E731
-    for title, rows, formulas in opened.once(("visible", settings["decimal"]), visible):
+    decimal, travel = form.get("decimal", "."), str(form.get("travel_column"))
+    signs, sheets, others, errors = {"delimiter": "\t", "decimal": decimal}, {}, [], []
+    visible = opened.once(("visible", decimal), lambda: [*_visible(opened, decimal)])
+    for title, rows, formulas in visible:
         column = travel.removeprefix(f"{title}!")
         try:
             if formulas:
@@ -44,15 +44,14 @@ def read(opened: Opened, form: Mapping) -> list[Sheet]:
                 remedy = "open it in Excel or LibreOffice and save it"
                 raise RejectedCurveError(opened.file, f"{reason}; {remedy}")
             wanted = form and {**form, "travel_column": column}
-            text = "\n".join(rows)
-            sheet = sheet_of(opened, text, {**settings, "delimiter": "\t"}, wanted, title)
+            sheet = sheet_of(opened, "\n".join(rows), signs, wanted, title)
         except RejectedCurveError as error:
             errors.append(error)
             others += [title] if len(rows) > FEWEST else []  # fewer rows show no motion
             continue
         for place in places_of(sheet.names, column) if column != travel else ():
             sheet.names[place] = f"{title}!{sheet.names[place]}"
-        sheets[title] = replace(sheet, settings=settings)
+        sheets[title] = replace(sheet, settings={"decimal": decimal})
     if not sheets:
         raise errors[0] if errors else RejectedCurveError(opened.file, "is empty")
     first, *more = sheets

@@ -15,7 +15,7 @@ from contextlib import suppress
 from typing import NamedTuple
 
 from breaker.common.lazy_numpy import np
-from breaker.records.cells import is_number, strict_numbers, why_none
+from breaker.records.cells import NOT_A_NUMBER, is_number, strict_numbers
 from breaker.records.dates import clock_of, dates_of, day_order, in_order
 from breaker.records.files import Opened, RejectedCurveError, check_lines, check_size
 from breaker.records.formats.text import FEWEST, encoding_of, signs_of
@@ -137,8 +137,8 @@ def read(opened: Opened, form: Mapping) -> list[Sheet]:
     check_size(file, len(cells), 1, line=line)
     numbers, wrong = strict_numbers(cells, decimal)
     if wrong:
-        cell = cells[wrong[0]]
-        reason = f"value {wrong[0] + 1} of {name!r} is {cell.strip()[:40]!r}, {why_none(cell)}"
+        cell = cells[wrong[0]].strip()[:40]
+        reason = f"value {wrong[0] + 1} of {name!r} is {cell!r}, {NOT_A_NUMBER}"
         raise RejectedCurveError(file, reason, line=line)
     header = header_of([[f"{key}:", value] for key, value in fields], decimal, numbers.size)
     unit, names, columns, texts, clock = form.get("time_unit", "ms"), [name], [numbers], [""], None

@@ -32,8 +32,6 @@ EXTRA = "netcdf"
 _MISSING = ("_FillValue", "missing_value")
 _ABOUT = ("units", "scale_factor", "add_offset", *_MISSING)
 _NO_VARIABLE = "This is a netCDF dimension but not a netCDF variable"
-
-
 _Variable = tuple[Sequence[str], Mapping, "np.ndarray"]  # its dimensions, attributes and values
 
 

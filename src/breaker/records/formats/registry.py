@@ -156,7 +156,7 @@ def _format_of(opened: Opened) -> ModuleType:
         return named  # a folder, without bytes of its own
     if _ending(file) in _OLD:
         raise RejectedCurveError(file, "is of a kind that cannot be read; save it as .xlsx")
-    if comtrade.is_data(opened):
+    if _ending(file) == ".dat":
         return comtrade  # which names the part that is lacking
     for each in FORMATS:
         if opened.content.startswith(each.SIGNATURES):

@@ -7,7 +7,7 @@ estimated from lines of the entire text, to propose settings that a user confirm
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from functools import cache
 from itertools import accumulate, islice
@@ -19,15 +19,14 @@ from breaker.records import words
 from breaker.records.cells import (
     LARGEST_NUMBER,
     MISSING,
+    NOT_A_NUMBER,
     cells_of,
     columns_of_alike,
     is_number,
     is_remark,
     strict_numbers,
-    why_none,
 )
 from breaker.records.files import Opened, RejectedCurveError, check_lines, check_size
-from breaker.records.lexicon import WORDS
 from breaker.records.sheet import EVERY, Sheet
 
 ENDINGS = dict.fromkeys((".csv", ".txt", ".tsv"), "a text") | {".lvm": "a LabVIEW text"}
@@ -43,13 +42,12 @@ FEWEST = 50
 
 _TOP = 500  # lines in which samples begin: a preamble has at most 400 (see ``header``)
 _CODES = ("gb18030", "shift_jis", "cp1251")
-_WORDS = re.compile(words.any_of(WORDS["telling"]))
+_WORDS = re.compile(words.any_of(words.WORDS["telling"]))
 _LONG = re.compile(rf"\n.{{{BLOCK}}}")
 _BLANK = ';,|" \t\v\f'
 _BLANK_LINE = re.compile(rf"\n[{_BLANK}]*\n")
 _PADDED = re.compile(r"0\d+")
 _DELIMITERS = (";", "\t", "|", ",", " ")  # in case of doubt, the first that fits
-_VALUE = re.compile(r"[-+]?\d+(?:[.,]\d+)?(?:\s+\S{0,5})?|.*[:=]")  # not `52a`
 
 
 def read(opened: Opened, form: Mapping) -> list[Sheet]:
@@ -64,12 +62,11 @@ def read(opened: Opened, form: Mapping) -> list[Sheet]:
 
 
 def sheet_of(opened: Opened, text: str, settings: Mapping, form: Mapping, title: str = "") -> Sheet:
-    r"""Return the table in a text.
+    r"""Return the table in a text, whose lines end with ``\n``.
 
     Args:
         opened: The file; it keeps the numbers, so that other settings need not read them again.
-        text: Its lines end with ``\n``.
-        settings: Its delimiter and its decimal sign, by their keys in ``endurance.format``.
+        text, settings: The text; its delimiter and its decimal sign, by their keys.
         form: The section ``endurance.format``, complete, whose columns the table must have; empty
             where nothing is known.
         title: What the text is in its file, where that has several.
@@ -78,15 +75,13 @@ def sheet_of(opened: Opened, text: str, settings: Mapping, form: Mapping, title:
         RejectedCurveError: If columns are not there; where nothing is known, if there are no
             columns of numbers.
     """
-    file = opened.file
-    top = _Top(text, settings)
+    file, top, wanted = opened.file, _Top(text, settings), {}
     if form and not top.lines:
         raise RejectedCurveError(file, "is empty")
-    lines, wanted = range(len(top.lines)), {}
     if form:
-        wanted = words.wanted_columns(map(top.row, lines), form)
-        rows, time = map(top.names, lines), wanted.get("time")
-        if isinstance(time, str) and form["rate"] and not words.named_in(rows, time):
+        wanted = words.wanted_columns(top.rows, form)
+        time = wanted.get("time")
+        if isinstance(time, str) and form["rate"] and not words.named_in(top.rows, time):
             del wanted["time"]  # the rate stands for it
     by_names = any(isinstance(column, str) for column in wanted.values())
     head = (_by_names if by_names else _by_numbers)(file, top, wanted)
@@ -112,7 +107,7 @@ def sheet_of(opened: Opened, text: str, settings: Mapping, form: Mapping, title:
     columns, lines, wrong = opened.once(key, lambda: body.samples(text, begin, line))
     if not form:  # such as those of open contacts
         columns = [_bounded(column) for column in columns]
-    over = None if head.names is None or not top.spans(head.names - 1) else head.names - 1
+    over = head.names - 1 if head.names and top.spans(head.names - 1) else None
     preamble = [top.above(k) for k in range(head.first) if k not in (head.names, head.units, over)]
     named = tuple(None if k is None else top.numbers[k] for k in (head.names, head.units))
     about = file, names, columns, texts, preamble, settings
@@ -156,7 +151,7 @@ def _decoded(file: str | Path, content: bytes, encoding: str, *, strict: bool) -
         raise RejectedCurveError(file, reason, line=line) from error
     text = text.replace("\0", "\ufffd").removeprefix("\ufeff").rstrip("\n\r\x1a")
     if "\r" in text:  # lines that were translated twice end with two returns
-        text = text.replace("\r\r\n", "\n").replace("\r\n", "\n").replace("\r", "\n")
+        text = re.sub("\r{0,2}\n|\r", "\n", text)
     if long := _LONG.search(f"\n{text}"):
         reason = f"has more than {BLOCK:,} signs; export a table with one line per sample"
         raise RejectedCurveError(file, reason, line=text.count("\n", 0, long.start()) + 1)
@@ -227,6 +222,11 @@ class _Top:
         self.lines = [lines[i - 1] for i in self.numbers]
         self.row = cache(lambda k: cells_of(self.lines[k], self.delimiter))
 
+    @property
+    def rows(self) -> Iterator[list[str]]:
+        """Names in all lines."""
+        return map(self.names, range(len(self.lines)))
+
     def above(self, k: int) -> list[str]:
         """Return the cells of a line; one cell where blanks separate, as they do words, too."""
         return [self.lines[k].strip()] if self.delimiter == " " else self.row(k)
@@ -254,7 +254,7 @@ class _Top:
         over, under = ([*filter(None, self.row(each))] for each in (k, k + 1))
         if not 2 <= len({*over}) < len(under) or _are_units(under):
             return False
-        named = all(any(words.holds(top, kind) for kind in WORDS["columns"]) for top in over)
+        named = all(any(words.holds(top, kind) for kind in words.WORDS["columns"]) for top in over)
         return named and all(self.kind(cell) < 1 for cell in (*over, *under))
 
 
@@ -278,14 +278,9 @@ def _by_names(file: str | Path, top: _Top, wanted: Mapping[str, str | int]) -> _
         if all(at.values()):
             named, places = k, [each[0] for kind, each in at.items() if kind not in words.BESIDE]
     if named is None:
-        rows, names = [*map(top.names, range(len(top.lines)))], "no names"
-        absent = [c for c in wanted.values() if not words.named_in(rows, c)]
-        with suppress(RejectedCurveError):
-            head = _by_numbers(file, top, {})
-            names = names if head.names is None else words.listed(rows[head.names])
-        reason = f"no line has {' and '.join(map(words.label_of, absent or wanted.values()))}"
-        remedy = "see endurance.format, also encoding and delimiter, or give numbers"
-        raise RejectedCurveError(file, f"{reason}; above the numbers stand {names}; {remedy}")
+        reason = f"no line has {' and '.join(map(words.label_of, wanted.values()))}"
+        remedy = "see endurance.format, also encoding and delimiter, or breaker inspect FILE"
+        raise RejectedCurveError(file, f"{reason}; {remedy}")
     rest = (k for k in range(named + 1, len(top.lines)) if not is_remark(top.row(k)))
     below = [*islice(rest, 2)]
     kinds = top.kinds(below[0], places) if below else []
@@ -337,7 +332,7 @@ def _are_units(row: Sequence[str]) -> bool:
 def _are_names(top: _Top, k: int, columns: int) -> bool:
     """Whether a line has as many names as there are columns, or about so many with blank cells."""
     cells = [*filter(None, top.row(k))]
-    values = sum(_VALUE.fullmatch(cell) is not None for cell in cells)
+    values = sum(top.kind(cell) == 1 or cell.endswith((":", "=")) for cell in cells)
     least, most = (columns, columns) if top.delimiter == " " else (columns / 2, columns + 1)
     return 2 * values < len(cells) and least <= len(cells) <= most
 
@@ -371,7 +366,7 @@ class _Body(NamedTuple):
                 parts[place].append(values)
                 if odd and place not in wrong:
                     cell = cells[place][odd[0]].strip()[:40]
-                    wrong[place] = int(numbers[odd[0]]), f"is {cell!r}, {why_none(cell)}"
+                    wrong[place] = int(numbers[odd[0]]), f"is {cell!r}, {NOT_A_NUMBER}"
             lines.append(numbers)
             begin, line = end + 1, line + text.count("\n", begin, end) + 1
         return [np.concatenate(each) for each in parts.values()], np.concatenate(lines), wrong
