@@ -121,19 +121,12 @@ def test_a_text_of_a_damaged_size_does_not_hang(file):
     told(file, lambda: read(file))
 
 
-ONE_EACH = {"name": "regular", "configuration": {"chunk_shape": [1]}}
-ONE_FOR_ALL = {"name": "regular", "configuration": {"chunk_shape": [10**9]}}
+CHUNKS = [{"name": "regular", "configuration": {"chunk_shape": [k]}} for k in (1, 10**9)]
+STATED = [{"codecs": [{"name": "numcodecs.pickle"}]}, {"shape": [10**9]}]
+STATED += [{"shape": [20_000], "chunk_grid": CHUNKS[0]}, {"chunk_grid": CHUNKS[1]}]
 
 
-@pytest.mark.parametrize(
-    "change",
-    [
-        {"codecs": [{"name": "numcodecs.pickle"}]},
-        {"shape": [10**9]},
-        {"chunk_grid": ONE_FOR_ALL},
-        {"shape": [20_000], "chunk_grid": ONE_EACH},
-    ],
-)
+@pytest.mark.parametrize("change", STATED)
 def test_a_store_that_states_what_may_do_harm_is_refused(tmp_path, change):
     file = tmp_path / "a.zarr"
     labelled().to_zarr(file, zarr_format=3, consolidated=False)
@@ -150,7 +143,6 @@ def test_the_parts_of_a_store_are_looked_at_before_it_is_opened(tmp_path, monkey
         make()
         assert "other" in told(file, lambda: read(file))
         other.unlink()
-    assert read(f"{file}/").travel.size == TRAVEL.size  # as a shell completes it
     monkeypatch.setattr(f"breaker.records.files.{bound}", 3)
     told(file, lambda: read(file))
 

@@ -104,15 +104,6 @@ def test_an_analysers_files_state_breaker_phase_date_and_motion(tmp_path):
     assert len(read_manifest(tmp_path / "operations.csv")) == 9
 
 
-def test_two_motions_of_a_kind_in_a_file_are_two_operations(tmp_path):
-    write(tmp_path / "a.csv", motions=("opening", "closing", "opening"), length=600.0, channels=1)
-    rows, _ = looked(tmp_path)
-    closing, first, second = [(row["motion"], row["operation"]) for row in rows]
-    assert (closing, first, second) == (("closing", "1"), ("opening", "1"), ("opening", "2"))
-    assert (rows[0]["from"], rows[0]["to"]) == ("", "")
-    assert float(rows[1]["to"]) < 205.0 < float(rows[2]["from"])
-
-
 def test_copies_other_files_and_rates_that_lack_are_named(tmp_path):
     both = {"motions": ("closing",), "channels": 1}
     write(tmp_path / "a.csv", **both)
@@ -141,12 +132,6 @@ def seen_in(tmp_path, files):
 
     rows = {row["file"]: row for row in looked(tmp_path, look)[0]}
     return [rows[name] for name in files]
-
-
-def test_files_of_a_pole_each_are_poles_of_one_operation(tmp_path):
-    days = {"x": "2021-07-11", "y": "2021-03-11"}
-    files = {f"{k}-{p}.csv": ("7", (day,), p) for k, day in days.items() for p in "RYB"}
-    assert [row["operation"] for row in seen_in(tmp_path, files)] == [*"222111"]
 
 
 def test_what_no_header_states_is_in_the_names_or_to_be_filled_in(tmp_path):

@@ -138,23 +138,21 @@ def test_a_layout_is_proposed_and_read(inspect, closing, name):
 
 
 @pytest.mark.parametrize(
-    ("size", "digits", "head", "unit", "lacking"),
+    ("size", "digits", "head", "unit"),
     [
-        (18.0, 2, "travel", "mm", []),
-        (18.0, 0, "travel", "counts", ["ratio"]),
-        (60.0, 2, "travel", "counts", ["ratio"]),
-        (-0.5, 4, "transducer (volt)", "V", ["ratio"]),
+        (18.0, 2, "travel", "mm"),
+        (18.0, 0, "travel", "counts"),
+        (60.0, 2, "travel", "counts"),
+        (-0.5, 4, "transducer (volt)", "V"),
     ],
 )
-def test_what_is_no_length_leaves_the_ratio_to_fill_in(
-    inspect, closing, size, digits, head, unit, lacking
-):
+def test_what_is_no_length_leaves_the_ratio_to_fill_in(inspect, closing, size, digits, head, unit):
     time, travel = closing
     lines = rows(cells(time / 1e3, 5), cells(size * travel, digits))
     proposal = inspect(f"time [s],{head}", *lines, name="closing.csv")
     assert {"travel_unit": "mm", **proposal.settings}["travel_unit"] == unit
-    assert [*proposal.lacking] == lacking
-    assert ("stroke" in proposal.settings) == (not lacking)
+    assert [*proposal.lacking] == ([] if unit == "mm" else ["ratio"])
+    assert ("stroke" in proposal.settings) == (unit == "mm")
     assert proposal.motions[0].record
 
 
@@ -167,17 +165,6 @@ def test_the_name_of_a_motion_or_a_rest_at_zero_shows_the_sign(inspect, closing)
     assert [*inspect(*lines, name="record_1.csv").lacking] == ["sign"]
     proposal = inspect("time,travel", "s,mm", *rows(cells(time / 1e3, 5), cells(-travel)))
     assert proposal.settings["sign"] == -1
-    assert_read(proposal, closing)
-
-
-def test_currents_and_contacts_are_no_travel(inspect, closing):
-    """None has a unit or a clear name: a coil that is switched, a sine, a contact, the travel."""
-    time, travel = closing
-    on, off = np.clip(time - 2, 0, 28), np.clip(time - 30, 0, None)
-    coil = 9.0 * (1 - np.exp(-on / 6)) * np.exp(-off / 6)
-    columns = (time / 1e3, coil, 10 * np.sin(time), 24.0 * (time > 18), travel)
-    proposal = inspect("t,a,b,c,d", *rows(*(cells(c, 5) for c in columns)))
-    assert proposal.settings["travel_column"] == "d"
     assert_read(proposal, closing)
 
 

@@ -1,7 +1,6 @@
 """Dates in headers, in cells of tables and in names of files. Light to import.
 
-A date has four digits of the year. One such as 03/04/2026 has two readings: another date of the
-same column or folder decides (``day_order``), else neither is taken.
+A date such as 03/04/2026 has two readings: another date of the same column or folder decides.
 """
 
 import re
@@ -79,11 +78,7 @@ def day_order(dates: Iterable[Mapping[bool, str]]) -> bool | None:
 
 
 def in_order(readings: Mapping[bool, str], order: bool | None) -> tuple[str, ...]:
-    """Return the readings of a date that remain in an order of day and month: one or two.
-
-    >>> in_order(dates_of("03/04/2026"), True), in_order(dates_of("04/16/2026"), True)
-    (('2026-04-03',), ('2026-04-16',))
-    """
+    """Return the readings of a date that remain in an order of day and month: one or two."""
     kept = [readings[order]] if order in readings else readings.values()
     return tuple(dict.fromkeys(kept))
 

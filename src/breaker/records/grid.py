@@ -1,10 +1,9 @@
 """A record on the model's grid of time, around its first motion.
 
 Where the record's step divides the grid's, the grid takes whole samples. At any other rate, a time
-of the grid takes the nearest sample, moved to that time by the cubic through four samples. No
-sample serves two times of the grid, and a time without a sample within half a step of the grid has
-none. Such a cubic never makes white noise larger. High rates are not averaged, for that would
-change the noise unnoticed.
+of the grid takes the nearest sample, moved to that time by the cubic through four samples, which
+never makes white noise larger. No sample serves two times of the grid. High rates are not averaged,
+for that would change the noise unnoticed.
 """
 
 from typing import NamedTuple

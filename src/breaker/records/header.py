@@ -143,13 +143,7 @@ def _phases(pairs: Iterable[Pair]) -> dict[int, str]:
 
 
 def _rate(pairs: Iterable[Pair], decimal: str, by_length: float) -> tuple[float, str]:
-    """Return the rate, kHz, or NaN and why: that by the length confirms or contradicts it.
-
-    >>> _rate([Pair("dt", "", ("0,05", "ms"))], ",", math.nan)
-    (20.0, '')
-    >>> _rate([Pair("Sampling rate", "", ("10",))], ".", math.nan)
-    (nan, "'Sampling rate: 10' has no unit")
-    """
+    """Return the rate, kHz, or NaN and why: that by the length confirms or contradicts it."""
     sure, unsure = {}, {}
     for pair in pairs:
         rate, certain = _rate_in(pair, decimal)

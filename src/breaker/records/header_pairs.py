@@ -54,11 +54,7 @@ class Line(NamedTuple):
 
 
 def number_of(text: str, decimal: str) -> tuple[float, str]:
-    """Return a text as a number, NaN where it is not a number, and the unit behind it.
-
-    >>> number_of("1,64 mm", ","), number_of("20,000", ".")
-    ((1.64, 'mm'), (20000.0, ''))
-    """
+    """Return a text as a number, NaN where it is not a number, and the unit behind it."""
     match = _VALUE.fullmatch(text.strip())
     if match is None:
         return math.nan, ""
@@ -70,30 +66,21 @@ def number_of(text: str, decimal: str) -> tuple[float, str]:
 
 
 def pairs_of(lines: Iterable[Line]) -> list[Pair]:
-    """Return the pairs of lines.
-
-    >>> rows = [["Speed (kC) :", "10", "", "Range :", "8000"], ["Bay = 4"]]
-    >>> [tuple(pair) for pair in pairs_of(map(line_of, rows))]
-    [('Speed', 'kC', ('10',)), ('Range', '', ('8000',)), ('Bay', '', ('4',))]
-    """
+    """Return the pairs of lines."""
     found: list[tuple[str, list[str]]] = []
     for line in lines:
-        began = len(found)
+        values: list[str] = []  # those before a name belong to none
         for text, named, _ in line.tokens:
             if named:
-                found.append((text, []))
-            elif text and len(found) > began:
-                found[-1][1].append(text)
+                found.append((text, values := []))
+            elif text:
+                values.append(text)
     return [Pair(*name_of(name), tuple(values)) for name, values in found]
 
 
 @lru_cache(maxsize=4096)  # files of a folder have the same names
 def name_of(text: str) -> tuple[str, str]:
-    """Return a name without its unit, and the unit; a channel in brackets belongs to the name.
-
-    >>> name_of("Contact Travel(T1)(mm)")
-    ('Contact Travel T1', 'mm')
-    """
+    """Return a name without its unit, and the unit; a channel in brackets belongs to the name."""
     brackets = [each[1].strip() for each in _UNIT.finditer(text)]
     if not brackets:
         bare, unit = (text, "") if "/" in text else split_unit(text)

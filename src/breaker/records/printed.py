@@ -85,13 +85,7 @@ class Printed(NamedTuple):
 
 
 def printed_in(lines: Iterable[Line], decimal: str = ".") -> tuple[Printed, ...]:
-    """Return the results in the lines above the samples; none of several with the same words.
-
-    >>> from breaker.records.header_pairs import line_of
-    >>> lines = map(line_of, [["Parameter", "CH1", "CH2"], ["Stroke (mm)", "178.1", "178.4"]])
-    >>> [each[:5] for each in printed_in(lines)]
-    [('stroke', '', 'CH1', 178.1, 'mm'), ('stroke', '', 'CH2', 178.4, 'mm')]
-    """
+    """Return the results in the lines above the samples; none of several with the same words."""
     reader = _Reader(decimal)
     for line in lines:
         reader.read(line)
@@ -262,9 +256,6 @@ class PrintedComparison:
 def differs(quantity: str, printed: float, measured: float, sd: float) -> bool:
     """Return whether a printed value differs from the measured one by more than such values do and
     more than its error, all in one unit. Makers count other quantities in different ways.
-
-    >>> differs("stroke", 150.0, 135.3, 0.2), differs("stroke", 136.0, 135.3, 0.2)
-    (True, False)
     """
     most = _DIFFERS.get(quantity, math.inf) * abs(printed)
     return bool(printed and abs(measured - printed) > most + 2.0 * sd)

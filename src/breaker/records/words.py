@@ -150,13 +150,13 @@ def amperes_of(name: str, unit: str = "") -> float:
     return WORDS["amperes"]["mA" if found[2] == "mA" else "A"]
 
 
-def _alone(words: Mapping[str, str]) -> dict[str, str]:
-    """Words that stand alone, and Chinese signs, which stand within others."""
-    alone = any_of({language: each for language, each in words.items() if language != "zh"})
-    return {"alone": rf"(?<![^\W\d_]){alone}(?![^\W\d_])", "within": words["zh"]}
-
-
-motions_in = by_words({motion: _alone(words) for motion, words in WORDS["motion_words"].items()})
+_ALONE = r"(?<![^\W\d_])(?:{})(?![^\W\d_])"  # Chinese has no blanks
+motions_in = by_words(
+    {
+        motion: {k: each if k == "zh" else _ALONE.format(each) for k, each in by.items()}
+        for motion, by in WORDS["motion_words"].items()
+    }
+)
 """The motions that words of a text name."""
 
 _LETTERS, _FOREIGN_LETTERS = (

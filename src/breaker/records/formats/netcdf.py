@@ -45,7 +45,7 @@ def read(opened: Opened, form: Mapping) -> list[Sheet]:
         attributes, variables = _in_hdf5(opened)
     else:
         attributes, variables = _in_version_3(opened)
-    by_dimension: dict[tuple[str, int], dict[str, tuple[Mapping, np.ndarray]]] = {}
+    by_dimension: dict = {}
     for name, (dimensions, about, values) in variables.items():
         long = [pair for pair in zip(dimensions, values.shape, strict=True) if pair[1] > 1]
         if len(long) == 1:
@@ -53,7 +53,7 @@ def read(opened: Opened, form: Mapping) -> list[Sheet]:
     if not by_dimension:
         reason = "has no variable of numbers along one dimension outside of groups"
         raise RejectedCurveError(opened.file, f"{reason}; export one")
-    stated = [[f"{name} :", _text(attributes[name])] for name in attributes if name[:1] != "_"]
+    stated = [[f"{name} :", _text(text)] for name, text in attributes.items() if name[:1] != "_"]
     sheets = []
     for (along, size), those in sorted(by_dimension.items(), key=lambda item: -item[0][1]):
         check_size(opened.file, size, len(those))

@@ -106,18 +106,14 @@ def sheet_of(opened: Opened, text: str, settings: Mapping, form: Mapping, title:
     key = title, settings.get("encoding"), body, begin
     columns, lines, wrong = opened.once(key, lambda: body.samples(text, begin, line))
     if not form:  # such as those of open contacts
-        columns = [_bounded(column) for column in columns]
+        columns = [np.where(np.abs(c) > LARGEST_NUMBER["time"], np.nan, c) for c in columns]
     over = head.names - 1 if head.names and top.spans(head.names - 1) else None
-    preamble = [top.above(k) for k in range(head.first) if k not in (head.names, head.units, over)]
+    above = [k for k in range(head.first) if k not in (head.names, head.units, over)]
+    # Where blanks separate cells, they separate words, too.
+    preamble = [[top.lines[k].strip()] if top.delimiter == " " else top.row(k) for k in above]
     named = tuple(None if k is None else top.numbers[k] for k in (head.names, head.units))
     about = file, names, columns, texts, preamble, settings
     return Sheet(*about, named=named, lines=lines, wrong=wrong)
-
-
-def _bounded(column: np.ndarray) -> np.ndarray:
-    """A column without numbers that are no readings."""
-    beyond = np.abs(column) > LARGEST_NUMBER["time"]
-    return np.where(beyond, np.nan, column) if beyond.any() else column
 
 
 # ---- bytes ---------------------------------------------------------------------------------------
@@ -227,10 +223,6 @@ class _Top:
         """Names in all lines."""
         return map(self.names, range(len(self.lines)))
 
-    def above(self, k: int) -> list[str]:
-        """Return the cells of a line; one cell where blanks separate, as they do words, too."""
-        return [self.lines[k].strip()] if self.delimiter == " " else self.row(k)
-
     def kinds(self, k: int, places: Sequence[int]) -> list[int]:
         """Return the kinds of some cells of a line; a missing one is a missing sample."""
         return [self.kind("".join(self.row(k)[at : at + 1])) for at in places]
@@ -261,14 +253,13 @@ class _Top:
 def _joined(top: str, cell: str) -> str:
     """The name of a column below a cell: `Travel (in)` above `L1`, or `Time` above `ms`."""
     bare, unit = words.split_unit(top)
-    if unit is None and words.unit_of(cell):
-        return f"{top} ({cell})"
-    return f"{bare} {cell}".strip() + top[len(bare) :]
+    below = f"({cell})" if unit is None and words.unit_of(cell) else cell
+    return f"{bare} {below}".strip() + top[len(bare) :]
 
 
 def _by_names(file: str | Path, top: _Top, wanted: Mapping[str, str | int]) -> _Head:
-    """The head with the last line that has all names above the first one with numbers below them:
-    units may stand below it, and all that follows are samples.
+    """The head with the last line that has all names above the first one with numbers below them;
+    all that follows are samples.
     """
     named, places = None, []
     for k in range(len(top.lines)):
