@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from breaker.records.channels import Travel
-from breaker.records.contact_columns import Wiring, columns_beside
+from breaker.records.channels import Travel, Wiring
 from breaker.records.description import travel_channels
 from breaker.records.motion import Course
 from breaker.records.sheet import Sheet
@@ -22,7 +21,7 @@ def beside(columns, travels=1, preamble=()):
     """What belongs to each of the first columns, by motion."""
     sheet = Sheet("a.csv", [*columns], [*columns.values()], preamble=preamble)
     of = [Travel(k, "mm", Course(TIME, sheet.columns[k])) for k in range(travels)]
-    return columns_beside(sheet, of)
+    return Wiring(sheet, of).beside()
 
 
 # Columns of a record, and those that belong to the closing of the first of its travels.

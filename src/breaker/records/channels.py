@@ -1,33 +1,38 @@
-"""The clock and the travels among the columns of a file, and the phases of the travels.
+"""The clock, the travels, and the contacts, coils and motor of each travel, among the columns.
 
 A column is a clock or a travel by its unit or its name. Without both, a column that rises in even
-steps is a clock, and a column that moves between rests as a mass does is a travel.
+steps is a clock, and a column that moves between rests is a travel. A contact is a column of a
+contact, of the resistance across it, or of an auxiliary switch, whose reading changes; a current
+never is. It belongs to a travel by rows above the columns, phase or number; a coil also by time.
 """
 
 import re
 from collections import defaultdict
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
 
 from breaker.common.numerals import in_digits
+from breaker.model.parameters import MOTIONS
 from breaker.records import words
+from breaker.records.contacts import LEAST
 from breaker.records.motion import Course
+from breaker.records.rejections import FEWEST
 from breaker.records.settings import RATES, TO_MM, TO_MS
 from breaker.records.sheet import Sheet
+from breaker.records.words import holds
 
 FAINT = 0.25
 """Share of the largest range of its kind below which a signal is cross-talk."""
 
-FEWEST = 40
-"""Least number of samples of a column; shorter columns list results."""
-
-_AT_REST = 0.025  # of a stroke, within which a drive is at rest; after a motion it still settles
 _UNEVEN = 0.2  # of a step: times that are printed with few digits differ by as much
 _OSCILLATES = 6  # motions: no operating sequence of IEC 62271-100 has more
+_COIL = 20.0  # A: coils take less, and tests of resistance more
 _LENGTHS = (*TO_MM, "deg", "rad")  # units of travels alone
+_SWITCHES = ("52a", "52b")
+_KINDS = ("contact", "resistance", *_SWITCHES)  # the first of these counts
 
 _LABELS = {key: words.any_of(spelt) for key, spelt in words.WORDS["labels"].items()}
 _OF_CONTACT = re.compile(
@@ -35,6 +40,9 @@ _OF_CONTACT = re.compile(
     rf"|(?P<phase>{words.PHASE})?\W{{0,2}}{_LABELS['break']}\W{{0,2}}\d*",
     re.I,
 )
+_PHASES = re.compile(rf"(?<![a-z])({words.COLUMN_PHASE})(?![a-z])")
+# Not a number or phase: units, C1 and T1 of coils, and the device numbers 52a and 52b.
+_NO_MARKS = re.compile(r"[\[(].*?[\])]|\b[cCtT](?=\d)|\b52[abAB]\b")
 
 
 class InspectionError(ValueError):
@@ -77,10 +85,10 @@ def _clock_in(sheet: Sheet, place: int) -> Clock | None:
     """The clock that a column is, if it is one; a column that counts samples is not."""
     unit, name, values = sheet.units[place], sheet.names[place], sheet.columns[place]
     times = values[np.isfinite(values)]
-    if (unit and unit not in TO_MS) or times.size < max(FEWEST, values.size // 2):
+    if (unit and unit not in TO_MS) or not _is_long(values) or times.size < values.size // 2:
         return None
     low, step, high = np.quantile(np.diff(times), (0.25, 0.5, 0.75))
-    named = words.holds(name, "time") and name.strip() != "T"  # T is a phase, as R and S are
+    named = holds(name, "time") and name.strip() != "T"  # T is a phase, as R and S are
     even = bool(low > 0.0 and high - low <= _UNEVEN * step)
     if not (unit or named or (even and step != 1.0)) or times[-1] == times[0]:
         return None
@@ -95,6 +103,11 @@ def _clock_in(sheet: Sheet, place: int) -> Clock | None:
         fit = unit or "no recorder"
         remarks = (f"the time's unit is not stated; steps of {in_digits(step, 4)} fit {fit}",)
     return Clock(place, unit, rates.get(unit, np.nan), remarks, rank)
+
+
+def _is_long(values: np.ndarray) -> bool:
+    """Whether a column has the samples of two rests and a motion; shorter ones list results."""
+    return bool(np.isfinite(values).sum() >= 3 * FEWEST)
 
 
 @dataclass(frozen=True)
@@ -128,55 +141,41 @@ class Travel:
         ends = [0, *((at[1:] + at[:-1]) // 2).tolist(), self.course.smooth.size]
         return ends[k], ends[k + 1]
 
-    def done(self, k: int) -> np.ndarray:
-        """Return the share of motion k that is done, ``(t,)``."""
-        before, after = self.rests[k]
-        return (self.course.smooth - before) / (after - before)
-
     def moves(self, k: int) -> tuple[int, int]:
         """Return the last sample at rest before motion k, and the first one after it."""
-        done, middle = self.done(k), int(self.course.middles[k])
+        (before, after), middle = self.rests[k], int(self.course.middles[k])
+        done = (self.course.smooth - before) / (after - before)
         first, end = self.part(k)[0], self.course.motions[k].end
-        resting = np.flatnonzero(np.abs(done[first:middle]) <= _AT_REST)
-        moving = np.flatnonzero(np.abs(done[middle:end] - 1.0) > 2.0 * _AT_REST)
+        resting = np.flatnonzero(np.abs(done[first:middle]) <= LEAST)
+        moving = np.flatnonzero(np.abs(done[middle:end] - 1.0) > 2.0 * LEAST)
         return first + int(resting[-1:].sum()), middle + int(moving[-1:].sum()) + 1
 
     def is_of_drive(self) -> bool:
         """Return whether it moves between rests; contacts jump, and other signals oscillate."""
         course = self.course
-        if np.isfinite(course.reading).sum() < FEWEST or not course.moves:
+        if not (_is_long(course.reading) and course.moves):
             return False
         leaves, reaches, _ = course.crossings
         jumps = reaches - leaves < max(2, course.half // 2)  # a running median keeps them sharp
         few = 0 < leaves.size <= _OSCILLATES and not jumps.any()
         return few and bool(self.strokes.min() > FAINT * np.ptp(course.smooth))
 
-    def is_of_mass(self) -> bool:
-        """Return whether a motion begins slowly, by tenths; a current rises fastest at first."""
-        slow = []
-        for k, middle in enumerate(self.course.middles.tolist()):
-            back = self.done(k)[self.part(k)[0] : middle + 1][::-1]
-            at = [(back <= share).argmax() for share in np.arange(_AT_REST, 0.5, 0.1)]
-            first, *others = -np.diff(at)
-            slow.append(first > (1.0 + _UNEVEN) * min(others))
-        return any(slow)
-
 
 def _find_travels(sheet: Sheet, clock: Clock) -> list[Travel]:
     """Columns that move as a drive does: those named a travel, or else all."""
     step, found = 1.0 / min(clock.likely_rate, RATES[1]), []
-    for place, values in enumerate(sheet.columns):
-        unit, name = sheet.units[place], sheet.names[place]
-        named = unit in _LENGTHS or words.holds(name, "travel")
+    for place, (name, unit, reading) in enumerate(
+        zip(sheet.names, sheet.units, sheet.columns, strict=True)
+    ):
+        named = unit in _LENGTHS or holds(name, "travel")
         other = unit not in (None, *_LENGTHS, "V", "counts", "%") or place == clock.place
-        if other or (words.holds(name, "of no travel") and not named):
+        if other or (holds(name, "of no travel") and not named):
             continue
-        reading = np.where(np.isfinite(values), values, np.nan)
-        course = Course(step * np.arange(values.size), reading)
+        reading = np.where(np.isfinite(reading), reading, np.nan)
+        course = Course(step * np.arange(reading.size), reading)
         found.append(Travel(place, unit, course, words.phase_in(name), named))
     found = [travel for travel in found if travel.is_of_drive()]
-    named = [travel for travel in found if travel.named]
-    return named or [travel for travel in found if travel.is_of_mass()]
+    return [travel for travel in found if travel.named] or found
 
 
 def chosen_travels(
@@ -194,24 +193,29 @@ def chosen_travels(
     listed = " or ".join(f"travel_column: {sheet.column(travel.place)}" for travel in travels)
     if channel and not asked:
         raise InspectionError(f"{sheet.file}: {channel!r} is not a column of travel; set {listed}")
-    most = defaultdict(float)
-    for travel in travels if travels[0].named else ():
-        most[travel.unit] = max(most[travel.unit], travel.strokes.max())
-    faint = [travel for travel in travels if travel.strokes.max() < FAINT * most[travel.unit]]
-    used = [travel for travel in travels if travel not in faint]
-    every = _with_phases(sheet, asked if asked and asked[0] in faint else used)
+    kinds = {t: (t.unit if t.named else t.place, t.strokes.max()) for t in travels}
+    used = _clear(kinds)
+    every = _with_phases(sheet, used if set(asked) <= set(used) else asked)
     if asked:
         return every, [travel for travel in every if travel.place == place], []
-    left = ", ".join(repr(sheet.column(travel.place)) for travel in faint)
-    remarks = [f"{left}: far less than others, so not used; choose by --channel"] * bool(faint)
+    faint = ", ".join(repr(sheet.column(t.place)) for t in travels if t not in used)
+    remarks = [f"{faint}: far less than others, so not used; choose by --channel"] * bool(faint)
     if len(travels) > 1 and not travels[0].named:
         remarks.append(f"no column is named a travel, and several move as one: set {listed}")
     return every, every, remarks
 
 
+def _clear(ranges: Mapping) -> list:
+    """Keys of ranges, each a kind and a size, that are not far less than others of their kind."""
+    most = defaultdict(float)
+    for kind, size in ranges.values():
+        most[kind] = max(most[kind], size)
+    return [key for key, (kind, size) in ranges.items() if size >= FAINT * most[kind]]
+
+
 def _with_phases(sheet: Sheet, travels: Sequence[Travel]) -> list[Travel]:
     """Travels with their phase: by name, or as stated for their number, order or contacts."""
-    stated = stated_contacts(sheet, {travel.place for travel in travels}) or {}
+    stated = _stated_contacts(sheet, {travel.place for travel in travels}) or {}
     phases = {int(number): phase for number, phase in stated.values() if phase}
     phases |= sheet.stated.phases
     found = []
@@ -221,16 +225,18 @@ def _with_phases(sheet: Sheet, travels: Sequence[Travel]) -> list[Travel]:
     return found
 
 
-def stated_contacts(sheet: Sheet, travels: Collection[int]) -> Mapping[int, tuple[str, str]] | None:
+def _stated_contacts(
+    sheet: Sheet, travels: Collection[int]
+) -> Mapping[int, tuple[str, str]] | None:
     """Return the number of the travel and the phase of each connected contact, by column.
 
     Rows above the columns have for each contact its transducer (``TR1``), and its phase and break
     (``YBreak2``) or ``NA``, above its column or in the order of the contacts. None without one.
     """
     places = [i for i, unit in enumerate(sheet.units) if i not in travels and unit not in TO_MM]
-    kinds = ("contact", "resistance")
-    named = [[i for i in places if words.holds(sheet.names[i], kind)] for kind in kinds]
-    contacts, stated = next(filter(None, named), []), {}
+    named = [[i for i in places if holds(sheet.names[i], kind)] for kind in _KINDS[:2]]
+    contacts = next(filter(None, named), [])
+    stated = {place: {} for place in contacts}
     for row in sheet.preamble:
         cells = {i: m for i, cell in enumerate(row) if (m := _OF_CONTACT.fullmatch(cell.strip()))}
         if all(cell["none"] for cell in cells.values()):
@@ -239,8 +245,163 @@ def stated_contacts(sheet: Sheet, travels: Collection[int]) -> Mapping[int, tupl
         for place, cell in zip(to, cells.values(), strict=False):
             known = {key: text for key, text in cell.groupdict().items() if text}
             stated[place] = stated.get(place, {}) | known
-    numbered = {i: stated[i] for i in contacts if "number" in stated.get(i, ())}
-    connected = {
-        i: (s["number"], s.get("phase", "")) for i, s in numbered.items() if "none" not in s
-    }
-    return connected if numbered else None
+    numbered = {i: stated[i] for i in contacts if "number" in stated[i]}
+    if not numbered:
+        return None
+    return {i: (s["number"], s.get("phase", "")) for i, s in numbered.items() if "none" not in s}
+
+
+class Wiring:
+    """The contacts and coils of a sheet, by place: those that change, none of them a travel."""
+
+    def __init__(self, sheet: Sheet, travels: Sequence[Travel]) -> None:
+        self.sheet, self.travels = sheet, travels
+        places = {travel.place for travel in travels}
+        others = [i for i in range(len(sheet.names)) if i not in places]
+        self.contacts = self._signals(i for i in others if _kind(sheet, i))
+        self.coils = self._signals(i for i in others if _is_coil(sheet, i))
+        self._stated = _stated_contacts(sheet, places)
+        self._marks = [_marks(name) for name in sheet.names]
+        self._phases = [self._marks[t.place][0] | _marks(t.phase)[0] for t in travels]
+        self._known = set().union(*self._phases)
+
+    def _signals(self, places: Iterable[int]) -> dict[int, Course]:
+        """Columns that change by more than noise, and by not far less than others of their kind."""
+        courses, ranges = {}, {}
+        for i in places:
+            values, kind = self.sheet.columns[i], (self.sheet.units[i], _kind(self.sheet, i))
+            courses[i] = course = Course(np.arange(values.size, dtype=float), values)
+            if _is_long(values) and course.moves:
+                ranges[i] = kind, np.ptp(course.smooth)
+        return {i: courses[i] for i in _clear(ranges)}
+
+    def beside(self, sign: int = 1) -> list[dict[str, dict[str, str | int]]]:
+        """Return the columns that belong to each travel, by motion and key of the settings."""
+        orders = range(len(self.travels))
+        return [{motion: self._beside(i, motion, sign) for motion in MOTIONS} for i in orders]
+
+    def _beside(self, order: int, motion: str, sign: int) -> dict[str, str | int]:
+        sheet, closing = self.sheet, motion == "closing"
+        own = self.travels[order].rises == (closing == (sign > 0))
+        k = int(own.argmax())
+        contact = self._contact(order, motion, k)
+        motors = [i for i, name in enumerate(sheet.names) if holds(name, "motor")]
+        motors = [i for i in motors if closing and _amperes(sheet, i)]
+        taken = {
+            "contact_column": contact,
+            "current_column": current_of(sheet, contact[0]) if contact else [],
+            "trigger_column": self._coil(order, motion, k) if own.any() else [],
+            "motor_column": motors if len(motors) == 1 else [],
+        }
+        return {key: sheet.column(places[0]) for key, places in taken.items() if places}
+
+    def _contact(self, order: int, motion: str, k: int) -> list[int]:
+        """The contact of a travel in motion k; none where several may be meant.
+
+        Arcing contacts count before main ones, and resistor contacts never; of breaks in series
+        the one that touches last or parts first (IEC 62271-100).
+        """
+        names, (begin, end) = self.sheet.names, self.travels[order].part(k)
+        fits = {i: self._fits(i, order) for i in self.contacts}
+        one_pole = any(fits.values())
+        own = [i for i in fits if fits[i] or (fits[i] is None and not one_pole)]
+        kinds = [[i for i in own if _kind(self.sheet, i) == kind] for kind in _KINDS]
+        own = [i for i in next(filter(None, kinds), []) if not holds(names[i], "resistor contact")]
+        own = [i for i in own if holds(names[i], "arcing")] or own
+        if len(own) < 2:
+            return own
+        own = [i for i in own if one_pole or holds(names[i], "break")]
+        changes = {i: self.contacts[i].crossings[0] for i in own}
+        at = {i: next((c for c in all_ if begin <= c < end), -1) for i, all_ in changes.items()}
+        own = [i for i in own if at[i] >= 0]
+        return sorted(own, key=at.__getitem__, reverse=motion == "closing")[:1]
+
+    def _fits(self, contact: int, order: int) -> bool | None:
+        """Whether a contact is of a travel by rows above, phase or number; None if it may be.
+
+        Numbers of resistances are those of other channels.
+        """
+        (phases, numbers), own = self._marks[contact], self._marks[self.travels[order].place][1]
+        if self._stated is not None:
+            return self._stated.get(contact, ("",))[0] in (own or {str(order + 1)})
+        if phases & self._known:
+            return bool(phases & self._phases[order])
+        numbers = set() if _kind(self.sheet, contact) == "resistance" else numbers
+        if numbers & own:
+            return True
+        marked = (phases or numbers) and (own or self._phases[order])
+        return False if marked or len(self.travels) > 1 else None
+
+    def coils_before(self, travel: Travel, k: int) -> dict[int, int]:
+        """Return the sample at which coils are energised before motion k of a travel, by column."""
+        begin, end, found = travel.part(k)[0], int(travel.course.middles[k]), {}
+        for i in self.coils:
+            values = np.abs(self.sheet.columns[i] - np.nanmedian(self.sheet.columns[i]))
+            on = values > FAINT * np.nanmax(values)
+            edges = np.flatnonzero(np.diff(on, prepend=True)[begin:end] & on[begin:end])
+            if edges.size:
+                found[i] = begin + int(edges[0])
+        return found
+
+    def _coil(self, order: int, motion: str, k: int) -> list[int]:
+        """The coil of a travel before motion k; none or one.
+
+        Of as many numbered coils as travels each belongs to the travel of its order. Other coils
+        are of all poles, and the first that is energised counts.
+        """
+        at = self.coils_before(self.travels[order], k)
+        own = [i for i in at if self._marks[i][0] & self._known <= self._phases[order]]
+        named = {i: words.motion_of(self.sheet.names[i]) for i in own}
+        own = [i for i in own if named[i] == motion] or [i for i in own if not named[i]]
+        numbers = {i: min(map(int, self._marks[i][1]), default=0) for i in own}
+        if len(own) == len(self.travels) > 1 and all(numbers.values()):
+            return sorted(own, key=numbers.__getitem__)[order : order + 1]
+        return sorted(own, key=at.__getitem__)[:1]
+
+    def first_motions(self, travel: Travel) -> set[str]:
+        """Return the first motion by levels of resistances and switches; both if these differ."""
+        (begin, end), (begins, rests), closes = travel.part(0), travel.moves(0), set()
+        for i in self.contacts:
+            kind, values = _kind(self.sheet, i), np.abs(self.sheet.columns[i])
+            before, after = map(np.nanmedian, (values[begin : begins + 1], values[rests - 1 : end]))
+            if kind != "contact" and min(before, after) < FAINT * max(before, after):
+                closes.add(bool(after > before) == (kind == "52a"))
+        return {"closing" if each else "opening" for each in closes}
+
+
+def current_of(sheet: Sheet, contact: int) -> list[int]:
+    """Return the column of the test current of a contact's resistance, by place; none or one."""
+    own, found = _marks(sheet.names[contact]), []
+    for i, name in enumerate(sheet.names) if _kind(sheet, contact) == "resistance" else ():
+        flows = (_amperes(sheet, i) or holds(name, "current")) and not _kind(sheet, i)
+        if flows and _marks(name) == own and not (holds(name, "motor") or _is_coil(sheet, i)):
+            found.append(i)
+    return found if len(found) == 1 else []
+
+
+def _marks(name: str) -> tuple[set[str], set[str]]:
+    """Phases and numbers in the name of a column."""
+    bare = _NO_MARKS.sub(" ", name)
+    return set(_PHASES.findall(bare.lower())), set(re.findall(r"(?<![lL\d])\d+", bare))
+
+
+def _amperes(sheet: Sheet, place: int) -> float:
+    """The largest current of a column, A; 0 where it is not a current."""
+    size = words.amperes_of(sheet.names[place], sheet.units[place] or "")
+    return float(np.nan_to_num(size * np.abs(sheet.columns[place])).max(initial=0.0))
+
+
+def _kind(sheet: Sheet, place: int) -> str:
+    """Kind of a column by which a contact is seen; empty for others, such as currents."""
+    name, unit = sheet.names[place], sheet.units[place] or ""
+    kind = next((kind for kind in reversed(_KINDS) if holds(name, kind)), "")
+    other = holds(name, "coil") or holds(name, "of the drive") or unit in TO_MM
+    other = other or np.isfinite(words.amperes_of(name, unit))
+    return "" if other and kind not in _SWITCHES else kind
+
+
+def _is_coil(sheet: Sheet, place: int) -> bool:
+    """Whether a column may be of a coil, and not of a motor or of a test of resistance."""
+    name = sheet.names[place]
+    other = holds(name, "test current") or holds(name, "of the drive")
+    return holds(name, "coil") and not other and _amperes(sheet, place) <= _COIL

@@ -7,6 +7,7 @@ do not determine, or that contradict the travel, are withheld with the reason.
 """
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from typing import NamedTuple
 
 import numpy as np
@@ -163,9 +164,7 @@ def events_of(
 
 
 def contact_separations(
-    time: np.ndarray,
-    resistance: np.ndarray,
-    current: np.ndarray | None = None,
+    time: np.ndarray, resistance: np.ndarray, current: np.ndarray | None = None
 ) -> ContactTimes:
     """Find the separations of the main and of the arcing contact in the resistance of an opening.
 
@@ -176,21 +175,15 @@ def contact_separations(
 
     Returns:
         Times whose ``main`` and ``arcing`` are nan, and ``why`` the reason, where not seen.
-
-    Example:
-        >>> time = np.arange(0.0, 40.0, 0.1)
-        >>> found = contact_separations(time, np.select([time < 12, time < 30], [0.05, 0.5], 10.0))
-        >>> f"{found.main:.2f} {found.arcing:.2f} ms"
-        '11.95 29.95 ms'
     """
     there = np.flatnonzero(~np.isnan(resistance))
     parts = there[: there.size // 20 + FEWEST], there[-there.size // 20 - FEWEST :]
     sides = [np.isin(np.arange(time.size), part) for part in parts]
     top, last = float(np.nanmax(resistance)), resistance[there[-2:]]
+    # The reading stays at the end of its range; a rise that the record cuts goes on.
+    if current is None and (last < (1.0 - 0.1 * LEAST) * top).any():
+        return ContactTimes(why="the arcing contact does not separate within the record")
     try:
-        # The reading stays at the end of its range; a rise that the record cuts goes on.
-        if current is None and (last < (1.0 - 0.1 * LEAST) * top).any():
-            raise NotShownError("the arcing contact does not separate within the record")
         return _times(time, resistance, current, True, sides, False, -np.inf, top)
     except NotShownError as error:
         return ContactTimes(why=str(error))
@@ -215,8 +208,7 @@ def _times(
         limit: End of the range of a resistance; nan: what the open contact reads.
     """
     there = ~np.isnan(contact if current is None else current)
-    time, sides = time[there], [side[there] for side in sides]
-    contact = resistance = contact[there]
+    time, contact, sides = time[there], contact[there], [side[there] for side in sides]
     if resists or current is not None:
         positive = contact[contact > 0.0]
         contact = np.log(np.maximum(contact, positive.min() if positive.size else 1.0))
@@ -234,20 +226,14 @@ def _times(
     if current is not None and not closing:  # the contact separates anywhere in the fall
         falls = signal.edge(1.0 - _RISE)
         at, sd = 0.5 * (at + falls), signal.sd(at, at - falls)
-    level = signal.least if current is None else _RISE  # a current falls slowly, not to zero
-    found, main, why = signal.counted(level, at, sd), (np.nan, np.nan), ""
-    made = (signal.share >= signal.least) & ((time >= at) if closing else (time <= at))
-    made &= ~np.isnan(contact)
+    # A current falls slowly, not to zero.
+    found = signal.counted(signal.least if current is None else _RISE, at, sd)
     rest = _level(contact[sides[0]])[0]
-    levels = _two_levels(contact[made], rest)
-    try:
-        main = _main(signal, resistance[made], made, np.exp(levels), at)
-    except NotShownError as error:
-        why = str(error)
-    if current is not None:
-        both = (at, sd) if np.isfinite(main[0]) else main
-        return ContactTimes(*found[:2], *main, *both, *found[6:])
-    return _of_range(signal, found, main, (rest, levels[1], opened), why)
+    main, main_sd, arcing, why = _main(signal, contact, rest, at)
+    if current is None:
+        return _of_range(signal, found, (main, main_sd), (rest, arcing, opened), why)
+    at, sd = (at, sd) if np.isfinite(main) else (np.nan, np.nan)
+    return found._replace(main=main, main_sd=main_sd, arcing=at, arcing_sd=sd)
 
 
 def _of_range(
@@ -258,13 +244,11 @@ def _of_range(
     why: str,
 ) -> ContactTimes:
     """Return the times of a resistance without a current, whose range may end below the arcing
-    contact.
+    contact; found is when it leaves or reaches that end.
 
     Args:
-        found: Times at which the resistance leaves or reaches the end of its range.
-        main: Time of the main contact and its sd, ms; nan where it is not apart.
+        main, why: Time and sd of the main contact, ms, nan where it is not apart; and why.
         levels: Logarithms of the closed, the arcing and the open contact.
-        why: Reason for which there is no main contact.
     """
     rest, arcing, opened = levels
     step, apart, (at, sd) = abs(rest - opened), np.isfinite(main[0]), found[:2]
@@ -297,52 +281,45 @@ def _of_steps(signal: _Switch) -> ContactTimes:
     return signal.counted(0.5, at, signal.sd(at, at - signal.edge(1.0 - _RISE)))
 
 
-def _two_levels(values: np.ndarray, low: float) -> tuple[float, float]:
-    """Return the medians of two groups of logarithms, first more and less than an e-fold above a
-    low level, then nearer to either median; the second is nan where all are near the first.
-    """
-    level, levels = low + 1.0, (low, np.nan)
-    for _ in values:
-        upper = values > level
-        if upper.all() or not upper.any():
-            return low, np.nan
-        found = float(np.median(values[~upper])), float(np.median(values[upper]))
-        if found == levels:
-            break
-        levels, level = found, 0.5 * sum(found)
-    return levels
-
-
 def _main(
-    signal: _Switch, resistance: np.ndarray, made: np.ndarray, levels: np.ndarray, counted: float
-) -> tuple[float, float]:
-    """Return when the main contact touches or separates, and the sd, ms; nan if as one.
-
-    Raise NotShownError if the resistance changes between both levels several times.
+    signal: _Switch, logs: np.ndarray, low: float, counted: float
+) -> tuple[float, float, float, str]:
+    """Return when the main contact touches or separates, and the sd, ms, nan if as one; the level
+    of the arcing contact, nan if there is none; and why the main contact is not seen.
 
     Args:
-        resistance, made: Of the ``m`` samples at which a contact conducts, and which of all these
-            are, ``(n,)`` of bool.
-        levels, counted: Resistance of main and arcing contact; when the arcing contact switches.
+        logs: Logarithms of the resistance, ``(n,)``.
+        low: That of the closed contact.
+        counted: When the arcing contact switches, ms.
     """
-    low, high = levels
-    if not high > np.e * low:  # a sliding contact wears as much
-        return np.nan, np.nan
+    made = signal.time >= counted if signal.closing else signal.time <= counted
+    made &= (signal.share >= signal.least) & ~np.isnan(logs)
+    logs, high, middle = logs[made], np.nan, low + 1.0
+    for _ in logs:  # medians of two groups, first more and less than an e-fold above the lower
+        upper = logs > middle
+        if upper.all() or not upper.any():
+            return np.nan, np.nan, np.nan, ""
+        low, high = float(np.median(logs[~upper])), float(np.median(logs[upper]))
+        if middle == 0.5 * (low + high):
+            break
+        middle = 0.5 * (low + high)
+    if not high > low + 1.0:  # a sliding contact wears as much
+        return np.nan, np.nan, high, ""
     # The resistance of an arcing contact rises while it slides: its least one follows the step.
-    high = max(np.e * low, float(np.quantile(resistance[resistance > np.sqrt(low * high)], 0.1)))
-    own = signal._replace(time=signal.time[made], share=(high - resistance) / (high - low))
+    top = np.exp(max(low + 1.0, np.quantile(logs[logs > middle], 0.1)))
+    own = signal._replace(time=signal.time[made], share=(top - np.exp(logs)) / (top - np.exp(low)))
     crossings = own.edges(0.5)
-    if not crossings.size or abs(counted - crossings[0]) <= max(
-        _LASTS, *2.0 * np.diff(own.time[:2])
-    ):
-        return np.nan, np.nan
+    apart = np.abs(counted - crossings[:1])
+    if not (apart > max(_LASTS, *2.0 * np.diff(own.time[:2]))).any():
+        return np.nan, np.nan, high, ""
     at, spread = float(crossings[0]), float(np.ptp(crossings))
-    if spread > _RISE * abs(counted - at):
-        raise NotShownError(f"the resistance changes levels several times in {spread:.1f} ms")
+    if spread > _RISE * apart[0]:
+        why = f"the resistance changes levels several times in {spread:.1f} ms"
+        return np.nan, np.nan, high, why
     # The main contact is apart once hardly any of the current flows through it.
     marks = own.edges(_RISE)
     at = float([at, *marks[marks <= at]][-1] if signal.closing else [*marks[marks >= at], at][0])
-    return at, own.sd(at, spread, own.edge(1.0 - _RISE) - at)
+    return at, own.sd(at, spread, own.edge(1.0 - _RISE) - at), high, ""
 
 
 def _as_travelled(found: ContactTimes, located: LocatedMotion) -> ContactTimes:
@@ -374,15 +351,15 @@ def trigger_of(time: np.ndarray, trigger: np.ndarray, moves: float) -> tuple[flo
     time, smooth = time[lead], smooth[lead]
     for rest, spread in (_level(begins), _level(ends)):
         noise = max(least, spread)
-        found = np.nan, np.nan
         most = float((smooth - rest)[np.abs(smooth - rest).argmax()])
-        if abs(most) * _RISE > CLEAR * noise:
-            signal = _Switch(time, (smooth - rest) / most, noise / abs(most), True, -np.inf)
-            if signal.edges(2.0 * signal.least).size and signal.edges(signal.least).size:
-                return signal.open_edge()
-            if signal.share[0] > _RISE and abs(rest + most) > abs(rest):  # the current flows
-                found = float(time[0]), _RESOLVED
-    return found
+        if not abs(most) * _RISE > CLEAR * noise:
+            continue
+        signal = _Switch(time, (smooth - rest) / most, noise / abs(most), True, -np.inf)
+        with suppress(NotShownError):
+            return signal.open_edge()
+        if signal.share[0] > _RISE and abs(rest + most) > abs(rest):  # the current flows
+            return float(time[0]), _RESOLVED
+    return np.nan, np.nan
 
 
 def _window(time: np.ndarray) -> int:

@@ -16,8 +16,7 @@ import numpy as np
 
 from breaker.common.numerals import in_digits
 from breaker.records import words
-from breaker.records.channels import FAINT, Clock, Travel, chosen_travels, find_clock
-from breaker.records.contact_columns import Wiring, columns_beside
+from breaker.records.channels import FAINT, Clock, Travel, Wiring, chosen_travels, find_clock
 from breaker.records.files import Opened, as_opened
 from breaker.records.formats.registry import look_into
 from breaker.records.operations import FILL_IN, Operation
@@ -103,8 +102,8 @@ def _find_sign(found: Findings, sheet: Sheet, travels: Sequence[Travel]) -> None
         found.doubts["sign"].append(doubt)
     found.settings["sign"] = 1 if (first != "opening") == travel.rises[0] else -1
     found.sure = bool(stated or shown) and len(seen) == 1
-    beside = [wiring.beside(i, "closing", found.settings["sign"]) for i in range(len(travels))]
-    if wiring.contacts and not all("contact_column" in own for own in beside):
+    beside = wiring.beside(found.settings["sign"])
+    if wiring.contacts and not all("contact_column" in own["closing"] for own in beside):
         lines = " or ".join(f"contact_column: {sheet.column(i)}" for i in wiring.contacts)
         doubt = f"which contact belongs to which travel is not clear; set {lines}"
         found.doubts["contact_column"].append(doubt)
@@ -173,7 +172,7 @@ def motions_of(
     start, found = 0.0, []
     if clock.place is not None:
         start = float(sheet.columns[clock.place][0]) * TO_MS.get(clock.unit, 1.0)
-    for travel, beside in zip(travels, columns_beside(sheet, travels, sign), strict=True):
+    for travel, beside in zip(travels, Wiring(sheet, travels).beside(sign), strict=True):
         closing, column = travel.rises == (sign > 0), sheet.column(travel.place)
         for k, closes in enumerate(closing):
             part = travel.part(k) if (closing == closes).sum() > 1 else (np.nan, np.nan)
@@ -188,7 +187,7 @@ def motions_of(
 def travel_channels(
     file: str | Path | Opened,
 ) -> dict[str, tuple[str, Mapping[str, Mapping[str, str | int]]]]:
-    """Return by column of travel the name of the channel, and the ``columns_beside`` it.
+    """Return by column of travel the name of the channel, and the columns that belong to it.
 
     The name is the phase, where the file states one for each channel; else it is the column.
     """
@@ -197,7 +196,8 @@ def travel_channels(
         _, travels, _ = chosen_travels(sheet := look_into(opened), clock := find_clock(sheet), "")
         columns, phases = [str(sheet.column(t.place)) for t in travels], [t.phase for t in travels]
         names = phases if all(phases) and len({*phases}) == len(phases) else columns
-        beside = columns_beside(sheet, travels, findings_of(sheet, clock, travels).settings["sign"])
+        sign = findings_of(sheet, clock, travels).settings["sign"]
+        beside = Wiring(sheet, travels).beside(sign)
         return dict(zip(columns, zip(names, beside, strict=True), strict=True))
 
     opened = as_opened(file)

@@ -162,7 +162,7 @@ def _columns_of(opened: Opened, operation: Operation, motion: str, settings: Map
     those that the settings do not name.
     """
     # Imported here, since most files need neither.
-    from breaker.records.contact_columns import current_of
+    from breaker.records.channels import current_of
     from breaker.records.description import travel_channels
 
     columns = read_columns(opened, settings, operation.channel, operation.line)
