@@ -31,6 +31,12 @@ def below(sign, factor=1):
     return line
 
 
+def json_of(k, values):
+    day = f"2024-11-{20 + k} 15:11:07"
+    stated = f'"id": {k + 5}, "time": "{day}", "interval_ms": 0.{k + 1}'
+    return f'{{"Values": [{values}], {stated}}}'
+
+
 def written(file, line, sign=",", head=()):
     rows = [sign.join(f"{value:.0f}" for value in row) for row in VALUES]
     lines = [*filter(None, [sign.join(head)]), *(line(k, row) for k, row in enumerate(rows))]
@@ -42,6 +48,7 @@ FORMS = {
     "named": (named, ","),
     "between blanks": (lambda k, values: named(k, " " + values), " "),
     "between semicolons": (named, ";"),
+    "objects of JSON": (json_of, ","),
     "names above": (below(","), ",", ("No", "Date", "Interval (ms)", "Values")),
     "names above, tabs": (below("\t", 1000), "\t", ("ID", "Time", "dt (us)", "A")),
 }
@@ -90,6 +97,14 @@ def test_values_that_nothing_names_and_other_lines_are_refused(tmp_path):
     for settings, line in (({**COUNTS, "delimiter": ";"}, 1), (COUNTS, 9)):
         with pytest.raises(RejectedCurveError):
             read_columns(file, settings, "", line)
+
+
+def test_an_object_with_several_lists_is_refused(tmp_path):
+    file = tmp_path / "bench.jsonl"
+    file.write_text('{"id": 1, "Time": [%s], "Values": [%s]}' % (2 * ("1, " * 99 + "2",)))
+    with pytest.raises(RejectedCurveError) as refused:
+        read_columns(file, COUNTS, "", 1)
+    assert refused.value.line == 1
 
 
 def test_a_wide_table_with_a_sample_on_each_line_is_none(tmp_path):

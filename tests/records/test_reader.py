@@ -216,11 +216,3 @@ def test_a_record_of_two_operations_counts_once(tmp_path, prior, times):
     curves = read_curves(some, {}, Grid(times), "closing")
     assert curves.accepted.values.tolist() == [True, False, False, False]
     assert str(files[0]) in str(curves.reason.values[1])
-
-
-@pytest.mark.parametrize("count", [99, 100])
-def test_progress_is_shown_of_many_records(tmp_path, capsys, count):
-    operations = [Operation(n, tmp_path / "none.csv") for n in range(1, count + 1)]
-    closings, openings = Reader({}).read_all(operations, "closing", "opening")
-    assert len(closings) == len(openings) == count
-    assert bool(capsys.readouterr().err) == (count >= 100)

@@ -263,7 +263,7 @@ class LocatedMotion:
         """The samples of the motion."""
         return slice(self.segment.begin, self.segment.end)
 
-    @property
+    @cached_property
     def sure(self) -> np.ndarray:
         """Travel of the whole record, ``(n,)``, mm; NaN where a sample is missing or doubtful."""
         return np.where(self.doubts == "", self.whole, np.nan)

@@ -38,7 +38,6 @@ from breaker.records.settings import complete, lacking
 from breaker.records.sheet import Columns
 from breaker.records.words import BESIDE, MOTION_OF, amperes_of, holds
 
-_MANY = 100  # records from which progress is shown: they take more than a second
 _SAME_LENGTH = 0.02  # share by which lengths may differ, which are printed rounded
 _SAME_RATE = 0.01  # share by which rates may differ: clocks of recorders agree to far less
 
@@ -66,16 +65,12 @@ class Reader:
     def __init__(self, settings: Mapping, files: Files | None = None) -> None:
         self.settings = complete(settings)
         self.files = Files() if files is None else files
-        self._headers: dict[tuple, Header] = {}
         self._last: tuple[object, _Samples | None] = None, None
 
     def header(self, operation: Operation) -> Header:
         """Return what stands above the samples of an operation's file."""
-        key = operation.file, operation.channel, operation.line
-        if key not in self._headers:
-            settings = {**self.settings, **operation.settings}
-            self._headers[key] = stated_in(self.files[key[0]], settings, *key[1:])
-        return self._headers[key]
+        settings = {**self.settings, **operation.settings}
+        return stated_in(self.files[operation.file], settings, operation.channel, operation.line)
 
     def with_stated(self, operation: Operation, motion: str) -> Operation:
         """Return an operation with its date and the settings that its file states."""
@@ -111,10 +106,6 @@ class Reader:
     ) -> list[list[Record | RejectedCurveError]]:
         """Read several operations: for each motion a list of records, or why one cannot be used."""
         found: list[list[Record | RejectedCurveError]] = [[] for _ in motions]
-        if len(operations) >= _MANY:
-            from tqdm import tqdm  # here, since the import takes longer than one record
-
-            operations = tqdm(operations, desc=f"read {' and '.join(motions)}", mininterval=5)
         for operation in operations:
             for motion, records in zip(motions, found, strict=True):
                 try:
@@ -126,12 +117,8 @@ class Reader:
     def _samples_of(self, operation: Operation) -> _Samples:
         """Return the samples of a record; those of the last one are kept for another motion."""
         key = operation.file, operation.channel, operation.line, repr(operation.settings)
-        if self._last[0] != key:
-            self._last = key, self._read_samples(operation)
-        return self._last[1]
-
-    def _read_samples(self, operation: Operation) -> _Samples:
-        """Read the samples of a record; raise UnusableError or RejectedCurveError."""
+        if self._last[0] == key:
+            return self._last[1]
         try:
             settings = complete({**self.settings, **operation.settings})
             if text := lacking(settings):
@@ -153,8 +140,9 @@ class Reader:
         doubts = doubtful_samples(whole, float(time[-1] - time[0]) / (time.size - 1), quantum)
         if not doubts.astype(bool).any():  # in little memory: there may be ten thousand records
             doubts = np.broadcast_to(doubts[:1], doubts.shape)
-        remarks = *columns.remarks, uneven
-        return _Samples(columns, settings, time, place, whole, doubts, quantum, remarks)
+        about = columns, settings, time, place, whole, doubts, quantum
+        self._last = key, _Samples(*about, (*columns.remarks, uneven))
+        return self._last[1]
 
 
 def _columns_of(opened: Opened, operation: Operation, motion: str, settings: Mapping) -> dict:
@@ -227,7 +215,7 @@ def _locate(
 
 
 def _contradiction(operation: Operation, samples: _Samples, motion: str, header: Header) -> str:
-    """Return a warning where a file states another rate than its record has, or "".
+    """Return a warning where a file states another rate or length than its record has, or "".
 
     Raises:
         UnusableError: If the file states another rate than the configuration, or another motion.
@@ -239,17 +227,14 @@ def _contradiction(operation: Operation, samples: _Samples, motion: str, header:
             f"{motion}: check endurance.format.sign, and the motion that you named"
         )
     rate = 1.0 / float(samples.time[1] - samples.time[0])
-    timed, name = samples.settings["time_column"] is not None, printable(operation.file)
-    lasts, at = samples.time.size / rate, f"is read at {in_digits(rate, 4)} kHz"
-    if not isfinite(header.rate) or abs(header.rate / rate - 1.0) <= _SAME_RATE:
-        if timed or not abs(lasts / header.length - 1.0) > _SAME_LENGTH:
-            return ""
-        return f"{name} states a length of {in_digits(header.length, 4)} ms, and {at}"
-    states = f"states {in_digits(header.rate, 4)} kHz, and {at}"
-    if not timed and "rate" not in operation.settings:
-        raise UnusableError(
-            f"{states}: leave endurance.format.rate out to read with the stated rate, or if the "
-            "file is wrong, write the rate into the column rate of operations.csv"
-        )
-    by = "its column of times" if timed else "operations.csv"
-    return f"{name} {states}, by {by}"
+    timed, states = samples.settings["time_column"] is not None, ""
+    if abs(header.rate / rate - 1.0) > _SAME_RATE:
+        states = f"states {in_digits(header.rate, 4)} kHz, and is read at {in_digits(rate, 4)} kHz"
+        if not timed and "rate" not in operation.settings:
+            raise UnusableError(
+                f"{states}: leave endurance.format.rate out to read with the stated rate, or if "
+                "the file is wrong, write the rate into the column rate of operations.csv"
+            )
+    elif not timed and abs(samples.time.size / rate / header.length - 1.0) > _SAME_LENGTH:
+        states = f"states {in_digits(header.length, 4)} ms, and has {samples.time.size / rate:.4g}"
+    return f"{printable(operation.file)} {states}" if states else ""
