@@ -19,6 +19,7 @@ from breaker.records import words
 from breaker.records.channels import FAINT, Clock, Travel, Wiring, chosen_travels, find_clock
 from breaker.records.files import Opened, as_opened
 from breaker.records.formats.registry import look_into
+from breaker.records.header import Header
 from breaker.records.operations import FILL_IN, Operation
 from breaker.records.settings import TO_MM, TO_MS
 from breaker.records.sheet import Sheet
@@ -34,115 +35,6 @@ _AT_ZERO = 0.3  # mm, up to which the open breaker rests at 0: a zero of transdu
 
 _FIRST = {letter.lower(): motion for letter, motion in words.MOTION_OF.items()}
 _SEQUENCE = re.compile(r"(?<![a-z])([co])(?:[-_ ]?[co]){1,2}(?![a-z])")
-
-
-@dataclass
-class Findings:
-    """Settings of ``endurance.format`` that a file shows, by key."""
-
-    settings: dict[str, Any]
-    lacking: dict[str, str] = field(default_factory=dict)  # meanings of keys without a value
-    doubts: dict[str, list[str]] = field(default_factory=lambda: defaultdict(list))
-    sure: bool = True  # whether text, names or contacts state the sign, and not the curve alone
-
-
-def findings_of(sheet: Sheet, clock: Clock, travels: Sequence[Travel]) -> Findings:
-    """Return the settings of the file, its time, its travel, and the direction of the travel."""
-    found = Findings(dict(sheet.settings))
-    _find_time(found, sheet, clock)
-    _find_unit(found, sheet, travels[0])
-    _find_sign(found, sheet, travels)
-    return found
-
-
-def _find_time(found: Findings, sheet: Sheet, clock: Clock) -> None:
-    found.doubts["time_column"] += clock.remarks
-    if clock.place is not None:
-        found.settings |= {"time_column": sheet.column(clock.place), "time_unit": clock.unit}
-        found.lacking |= {} if clock.unit else {"time_unit": " or ".join(TO_MS)}
-        return
-    known = bool(np.isfinite(clock.rate))
-    found.settings |= {"time_column": None, "rate": clock.rate if known else None}
-    doubt = sheet.stated.rate_doubt or "no rate is stated"
-    found.lacking |= {} if known else {"rate": f"kHz, samples in a ms; {doubt}"}
-
-
-def _find_unit(found: Findings, sheet: Sheet, travel: Travel) -> None:
-    unit, stroke = travel.unit or words.unit_of(sheet.stated.travel_unit), travel.strokes.max()
-    if unit is None:
-        name, whole = (
-            sheet.names[travel.place],
-            not np.mod(np.nan_to_num(travel.course.reading), 1.0).any(),
-        )
-        named = [one for one in ("deg", "V", "counts") if words.holds(name, one)]
-        likely = "mm" if _STROKES[0] <= stroke <= _STROKES[1] and not whole else "counts"
-        unit = [*named, likely][0]
-        doubt = f"no unit of the travel is stated: {unit} for a stroke of {in_digits(stroke, 4)}"
-        found.doubts["travel_unit"].append(f"{doubt}; if that is wrong, set travel_unit")
-    if unit not in TO_MM:
-        ratio = sheet.stated.ratio
-        known = f"; stated is a ratio of {in_digits(ratio, 6)}" if ratio > 0 else ""
-        shown = f"the stroke is {in_digits(stroke, 4)} {unit}{known}"
-        found.lacking["ratio"] = f"mm for one {unit}, or give a table; {shown}"
-    found.settings |= {"travel_column": sheet.column(travel.place), "travel_unit": unit}
-
-
-def _find_sign(found: Findings, sheet: Sheet, travels: Sequence[Travel]) -> None:
-    """Find the sign by text, names, coils or contacts, or else by the curve; doubt contacts."""
-    travel, wiring = travels[0], Wiring(sheet, travels)
-    stated, shown = _stated_first(wiring), wiring.first_motions(travel)
-    seen = ({stated} - {""}) | shown or _first_by_curve(travel)
-    first = stated or (min(seen) if len(seen) == 1 else "")
-    if not first:
-        but = "what the file shows contradicts itself" if seen else "nothing decides it"
-        found.lacking["sign"] = f"1 if the reading grows towards closed, or else -1; {but}"
-    elif not stated or len(seen) > 1:
-        by = "text or names, against contacts" if stated else "contacts" if shown else "the curve"
-        doubt = f"the first motion is taken as {first}, by {by}; if it is wrong, change sign"
-        found.doubts["sign"].append(doubt)
-    found.settings["sign"] = 1 if (first != "opening") == travel.rises[0] else -1
-    found.sure = bool(stated or shown) and len(seen) == 1
-    beside = wiring.beside(found.settings["sign"])
-    if wiring.contacts and not all("contact_column" in own["closing"] for own in beside):
-        lines = " or ".join(f"contact_column: {sheet.column(i)}" for i in wiring.contacts)
-        doubt = f"which contact belongs to which travel is not clear; set {lines}"
-        found.doubts["contact_column"].append(doubt)
-
-
-def _stated_first(wiring: Wiring) -> str:
-    """The first motion as text, names or coils state it; empty where they do not."""
-    sheet = wiring.sheet
-    if first := _FIRST.get(sheet.stated.operation[:1].lower()):
-        return first
-    above = "\n".join(" ".join(row) for row in sheet.preamble)
-    for text in (sheet.file.stem, sheet.file.absolute().parent.name, above):
-        sequence, named = _SEQUENCE.search(text.lower()), words.motions_in(text)
-        if sequence or len(named) == 1:
-            return _FIRST[sequence[1]] if sequence else named[0]
-    coils = wiring.coils_before(wiring.travels[0], 0)
-    named = {words.motion_of(sheet.names[i]) for i in coils} - {""}
-    return min(named) if len(named) == 1 else ""
-
-
-def _first_by_curve(travel: Travel) -> set[str]:
-    """The first motion by a rest at 0, and by sequences C-O or O-C-O; two where these differ."""
-    found, count = set(), len(travel.rises)
-    before, after = np.abs(travel.rests[0]) / travel.strokes[0]
-    if min(before, after) <= FAINT < max(before, after):
-        found.add("closing" if before < after else "opening")
-    return found | ({"closing" if count == 2 else "opening"} if count > 1 else set())
-
-
-def find_rest(found: Findings, travels: Sequence[Travel], mm: float) -> None:
-    """Find zero and stroke, by the mm of one unit of the reading."""
-    strokes = mm * np.concatenate([travel.strokes for travel in travels])
-    opens = [mm * (found.settings["sign"] * travel.rests).min() for travel in travels]
-    ends = (1.0 - _MARGIN) * strokes.min(), (1.0 + _MARGIN) * strokes.max()
-    found.settings["zero"] = "rest" if np.abs(opens).max() > _AT_ZERO else 0.0
-    found.settings["stroke"] = [float(f"{end:.3g}") for end in ends]
-    if strokes.max() > (1.0 + _MARGIN) * strokes.min():
-        low, high = (in_digits(float(end), 4) for end in (strokes.min(), strokes.max()))
-        found.doubts["stroke"].append(f"the strokes of the motions differ: {low} to {high} mm")
 
 
 @dataclass(frozen=True)
@@ -165,23 +57,152 @@ class InspectedMotion:
         return self.result.record if self.result else None
 
 
-def motions_of(
-    sheet: Sheet, clock: Clock, travels: Sequence[Travel], sign: int
-) -> list[InspectedMotion]:
-    """Return the motions of all travels; motions of one kind are separated by their parts."""
-    start, found = 0.0, []
-    if clock.place is not None:
-        start = float(sheet.columns[clock.place][0]) * TO_MS.get(clock.unit, 1.0)
-    for travel, beside in zip(travels, Wiring(sheet, travels).beside(sign), strict=True):
-        closing, column = travel.rises == (sign > 0), sheet.column(travel.place)
-        for k, closes in enumerate(closing):
-            part = travel.part(k) if (closing == closes).sum() > 1 else (np.nan, np.nan)
-            at = [start + i / clock.likely_rate for i in (*part, *travel.moves(k))]
-            operation = Operation(k + 1, sheet.file, begin=at[0], end=at[1], phase=travel.phase)
-            motion = "closing" if closes else "opening"
-            of = travel, column, operation, motion, *at[2:], beside[motion]
-            found.append(InspectedMotion(*of))
+@dataclass(eq=False)
+class Findings:
+    """What a file shows, before any record is read.
+
+    Attributes:
+        sheet, clock: Its table, and the times of its samples.
+        every: Columns of travel, without those that move far less than others.
+        travels: Those of them that are asked for.
+        remarks: About the other columns.
+        settings: Of ``endurance.format``, by key; so are the meanings of those without a value, and
+            doubts.
+        sure: Whether text, names or contacts state the sign, and not the curve alone.
+        beside: Columns that belong to each of all travels, by motion and key of the settings.
+    """
+
+    sheet: Sheet
+    clock: Clock
+    every: Sequence[Travel]
+    travels: Sequence[Travel]
+    remarks: list[str]
+    settings: dict[str, Any]
+    lacking: dict[str, str] = field(default_factory=dict)
+    doubts: dict[str, list[str]] = field(default_factory=lambda: defaultdict(list))
+    sure: bool = True
+    beside: Sequence[Mapping[str, Mapping[str, str | int]]] = ()
+
+    def motions(self) -> list[InspectedMotion]:
+        """Return the motions of the travels; motions of one kind are separated by their parts."""
+        clock, start, found = self.clock, 0.0, []
+        if clock.place is not None:
+            start = float(self.sheet.columns[clock.place][0]) * TO_MS.get(clock.unit, 1.0)
+        for travel, beside in zip(self.every, self.beside, strict=True):
+            closing = travel.rises == (self.settings["sign"] > 0)
+            column = self.sheet.column(travel.place)
+            for k, closes in enumerate(closing) if travel in self.travels else ():
+                part = travel.part(k) if (closing == closes).sum() > 1 else (np.nan, np.nan)
+                at = [start + i / clock.likely_rate for i in (*part, *travel.moves(k))]
+                about = {"begin": at[0], "end": at[1], "phase": travel.phase}
+                operation = Operation(k + 1, self.sheet.file, **about)
+                motion = "closing" if closes else "opening"
+                of = travel, column, operation, motion, *at[2:], beside[motion]
+                found.append(InspectedMotion(*of))
+        return found
+
+    def find_rest(self, mm: float) -> None:
+        """Find zero and stroke, by the mm of one unit of the reading."""
+        strokes = mm * np.concatenate([travel.strokes for travel in self.travels])
+        sign, (low, high) = self.settings["sign"], (strokes.min(), strokes.max())
+        opens = [mm * (sign * travel.rests).min() for travel in self.travels]
+        ends = (1.0 - _MARGIN) * low, (1.0 + _MARGIN) * high
+        self.settings["zero"] = "rest" if np.abs(opens).max() > _AT_ZERO else 0.0
+        self.settings["stroke"] = [float(f"{end:.3g}") for end in ends]
+        if high > (1.0 + _MARGIN) * low:
+            ends = " to ".join(in_digits(float(end), 4) for end in (low, high))
+            self.doubts["stroke"].append(f"the strokes of the motions differ: {ends} mm")
+
+
+def look_at(file: str | Path | Opened, channel: str = "") -> Findings:
+    """Return what a file shows; of all columns of travel, or of the one that a channel names.
+
+    Raises:
+        ValueError: If no column moves as a drive does, or the file cannot be read.
+    """
+    clock = find_clock(sheet := look_into(file))
+    found = Findings(sheet, clock, *chosen_travels(sheet, clock, channel), dict(sheet.settings))
+    _find_time(found)
+    _find_unit(found)
+    _find_sign(found)
     return found
+
+
+def _find_time(found: Findings) -> None:
+    sheet, clock = found.sheet, found.clock
+    found.doubts["time_column"] += clock.remarks
+    if clock.place is not None:
+        found.settings |= {"time_column": sheet.column(clock.place), "time_unit": clock.unit}
+        found.lacking |= {} if clock.unit else {"time_unit": " or ".join(TO_MS)}
+        return
+    known = bool(np.isfinite(clock.rate))
+    found.settings |= {"time_column": None, "rate": clock.rate if known else None}
+    doubt = sheet.stated.rate_doubt or "no rate is stated"
+    found.lacking |= {} if known else {"rate": f"kHz, samples in a ms; {doubt}"}
+
+
+def _find_unit(found: Findings) -> None:
+    sheet, travel = found.sheet, found.travels[0]
+    unit, stroke = travel.unit or words.unit_of(sheet.stated.travel_unit), travel.strokes.max()
+    if unit is None:
+        whole = not np.mod(np.nan_to_num(travel.course.reading), 1.0).any()
+        named = [e for e in ("deg", "V", "counts") if words.holds(sheet.names[travel.place], e)]
+        likely = "mm" if _STROKES[0] <= stroke <= _STROKES[1] and not whole else "counts"
+        unit = [*named, likely][0]
+        doubt = f"no unit of the travel is stated: {unit} for a stroke of {in_digits(stroke, 4)}"
+        found.doubts["travel_unit"].append(f"{doubt}; if that is wrong, set travel_unit")
+    if unit not in TO_MM:
+        ratio = sheet.stated.ratio
+        known = f"; stated is a ratio of {in_digits(ratio, 6)}" if ratio > 0 else ""
+        shown = f"the stroke is {in_digits(stroke, 4)} {unit}{known}"
+        found.lacking["ratio"] = f"mm for one {unit}, or give a table; {shown}"
+    found.settings |= {"travel_column": sheet.column(travel.place), "travel_unit": unit}
+
+
+def _find_sign(found: Findings) -> None:
+    """Find the sign by text, names, coils or contacts, or else by the curve; doubt contacts."""
+    travel, wiring = found.travels[0], Wiring(found.sheet, found.every)
+    stated, shown = _stated_first(wiring, travel), wiring.first_motions(travel)
+    seen = ({stated} - {""}) | shown or _first_by_curve(travel)
+    first = stated or (min(seen) if len(seen) == 1 else "")
+    if not first:
+        but = "what the file shows contradicts itself" if seen else "nothing decides it"
+        found.lacking["sign"] = f"1 if the reading grows towards closed, or else -1; {but}"
+    elif not stated or len(seen) > 1:
+        by = "text or names, against contacts" if stated else "contacts" if shown else "the curve"
+        doubt = f"the first motion is taken as {first}, by {by}; if it is wrong, change sign"
+        found.doubts["sign"].append(doubt)
+    found.settings["sign"] = 1 if (first != "opening") == travel.rises[0] else -1
+    found.sure = bool(stated or shown) and len(seen) == 1
+    found.beside = wiring.beside(found.settings["sign"])
+    if wiring.contacts and not all("contact_column" in own["closing"] for own in found.beside):
+        columns = map(found.sheet.column, wiring.contacts)
+        lines = " or ".join(f"contact_column: {column}" for column in columns)
+        doubt = f"which contact belongs to which travel is not clear; set {lines}"
+        found.doubts["contact_column"].append(doubt)
+
+
+def _stated_first(wiring: Wiring, travel: Travel) -> str:
+    """The first motion as text, names or coils state it; empty where they do not."""
+    sheet = wiring.sheet
+    if first := _FIRST.get(sheet.stated.operation[:1].lower()):
+        return first
+    above = "\n".join(" ".join(row) for row in sheet.preamble)
+    for text in (sheet.file.stem, sheet.file.absolute().parent.name, above):
+        sequence, named = _SEQUENCE.search(text.lower()), words.motions_in(text)
+        if sequence or len(named) == 1:
+            return _FIRST[sequence[1]] if sequence else named[0]
+    named = {words.motion_of(sheet.names[i]) for i in wiring.coils_before(travel, 0)} - {""}
+    return min(named) if len(named) == 1 else ""
+
+
+def _first_by_curve(travel: Travel) -> set[str]:
+    """The first motion by a rest at 0, and by sequences C-O or O-C-O; two where these differ."""
+    found, count = set(), len(travel.rises)
+    before, after = np.abs(travel.rests[0]) / travel.strokes[0]
+    if min(before, after) <= FAINT < max(before, after):
+        found.add("closing" if before < after else "opening")
+    return found | ({"closing" if count == 2 else "opening"} if count > 1 else set())
 
 
 def travel_channels(
@@ -193,12 +214,11 @@ def travel_channels(
     """
 
     def channels() -> dict[str, tuple[str, Mapping]]:
-        _, travels, _ = chosen_travels(sheet := look_into(opened), clock := find_clock(sheet), "")
-        columns, phases = [str(sheet.column(t.place)) for t in travels], [t.phase for t in travels]
+        found = look_at(opened)
+        columns = [str(found.sheet.column(travel.place)) for travel in found.every]
+        phases = [travel.phase for travel in found.every]
         names = phases if all(phases) and len({*phases}) == len(phases) else columns
-        sign = findings_of(sheet, clock, travels).settings["sign"]
-        beside = Wiring(sheet, travels).beside(sign)
-        return dict(zip(columns, zip(names, beside, strict=True), strict=True))
+        return dict(zip(columns, zip(names, found.beside, strict=True), strict=True))
 
     opened = as_opened(file)
     return opened.once("channels", channels)
@@ -206,26 +226,21 @@ def travel_channels(
 
 def describe_file(file: str | Path) -> Description:
     """Return what a file states above its samples, and its motions; or why it is not a record."""
-    seen = Description()
+    opened, stated, parts = Opened(file), Header(), []
     try:
-        sheet = look_into(file)
-        seen = seen._replace(preamble=sheet.stated)
-        clock = find_clock(sheet)
-        _, travels, _ = chosen_travels(sheet, clock, "")
+        stated = look_into(opened).stated
+        found = look_at(opened)
     except ValueError as error:
-        return seen._replace(reason=str(error).removeprefix(f"{file}: "))
-    found = findings_of(sheet, clock, travels)
-    settings = found.settings
+        return Description(stated, reason=str(error).removeprefix(f"{file}: "))
     if "ratio" not in found.lacking:
-        find_rest(found, travels, TO_MM[settings["travel_unit"]])
-    fill_in = {key: FILL_IN for key in found.lacking if key != "sign"}
-    unwanted = "travel_column", "stroke"
-    given = {key: value for key, value in settings.items() if key not in unwanted} | fill_in
-    parts, timed = [], np.isfinite(clock.rate)
-    for motion in motions_of(sheet, clock, travels, settings["sign"]):
-        part = (motion.operation.begin, motion.operation.end) if timed else (np.nan, np.nan)
-        of = motion.motion, str(motion.column), motion.travel.phase, *part
-        parts.append(Part(*of, motion.beside))
-    columns = np.stack([sheet.columns[travel.place] for travel in travels])
+        found.find_rest(TO_MM[found.settings["travel_unit"]])
+    settings = found.settings | {key: FILL_IN for key in found.lacking if key != "sign"}
+    settings = {k: value for k, value in settings.items() if k not in ("travel_column", "stroke")}
+    for each in found.motions():
+        of = each.motion, str(each.column), each.travel.phase
+        timed = np.isfinite(found.clock.rate)
+        part = (each.operation.begin, each.operation.end) if timed else (np.nan, np.nan)
+        parts.append(Part(*of, *part, each.beside))
+    columns = np.stack([found.sheet.columns[travel.place] for travel in found.travels])
     samples = hashlib.sha256(columns.tobytes()).hexdigest()
-    return seen._replace(samples=samples, parts=tuple(parts), settings=given, sure=found.sure)
+    return Description(stated, tuple(parts), settings, found.sure, samples=samples)

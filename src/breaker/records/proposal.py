@@ -18,10 +18,9 @@ from breaker.common.visible_text import visible_text
 from breaker.documents.parts import Document, Remark, Section, Table
 from breaker.records import description
 from breaker.records.axes import Scale
-from breaker.records.channels import Clock, Travel, chosen_travels, find_clock
+from breaker.records.channels import Clock, Travel
 from breaker.records.curves import put_on_grid
 from breaker.records.files import Files, RejectedCurveError
-from breaker.records.formats.registry import look_into
 from breaker.records.grid import Grid
 from breaker.records.printed import PrintedComparison, compare_printed
 from breaker.records.reader import Reader
@@ -76,18 +75,15 @@ def inspect_file(
         ValueError: If no column of the file moves as a drive does, or the file cannot be read.
     """
     files = Files() if files is None else files
-    clock = find_clock(sheet := look_into(files[file]))
-    every, travels, remarks = chosen_travels(sheet, clock, channel)
-    found = description.findings_of(sheet, clock, travels)
+    found = description.look_at(files[file], channel)
+    travels, remarks = found.travels, found.remarks
     usual = _USUAL / float(np.median(travels[0].strokes))
-    instead = {"rate": clock.likely_rate, "ratio": usual, "time_unit": "ms"}
+    instead = {"rate": found.clock.likely_rate, "ratio": usual, "time_unit": "ms"}
     instead = {key: value for key, value in instead.items() if key in found.lacking}
     scale = Scale.from_settings(FORMAT | found.settings | instead)
-    description.find_rest(found, travels, abs(scale.factor))
-    places = {travel.place for travel in travels}
-    motions = description.motions_of(sheet, clock, every, found.settings["sign"])
+    found.find_rest(abs(scale.factor))
     read_by = FORMAT | found.settings | instead, sensor, files
-    motions = [_as_read(each, *read_by) for each in motions if each.travel.place in places]
+    motions = [_as_read(each, *read_by) for each in found.motions()]
     first, *others = (motion.beside.items() for motion in motions)
     found.settings |= dict(item for item in first if all(item in of for of in others))
     found.settings["travel_column"] = max(motions, key=lambda motion: bool(motion.record)).column
@@ -100,7 +96,7 @@ def inspect_file(
         if holds(column, "52a") or holds(column, "52b"):
             remarks.append(f"{column!r} is an auxiliary switch, not timed as the main contacts")
     settings = {key: value for key, value in found.settings.items() if value != FORMAT[key]}
-    return Proposal(sheet, clock, travels, settings, motions, remarks, found)
+    return Proposal(found.sheet, found.clock, travels, settings, motions, remarks, found)
 
 
 def _as_read(
