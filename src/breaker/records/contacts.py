@@ -29,47 +29,29 @@ _UNSEEN = "the contact does not switch during the motion"
 
 
 class ContactTimes(NamedTuple):
-    """Times of the contact in a record, in ms; nan where unknown or withheld.
+    """Times of the contact in a record with the sds of their errors, ms; nan where unknown."""
 
-    Attributes:
-        time, sd: Counted touch or separation, at which the current starts or stops, and the
-            standard deviation of its error.
-        main, main_sd: Touch or separation of the main contact, where an arcing contact differs.
-        arcing, arcing_sd: Touch or separation of the arcing contact.
-        trigger, trigger_sd: When the coil was energised.
-        bounces: Number of interruptions after the first touch.
-        bounce_time: Time from the first touch to the last.
-        why: Reason for which the counted time is withheld; empty otherwise.
-    """
-
-    time: float = np.nan
+    time: float = np.nan  # counted touch or separation, at which the current starts or stops
     sd: float = np.nan
-    main: float = np.nan
+    main: float = np.nan  # of the main contact, where an arcing contact differs
     main_sd: float = np.nan
     arcing: float = np.nan
     arcing_sd: float = np.nan
-    trigger: float = np.nan
+    trigger: float = np.nan  # when the coil was energised
     trigger_sd: float = 0.0
-    bounces: float = np.nan
-    bounce_time: float = np.nan
-    why: str = ""
+    bounces: float = np.nan  # interruptions after the first touch
+    bounce_time: float = np.nan  # from the first touch to the last
+    why: str = ""  # reason for which the counted time is withheld; empty otherwise
 
 
 class _Switch(NamedTuple):
-    """Signal of a contact as a share of its step: 0 when open, 1 when closed.
+    """Signal of a contact as a share of its step: 0 when open, 1 when closed; no sample missing."""
 
-    Attributes:
-        time, share: Times of the samples that are not missing, ms, and shares, ``(n,)``.
-        noise: Standard deviation of the share when open.
-        closing: Whether touches count, as in a closing; else separations.
-        begin: Time from which on they count, ms.
-    """
-
-    time: np.ndarray
-    share: np.ndarray
-    noise: float
-    closing: bool
-    begin: float
+    time: np.ndarray  # (n,), ms
+    share: np.ndarray  # (n,)
+    noise: float  # sd of the share when open
+    closing: bool  # whether touches count, as in a closing; else separations
+    begin: float  # time from which on they count, ms
 
     @property
     def least(self) -> float:
@@ -149,15 +131,12 @@ def events_of(
             sd = float(np.hypot(settings["timing_sd"], getattr(found, key)))
             found = found._replace(**{key: sd})
     if "trigger" in own:
-        label = label_of(settings["trigger_column"])
         at, sd = trigger_of(time, own["trigger"], moves)
-        if np.isnan(at):
-            said.append(f"{label} does not rise before the {located.motion}")
-        elif moves - at > SLOWEST:
-            lead = f"{label} rises {moves - at:.0f} ms before the first motion"
-            said.append(f"{lead}, which no drive takes: another motion's trigger")
-        else:
+        if moves - at <= SLOWEST:
             found = found._replace(trigger=at, trigger_sd=sd)
+        else:  # it may be that of another motion
+            label = label_of(settings["trigger_column"])
+            said.append(f"{label} does not rise in the {SLOWEST:g} ms before the {located.motion}")
     elif settings["trigger_column"] == 0 and located.inside.start == 0 and moves >= 0.0:
         found = found._replace(trigger=0.0)
     return found, said
@@ -176,12 +155,11 @@ def contact_separations(
     Returns:
         Times whose ``main`` and ``arcing`` are nan, and ``why`` the reason, where not seen.
     """
-    there = np.flatnonzero(~np.isnan(resistance))
-    parts = there[: there.size // 20 + FEWEST], there[-there.size // 20 - FEWEST :]
-    sides = [np.isin(np.arange(time.size), part) for part in parts]
-    top, last = float(np.nanmax(resistance)), resistance[there[-2:]]
+    there = ~np.isnan(resistance)
+    first, last = np.quantile(time[there], (0.05, 0.95))
+    sides, top = (time <= first, time >= last), float(resistance[there].max())
     # The reading stays at the end of its range; a rise that the record cuts goes on.
-    if current is None and (last < (1.0 - 0.1 * LEAST) * top).any():
+    if current is None and (resistance[there][-2:] < (1.0 - 0.1 * LEAST) * top).any():
         return ContactTimes(why="the arcing contact does not separate within the record")
     try:
         return _times(time, resistance, current, True, sides, False, -np.inf, top)

@@ -20,44 +20,29 @@ _COIL, _MOTOR = 0.5, 20.0  # ms of means: a sixth of a dip, and a period of 50 H
 _FLOWS = 0.2  # of the largest, from which on a current flows: an inrush is up to five times as much
 
 
-class Channel(NamedTuple):
-    """Values of a channel at the times of a record, ``(n,)``, NaN where a sample is missing; and
-    the amperes of one of its unit, NaN where it is not a unit of a current.
-    """
-
-    values: np.ndarray
-    amperes: float
-
-
 class _Flow(NamedTuple):
-    """The longest flow of a current: its times, ms, and means or root mean squares, A, ``(n,)``;
-    their sd, A; the time between two; and whether it begins and ends within the record.
-    """
+    """The longest flow of a current."""
 
-    time: np.ndarray
-    own: np.ndarray
-    sd: float
-    step: float
-    whole: bool
+    time: np.ndarray  # (n,), ms
+    own: np.ndarray  # means or root mean squares, (n,), A
+    sd: float  # of these, A
+    step: float  # between two, ms
+    whole: bool  # whether it begins and ends within the record
 
 
 @dataclass(eq=False)
 class Currents:
     """Currents of a record; each method returns a value and its sd, or raises NotShownError.
 
-    Attributes:
-        time: Times of the whole record, ``(n,)``, ms.
-        channels: Channels by kind; "trigger" is the coil's.
-        inside: The samples of the motion.
-        moves: Its first motion, ms.
-        trigger, trigger_sd: When the coil was energised, and the sd of that, ms.
+    The channels, by kind, are in A, ``(n,)``, and NaN where a sample is missing or the unit is not
+    of a current; that of the coil is "trigger".
     """
 
-    time: np.ndarray
-    channels: Mapping[str, Channel] = field(default_factory=dict)
-    inside: slice = field(default_factory=lambda: slice(None))
-    moves: float = np.nan
-    trigger: float = np.nan
+    time: np.ndarray  # of the whole record, (n,), ms
+    channels: Mapping[str, np.ndarray] = field(default_factory=dict)
+    inside: slice = field(default_factory=lambda: slice(None))  # the samples of the motion
+    moves: float = np.nan  # its first motion, ms
+    trigger: float = np.nan  # when the coil was energised, and the sd of that, ms
     trigger_sd: float = 0.0
 
     def coil_current(self) -> tuple[float, float]:
@@ -107,53 +92,42 @@ class Currents:
     @cached_property
     def _coil(self) -> _Flow:
         """The flow of the coil's current from the trigger on."""
-        values = self._amperes("trigger", "coil")[self.inside]
         if not np.isfinite(self.trigger):
             raise NotShownError("no trigger: when the coil was energised is not known")
-        return _flow(self.time[self.inside], values, self.trigger, _COIL)
+        return self._flow("trigger", self.inside, self.trigger, _COIL)
 
     @cached_property
     def _motor(self) -> _Flow:
         """The run of the motor after the first motion, which charges the spring again."""
-        flow = _flow(self.time, self._amperes("motor", "motor"), self.moves, _MOTOR, squares=True)
+        flow = self._flow("motor", slice(None), self.moves, _MOTOR)
         if np.ptp(flow.time) < SLOWEST:  # a motor runs for longer than a coil
             raise NotShownError(f"the motor does not run for {SLOWEST:g} ms")
         return flow
-
-    def _amperes(self, kind: str, what: str) -> np.ndarray:
-        if kind not in self.channels:
-            raise NotShownError(f"no channel of the {what}'s current")
-        values, amperes = self.channels[kind]
-        if np.isnan(amperes):
-            raise NotShownError(f"the column of the {what} states no unit, such as [A]")
-        return values * amperes
 
     def _since_trigger(self, place: int, half: float) -> tuple[float, float]:
         after = float(self._coil.time[place]) - self.trigger
         return after, float(np.hypot(half / np.sqrt(3.0), self.trigger_sd))
 
-
-def _flow(
-    time: np.ndarray, values: np.ndarray, begin: float, width: float, *, squares: bool = False
-) -> _Flow:
-    """The longest flow from a time on, of means, or root mean squares, over a width in ms."""
-    there, may = ~np.isnan(values), time >= begin
-    if there.sum() < FEWEST:
-        raise NotShownError("the current has hardly a sample")
-    before = values[there & ~may]
-    rest = before if before.size >= FEWEST else values[there][-FEWEST:]  # it may start with it
-    current, step = filled(values) - np.median(rest), float(np.median(np.diff(time)))
-    count = 2 * round(0.5 * width / step) + 1
-    noise = 1.4826 * float(np.median(np.abs(np.diff(current, n=3)))) / np.sqrt(20.0)
-    sd = max(noise / np.sqrt(count), 1e-12)
-    if squares:
-        smooth = np.sqrt(np.maximum(running_mean(np.square(current), count), 0.0))
-    else:
-        smooth = running_mean(current * np.sign(current[int(np.abs(current).argmax())]), count)
-    flows = may & (smooth > max(_FLOWS * smooth[may].max(initial=0.0), CLEAR * sd))
-    runs = np.flatnonzero(np.diff(flows, prepend=False, append=False)).reshape(-1, 2)
-    if not runs.size:
-        raise NotShownError("no current flows")
-    first, behind = runs[int(np.ptp(runs, axis=1).argmax())]
-    whole = bool((first >= count or not squares) and behind <= time.size - count)
-    return _Flow(time[first:behind], smooth[first:behind], float(sd), step, whole)
+    def _flow(self, kind: str, part: slice, begin: float, width: float) -> _Flow:
+        """The longest flow from a time on, of means over a width in ms; rms of a motor's."""
+        time, values = self.time[part], self.channels.get(kind, np.zeros(0))[part]
+        there, may = ~np.isnan(values), time >= begin
+        if there.sum() < FEWEST:
+            raise NotShownError("no current, or its column states no unit, such as [A]")
+        before = values[there & ~may]
+        rest = before if before.size >= FEWEST else values[there][-FEWEST:]  # it may start with it
+        current, step = filled(values) - np.median(rest), float(np.median(np.diff(time)))
+        count = 2 * round(0.5 * width / step) + 1
+        noise = 1.4826 * float(np.median(np.abs(np.diff(current, n=3)))) / np.sqrt(20.0)
+        sd = max(noise / np.sqrt(count), 1e-12)
+        if kind == "motor":
+            smooth = np.sqrt(np.maximum(running_mean(np.square(current), count), 0.0))
+        else:
+            smooth = running_mean(current * np.sign(current[int(np.abs(current).argmax())]), count)
+        flows = may & (smooth > max(_FLOWS * smooth[may].max(initial=0.0), CLEAR * sd))
+        runs = np.flatnonzero(np.diff(flows, prepend=False, append=False)).reshape(-1, 2)
+        if not runs.size:
+            raise NotShownError("no current flows")
+        first, behind = runs[int(np.ptp(runs, axis=1).argmax())]
+        whole = bool((first >= count or kind != "motor") and behind <= time.size - count)
+        return _Flow(time[first:behind], smooth[first:behind], float(sd), step, whole)

@@ -24,7 +24,7 @@ from breaker.records.checks import (
     rest_of_open,
 )
 from breaker.records.contacts import events_of
-from breaker.records.currents import Channel, Currents
+from breaker.records.currents import Currents
 from breaker.records.dates import one_date
 from breaker.records.files import Files, Opened, RejectedCurveError, printable
 from breaker.records.first_motion import first_motion
@@ -205,7 +205,7 @@ def _locate(
     for kind, values in columns.beside.items():
         others[kind][samples.place] = values
     contact, doubtful = events_of(settings, LocatedMotion(*located), others, columns.sheet.names)
-    channels = {k: Channel(others[k], amperes) for k, amperes in columns.amperes.items()}
+    channels = {kind: others[kind] * amperes for kind, amperes in columns.amperes.items()}
     event = contact.trigger, contact.trigger_sd
     currents = Currents(time, channels, inside, moves[0], *event)
     remarks = *samples.remarks, *doubtful, *stated
