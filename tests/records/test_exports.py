@@ -4,8 +4,6 @@ import pytest
 import yaml
 
 from breaker.documents.terminal import text_of
-from breaker.records.header import Printed
-from breaker.records.printed import meant_motions
 from breaker.records.proposal import inspect_file, overlay_of, words_of
 from tests.exports import write
 
@@ -55,19 +53,6 @@ def test_printed_results_stand_beside_measured_ones(tmp_path):
     assert found == [(*each, each in differ) for each in every]
     assert proposal.compared[1].difference == pytest.approx(178.36 / 182.0 - 1.0, abs=1e-3)
     assert text_of(words_of(proposal)).count("  <") == 2
-
-
-@pytest.mark.parametrize(
-    ("quantity", "of", "there", "expected"),
-    [
-        ("over_travel", "", ["opening", "closing", "opening"], ["closing"]),
-        ("over_travel", "", ["opening"], ["opening"]),
-        ("over_travel", "opening", ["closing", "opening"], ["opening"]),
-        ("stroke", "", ["closing", "opening"], ["closing", "opening"]),
-    ],
-)
-def test_a_result_of_no_motion_is_of_that_in_which_it_occurs(quantity, of, there, expected):
-    assert meant_motions(Printed(quantity, of, "", 1.0, "mm", quantity), there) == expected
 
 
 def test_a_printed_time_stands_beside_that_from_coil_to_contact_or_has_its_reason(tmp_path):

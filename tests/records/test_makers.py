@@ -123,13 +123,3 @@ def test_a_sign_that_no_text_says_is_proposed_where_the_curve_is_clear(
     if not lacking:
         assert "".join(each.motion[0].upper() for each in proposal.motions) == kind
     assert all(each.record for each in proposal.motions)
-
-
-@pytest.mark.parametrize(("coil", "motion"), [("Close coil", "closing"), ("Trip coil", "opening")])
-def test_the_coil_before_it_names_the_first_motion(tmp_path, coil, motion):
-    time, reading = drive("C")
-    pulse = 4.0 * (np.abs(time - 50.0) < 20.0)
-    file = table(tmp_path / "a.csv", f"t (ms),TRV1(mm),{coil} (A)", time, reading, pulse)
-    proposal = inspect_file(file, SENSOR)
-    assert proposal.motions[0].motion == motion
-    assert proposal.settings["trigger_column"] == f"{coil} (A)"

@@ -94,11 +94,14 @@ def test_pairs_in_any_layout(text, sign):
     assert (found.station, found.bay, found.serial) == ("Nord", "E04", "17")
 
 
-def test_decimal_commas():
+def test_decimal_commas_and_contradictions():
     rows = split("Übersetzung;1,64\nHub L1;178,25 mm\nAbtastintervall (ms);0,05", ";")
     found = header_of(rows, ",")
     assert (found.ratio, found.rate) == (1.64, 20.0)
     assert [each[2:5] for each in found.results] == [("L1", 178.25, "mm")]
+    found = header_of(split("Phase : R\nOperation : C\nPhase : Y\nOperation : O", "\0"))
+    assert (found.phases, found.operation) == ({}, "")
+    assert math.isnan(header_of(split("Ratio 1,64\nLinkage ratio 1,72", "\0"), ",").ratio)
 
 
 @pytest.mark.parametrize(
@@ -114,17 +117,3 @@ def test_decimal_commas():
 )
 def test_dates(text, dates):
     assert [*header_of(split(text, "\0")).dates] == dates
-
-
-def test_contradictions_are_not_resolved_by_taking_the_first():
-    found = header_of(split("Phase : R\nOperation : C\nPhase : Y\nOperation : O", "\0"))
-    assert (found.phases, found.operation) == ({}, "")
-    assert math.isnan(header_of(split("Ratio 1,64\nLinkage ratio 1,72", "\0"), ",").ratio)
-
-
-OPERATIONS = {"C": "C", "O - 0.3 s - C O": "O-C-O", "Close-Open": "C-O", "Routine": ""}
-
-
-@pytest.mark.parametrize(("stated", "kind"), OPERATIONS.items())
-def test_operations(stated, kind):
-    assert header_of([["Operation :", stated]]).operation == kind

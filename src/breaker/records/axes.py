@@ -87,12 +87,9 @@ def _refuse(odd: np.ndarray, lines: np.ndarray, reason: str) -> None:
 
 @dataclass(frozen=True)
 class Scale:
-    """How a reading becomes travel.
-
-    Attributes:
-        factor: mm towards closed for one unit of the reading, or for a mm of the table.
-        zero: Reading of the open breaker; 0 where it is found in each record.
-        table: Readings and mm, ``(2, n)``; None where the factor is all.
+    """How a reading becomes travel: by the mm towards closed for one of its unit, or for a mm of a
+    table of readings and mm, ``(2, n)``; zero is the reading of the open breaker, 0 where found in
+    each record.
     """
 
     factor: float

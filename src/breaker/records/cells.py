@@ -9,6 +9,7 @@ from __future__ import annotations
 import csv
 import re
 from collections.abc import Sequence
+from contextlib import suppress
 
 from breaker.common.lazy_numpy import np
 from breaker.records.words import WORDS
@@ -75,12 +76,9 @@ def strict_numbers(cells: Sequence[str], decimal: str) -> tuple[np.ndarray, list
     joined = "\n".join(cells)
     if joined.isascii() and "_" not in joined and (decimal == "." or "." not in joined):
         same = cells if decimal == "." else joined.replace(decimal, ".").split("\n")
-        try:
+        with suppress(ValueError):  # a missing sample, a state, or no number
             values = np.fromiter(map(float, same), float, len(cells))
-        except ValueError:
-            pass  # a missing sample, a state, or no number
-        else:
-            if not np.isinf(values).any() and not np.isnan(values).any():
+            if np.isfinite(values).all():
                 return values, []
     bare = [cell.strip() for cell in cells]
     if (states := {cell.lower() for cell in {*bare}} - MISSING) and states <= _STATES.keys():

@@ -33,13 +33,9 @@ class Grid(NamedTuple):
 
 
 class Gridded(NamedTuple):
-    """A record on the grid.
-
-    Attributes:
-        travel: Travel, ``(t,)``, mm; NaN where a sample is missing.
-        start: Time of the record that is 0 on the grid, ms.
-        sampled: For which times the record's rate gives a sample, ``(t,)`` of bool.
-        moved: Longest time by which a sample is moved, ms; 0 where all are whole.
+    """A record on the grid: travel, ``(t,)``, mm, NaN where a sample is missing; its time that is 0
+    on the grid, ms; for which times its rate gives a sample, ``(t,)`` of bool; and the longest time
+    by which a sample is moved, ms, 0 where all are whole.
     """
 
     travel: np.ndarray

@@ -90,7 +90,7 @@ def header_of(rows: Sequence[Sequence[str]], decimal: str = ".", samples: int = 
         phases=_phases(pairs),
         speed_points=tuple(stated_as(pairs, "point of speed")),
         results=printed_in(lines, decimal),
-        **{key: _named(pairs, key) for key in ("station", "bay", "type", "serial")},
+        **{key: _first_of(pairs, key) for key in ("station", "bay", "type", "serial")},
     )
 
 
@@ -99,8 +99,8 @@ def stated_as(pairs: Iterable[Pair], meaning: str) -> list[Pair]:
     return [pair for pair in pairs if pair.values and meaning in _meant(pair.name)]
 
 
-def _named(pairs: Iterable[Pair], meaning: str) -> str:
-    """Return the first value of a name that is not one of the analyser or a part of the breaker."""
+def _first_of(pairs: Iterable[Pair], meaning: str) -> str:
+    """Return the first value that is not of the analyser or a part of the breaker."""
     own = (p.text for p in stated_as(pairs, meaning) if "of another thing" not in _meant(p.name))
     return next(own, "")
 

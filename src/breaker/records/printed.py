@@ -324,17 +324,15 @@ def _compared(
     printed: Printed, motion: InspectedMotion, speeds: Mapping[str, Speed]
 ) -> PrintedComparison:
     """Compare a result with what is measured of a motion."""
-    speed = printed.speed(motion.motion, speeds)
-    name, value, sd = measured_name(printed, motion.motion), math.nan, math.nan
-    reason = WORDS["not measured"].get(printed.quantity, "not measured here")
+    speed, name = printed.speed(motion.motion, speeds), measured_name(printed, motion.motion)
+    values, reason = {}, WORDS["not measured"].get(printed.quantity, "not measured here")
     if printed.quantity == "speed" and speed is None:
         reason = "between which points is not stated"
     elif name and motion.record is None:
         reason = "the motion is not read"
     elif name:
         values = motion.record.measured((speed,) if speed else SPEEDS)
-        value, sd, reason = values.get(name, (value, sd, reason))
+    value, sd, reason = values.get(name, (math.nan, math.nan, reason))
     value, sd = value / printed.size, sd / printed.size
     apart = differs(printed.quantity, printed.value, value, sd)
-    about = motion.column, motion.motion, printed, name
-    return PrintedComparison(*about, value, reason, apart)
+    return PrintedComparison(motion.column, motion.motion, printed, name, value, reason, apart)

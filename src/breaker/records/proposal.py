@@ -9,6 +9,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
+from statistics import mode
 
 import numpy as np
 import yaml
@@ -86,7 +87,8 @@ def inspect_file(
     motions = [_as_read(each, *read_by) for each in found.motions()]
     first, *others = (motion.beside.items() for motion in motions)
     found.settings |= dict(item for item in first if all(item in of for of in others))
-    found.settings["travel_column"] = max(motions, key=lambda motion: bool(motion.record)).column
+    read = [motion.column for motion in motions if motion.record] or [motions[0].column]
+    found.settings["travel_column"] = mode(read)  # of which most motions are read
     if "ratio" in found.lacking:
         found.settings["stroke"] = FORMAT["stroke"]
     remarks += [doubt for doubts in found.doubts.values() for doubt in doubts]

@@ -197,7 +197,7 @@ def _kinds(decimal: str) -> Callable[[str], int]:
 
 
 class _Head(NamedTuple):
-    """Places among the first lines: of the first sample, the names and the units; and the number of
+    """Places of the first sample, the names and the units among the first lines; and the number of
     columns of the samples, 0 where names count.
     """
 
@@ -236,7 +236,10 @@ class _Top:
             return []
         if self.spans(k - 1):
             tops = accumulate([*self.row(k - 1), *[""] * len(row)], lambda left, top: top or left)
-            row = [_joined(top, cell) for top, cell in zip(tops, row, strict=False)]
+            for place, top in enumerate(islice(tops, len(row))):
+                bare, unit = words.split_unit(top)  # `Travel (in)` above `L1`, or `Time` above `ms`
+                cell = f"({row[place]})" if not unit and words.unit_of(row[place]) else row[place]
+                row = [*row[:place], f"{bare} {cell}".strip() + top[len(bare) :], *row[place + 1 :]]
         return [row[0].lstrip("#%! ") or row[0], *row[1:]]
 
     def spans(self, k: int) -> bool:
@@ -248,13 +251,6 @@ class _Top:
             return False
         named = all(any(words.holds(top, kind) for kind in words.WORDS["columns"]) for top in over)
         return named and all(self.kind(cell) < 1 for cell in (*over, *under))
-
-
-def _joined(top: str, cell: str) -> str:
-    """The name of a column below a cell: `Travel (in)` above `L1`, or `Time` above `ms`."""
-    bare, unit = words.split_unit(top)
-    below = f"({cell})" if unit is None and words.unit_of(cell) else cell
-    return f"{bare} {below}".strip() + top[len(bare) :]
 
 
 def _by_names(file: str | Path, top: _Top, wanted: Mapping[str, str | int]) -> _Head:
@@ -308,8 +304,11 @@ def _by_numbers(file: str | Path, top: _Top, wanted: Mapping[str, int]) -> _Head
     width, above = max(map(len, body)), first - 1
     units = above if above >= 0 and _are_units(top.row(above)) else None
     names = above if units is None else above - 1
-    if names < 0 or not _are_names(top, names, width):  # names such as "t;s" may look like units
-        names, units = units, None
+    cells = [*filter(None, top.row(names))] if names >= 0 else []
+    values = sum(top.kind(cell) == 1 or cell.endswith((":", "=")) for cell in cells)
+    least, most = (width, width) if top.delimiter == " " else (width / 2, width + 1)
+    if not (2 * values < len(cells) and least <= len(cells) <= most):
+        names, units = units, None  # names such as "t;s" may look like units
     return _Head(first, names, units, width)
 
 
@@ -318,14 +317,6 @@ def _are_units(row: Sequence[str]) -> bool:
     cells = [cell for cell in row if cell.strip("[]()-1")]
     units = sum(words.unit_of(cell) is not None for cell in cells)
     return bool(cells) and 3 * units >= 2 * len(cells)
-
-
-def _are_names(top: _Top, k: int, columns: int) -> bool:
-    """Whether a line has as many names as there are columns, or about so many with blank cells."""
-    cells = [*filter(None, top.row(k))]
-    values = sum(top.kind(cell) == 1 or cell.endswith((":", "=")) for cell in cells)
-    least, most = (columns, columns) if top.delimiter == " " else (columns / 2, columns + 1)
-    return 2 * values < len(cells) and least <= len(cells) <= most
 
 
 # ---- samples -------------------------------------------------------------------------------------
