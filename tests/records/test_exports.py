@@ -1,10 +1,9 @@
 """Exports of an analyser: what they state is shown, proposed, and set beside what is measured."""
 
 import pytest
-import yaml
 
 from breaker.documents.terminal import text_of
-from breaker.records.proposal import inspect_file, overlay_of, words_of
+from breaker.records.proposal import inspect_file, words_of
 from tests.exports import write
 
 SENSOR = {"start": -2.0, "stop": 58.0, "samples": 151, "noise_sd": 0.1}
@@ -13,18 +12,6 @@ SENSOR = {"start": -2.0, "stop": 58.0, "samples": 151, "noise_sd": 0.1}
 def inspected(tmp_path, channel="", **given):
     write(tmp_path / "export.csv", **given)
     return inspect_file(tmp_path / "export.csv", SENSOR, channel)
-
-
-@pytest.mark.parametrize(("kind", "rate"), [("C", 5.0), ("O", 10.0), ("CO", 20.0), ("OCO", 10.0)])
-def test_the_rate_stated_reads_every_motion(tmp_path, rate, kind):
-    motions = ["closing" if sign == "C" else "opening" for sign in kind]
-    length = 150.0 * (len(motions) + 1)
-    proposal = inspected(tmp_path, rate=rate, motions=motions, length=length, channels=1)
-    settings = yaml.safe_load(overlay_of(proposal))["endurance"]["format"]
-    assert (settings["time_column"], settings["rate"]) == (None, rate)
-    assert [each.motion for each in proposal.motions] == motions
-    assert all(each.record for each in proposal.motions)
-    assert proposal.motions[0].record.moves == pytest.approx(55.0, abs=1.0)
 
 
 @pytest.mark.parametrize("plot", [200.0, 800.0])

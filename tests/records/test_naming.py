@@ -1,7 +1,5 @@
 """The number in a name counts operations where the names leave no doubt; else none."""
 
-import random
-
 import pytest
 
 from breaker.records.file_names import numbers_in
@@ -33,19 +31,3 @@ def test_a_name_without_doubt_states_its_number(stems, numbers):
 @pytest.mark.parametrize("stems", UNCLEAR)
 def test_a_name_with_a_doubt_states_no_number(stems):
     assert {*numbers_in(stems.split())} == {None}
-
-
-def test_no_name_that_is_added_changes_the_number_of_another_one():
-    """Random folders of names of a few fields: a number stays, or becomes a doubt."""
-    rng = random.Random(0)
-    forms = ["op_{}", "{}_{}", "a{}-{}_{}", "{:04d}_{}kHz", "2024-11-{:02d}_{}", "x {} ({})"]
-    doubts = 0
-    for _ in range(500):
-        some = forms[: rng.randint(1, len(forms))]
-        stems = [rng.choice(some).format(*rng.choices((1, 2, 3), k=3)) for _ in range(8)]
-        before, after = numbers_in(stems[:4]), numbers_in(stems)[:4]
-        assert all(
-            new in (old, None) or old is None for old, new in zip(before, after, strict=True)
-        )
-        doubts += before != after
-    assert doubts > 20  # the folders are such that names do become ambiguous

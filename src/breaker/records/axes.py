@@ -17,12 +17,11 @@ import numpy as np
 
 from breaker.records.files import RejectedCurveError, read_bytes
 from breaker.records.rejections import Remark, UnusableError
-from breaker.records.settings import READABLE, TO_MM, TO_MS
+from breaker.records.settings import READABLE, SAME_RATE, TO_MM, TO_MS
 
 _UNEVEN = 0.25  # steps, by which a step may be off whole ones: half way to the next half
 _PRINTED = 0.1  # steps, by which times and readings are off that are printed with digits enough
 _SPARSE = 10  # places for a sample: no gap takes more memory than that
-_RATE = 0.01  # share by which the times and the rate of the settings may differ
 _FEW = 0.05  # share that noise explains: of a table's width, of samples beyond, of equal readings
 _SMALL = 10  # quanta of a step by which a quantum is measured; a tenth of the steps is smaller
 
@@ -64,7 +63,7 @@ def even_times(
         _refuse(steps == steps.max(), lines, f"a gap of {steps.max():.4g} ms before this line")
     place = np.append(0, np.cumsum(whole.astype(int)))
     step = float(time[-1] - time[0]) / int(place[-1])
-    if rate is not None and abs(step * rate - 1.0) > _RATE:
+    if rate is not None and abs(step * rate - 1.0) > SAME_RATE:
         raise UnusableError(
             f"the times give {1.0 / step:.4g} kHz, but endurance.format.rate is {rate:.4g} kHz; "
             "correct the rate, or leave it out"

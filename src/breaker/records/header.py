@@ -12,11 +12,10 @@ from breaker.common.numerals import in_digits
 from breaker.records.dates import clock_of, dates_of, day_order, in_order
 from breaker.records.header_pairs import Pair, line_of, number_of, pairs_of
 from breaker.records.printed import Printed, printed_in
-from breaker.records.settings import RATES, TO_MS
+from breaker.records.settings import RATES, SAME_RATE, TO_MS
 from breaker.records.words import PHASE, WORDS, any_of, by_words, phase_in, sequence_of, unit_of
 
 _MOST = (400, 60, 300)  # lines, cells in a line and signs in a cell that are read: bounds the time
-_AGREE = 0.01  # share between two statements of a length: one sample of the shortest record
 _meant = by_words(WORDS["stated"])
 _rates_in = by_words(WORDS["rate_words"])
 _LABEL = any_of(WORDS["labels"]["stated channel"])
@@ -153,7 +152,7 @@ def _rate(pairs: Iterable[Pair], decimal: str, by_length: float) -> tuple[float,
     rate, text = next(iter((sure or unsure).items()), (math.nan, "no usual rate is stated"))
     if len(sure) > 1:
         return math.nan, f"several rates are stated: {' and '.join(sure.values())}"
-    if abs(rate / by_length - 1.0) <= _AGREE or (rate in sure and math.isnan(by_length)):
+    if abs(rate / by_length - 1.0) <= SAME_RATE or (rate in sure and math.isnan(by_length)):
         return rate, ""
     if by_length > 0:
         return math.nan, f"{text}, but by the length {in_digits(by_length, 4)} kHz are right"

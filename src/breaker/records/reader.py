@@ -34,12 +34,11 @@ from breaker.records.motion import LocatedMotion, find_segment
 from breaker.records.operations import Operation
 from breaker.records.record import Record
 from breaker.records.rejections import SeveralMotionsError, UnusableError
-from breaker.records.settings import complete, lacking
+from breaker.records.settings import SAME_RATE, complete, lacking
 from breaker.records.sheet import Columns
 from breaker.records.words import BESIDE, MOTION_OF, amperes_of, holds
 
 _SAME_LENGTH = 0.02  # share by which lengths may differ, which are printed rounded
-_SAME_RATE = 0.01  # share by which rates may differ: clocks of recorders agree to far less
 
 
 class _Samples(NamedTuple):
@@ -228,7 +227,7 @@ def _contradiction(operation: Operation, samples: _Samples, motion: str, header:
         )
     rate = 1.0 / float(samples.time[1] - samples.time[0])
     timed, states = samples.settings["time_column"] is not None, ""
-    if abs(header.rate / rate - 1.0) > _SAME_RATE:
+    if abs(header.rate / rate - 1.0) > SAME_RATE:
         states = f"states {in_digits(header.rate, 4)} kHz, and is read at {in_digits(rate, 4)} kHz"
         if not timed and "rate" not in operation.settings:
             raise UnusableError(

@@ -16,6 +16,10 @@ RATES = (0.95, 105.0)
 READABLE = (RATES[0], 1000.0)
 """The same of records that are read, whether times or settings give it."""
 
+SAME_RATE = 0.01
+"""Share by which two statements of a rate may differ: they are rounded, and clocks of recorders
+agree to far less."""
+
 FORMAT = {
     "encoding": "utf-8",
     "delimiter": ",",

@@ -15,7 +15,7 @@ from breaker.common.lazy_numpy import np
 from breaker.records.cells import columns_of_alike, strict_numbers
 from breaker.records.files import Opened, RejectedCurveError, check_lines, check_size
 from breaker.records.formats.text import encoding_of
-from breaker.records.settings import FORMAT, TO_MS
+from breaker.records.settings import FORMAT, SAME_RATE, TO_MS
 from breaker.records.sheet import Sheet
 
 ENDINGS = dict.fromkeys((".cfg", ".cff"), "a COMTRADE record")
@@ -25,7 +25,6 @@ EXTRA = ""
 _SECTION = re.compile(rb"(?im)^--- *file type: *([a-z]+)[^\r\n]*---[ \t]*\r?\n?")
 _TYPES = {"BINARY": "<i2", "BINARY32": "<i4", "FLOAT32": "<f4"}  # of a sample of an analog channel
 _NO_SAMPLE = 99999  # in ASCII, from 1999 on
-_OFF = 0.01  # share by which rates may differ from stamps: recorders state rounded rates
 
 
 def read(opened: Opened, form: Mapping) -> list[Sheet]:
@@ -166,7 +165,7 @@ def _times(file: str | Path, about: _Description, stamps: np.ndarray) -> np.ndar
         return time
     # Some recorders stamp in microseconds though their clock shows nanoseconds.
     ratio, rate = time[-1] / (stamps[-1] - stamps[0]), 1e-3 * (time.size - 1) / time[-1]
-    if min(abs(ratio * unit - 1.0) for unit in (1e-3, 1.0, 1e3)) > _OFF:
+    if min(abs(ratio * unit - 1.0) for unit in (1e-3, 1.0, 1e3)) > SAME_RATE:
         reason = f"states {rate:.6g} kHz, but the stamps of its data are those of "
         remedy = "write the right rate into its last lines, or 0 if the stamps are right"
         raise RejectedCurveError(file, f"{reason}{rate * ratio:.4g} kHz; {remedy}")

@@ -84,12 +84,11 @@ def sheet_of(opened: Opened, text: str, settings: Mapping, form: Mapping, title:
         if isinstance(time, str) and form["rate"] and not words.named_in(top.rows, time):
             del wanted["time"]  # the rate stands for it
     by_names = any(isinstance(column, str) for column in wanted.values())
-    head = (_by_names if by_names else _by_numbers)(file, top, wanted)
-    names = [] if head.names is None else top.names(head.names)
-    texts = [] if head.units is None else top.row(head.units)
-    width = max(head.width, len(names), len(texts))
+    first, named, unit, width = (_by_names if by_names else _by_numbers)(file, top, wanted)
+    names, texts = [] if named is None else top.names(named), [] if unit is None else top.row(unit)
+    width = max(width, len(names), len(texts))
     names = [*names, *[""] * (width - len(names))]
-    line = top.numbers[head.first]
+    line = top.numbers[first]
     begin = sum(map(len, text[:BLOCK].split("\n", _TOP)[: line - 1])) + line - 1
     places = range(width)
     try:
@@ -107,13 +106,13 @@ def sheet_of(opened: Opened, text: str, settings: Mapping, form: Mapping, title:
     columns, lines, wrong = opened.once(key, lambda: body.samples(text, begin, line))
     if not form:  # such as those of open contacts
         columns = [np.where(np.abs(c) > LARGEST_NUMBER["time"], np.nan, c) for c in columns]
-    over = head.names - 1 if head.names and top.spans(head.names - 1) else None
-    above = [k for k in range(head.first) if k not in (head.names, head.units, over)]
+    over = named - 1 if named and top.spans(named - 1) else None
+    above = [k for k in range(first) if k not in (named, unit, over)]
     # Where blanks separate cells, they separate words, too.
     preamble = [[top.lines[k].strip()] if top.delimiter == " " else top.row(k) for k in above]
-    named = tuple(None if k is None else top.numbers[k] for k in (head.names, head.units))
+    heads = tuple(None if k is None else top.numbers[k] for k in (named, unit))
     about = file, names, columns, texts, preamble, settings
-    return Sheet(*about, named=named, lines=lines, wrong=wrong)
+    return Sheet(*about, named=heads, lines=lines, wrong=wrong)
 
 
 # ---- bytes ---------------------------------------------------------------------------------------
@@ -196,15 +195,9 @@ def _kinds(decimal: str) -> Callable[[str], int]:
 # ---- heads ---------------------------------------------------------------------------------------
 
 
-class _Head(NamedTuple):
-    """Places of the first sample, the names and the units among the first lines; and the number of
-    columns of the samples, 0 where names count.
-    """
-
-    first: int
-    names: int | None = None
-    units: int | None = None
-    width: int = 0
+_Head = tuple[int, int | None, int | None, int]
+"""Places of the first sample, the names and the units among the first lines; and the number of
+columns of the samples, 0 where names count."""
 
 
 class _Top:
@@ -275,7 +268,7 @@ def _by_names(file: str | Path, top: _Top, wanted: Mapping[str, str | int]) -> _
     if not below:
         line = top.numbers[-1]
         raise RejectedCurveError(file, "ends before its first sample; export it again", line=line)
-    return _Head(below[0], named, units)
+    return below[0], named, units, 0
 
 
 def _by_numbers(file: str | Path, top: _Top, wanted: Mapping[str, int]) -> _Head:
@@ -309,7 +302,7 @@ def _by_numbers(file: str | Path, top: _Top, wanted: Mapping[str, int]) -> _Head
     least, most = (width, width) if top.delimiter == " " else (width / 2, width + 1)
     if not (2 * values < len(cells) and least <= len(cells) <= most):
         names, units = units, None  # names such as "t;s" may look like units
-    return _Head(first, names, units, width)
+    return first, names, units, width
 
 
 def _are_units(row: Sequence[str]) -> bool:
