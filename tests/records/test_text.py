@@ -6,11 +6,10 @@ import numpy as np
 import pytest
 
 from breaker.common.randomness import generator
-from breaker.drive.simulation.dialects import DIALECTS
 from breaker.records.cells import strict_numbers
 from breaker.records.files import RejectedCurveError
 from breaker.records.formats.registry import look_into, read_columns
-from breaker.records.settings import TO_MS, complete
+from breaker.records.settings import complete
 from breaker.records.words import split_unit, unit_of
 
 TIME = 0.1 * np.arange(40)
@@ -49,24 +48,6 @@ def assert_read(columns, *, first=None, remarks=0):
     assert columns.lines.size == TIME.size
     assert len(columns.remarks) == remarks
     assert first in (None, columns.lines[0])
-
-
-@pytest.mark.parametrize("name", DIALECTS)
-def test_every_dialect_is_read_back_to_its_printed_digits(tmp_path, name):
-    """The preamble differs from file to file; a stroke of 14 mm in noise, 10 kHz."""
-    dialect, rng = DIALECTS[name], generator(1, "test dialect", name)
-    settings, time = complete(dialect.settings), 0.1 * np.arange(300)
-    for operation in range(1, 6):
-        travel = 14 / (1 + np.exp(15 - time)) + 0.1 * rng.standard_normal(time.size)
-        file = tmp_path / dialect.file_name("closing", operation)
-        dialect.write(file, time, travel, motion="closing", operation=operation)
-        columns = read_columns(file, settings)
-        if columns.time is None:
-            assert settings["rate"] == dialect.rate == 10
-        else:
-            np.testing.assert_allclose(columns.time * TO_MS[settings["time_unit"]], time, atol=1e-6)
-        np.testing.assert_allclose(columns.travel, dialect.reading(travel), rtol=1e-12, atol=1e-12)
-        assert columns.remarks == ()
 
 
 # ---- heads ------------------------------------------------------------------------------------

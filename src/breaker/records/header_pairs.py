@@ -100,13 +100,11 @@ def line_of(row: Sequence[str]) -> Line:
         return Line(tokens, True)
     if behind := _BEHIND.fullmatch("".join(cells)) if len([*filter(None, cells)]) == 1 else None:
         return Line([Token(behind[1], True, 0), Token(behind[2], False, 0)], False)
-    in_turn = all(cells) and all(cell[0].isalpha() for cell in cells[::2]) and len(cells) % 2 == 0
-    tokens, before = [], ""
-    for place, (cell, after) in enumerate(zip(cells, [*cells[1:], ""], strict=True)):
-        first = not before and after and cell[:1].isalpha()
-        named = place % 2 == 0 if in_turn and len(cells) > 2 else bool(first)
-        tokens.append(Token(cell, named, place))
-        before = cell
+    around = zip(["", *cells], cells, [*cells[1:], ""], strict=False)
+    named = [not before and after and cell[:1].isalpha() for before, cell, after in around]
+    if len(cells) % 2 == 0 and all(cells) and all(cell[0].isalpha() for cell in cells[::2]):
+        named = [place % 2 == 0 for place in range(len(cells))]
+    tokens = [Token(cell, bool(named[place]), place) for place, cell in enumerate(cells)]
     return Line(tokens, False)
 
 

@@ -213,9 +213,9 @@ def _meaning(text: str) -> str | None:
 
 
 def _channel_in(text: str) -> str:
-    """Return the channel or phase in a text; a number of its own is a channel."""
-    found = words.channel_in(text) or re.fullmatch(r"\d{1,2}", text.strip()) or _PHASE.match(text)
-    return found[0] if found else words.phase_in(text)
+    """Return the channel or phase in a text."""
+    found = words.CHANNEL.search(text) or _PHASE.match(text)
+    return found[0].strip() if found else words.phase_in(text)
 
 
 def _points_in(name: str) -> tuple[tuple[str, ...], str]:
@@ -315,9 +315,10 @@ def compare_printed(
 def _is_of(label: str, travel: Travel, layout: Sheet) -> bool:
     """Return whether a result is of a channel, by its phase or number."""
     number, letter = words.channel_of(label), _PHASE.match(label)
+    if number and number == words.channel_of(layout.names[travel.place]):
+        return True
     phase = letter[1] if letter else words.phase_in(label)
-    of_number = bool(number) and number == words.channel_of(layout.names[travel.place])
-    return of_number or (bool(phase) and phase.casefold() == travel.phase.casefold())
+    return bool(phase) and phase.casefold() == travel.phase.casefold()
 
 
 def _compared(

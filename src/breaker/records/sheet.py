@@ -201,7 +201,8 @@ def _places(
             rate = in_digits(settings["rate"], 6)
             remarks = (f"there is no column {column!r}: times are those of the rate, {rate} kHz",)
         else:
-            names, many = words.listed(sheet.names), "more than one" if at else "no"
+            names = ", ".join(repr(name.strip()[:40]) for name in sheet.names[:40] if name)
+            many = "more than one" if at else "no"
             reason = f"{many} column {column!r} among {names}; give its number, from 1, instead"
             raise RejectedCurveError(sheet.file, reason, line=sheet.named[0])
     if sheet.clock is not None:

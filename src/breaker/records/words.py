@@ -98,11 +98,6 @@ def named_in(rows: Iterable[Sequence[str]], column: str | int) -> bool:
     return any(places_of(row, column) for row in rows)
 
 
-def listed(row: Sequence[str]) -> str:
-    """Return a row of names for a message."""
-    return ", ".join(repr(cell.strip()[:40]) for cell in filter(str.strip, row[:40]))
-
-
 _KNOWN = {each: unit for unit, spelt in WORDS["units"].items() for each in spelt.split()}
 _KNOWN |= {other: other for other in WORDS["other_units"].split()}
 _FOLDED = {spelling.casefold(): unit for spelling, unit in _KNOWN.items()}
@@ -159,11 +154,6 @@ motions_in = by_words(
 )
 """The motions that words of a text name."""
 
-_LETTERS, _FOREIGN_LETTERS = (
-    {sign: letter for letter, motion in MOTION_OF.items() for sign in WORDS[key][motion]}
-    for key in ("letters", "foreign_letters")
-)
-
 
 def motion_of(text: str) -> str:
     """Return the motion that a text names, empty where it names none, or both."""
@@ -175,16 +165,16 @@ def motion_of(text: str) -> str:
 def sequence_of(text: str) -> str:
     """Return the motions of an operation that a text states, in their order."""
     words = re.findall(r"[^\W\d_]+", text.lower())
-    letters = _LETTERS | (_FOREIGN_LETTERS if max(map(len, words), default=0) == 1 else {})
-    parts = (part for word in words for part in (word if {*word} <= {*_LETTERS} else [word]))
+    letters = WORDS["letters"]
+    parts = [part for word in words for part in (word if {*word} <= {*letters} else [word])]
+    if max(map(len, words), default=0) == 1:
+        letters = letters | WORDS["foreign_letters"]
     initials = {motion: letter for letter, motion in MOTION_OF.items()}
     named = (letters.get(part) or initials.get(motion_of(part), "") for part in parts)
     return "-".join(filter(None, named))
 
 
-_, *_lettered = WORDS["systems"]
-_PHASE_LETTERS = "".join(dict.fromkeys("".join(_lettered).replace(" ", "")))
-PHASE = f"{WORDS['numbered_phases']}|[{_PHASE_LETTERS}]"
+PHASE = WORDS["phases"]
 """A phase as it stands in the name of a file, in capitals: a regular expression."""
 
 COLUMN_PHASE = "|".join([PHASE.lower(), *WORDS["colours"]])
@@ -195,7 +185,11 @@ IN_FILE = re.compile(rf"(?<![^\W_])({PHASE})(?![^\W_])")
 
 _NO_LETTER = r"(?:(?<![^\W\d_])|(?<=[\u4e00-\u9fff]))"
 _LABELS = {key: any_of(words) for key, words in WORDS["labels"].items()}
-_CHANNEL_NUMBER = re.compile(rf"{_NO_LETTER}{_LABELS['channel']}[\W_]*(\d+)\b", re.I)
+CHANNEL = re.compile(
+    rf"(?:{_NO_LETTER}{_LABELS['channel']}[\W_]*|^\s*(?=\d{{1,2}}\s*$))(\d+)\b", re.I
+)
+"""A channel with its number, its first group; a number of one or two digits alone is one."""
+
 _PHASE = re.compile(
     rf"{_NO_LETTER}(?:{_LABELS['phase']}[\s_.:-]*(l?[123]|{COLUMN_PHASE})(?![^\W_])"
     rf"|({COLUMN_PHASE})[\W_]*{_LABELS['phase behind its letter']}?$)",
@@ -205,13 +199,8 @@ _PHASE = re.compile(
 
 def channel_of(text: str) -> int:
     """Return the number of the channel that a text names, 0 where it names none."""
-    found = channel_in(text) or re.fullmatch(r"\s*(\d{1,2})\s*()", text)
+    found = CHANNEL.search(text)
     return int(found[1]) if found else 0
-
-
-def channel_in(text: str) -> re.Match | None:
-    """Find a channel with its number, its first group, in a text."""
-    return _CHANNEL_NUMBER.search(text)
 
 
 def phase_in(text: str) -> str:
