@@ -146,7 +146,7 @@ def _decoded(file: str | Path, content: bytes, encoding: str, *, strict: bool) -
         raise RejectedCurveError(file, reason, line=line) from error
     text = text.replace("\0", "\ufffd").removeprefix("\ufeff").rstrip("\n\r\x1a")
     if "\r" in text:  # lines that were translated twice end with two returns
-        text = re.sub("\r{0,2}\n|\r", "\n", text)
+        text = text.replace("\r\r\n", "\n").replace("\r\n", "\n").replace("\r", "\n")
     if long := _LONG.search(f"\n{text}"):
         reason = f"has more than {BLOCK:,} signs; export a table with one line per sample"
         raise RejectedCurveError(file, reason, line=text.count("\n", 0, long.start()) + 1)
