@@ -81,11 +81,9 @@ def test_a_single_file_is_read(tmp_path, kind):
     "change",
     [
         {"0.001,0,0,-99999,99999,1,1,P\n2": ",,,,,,,\n2"},  # a channel that is not in use
-        {"-99999,99999,1,1": ",,,"},
-        {"20/11/2024,15:13:07.000000": ","},
+        {"-99999,99999,1,1": ",,,", "20/11/2024,15:13:07.000000": ","},
         {"\n50\n": "\n\n"},
-        {"station,7,1999": "station,7"},  # of 1991
-        {"ASCII\n1": "ASCII\n"},
+        {"station,7,1999": "station,7", "ASCII\n1": "ASCII\n"},  # of 1991
     ],
 )
 def test_what_recorders_leave_empty_hides_no_record(file, change):

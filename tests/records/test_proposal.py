@@ -43,8 +43,7 @@ def looked(tmp_path, look=describe_file):
 def test_numbers_are_those_of_the_names_where_they_state_them(tmp_path):
     names = ["op_7_10kHz.csv", "op_12_10kHz.csv", ".hidden/1.csv", "~$1.xlsx", "notes.md"]
     rows, remarks = proposed(tmp_path, *(f"closing/{name}" for name in names))
-    assert [row[:2] for row in rows] == [("closing", 7), ("closing", 12)]
-    assert remarks == []
+    assert ([row[:2] for row in rows], remarks) == ([("closing", 7), ("closing", 12)], [])
 
 
 def test_else_their_dates_order_them_and_no_date_is_that_of_the_file_system(tmp_path):
@@ -119,14 +118,12 @@ def test_copies_other_files_and_rates_that_lack_are_named(tmp_path):
 
 def seen_in(tmp_path, files):
     """Rows for files of one closing, by name: their serial number, dates and phase."""
-    folder_of(tmp_path, *files)
 
     def look(file):
         serial, dates, phase = files[file.relative_to(tmp_path).as_posix()]
-        part = Part("closing", "T1", phase)
-        return Description(Header(serial=serial, dates=dates), (part,))
+        return Description(Header(serial=serial, dates=dates), (Part("closing", "T1", phase),))
 
-    rows = {row["file"]: row for row in looked(tmp_path, look)[0]}
+    rows = {row["file"]: row for row in looked(folder_of(tmp_path, *files), look)[0]}
     return [rows[name] for name in files]
 
 

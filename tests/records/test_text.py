@@ -177,11 +177,9 @@ def test_missing_samples_are_nan(file, cell):
 
 @pytest.mark.parametrize("words", ["OFF ON", "False True", "open closed", "AUS EIN"])
 def test_words_for_two_states_are_0_and_1(file, words):
-    off, on = words.split()
     states = np.arange(40) > 20
-    rows = [f"{row},{on if state else off}" for row, state in zip(ROWS, states, strict=True)]
+    rows = [f"{row},{words.split()[closed]}" for row, closed in zip(ROWS, 1 * states, strict=True)]
     put(file, ["time,travel,contact", *rows])
-    np.testing.assert_array_equal(look_into(file).columns[2], states)
     np.testing.assert_array_equal(read(file, contact_column="contact").beside["contact"], states)
     put(file, ["time,travel,contact", *rows[:-1], f"{ROWS[-1]},?"])
     assert refused(file, contact_column="contact")
