@@ -1,6 +1,6 @@
 """Simulated signals of contacts: resistance, test current and travel with known times."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -31,7 +31,6 @@ class Case:
     begins: float = 40.0
     lasts: float = 60.0
     until: float = 160.0
-    more: dict = field(default_factory=dict)
 
     @property
     def time(self):

@@ -164,16 +164,13 @@ class Travel:
 def _find_travels(sheet: Sheet, clock: Clock) -> list[Travel]:
     """Columns that move as a drive does: those named a travel, or else all."""
     step, found = 1.0 / min(clock.likely_rate, RATES[1]), []
-    for place, (name, unit, reading) in enumerate(
-        zip(sheet.names, sheet.units, sheet.columns, strict=True)
-    ):
+    for place, (name, unit) in enumerate(zip(sheet.names, sheet.units, strict=True)):
         named = unit in _LENGTHS or holds(name, "travel")
-        other = unit not in (None, *_LENGTHS, "V", "counts", "%") or place == clock.place
-        if other or (holds(name, "of no travel") and not named):
-            continue
-        reading = np.where(np.isfinite(reading), reading, np.nan)
-        course = Course(step * np.arange(reading.size), reading)
-        found.append(Travel(place, unit, course, words.phase_in(name), named))
+        may = unit in (None, *_LENGTHS, "V", "counts", "%") and place != clock.place
+        if may and (named or not holds(name, "of no travel")):
+            reading = np.where(np.isfinite(sheet.columns[place]), sheet.columns[place], np.nan)
+            course = Course(step * np.arange(reading.size), reading)
+            found.append(Travel(place, unit, course, words.phase_in(name), named))
     found = [travel for travel in found if travel.is_of_drive()]
     return [travel for travel in found if travel.named] or found
 
@@ -193,8 +190,7 @@ def chosen_travels(
     listed = " or ".join(f"travel_column: {sheet.column(travel.place)}" for travel in travels)
     if channel and not asked:
         raise InspectionError(f"{sheet.file}: {channel!r} is not a column of travel; set {listed}")
-    kinds = {t: (t.unit if t.named else t.place, t.strokes.max()) for t in travels}
-    used = _clear(kinds)
+    used = _clear({t: (t.unit if t.named else t.place, t.strokes.max()) for t in travels})
     every = _with_phases(sheet, used if set(asked) <= set(used) else asked)
     if asked:
         return every, [travel for travel in every if travel.place == place], []
@@ -277,23 +273,24 @@ class Wiring:
 
     def beside(self, sign: int = 1) -> list[dict[str, dict[str, str | int]]]:
         """Return the columns that belong to each travel, by motion and key of the settings."""
-        orders = range(len(self.travels))
-        return [{motion: self._beside(i, motion, sign) for motion in MOTIONS} for i in orders]
-
-    def _beside(self, order: int, motion: str, sign: int) -> dict[str, str | int]:
-        sheet, closing = self.sheet, motion == "closing"
-        own = self.travels[order].rises == (closing == (sign > 0))
-        k = int(own.argmax())
-        contact = self._contact(order, motion, k)
+        sheet, found = self.sheet, []
         motors = [i for i, name in enumerate(sheet.names) if holds(name, "motor")]
-        motors = [i for i in motors if closing and _amperes(sheet, i)]
-        taken = {
-            "contact_column": contact,
-            "current_column": current_of(sheet, contact[0]) if contact else [],
-            "trigger_column": self._coil(order, motion, k) if own.any() else [],
-            "motor_column": motors if len(motors) == 1 else [],
-        }
-        return {key: sheet.column(places[0]) for key, places in taken.items() if places}
+        motors = [i for i in motors if _amperes(sheet, i)]
+        for order, travel in enumerate(self.travels):
+            found.append({})
+            for motion in MOTIONS:
+                closing = motion == "closing"
+                own = travel.rises == (closing == (sign > 0))
+                k = int(own.argmax())
+                contact = self._contact(order, motion, k)
+                taken = {
+                    "contact_column": contact,
+                    "current_column": current_of(sheet, contact[0]) if contact else [],
+                    "trigger_column": self._coil(order, motion, k) if own.any() else [],
+                    "motor_column": motors if closing and len(motors) == 1 else [],
+                }
+                found[-1][motion] = {key: sheet.column(at[0]) for key, at in taken.items() if at}
+        return found
 
     def _contact(self, order: int, motion: str, k: int) -> list[int]:
         """The contact of a travel in motion k; none where several may be meant.

@@ -157,12 +157,13 @@ def contact_separations(
     """
     there = ~np.isnan(resistance)
     first, last = np.quantile(time[there], (0.05, 0.95))
-    sides, top = (time <= first, time >= last), float(resistance[there].max())
-    # The reading stays at the end of its range; a rise that the record cuts goes on.
-    if current is None and (resistance[there][-2:] < (1.0 - 0.1 * LEAST) * top).any():
-        return ContactTimes(why="the arcing contact does not separate within the record")
+    if current is None:  # the reading stays at the end of its range; a rise that is cut goes on
+        last, ends = time[there][-FEWEST], resistance[there][-FEWEST:]
+        if ends.min() < (1.0 - 0.1 * LEAST) * resistance[there].max():
+            return ContactTimes(why="the arcing contact does not separate within the record")
     try:
-        return _times(time, resistance, current, True, sides, False, -np.inf, top)
+        sides = time <= first, time >= last
+        return _times(time, resistance, current, True, sides, False, -np.inf)
     except NotShownError as error:
         return ContactTimes(why=str(error))
 
@@ -175,7 +176,6 @@ def _times(
     sides: Sequence[np.ndarray],
     closing: bool,
     begin: float,
-    limit: float = np.nan,
 ) -> ContactTimes:
     """Return the times of a contact; raise NotShownError if they are not seen, or doubtful.
 
@@ -183,7 +183,6 @@ def _times(
         resists: Whether the channel is a resistance, as it is with a test current.
         sides: Samples of the closed and of the open contact, ``(n,)`` of bool.
         closing, begin: As for ``_Switch``.
-        limit: End of the range of a resistance; nan: what the open contact reads.
     """
     there = ~np.isnan(contact if current is None else current)
     time, contact, sides = time[there], contact[there], [side[there] for side in sides]
@@ -192,8 +191,6 @@ def _times(
         contact = np.log(np.maximum(contact, positive.min() if positive.size else 1.0))
     values = contact if current is None else current[there]
     (closed, spread), (opened, noise) = (_level(values[side]) for side in sides)
-    if current is None and np.isfinite(limit):
-        opened, noise = float(np.log(limit)), 0.0
     step = abs(closed - opened)
     if not step > CLEAR * max(noise, spread):
         raise NotShownError(_UNSEEN)
