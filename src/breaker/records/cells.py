@@ -45,7 +45,9 @@ def cells_of(line: str, delimiter: str) -> list[str]:
     if delimiter == " ":
         line = _BEFORE_UNIT.sub("", _COMMENT.sub(r"\1", line))
     if '"' in line and line.count('"') % 2 == 0:
-        cells = next(csv.reader([line], delimiter=delimiter, skipinitialspace=True), [])
+        cells = next(
+            csv.reader([line.replace("\r", " ")], delimiter=delimiter, skipinitialspace=True), []
+        )
     else:
         cells = line.split(None if delimiter == " " else delimiter)
     return [cell.strip() for cell in cells]

@@ -6,7 +6,9 @@ accepted among 1,338 damaged ones (``studies.faults``, seed 11), these would be 
 without a check, or wrong at all where it leaves samples out: *spike*, a sample far from the median
 of five, 49; *jump* and *slip*, a step between lines through samples before and after a place, 38;
 *clipped*, a top that the end of the range cuts off, 2; *open-rest-off*, an open breaker that does
-not rest at zero, 4; *disturbed*, noise that lasts, 2 of 52 files with a burst (seed 4711).
+not rest at zero, 4; *disturbed*, noise that lasts, 2 of 52 files with a burst (seed 4711). Of 160
+files of a kind (seed 90210): *hum* 10 with hum, *repeats* and *range-ends* 5 that are clipped and 5
+with readings that come twice, *unsteady* 20 or so with an excursion.
 """
 
 from collections.abc import Mapping
@@ -16,9 +18,9 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
 from breaker.common.numerals import in_digits
-from breaker.records.fits import filled, running_median, smoothed
-from breaker.records.motion import OF_SECOND, Segment, white_noise
-from breaker.records.rejections import FEWEST, MATTERS, Remark, UnusableError, normal_sds
+from breaker.records.fits import filled, running_mean, running_median, smoothed
+from breaker.records.motion import OF_SECOND, REST, Segment, white_noise
+from breaker.records.rejections import FALSE, FEWEST, MATTERS, Remark, UnusableError, normal_sds
 from breaker.records.settings import TO_MM
 
 STROKES = (2.0, 300.0)
@@ -32,8 +34,13 @@ _LINE = 5  # samples of a line through samples beside a place
 _DISTURBED = 0.02, 5.0  # strokes and usual noises: in more noise no sample shows the travel
 _FAR = 0.15  # strokes from zero at which the open breaker is not that of the settings
 _SLIPS = 0.05  # of the stroke: a mount that slips by more holds no sensor
-_AT_SPEED = 0.25  # of the greatest speed: no damper stops a drive from more within a sample
+_ENDS, _MOST = 50, 64  # samples at either end, and of a stretch that is compared at most
 _NOISY = 5  # values of a rest in noise that no step of the reading hides at another rest
+_UNSTEADY = 0.01  # strokes, by which a rest moves; of 200 good records of the study 0.006 at most
+_RANGE = 0.5  # strokes, by which no drive swings beyond its rest
+_MAINS = 0.05, 0.06  # kHz
+_LAST = 30.0  # ms at the end of a record, in which the mains swing one and a half times at least
+_SAME = 0.5, 2.0  # shares of a swing that continues
 _BEGUN = 0.1  # of the way, from which a motion is under way: twice a slip
 
 
@@ -122,9 +129,9 @@ def _jumps(
         limit = np.maximum(normal_sds(travel.size) * own, 1.5 * quantum) + least
         high = np.abs(steps)
         top = sliding_window_view(np.pad(high, count), 2 * count + 1).max(axis=1)
-        share = longer / np.where(steps == 0.0, 1.0, steps)
+        same = longer * np.sign(steps)
         jump = (high > limit) & (high == top) & (sudden > 0.6 * high)
-        found |= jump & (share > _ALIKE[0]) & (share < _ALIKE[1])
+        found |= jump & (same > _ALIKE[0] * high) & (same < _ALIKE[1] * high)
         count, steps, sd = 2 * count, longer, longer_sd
     return found
 
@@ -234,9 +241,9 @@ def of_no_drive(motion: str, time: np.ndarray, done: np.ndarray, stroke: float) 
 
 
 def range_remark(time: np.ndarray, travel: np.ndarray, moves: float) -> str:
-    """Say that the range of the transducer ends within the stroke; "" if nothing shows it.
+    """Say that the range of the transducer ends at a rest; "" if nothing shows it.
 
-    The reading then stops at speed, and stays at one value, while noise moves it at other rests.
+    The reading then stays at one value, while noise moves it at the other rest.
 
     Args:
         time, travel: Of the motion, ``(n,)``, ms and mm; NaN where a sample is missing.
@@ -244,14 +251,93 @@ def range_remark(time: np.ndarray, travel: np.ndarray, moves: float) -> str:
     """
     there = ~np.isnan(travel)
     time, travel = time[there], travel[there]
-    stop = 1 + int(np.flatnonzero(travel != travel[-1])[-1])
-    lag = max(_LINE, round(1.0 / (time[1] - time[0])))  # 1 ms
-    ways = np.abs(travel[lag:] - travel[:-lag])
-    share = float(ways[max(stop - 1 - lag, 0)] / ways.max())
-    noisy = np.unique(travel[time < moves]).size >= _NOISY
-    if travel.size - stop < FEWEST or not noisy or share < _AT_SPEED:
+    changes = np.flatnonzero(np.diff(travel))
+    start, end = travel[time < moves], travel[changes[-1] + 1 :]
+    for rest, other in ((travel[: changes[0] + 1], travel[-start.size :]), (end, start)):
+        noisy = other.size >= FEWEST and np.unique(other).size >= _NOISY and white_noise(other) > 0
+        if rest.size >= FEWEST and noisy:
+            return Remark("range-ends", level=in_digits(rest[0], 4))
+    return ""
+
+
+def repeats_remark(time: np.ndarray, travel: np.ndarray) -> str:
+    """Say that a stretch of readings comes again, or that the reading sticks; "" if none does.
+
+    How long a stretch is equal by chance follows from how often neighbours are.
+
+    Args:
+        time, travel: Of the motion, ``(n,)``, ms and mm; NaN where a sample is missing.
+    """
+    there = ~np.isnan(travel)
+    time, travel = time[there], travel[there]
+    tied = np.diff(travel) == 0.0
+    ties = max(1.0 / tied.size, *(each.mean() for each in (tied, tied[:_ENDS], tied[-_ENDS:])))
+    length = np.log(FALSE / travel.size**2) / np.log(ties) if ties < 1.0 else np.inf
+    if length > min(_MOST, travel.size // 4):
         return ""
-    return Remark("stops-at-speed", at=in_digits(time[stop], 4), share=f"{share:.0%}")
+    length, raw, seen = int(np.ceil(length)), travel.tobytes(), {}
+    for k in range(travel.size - length + 1):
+        first = seen.setdefault(raw[k * travel.itemsize : (k + length) * travel.itemsize], k)
+        if first < k:
+            return Remark("repeats", first=in_digits(time[first], 4), again=in_digits(time[k], 4))
+    return ""
+
+
+def unsteady_remark(time: np.ndarray, travel: np.ndarray, moves: float, segment: Segment) -> str:
+    """Say that the reading moves at rest: before the motion, or again after it; "" if it does not.
+
+    A drive that has arrived swings less and less, and never back by half of its stroke.
+
+    Args:
+        time, travel: Of the motion, ``(n,)``, ms and mm; NaN where a sample is missing.
+        moves: Time of the first motion, ms.
+        segment: The motion in its record.
+    """
+    half = max(1, round(0.5 / (time[1] - time[0])))
+    smooth = running_mean(filled(travel), 2 * half + 1)[half:-half:half]
+    at = time[half:-half:half]
+    done = np.abs(smooth - segment.before) / segment.stroke
+    rest = done[(at < moves - REST[1]) & (at > moves - REST[0])]
+    begun, arrived = ((done >= share).argmax() for share in (_BEGUN, 1.0 - _BEGUN))
+    off, lasts = np.abs(done[arrived:] - 1.0), int(arrived - begun)
+    ways = [float(np.ptp(rest)) if rest.size else 0.0, float(off.max()) - _RANGE]
+    if 0 < 2 * lasts < off.size:
+        largest = sliding_window_view(off, lasts).max(axis=1)[:-1]
+        ways.append(float((off[lasts:] - 2.0 * np.minimum.accumulate(largest)).max()))
+    noise = white_noise(travel) / np.sqrt(2.0 * half + 1.0) / segment.stroke
+    if max(ways) < max(_UNSTEADY, 2.0 * normal_sds(done.size) * noise):
+        return ""
+    return Remark("unsteady", way=in_digits(max(ways) * segment.stroke, 2))
+
+
+def hum_remark(time: np.ndarray, travel: np.ndarray, moves: float) -> str:
+    """Say that the mains swing the reading; "" if they do not.
+
+    The swing that fits the end of the record continues in the rest before the motion, which no
+    swing of a drive does.
+
+    Args:
+        time, travel: Of the motion, ``(n,)``, ms and mm; NaN where a sample is missing.
+        moves: Time of the first motion, ms.
+    """
+    there = ~np.isnan(travel)
+    time, travel = time[there], travel[there]
+    before, after = time < moves - REST[1], time > max(time[-1] - _LAST, moves + _LAST / 2)
+    if min(before.sum(), after.sum()) < FEWEST:
+        return ""
+    rest = travel[before] - travel[before].mean()
+    for frequency in _MAINS:
+        waves = np.exp(2j * np.pi * frequency * time)
+        waves = np.column_stack([waves.real, waves.imag])
+        known = np.column_stack([np.ones(after.sum()), time[after], waves[after]])
+        swing = waves[before] @ np.linalg.lstsq(known, travel[after], rcond=None)[0][2:]
+        swing -= swing.mean()
+        size = float(np.linalg.norm(swing))
+        share = float(rest @ swing) / size**2
+        if _SAME[0] < share < _SAME[1] and share * size > normal_sds(2) * white_noise(rest):
+            way = in_digits(2.0 * share * float(np.abs(swing).max()), 2)
+            return Remark("hum", way=way, frequency=round(1000 * frequency))
+    return ""
 
 
 def check_stroke(stroke: float, settings: Mapping) -> None:

@@ -20,9 +20,10 @@ _CLEAR = 12.0  # sd of the noise, least range of a reading in which something mo
 _BEGUN = 0.1  # of the way, from which a motion is under way; of its greatest speed, until it rests
 _NEAR = 5  # times as long as the motion, how far the rest before and after it is looked at
 _SLOW = 2 / 3  # of the greatest speed: below, touch or damper act, and the force has been seen
-# Rest that shows the noise, ms before the first motion: its start may be gradual, and far before it
-# an earlier motion may still ring.
-_REST = (50.0, 1.0)
+
+REST = (50.0, 1.0)
+"""Rest that shows the noise, ms before the first motion: its start may be gradual, and far before
+it an earlier motion may still ring."""
 
 OF_SECOND = 1.0 / (0.6745 * 6.0**0.5)
 """Sd of white noise as a share of the median second difference, in which even motion is nothing."""
@@ -281,7 +282,7 @@ class LocatedMotion:
     def noise_at(self, grid_step: float) -> Noise:
         """Return the noise at rest, its colour at the step of a grid, ms."""
         before = self.moves - self.time[self.inside]
-        rest = self.left[(before <= _REST[0]) & (before >= _REST[1])]
+        rest = self.left[(before <= REST[0]) & (before >= REST[1])]
         return noise_at_rest(rest, self.step, grid_step, self.quantum)
 
     @property

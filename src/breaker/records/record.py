@@ -10,7 +10,15 @@ from functools import cached_property
 
 from breaker.common.numerals import in_digits
 from breaker.model.quantities import Speed
-from breaker.records.checks import doubts_in_words, of_no_drive, range_remark, rest_remark
+from breaker.records.checks import (
+    doubts_in_words,
+    hum_remark,
+    of_no_drive,
+    range_remark,
+    repeats_remark,
+    rest_remark,
+    unsteady_remark,
+)
 from breaker.records.contacts import ContactTimes
 from breaker.records.currents import Currents
 from breaker.records.grid import Grid
@@ -57,6 +65,9 @@ class Record(LocatedMotion):
             *self.file_remarks,
             of_no_drive(self.motion, time, done, self.segment.stroke),
             range_remark(time, self.left, self.moves),
+            repeats_remark(time, self.left),
+            hum_remark(time, self.left, self.moves),
+            unsteady_remark(time, self.left, self.moves, self.segment),
             rest_remark(self.segment, self.settings, self.motion, zero_sd),
             doubts_in_words(self.time, self.doubts),
             Remark("ripples", rms=in_digits(self.ripple, 2)) if self.ripple else "",

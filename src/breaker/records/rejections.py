@@ -22,8 +22,13 @@ TEXTS = {
     "doubtful-samples": "{count} samples that no sensor of this stroke gives: {places}",
     "no-drive": "{stroke} mm in {lasts} ms, {speed} m/s, is no {motion} of a drive: check the rate "
     "or unit of the time, and the unit or ratio of the travel",
-    "stops-at-speed": "the travel stops at {at} ms at {share} of its greatest speed, and stays "
-    "at one value: does the range of the transducer end within the stroke?",
+    "range-ends": "the reading stays at exactly {level} mm at one rest, and noise moves it at the "
+    "other: does the range of the transducer end there?",
+    "repeats": "the readings from {first} ms on come again from {again} ms on: were samples stored "
+    "twice, or did the reading stick?",
+    "unsteady": "at rest the reading moves by {way} mm: is there a drift or a vibration?",
+    "hum": "the reading swings by {way} mm at {frequency} Hz, before and after the motion: shield "
+    "the cable of the transducer",
     "open-rest-unseen": "ends before the open breaker rests: its last reading stands for that rest",
     "open-rest-off": "the open breaker rests at {rest} mm, which is no zero: set "
     "endurance.format.zero to its reading, or to rest, if sensor.zero_sd is less",
