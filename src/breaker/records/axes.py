@@ -74,8 +74,8 @@ def even_times(
     odd[off[1:].argmax()] |= off.max() > 2 * _UNEVEN
     _refuse(odd, lines, f"times are uneven before this line, in steps of {step:.4g} ms else")
     even[place] = time
-    values = {"step": f"{step:.4g}", "off": f"{step * off.max():.2g}"}
-    return even, place, Remark("uneven", **values) if off.max() > _PRINTED else ""
+    remark = Remark("uneven", step=f"{step:.4g}", off=f"{step * off.max():.2g}")
+    return even, place, remark if off.max() > _PRINTED else ""
 
 
 def _refuse(odd: np.ndarray, lines: np.ndarray, reason: str) -> None:

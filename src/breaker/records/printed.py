@@ -229,9 +229,6 @@ def _points_in(name: str) -> tuple[tuple[str, ...], str]:
     return (), name
 
 
-# ---- comparing -----------------------------------------------------------------------------------
-
-
 @dataclass(frozen=True)
 class PrintedComparison:
     """A result of the analyser, and the same quantity measured, in the unit of the result.

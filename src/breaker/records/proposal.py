@@ -115,9 +115,6 @@ def _as_read(
     return replace(motion, result=result, said=result.remarks)
 
 
-# ---- in words ------------------------------------------------------------------------------------
-
-
 def overlay_of(proposal: Proposal) -> str:
     """Return the lines of YAML to lay over config/config.yaml, without values to be filled in."""
     given = {**proposal.settings, **dict.fromkeys(proposal.lacking)}

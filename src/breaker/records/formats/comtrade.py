@@ -105,10 +105,9 @@ class _Description:
         channels = lines[2:grid]
         self.scales = [(float(c[5] or "nan"), float(c[6] or 0)) for c in channels[:analog]]
         self.units = [*(channel[4] for channel in channels[:analog]), *[""] * status]
-        names = [channel[1] or f"channel {i}" for i, channel in enumerate(channels, start=1)]
-        several = Counter(names)  # one name may be that of several poles
-        pairs = zip(names, channels, strict=True)
-        self.names = [f"{n} {c[2]}".strip() if several[n] > 1 else n for n, c in pairs]
+        several = Counter(channel[1] for channel in channels)  # one name of several poles
+        names = (f"{c[1]} {c[2]}".strip() if several[c[1]] > 1 else c[1] for c in channels)
+        self.names = [name or f"channel {i}" for i, name in enumerate(names, start=1)]
         begin, trigger = (",".join(lines[i][:2]) for i in (last - 2, last - 1))
         self.stated = [["Station :", lines[0][0]]]
         with suppress(ValueError):

@@ -115,9 +115,6 @@ def sheet_of(opened: Opened, text: str, settings: Mapping, form: Mapping, title:
     return Sheet(*about, named=heads, lines=lines, wrong=wrong)
 
 
-# ---- bytes ---------------------------------------------------------------------------------------
-
-
 def encoding_of(content: bytes) -> str:
     """Return the encoding of a text: by its mark, UTF-8 where it is valid, or by words."""
     if content[:2] in (b"\xff\xfe", b"\xfe\xff"):
@@ -151,9 +148,6 @@ def _decoded(file: str | Path, content: bytes, encoding: str, *, strict: bool) -
         reason = f"has more than {BLOCK:,} signs; export a table with one line per sample"
         raise RejectedCurveError(file, reason, line=text.count("\n", 0, long.start()) + 1)
     return text
-
-
-# ---- signs and kinds of cells --------------------------------------------------------------------
 
 
 def _some_lines(text: str) -> list[str]:
@@ -190,9 +184,6 @@ def _kinds(decimal: str) -> Callable[[str], int]:
         return 0 if cell.strip().lower() in MISSING else 2 * is_number(cell, decimal) - 1
 
     return kind
-
-
-# ---- heads ---------------------------------------------------------------------------------------
 
 
 _Head = tuple[int, int | None, int | None, int]
@@ -310,9 +301,6 @@ def _are_units(row: Sequence[str]) -> bool:
     cells = [cell for cell in row if cell.strip("[]()-1")]
     units = sum(words.unit_of(cell) is not None for cell in cells)
     return bool(cells) and 3 * units >= 2 * len(cells)
-
-
-# ---- samples -------------------------------------------------------------------------------------
 
 
 class _Body(NamedTuple):
