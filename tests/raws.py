@@ -25,3 +25,12 @@ def smooth(rng, motion="closing", *, stroke=80.0, noise=1e-3, late=0.0, bump=0.0
     way = rise**2 * (3.0 - 2.0 * rise) + bump * np.exp(-np.square(time - late - 27.0))
     way = stroke * (way + noise * rng.standard_normal(time.size))
     return raw_of(way, 0.1, 19.0 + late, motion)
+
+
+def swinging(time, stroke, lasts, over=0.0, fades=0.4):
+    """A way from time 0 on that swings beyond its rest and back, mm."""
+    share = np.maximum(time / lasts, 0.0)
+    rise = np.where(share < 1.0, share**2 * (3.0 - 2.0 * share), 1.0)
+    late = np.maximum(share - 0.93, 0.0)
+    swing = np.sin(7.0 * late) * np.exp(-late / fades) * -np.expm1(-((late / 0.05) ** 2))
+    return stroke * (rise + over * swing)

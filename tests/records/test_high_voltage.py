@@ -50,7 +50,7 @@ def record(kind, seed):
 
 
 KINDS = (
-    *("plain", "hum", "ripple", "noise of the motion", "steps of 0.32 mm", "steps of 0.01 mm"),
+    *("hum", "ripple", "noise of the motion", "steps of 0.32 mm", "steps of 0.01 mm"),
     *("slow start", "short rest", "short end", "over-travel", "drift", "spikes"),
 )
 

@@ -5,7 +5,6 @@ import pytest
 from scipy.signal import lfilter
 
 from breaker.records.propagation import Trace, Uncertain
-from breaker.records.rejections import NotShownError
 
 TIME = np.arange(0.0, 60.0, 0.1)
 CURVE = 7.0 * (1.0 + np.tanh((TIME - 30.0) / 4.0))
@@ -51,8 +50,3 @@ def test_rounding_of_a_rest_does_not_average_out():
     assert coarse.sd(coarse.rest(0.0, 10.0)) > 0.08
     noisy = trace_of(CURVE, noise=0.4, quantum=0.3)
     assert noisy.sd(noisy.rest(0.0, 10.0)) < 0.05
-
-
-def test_a_rest_that_is_not_there():
-    with pytest.raises(NotShownError, match="too little rest"):
-        trace_of(CURVE).rest(70.0, 80.0)

@@ -6,7 +6,6 @@ of ``y'' + r y' + s (y - e) = 0``, which are linear in them and average the nois
 are fitted by Gauss-Newton.
 """
 
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -61,30 +60,30 @@ def running_mean(values: np.ndarray, window: int) -> np.ndarray:
     return values[0] + (total[window:] - total[:-window]) / window
 
 
-@dataclass(frozen=True, eq=False)
 class LocalCubic:
     """Cubic through the samples about a time.
 
-    Attributes:
+    Args:
         near, half: The time and half of the width, ms.
-        travel: Samples, ``(w,)``, mm.
+        shares: Times of samples from ``near`` on, over ``half``, ``(w,)``.
+        travel: Of these, ``(w,)``, mm.
         window: Their places, ``(w,)``.
-        shares: Their times from ``near`` on, over ``half``, ``(w,)``.
         error: Error of the fit itself, mm.
     """
 
-    near: float
-    half: float
-    travel: np.ndarray
-    window: np.ndarray
-    shares: np.ndarray
-    error: float
-
-    def __post_init__(self) -> None:
-        powers = self.shares[:, None] ** np.arange(4)
-        inverse = np.linalg.solve(powers.T @ powers, powers.T)
-        object.__setattr__(self, "_inverse", inverse)
-        object.__setattr__(self, "_coefficients", inverse @ self.travel)
+    def __init__(
+        self,
+        near: float,
+        half: float,
+        shares: np.ndarray,
+        travel: np.ndarray,
+        window: np.ndarray,
+        error: float,
+    ) -> None:
+        self.near, self.half, self.window, self.error = float(near), half, window, error
+        powers = shares[:, None] ** np.arange(4)
+        self._inverse = np.linalg.solve(powers.T @ powers, powers.T)
+        self._coefficients = self._inverse @ travel
 
     def _basis(self, time: float, order: int) -> np.ndarray:
         u = (time - self.near) / self.half
@@ -95,9 +94,9 @@ class LocalCubic:
         """Return the value or a derivative, mm/ms^order."""
         return float(self._basis(time, order) @ self._coefficients)
 
-    def weights(self, time: float, order: int = 0) -> np.ndarray:
-        """Return the weights of the samples in that value, ``(w,)``."""
-        return self._basis(time, order) @ self._inverse
+    def weights(self, time: float) -> np.ndarray:
+        """Return the weights of the samples in the value, ``(w,)``."""
+        return self._basis(time, 0) @ self._inverse
 
     def solve(self, time: float, value: float, order: int = 0) -> float:
         """Return the time in the window, near another, at which the fit has a value."""
@@ -105,8 +104,6 @@ class LocalCubic:
             slope = self.value(time, order + 1)
             step = (self.value(time, order) - value) / slope if slope else 0.0
             time = min(max(time - step, self.near - self.half), self.near + self.half)
-            if abs(step) < 1e-9 * self.half:
-                break
         return time
 
 
@@ -116,44 +113,38 @@ class Settling(NamedTuple):
     Attributes:
         rest: Where it comes to rest, mm.
         weights: Of the samples in that, ``(n,)``.
-        misfit: Mean square of what the fit leaves of means of samples, mm^2.
-        every: Samples in such a mean.
-        known: What is fitted to these means, ``(m, p)``: the constant, the modes, and how these
-            change with their rates.
+        time, travel: Means of neighbouring samples that are fitted, ``(m,)``, ms and mm.
+        known: What is fitted to these, ``(m, p)``: the constant, the modes, and how these change
+            with their rates.
+        pull: Weights of these means in the rest, ``(m,)``.
     """
 
     rest: float
     weights: np.ndarray
-    misfit: float
-    every: int
+    time: np.ndarray
+    travel: np.ndarray
     known: np.ndarray
+    pull: np.ndarray
 
 
-def settling(time: np.ndarray, travel: np.ndarray) -> Settling | None:
+def settling(time: np.ndarray, travel: np.ndarray, modes: int) -> Settling | None:
     """Fit the end of a curve; None where it does not show where it settles.
 
     Args:
         time: Times, ``(n,)``, ms, increasing.
         travel: Travel, ``(n,)``, mm; no sample missing.
+        modes: 2; 1 for a slower decay alone; 0 for a mean.
     """
     every = max(1, time.size // _BLOCKS)
     skipped = time.size % every
-    x, y = (each[skipped:].reshape(-1, every).mean(axis=1) for each in (time, travel))
-    x = (x - x[0]) / (x[-1] - x[0])
-    for order in (2, 1):
-        if (found := _fitted(x, y, order)) is not None:
-            rest, weights, misfit, known = found
-            weights = np.append(np.zeros(skipped), np.repeat(weights, every) / every)
-            return Settling(rest, weights, misfit, every, known)
-    return None
-
-
-def _fitted(x: np.ndarray, y: np.ndarray, order: int) -> tuple | None:
-    """What ``Settling`` has of one mode, or of its slower decay alone; None if it is not shown."""
+    time, y = (each[skipped:].reshape(-1, every).mean(axis=1) for each in (time, travel))
+    if y.size < 2:
+        return None
+    x = (time - time[0]) / (time[-1] - time[0])
     once = _integral(x, y)
-    integrals = [once, _integral(x, once)][:order]
-    known = np.column_stack([x**i for i in range(order + 1)] + [-each for each in integrals])
-    rates = np.linalg.lstsq(known, y, rcond=None)[0][order + 1 :]  # r, and s
+    integrals = [once, _integral(x, once)][:modes]
+    known = np.column_stack([x**i for i in range(modes + 1)] + [-each for each in integrals])
+    rates = np.linalg.lstsq(known, y, rcond=None)[0][modes + 1 :]  # r, and s
     linear = None
     for _ in range(_ROUNDS):
         if not (rates > 0).all():
@@ -162,7 +153,6 @@ def _fitted(x: np.ndarray, y: np.ndarray, order: int) -> tuple | None:
         if linear is None:
             linear = np.linalg.lstsq(basis, y, rcond=None)[0]
         jacobian = np.column_stack([basis, *(each @ linear[1:] for each in slopes)])
-        left = y - basis @ linear
         scale = np.linalg.norm(jacobian, axis=0)
         if not (scale > 0).all():
             return None
@@ -170,22 +160,15 @@ def _fitted(x: np.ndarray, y: np.ndarray, order: int) -> tuple | None:
         if not root.S[0] < _CONDITION * root.S[-1]:
             return None
         inverse = (root.Vh.T / root.S) @ root.U.T / scale[:, None]
-        step = inverse @ left
-        linear = linear + step[: order + 1]
-        rates = rates + np.clip(step[order + 1 :], -_FARTHEST, _FARTHEST)
-    misfit = float(left @ left) / max(x.size - len(jacobian.T), 1)
-    return float(linear[0]), inverse[0], misfit, jacobian
+        step = inverse @ (y - basis @ linear)
+        linear = linear + step[: modes + 1]
+        rates = rates + np.clip(step[modes + 1 :], -_FARTHEST, _FARTHEST)
+    weights = np.append(np.zeros(skipped), np.repeat(inverse[0], every) / every)
+    return Settling(float(linear[0]), weights, time, y, jacobian, inverse[0])
 
 
 def hidden_mode(
-    y: np.ndarray,
-    known: np.ndarray,
-    weights: np.ndarray,
-    modes: np.ndarray,
-    *,
-    variance: float,
-    size: float,
-    share: float,
+    found: Settling, modes: np.ndarray, *, variance: float, size: float, share: float
 ) -> float:
     """Return the error of a fit's rest from a mode that it lacks, mm: what noise may hide.
 
@@ -193,29 +176,20 @@ def hidden_mode(
     an amplitude and its error. The root mean square of what these do to the rest is returned.
 
     Args:
-        y: Travel, ``(n,)``, mm.
-        known: What is fitted to it, ``(n, p)``.
-        weights: Of the travel in the rest, ``(n,)``.
-        modes: One of them may be there, ``(m, n)``; they end at 0.
-        variance: Of the noise of each y, mm^2.
+        found: The fit.
+        modes: One of them may be there, ``(c, m)``; they end at 0.
+        variance: Of the noise of each mean, mm^2.
         size: Sd of the amplitude of a mode, before it is seen, mm.
         share: Probability that there is one, before it is seen.
-
-    Example:
-        >>> flat, falls = np.ones((50, 1)), np.exp(-np.linspace(0.0, 1.0, 50))[None]
-        >>> rest = np.zeros(50), flat, np.full(50, 0.02), falls  # a mean of flat travel
-        >>> some = {"size": 1.0, "share": 0.1}
-        >>> [round(hidden_mode(*rest, variance=sd**2, **some), 3) for sd in (0.01, 0.1, 1.0)]
-        [0.0, 0.004, 0.097]
     """
-    basis = np.linalg.qr(known)[0]
+    basis, y = np.linalg.qr(found.known)[0], found.travel
     left, others = y - basis @ (basis.T @ y), modes - (modes @ basis) @ basis.T
     precision = (others**2).sum(axis=1) / variance + size**-2.0
     sizes = others @ left / variance / precision
     evidence = 0.5 * (sizes**2 * precision - np.log(size**2 * precision))
     evidence = np.append(evidence + np.log(share / len(modes)), np.log1p(-share))
     each = np.exp(evidence - evidence.max())
-    moves = (modes @ weights) ** 2 * (sizes**2 + 1.0 / precision)
+    moves = (modes @ found.pull) ** 2 * (sizes**2 + 1.0 / precision)
     return float(np.sqrt(each[:-1] @ moves / each.sum()))
 
 
@@ -231,6 +205,8 @@ def _solutions(x: np.ndarray, rates: np.ndarray) -> tuple[np.ndarray, list[np.nd
         Constant and solutions, ``(n, order + 1)``; and derivatives of these by each rate,
         ``(n, order)``.
     """
+    if not rates.size:
+        return np.ones((x.size, 1)), []
     if rates.size == 1:
         decay = np.exp(-rates[0] * x)
         return np.column_stack([np.ones(x.size), decay]), [-(x * decay)[:, None]]

@@ -9,6 +9,7 @@ A quantity that the record does not show, such as touch where no contact was mea
 the reason.
 """
 
+import math
 from collections.abc import Callable, Sequence
 from copy import copy
 from dataclasses import dataclass, replace
@@ -24,26 +25,22 @@ from breaker.records.checks import doubtful_samples, leap_at
 from breaker.records.contacts import ContactTimes
 from breaker.records.currents import Currents
 from breaker.records.first_motion import StartInterval, first_motion, start_interval
-from breaker.records.motion import LocatedMotion, Segment, find_segment
-from breaker.records.propagation import Trace, Uncertain, error_of
+from breaker.records.motion import LocatedMotion, find_segment
+from breaker.records.propagation import FEW, Trace, Uncertain, error_of
 from breaker.records.rejections import NotShownError, UnusableError
 
-_AROUND = 6.0, 9.0  # durations of the motion before and after it that are read
-_SEEN = 4.5  # sd, from which on a distance beyond a rest, or a drift, is not noise
+_SEEN = 3.0  # sd, from which on a drift, a swing or a distance beyond a rest is not noise
 _VAGUE = 0.4  # durations, uncertainty of the first motion that hides a change of a latch
 _BEFORE = (5.0, 0.05)  # times the motion's duration, the rest before it: from, to
 _AFTER = 8.0  # times that, farthest rest after it,
 _LAST = 1 / 3  # of which this share counts
-_TAIL = 0.7  # share of the time after the arrival from which its rest follows if it moves
-_SHORT = 6.0  # samples, least length of a rest
+_TAIL = 0.7  # share of the time after the arrival in which a rest that moves is looked at
 _PARTS = 4  # of the rest after a motion, whose means are compared
-_STILL = 16.0  # sum of squares of these, in sds, up to which a drive rests
-_DRIFT_SEEN = 3.0  # sd, from which a drift is seen
-_DRIFTS = 0.6  # times the way that a drift goes until the end, its error
+_STILL = 16.0  # sum of squares of these, in sds, up to which a drive rests: chance of 1e-3
+_DRIFTS = 0.6  # times the way that a drift goes on, its error
 _LATE = 0.6  # share of the time after the arrival in which it is looked for
 _CALMS = 2.0  # times the duration, for which a drive may swing
-_ONWARD, _CREEPS = 2.8, 2.0  # times the way seen in a rest that drifts or creeps, its error
-_SWING, _RESTS = 0.5, 0.08  # durations at the end in which a swing shows; of the stroke, the most
+_CREEPS = 2.0  # times the way seen in the last rest, its error
 _FITTED = 0.2  # of a swing, the error of the rest about which it does, where that is fitted
 _UNSEEN, _FADES = 0.12, 2.2  # strokes of a swing that turns there, and how fast it fades, durations
 _SOON = 0.8  # durations after the arrival, before which no drive rests
@@ -140,15 +137,14 @@ class Reading:
             raise UnusableError("the motion does not go on to 90 % of its stroke")
         self.arrival = float(time[int(done.argmax())])
         self.duration = max(self.arrival - moves, 2.0 * located.step)
-        first = moves - _AROUND[0] * self.duration
-        near = slice(*np.searchsorted(time, [first, self.arrival + _AROUND[1] * self.duration]))
+        ends = moves - _BEFORE[0] * self.duration, self.arrival + _AFTER * self.duration
+        near = slice(*np.searchsorted(time, ends))
         kinds = located.doubts[located.inside]
         self.clipped = time[kinds == "clipped"]
         slips = near.start + 1 + np.flatnonzero(kinds[near.start + 1 :] == "slip")
         slips = [(k - near.start, leap_at(forward, k)) for k in slips]
         about = *located.process, located.quantum, self.duration, segment.stroke
         self.trace = Trace(time[near], forward[near], *about, located.ripple, slips)
-        self.rests = Rests(self.trace, segment, moves, self.arrival)
         self._events: dict[str, Uncertain] = {}
 
     def with_contact(
@@ -190,19 +186,60 @@ class Reading:
 
     # ---- rests -------------------------------------------------------------------------------
 
-    @property
+    @cached_property
     def before(self) -> Uncertain:
-        """Rest before the motion."""
+        """Travel at rest before the motion, mm; a drift that is seen goes on up to the motion."""
         if self.clipped.size and self.clipped[0] < self.trace.known[0]:
             raise NotShownError(f"{_CLIPPED} before the motion")
-        return self.rests.before
+        first, moves = float(self.trace.known[0]), self.located.moves
+        end = moves - _BEFORE[1] * self.duration
+        end = max(end, min(moves, first + FEW * self.trace.step))
+        return self.trace.rest(first, end) + error_of(0.0, _DRIFTS * self._drift * (end - first))
 
     @cached_property
     def after(self) -> Uncertain:
-        """Rest after the motion, where the drive rests or will rest."""
-        if self.clipped.size and self.clipped[-1] > self.trace.known[-1]:
+        """Travel at rest after the motion, mm: where the drive rests or settles."""
+        trace, end = self.trace, self._end
+        if self.clipped.size and self.clipped[-1] > end:
             raise NotShownError(f"{_CLIPPED} after the motion")
-        return self.rests.after
+        begin = self._late(_LAST, _PARTS * FEW + 2.0)
+        parts = trace.parts(begin, end, _PARTS)
+        after = (end - self.arrival) / self.duration
+        if not parts or after < _SOON:
+            raise NotShownError("the record ends before the drive rests")
+        way = float(np.ptp([part.value for part in parts]))
+        swings = max(0.0, way - _SEEN * trace.sd(parts[-1] - parts[0]))
+        drifts = _DRIFTS * self._drift * (end - self.located.moves)
+        drifts += _UNSEEN * self.located.segment.stroke * math.exp(-_FADES * after)
+        found = trace.settles(self._late(_TAIL), end, self.arrival)
+        if found is not None:
+            return found + error_of(0.0, _FITTED * swings + drifts)
+        off = [part - trace.rest(begin, end) for part in parts]
+        if sum((each.value / max(trace.sd(each), 1e-12)) ** 2 for each in off) <= _STILL:
+            found, way = trace.still(begin, end, self.arrival), 0.0
+        return (found or parts[-1]) + error_of(0.0, math.hypot(_CREEPS * way, swings + drifts))
+
+    @property
+    def _end(self) -> float:
+        """Until when the rest after the motion is looked at, ms."""
+        return float(self.trace.known[-1])
+
+    def _late(self, share: float, samples: float = 0.0) -> float:
+        """Return when a last share of the time after the arrival begins, ms, or so many samples."""
+        return self._end - max(share * (self._end - self.arrival), samples * self.trace.step)
+
+    @cached_property
+    def _drift(self) -> float:
+        """How fast the reading is seen to drift late after the motion, mm/ms."""
+        begin = self._late(_LATE)
+        if self._end - self.arrival < _CALMS * self.duration:
+            return 0.0  # it may swing
+        parts = self.trace.parts(begin, self._end, _PARTS)
+        ways = np.diff([each.value for each in parts])
+        steady = parts and ((ways > 0.0).all() or (ways < 0.0).all())
+        if not steady or abs(ways.sum()) < _SEEN * self.trace.sd(parts[-1] - parts[0]):
+            return 0.0
+        return abs(float(ways.sum())) / (self._end - begin) * _PARTS / (_PARTS - 1)
 
     def stroke(self) -> Uncertain:
         """Return the distance between the rests, mm."""
@@ -326,7 +363,7 @@ class Reading:
             return at, self.trace.at(at)
         level = self.trace.at(at) + point.amount
         if point.amount < 0.0:
-            return self.trace.left(level, at.value), level
+            return self.trace.reaches(level, before=at.value), level
         if point.amount > 0.0:
             return self.trace.reaches(level, at.value), level
         return at, level
@@ -340,102 +377,3 @@ class Reading:
         else:
             level = self.before + (self.after - self.before) * (point.amount / 100.0)
         return self.trace.reaches(level, self.located.moves), level
-
-
-@dataclass(eq=False)
-class Rests:
-    """The rests of a motion.
-
-    Attributes:
-        trace: The curve, in the direction of the motion.
-        segment: The part of the record that is the motion.
-        moves, arrival: Times of the first motion and of 90 % of the way, ms.
-    """
-
-    trace: Trace
-    segment: Segment
-    moves: float
-    arrival: float
-
-    @cached_property
-    def before(self) -> Uncertain:
-        """Travel at rest before the motion, mm; a drift that is seen goes on up to the motion."""
-        mean = self.trace.rest(*self._lead)
-        return mean + error_of(0.0, _ONWARD / 4.0 * self._drift * float(np.ptp(self._lead)))
-
-    @cached_property
-    def _lead(self) -> tuple[float, float]:
-        """From when to when the drive rests before the motion, ms."""
-        begin, end = (self.moves - share * self.trace.duration for share in _BEFORE)
-        first = float(self.trace.known[0])
-        return max(begin, first), max(end, min(self.moves, first + _SHORT * self.trace.step))
-
-    @cached_property
-    def _drift(self) -> float:
-        """How fast the reading is seen to drift, before the motion or late after it, mm/ms."""
-        last = self._end
-        late, slopes = (last - _LATE * (last - self.arrival), last), [0.0]
-        swings = last - self.arrival < _CALMS * self.trace.duration
-        for (begin, end), count in ((self._lead, 2), (late, _PARTS))[: 1 if swings else 2]:
-            parts = self.trace.parts(begin, end, count)
-            ways = np.diff([each.value for each in parts])
-            steady = parts and ((ways > 0.0).all() or (ways < 0.0).all())
-            if steady and abs(ways.sum()) > _DRIFT_SEEN * self.trace.sd(parts[-1] - parts[0]):
-                slopes.append(abs(float(ways.sum())) / (end - begin) * count / (count - 1))
-        return max(slopes)
-
-    @cached_property
-    def after(self) -> Uncertain:
-        """Travel at rest after the motion, mm: where the drive rests or settles."""
-        duration, stroke = self.trace.duration, self.segment.stroke
-        end = self._end
-        after, window = (end - self.arrival) / duration, max(_SWING * duration, self._few)
-        late = self.trace.parts(end - window, end, _PARTS)
-        swings = self._seen(late) if late else stroke
-        if after < _SOON or swings > _RESTS * stroke:
-            raise NotShownError("the record ends before the drive rests")
-        settled = self._settled
-        found = settled if settled is not None else self._last(end)
-        follows = _UNSEEN * stroke * float(np.exp(-_FADES * after))
-        follows += (_FITTED if settled is not None else 1.0) * swings
-        drifts = _DRIFTS * self._drift * (end - self.moves)
-        return found + error_of(0.0, follows + drifts)
-
-    @cached_property
-    def _end(self) -> float:
-        """Until when the rest after the motion is looked at, ms."""
-        return min(float(self.trace.known[-1]), self.arrival + _AFTER * self.trace.duration)
-
-    @cached_property
-    def _settled(self) -> Uncertain | None:
-        """Where the end of the curve settles, mm; None where that is not seen."""
-        return self.trace.settles(
-            self._end - _TAIL * (self._end - self.arrival), self._end, self.arrival
-        )
-
-    @property
-    def _few(self) -> float:
-        """Least time in which parts of a rest have samples enough, ms."""
-        return (_PARTS * _SHORT + 2.0) * self.trace.step
-
-    def _seen(self, parts: Sequence[Uncertain]) -> float:
-        """Way between parts of a rest that is more than noise, mm."""
-        way = float(np.ptp([part.value for part in parts]))
-        return max(0.0, way - _DRIFT_SEEN * self.trace.sd(parts[-1] - parts[0]))
-
-    def _last(self, end: float) -> Uncertain:
-        """Mean of the last third of the time after the arrival, up to an end."""
-        begin = end - max(_LAST * (end - self.arrival), _SHORT * self.trace.step)
-        mean = self.trace.rest(begin, end)
-        parts = self.trace.parts(begin, end, _PARTS)
-        if not parts:
-            return self.trace.still(begin, end, self.arrival)
-        off = [part - mean for part in parts]
-        square = sum((each.value / max(self.trace.sd(each), 1e-12)) ** 2 for each in off)
-        if square <= _STILL:
-            return self.trace.still(begin, end, self.arrival)
-        values = [part.value for part in parts]
-        ways = np.diff(values)
-        creeps = (ways > 0.0).all() or (ways < 0.0).all()
-        found = parts[-1] if creeps else mean
-        return found + error_of(0.0, (_CREEPS if creeps else 1.0) * float(np.ptp(values)))

@@ -16,7 +16,7 @@ from breaker.records.noise import Noise, noise_at_rest, ripple_of
 from breaker.records.rejections import FEWEST, SeveralMotionsError, UnusableError
 
 _WINDOW = 2.0  # ms, of the running median: a burst of nearly half of it leaves no trace
-_CLEAR = 12.0  # sd of the noise, least range of a reading in which something moves
+CLEAR = 12.0  # sd of the noise, least range of a reading in which something moves
 _BEGUN = 0.1  # of the way, from which a motion is under way; of its greatest speed, until it rests
 _NEAR = 5  # times as long as the motion, how far the rest before and after it is looked at
 _SLOW = 2 / 3  # of the greatest speed: below, touch or damper act, and the force has been seen
@@ -90,7 +90,7 @@ class Course:
     @property
     def moves(self) -> bool:
         """Whether it changes by more than noise does."""
-        return bool(np.ptp(self.smooth) > _CLEAR * self.noise)
+        return bool(np.ptp(self.smooth) > CLEAR * self.noise)
 
     @cached_property
     def crossings(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

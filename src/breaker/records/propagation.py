@@ -13,21 +13,18 @@ from itertools import count, pairwise
 import numpy as np
 
 from breaker.records.fits import LocalCubic, filled, hidden_mode, running_mean, settling
-from breaker.records.rejections import NotShownError
+from breaker.records.rejections import FEWEST, NotShownError
 
-_FEWEST = 6  # samples of a local fit: two more than its numbers
+FEW = 6
+"""Samples of a local fit, two more than its numbers, and of the mean of a rest."""
+
 # Half the width of a local fit: so that the error of the cubic, this share of the stroke for a fit
-# as long as the motion, is a third of the noise's; at most this share of the motion.
-_WIDTH, _BEND, _WIDEST = 11.0, 0.02, 0.2
+# as long as the motion, is a third of the noise's.
+_WIDTH, _BEND = 11.0, 0.02
 _MEMORY = 1e-4  # correlation of samples that counts as none
-_LEAST = 20  # samples of a curve that is carried on to its rest
-_MISFIT = 2.5  # noise variances, from which this fit leaves more than noise
-_LEFT = 2.0  # times what it leaves: error of its rest
-_OTHER_MODES = 5e-3  # of the way on which this fit rests: error of its rest from other modes
 # A creep that noise hides: its sd at the arrival in strokes, how long it may last, durations of the
-# motion, and its probability before it is seen; that beside two modes, of which one may be it.
-_CREEP, _LASTS = 0.03, (1.0, 2.0, 4.0)
-_HIDDEN, _BESIDE, _TWO = 0.15, 0.02, 5  # functions of a fit of two modes
+# motion, and its probability before it is seen.
+_CREEP, _LASTS, _HIDDEN = 0.03, (1.0, 2.0, 4.0), 0.1
 _VAGUE = 0.01  # strokes, the sd of a rest that is too uncertain
 _SLIP = 0.7  # times a slip, its error: any part of it may be travel
 _NUMBERS = count()  # of errors
@@ -110,7 +107,7 @@ class Trace:
         """Half the width of local fits, ms."""
         noise = self.noise * math.sqrt(0.5 * self.alike * self.step / self.duration)
         share = (_WIDTH * noise / self.stroke) ** 0.4
-        return max(min(share, _WIDEST) * self.duration, 0.5 * (_FEWEST - 1) * self.step)
+        return max(share * self.duration, 0.5 * (FEW - 1) * self.step)
 
     @cached_property
     def smooth(self) -> np.ndarray:
@@ -139,12 +136,12 @@ class Trace:
         if not window.size:
             raise NotShownError("too little rest before or after the motion")
         mean = self._of(float(self.travel[window].mean()), window, 1.0 / window.size)
-        return mean + error_of(0.0, self._rounding(0.0))
+        return mean + error_of(0.0, self._rounding)
 
     def parts(self, begin: float, end: float, count: int) -> list[Uncertain]:
         """Return the means of equal parts of a rest, none if a part has hardly samples."""
         marks = np.linspace(begin, end, count + 1)
-        if min(self._window(*part).size for part in pairwise(marks)) < _FEWEST:
+        if min(self._window(*part).size for part in pairwise(marks)) < FEW:
             return []
         return [self.rest(*part) for part in pairwise(marks)]
 
@@ -156,23 +153,13 @@ class Trace:
             arrival: When the drive arrived, ms.
         """
         window = self._window(begin, end)
-        found = settling(self.time[window], self.travel[window]) if window.size > _LEAST else None
-        if found is None:
+        if window.size < FEWEST:
             return None
-        noise = self.alike * self.noise**2 / found.every
-        left = math.sqrt(found.misfit - noise) if found.misfit > _MISFIT * noise else 0.0
-        late = self.travel[window[2 * window.size // 3 :]]
-        moved = _OTHER_MODES * float(np.ptp(self.travel[window]))
-        error = math.hypot(moved, _LEFT * left, self._rounding(float(np.std(late))))
-        rest = self._of(found.rest, window, found.weights) + error_of(0.0, error)
-        if self.sd(rest) > _VAGUE * self.stroke:
-            return None
-        if left:  # more than noise hides
-            return rest
-        first = window.size % found.every
-        weights = found.every * found.weights[first :: found.every]
-        samples = window[first:].reshape(-1, found.every)
-        return rest + self._hidden(samples, arrival, found.known, weights, noise)
+        for modes in (2, 1):
+            rest = self._carried(window, arrival, modes)
+            if rest is not None:
+                return rest if self.sd(rest) <= _VAGUE * self.stroke else None
+        return None
 
     def still(self, begin: float, end: float, arrival: float) -> Uncertain:
         """Return the mean travel between two times, at rest but for a creep that noise may hide.
@@ -180,34 +167,20 @@ class Trace:
         Raises:
             NotShownError: If there is no sample.
         """
-        mean, samples = self.rest(begin, end), self._window(begin, end)[:, None]
-        flat, noise = np.ones(samples.shape), self.alike * self.noise**2
-        return mean + self._hidden(samples, arrival, flat, flat[:, 0] / flat.size, noise)
+        return self._carried(self._window(begin, end), arrival, 0) or self.rest(begin, end)
 
-    def _hidden(
-        self,
-        samples: np.ndarray,
-        arrival: float,
-        known: np.ndarray,
-        weights: np.ndarray,
-        variance: float,
-    ) -> Uncertain:
-        """Error of a rest from a creep since the arrival of the drive that noise may hide.
-
-        Args:
-            samples: Of each mean that the rest was read from, ``(n, every)``.
-            arrival: When the drive arrived, ms.
-            known, weights, variance: As of ``hidden_mode``.
-        """
-        late = (self.time[samples].mean(axis=1) - arrival) / self.duration
+    def _carried(self, window: np.ndarray, arrival: float, modes: int) -> Uncertain | None:
+        """Rest of a curve with so many modes, and its error from a creep that noise may hide."""
+        found = settling(self.time[window], self.travel[window], modes)
+        if found is None:
+            return None
+        late = (found.time - arrival) / self.duration
         creeps = np.exp(-late / np.array(_LASTS)[:, None])
-        means = self.travel[samples].mean(axis=1)
-        about = {
-            "variance": max(variance, 1e-12),
-            "size": _CREEP * self.stroke,
-            "share": _BESIDE if known.shape[1] == _TWO else _HIDDEN,
-        }
-        return error_of(0.0, hidden_mode(means, known, weights, creeps, **about))
+        variance = max(self.alike * self.noise**2 * found.time.size / window.size, 1e-12)
+        about = {"variance": variance, "size": _CREEP * self.stroke, "share": _HIDDEN}
+        hidden = hidden_mode(found, creeps, **about)
+        rest = self._of(found.rest, window, found.weights)
+        return rest + error_of(0.0, math.hypot(self._rounding, hidden))
 
     def at(self, time: Uncertain) -> Uncertain:
         """Return the travel at a time."""
@@ -216,50 +189,27 @@ class Trace:
         moved = (time + -time.value) * fit.value(time.value, 1)
         return travel + moved + error_of(0.0, math.hypot(fit.error, self.ripple))
 
-    def reaches(self, level: Uncertain, after: float = -math.inf) -> Uncertain:
-        """Return the first time after another one at which the travel reaches a level.
+    def reaches(
+        self, level: Uncertain, after: float = -math.inf, *, before: float | None = None
+    ) -> Uncertain:
+        """Return the first time after another one at which the travel is at a level.
 
-        Raises:
-            NotShownError: If it does not reach it.
-        """
-        above = (self.smooth >= level.value) & (self.time > after)
-        first = int(above.argmax())
-        if not above[first] or first == 0:
-            raise NotShownError("the record does not pass the point")
-        return self._passes(level, self.time[first])
-
-    def left(self, level: Uncertain, before: float) -> Uncertain:
-        """Return the last time before another one at which the travel is at a level.
+        Args:
+            before: If given, the last time before this one instead, ms.
 
         Raises:
             NotShownError: If it never is.
         """
-        below = np.flatnonzero((self.smooth <= level.value) & (self.time < before))
-        if not below.size:
-            raise NotShownError("the drive does not travel as far")
-        return self._passes(level, self.time[below[-1]])
-
-    def top(self, begin: float, end: float) -> Uncertain:
-        """Return the largest travel between two times, as the top of a local fit."""
-        stop = min(end, float(self.known[-2]))  # a fit has samples on both sides
-        later = self._window(min(begin, stop), stop)
-        fit = self._fit(float(self.time[later[int(self.smooth[later].argmax())]]))
-        time = min(fit.solve(fit.near, 0.0, 1), float(self.known[-1]))
-        travel = self._of(fit.value(time), fit.window, fit.weights(time))
-        # The top of a noisy curve is higher than that of its mean, by half the variance of its
-        # slope over its bend.
-        slope = self.sd(self._of(0.0, fit.window, fit.weights(time, 1)))
-        bend = max(-fit.value(time, 2), slope / fit.half)
-        return travel + (-0.5 * slope**2 / bend if bend > 0.0 else 0.0)
-
-    def _window(self, begin: float, end: float) -> np.ndarray:
-        """Samples between two times that are there."""
-        return np.flatnonzero((self.time >= begin) & (self.time <= end) & self._there)
-
-    def _passes(self, level: Uncertain, near: float) -> Uncertain:
-        """Time near another one at which the travel is at a level."""
-        fit = self._fit(near)
-        time = fit.solve(near, level.value)
+        if before is None:
+            places = np.flatnonzero((self.smooth >= level.value) & (self.time > after))
+            place = places[0] if places.size else 0
+        else:
+            places = np.flatnonzero((self.smooth <= level.value) & (self.time < before))
+            place = places[-1] if places.size else 0
+        if place == 0:
+            raise NotShownError("the record does not pass the point")
+        fit = self._fit(self.time[place])
+        time = fit.solve(self.time[place], level.value)
         speed = fit.value(time, 1)
         if not speed > 0.0:
             raise NotShownError("the drive hardly moves at the point")
@@ -267,22 +217,32 @@ class Trace:
         travel += error_of(0.0, math.hypot(fit.error, self.ripple))
         return (level - travel) * (1.0 / speed) + time
 
+    def top(self, begin: float, end: float) -> Uncertain:
+        """Return the largest travel between two times, as the top of a local fit."""
+        stop = min(end, float(self.known[-2]))  # a fit has samples on both sides
+        later = self._window(min(begin, stop), stop)
+        fit = self._fit(float(self.time[later[int(self.smooth[later].argmax())]]))
+        time = min(fit.solve(fit.near, 0.0, 1), float(self.known[-1]))
+        return self._of(fit.value(time), fit.window, fit.weights(time))
+
+    def _window(self, begin: float, end: float) -> np.ndarray:
+        """Samples between two times that are there."""
+        return np.flatnonzero((self.time >= begin) & (self.time <= end) & self._there)
+
     def _of(self, value: float, window: np.ndarray, weights: np.ndarray | float) -> Uncertain:
         """Value that is a weighted sum of the samples in a window."""
         slope = np.zeros(self.time.size)
         slope[window] = weights
         return Uncertain(value, slope)
 
-    def _rounding(self, spread: float) -> float:
-        """Error of rounding, mm, of a mean of readings of travel that spreads by an sd.
-
-        Noise across several steps averages it out, and motion across them evens it out.
-        """
+    @cached_property
+    def _rounding(self) -> float:
+        """Error of rounding, mm, of a mean of readings; noise across steps averages it out."""
         if not self.quantum:
             return 0.0
         alone = self.quantum / math.sqrt(12.0)
         noise = max(self.noise**2 - alone**2, 0.0) / self.quantum**2
-        return alone * math.exp(-2.0 * math.pi**2 * noise) / (1.0 + spread / alone)
+        return alone * math.exp(-2.0 * math.pi**2 * noise)
 
     def _fit(self, near: float) -> LocalCubic:
         """Cubic through the samples about the sample next to a time."""
@@ -292,12 +252,10 @@ class Trace:
             reach = int(half / self.step + 1e-6)
             first = max(centre - reach, 0)
             window = first + np.flatnonzero(self._there[first : centre + reach + 1])
-            if window.size >= _FEWEST - 1 and window[0] < centre < window[-1]:
+            if window.size >= FEW - 1 and window[0] < centre < window[-1]:
                 break
         else:
             raise NotShownError("samples are missing at the point")
-        travel = self.travel[window]
-        bend = _BEND * self.stroke * (half / self.duration) ** 2
-        error = math.hypot(self._rounding(float(np.std(travel))), bend)
+        error = math.hypot(self._rounding, _BEND * self.stroke * (half / self.duration) ** 2)
         shares = (window - centre) * self.step / half
-        return LocalCubic(float(self.time[centre]), half, travel, window, shares, error)
+        return LocalCubic(self.time[centre], half, shares, self.travel[window], window, error)
