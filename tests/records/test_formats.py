@@ -16,9 +16,7 @@ from breaker.drive.simulation.dialects import DIALECTS
 from breaker.records.files import Opened, RejectedCurveError
 from breaker.records.formats import example_format, registry
 from breaker.records.formats.registry import (
-    ENDINGS,
     FORMATS,
-    _named,
     format_of,
     read_columns,
 )
@@ -97,25 +95,6 @@ class TestExample(FormatContract):
 
     def test_it_is_one_of_the_formats(self, curve_file):
         assert format_of(Opened(curve_file)) is example_format
-
-
-def test_every_format_has_an_example():
-    assert {*map(name_of, FORMATS)} == set(EXAMPLES)
-    tested = {each.example.name for each in FormatContract.__subclasses__()}
-    others = {"a.example-record", "a.zarr"}
-    assert tested == {each.name for each in EXAMPLES.values()} | others
-
-
-@pytest.mark.parametrize("ending", ENDINGS)
-def test_one_format_claims_an_ending_in_any_case(ending):
-    for name in (f"a{ending}", f"A 1.b{ending.upper()}"):
-        claiming = [each for each in FORMATS if Path(name).suffix.lower() in each.ENDINGS]
-        assert claiming == [_named(name)]
-
-
-def test_what_is_of_no_known_ending_or_signature_is_a_text(tmp_path):
-    (tmp_path / "a.log").write_text("time,travel")
-    assert format_of(Opened(tmp_path / "a.log")) is FORMATS[0]
 
 
 @pytest.mark.parametrize("format_", FORMATS, ids=name_of)

@@ -112,14 +112,6 @@ def test_a_missing_file_does_not_end_the_others(tmp_path, by):
         list_operations(tmp_path, "closing")
 
 
-def test_a_pipe_is_rejected_and_does_not_end_the_others(tmp_path):
-    fill(tmp_path / "closing", "op_1.csv")
-    os.mkfifo(tmp_path / "closing/op_2.csv")
-    listed = list_operations(tmp_path, "closing")
-    curves = read_curves(listed, {}, Grid(np.arange(-2.0, 58.0, 0.4)), "closing")
-    assert "pipe" in curves.reason.values[1]
-
-
 # ---- the source ----------------------------------------------------------------------------------
 
 

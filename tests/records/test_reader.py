@@ -133,14 +133,6 @@ def test_a_wrong_unit_is_told_by_its_magnitude(file, prior, times, unit, written
     assert f"endurance.format.{unit} {written!r}" in message
 
 
-@pytest.mark.parametrize("motion", MOTIONS)
-def test_a_wrong_zero_is_refused(file, prior, times, motion):
-    time, x = record(prior, motion)
-    write_curve(file, time, x + 3.0, motion=motion, operation=1)
-    assert "endurance.format.zero" in rejection(file, FORMAT, times, motion)
-    read_curve(file, {**FORMAT, "zero": 3.0}, times, motion)
-
-
 @pytest.mark.parametrize("rate", [1.0, 2.2, 4.0, 7.3, 100.0])
 @pytest.mark.parametrize("motion", MOTIONS)
 def test_any_rate_is_read(file, prior, times, rate, motion):

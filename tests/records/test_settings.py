@@ -2,7 +2,7 @@
 
 import pytest
 
-from breaker.records.settings import FORMAT, complete, lacking
+from breaker.records.settings import complete, lacking
 
 ENCODINGS = ("utf-9", "base64", "punycode", "idna", "unicode-escape")
 REFUSED = [
@@ -36,8 +36,3 @@ def test_what_a_row_of_the_table_may_still_state_is_lacking(key, settings):
     found = lacking(complete(settings))
     assert key in found
     assert bool(key) == bool(found)
-
-
-def test_what_is_not_given_has_its_default():
-    assert complete({}) == FORMAT
-    assert complete({"travel_unit": "deg", "ratio": 1.5})["ratio"] == 1.5
