@@ -285,7 +285,7 @@ class LocatedMotion:
         rest = self.left[(before <= REST[0]) & (before >= REST[1])]
         return noise_at_rest(rest, self.step, grid_step, self.quantum)
 
-    @property
+    @cached_property
     def process(self) -> tuple[float, float]:
         """Standard deviation of the noise of a sample, mm, and its correlation with the next.
 

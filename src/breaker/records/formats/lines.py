@@ -141,31 +141,22 @@ def read(opened: Opened, form: Mapping) -> list[Sheet]:
         reason = f"value {wrong[0] + 1} of {name!r} is {cell!r}, {NOT_A_NUMBER}"
         raise RejectedCurveError(file, reason, line=line)
     header = header_of([[f"{key}:", value] for key, value in fields], decimal, numbers.size)
-    unit, names, columns, texts, clock = form.get("time_unit", "ms"), [name], [numbers], [""], None
-    if header.rate > 0 and form.get("time_column", "") is not None:
-        names, columns = (
-            ["time", name],
-            [np.arange(numbers.size) / header.rate / TO_MS[unit], numbers],
-        )
-        texts, clock = [unit, ""], 0
+    unit, names, columns, texts = form.get("time_unit", "ms"), [name], [numbers], [""]
+    if timed := header.rate > 0 and form.get("time_column", "") is not None:
+        time = np.arange(numbers.size) / header.rate / TO_MS[unit]
+        names, columns, texts = ["time", name], [time, numbers], [unit, ""]
     said = ()
     if not form.get("line") and len(own.records) > 1:
         said = (f"has a record on each line; this is that of line {line}",)
-    return [
-        Sheet(
-            file,
-            names,
-            columns,
-            texts,
-            settings=signs,
-            clock=clock,
-            named=(1 if own.names else line,) * 2,
-            remarks=said,
-            kind=ENDINGS[".jsonl"],
-            lines=np.full(numbers.size, line),
-            header=header,
-        )
-    ]
+    about = {
+        "clock": 0 if timed else None,
+        "named": (1 if own.names else line,) * 2,
+        "remarks": said,
+        "kind": ENDINGS[".jsonl"],
+        "lines": np.full(numbers.size, line),
+        "header": header,
+    }
+    return [Sheet(file, names, columns, texts, settings=signs, **about)]
 
 
 def _split(form: _Form, line: bytes) -> tuple[list[tuple[str, str]], str, str]:
