@@ -22,7 +22,7 @@ CLEAR = 6.0  # sd: white noise exceeds it once in 5e8 samples
 LEAST = 0.02  # of a step: offsets and hum of a test current, and of a range, stay below it
 FEWEST = 3  # samples of a level: the fewest with a median and a spread
 _ARCING = 1e3  # ratio of 20 milliohm, the most of an arcing contact, to 20 microohm of a main one
-_RESOLVED = 1.0  # ms: error of a first motion, by its definition, and shortest level of a contact
+RESOLVED = 1.0  # ms: error of a first motion, by its definition, and shortest level of a contact
 _RISE = 0.25  # of a step: up to there a test or coil current rises straight
 SLOWEST = 100.0  # ms from trigger to first motion: any coil and latch are faster
 _UNSEEN = "the contact does not switch during the motion"
@@ -92,7 +92,7 @@ class _Switch(NamedTuple):
         """Return a counted time with the bounces at a level; raise if an opening closes again."""
         switches = self.edges(level)
         lasts = float(np.ptp(switches))
-        if not self.closing and lasts > _RESOLVED:
+        if not self.closing and lasts > RESOLVED:
             raise NotShownError(f"the contact closes again within {lasts:.1f} ms of separation")
         return ContactTimes(at, sd, bounces=switches.size - 1.0, bounce_time=lasts)
 
@@ -119,7 +119,7 @@ def events_of(
         places = places_of(names, column) if names else []
         name = names[places[0]] if len(places) == 1 else str(column)
         sides = (time < moves, time > moves + 0.75 * (time[-1] - moves))[:: -1 if closing else 1]
-        begin = moves - max(_RESOLVED, 3.0 * located.moves_sd)
+        begin = moves - max(RESOLVED, 3.0 * located.moves_sd)
         try:
             signals = own["contact"], own.get("current"), holds(name, "resistance")
             found = _as_travelled(_times(time, *signals, sides, closing, begin), located)
@@ -234,7 +234,7 @@ def _of_range(
     # Beyond the end of the range the contact conducts for as long as an e-fold takes, or a bounce.
     folds = abs(signal.edge(1.0 / step) - at)
     jumps = signal.closing and folds <= max(_LASTS, np.diff(signal.time[:2])[0])
-    sd = signal.sd(at, 2.0 * max(folds, _RESOLVED))
+    sd = signal.sd(at, 2.0 * max(folds, RESOLVED))
     if apart and opened - arcing > 1.0 and not found.bounces and not jumps:
         return ContactTimes(at, sd, *main, at, sd)
     if not apart and not why and np.isnan(arcing):  # else ripple may hide the arcing contact
@@ -251,7 +251,7 @@ def _of_steps(signal: _Switch) -> ContactTimes:
     """
     at, *ends = (signal.edge(level) for level in (0.5, signal.least, 1.0 - signal.least))
     between = signal.share[(signal.time > min(ends)) & (signal.time < max(ends))]
-    if np.ptp(ends) > _RESOLVED and np.median(between) > 0.5:
+    if np.ptp(ends) > RESOLVED and np.median(between) > 0.5:
         raise NotShownError(f"it stays between open and closed for {np.ptp(ends):.1f} ms")
     return signal.counted(0.5, at, signal.sd(at, at - signal.edge(1.0 - _RISE)))
 
@@ -322,7 +322,7 @@ def trigger_of(time: np.ndarray, trigger: np.ndarray, moves: float) -> tuple[flo
     smooth = running_median(trigger[there], count)
     least = white_noise(trigger[there]) * np.sqrt(0.5 * np.pi / count)  # of a median of so many
     ends = smooth[time > time[-1] - 0.25 * (time[-1] - moves)]
-    begins = smooth[time <= time[0] + max(_RESOLVED, 0.1 * (moves - time[0]))]
+    begins = smooth[time <= time[0] + max(RESOLVED, 0.1 * (moves - time[0]))]
     time, smooth = time[lead], smooth[lead]
     for rest, spread in (_level(begins), _level(ends)):
         noise = max(least, spread)
@@ -333,7 +333,7 @@ def trigger_of(time: np.ndarray, trigger: np.ndarray, moves: float) -> tuple[flo
         with suppress(NotShownError):
             return signal.open_edge()
         if signal.share[0] > _RISE and abs(rest + most) > abs(rest):  # the current flows
-            return float(time[0]), _RESOLVED
+            return float(time[0]), RESOLVED
     return np.nan, np.nan
 
 

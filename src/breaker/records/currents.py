@@ -12,11 +12,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from breaker.records.contacts import CLEAR, FEWEST, LEAST, SLOWEST
+from breaker.records.contacts import CLEAR, FEWEST, LEAST, RESOLVED, SLOWEST
 from breaker.records.fits import filled, running_mean
 from breaker.records.rejections import NotShownError
 
-_COIL, _MOTOR = 0.5, 20.0  # ms of means: a sixth of a dip, and a period of 50 Hz
+_MOTOR = 20.0  # ms of means, a period of 50 Hz; those of a coil take a third of a dip
 _FLOWS = 0.2  # of the largest, from which on a current flows: an inrush is up to five times as much
 
 
@@ -63,14 +63,14 @@ class Currents:
         k = int(about["prominences"].argmax())
         near = own[about["left_bases"][k] : about["right_bases"][k]]
         low = np.flatnonzero(near <= own[dips[k]] + 2.0 * sd)
-        return self._since_trigger(dips[k], 0.5 * max(np.ptp(low) * self._coil.step, _COIL))
+        return self._since_trigger(dips[k], 0.5 * max(np.ptp(low) * self._coil.step, RESOLVED))
 
     def coil_off_time(self) -> tuple[float, float]:
         """Return the time from the trigger until the current is broken, ms."""
         if not self._coil.whole:
             raise NotShownError("the current still flows when the record ends")
         last = np.flatnonzero(self._coil.own >= 0.5 * np.median(self._coil.own))[-1]
-        return self._since_trigger(last, max(_COIL, self._coil.step))
+        return self._since_trigger(last, max(RESOLVED, self._coil.step))
 
     def motor_inrush(self) -> tuple[float, float]:
         """Return the largest root mean square current of the motor as it starts, A."""
@@ -94,7 +94,7 @@ class Currents:
         """The flow of the coil's current from the trigger on."""
         if not np.isfinite(self.trigger):
             raise NotShownError("no trigger: when the coil was energised is not known")
-        return self._flow("trigger", self.inside, self.trigger, _COIL)
+        return self._flow("trigger", self.inside, self.trigger, RESOLVED)
 
     @cached_property
     def _motor(self) -> _Flow:
