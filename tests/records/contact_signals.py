@@ -14,17 +14,12 @@ TIMING = 0.02  # ms, sd of the settings, small compared with the uncertainty of 
 
 @dataclass
 class Case:
-    """An opening, or a closing as its mirror image, with the levels of 252 kV breakers.
-
-    Attributes:
-        motion: "closing" or "opening".
-        main, arcing: True times of the contacts, ms; the current starts or stops with the arcing.
-    """
+    """An opening, or a closing as its mirror image, with the levels of 252 kV breakers."""
 
     rng: np.random.Generator
     motion: str = "opening"
     step: float = 0.1
-    main: float = 55.0
+    main: float = 55.0  # true times of the contacts, ms
     arcing: float = 72.0
     cut: float = 10.0
     noise: float = 0.01
@@ -43,10 +38,6 @@ class Case:
     def own(self):
         """Time from the closed contact on, ms."""
         return self.mirrored(self.time)
-
-    def travel(self):
-        share = np.clip((self.own - self.begins) / self.lasts, 0.0, 1.0)
-        return STROKE * (1.0 - share**2 * (3.0 - 2.0 * share))
 
     def resistance(self, gaps=()):
         """Milliohm: closed, sliding, a first peak, arcing with ripple, and a rise to the cut."""
@@ -77,14 +68,11 @@ class Case:
         return 100.0 * flows + noise * self.rng.standard_normal(t.size)
 
     def located(self):
-        open_first = self.motion == "closing"
-        rests = (0.0, STROKE) if open_first else (STROKE, 0.0)
-        segment = Segment(0, self.time.size, *rests, 0.0, np.nan)
-        moves = self.mirrored(self.begins + (self.lasts if open_first else 0.0))
-        doubts = np.full(self.time.size, "")
-        return LocatedMotion(
-            self.motion, self.time, self.travel(), doubts, 0.0, segment, moves, 0.1
-        )
+        share = np.clip((self.own - self.begins) / self.lasts, 0.0, 1.0)
+        travel, doubts = STROKE * (1.0 - share**2 * (3.0 - 2.0 * share)), np.full(share.size, "")
+        segment = Segment(0, share.size, travel[0], travel[-1], 0.0, np.nan)
+        moves = self.mirrored(self.begins + self.lasts * (self.motion == "closing"))
+        return LocatedMotion(self.motion, self.time, travel, doubts, 0.0, segment, moves, 0.1)
 
     def read(self, contact, current=None, name="DCRM Res CH1") -> ContactTimes:
         channels = {"contact": contact} | ({} if current is None else {"current": current})
@@ -92,15 +80,15 @@ class Case:
         return events_of(settings, self.located(), channels)[0]
 
 
-def random_case(rng, **more):
+def random_case(rng):
     """A case of any step, duration of the arcing contact, cut, noise and motion."""
     main = rng.uniform(50.0, 60.0)
-    given = {
-        "motion": str(rng.choice(["opening", "closing"])),
-        "step": float(rng.choice([0.05, 0.1, 0.2, 0.25, 0.5])),
-        "main": main,
-        "arcing": main + rng.uniform(6.0, 25.0),
-        "cut": float(rng.choice([4.0, 8.0, 10.0])),
-        "noise": float(rng.choice([0.0, 0.01, 0.05])),
-    }
-    return Case(rng, **{**given, **more})
+    return Case(
+        rng,
+        motion=str(rng.choice(["opening", "closing"])),
+        step=float(rng.choice([0.05, 0.1, 0.2, 0.25, 0.5])),
+        main=main,
+        arcing=main + rng.uniform(6.0, 25.0),
+        cut=float(rng.choice([4.0, 8.0, 10.0])),
+        noise=float(rng.choice([0.0, 0.01, 0.05])),
+    )

@@ -93,12 +93,11 @@ def test_a_coil_of_all_poles_belongs_to_each_of_them(coils, taken):
         assert [one[m].get("trigger_column") for m in ("closing", "opening")] == taken
 
 
-@pytest.mark.parametrize("poles", [(1, 2, 3), (2, 4, 5)])
-def test_of_as_many_coils_as_poles_each_has_one_in_their_order(poles):
+def test_of_as_many_coils_as_poles_each_has_one_in_their_order():
     """C1 to C3 close and C4 to C6 trip; the C of their names is no phase."""
     names = [f"Coil Current C{k} (A)" for k in range(1, 7)]
     coils = {n: pulses(20 + k if k < 3 else 197 + k) for k, n in enumerate(names)}
-    found = beside({f"Travel T{k}": RISES for k in poles} | coils, travels=3)
+    found = beside({f"Travel T{k}": RISES for k in (2, 4, 5)} | coils, travels=3)
     assert [one["closing"]["trigger_column"] for one in found] == names[:3]
     assert [one["opening"]["trigger_column"] for one in found] == names[3:]
 
