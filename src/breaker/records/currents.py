@@ -53,9 +53,9 @@ class Currents:
 
     def coil_dip_time(self) -> tuple[float, float]:
         """Return the time from the trigger to the dip as the armature arrives, ms."""
-        from scipy.signal import find_peaks  # not loaded for a record without a current
-
         own, sd = self._coil.own, self._coil.sd
+        from scipy.signal import find_peaks  # here, as most records have no current
+
         least = max(CLEAR * np.sqrt(2.0) * sd, LEAST * float(own.max()))
         dips, about = find_peaks(-own, prominence=least)
         if not dips.size:

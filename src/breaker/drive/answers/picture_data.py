@@ -222,7 +222,7 @@ def _beside(raw: Record, near: np.ndarray) -> dict[str, np.ndarray]:
     found = {}
     for kind in ("trigger", "contact"):
         if kind in raw.currents.channels:
-            values = raw.currents.channels[kind].values[raw.inside][near]
+            values = raw.currents.channels[kind][raw.inside][near]
             there = values[np.isfinite(values)]
             if there.size and np.ptp(there) > 0.0:
                 found[kind] = (values - there.min()) / np.ptp(there)
