@@ -72,36 +72,21 @@ def read_curves(
     import xarray as xr
 
     records = read_records(operations, settings, grid, motion)
-    read = {i: each for i, each in enumerate(records) if isinstance(each, GriddedRecord)}
-    longest = max((each.record.left.size for each in read.values()), default=1)
-    travel = np.full((len(records), len(grid.times)), np.nan)
-    samples = np.full((len(records), longest), np.nan, np.float32)
     quantities = quantities_of(motion, speeds, ("record",))
-    measured = [dict.fromkeys(quantities, _REJECTED)] * len(records)
-    for i, each in read.items():
-        travel[i], measured[i] = each.gridded.travel, each.record.measured(speeds)
-        samples[i, : each.record.left.size] = each.record.left
     rows = [_row(*both) for both in zip(operations, records, strict=True)]
-    found = xr.Dataset(
-        {name: ("operation", np.array([row[name] for row in rows])) for name in rows[0]},
-        {
-            "operation": [each.number for each in operations],
-            "time": ("time", grid.times, {"unit": "ms"}),
-            "sample": np.arange(longest),
-            "quantity": list(quantities),
-            "quantity_unit": ("quantity", [each.unit for each in quantities.values()]),
-        },
-        {"motion": motion},
-    )
-    found["travel"] = ("operation", "time"), travel, {"unit": "mm"}
-    found["record"] = ("operation", "sample"), samples, {"unit": "mm"}
-    found["missing"] = "operation", np.isnan(travel).sum(axis=1)
-    for place, name in enumerate(("measured", "measured_sd", "measured_reason")):
-        values = [[row[quantity][place] for quantity in quantities] for row in measured]
-        found[name] = ("operation", "quantity"), np.array(values)
-    for name, unit in _UNITS.items():
-        found[name].attrs["unit"] = unit
-    return found
+    found = {name: ("operation", np.array([row[name] for row in rows])) for name in rows[0]}
+    found |= {name: (*found[name], {"unit": unit}) for name, unit in _UNITS.items()}
+    found |= _arrays(records, grid, quantities, speeds)
+    of_quantities = {
+        "quantity": list(quantities),
+        "quantity_unit": ("quantity", [each.unit for each in quantities.values()]),
+    }
+    coordinates = {
+        "operation": [each.number for each in operations],
+        "time": ("time", grid.times, {"unit": "ms"}),
+        "sample": np.arange(found["record"][1].shape[1]),
+    }
+    return xr.Dataset(found, coordinates | of_quantities, {"motion": motion})
 
 
 def read_records(
@@ -160,6 +145,32 @@ def _row(operation: Operation, result: GriddedRecord | RejectedCurveError) -> di
         row |= {"rate": 1.0 / record.step}
         row["record_noise"], row["record_colour"] = record.process
     return row | {name: getattr(operation, name) for name in ABOUT}
+
+
+def _arrays(
+    results: Sequence[GriddedRecord | RejectedCurveError],
+    grid: Grid,
+    quantities: Collection[str],
+    speeds: Sequence[Speed],
+) -> dict[str, tuple]:
+    """Return what records have over times, samples and quantities, by name."""
+    read = {i: each for i, each in enumerate(results) if isinstance(each, GriddedRecord)}
+    longest = max((each.record.left.size for each in read.values()), default=1)
+    travel = np.full((len(results), len(grid.times)), np.nan)
+    samples = np.full((len(results), longest), np.nan, np.float32)
+    measured = [dict.fromkeys(quantities, _REJECTED)] * len(results)
+    for i, each in read.items():
+        travel[i], measured[i] = each.gridded.travel, each.record.measured(speeds)
+        samples[i, : each.record.left.size] = each.record.left
+    found = {
+        "travel": (("operation", "time"), travel, {"unit": "mm"}),
+        "record": (("operation", "sample"), samples, {"unit": "mm"}),
+        "missing": ("operation", np.isnan(travel).sum(axis=1)),
+    }
+    for place, name in enumerate(("measured", "measured_sd", "measured_reason")):
+        values = [[row[quantity][place] for quantity in quantities] for row in measured]
+        found[name] = ("operation", "quantity"), np.array(values)
+    return found
 
 
 def open_curves(stores: Sequence[str | Path], *, without: Collection[str] = ()) -> "xr.Dataset":
