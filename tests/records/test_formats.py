@@ -1,15 +1,12 @@
 """Formats of curve files: each fulfils the contract, and opened files are kept in bounds."""
 
 import sys
-import tomllib
 from functools import partial
-from pathlib import Path
 
 import numpy as np
 import openpyxl
 import pytest
 import xarray as xr
-from packaging.requirements import Requirement
 
 from breaker.common.randomness import generator
 from breaker.drive.simulation.dialects import DIALECTS
@@ -172,10 +169,3 @@ def test_a_missing_package_is_named_with_the_command(tmp_path, monkeypatch, name
     reason = told(file, lambda: read_columns(file, complete(example.settings)))
     assert package in reason
     assert f"[{name}]" in reason
-
-
-def test_extras_are_tested():
-    project = Path(__file__).resolve().parents[2] / "pyproject.toml"
-    extras = tomllib.loads(project.read_text(encoding="utf-8"))["project"]["optional-dependencies"]
-    tested = {extra for each in extras["test"] for extra in Requirement(each).extras}
-    assert {each.EXTRA for each in FORMATS} - {""} <= tested & {*extras}

@@ -190,14 +190,6 @@ def test_if_all_are_rejected_it_is_an_error_with_the_first_reasons(folder, tmp_p
     assert "op_2.csv, line 50: " in str(caught.value)
 
 
-def test_chunks_of_operations_are_opened_as_one(folder, tmp_path, times):
-    whole = read_curves(folder, FORMAT, Grid(times), "closing")
-    parts = enumerate((folder[:1], folder[1:]))
-    together = open_curves([stored(part, times, tmp_path / f"{k}.zarr") for k, part in parts])
-    for name in whole.variables:
-        np.testing.assert_array_equal(together[name].values, whole[name].values)
-
-
 def test_a_record_of_two_operations_counts_once(tmp_path, prior, times):
     """As a table has it that names one file in all rows, or copies of it."""
     files = [tmp_path / f"{n}.csv" for n in (1, 2, 3)]
