@@ -130,7 +130,8 @@ def test_a_wrong_unit_is_told_by_its_magnitude(file, prior, times, unit, written
     export(file, FORMAT | {unit: written}, *record(prior, "closing"))
     read_curve(file, FORMAT | {unit: written}, times, "closing")
     message = rejection(file, FORMAT | {unit: wrong}, times)
-    assert f"endurance.format.{unit} {written!r}" in message
+    assert f"endurance.format.{unit}" in message
+    assert repr(written) in message
 
 
 @pytest.mark.parametrize("rate", [1.0, 2.2, 4.0, 7.3, 100.0])
