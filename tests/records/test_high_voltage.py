@@ -8,17 +8,9 @@ from breaker.records.grid import Grid
 from breaker.records.measurements import measure_curve
 from breaker.records.motion import find_segment
 from breaker.records.operations import Operation
+from tests.raws import swinging
 
 STROKE = 170.0
-
-
-def rise(time, begin, lasts, beyond=0.0):
-    """Share of the way of a motion, which goes beyond its rest and comes back."""
-    share = np.clip((time - begin) / lasts, 0.0, 1.0)
-    late = np.clip(time - begin - 0.8 * lasts, 0.0, None)
-    return share**2 * (3.0 - 2.0 * share) + beyond * np.sin(6.0 * late / lasts) * np.exp(
-        -4.0 * late / lasts
-    )
 
 
 def record(kind, seed):
@@ -27,7 +19,7 @@ def record(kind, seed):
     begin = 25.0 if kind == "short rest" else 60.0
     end = 100.0 + begin if kind == "short end" else 260.0 + begin
     time = np.arange(0.0, end, 1.0 / rate)
-    way = STROKE * rise(time, begin, 50.0, 0.15 if kind == "over-travel" else 0.0)
+    way = swinging(time - begin, STROKE, 50.0, 0.15 if kind == "over-travel" else 0.0)
     speed = np.abs(np.gradient(way, time))
     noise = 0.1 * rng.standard_normal(time.size)
     if kind == "slow start":
@@ -73,7 +65,7 @@ def test_records_of_the_field_are_accepted(tmp_path, kind, seed):
 def test_a_motion_behind_another_one_begins_at_rest():
     """The time from 90 % of a closing to its rest is no rest of the opening."""
     time = np.arange(0.0, 400.0, 0.1)
-    travel = STROKE * (rise(time, 40.0, 50.0) - rise(time, 240.0, 30.0))
+    travel = swinging(time - 40.0, STROKE, 50.0) - swinging(time - 240.0, STROKE, 30.0)
     travel += 0.1 * np.random.default_rng(1).standard_normal(time.size)
     segment = find_segment(time, travel, "opening")
     assert time[segment.begin] > 85.0

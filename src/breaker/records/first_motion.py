@@ -29,8 +29,8 @@ _APART = 10  # samples, least time between the two; if not, both are higher,
 _HIGHER, _HIGHEST = 1.25, 0.4  # times as high, up to so much of the way
 _REST = 8  # times as long as from the one to the other, back to where the fit begins
 _HIGHER_RISES = 0.25, 0.15  # of the way, of two other fits
-_POWERS = np.array([1.0, 1.3, 1.6, 1.85, 2.1, 2.5, 3.1, 4.0])
-_GRADUAL = 2  # of these an even force or one that builds up has not
+_POWERS = np.array([1.0, 1.25, 1.5, 1.85, 2.25, 2.8, 3.4, 4.0])  # of an interval, and those
+_GRADUAL = np.array([1.6, 1.85, 2.1, 2.4, 2.8, 3.3, 4.0])  # of an even force, or one that builds up
 _USUAL, _SPREAD = 1.85, 0.15  # their prior: Student's t with 3 degrees of freedom
 _FLAT = 1e-3  # of the way, least noise of such a rise: no drive begins with a power exactly
 _MOST_COLOUR = 0.5  # correlation of neighbours that counts; a counter's steps are more correlated
@@ -45,7 +45,7 @@ _CREEP_WAY = (0.004, 0.03)  # of the stroke: less is not counted as motion
 _CREEP_ENDS = np.linspace(0.6, 1.4, 5)  # later or earlier, by the shape of the creep
 _ANY_POWER, _ODDS = 0.2, 0.03  # probabilities of other powers, and of a creep or of hum
 _HUM = (0.05, 0.06)  # 1/ms
-_INEXACT = 4.0  # times the variance, since no start has exactly one of these shapes
+_INEXACT = 3.5  # times the variance, since no start has exactly one of these shapes
 
 
 class _Rise:
@@ -163,11 +163,11 @@ def _check(rise: _Rise, first: int, last: int, start: float) -> None:
 
 def _start(time: np.ndarray, travel: np.ndarray, variance: float) -> tuple[float, float]:
     """Mean and sd of the likely starts of a rise, ms, from its samples and those of the rest."""
-    rest, usual = _basis(time, 0.0), _usual()[_GRADUAL:, None]
+    rest, usual = _basis(time, 0.0), _usual(_GRADUAL)[:, None]
     starts = np.linspace(time[0], time[-2], _STARTS)
     for _ in range(2):  # once more between the likely ones
         tried = starts
-        _, squares, shares = _fitted(_rises(time, tried, _POWERS[_GRADUAL:]), travel, rest)
+        _, squares, shares = _fitted(_rises(time, tried, _GRADUAL), travel, rest)
         explained = np.maximum(shares, 0.0) ** 2 / squares
         weights = np.exp((explained - explained.max()) / (2.0 * variance)) * usual
         weights = weights.sum(axis=0)
@@ -213,7 +213,7 @@ def start_interval(time: np.ndarray, travel: np.ndarray, motion: str) -> StartIn
     hums = dict.fromkeys(_HUM, _ODDS / len(_HUM)) | {0.0: 1.0 - _ODDS}
     if time[-1] - time[0] < 1.0 / min(_HUM):
         hums = {0.0: 1.0}
-    rises = ((1.0 - _ANY_POWER) * _usual() + _ANY_POWER / _POWERS.size)[:, None]
+    rises = ((1.0 - _ANY_POWER) * _usual(_POWERS) + _ANY_POWER / _POWERS.size)[:, None]
     lengths, mains = _CREEPS * rise.duration, np.linspace(time[0], time[-2], _STARTS)
     for _ in range(2):  # once more between the likely ones
         step = float(mains[1] - mains[0])
@@ -304,9 +304,9 @@ def _closer(starts: np.ndarray, weights: np.ndarray) -> np.ndarray:
     return np.linspace(*starts[ends], starts.size)
 
 
-def _usual() -> np.ndarray:
-    """Prior of the powers."""
-    density = (1.0 + ((_POWERS - _USUAL) / _SPREAD) ** 2 / 3.0) ** -2.0
+def _usual(powers: np.ndarray) -> np.ndarray:
+    """Prior of some powers."""
+    density = (1.0 + ((powers - _USUAL) / _SPREAD) ** 2 / 3.0) ** -2.0
     return density / density.sum()
 
 

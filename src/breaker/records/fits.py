@@ -94,9 +94,9 @@ class LocalCubic:
         """Return the value or a derivative, mm/ms^order."""
         return float(self._basis(time, order) @ self._coefficients)
 
-    def weights(self, time: float) -> np.ndarray:
-        """Return the weights of the samples in the value, ``(w,)``."""
-        return self._basis(time, 0) @ self._inverse
+    def weights(self, time: float, order: int = 0) -> np.ndarray:
+        """Return the weights of the samples in that value, ``(w,)``."""
+        return self._basis(time, order) @ self._inverse
 
     def solve(self, time: float, value: float, order: int = 0) -> float:
         """Return the time in the window, near another, at which the fit has a value."""

@@ -145,6 +145,7 @@ class Reading:
         slips = [(k - near.start, leap_at(forward, k)) for k in slips]
         about = *located.process, located.quantum, self.duration, segment.stroke
         self.trace = Trace(time[near], forward[near], *about, located.ripple, slips)
+        self._end = float(self.trace.known[-1])
         self._events: dict[str, Uncertain] = {}
 
     def with_contact(
@@ -162,8 +163,10 @@ class Reading:
             **dict.fromkeys(("wipe_at_touch", "wipe_at_parting"), self.wipe),
             "travel_time": lambda: self.at_share(90.0) - self.at_share(10.0),
             **dict.fromkeys(("over_travel", "rebound"), self.beyond),
-            **dict.fromkeys(("touch_time", "part_time"), lambda: self._since_start("time")),
-            "latch_time": lambda: self._since_start("trigger") * -1.0,
+            **dict.fromkeys(
+                ("touch_time", "part_time"), lambda: self._event("time") - self._first_motion
+            ),
+            "latch_time": lambda: self._first_motion - self._event("trigger"),
             **{name: partial(self.time_to, percent) for name, percent in SHARES.items()},
             **dict.fromkeys(("closing_time", "opening_time"), lambda: self._since_trigger("time")),
             **dict.fromkeys(
@@ -172,7 +175,10 @@ class Reading:
             "arcing_wipe": self.arcing_wipe,
             "bounce_time": self.bounce_time,
             **{each.name: partial(self.speed, each) for each in self.speeds},
-            **{name: partial(self._current, name) for name in CURRENTS},
+            **{
+                name: lambda name=name: error_of(*getattr(self.currents, name)())
+                for name in CURRENTS
+            },
         }
         names = quantities_of(self.located.motion, self.speeds, ("record",))
         return {name: self._measured(ways[name]) for name in names}
@@ -218,11 +224,6 @@ class Reading:
         if sum((each.value / max(trace.sd(each), 1e-12)) ** 2 for each in off) <= _STILL:
             found, way = trace.still(begin, end, self.arrival), 0.0
         return (found or parts[-1]) + error_of(0.0, math.hypot(_CREEPS * way, swings + drifts))
-
-    @property
-    def _end(self) -> float:
-        """Until when the rest after the motion is looked at, ms."""
-        return float(self.trace.known[-1])
 
     def _late(self, share: float, samples: float = 0.0) -> float:
         """Return when a last share of the time after the arrival begins, ms, or so many samples."""
@@ -307,9 +308,6 @@ class Reading:
             self._events[kind] = error_of(getattr(self.contact, kind), sd)
         return self._events[kind]
 
-    def _since_start(self, kind: str) -> Uncertain:
-        return self._event(kind) - self._first_motion
-
     def _since_trigger(self, kind: str) -> Uncertain:
         return self._event(kind) - self._event("trigger")
 
@@ -355,21 +353,15 @@ class Reading:
         if point.later:
             at = self.place(replace(point, later=0.0))[0] + point.later
             return at, self.trace.at(at)
-        if not point.of_event:
-            return self._between_rests(point)
-        at = self._event("time")
-        if point.unit == "ms":
-            at = at + point.amount
-            return at, self.trace.at(at)
-        level = self.trace.at(at) + point.amount
-        if point.amount < 0.0:
-            return self.trace.reaches(level, before=at.value), level
-        if point.amount > 0.0:
-            return self.trace.reaches(level, at.value), level
-        return at, level
-
-    def _between_rests(self, point: Point) -> tuple[Uncertain, Uncertain]:
-        """Time and travel of a point that is defined by rests."""
+        if point.of_event:
+            at = self._event("time")
+            if point.unit == "ms":
+                at = at + point.amount
+                return at, self.trace.at(at)
+            level = self.trace.at(at) + point.amount
+            if point.amount < 0.0:
+                return self.trace.reaches(level, before=at.value), level
+            return (self.trace.reaches(level, at.value) if point.amount else at), level
         if point.unit == "mm":
             level = (self.after if point.amount < 0.0 else self.before) + point.amount
         elif point.amount == 0.0:

@@ -24,7 +24,7 @@ _WIDTH, _BEND = 11.0, 0.02
 _MEMORY = 1e-4  # correlation of samples that counts as none
 # A creep that noise hides: its sd at the arrival in strokes, how long it may last, durations of the
 # motion, and its probability before it is seen.
-_CREEP, _LASTS, _HIDDEN = 0.03, (1.0, 2.0, 4.0), 0.1
+_CREEP, _LASTS, _HIDDEN = 0.03, (1.0, 2.0, 4.0), 0.06
 _VAGUE = 0.01  # strokes, the sd of a rest that is too uncertain
 _SLIP = 0.7  # times a slip, its error: any part of it may be travel
 _NUMBERS = count()  # of errors
@@ -136,7 +136,7 @@ class Trace:
         if not window.size:
             raise NotShownError("too little rest before or after the motion")
         mean = self._of(float(self.travel[window].mean()), window, 1.0 / window.size)
-        return mean + error_of(0.0, self._rounding)
+        return mean + error_of(0.0, self._rounding())
 
     def parts(self, begin: float, end: float, count: int) -> list[Uncertain]:
         """Return the means of equal parts of a rest, none if a part has hardly samples."""
@@ -180,7 +180,7 @@ class Trace:
         about = {"variance": variance, "size": _CREEP * self.stroke, "share": _HIDDEN}
         hidden = hidden_mode(found, creeps, **about)
         rest = self._of(found.rest, window, found.weights)
-        return rest + error_of(0.0, math.hypot(self._rounding, hidden))
+        return rest + error_of(0.0, math.hypot(self._rounding(), hidden))
 
     def at(self, time: Uncertain) -> Uncertain:
         """Return the travel at a time."""
@@ -223,7 +223,12 @@ class Trace:
         later = self._window(min(begin, stop), stop)
         fit = self._fit(float(self.time[later[int(self.smooth[later].argmax())]]))
         time = min(fit.solve(fit.near, 0.0, 1), float(self.known[-1]))
-        return self._of(fit.value(time), fit.window, fit.weights(time))
+        travel = self._of(fit.value(time), fit.window, fit.weights(time))
+        # The top of a noisy curve is higher than that of its mean, by half the variance of its
+        # slope over its bend; without this, over-travels are 0.3 sds too large.
+        slope = self.sd(self._of(0.0, fit.window, fit.weights(time, 1)))
+        bend = max(-fit.value(time, 2), slope / fit.half)
+        return travel + (-0.5 * slope**2 / bend if bend > 0.0 else 0.0)
 
     def _window(self, begin: float, end: float) -> np.ndarray:
         """Samples between two times that are there."""
@@ -235,14 +240,16 @@ class Trace:
         slope[window] = weights
         return Uncertain(value, slope)
 
-    @cached_property
-    def _rounding(self) -> float:
-        """Error of rounding, mm, of a mean of readings; noise across steps averages it out."""
+    def _rounding(self, spread: float = 0.0) -> float:
+        """Error of rounding, mm, of a mean of readings of travel that spreads by an sd.
+
+        Noise across several steps averages it out, and motion across them evens it out.
+        """
         if not self.quantum:
             return 0.0
         alone = self.quantum / math.sqrt(12.0)
         noise = max(self.noise**2 - alone**2, 0.0) / self.quantum**2
-        return alone * math.exp(-2.0 * math.pi**2 * noise)
+        return alone * math.exp(-2.0 * math.pi**2 * noise) / (1.0 + spread / alone)
 
     def _fit(self, near: float) -> LocalCubic:
         """Cubic through the samples about the sample next to a time."""
@@ -256,6 +263,7 @@ class Trace:
                 break
         else:
             raise NotShownError("samples are missing at the point")
-        error = math.hypot(self._rounding, _BEND * self.stroke * (half / self.duration) ** 2)
-        shares = (window - centre) * self.step / half
-        return LocalCubic(self.time[centre], half, shares, self.travel[window], window, error)
+        travel, shares = self.travel[window], (window - centre) * self.step / half
+        bend = _BEND * self.stroke * (half / self.duration) ** 2
+        error = math.hypot(self._rounding(float(np.std(travel))), bend)
+        return LocalCubic(self.time[centre], half, shares, travel, window, error)
