@@ -38,6 +38,7 @@ from breaker.records.settings import SAME_RATE, complete, lacking
 from breaker.records.sheet import Columns
 from breaker.records.words import BESIDE, MOTION_OF, amperes_of, holds
 
+_MANY = 100  # records from which progress is shown: they take more than a second
 _SAME_LENGTH = 0.02  # share by which lengths may differ, which are printed rounded
 
 
@@ -105,6 +106,10 @@ class Reader:
     ) -> list[list[Record | RejectedCurveError]]:
         """Read several operations: for each motion a list of records, or why one cannot be used."""
         found: list[list[Record | RejectedCurveError]] = [[] for _ in motions]
+        if len(operations) >= _MANY:
+            from tqdm import tqdm  # here, since the import takes longer than one record
+
+            operations = tqdm(operations, desc=f"read {' and '.join(motions)}", mininterval=5)
         for operation in operations:
             for motion, records in zip(motions, found, strict=True):
                 try:
