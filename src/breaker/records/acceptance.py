@@ -10,7 +10,6 @@ import numpy as np
 
 from breaker.common.numerals import in_digits
 from breaker.documents.parts import Document, Remark, Section, Table
-from breaker.model.quantities import SPEEDS
 from breaker.records.curves import GriddedRecord, read_records
 from breaker.records.files import printable
 from breaker.records.folder import list_operations
@@ -92,9 +91,8 @@ def _read(operations: Sequence[Operation], **about: object) -> list[CheckedRecor
     for operation, result in zip(operations, read_records(operations, **about), strict=True):
         file = printable(operation.file)
         if isinstance(result, GriddedRecord):
-            stroke = result.record.measured(SPEEDS)["stroke"].value
-            remarks = "; ".join(result.remarks)
-            checked.append(CheckedRecord(file, "", remarks, result.noise.sd, stroke))
+            about = result.noise.sd, result.record.segment.stroke
+            checked.append(CheckedRecord(file, "", "; ".join(result.remarks), *about))
         else:
             checked.append(CheckedRecord(file, str(result)))
     return checked

@@ -65,12 +65,16 @@ class Reader:
     def __init__(self, settings: Mapping, files: Files | None = None) -> None:
         self.settings = complete(settings)
         self.files = Files() if files is None else files
+        self._header: tuple[object, Header | None] = None, None  # the last one
         self._last: tuple[object, _Samples | None] = None, None
 
     def header(self, operation: Operation) -> Header:
         """Return what stands above the samples of an operation's file."""
-        settings = {**self.settings, **operation.settings}
-        return stated_in(self.files[operation.file], settings, operation.channel, operation.line)
+        key = operation.file, operation.channel, operation.line
+        if self._header[0] != key:
+            settings = {**self.settings, **operation.settings}
+            self._header = key, stated_in(self.files[key[0]], settings, *key[1:])
+        return self._header[1]
 
     def with_stated(self, operation: Operation, motion: str) -> Operation:
         """Return an operation with its date and the settings that its file states."""
