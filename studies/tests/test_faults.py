@@ -108,7 +108,14 @@ def no_doubts(travel, *_):
     return np.full(travel.shape, "", dtype="U12")
 
 
-# Several see most kinds: spikes that are not left out are unrest and noise.
+SEE_SPIKES = {
+    "doubtful_samples": no_doubts,
+    "noise_remarks": lambda *_: [],
+    "unsteady_remark": lambda *_: "",
+}
+
+
+# Several see most kinds: spikes that are not left out are noise and move the rests.
 @pytest.mark.parametrize(
     ("stages", "kind"),
     [
@@ -116,7 +123,7 @@ def no_doubts(travel, *_):
         ({"rest_of_open": lambda *_: 0.0, "rest_remark": lambda *_: ""}, "offset"),
         ({"noise_remarks": lambda *_: []}, "noisy"),
         ({"doubtful_samples": no_doubts}, "blocks swapped"),
-        ({"doubtful_samples": no_doubts, "noise_remarks": lambda *_: []}, "spikes"),
+        (SEE_SPIKES, "spikes"),
     ],
     ids=lambda each: each if isinstance(each, str) else None,
 )
