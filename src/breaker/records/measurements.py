@@ -166,7 +166,7 @@ class Reading:
             **dict.fromkeys(
                 ("touch_time", "part_time"), lambda: self._event("time") - self._first_motion
             ),
-            "latch_time": lambda: self._first_motion - self._event("trigger"),
+            "latch_time": lambda: (self._event("trigger") - self._first_motion) * -1.0,
             **{name: partial(self.time_to, percent) for name, percent in SHARES.items()},
             **dict.fromkeys(("closing_time", "opening_time"), lambda: self._since_trigger("time")),
             **dict.fromkeys(
