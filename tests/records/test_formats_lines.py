@@ -51,6 +51,8 @@ FORMS = {
     "objects of JSON": (json_of, ","),
     "names above": (below(","), ",", ("No", "Date", "Interval (ms)", "Values")),
     "names above, tabs": (below("\t", 1000), "\t", ("ID", "Time", "dt (us)", "A")),
+    "names above, commas": (below(";"), ",", ("ID;Time;Interval [ms];Angle",)),
+    "names above, blanks": (below(";"), " ", ("ID;Time;Interval [ms];Angle",)),
 }
 
 
@@ -97,6 +99,17 @@ def test_values_that_nothing_names_and_other_lines_are_refused(tmp_path):
     for settings, line in (({**COUNTS, "delimiter": ";"}, 1), (COUNTS, 9)):
         with pytest.raises(RejectedCurveError):
             read_columns(file, settings, "", line)
+
+
+@pytest.mark.parametrize("content", ["", '{"t": 0.1, "x": 1.5}\n' * 99, "\x89PNG\r\n\x1a\n\0" * 20])
+def test_what_is_named_as_lines_and_is_none_is_refused(tmp_path, content):
+    """Planted: a table of that name is read."""
+    file = tmp_path / "bench.jsonl"
+    file.write_bytes(content.encode("latin-1"))
+    with pytest.raises(RejectedCurveError):
+        look_into(file)
+    file.write_text("time,Values\n" + "".join(f"{t / 10},{t}\n" for t in range(99)))
+    assert read_columns(file, COUNTS).travel.size == 99
 
 
 def test_an_object_with_several_lists_is_refused(tmp_path):

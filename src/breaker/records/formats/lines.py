@@ -18,7 +18,7 @@ from breaker.common.lazy_numpy import np
 from breaker.records.cells import NOT_A_NUMBER, is_number, strict_numbers
 from breaker.records.dates import clock_of, dates_of, day_order, in_order
 from breaker.records.files import Opened, RejectedCurveError, check_lines, check_size
-from breaker.records.formats.text import FEWEST, encoding_of, signs_of
+from breaker.records.formats.text import DELIMITERS, FEWEST, encoding_of, signs_of
 from breaker.records.header import header_of
 from breaker.records.settings import TO_MS
 from breaker.records.sheet import Sheet
@@ -48,12 +48,13 @@ class RecordLine(NamedTuple):
 
 
 class _Form(NamedTuple):
-    """Signs of values, names above them (none for named fields), and the bytes of each record by
-    its line.
+    """Signs of values, names above them (none for named fields) and the sign between these, and
+    the bytes of each record by its line.
     """
 
     signs: Mapping[str, str]
     names: Sequence[str]
+    between: str
     records: Mapping[int, bytes]
 
 
@@ -73,13 +74,16 @@ def _form_of(opened: Opened) -> _Form | None:
         return None  # nothing, short lines, or lines that end otherwise
     encoding = encoding_of(b"\n".join(first))
     head, last = (line.decode(encoding, errors="replace").strip() for line in (first[0], first[-1]))
-    if first[-1].lstrip().startswith(_JSON):
-        delimiter, decimal, names = ",", ".", []
-    else:
-        fields = _FIELDS.fullmatch(last)
-        values = fields[3] if fields else last
+    delimiter, decimal, names, between = ",", ".", [], ""
+    if not first[-1].lstrip().startswith(_JSON):
+        if fields := _FIELDS.fullmatch(last):
+            values = fields[3]
+        else:
+            between = next((sign for sign in DELIMITERS if sign in head), ";")
+            names = _cells(head, between)
+            values = _cells(last, between, len(names) - 1)[-1]
         delimiter, decimal = signs_of([values[:_SOME]])
-        cells, names = _cells(values, delimiter), [] if fields else _cells(head, delimiter)
+        cells = _cells(values, delimiter)
         if sum(is_number(cell, decimal) for cell in cells[:_SOME]) < FEWEST:
             return None
         if not fields and not (len(first) > 1 and 2 <= len(names) < len(cells) / 2 and all(names)):
@@ -90,7 +94,7 @@ def _form_of(opened: Opened) -> _Form | None:
     if names:
         del records[min(records)]
     signs = {"encoding": encoding, "delimiter": delimiter, "decimal": decimal}
-    return _Form(signs, names, records)
+    return _Form(signs, names, between, records)
 
 
 def _cells(text: str, delimiter: str, most: int = -1) -> list[str]:
@@ -168,7 +172,7 @@ def _split(form: _Form, line: bytes) -> tuple[list[tuple[str, str]], str, str]:
         return _in_json(text)
     if form.names:
         last = len(form.names) - 1
-        *cells, values = _cells(text, form.signs["delimiter"], last)
+        *cells, values = _cells(text, form.between, last)
         pairs = zip(form.names, cells, strict=False)
         return [*pairs], form.names[last] if len(cells) == last else "", values
     head = max(text.rfind(":"), text.rfind("=")) + 1  # a pattern takes its time with many values

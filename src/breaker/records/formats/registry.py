@@ -161,8 +161,8 @@ def _format_of(opened: Opened) -> ModuleType:
     for each in FORMATS:
         if opened.content.startswith(each.SIGNATURES):
             return each
-    if named in (text, lines) and lines.sniff(opened):
-        return lines
+    if named in (text, lines):
+        return lines if lines.sniff(opened) else text
     if named.SIGNATURES and not any(each in opened.content for each in named.SIGNATURES):
         reason = f"ends as {named.ENDINGS[_ending(file)]}, but does not begin as one"
         raise RejectedCurveError(file, f"{reason}; is it whole? Export it again")

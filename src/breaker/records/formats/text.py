@@ -47,7 +47,7 @@ _LONG = re.compile(rf"\n.{{{BLOCK}}}")
 _BLANK = ';,|" \t\v\f'
 _BLANK_LINE = re.compile(rf"\n[{_BLANK}]*\n")
 _PADDED = re.compile(r"0\d+")
-_DELIMITERS = (";", "\t", "|", ",", " ")  # in case of doubt, the first that fits
+DELIMITERS = (";", "\t", "|", ",", " ")  # in case of doubt, the first that fits
 
 
 def read(opened: Opened, form: Mapping) -> list[Sheet]:
@@ -164,7 +164,7 @@ def signs_of(some: Sequence[str]) -> tuple[str, str]:
     others, are numbers.
     """
     signs = set().union(*some)
-    delimiters = [d for d in _DELIMITERS if d in signs or d == ";"]  # one column has none
+    delimiters = [d for d in DELIMITERS if d in signs or d == ";"]  # one column has none
     pairs = [(d, sign) for d in delimiters for sign in ".," if d != sign or '"' in signs]
 
     def fit(pair: tuple[str, str]) -> tuple[bool, int]:
