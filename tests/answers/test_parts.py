@@ -44,3 +44,16 @@ def test_an_oco_has_three_motions_and_says_where_the_openings_are(tmp_path):
 def test_where_nothing_moves_there_is_a_reason(tmp_path):
     (found,) = read(written(tmp_path / "still.csv", still=True))
     assert "nothing moves" in found.reason
+
+
+def test_a_file_that_states_its_only_motion_has_no_other_one(tmp_path):
+    """Planted: it states the one that it does not hold."""
+    travel = 14.0 * np.clip((TIME - 200.0) / 10.0, 0.0, 1.0)
+    travel += 0.01 * np.random.default_rng(1).standard_normal(TIME.size)
+    file = tmp_path / "a.csv"
+    write_curve(file, TIME, travel, motion="closing", operation=1)
+    rows = file.read_text()
+    for stated, rejected in {"Close": False, "Open": True}.items():
+        file.write_text(f"Operation: {stated}\n{rows}")
+        (found,) = read(Operation(1, file))
+        assert (found.motion, bool(found.reason)) == ("closing", rejected)

@@ -13,7 +13,12 @@ import numpy as np
 from breaker.common.numerals import in_digits
 from breaker.records.fits import smoothed
 from breaker.records.noise import Noise, noise_at_rest, ripple_of
-from breaker.records.rejections import FEWEST, SeveralMotionsError, UnusableError
+from breaker.records.rejections import (
+    FEWEST,
+    OtherMotionError,
+    SeveralMotionsError,
+    UnusableError,
+)
 
 _WINDOW = 2.0  # ms, of the running median: a burst of nearly half of it leaves no trace
 CLEAR = 12.0  # sd of the noise, least range of a reading in which something moves
@@ -209,7 +214,7 @@ def find_segment(
         raise UnusableError(f"nothing moves but by {ranges} mm; is it the right column?")
     forward = course.crossings[2]
     if not forward.any():
-        raise UnusableError(
+        raise OtherMotionError(
             f"the travel goes the other way, which is no {motion}; is the motion wrong, or "
             "endurance.format.sign?"
         )

@@ -33,7 +33,7 @@ from breaker.records.header import Header
 from breaker.records.motion import LocatedMotion, find_segment
 from breaker.records.operations import Operation
 from breaker.records.record import Record
-from breaker.records.rejections import SeveralMotionsError, UnusableError
+from breaker.records.rejections import OtherMotionError, SeveralMotionsError, UnusableError
 from breaker.records.settings import SAME_RATE, complete, lacking
 from breaker.records.sheet import Columns
 from breaker.records.words import BESIDE, MOTION_OF, amperes_of, holds
@@ -230,9 +230,9 @@ def _contradiction(operation: Operation, samples: _Samples, motion: str, header:
     """
     motions = {MOTION_OF[letter] for letter in header.operation.split("-") if letter}
     if motions and motion not in motions:
-        raise UnusableError(
+        raise OtherMotionError(
             f"the file states {header.operation!r} above its samples, and is read as a record of "
-            f"{motion}: check endurance.format.sign, and the motion that you named"
+            f"{motion}: check endurance.format.sign, and the motion"
         )
     rate = 1.0 / float(samples.time[1] - samples.time[0])
     timed, states = samples.settings["time_column"] is not None, ""

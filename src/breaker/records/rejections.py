@@ -84,5 +84,9 @@ class SeveralMotionsError(UnusableError):
         self.parts = parts
 
 
+class OtherMotionError(UnusableError):
+    """A record that states or shows another motion alone than the one that is asked for."""
+
+
 class NotShownError(ValueError):
     """A value that the curve does not show."""

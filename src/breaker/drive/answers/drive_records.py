@@ -17,6 +17,7 @@ from breaker.records.files import Files
 from breaker.records.operations import Operation
 from breaker.records.reader import Reader, separate_motions
 from breaker.records.record import Record
+from breaker.records.rejections import OtherMotionError
 
 
 def read_operations(
@@ -78,7 +79,8 @@ class _Reader(NamedTuple):
         stated = self.reader.header(operation)
         if not isinstance(raw, Record):
             operation = self.reader.with_stated(operation, self.motion)
-            return DriveRecord(operation, self.motion, stated, str(raw))
+            other = isinstance(raw.__cause__, OtherMotionError)
+            return DriveRecord(operation, self.motion, stated, str(raw), other=other)
         about = raw.operation, self.motion, stated
         try:
             shape, seen = normalise_record(raw)
@@ -105,7 +107,7 @@ def _kept(
     first: list[DriveRecord], second: list[DriveRecord]
 ) -> tuple[list[DriveRecord], list[DriveRecord]]:
     """Of two readings of a file, those of a motion that it holds, or why it holds neither."""
-    lacks = [f"which is no {some[0].motion}" in some[0].reason for some in (first, second)]
+    lacks = [some[0].other for some in (first, second)]
     same = bool(first[0].reason) and first[0].reason == second[0].reason
     return (
         [] if lacks[0] and not lacks[1] else first,

@@ -56,6 +56,7 @@ class DriveRecord:
         reason: Why it cannot be used; empty if it can.
         raw: The record as it is in its file, if it can be used.
         shape, seen: What networks see of it.
+        other: Whether its file has the other motion alone.
     """
 
     operation: Operation
@@ -65,6 +66,7 @@ class DriveRecord:
     raw: Record | None = None
     shape: Shape | None = None
     seen: NormalisedRecords | None = None
+    other: bool = False
 
     @property
     def timed(self) -> bool:
