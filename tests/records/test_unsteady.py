@@ -6,8 +6,9 @@ import pytest
 from breaker.common.randomness import generator
 from breaker.model.curves import travel
 from breaker.model.parameters import MOTIONS
-from breaker.records.checks import hum_remark, range_remark, repeats_remark, unsteady_remark
+from breaker.records.checks import ends_of_range, repeats_remark, unsteady_remark
 from breaker.records.motion import find_segment
+from breaker.records.noise import hum_of
 
 TIME = np.arange(0.0, 76.0, 0.1)
 MOVES = 10.0
@@ -22,13 +23,13 @@ def records(prior, motion, count=100):
 
 def codes(reading, motion):
     segment = find_segment(TIME, reading, motion)
-    found = (
-        hum_remark(TIME, reading, MOVES),
-        range_remark(TIME, reading, MOVES),
-        repeats_remark(TIME, reading),
-        unsteady_remark(TIME, reading, MOVES, segment),
-    )
-    return {remark.code for remark in found if remark}
+    found = {
+        "hum": hum_of(TIME, reading, MOVES)[0],
+        "range-ends": np.isfinite(ends_of_range(TIME, reading, MOVES)).any(),
+        "repeats": repeats_remark(TIME, reading),
+        "unsteady": unsteady_remark(TIME, reading, MOVES, segment),
+    }
+    return {code for code, shown in found.items() if shown}
 
 
 @pytest.mark.parametrize("motion", MOTIONS)

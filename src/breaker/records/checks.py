@@ -35,12 +35,10 @@ _DISTURBED = 0.02, 5.0  # strokes and usual noises: in more noise no sample show
 _FAR = 0.15  # strokes from zero at which the open breaker is not that of the settings
 _SLIPS = 0.05  # of the stroke: a mount that slips by more holds no sensor
 _ENDS, _MOST = 50, 64  # samples at either end, and of a stretch that is compared at most
+_AT_END = 0.25  # of a rest, samples at the end of a range; noise of five steps has 0.07 there
 _NOISY = 5  # values of a rest in noise that no step of the reading hides at another rest
 _UNSTEADY = 0.01  # strokes, by which a rest moves; of 200 good records of the study 0.006 at most
 _RANGE = 0.5  # strokes, by which no drive swings beyond its rest
-_MAINS = 0.05, 0.06  # kHz
-_LAST = 30.0  # ms at the end of a record, in which the mains swing one and a half times at least
-_SAME = 0.5, 2.0  # shares of a swing that continues
 _BEGUN = 0.1  # of the way, from which a motion is under way: twice a slip
 
 
@@ -240,10 +238,11 @@ def of_no_drive(motion: str, time: np.ndarray, done: np.ndarray, stroke: float) 
     return Remark("no-drive", motion=motion, **{k: in_digits(v, 3) for k, v in about.items()})
 
 
-def range_remark(time: np.ndarray, travel: np.ndarray, moves: float) -> str:
-    """Say that the range of the transducer ends at a rest; "" if nothing shows it.
+def ends_of_range(time: np.ndarray, travel: np.ndarray, moves: float) -> tuple[float, float]:
+    """Return the end of the transducer's range, mm, if it lies before the rest before the motion,
+    and that of the rest after it; nan where nothing shows it.
 
-    The reading then stays at one value, while noise moves it at the other rest.
+    Many samples are then at one and the same extreme, which noise at the other rest makes rare.
 
     Args:
         time, travel: Of the motion, ``(n,)``, ms and mm; NaN where a sample is missing.
@@ -251,13 +250,13 @@ def range_remark(time: np.ndarray, travel: np.ndarray, moves: float) -> str:
     """
     there = ~np.isnan(travel)
     time, travel = time[there], travel[there]
-    changes = np.flatnonzero(np.diff(travel))
-    start, end = travel[time < moves], travel[changes[-1] + 1 :]
-    for rest, other in ((travel[: changes[0] + 1], travel[-start.size :]), (end, start)):
-        noisy = other.size >= FEWEST and np.unique(other).size >= _NOISY and white_noise(other) > 0
-        if rest.size >= FEWEST and noisy:
-            return Remark("range-ends", level=in_digits(rest[0], 4))
-    return ""
+    rests, levels = (travel[time < moves], travel[time > 0.5 * (moves + time[-1])]), []
+    for rest, other in (rests, rests[::-1]):
+        ends = () if min(rest.size, other.size) < 2 * FEWEST else (rest.min(), rest.max())
+        noisy = ends and np.unique(other).size >= _NOISY and white_noise(other) > 0.0
+        level = [end for end in ends if noisy and (rest == end).mean() > _AT_END]
+        levels.append(float(level[0]) if level else np.nan)
+    return levels[0], levels[1]
 
 
 def repeats_remark(time: np.ndarray, travel: np.ndarray) -> str:
@@ -310,36 +309,6 @@ def unsteady_remark(time: np.ndarray, travel: np.ndarray, moves: float, segment:
     return Remark("unsteady", way=in_digits(max(ways) * segment.stroke, 2))
 
 
-def hum_remark(time: np.ndarray, travel: np.ndarray, moves: float) -> str:
-    """Say that the mains swing the reading; "" if they do not.
-
-    The swing that fits the end of the record continues in the rest before the motion, which no
-    swing of a drive does.
-
-    Args:
-        time, travel: Of the motion, ``(n,)``, ms and mm; NaN where a sample is missing.
-        moves: Time of the first motion, ms.
-    """
-    there = ~np.isnan(travel)
-    time, travel = time[there], travel[there]
-    before, after = time < moves - REST[1], time > max(time[-1] - _LAST, moves + _LAST / 2)
-    if min(before.sum(), after.sum()) < FEWEST:
-        return ""
-    rest = travel[before] - travel[before].mean()
-    for frequency in _MAINS:
-        waves = np.exp(2j * np.pi * frequency * time)
-        waves = np.column_stack([waves.real, waves.imag])
-        known = np.column_stack([np.ones(after.sum()), time[after], waves[after]])
-        swing = waves[before] @ np.linalg.lstsq(known, travel[after], rcond=None)[0][2:]
-        swing -= swing.mean()
-        size = float(np.linalg.norm(swing))
-        share = float(rest @ swing) / size**2
-        if _SAME[0] < share < _SAME[1] and share * size > normal_sds(2) * white_noise(rest):
-            way = in_digits(2.0 * share * float(np.abs(swing).max()), 2)
-            return Remark("hum", way=way, frequency=round(1000 * frequency))
-    return ""
-
-
 def check_stroke(stroke: float, settings: Mapping) -> None:
     """Refuse a stroke, mm, outside of ``endurance.format.stroke``, or of those of drives."""
     least, most = settings["stroke"] or STROKES
@@ -366,8 +335,8 @@ def rest_of_open(segment: Segment, settings: Mapping, motion: str) -> float:
         return rest
     if seen and abs(rest) > _FAR * segment.stroke:
         raise UnusableError(
-            f"the open breaker rests at {rest:.2f} mm, not near 0; set endurance.format.zero to "
-            "rest or to its reading, or record the whole motion"
+            f"the open breaker rests at {rest:.2f} mm, not near 0: check endurance.format.sign, or "
+            "set endurance.format.zero to rest or to its reading"
         )
     return 0.0
 

@@ -24,6 +24,7 @@ FEWEST = 3  # samples of a level: the fewest with a median and a spread
 _ARCING = 1e3  # ratio of 20 milliohm, the most of an arcing contact, to 20 microohm of a main one
 RESOLVED = 1.0  # ms: error of a first motion, by its definition, and shortest level of a contact
 _RISE = 0.25  # of a step: up to there a test or coil current rises straight
+_AUXILIARY = 2.0  # ms: usual distance of an auxiliary switch from the main contact
 SLOWEST = 100.0  # ms from trigger to first motion: any coil and latch are faster
 _UNSEEN = "the contact does not switch during the motion"
 
@@ -127,8 +128,12 @@ def events_of(
             found = ContactTimes(why=str(error))
         if found.why:
             said.append(f"{label_of(column)}: {found.why}; see endurance.format.current_column")
+        auxiliary = holds(name, "52a") or holds(name, "52b")
+        if auxiliary:
+            said.append(f"{label_of(column)} is an auxiliary switch: its times are off by some ms")
+        timing_sd = float(np.hypot(settings["timing_sd"], _AUXILIARY if auxiliary else 0.0))
         for key in ("sd", "main_sd", "arcing_sd"):
-            sd = float(np.hypot(settings["timing_sd"], getattr(found, key)))
+            sd = float(np.hypot(timing_sd, getattr(found, key)))
             found = found._replace(**{key: sd})
     if "trigger" in own:
         at, sd = trigger_of(time, own["trigger"], moves)

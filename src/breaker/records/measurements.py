@@ -21,7 +21,7 @@ import numpy as np
 from breaker.common.numerals import in_digits
 from breaker.model.quantities import CURRENTS, SHARES, SPEEDS, Point, Speed, quantities_of
 from breaker.records.axes import seen_quantum
-from breaker.records.checks import doubtful_samples, leap_at
+from breaker.records.checks import doubtful_samples, ends_of_range, leap_at
 from breaker.records.contacts import ContactTimes
 from breaker.records.currents import Currents
 from breaker.records.first_motion import StartInterval, first_motion, start_interval
@@ -141,6 +141,7 @@ class Reading:
         near = slice(*np.searchsorted(time, ends))
         kinds = located.doubts[located.inside]
         self.clipped = time[kinds == "clipped"]
+        self._ended = np.isfinite(ends_of_range(time, located.left, moves))  # before, and after it
         slips = near.start + 1 + np.flatnonzero(kinds[near.start + 1 :] == "slip")
         slips = [(k - near.start, leap_at(forward, k)) for k in slips]
         about = *located.process, located.quantum, self.duration, segment.stroke
@@ -195,7 +196,7 @@ class Reading:
     @cached_property
     def before(self) -> Uncertain:
         """Travel at rest before the motion, mm; a drift that is seen goes on up to the motion."""
-        if self.clipped.size and self.clipped[0] < self.trace.known[0]:
+        if self._ended[0] or (self.clipped.size and self.clipped[0] < self.trace.known[0]):
             raise NotShownError(f"{_CLIPPED} before the motion")
         first, moves = float(self.trace.known[0]), self.located.moves
         end = moves - _BEFORE[1] * self.duration
@@ -206,7 +207,7 @@ class Reading:
     def after(self) -> Uncertain:
         """Travel at rest after the motion, mm: where the drive rests or settles."""
         trace, end = self.trace, self._end
-        if self.clipped.size and self.clipped[-1] > end:
+        if self._ended[1] or (self.clipped.size and self.clipped[-1] > end):
             raise NotShownError(f"{_CLIPPED} after the motion")
         begin = self._late(_LAST, _PARTS * FEW + 2.0)
         parts = trace.parts(begin, end, _PARTS)

@@ -12,7 +12,7 @@ import numpy as np
 
 from breaker.common.numerals import in_digits
 from breaker.records.fits import smoothed
-from breaker.records.noise import Noise, noise_at_rest, ripple_of
+from breaker.records.noise import Noise, hum_of, noise_at_rest, ripple_of
 from breaker.records.rejections import (
     FEWEST,
     OtherMotionError,
@@ -301,10 +301,16 @@ class LocatedMotion:
         return max(sd, self.quantum / np.sqrt(12.0)), colour
 
     @cached_property
+    def hum(self) -> tuple[float, float]:
+        """Amplitude, mm, and frequency, kHz, by which the mains swing the reading; 0 if not."""
+        return hum_of(self.time[self.inside], self.left, self.moves)
+
+    @cached_property
     def ripple(self) -> float:
         """Root mean square of a ripple of the reading during the motion, mm; 0 if none is clear."""
         before, after = self.segment.before, self.segment.after
-        return ripple_of((self.left - before) * np.sign(after - before), abs(after - before))
+        ripple = ripple_of((self.left - before) * np.sign(after - before), abs(after - before))
+        return max(ripple, self.hum[0] / np.sqrt(2.0))
 
     @cached_property
     def first_motion_sd(self) -> float:

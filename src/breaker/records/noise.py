@@ -19,6 +19,11 @@ _COLOURED = 0.95  # most correlation of neighbours that a short rest lets one se
 _DEGREES = 8, 11
 _SHARE = 0.7  # of what the polynomial leaves, a sine's at least
 
+_MAINS = 0.05, 0.06  # kHz
+_LEAD = 1.0  # ms before the first motion, which a gradual start moves
+_LAST = 30.0  # ms at the end of a record, in which the mains swing one and a half times at least
+_SAME = 0.5, 2.0  # shares of a swing that continues
+
 
 class Noise(NamedTuple):
     """Noise of a record; nan where there is too little rest to see it.
@@ -102,6 +107,37 @@ def noise_remarks(noise: Noise, noise_sd: float, step: float, times: np.ndarray)
         about = {"memory": in_digits(memory, 2), "colour": noise.colour}
         remarks.append(Remark("coloured", **about))
     return remarks
+
+
+def hum_of(time: np.ndarray, travel: np.ndarray, moves: float) -> tuple[float, float]:
+    """Return by how much the mains swing a reading, mm (amplitude), and how fast, kHz; 0 if not.
+
+    The swing that fits the end of the record continues in the rest before the motion, which no
+    swing of a drive does.
+
+    Args:
+        time, travel: Of the motion, ``(n,)``, ms and mm; NaN where a sample is missing.
+        moves: Time of the first motion, ms.
+    """
+    there = ~np.isnan(travel)
+    time, travel = time[there], travel[there]
+    before, after = time < moves - _LEAD, time > max(time[-1] - _LAST, moves + _LAST / 2)
+    if min(before.sum(), after.sum()) < FEWEST:
+        return 0.0, 0.0
+    rest = travel[before] - travel[before].mean()
+    noise = np.median(np.abs(np.diff(rest, n=2))) / (0.6745 * 6.0**0.5)
+    for frequency in _MAINS:
+        waves = np.exp(2j * np.pi * frequency * time)
+        waves = np.column_stack([waves.real, waves.imag])
+        known = np.column_stack([np.ones(after.sum()), time[after], waves[after]])
+        waves_of_end = np.linalg.lstsq(known, travel[after], rcond=None)[0][2:]
+        swing = waves[before] @ waves_of_end
+        swing -= swing.mean()
+        size = float(np.linalg.norm(swing))
+        share = float(rest @ swing) / size**2
+        if _SAME[0] < share < _SAME[1] and share * size > normal_sds(2) * noise:
+            return share * float(np.linalg.norm(waves_of_end)), frequency
+    return 0.0, 0.0
 
 
 def ripple_of(way: np.ndarray, stroke: float) -> float:

@@ -27,7 +27,7 @@ from breaker.records.printed import PrintedComparison, compare_printed
 from breaker.records.reader import Reader
 from breaker.records.settings import FORMAT, TO_MM
 from breaker.records.sheet import Sheet
-from breaker.records.words import BESIDE, holds
+from breaker.records.words import BESIDE
 
 _USUAL = 15.0  # mm: a stroke that stands in where no mm are known
 _COMPARED = "  {:<12}  {:<8}  {:<16}  {:>9}  {:>9}  {:<6}  {:<1}"
@@ -94,9 +94,6 @@ def inspect_file(
     remarks += [doubt for doubts in found.doubts.values() for doubt in doubts]
     if len({(travel.unit, bool(travel.rises[0])) for travel in travels}) > 1:
         remarks.append("columns of travel differ in unit or direction: choose one by --channel")
-    for column in {str(motion.beside.get("contact_column")) for motion in motions}:
-        if holds(column, "52a") or holds(column, "52b"):
-            remarks.append(f"{column!r} is an auxiliary switch, not timed as the main contacts")
     settings = {key: value for key, value in found.settings.items() if value != FORMAT[key]}
     return Proposal(found.sheet, found.clock, travels, settings, motions, remarks, found)
 

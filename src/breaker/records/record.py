@@ -7,14 +7,14 @@ A ``Record`` holds what a file shows without the grid of a model; ``reader.Reade
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from math import isfinite
 
 from breaker.common.numerals import in_digits
 from breaker.model.quantities import Speed
 from breaker.records.checks import (
     doubts_in_words,
-    hum_remark,
+    ends_of_range,
     of_no_drive,
-    range_remark,
     repeats_remark,
     rest_remark,
     unsteady_remark,
@@ -64,14 +64,19 @@ class Record(LocatedMotion):
         remarks = [
             *self.file_remarks,
             of_no_drive(self.motion, time, done, self.segment.stroke),
-            range_remark(time, self.left, self.moves),
             repeats_remark(time, self.left),
-            hum_remark(time, self.left, self.moves),
             unsteady_remark(time, self.left, self.moves, self.segment),
             rest_remark(self.segment, self.settings, self.motion, zero_sd),
             doubts_in_words(self.time, self.doubts),
-            Remark("ripples", rms=in_digits(self.ripple, 2)) if self.ripple else "",
         ]
+        ends = ends_of_range(time, self.left, self.moves)
+        remarks += [Remark("range-ends", level=in_digits(e, 4)) for e in ends if isfinite(e)]
+        amplitude, frequency = self.hum
+        if amplitude:
+            about = in_digits(2.0 * amplitude, 2), round(1000.0 * frequency)
+            remarks.append(Remark("hum", way=about[0], frequency=about[1]))
+        elif self.ripple:
+            remarks.append(Remark("ripples", rms=in_digits(self.ripple, 2)))
         if grid and grid.onset_sd and self.first_motion_sd > grid.onset_sd:
             shown = in_digits(self.first_motion_sd, 2)
             remarks.append(Remark("onset-vague", sd=shown, assumed=grid.onset_sd))

@@ -22,8 +22,8 @@ TEXTS = {
     "doubtful-samples": "{count} samples that no sensor of this stroke gives: {places}",
     "no-drive": "{stroke} mm in {lasts} ms, {speed} m/s, is no {motion} of a drive: check the rate "
     "or unit of the time, and the unit or ratio of the travel",
-    "range-ends": "the reading stays at exactly {level} mm at one rest, and noise moves it at the "
-    "other: does the range of the transducer end there?",
+    "range-ends": "at one rest the reading is at exactly {level} mm, too often for its noise: the "
+    "range of the transducer ends within the stroke",
     "repeats": "the readings from {first} ms on come again from {again} ms on: were samples stored "
     "twice, or did the reading stick?",
     "unsteady": "at rest the reading moves by {way} mm: is there a drift or a vibration?",
