@@ -1,9 +1,16 @@
 """The number in a name counts operations where the names leave no doubt; else none."""
 
+from pathlib import Path
+
 import pytest
 
-from breaker.records.file_names import numbers_in
+from breaker.records.file_names import numbers_in, phases_in_names
 
+PHASES = {
+    "108-R-1 CT 24-12-2020|108-Y-1 CT 24-12-2020|108-B-1 24-12-2020": "R-1 CT|Y-1 CT|B-1",
+    "108-R-1|108-R-2|108-Y-1|108-Y-2": "R|R|Y|Y",  # a counter
+    "R-1 CT|R-2 CT|X-1 CT": "",
+}
 CLEAR = [
     (["op_0005_closing"], [5]),
     (["00001", "00059", "10203"], [1, 59, 10203]),
@@ -31,3 +38,9 @@ def test_a_name_without_doubt_states_its_number(stems, numbers):
 @pytest.mark.parametrize("stems", UNCLEAR)
 def test_a_name_with_a_doubt_states_no_number(stems):
     assert {*numbers_in(stems.split())} == {None}
+
+
+@pytest.mark.parametrize(("stems", "phases"), PHASES.items())
+def test_a_phase_in_names_has_its_break_where_a_side_is_stated(stems, phases):
+    found = phases_in_names(map(Path, stems.split("|")))
+    assert "|".join(found.values()) == phases

@@ -101,6 +101,9 @@ def test_decimal_commas_and_contradictions():
     assert [each[2:5] for each in found.results] == [("L1", 178.25, "mm")]
     found = header_of(split("Phase : R\nOperation : C\nPhase : Y\nOperation : O", "\0"))
     assert (found.phases, found.operation) == ({}, "")
+    assert header_of(split("Phase: Y-1 CT", "\0")).phases == {0: "Y-1 CT"}
+    found = header_of(split("Phases: R-1 CT / Y-1 / B-1", "\0"))
+    assert found.phases == {1: "R-1 CT", 2: "Y-1", 3: "B-1"}
     assert math.isnan(header_of(split("Ratio 1,64\nLinkage ratio 1,72", "\0"), ",").ratio)
 
 

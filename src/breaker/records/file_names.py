@@ -18,6 +18,7 @@ _YEAR = re.compile("19[5-9][0-9]|20[0-5][0-9]")
 # What stands before a number that is a channel, a version, a day, or part of a fraction or a time.
 _LABELS = "|".join(any_of(WORDS["labels"][kind]) for kind in ("no counter", "breaker"))
 _NOT_BEHIND = re.compile(rf"(?:^|[^a-z])(?:{_LABELS}|{MONTHS})[ _-]?$|[0-9][^ _]$", re.IGNORECASE)
+_OF_BREAK = re.compile(rf"{IN_FILE.pattern}-[0-9]( [CPV]T)?(?![^\W_]|-[0-9])")
 _NOT_BEFORE = re.compile(rf"[ _-]?(?:{WORDS['behind_number']})\b|[^\W\d_]|[%°]|[^ _][0-9]")
 
 
@@ -54,20 +55,23 @@ def _count(runs: Sequence[re.Match]) -> bool:
 def phases_in_names(files: Iterable[Path]) -> dict[Path, str]:
     """Return the phase in the name of each file; of no file where one of them has none.
 
-    A letter is a phase where names differ in it and in digits alone, and all are of one system.
+    A letter is a phase where names differ in it and in digits alone, and all are of one system. A
+    break behind it counts where some names state a side, too: ``Y-1 CT``.
 
     >>> [*phases_in_names([Path("108-R 1.csv"), Path("108-Y 1.csv")]).values()]
     ['R', 'Y']
     """
-    groups: dict[str, dict[Path, str]] = defaultdict(dict)
+    files, groups = [*files], defaultdict(dict)
+    sides = any(found[2] for file in files for found in _OF_BREAK.finditer(file.stem))
+    form = _OF_BREAK if sides else IN_FILE
     for file in files:
-        letters = IN_FILE.findall(file.stem)
-        other = re.sub("[0-9]", "0", IN_FILE.sub("", file.stem))
-        groups[other][file] = letters[0] if len(letters) == 1 else ""
+        found = [*form.finditer(file.stem)]
+        other = re.sub("[0-9]", "0", form.sub("", file.stem))
+        groups[other][file] = found[0] if len(found) == 1 else [""] * 2
     named = {}
     for phases in groups.values():
-        there = {*phases.values()}
+        there = {found[1] for found in phases.values()}
         if len(there) < 2 or not any(there <= {*each.split()} for each in WORDS["systems"]):
             return {}
-        named |= phases
+        named |= {file: found[0] for file, found in phases.items()}
     return named

@@ -20,7 +20,7 @@ _meant = by_words(WORDS["stated"])
 _rates_in = by_words(WORDS["rate_words"])
 _LABEL = any_of(WORDS["labels"]["stated channel"])
 _CHANNEL = re.compile(rf"(?:phase (?:of )?)?{_LABEL}\W*(\d+)(?:\W*(?:phase|name))*")
-_OF_BREAK = re.compile(rf"(?:{PHASE})-[0-9](?: \w+)?")  # such as Y-1 CT
+_OF_BREAK = re.compile(rf"\b(?:{PHASE})-[0-9](?: \w{{2,}}(?!-))?")  # such as Y-1 CT
 _KHZ = {
     kind: {unit: size for size, units in WORDS[kind].items() for unit in units.split()}
     for kind in ("frequencies", "sample_rates")
@@ -132,7 +132,8 @@ def _phases(pairs: Iterable[Pair]) -> dict[int, str]:
             phases = {int(channel[1]): own[0] if own else phase_in(pair.text)}
         elif pair.values and "phases" in _meant(pair.name):
             values = pair.values if len(pair.values) > 1 else re.split(r"[\s,/]+", pair.text)
-            named = list(filter(None, map(phase_in, values)))
+            own = _OF_BREAK.findall(" / ".join(pair.values))
+            named = own or [*filter(None, map(phase_in, values))]
             phases = dict(enumerate(named, start=len(named) > 1))
         else:
             continue
