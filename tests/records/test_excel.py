@@ -96,6 +96,11 @@ def test_of_sheets_with_the_same_columns_one_is_named_by_the_column(file):
     np.testing.assert_array_equal(columns.travel, TRAVEL)
     assert "'Close'" in columns.remarks[0]
     assert "'Open'" in look_into(file).remarks[0]
+    names = ["Close!Time [ms]", "Close!Travel 2"]
+    assert look_into(file).names == look_into(file, "Close!Travel 2").names == names
+    for column in look_into(file, "Open!travel 2").names[1:]:
+        seen = read(file, time_column="Open!Time", travel_column=column, travel_unit="cm")
+        np.testing.assert_array_equal(seen.travel, TRAVEL)
 
 
 def test_of_a_formula_its_value_is_read_and_without_one_it_is_refused(file):

@@ -3,6 +3,7 @@
 import csv
 import os
 
+import numpy as np
 import pytest
 
 from breaker.records.description import describe_file
@@ -119,8 +120,8 @@ def test_copies_other_files_and_rates_that_lack_are_named(tmp_path):
 def seen_in(tmp_path, files):
     """Rows for files of one closing, by name: their serial number, dates and phase."""
 
-    def look(file):
-        serial, dates, phase = files[file.relative_to(tmp_path).as_posix()]
+    def look(opened, _):
+        serial, dates, phase = files[opened.file.relative_to(tmp_path).as_posix()]
         return Description(Header(serial=serial, dates=dates), (Part("closing", "T1", phase),))
 
     rows = {row["file"]: row for row in looked(folder_of(tmp_path, *files), look)[0]}
@@ -168,3 +169,24 @@ def test_settings_in_which_files_differ_are_columns(tmp_path):
     rows, _ = looked(tmp_path)
     signs = {(row["file"], row["delimiter"], row["encoding"], row["zero"]) for row in rows}
     assert signs == {("a.csv", ",", "utf-8", "0"), ("b.csv", ";", "cp1252", "rest")}
+
+
+def test_each_line_that_is_a_record_has_a_row_with_its_motion(tmp_path):
+    """Planted: a line is there twice."""
+    angle = 60.0 / (1.0 + np.exp(0.4 * (50.0 - np.arange(200)))) + 0.01 * np.sin(
+        np.arange(200.0) ** 2
+    )
+    lines = ["ID;Time;Interval [ms];Angle [deg]"]
+    for k in range(4):
+        values = angle[::-1] if k % 2 else angle
+        cells = ",".join(f"{value + 0.01 * (k % 3):.2f}" for value in values)
+        lines.append(f"{k + 5};2024-05-0{k + 1} 10:00:00;0.2;{cells}")
+    (tmp_path / "bench.txt").write_text("\n".join([*lines, lines[-1]]))
+    text, remarks = propose_manifest(tmp_path, look=describe_file)
+    rows = list(csv.DictReader(text.splitlines()))
+    for k, row in enumerate(rows):
+        assert (row["line"], row["operation"]) == (str(k + 2), str(k + 5))
+        assert row["date"] == f"2024-05-0{k + 1}T10:00:00"
+        assert row["motion"] == ("opening" if k % 2 else "closing")
+        assert row["sign"] == "FILL IN"
+    assert (len(rows), len(remarks)) == (4, 1)

@@ -109,11 +109,12 @@ def _check(folder: str, config: Mapping) -> int:
 def _propose(options: argparse.Namespace, config: Mapping) -> int:
     """Propose the table of a folder. What to check in it is printed beside it."""
     from breaker.records.description import describe_file
+    from breaker.records.files import Opened
     from breaker.records.settings import FORMAT
     from breaker.records.table_proposal import Description, propose_manifest
 
-    def look(file: Path) -> Description:
-        seen = describe_file(file)
+    def look(file: Opened, line: int) -> Description:
+        seen = describe_file(file, line)
         # What the configuration states goes before what is seen.
         own = options.channels or config["endurance"]["format"] != FORMAT
         return seen._replace(settings={}, sure=True, reason="") if own else seen

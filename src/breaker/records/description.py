@@ -114,13 +114,19 @@ class Findings:
             self.doubts["stroke"].append(f"the strokes of the motions differ: {ends} mm")
 
 
-def look_at(file: str | Path | Opened, channel: str = "") -> Findings:
+def look_at(
+    file: str | Path | Opened, channel: str = "", line: int = 0, usual: str | int = ""
+) -> Findings:
     """Return what a file shows; of all columns of travel, or of the one that a channel names.
+
+    Args:
+        file, channel, line: As of ``read_columns``.
+        usual: A column of the sheet that is meant where no channel is named.
 
     Raises:
         ValueError: If no column moves as a drive does, or the file cannot be read.
     """
-    clock = find_clock(sheet := look_into(file))
+    clock = find_clock(sheet := look_into(file, channel or usual, line))
     found = Findings(sheet, clock, *chosen_travels(sheet, clock, channel), dict(sheet.settings))
     _find_time(found)
     _find_unit(found)
@@ -206,32 +212,35 @@ def _first_by_curve(travel: Travel) -> set[str]:
 
 
 def travel_channels(
-    file: str | Path | Opened,
+    file: str | Path | Opened, usual: str | int = ""
 ) -> dict[str, tuple[str, Mapping[str, Mapping[str, str | int]]]]:
     """Return by column of travel the name of the channel, and the columns that belong to it.
 
-    The name is the phase, where the file states one for each channel; else it is the column.
+    They are those of the first sheet, or of the one that has a usual column. The name is the phase,
+    where the file states one for each channel; else it is the column.
     """
 
     def channels() -> dict[str, tuple[str, Mapping]]:
-        found = look_at(opened)
+        found = look_at(opened, usual=usual)
         columns = [str(found.sheet.column(travel.place)) for travel in found.every]
         phases = [travel.phase for travel in found.every]
         names = phases if all(phases) and len({*phases}) == len(phases) else columns
         return dict(zip(columns, zip(names, found.beside, strict=True), strict=True))
 
     opened = as_opened(file)
-    return opened.once("channels", channels)
+    return opened.once(("channels", *look_into(opened, usual).names), channels)
 
 
-def describe_file(file: str | Path) -> Description:
-    """Return what a file states above its samples, and its motions; or why it is not a record."""
-    opened, stated, parts = Opened(file), Header(), []
+def describe_file(file: str | Path | Opened, line: int = 0) -> Description:
+    """Return what a file states above its samples, or on a line that is a record, and its motions;
+    or why it is not a record.
+    """
+    opened, stated, parts = as_opened(file), Header(), []
     try:
-        stated = look_into(opened).stated
-        found = look_at(opened)
+        stated = look_into(opened, line=line).stated
+        found = look_at(opened, line=line)
     except ValueError as error:
-        return Description(stated, reason=str(error).removeprefix(f"{file}: "))
+        return Description(stated, reason=str(error).removeprefix(f"{opened.file}: "))
     if "ratio" not in found.lacking:
         found.find_rest(TO_MM[found.settings["travel_unit"]])
     settings = found.settings | {key: FILL_IN for key in found.lacking if key != "sign"}

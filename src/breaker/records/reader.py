@@ -173,11 +173,12 @@ def _columns_of(opened: Opened, operation: Operation, motion: str, settings: Map
     )
     if not operation.channel and lacking <= {"current", "motor"} and not flows:
         return {}  # no column to find, for which the whole file is read once more
-    layout = look_into(opened)
+    layout = look_into(opened, operation.channel or usual)
     place = layout.place_of(operation.channel or usual)
     if place is None:
         return {}
-    own = travel_channels(opened).get(str(layout.column(place)), ("", {}))[1].get(motion, {})
+    channels = travel_channels(opened, operation.channel or usual)
+    own = channels.get(str(layout.column(place)), ("", {}))[1].get(motion, {})
     if layout.place_of(usual) not in (None, place):
         return {**own}
     contact = settings["contact_column"]

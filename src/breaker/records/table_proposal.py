@@ -18,8 +18,10 @@ from breaker.model.parameters import MOTIONS
 from breaker.model.quantities import ABOUT
 from breaker.records.dates import dates_of, day_order, in_order
 from breaker.records.file_names import numbers_in, phases_in_names
-from breaker.records.files import is_store, printable
+from breaker.records.files import Opened, is_store, printable
 from breaker.records.folder import record_files
+from breaker.records.formats.lines import RecordLine
+from breaker.records.formats.registry import records_in
 from breaker.records.header import Header
 from breaker.records.operations import FILL_IN, LONGEST
 from breaker.records.settings import FORMAT
@@ -58,9 +60,12 @@ class Description(NamedTuple):
 
 
 class _File(NamedTuple):
-    """A file: its path, its motions by names, its folders with other names, what is seen in it."""
+    """A file, or a line of one that is a record: its path, the line, empty where it is none, its
+    motions by names, its folders with other names, what is seen in it.
+    """
 
     path: str
+    record: RecordLine
     motions: tuple[str, ...]
     folder: str
     seen: Description
@@ -70,7 +75,7 @@ def propose_manifest(
     folder: str | Path,
     channels: Sequence[str] = (),
     motions: Sequence[str] = MOTIONS,
-    look: Callable[[Path], Description] = lambda _: Description(),
+    look: Callable[[Opened, int], Description] = lambda *_: Description(),
 ) -> tuple[str, list[str]]:
     """Propose the table of a folder and those below it.
 
@@ -80,7 +85,7 @@ def propose_manifest(
     Args:
         folder, channels: Folder of the curve files; columns of travel, each a phase of its own.
         motions: Which motions have rows; a file of another one is left out.
-        look: Describes a file, so that not only its name counts.
+        look: Describes a file, or its line that is a record, so that not only its name counts.
 
     Returns:
         The text of the table, and what to check in it, in words.
@@ -98,7 +103,7 @@ def propose_manifest(
         breaker = (name or (FILL_IN if any(stated) else file.folder))[:LONGEST]
         for row in _rows(file, channels):
             if row["motion"] in (*motions, FILL_IN):
-                groups[breaker].append(row | {"breaker": breaker, "date": date})
+                groups[breaker].append({**row, "breaker": breaker, "date": row["date"] or date})
     rows = [row for own in groups.values() for row in own]
     if not rows:
         reason = f"{printable(folder)} has no file of a record of {' or '.join(motions)}"
@@ -108,37 +113,45 @@ def propose_manifest(
             text = f"{len(own)} rows are numbered from 1 in the order of dates or names"
             remarks.append(f"{breaker}: {text}" if breaker else text)
     rows.sort(key=lambda row: (row["breaker"], row["operation"], row["motion"]))
-    default = {name: _cell(value) for name, value in FORMAT.items()}
-    names = [k for k in FORMAT if any(row.get(k, "") not in ("", default[k]) for row in rows)]
+    default = {"line": "", **{name: _cell(value) for name, value in FORMAT.items()}}
+    names = [k for k in default if any(row.get(k, "") not in ("", default[k]) for row in rows)]
     return table_text([*_COLUMNS, *names], rows), remarks
 
 
-def _files(folder: Path, look: Callable[[Path], Description], remarks: list[str]) -> list[_File]:
-    """Return the files in a folder and below that may be records, each once: of those with equal
-    samples the first. Remark on those left out.
+def _files(
+    folder: Path, look: Callable[[Opened, int], Description], remarks: list[str]
+) -> list[_File]:
+    """Return the files in a folder and below, or their lines, that may be records, each once: of
+    those with equal samples the first. Remark on those left out.
     """
-    first: dict[str, _File] = {}
+    first: dict[str, tuple[str, _File]] = {}
     for place, folders, _ in os.walk(folder):
         folders[:] = sorted(e for e in folders if not e.startswith(".") and not is_store(e))
         for file in sorted(record_files(place), key=natural):
-            path, seen = file.relative_to(folder).as_posix(), look(file)
+            path, opened = file.relative_to(folder).as_posix(), Opened(file)
             parts = path.split("/")[:-1]
             # The folder that is nearest to the file goes first, then its name.
             texts = [*reversed(parts), file.stem, folder.resolve().name]
             motions = next(filter(None, map(motions_in, texts)), ())
-            other = first.get(samples := seen.samples or path)
-            if not path.isprintable():
-                why = "has a sign in its name that a table cannot hold; rename it"
-            elif seen.reason and not motions:
-                why = f"is no record: {seen.reason}"
-            elif other:
-                why = f"has the samples of {other.path}; export it again if it is of another record"
-            else:
-                own = "/".join(part for part in parts if not motions_in(part))
-                first[samples] = _File(path, motions, own, seen)
-                continue
-            remarks.append(f"left out: {printable(path)} {why}")
-    return [*first.values()]
+            own = "/".join(part for part in parts if not motions_in(part))
+            left = []
+            for record in records_in(opened) or [RecordLine(0, 0, "")]:
+                line, seen = record.line, look(opened, record.line)
+                at = f"{path}, line {line}" if line else path
+                other, _ = first.get(samples := seen.samples or at, ("", None))
+                if not path.isprintable():
+                    why = "has a sign in its name that a table cannot hold; rename it"
+                elif seen.reason and not motions:
+                    why = f"is no record: {seen.reason}"
+                elif other:
+                    why = f"has the samples of {other}; export it again if it is of another record"
+                else:
+                    first[samples] = at, _File(path, record, motions, own, seen)
+                    continue
+                left.append(f"left out: {printable(at)} {why}")
+            more = [f"left out: {len(left) - 1} more lines of {printable(path)}"] * (len(left) > 1)
+            remarks += [*left[:1], *more]
+    return [file for _, file in first.values()]
 
 
 def _dates(files: Sequence[_File]) -> list[str]:
@@ -162,7 +175,8 @@ def _dates(files: Sequence[_File]) -> list[str]:
 def _rows(file: _File, channels: Sequence[str]) -> list[_Row]:
     """Return a row for each motion of each channel in a file, without breaker, date and counter."""
     seen, shown = file.seen, {part.motion for part in file.seen.parts}
-    cells: _Row = {"file": file.path}
+    line, number, date = file.record
+    cells: _Row = {"file": file.path, "line": line or "", "operation": number or None, "date": date}
     if seen.settings:
         cells |= {key: _cell(value) for key, value in {**FORMAT, **seen.settings}.items()}
         cells["time_column"] = cells["time_column"] or "none"
@@ -174,7 +188,8 @@ def _rows(file: _File, channels: Sequence[str]) -> list[_Row]:
     if len(phases) > 1 and len({*phases.values()} - {""}) < len(phases):
         phases = {channel: channel for channel in phases}
     sure = seen.sure or shown <= {*file.motions}
-    unsure = {} if sure else {"motion": FILL_IN, "sign": FILL_IN}
+    # Lines of a file are of one sign, which their motions assume.
+    unsure = {} if sure else {"sign": FILL_IN} if line else {"motion": FILL_IN, "sign": FILL_IN}
     if cells.get("rate") == FILL_IN and len(parts) > len(phases):
         unsure |= {"from": FILL_IN, "to": FILL_IN}
     found = []
@@ -207,7 +222,7 @@ def _number(rows: Sequence[_Row]) -> bool:
     for own in poles.values():
         numbers = numbers_in([Path(row["file"]).stem for row in own])
         for row, number in zip(own, numbers, strict=True):
-            row["operation"] = number
+            row["operation"] = row["operation"] or number
     if all(len({row["operation"] for row in own} - {None}) == len(own) for own in poles.values()):
         return True
     dated = all(row["date"] not in ("", FILL_IN) for row in rows)

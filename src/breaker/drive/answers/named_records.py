@@ -102,7 +102,7 @@ def read_visit(
             "report of each"
         )
     form, after = assessment.config["endurance"]["format"], _last_number(rows)
-    phases_of = {file: _channels(opened[file], channels) for file in files}
+    phases_of = {file: _channels(opened[file], channels, form["travel_column"]) for file in files}
     in_names = phases_in_names(files)
     poles = {}
     for file, found in phases_of.items():
@@ -173,14 +173,14 @@ def each_once(paths: Iterable[str | Path]) -> list:
     return list(found.values())
 
 
-def _channels(file: Opened, chosen: Sequence[str]) -> dict[str, str]:
+def _channels(file: Opened, chosen: Sequence[str], usual: str | int) -> dict[str, str]:
     """Return the phases or names of the channels of a file, by their columns of travel.
 
     A single channel for which the file states no phase has an empty one.
     """
     found = {}
     with suppress(ValueError):  # to be read as configured, or rejected with the reason
-        found = travel_channels(file)
+        found = travel_channels(file, usual)
     names = {each: found[each][0] if each in found else each for each in chosen or found or [""]}
     return {key: "" if len(names) == 1 and name == key else name for key, name in names.items()}
 

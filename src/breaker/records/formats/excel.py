@@ -1,8 +1,8 @@
 """Curve files that are Excel workbooks, by openpyxl (the extra ``excel``).
 
 A visible sheet is read as a text with tabs between its cells; a row counts as a line. Hidden sheets
-are not looked at. Where several sheets have the columns of a record, the setting ``travel_column``
-names the sheet, too: ``Sheet!Column``.
+are not looked at. Where several sheets have the same columns, their names name the sheet, too:
+``Sheet!Column``.
 """
 
 import io
@@ -15,7 +15,7 @@ from breaker.records.files import Opened, RejectedCurveError, check_bytes, check
 from breaker.records.formats.text import sheet_of
 from breaker.records.rejections import FEWEST
 from breaker.records.sheet import Sheet
-from breaker.records.words import places_of
+from breaker.records.words import places_of, split_unit
 
 ENDINGS = dict.fromkeys((".xlsx", ".xlsm"), "an Excel workbook")
 SIGNATURES = (b"PK\3\4",)
@@ -37,24 +37,30 @@ def read(opened: Opened, form: Mapping) -> list[Sheet]:
     signs, sheets, others, errors = {"delimiter": "\t", "decimal": decimal}, {}, [], []
     visible = opened.once(("visible", decimal), lambda: [*_visible(opened, decimal)])
     for title, rows, formulas in visible:
-        column = travel.removeprefix(f"{title}!")
+        own = {k: v.removeprefix(f"{title}!") if isinstance(v, str) else v for k, v in form.items()}
         try:
             if formulas:
                 reason = f"has formulas without stored values in its sheet {title!r}"
                 remedy = "open it in Excel or LibreOffice and save it"
                 raise RejectedCurveError(opened.file, f"{reason}; {remedy}")
-            wanted = form and {**form, "travel_column": column}
-            sheet = sheet_of(opened, "\n".join(rows), signs, wanted, title)
+            sheet = sheet_of(opened, "\n".join(rows), signs, own, title)
         except RejectedCurveError as error:
             errors.append(error)
             others += [title] if len(rows) > FEWEST else []  # fewer rows show no motion
             continue
-        for place in places_of(sheet.names, column) if column != travel else ():
-            sheet.names[place] = f"{title}!{sheet.names[place]}"
+        for column in {own[key] for key in form if own[key] != form[key]}:
+            for place in places_of(sheet.names, column):
+                sheet.names[place] = f"{title}!{sheet.names[place]}"
         sheets[title] = replace(sheet, settings={"decimal": decimal})
     if not sheets:
         raise errors[0] if errors else RejectedCurveError(opened.file, "is empty")
     first, *more = sheets
+    bare = {title: [split_unit(name)[0].lower() for name in e.names] for title, e in sheets.items()}
+    for title, sheet in () if form else sheets.items():
+        both = [{*bare[title]} & {*bare[other]} - {""} for other in sheets if other != title]
+        same = set().union(*(names for names in both if len(names) > 1))  # a time alone is none
+        pairs = zip(bare[title], sheet.names, strict=True)
+        sheet.names[:] = [f"{title}!{name}" if each in same else name for each, name in pairs]
     if form and more:
         reason = f"has the same columns in its sheets {', '.join(map(repr, sheets))}"
         remedy = f"name the sheet: endurance.format.travel_column: {first}!{travel}"

@@ -96,21 +96,26 @@ def _read(opened: Opened, settings: Mapping, channel: str, line: int = 0) -> Col
     raise error
 
 
-def look_into(file: str | Path | Opened) -> Sheet:
+def look_into(file: str | Path | Opened, channel: str | int = "", line: int = 0) -> Sheet:
     """Return the sheet of a file of which nothing is known: estimated of a text, stated of others.
+
+    Args:
+        file, line: As of ``read_columns``.
+        channel: A column of the sheet that is meant; where none has it, the first is.
 
     Raises:
         RejectedCurveError: If the file cannot be read, or there are no columns of numbers.
     """
     opened = as_opened(file)
 
-    def look() -> Sheet:
-        for sheet in _sheets(opened, {}):
-            if sheet.columns:
-                return sheet
+    def look() -> list[Sheet]:
+        if sheets := [e for e in _sheets(opened, {"line": line} if line else {}) if e.columns]:
+            return sheets
         raise RejectedCurveError(opened.file, "has no table with columns of numbers")
 
-    return opened.once("sheet", look)
+    sheets = look() if line else opened.once("sheets", look)
+    first = sheets[0] if line else opened.once("sheet", lambda: sheets[0])  # has a size
+    return next((e for e in sheets if channel and e.place_of(channel) is not None), first)
 
 
 def records_in(file: str | Path | Opened) -> list[lines.RecordLine]:
@@ -137,7 +142,7 @@ def stated_in(
     with suppress(ValueError):
         return read_columns(opened, complete(settings), channel, line).sheet.stated
     with suppress(ValueError):
-        return look_into(opened).stated
+        return look_into(opened, channel, line).stated
     return Header()
 
 
