@@ -117,11 +117,8 @@ class Findings:
 def look_at(
     file: str | Path | Opened, channel: str = "", line: int = 0, usual: str | int = ""
 ) -> Findings:
-    """Return what a file shows; of all columns of travel, or of the one that a channel names.
-
-    Args:
-        file, channel, line: As of ``read_columns``.
-        usual: A column of the sheet that is meant where no channel is named.
+    """Return what a file shows; of the column of travel that a channel names, or of all in its
+    first sheet, or in that of a usual one.
 
     Raises:
         ValueError: If no column moves as a drive does, or the file cannot be read.

@@ -13,12 +13,7 @@ import numpy as np
 from breaker.common.numerals import in_digits
 from breaker.records.fits import smoothed
 from breaker.records.noise import Noise, hum_of, noise_at_rest, ripple_of
-from breaker.records.rejections import (
-    FEWEST,
-    OtherMotionError,
-    SeveralMotionsError,
-    UnusableError,
-)
+from breaker.records.rejections import FEWEST, OtherMotionError, SeveralMotionsError, UnusableError
 
 _WINDOW = 2.0  # ms, of the running median: a burst of nearly half of it leaves no trace
 CLEAR = 12.0  # sd of the noise, least range of a reading in which something moves

@@ -59,6 +59,9 @@ class Description(NamedTuple):
     samples: str = ""
 
 
+_Look = Callable[[Opened, int], Description]
+
+
 class _File(NamedTuple):
     """A file, or a line of one that is a record: its path, the line, empty where it is none, its
     motions by names, its folders with other names, what is seen in it.
@@ -75,7 +78,7 @@ def propose_manifest(
     folder: str | Path,
     channels: Sequence[str] = (),
     motions: Sequence[str] = MOTIONS,
-    look: Callable[[Opened, int], Description] = lambda *_: Description(),
+    look: _Look = lambda *_: Description(),
 ) -> tuple[str, list[str]]:
     """Propose the table of a folder and those below it.
 
@@ -118,9 +121,7 @@ def propose_manifest(
     return table_text([*_COLUMNS, *names], rows), remarks
 
 
-def _files(
-    folder: Path, look: Callable[[Opened, int], Description], remarks: list[str]
-) -> list[_File]:
+def _files(folder: Path, look: _Look, remarks: list[str]) -> list[_File]:
     """Return the files in a folder and below, or their lines, that may be records, each once: of
     those with equal samples the first. Remark on those left out.
     """

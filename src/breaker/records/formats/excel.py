@@ -55,12 +55,10 @@ def read(opened: Opened, form: Mapping) -> list[Sheet]:
     if not sheets:
         raise errors[0] if errors else RejectedCurveError(opened.file, "is empty")
     first, *more = sheets
-    bare = {title: [split_unit(name)[0].lower() for name in e.names] for title, e in sheets.items()}
-    for title, sheet in () if form else sheets.items():
-        both = [{*bare[title]} & {*bare[other]} - {""} for other in sheets if other != title]
-        same = set().union(*(names for names in both if len(names) > 1))  # a time alone is none
-        pairs = zip(bare[title], sheet.names, strict=True)
-        sheet.names[:] = [f"{title}!{name}" if each in same else name for each, name in pairs]
+    bare = {t: {split_unit(name)[0].lower() for name in e.names if name} for t, e in sheets.items()}
+    for title, sheet in () if form else sheets.items():  # which have more than a time in common
+        if any(len(bare[title] & bare[other]) > 1 for other in sheets if other != title):
+            sheet.names[:] = [f"{title}!{name}" if name else "" for name in sheet.names]
     if form and more:
         reason = f"has the same columns in its sheets {', '.join(map(repr, sheets))}"
         remedy = f"name the sheet: endurance.format.travel_column: {first}!{travel}"

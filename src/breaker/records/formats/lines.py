@@ -58,12 +58,8 @@ class _Form(NamedTuple):
     records: Mapping[int, bytes]
 
 
-def sniff(opened: Opened) -> bool:
-    """Return whether a text has a record on each line: many values, and one name for all."""
-    return _form(opened) is not None
-
-
-def _form(opened: Opened) -> _Form | None:
+def form_of(opened: Opened) -> _Form | None:
+    """Return the form of a text that has a record on each line: many values, and one name."""
     return opened.once("form of lines", lambda: _form_of(opened))
 
 
@@ -104,11 +100,10 @@ def _cells(text: str, delimiter: str, most: int = -1) -> list[str]:
 
 
 def records_in(opened: Opened) -> list[RecordLine]:
-    """Return the records of a file, in the order of their lines; none where it is of another kind.
-    A record without a number has that of its place, from 1.
+    """Return the records of a file, in the order of their lines. A record without a number has that
+    of its place, from 1.
     """
-    if (form := _form(opened)) is None:
-        return []
+    form = form_of(opened)
     stated = [[pair[1] for pair in _split(form, line)[0]] for line in form.records.values()]
     dates = [next(filter(None, map(dates_of, values)), {}) for values in stated]
     order, records = day_order(filter(None, dates)), []
@@ -127,7 +122,7 @@ def read(opened: Opened, form: Mapping) -> list[Sheet]:
     Raises:
         RejectedCurveError: If the line is not that of a record, or its values are not numbers.
     """
-    file, own = opened.file, _form(opened)
+    file, own = opened.file, form_of(opened)
     line = form.get("line") or next(iter(own.records), 0)
     signs = own.signs | {key: form[key] for key in own.signs if key in form}
     record = own.records.get(line, b"")

@@ -97,11 +97,8 @@ def _read(opened: Opened, settings: Mapping, channel: str, line: int = 0) -> Col
 
 
 def look_into(file: str | Path | Opened, channel: str | int = "", line: int = 0) -> Sheet:
-    """Return the sheet of a file of which nothing is known: estimated of a text, stated of others.
-
-    Args:
-        file, line: As of ``read_columns``.
-        channel: A column of the sheet that is meant; where none has it, the first is.
+    """Return the sheet of a file or line of which nothing is known: estimated of a text, stated of
+    others. It is the first, or the first with the column of a channel.
 
     Raises:
         RejectedCurveError: If the file cannot be read, or there are no columns of numbers.
@@ -167,7 +164,7 @@ def _format_of(opened: Opened) -> ModuleType:
         if opened.content.startswith(each.SIGNATURES):
             return each
     if named in (text, lines):
-        return lines if lines.sniff(opened) else text
+        return lines if lines.form_of(opened) else text
     if named.SIGNATURES and not any(each in opened.content for each in named.SIGNATURES):
         reason = f"ends as {named.ENDINGS[_ending(file)]}, but does not begin as one"
         raise RejectedCurveError(file, f"{reason}; is it whole? Export it again")
