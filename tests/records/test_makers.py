@@ -5,8 +5,8 @@ import pytest
 import yaml
 
 from breaker.documents.terminal import text_of
-from breaker.records.channels import InspectionError
 from breaker.records.description import travel_channels
+from breaker.records.files import RejectedCurveError
 from breaker.records.grid import Grid
 from breaker.records.proposal import inspect_file, overlay_of, words_of
 from breaker.records.reader import Reader
@@ -89,7 +89,7 @@ def test_channels_one_below_the_other_are_refused(tmp_path, title):
     block = [f"{t:.1f},{178 * y:.2f}" for t, y in zip(time, way(time, 60.0, 60.0), strict=True)]
     lines = ["Time (ms),Travel (mm)", *block, *title, *block]
     (tmp_path / "a.csv").write_text("\n".join(lines), encoding="utf-8")
-    with pytest.raises(InspectionError):
+    with pytest.raises(RejectedCurveError):
         inspect_file(tmp_path / "a.csv", SENSOR)
 
 

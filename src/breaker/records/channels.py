@@ -18,6 +18,7 @@ from breaker.common.numerals import in_digits
 from breaker.model.parameters import MOTIONS
 from breaker.records import words
 from breaker.records.contacts import LEAST
+from breaker.records.files import RejectedCurveError
 from breaker.records.motion import Course
 from breaker.records.rejections import FEWEST
 from breaker.records.settings import RATES, TO_MM, TO_MS
@@ -45,10 +46,6 @@ _PHASES = re.compile(rf"(?<![a-z])({words.COLUMN_PHASE})(?![a-z])")
 _NO_MARKS = re.compile(r"[\[(].*?[\])]|\b[cCtT](?=\d)|\b52[abAB]\b")
 
 
-class InspectionError(ValueError):
-    """A file for which no settings can be proposed; the message has the reason."""
-
-
 class Clock(NamedTuple):
     """When the samples of a record were taken; the rate, kHz, is NaN where it is not known."""
 
@@ -73,11 +70,9 @@ def find_clock(sheet: Sheet) -> Clock:
     times = sheet.columns[clock.place]
     falls = np.flatnonzero(np.diff(times[np.isfinite(times)]) < 0.0)
     if falls.size:
-        raise InspectionError(
-            f"{sheet.file}: its time, column {sheet.column(clock.place)!r}, falls or begins again "
-            f"after {falls[0] + 1} samples; sort its lines by time, and export a column for each "
-            "channel and a file for each record"
-        )
+        reason = f"its time, column {sheet.column(clock.place)!r}, falls or begins again after "
+        remedy = "sort its lines by time, and export a column a channel and a file a record"
+        raise RejectedCurveError(sheet.file, f"{reason}{falls[0] + 1} samples; {remedy}")
     return clock
 
 
@@ -181,15 +176,15 @@ def chosen_travels(
     """Return the columns of travel, those that are asked for, and remarks on the others."""
     travels = _find_travels(sheet, clock)
     if not travels:
-        raise InspectionError(
-            f"{sheet.file}: none of {len(sheet.columns)} columns moves between two rests as a "
-            "drive does; did the breaker move, and is the record longer than the motion?"
-        )
+        reason = f"none of {len(sheet.columns)} columns moves between two rests as a drive does"
+        remedy = "did the breaker move, and is the record longer than the motion?"
+        raise RejectedCurveError(sheet.file, f"{reason}; {remedy}")
     place = sheet.place_of(channel) if channel else None
     asked = [travel for travel in travels if travel.place == place]
     listed = " or ".join(f"travel_column: {sheet.column(travel.place)}" for travel in travels)
     if channel and not asked:
-        raise InspectionError(f"{sheet.file}: {channel!r} is not a column of travel; set {listed}")
+        reason = f"{channel!r} is not a column of travel; set {listed}"
+        raise RejectedCurveError(sheet.file, reason)
     used = _clear({t: (t.unit if t.named else t.place, t.strokes.max()) for t in travels})
     every = _with_phases(sheet, used if set(asked) <= set(used) else asked)
     if asked:

@@ -94,11 +94,10 @@ class Findings:
             for k, closes in enumerate(closing) if travel in self.travels else ():
                 part = travel.part(k) if (closing == closes).sum() > 1 else (np.nan, np.nan)
                 at = [start + i / clock.likely_rate for i in (*part, *travel.moves(k))]
-                about = {"begin": at[0], "end": at[1], "phase": travel.phase}
-                operation = Operation(k + 1, self.sheet.file, **about)
+                of = Operation(k + 1, self.sheet.file, "", *at[:2], phase=travel.phase)
                 motion = "closing" if closes else "opening"
-                of = travel, column, operation, motion, *at[2:], beside[motion]
-                found.append(InspectedMotion(*of))
+                own = travel, column, of, motion, *at[2:], beside[motion]
+                found.append(InspectedMotion(*own))
         return found
 
     def find_rest(self, mm: float) -> None:
