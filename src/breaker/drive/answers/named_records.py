@@ -201,15 +201,12 @@ def numbers_of_poles(files: Mapping[Path, _Pole]) -> dict[Path, int]:
         >>> [*numbers_of_poles(files | {Path("R 2"): (["R"], "")}).values()]
         [1, 1, 2]
     """
-    groups: list[list[_Pole]] = []
+    groups: dict[int, list[_Pole]] = {}
     found = {}
     for path, each in sorted(files.items(), key=lambda item: item[1][1] or "9999"):
-        group = next((some for some in groups if _beside(some, each)), None)
-        if group is None:
-            group = []
-            groups.append(group)
-        group.append(each)
-        found[path] = id(group)
+        own = next((k for k, some in groups.items() if _beside(some, each)), len(groups))
+        groups.setdefault(own, []).append(each)
+        found[path] = own
     order = {of: k for k, of in enumerate(dict.fromkeys(found[path] for path in files), start=1)}
     return {path: order[found[path]] for path in files}
 
