@@ -27,6 +27,7 @@ STROKES = (2.0, 300.0)
 """Ways of drives, mm."""
 
 _FORCES = (0.0015, 1.0)  # mm/ms^2, square of the speed over the stroke: of drives 0.003 to 0.8
+_FASTEST = {"closing": 6.0, "opening": 14.0}  # m/s: half as fast again as drives that are known
 _ABSURD = 1e6  # mm: arithmetic with more may overflow
 _BURST = 5.0  # ms: longest disturbance that a running median hides
 _ALIKE = 0.7, 4 / 3  # times the step of a time, that of twice the time; a bend doubles it at least
@@ -35,6 +36,8 @@ _DISTURBED = 0.02, 5.0  # strokes and usual noises: in more noise no sample show
 _FAR = 0.15  # strokes from zero at which the open breaker is not that of the settings
 _SLIPS = 0.05  # of the stroke: a mount that slips by more holds no sensor
 _ENDS, _MOST = 50, 64  # samples at either end, and of a stretch that is compared at most
+_TENTHS = np.arange(0.1, 0.95, 0.1)  # of the way, between which speeds are compared
+_AT_SPEED = 0.4  # of the greatest speed, from which no stop leaves a drive without a swing
 _AT_END = 0.25  # of a rest, samples at the end of a range; noise of five steps has 0.07 there
 _NOISY = 5  # values of a rest in noise that no step of the reading hides at another rest
 _UNSTEADY = 0.01  # strokes, by which a rest moves; of 200 good records of the study 0.006 at most
@@ -232,7 +235,7 @@ def of_no_drive(motion: str, time: np.ndarray, done: np.ndarray, stroke: float) 
         return ""
     lasts = max(float(time[past[0]] - time[low[-1]]), float(time[1] - time[0]))
     speed = 0.8 * stroke / lasts
-    if _FORCES[0] <= speed**2 / stroke <= _FORCES[1]:
+    if _FORCES[0] <= speed**2 / stroke <= _FORCES[1] and speed <= _FASTEST[motion]:
         return ""
     about = {"stroke": stroke, "lasts": lasts, "speed": speed}
     return Remark("no-drive", motion=motion, **{k: in_digits(v, 3) for k, v in about.items()})
@@ -257,6 +260,26 @@ def ends_of_range(time: np.ndarray, travel: np.ndarray, moves: float) -> tuple[f
         level = [end for end in ends if noisy and (rest == end).mean() > _AT_END]
         levels.append(float(level[0]) if level else np.nan)
     return levels[0], levels[1]
+
+
+def stop_remark(time: np.ndarray, travel: np.ndarray, segment: Segment) -> str:
+    """Say that travel stops at speed and swings no more, as at the end of a range in noise.
+
+    Args:
+        time, travel: Of the motion, ``(n,)``, ms and mm; NaN where a sample is missing.
+        segment: The motion in its record.
+    """
+    done = np.abs(filled(travel) - segment.before) / segment.stroke
+    near = max(5.0 * white_noise(travel) / segment.stroke, MATTERS)
+    stop = int((done >= 1.0 - near).argmax())
+    marks = time[[int((done >= share).argmax()) for share in _TENTHS]]
+    step = time[1] - time[0]
+    fastest = (0.1 / np.maximum(np.diff(marks), step)).max()
+    speed = (done[stop] - _TENTHS[-1]) / max(time[stop] - marks[-1], step) / fastest
+    off = np.abs(running_mean(done[stop:] - 1.0, _LINE)[_LINE:-_LINE])
+    if speed < _AT_SPEED or near > 4.0 * MATTERS or not off.size or off.max() > 0.7 * near:
+        return ""
+    return Remark("stops-at-speed", at=in_digits(time[stop], 4), share=f"{speed:.0%}")
 
 
 def repeats_remark(time: np.ndarray, travel: np.ndarray) -> str:

@@ -169,7 +169,8 @@ def _rate_in(pair: Pair, decimal: str) -> tuple[float, bool]:
     if ms := TO_MS.get(unit_of(unit) or ""):
         return 1.0 / (number * ms) if "step" in meant else math.nan, True
     if unit or not {"samples", "tempo"} <= {*meant}:
-        sizes = _KHZ["sample_rates"] | (_KHZ["frequencies"] if "samples" in meant else {})
+        of_samples = "samples" in meant or ("tempo" in meant and bare == "khz")  # mains are in Hz
+        sizes = _KHZ["sample_rates"] | (_KHZ["frequencies"] if of_samples else {})
         return number * sizes.get(bare, math.nan), True
     # Thousands without a unit are Hz: no recorder takes as many in a ms.
     return (number, False) if number <= RATES[1] else (1e-3 * number, True)

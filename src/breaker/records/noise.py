@@ -134,7 +134,7 @@ def hum_of(time: np.ndarray, travel: np.ndarray, moves: float) -> tuple[float, f
         swing = waves[before] @ waves_of_end
         swing -= swing.mean()
         size = float(np.linalg.norm(swing))
-        share = float(rest @ swing) / size**2
+        share = float(rest @ swing) / size**2 if size else 0.0
         if _SAME[0] < share < _SAME[1] and share * size > normal_sds(2) * noise:
             return share * float(np.linalg.norm(waves_of_end)), frequency
     return 0.0, 0.0

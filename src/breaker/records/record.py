@@ -17,6 +17,7 @@ from breaker.records.checks import (
     of_no_drive,
     repeats_remark,
     rest_remark,
+    stop_remark,
     unsteady_remark,
 )
 from breaker.records.contacts import ContactTimes
@@ -64,6 +65,7 @@ class Record(LocatedMotion):
         remarks = [
             *self.file_remarks,
             of_no_drive(self.motion, time, done, self.segment.stroke),
+            stop_remark(time, self.left, self.segment),
             repeats_remark(time, self.left),
             unsteady_remark(time, self.left, self.moves, self.segment),
             rest_remark(self.segment, self.settings, self.motion, zero_sd),

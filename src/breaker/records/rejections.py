@@ -24,6 +24,8 @@ TEXTS = {
     "or unit of the time, and the unit or ratio of the travel",
     "range-ends": "at one rest the reading is at exactly {level} mm, too often for its noise: the "
     "range of the transducer ends within the stroke",
+    "stops-at-speed": "the travel stops at {at} ms at {share} of its greatest speed, and swings no "
+    "more: does the range of the transducer end within the stroke?",
     "repeats": "the readings from {first} ms on come again from {again} ms on: were samples stored "
     "twice, or did the reading stick?",
     "unsteady": "at rest the reading moves by {way} mm: is there a drift or a vibration?",
