@@ -8,14 +8,17 @@ import pytest
 
 from breaker.common.plain_values import plainly
 from breaker.documents.terminal import text_of
-from breaker.drive.answers.comparability import judged_today, unlike
+from breaker.drive.answers.explanations import Explanation, otherwise_measured
+from breaker.drive.answers.identity import Difference
 from breaker.drive.answers.visit_changes import (
     VERDICT_WORDS,
     QuantityChange,
     compare,
     measured_changes,
     visit_error,
+    with_explanations,
 )
+from breaker.drive.answers.visit_comparison import judged_today
 from breaker.drive.answers.visit_document import (
     Agreement,
     ComparisonSettings,
@@ -78,11 +81,13 @@ def document(*families, before=None, today=None, beyond=0.05, rejected=(), **mor
     before = before or records()
     today = today or records(before)
     found = compare(before, today, families or [family()], np.random.default_rng(1))
-    measured = measured_changes(before, today, SPEEDS, beyond)
+    explanations = more.get("explanations", [])
+    if explanations:
+        found = with_explanations(found, explanations)
     return visits_document(
         found,
-        measured,
-        unlike(measured, found.strokes, more.get("stated", {})),
+        measured_changes(before, today, SPEEDS, beyond),
+        [*more.get("differences", []), *otherwise_measured(explanations)],
         ComparisonSettings(beyond, 1, 0.001),
         limits=plainly(judged_today(found, today, more.get("limits", ()), SPEEDS, 1)),
         records={m: {"before": len(before[m]), "today": len(today[m])} for m in before},
@@ -90,16 +95,14 @@ def document(*families, before=None, today=None, beyond=0.05, rejected=(), **mor
     )
 
 
-def ratios(before, today):
-    return {"before": {"linkage ratio": before}, "today": {"linkage ratio": today}}
-
-
 def inferred(found):
     return {row.name: row for row in found.changes if row.kind != "measured"}
 
 
 def row(name, kind, worse, verdict=VERDICT_WORDS[0]):
-    about = dict.fromkeys(("unit", "meaning", "motion"), "") | {"change": [0.0, 0.0, 0.0]}
+    about = dict.fromkeys(("unit", "meaning", "motion"), "") | dict.fromkeys(
+        ("change", "if_changed"), [0.0] * 3
+    )
     about |= dict.fromkeys(("unchanged", "beyond", "more", "less"), 0.5)
     return QuantityChange(name=name, kind=kind, worse=worse, verdict=verdict, **about)
 
@@ -132,19 +135,19 @@ def test_what_changed_follows_what_is_measured():
     rows = inferred(found)
     assert {name for name, row in rows.items() if row.verdict == VERDICT_WORDS[0]} == {
         "f",
+        "k_b",
         "touch_after_release",
         "parting_after_release",
     }
     assert rows["touch_after_release"].change == pytest.approx([20.0] * 3, abs=0.5)
-    assert rows["k_b"].verdict == VERDICT_WORDS[1]
+    assert rows["k_b"].beyond < 0.5  # it changed, and whether that matters is for a limit
     assert rows["f"].change == pytest.approx([-11.5, -10.0, -8.5], abs=0.3)
     assert rows["f"].less == rows["f"].beyond == rows["f"].worse == 1.0
     assert rows["f"].unchanged == 0.0
     assert rows["L"].unchanged == pytest.approx(0.75, abs=0.03)
     assert rows["mu"].unchanged == 1.0
-    assert (rows["mu"].worse, rows["L"].worse) == (None, 0.0)
+    assert (rows["mu"].worse, rows["k_b"].worse) == (None, 0.0)
     assert document(family(f=0.9)).worse == []  # nothing measured has changed
-    assert document(family(f=0.9), beyond=0.2, **slower).worse == []
 
 
 def test_the_first_family_that_fits_both_visits_answers():
@@ -170,7 +173,7 @@ def test_the_first_family_that_fits_both_visits_answers():
 def test_parameters_of_a_drive_of_no_family_are_withheld():
     longer = records(stroke=120.0)
     found = document(family("one"), family("two", 1e-5), today=longer)
-    assert (found.parameters, inferred(found)) == ("unlike", {})
+    assert (found.parameters, inferred(found)) == ("withheld", {})
     (odd,) = found.trust
     found = document(family("one"), family("two", 1e-5), before=longer, today=longer)
     assert (found.parameters, inferred(found)) == ("withheld", {})
@@ -178,39 +181,33 @@ def test_parameters_of_a_drive_of_no_family_are_withheld():
     assert "the closing before" not in odd
 
 
-def test_visits_that_were_measured_differently_are_warned_of_first():
-    """By the stroke, measured or as networks see it, or by the ratio that files state."""
-    found = document(family(f=0.9), today=records(stroke=131.2))
-    assert text_of(words_of_visits(found)).startswith("WARNING: ")
-    assert (found.parameters, inferred(found)) == ("unlike", {})
-    found = document(family(), stated=ratios(1.0, 1.64))
-    assert "linkage ratio was 1 and is 1.64" in found.warnings[0]
-    (other,) = unlike([], {"opening": {"before": 178.0, "today": 190.0}}, {})
-    assert other.what == "inferred stroke"
-    assert document(family(), today=records(stroke=81.6)).warnings
-    for same in (records(stroke=80.8), records(stroke=84.8, slow=1.1)):
-        stated = {"before": {"linkage ratio": 1.0}}
-        assert document(family(), today=same, stated=stated).warnings == []
+def test_what_files_state_differently_is_a_difference():
+    found = document(family(f=0.9), differences=[Difference("phase", "", "", "A", "B")])
+    assert (found.parameters, inferred(found), found.reported) == ("unlike", {}, [])
+    assert found.warnings
 
 
 @pytest.mark.parametrize(
-    ("closing", "opening", "left", "rate"),
-    [
-        (1.488, 1.516, 0.45, 1.5),  # single records in noise
-        (0.4, 0.405, 0.3, 0.4),
-        (1.05, 1.055, 0.3, 1.05),
-        (1.05, 1.08, 0.3, None),  # a drive that wears: motions differ
-        (1.13, 1.22, 0.3, None),
-        (1.488, 1.516, 1.5, None),  # or their shapes do
-    ],
+    ("p_ratio", "state", "unchanged", "reported"),
+    [(0.0, "told", 0.0, True), (0.3, "told", 0.3, False), (0.97, "unlike", None, False)],
 )
-def test_motions_at_another_pace_are_a_rate_however_noisy_their_records(
-    closing, opening, left, rate
-):
-    paces = {"closing": (closing, left), "opening": (opening, left)}
-    strokes = {motion: {"before": 12.6, "today": 12.65} for motion in paces}
-    found = unlike([], strokes, {}, paces)
-    assert [row.today for row in found] == ([pytest.approx(rate, rel=0.01)] if rate else [])
+def test_another_ratio_has_its_share_of_the_draws(p_ratio, state, unchanged, reported):
+    """A change of the drive is reported only where its interval excludes zero with them."""
+    explanations = [
+        Explanation("drive", "f", 1.0 - p_ratio, [-9.0, -8.0, -7.0]),
+        Explanation("ratio", "", p_ratio, [-6.5, -6.0, -5.5]),
+        Explanation("none", "", 0.0, [0.0] * 3),
+    ]
+    found = document(family(f=0.9, later=2.0), explanations=explanations)
+    assert found.parameters == state
+    assert [each.name == "f" for each in found.reported].count(True) == reported
+    if unchanged is not None:
+        row = inferred(found)["f"]
+        assert row.unchanged == pytest.approx(unchanged, abs=1e-3)
+        assert row.if_changed == pytest.approx([-11.5, -10.0, -8.5], abs=0.3)
+        assert found.explanations[0].change == pytest.approx(row.if_changed, abs=0.1)
+    else:
+        assert [each.today for each in found.differences] == [pytest.approx(0.94)]
 
 
 def test_limits_are_judged_by_the_second_visit():
@@ -281,11 +278,12 @@ def test_a_way_past_the_rest_changes_in_shares_of_itself_and_a_late_touch_is_wor
         raw = raw_of(80.0 * way + 0.02 * rng.standard_normal(time.size), 0.1, 19.0)
         return {"closing": [replace(raw, contact=ContactTimes(touch, 0.1))]}
 
-    rows = measured_changes(visit(0.2, 29.0), visit(0.1, 30.0), SPEEDS)
+    rows = measured_changes(visit(0.2, 29.0), visit(0.1, 31.0), SPEEDS)
     touch, over = (next(e for e in rows if e.name == f) for f in ("touch_time", "over_travel"))
     assert over.change[1] == pytest.approx(-50.0, abs=0.5)
     assert (over.verdict, over.worse) == ("changed", pytest.approx(0.0, abs=0.01))
-    assert touch.worse == touch.more > 0.95
+    assert touch.worse == pytest.approx(1.0 - touch.unchanged, abs=1e-3)
+    assert touch.sure
     rows = measured_changes(visit(0.002, 29.0), visit(0.004, 29.0), SPEEDS)
     (over,) = (row for row in rows if row.name == "over_travel")
     assert over.verdict == "did not change"

@@ -42,6 +42,23 @@ def test_a_weaker_force_is_measured_noticed_and_drawn(visits, capsys):
     assert (visits / "visits.png").stat().st_size > 10_000
 
 
+def test_a_ratio_is_an_explanation_unless_the_transducer_is_the_same(visits, capsys):
+    """Files without a column of the transducer; then stated, by the option or by both tables."""
+    causes = []
+    for name in ("then", "now"):
+        rows = [f"{name}.csv,{motion},1,shaft" for motion in ("closing", "opening")]
+        table = "\n".join(["file,motion,operation,transducer", *rows])
+        (visits / name / "operations.csv").write_text(table)
+    files = "then/then.csv", "--today", "now/now.csv"
+    for arguments in (files, (*files, "--same-transducer"), ("then", "--today", "now")):
+        assert call(*arguments, "--json") == 0
+        rows = json.loads(capsys.readouterr().out)["explanations"]
+        causes.append({row["cause"]: row["probability"] for row in rows})
+    assert "ratio" in causes[0]
+    assert ["ratio" in each for each in causes[1:]] == [False, False]
+    assert all(each["drive"] > 0.99 for each in causes)
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [

@@ -16,7 +16,7 @@ from tests.figures.drawn import assert_drawn, written
 def row(name, change, verdict, kind="parameter", motion="", **more):
     about = {"name": name, "unit": "mm", "meaning": f"a {kind}", "motion": motion, "kind": kind}
     about |= {"verdict": verdict, "change": change, "unchanged": 0.4, "beyond": 0.3, "worse": None}
-    about |= {"more": 0.1, "less": 0.2}
+    about |= {"more": 0.1, "less": 0.2, "if_changed": change}
     if kind == "measured":
         about |= {"before": 100.0, "today": 101.5, "unchanged": None}
     return QuantityChange(**about | more)
@@ -39,6 +39,7 @@ def drawn(parameters="told"):
             records={"closing": {"before": 1, "today": 2}},
             rejected=(),
             differences=(),
+            explanations=(),
             changes=measured + (inferred if parameters == "told" else []),
             mechanisms=(),
             limits=(),

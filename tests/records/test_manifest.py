@@ -159,6 +159,11 @@ def test_the_example_of_the_documentation_is_read(tmp_path):
     assert {*named[-1]} == set(READ) & set(FORMAT)
 
 
+def test_a_transducer_has_a_name(tmp_path):
+    text = f"{HEAD},transducer\na.csv,closing,1,TS 150 on the shaft\nb.csv,closing,2,\n"
+    assert [each.transducer for _, each in read(tmp_path, text)] == ["TS 150 on the shaft", ""]
+
+
 def test_events_are_of_those_that_are_known(tmp_path):
     """Any text without a list of them; with one, file, line, column, the known, and a remedy."""
     text = f'{HEAD},event\na.csv,closing,1,Greased\nb.csv,closing,2,"greased, painted"\n'

@@ -28,6 +28,8 @@ def add(compare: argparse.ArgumentParser) -> None:
     inputs.add_choice(compare)
     beyond = {"type": inputs.percent, "default": 0.05, "metavar": "PERCENT"}
     compare.add_argument("--beyond", help="change that matters (default: 5)", **beyond)
+    same = "both visits have the same transducer and ratio: a change is one of the drive"
+    compare.add_argument("--same-transducer", action="store_true", help=same)
     compare.add_argument("--json", action="store_true", help="print one JSON document")
     inputs.add_path(compare, "--plot", "PNG", "draw the comparison there")
 
@@ -57,7 +59,8 @@ def run(options: argparse.Namespace) -> int:
     }
     _check_visits(visits)
     both = Assessment(config, inputs.limits_of(config, options.config))
-    document = both.compare(visits, options.beyond)
+    same = options.same_transducer
+    document = both.compare(visits, options.beyond, same_transducer=same)
     written = []
     if options.plot:
         from breaker.figures.reports import visits as figure

@@ -49,6 +49,7 @@ class Operation:
         temperature, voltage: Of the drive, °C; of the control circuit, V or % of the rated one.
         event: What was done since the operation before: see ``event_words``.
         settings: What the table states in place of keys of ``endurance.format``.
+        transducer: Name of the transducer, with its mounting and ratio.
         line: Line of the file that is the record; 0 if the entire file is.
     """
 
@@ -66,6 +67,7 @@ class Operation:
     event: str = ""
     settings: Mapping[str, Any] = field(default_factory=dict, hash=False)
     line: int = 0
+    transducer: str = ""
 
 
 _Row = tuple[int, str, Operation]  # line, motion and operation
@@ -249,7 +251,9 @@ READ: dict[str, _Cell] = {
     "file": _Cell("in the folder of the table; write its path from there, with /", _INSIDE),
     "motion": _words({motion: motion for motion in MOTIONS}),
     "operation": _Cell("a counter of at most 7 digits", _COUNTER, int),
-    **dict.fromkeys(("channel", "breaker", "phase", "type", "event", "encoding"), _TEXT),
+    **dict.fromkeys(
+        ("channel", "breaker", "phase", "type", "event", "transducer", "encoding"), _TEXT
+    ),
     "line": _Cell("the number of a line, from 1", _COUNTER, int, 1),
     "date": _Cell("", read=cell_date),
     "temperature": _number("°C", -60.0, 120.0),

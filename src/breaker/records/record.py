@@ -67,7 +67,6 @@ class Record(LocatedMotion):
             of_no_drive(self.motion, time, done, self.segment.stroke),
             stop_remark(time, self.left, self.segment),
             repeats_remark(time, self.left),
-            unsteady_remark(time, self.left, self.moves, self.segment),
             rest_remark(self.segment, self.settings, self.motion, zero_sd),
             doubts_in_words(self.time, self.doubts),
         ]
@@ -79,6 +78,8 @@ class Record(LocatedMotion):
             remarks.append(Remark("hum", way=about[0], frequency=about[1]))
         elif self.ripple:
             remarks.append(Remark("ripples", rms=in_digits(self.ripple, 2)))
+        if not amplitude:
+            remarks.append(unsteady_remark(time, self.left, self.moves, self.segment))
         if grid and grid.onset_sd and self.first_motion_sd > grid.onset_sd:
             shown = in_digits(self.first_motion_sd, 2)
             remarks.append(Remark("onset-vague", sd=shown, assumed=grid.onset_sd))

@@ -18,6 +18,9 @@ def normal_sds(count: int) -> float:
     return -NormalDist().inv_cdf(0.5 * FALSE / max(count, 1))
 
 
+DISTURBED = {"hum", "no-drive", "range-ends", "repeats", "stops-at-speed", "unsteady"}
+"""Codes of remarks without which no value of the record should be read."""
+
 TEXTS = {
     "doubtful-samples": "{count} samples that no sensor of this stroke gives: {places}",
     "no-drive": "{stroke} mm in {lasts} ms, {speed} m/s, is no {motion} of a drive: check the rate "

@@ -103,7 +103,11 @@ class Assessment:
         return [judged(each, limits, seed=self.settings.seed) for each in answers]
 
     def compare(
-        self, visits: Mapping[str, Sequence[DriveRecord]], beyond: float = BEYOND
+        self,
+        visits: Mapping[str, Sequence[DriveRecord]],
+        beyond: float = BEYOND,
+        *,
+        same_transducer: bool = False,
     ) -> "VisitDocument":
         """Compare records "before" and "today": see ``visit_comparison.compared``."""
         from breaker.drive.answers.visit_comparison import compared
@@ -113,6 +117,7 @@ class Assessment:
             "beyond": beyond,
             "limits": self.limits,
             "advice": advice_of(self.config["advice"]),
+            "same_transducer": same_transducer,
         }
         return compared(visits, speeds, self.settings, **about)
 

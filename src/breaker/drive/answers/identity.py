@@ -5,9 +5,10 @@ Two records are equal if they have the same samples; a copy of a record counts o
 
 import re
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
-from breaker.common.numerals import first_of
+from breaker.common.numerals import first_of, in_digits
+from breaker.common.plain_values import Plain
 from breaker.common.spellings import bare
 from breaker.drive.answers.evidence import DriveRecord
 from breaker.records.dates import earlier, instant, one_date
@@ -15,6 +16,7 @@ from breaker.records.files import printable
 from breaker.records.words import channel_of, phase_in
 
 _NAMED = 4  # files in a sentence
+_SAME = 1e-6  # share to which two stated ratios are one
 
 
 def without_copies(records: Sequence[DriveRecord]) -> list[DriveRecord]:
@@ -136,6 +138,43 @@ def stated_of(records: Iterable) -> dict[str, float | str]:
             if value and value == value:
                 found.setdefault(name, set()).add(value)
     return {name: values.pop() for name, values in found.items() if len(values) == 1}
+
+
+@dataclass(frozen=True)
+class Difference(Plain):
+    """In what two visits were measured differently: what it is, its unit and motion, empty of all,
+    and its value at each visit.
+    """
+
+    what: str
+    unit: str
+    motion: str
+    before: float | str
+    today: float | str
+
+    @property
+    def words(self) -> str:
+        """The difference in a sentence."""
+        of = f"the {self.what}{' of' * bool(self.motion)} {self.motion}".rstrip()
+        was, now = (
+            f"{each if isinstance(each, str) else in_digits(each, 4)} {self.unit}".rstrip()
+            for each in (self.before, self.today)
+        )
+        return f"{of} was {was} and is {now}"
+
+
+def stated_differences(visits: Mapping[str, Sequence[DriveRecord]]) -> list[Difference]:
+    """Return in what the files of two visits state different things."""
+    first, second = (stated_of(records) for records in visits.values())
+    both = [name for name in first if name in second and _differ(first[name], second[name])]
+    return [Difference(name, "", "", first[name], second[name]) for name in both]
+
+
+def _differ(first: float | str, second: float | str) -> bool:
+    """Whether two stated things are not the same."""
+    if isinstance(first, str):
+        return first.casefold().split() != second.casefold().split()
+    return abs(second - first) > _SAME * first
 
 
 def _channel(record) -> str:

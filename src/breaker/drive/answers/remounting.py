@@ -11,8 +11,8 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from breaker.drive.answers.comparability import Difference
 from breaker.drive.answers.evidence import SWITCHING, DriveRecord
+from breaker.drive.answers.identity import Difference
 from breaker.drive.answers.visit_changes import QuantityChange
 
 _SDS = 4.0  # from which a start has changed, in each motion
@@ -32,7 +32,8 @@ def slack_between(
         rows: What ``measured_changes`` returns.
 
     Returns:
-        As of ``unlike``; none where starts do not, or where the rest of a motion does, too.
+        As of ``stated_differences``; none where starts do not, or where the rest of a motion does,
+        too.
     """
     starts = {m: _starts(visits, m) for m in dict.fromkeys(row.motion for row in rows)}
     by = {(row.name, row.motion): row for row in rows}

@@ -4,9 +4,9 @@ What a record shows is measured in both visits and compared. What it does not sh
 the times of the contact, is inferred by networks of a family of drives, from the mean of either
 visit. They answer for drives of the family only, and closing and opening have to agree.
 
-A change is told by the probability that it is beyond a share, 5 % if not said otherwise: from 0.95
-on it *changed*, up to 0.05 it *did not*, and in between records cannot tell. What is measured
-has to differ by more than the share and the repeatability, by which operations of one visit do.
+A quantity *changed* where its 90 % interval, with the probability of no change at all, excludes
+zero. It *did not* where a change beyond a share, 5 % if not said otherwise, has a probability of at
+most 0.05. In between records cannot tell. Whether a change matters is decided by limits.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -16,6 +16,7 @@ from math import erfc
 import numpy as np
 
 from breaker.common.plain_values import Plain, plainly
+from breaker.drive.answers.explanations import Explanation, measured_otherwise
 from breaker.drive.answers.limit_verdicts import NORMAL
 from breaker.drive.family.change_network import (
     LEAST_AGREEMENT,
@@ -31,7 +32,6 @@ from breaker.drive.family.record_means import (
     beside_usual,
     mean_and_change,
     mean_record,
-    pace_of,
 )
 from breaker.model.parameters import NAMES, PARAMETERS, Parameter
 from breaker.model.quantities import AFTER_RELEASE, CURRENTS, QUANTITIES, Speed, quantities_of
@@ -40,11 +40,16 @@ from breaker.records.record import Record
 VERDICT_WORDS = ("changed", "not told", "did not change")
 
 _OF_FORCE = 0.2  # of the share, from which on a mechanism counts, in shares of ``CHANGE_OF``
-_SURE = 0.95  # probability from which a change is beyond a share
+_SURE = 0.95  # probability from which a quantity has changed, or not beyond a share
 _QUANTILES = (0.05, 0.5, 0.95)
 _DRAWS = 4000
 # Shares of the stroke: a way that changes by less did not, and a way below is as good as none.
 _LITTLE, _NEXT_TO_NONE = 0.01, 1e-3
+
+# Of what is measured: probability of no change, and sd of changes, as a share; a quantity is then
+# reported from 4 sds on where it is known to 0.3 %, in 1 of 15,000 unchanged ones.
+_STILL, _CHANGES = 0.9, 0.1
+_FARTHEST = 100.0  # of a log evidence: no probability is smaller
 
 # Usual scatter of operations, and how well it is known, as from so many records more than one.
 _SCATTER, _KNOWN = 0.004, 4
@@ -61,8 +66,6 @@ class VisitChanges:
     Attributes:
         family: Name of the drives they were trained on.
         matches: How the mean of each visit fits these, by motion and visit.
-        strokes: What networks see of the stroke, by motion and visit, mm.
-        paces: By what each motion lasts longer, and how far its shape changed: ``pace_of``.
         fits: Whether all do; if not, there are no draws.
         ratios: Draws of the parameters over what they were, ``(d, p)``: of both motions together,
             or of each where they contradict each other; by the motions they are of. None, of
@@ -74,18 +77,19 @@ class VisitChanges:
         agreement: Of the parameter in which motions agree least, the probability that they do as
             little; 1 of a single motion.
         least: This parameter; empty if there is none.
+        explanations: Why the visits differ, the most probable first. Draws are of the drive alone
+            until ``with_explanations``.
     """
 
     family: str
     matches: Mapping[str, Mapping[str, Match]]
-    strokes: Mapping[str, Mapping[str, float]]
-    paces: Mapping[str, tuple[float, float]]
     fits: bool
     ratios: Mapping[tuple[str, ...], np.ndarray] = field(default_factory=dict)
     later: Mapping[str, np.ndarray] = field(default_factory=dict)
     mechanisms: Mapping[str, np.ndarray] = field(default_factory=dict)
     agreement: float = 1.0
     least: str = ""
+    explanations: Sequence[Explanation] = ()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -97,15 +101,14 @@ class QuantityChange(Plain):
         kind: "measured", "parameter", "time" or "mechanism".
         motion: Empty where it is of both.
         before, today: What is measured at each visit, in its unit; ``difference`` and its ``sd``.
-        unchanged: Probability of no change at all; None of what is measured.
-        repeatability: Which two operations of one visit keep in 95 % of cases, percent; of what is
-            measured, as ``least``, the change that counts: this, and the share, or of over-travel
-            and rebound 1 % of the stroke if that is more.
-        change: Its 5, 50 and 95 % quantiles, percent.
-        beyond, more, less: Probability of a change by more than the share; up, and down.
-        worse: That to the worse; None where neither side is.
+        unchanged: Probability of no change at all.
+        change: Its 5, 50 and 95 % quantiles, percent; of draws with those of no change.
+        if_changed: The same quantiles if there is a change.
+        beyond, more, less: Probability of a change by more than the share, of over-travel and
+            rebound by more than 1 % of the stroke if that is more; up, and down.
+        worse: Probability of any change to the worse; None where neither side is.
         zone: Of a speed, from where to where it is the mean.
-        verdict: One of ``VERDICT_WORDS``, by ``beyond``.
+        verdict: One of ``VERDICT_WORDS``.
     """
 
     name: str
@@ -118,9 +121,8 @@ class QuantityChange(Plain):
     difference: float | None = None
     sd: float | None = None
     unchanged: float | None
-    repeatability: float | None = None
-    least: float | None = None
     change: Sequence[float]
+    if_changed: Sequence[float]
     beyond: float
     more: float
     less: float
@@ -168,8 +170,7 @@ def compare(
         The comparison; if no family fits, without draws, and with the matches of the nearest.
     """
     means = {m: {"before": mean_record(before[m]), "today": mean_record(today[m])} for m in before}
-    counts = {motion: (len(before[motion]), len(today[motion])) for motion in before}
-    found, levels, network = _nearest(means, counts, networks, misfit_p_value)
+    found, levels, network = _nearest(means, networks, misfit_p_value)
     if not found.fits:
         return found
     both = {m: mean_and_change(before[m], today[m], network.change_bases[m]) for m in before}
@@ -201,7 +202,6 @@ def compare(
 
 def _nearest(
     means: Mapping[str, Mapping[str, Mean]],
-    counts: Mapping[str, tuple[int, int]],
     networks: Iterable[tuple[Levels, Changes]],
     misfit_p_value: float,
 ) -> tuple[VisitChanges, Levels, Changes]:
@@ -218,13 +218,32 @@ def _nearest(
     by: dict[str, dict[str, Match]] = {motion: {} for motion in means}
     for (motion, visit), match in matches:
         by[motion][visit] = match
-    strokes = {
-        motion: {visit: float(mean.seen.stroke[0]) for visit, mean in visits.items()}
-        for motion, visits in means.items()
-    }
-    paces = {motion: pace_of(*visits.values(), counts[motion]) for motion, visits in means.items()}
-    found = VisitChanges(levels.settings["family"], by, strokes, paces, fits)
-    return found, levels, network
+    return VisitChanges(levels.settings["family"], by, fits), levels, network
+
+
+def with_explanations(found: VisitChanges, explanations: Sequence[Explanation]) -> VisitChanges:
+    """Return a comparison in which the drive has not changed by the share of draws that is the
+    probability that nothing but the measurement has; networks know of no other ratio or rate.
+    """
+    (parameter, amount), *_ = [(e.parameter, e.change) for e in explanations if e.cause == "drive"]
+    if parameter and found.ratios:
+        ratios = next(iter(found.ratios.values()))[:, NAMES.index(parameter)]
+        if (changed := ratios[ratios != 1.0]).size:
+            amount = (100.0 * (np.quantile(changed, _QUANTILES) - 1.0)).tolist()
+    explanations = [replace(e, change=amount) if e.cause == "drive" else e for e in explanations]
+    share = measured_otherwise(explanations)
+
+    def mixed(draws: np.ndarray, same: float = 0.0) -> np.ndarray:
+        still = np.diff(np.floor(share * np.arange(len(draws) + 1))) > 0.0  # evenly among them
+        return np.where(still.reshape(-1, *[1] * (draws.ndim - 1)), same, draws)
+
+    return replace(
+        found,
+        ratios={motions: mixed(draws, 1.0) for motions, draws in found.ratios.items()},
+        later={motion: mixed(draws) for motion, draws in found.later.items()},
+        mechanisms={name: mixed(draws) for name, draws in found.mechanisms.items()},
+        explanations=explanations,
+    )
 
 
 def changes(found: VisitChanges, beyond: float = 0.05) -> list[QuantityChange]:
@@ -262,28 +281,31 @@ def _inferred(
     """The change of a quantity by draws of its relative change, ``(d,)``."""
     more, less = ((sign * share > beyond).mean() for sign in (1.0, -1.0))
     change = 100.0 * np.quantile(share, _QUANTILES)
-    same = (share == 0.0).mean()
-    return _change(of, more, less, change, kind=kind, motion=motion, unchanged=same)
+    changed = share[share != 0.0]
+    about = {"kind": kind, "motion": motion, "unchanged": (share == 0.0).mean()}
+    about["if_changed"] = 100.0 * np.quantile(changed, _QUANTILES) if changed.size else change
+    sure = change[0] > 0.0 or change[2] < 0.0
+    sides = (share > 0.0).mean(), (share < 0.0).mean()
+    return _change(of, (more, less), sides, sure, change=change, **about)
 
 
 def _change(
-    of: Parameter, more: float, less: float, change: np.ndarray, **values: object
+    of: Parameter,
+    beyond: tuple[float, float],
+    sides: tuple[float, float],
+    sure: bool,
+    **values: object,
 ) -> QuantityChange:
-    """The change of a quantity, and what the probabilities of more and of less of it say.
-
-    Nothing has changed for sure by no more than the ``least`` change, where there is one.
-    """
-    total = more + less
-    sure = total >= _SURE and abs(change[1]) > values.get("least", 0.0)
+    """The change of a quantity, with probabilities up and down: beyond the share, and of any."""
+    (more, less), total = beyond, sum(beyond)
     found = QuantityChange(
         name=of.name,
         unit=of.unit,
         meaning=of.meaning,
-        change=change,
         beyond=total,
         more=more,
         less=less,
-        worse={1: more, -1: less}.get(of.worse),
+        worse={1: sides[0], -1: sides[1]}.get(of.worse),
         zone=getattr(of, "zone", "") or None,
         verdict=VERDICT_WORDS[0 if sure else 2 if total <= 1.0 - _SURE else 1],
         **values,
@@ -326,16 +348,26 @@ def measured_changes(
                 continue
             usual = usual_scatter(name, first, stroke)
             change, sd = (second - first) / of, visit_error(both, usual) / of
-            scatter = np.sqrt(_scattered(both, usual, 0.0)) / of
             counts = max(beyond, _LITTLE * stroke / of) if name in _PAST_REST else beyond
-            more, less = (_above(counts, sign * change, sd) for sign in (1.0, -1.0))
-            repeats = 100.0 * NORMAL[95] * np.sqrt(2.0) * scatter
-            values = {"kind": "measured", "motion": motion, "unchanged": None}
-            values |= {"before": first, "today": second, "difference": second - first}
-            values |= {"sd": of * sd, "repeatability": repeats, "least": 100.0 * counts + repeats}
+            beyond_counts = tuple(_above(counts, sign * change, sd) for sign in (1.0, -1.0))
+            still = _still(change, sd)
+            sides = tuple((1.0 - still) * _above(0.0, sign * change, sd) for sign in (1.0, -1.0))
+            sure = max(sides) >= _SURE
             interval = 100.0 * (change + NORMAL[90] * sd * np.array([-1.0, 0.0, 1.0]))
-            rows.append(_change(quantity, more, less, interval, **values))
+            values = {"kind": "measured", "motion": motion, "unchanged": still, "sd": of * sd}
+            values |= {"before": first, "today": second, "difference": second - first}
+            values |= {"change": interval, "if_changed": interval}
+            rows.append(_change(quantity, beyond_counts, sides, sure, **values))
     return rows
+
+
+def _still(change: float, sd: float) -> float:
+    """Probability of no change of what is measured, from its change and sd, shares."""
+    sd = max(sd, 1e-12)
+    wide = np.hypot(sd, _CHANGES)
+    evidence = np.log(wide / sd) + 0.5 * change**2 * (wide**-2.0 - sd**-2.0)
+    still = _STILL * np.exp(max(evidence, -_FARTHEST))
+    return float(still / (still + 1.0 - _STILL))
 
 
 def _above(limit: float, mean: float, sd: float) -> float:

@@ -11,7 +11,8 @@ from breaker.common.numerals import in_digits, in_p
 from breaker.common.plain_values import Plain, plainly
 from breaker.documents.parts import Document, Remark, Section, Table
 from breaker.drive.answers.answer_words import limit_tables, zones_in_words
-from breaker.drive.answers.comparability import Difference
+from breaker.drive.answers.explanations import Explanation, in_words
+from breaker.drive.answers.identity import Difference
 from breaker.drive.answers.limit_verdicts import Verdict
 from breaker.drive.answers.visit_changes import (
     VERDICT_WORDS,
@@ -26,6 +27,7 @@ from breaker.drive.family.untold import APART, BEYOND, LOOK, UNLIKE, WITHHELD, a
 _NAME = "{:<28}{:>8} {:>8}"
 _ROW = "  {:<45} {:>8}  {:<15}{:>7} {:>6} {:>7}"
 _GROUPS = {"measured": "measured", "parameter": "inferred"}  # titles, where one begins
+_CHANCE = 0.05  # probability of no change, below which records as a whole have changed
 _WORSE = 0.5  # probability from which on a change is one to the worse
 _NOT_TOLD = {
     "unlike": f"No change of the drive is told: {UNLIKE}",
@@ -90,6 +92,7 @@ class VisitDocument(Plain):
         records: How many there are, by motion and visit.
         rejected: Records that were not used.
         differences: In what the visits were measured differently.
+        explanations: Why the visits differ, the most probable first.
         changes: Of what is measured, then of parameters and times.
         mechanisms: The same of mechanisms beside the model.
         limits: Verdicts on the visit of today.
@@ -107,6 +110,7 @@ class VisitDocument(Plain):
     records: Mapping[str, Mapping[str, int]]
     rejected: Sequence[RejectedRecord]
     differences: Sequence[Difference]
+    explanations: Sequence[Explanation]
     changes: Sequence[QuantityChange]
     mechanisms: Sequence[QuantityChange]
     limits: Sequence[Verdict]
@@ -142,12 +146,13 @@ class VisitDocument(Plain):
         raise no alarm.
         """
         if self.differences:
-            return _NOT_TOLD[self.parameters]
+            return self.either or _NOT_TOLD[self.parameters]
         beyond = f"beyond {in_digits(100 * self.settings.share, 4)} %"
         sure, unsure, _ = _by_verdict(self.measured)
         first = f"Measured: {sure or f'no change {beyond}'}"
         if unsure:
             first += f"; cannot be told: {unsure}"
+        first = f"{self.either}\n{first}" if self.either else first
         if self.parameters != "told":
             return f"{first}\n{_NOT_TOLD[self.parameters]}"
         sure, unsure, still = _by_verdict(row for row in self.changes if not row.measured)
@@ -163,6 +168,11 @@ class VisitDocument(Plain):
         return f"{first}\n{second}{third}"
 
     @property
+    def either(self) -> str:
+        """The possible explanations, where another ratio or rate is one of them; or nothing."""
+        return in_words(self.explanations)
+
+    @property
     def trust(self) -> list[str]:
         """How far the comparison can be trusted, in sentences."""
         return [*_trust(self), *filter(None, [self.remount])]
@@ -174,23 +184,27 @@ class VisitDocument(Plain):
 
     @property
     def shows_change(self) -> bool:
-        """Whether anything that is measured has changed."""
-        return any(row.sure for row in self.measured)
+        """Whether anything that is measured has changed, or records as a whole have."""
+        same = sum(each.probability for each in self.explanations if each.cause == "none")
+        whole = bool(self.explanations) and same < _CHANCE
+        return whole or any(row.sure for row in self.measured)
+
+    @property
+    def reported(self) -> list[QuantityChange]:
+        """What is reported as changed: nothing of visits that were measured differently, and
+        parameters and mechanisms only where records as a whole have changed.
+        """
+        rows = [row for row in [*self.changes, *self.mechanisms] if row.sure]
+        measured = [] if self.differences else [row for row in rows if row.measured]
+        if self.parameters != "told" or not self.shows_change:
+            return measured
+        return measured + [row for row in rows if not row.measured]
 
     @property
     def worse(self) -> list[str]:
-        """Names of what is told as changed to the worse, or, where neither side is the worse, as
-        changed: as the headline, nothing of visits that were measured differently, and parameters
-        and mechanisms only beside a measured change.
-        """
-        if self.differences:
-            return []
-        rows = [*self.changes, *self.mechanisms]
-        sure = [row for row in rows if row.sure and (row.worse is None or row.worse > _WORSE)]
-        measured = [row.name for row in sure if row.measured]
-        if self.parameters != "told" or not self.shows_change:
-            return measured
-        return measured + [row.name for row in sure if not row.measured]
+        """Names of what is reported as changed to the worse, or where neither side is the worse."""
+        rows = self.reported
+        return [row.name for row in rows if row.worse is None or row.worse > _WORSE]
 
 
 def visits_document(
@@ -224,6 +238,7 @@ def visits_document(
         agreement=plainly(Agreement(found.agreement, found.least)),
         settings=settings,
         differences=plainly(differences),
+        explanations=plainly(found.explanations),
         changes=[*measured, *inferred],
         mechanisms=[] if differences else mechanism_changes(found, settings.share),
         **about,
@@ -234,7 +249,7 @@ def _by_verdict(rows: Iterable[QuantityChange]) -> list[str]:
     """Names of what has changed, and by how much; of what cannot be told; of what has not."""
     names: dict[str, list[str]] = {verdict: [] for verdict in VERDICT_WORDS}
     for row in rows:
-        low, middle, high = (in_digits(each, 2, sign=True) for each in row.change)
+        low, middle, high = (in_digits(each, 2, sign=True) for each in row.if_changed)
         percent = f" {middle} % ({low} to {high})"
         names[row.verdict].append(row.label + (percent if row.sure else ""))
     return [", ".join(each) for each in names.values()]
@@ -324,5 +339,5 @@ def _cells(row: QuantityChange) -> list[str]:
 
 def change_words(row: QuantityChange) -> tuple[str, str]:
     """A change in percent, and its 90 % interval."""
-    low, middle, high = (f"{round(each, 1) + 0.0:+.1f}" for each in row.change)  # no -0
+    low, middle, high = (f"{round(each, 1) + 0.0:+.1f}" for each in row.if_changed)  # no -0
     return f"{middle} %", f"{low} to {high}"

@@ -97,18 +97,17 @@ def mean_with_scatter(raws: Sequence[Record], basis: Basis) -> Mean:
     return mean._replace(seen=mean.seen._replace(noise=noise))
 
 
-def pace_of(before: Mean, today: Mean, counts: tuple[int, int]) -> tuple[float, float]:
-    """Return by what a motion lasts longer, and how far its shape has changed beside that.
+def more_scattered(means: Sequence[Mean], usual: float) -> float:
+    """Return by what factor the variance of operations exceeds a usual one, at least 1.
 
-    The first is the ratio of the durations. The second is the root mean square difference of the
-    shapes over the noise and the usual scatter of both: about 1 where only the pace differs.
+    Args:
+        means: Of several visits.
+        usual: Variance of a record over the stroke, the sum over the grid.
     """
-    there = before.seen.present & today.seen.present
-    left = without_onset(before.seen.way, today.seen.way, there)[there]
-    known = np.hypot(before.seen.noise[0], today.seen.noise[0])
-    usual = _USUAL * np.sqrt(sum(1.0 / n for n in counts))
-    ratio = float(today.seen.duration[0] / before.seen.duration[0])
-    return ratio, float(np.sqrt(np.mean(np.square(left))) / np.hypot(known, usual))
+    seen = sum(len(each.left) - 1 for each in means)
+    squares = sum(float(np.square(each.left).sum()) for each in means)
+    known = np.mean([len(e.left) * e.seen.noise[0] ** 2 * e.left.shape[1] for e in means])
+    return max(float(beside_usual(squares - seen * known, seen, usual, _KNOWN)) / usual, 1.0)
 
 
 def _noise_of(mean: Mean, count: int, apart: np.ndarray, seen: int) -> np.ndarray:

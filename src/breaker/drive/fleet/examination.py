@@ -11,7 +11,6 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from breaker.common.numerals import in_digits
 from breaker.common.plain_values import to_json
 from breaker.common.spellings import bare
 from breaker.configuration.loading import defaults
@@ -46,9 +45,6 @@ from breaker.records.grid import Grid
 _MOST = 20  # operations of a visit that are read: more say no more of the drive
 _STILL = 0.05  # probability of no change, below which a parameter has changed
 _YEAR = 365.25  # days
-# Of a stroke: share that counts beside its uncertainty, of which it takes so many sds: by chance of
-# one drive in a thousand.
-_LITTLE, _SDS = 0.005, 3.3
 
 
 class Examined(NamedTuple):
@@ -183,9 +179,9 @@ def _compared(member: Member, visits: Mapping[str, Sequence], assessment: Assess
     """First and last visit; what goes on as it did reaches a limit on a date."""
     found = assessment.compare(visits)
     rows, unlike = found.changes, [each.words for each in found.differences]
-    said = {"how": "visits", "differences": unlike or other_strokes(rows)}
+    said = {"how": "visits", "differences": unlike or [*filter(None, [found.either])]}
     said |= _judged(found.limits)
-    for key, some in {"changed": [e for e in rows if e.sure], "since": found.measured}.items():
+    for key, some in {"changed": found.reported, "since": found.measured}.items():
         said[key] = [DriveChange(row.name, row.motion, row.change) for row in some]
     notes = (each for each in found.trust if each.startswith("WARNING"))
     said["trust"] = [*found.doubts, *(each.removeprefix("WARNING: ") for each in notes)]
@@ -220,26 +216,6 @@ def _unlike_life(member: Member, visits: Mapping[str, Sequence], assessment: Ass
     said = [each.words for each in found.differences]
     told = {"state": DIFFERENT, "due": Due(), "changed": [], "differences": said}
     return told if said else {}
-
-
-def other_strokes(changes: Sequence[QuantityChange]) -> list[str]:
-    """Say which strokes have changed beyond their uncertainty.
-
-    Example:
-        >>> from types import SimpleNamespace
-        >>> row = {"name": "stroke", "measured": True, "motion": "closing", "before": 150.0}
-        >>> other_strokes([SimpleNamespace(**row, today=156.0, sd=0.6)])
-        ['the stroke of the closing was 150 mm and is 156 mm']
-    """
-    found = []
-    for row in changes:
-        if row.name != "stroke" or not row.measured:
-            continue
-        first, second = row.before, row.today
-        if abs(second - first) > _SDS * row.sd + _LITTLE * first:
-            was, now = (f"{in_digits(each, 4)} mm" for each in (first, second))
-            found.append(f"the stroke of the {row.motion} was {was} and is {now}")
-    return found
 
 
 def _left(limit: Verdict, rows: Sequence[QuantityChange]) -> float:

@@ -1,0 +1,167 @@
+"""A weaker force or another ratio of the transducer: which of both a comparison reports.
+
+    python -m studies.force_or_ratio --rows rows.csv --table docs/force_or_ratio.csv
+
+Drives of the model, of ``studies.other_code``, and of ``studies.mechanisms`` with all mechanisms.
+One parameter, or the ratio of the transducer, changes between two inspections of three records of
+each motion, with noise of 0.1 mm. All parameters scatter by 0.4 % from operation to operation.
+"""
+
+import argparse
+from collections.abc import Mapping
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+import pandas as pd
+
+from breaker.common.randomness import generator
+from breaker.configuration.loading import load
+from breaker.drive.answers.drive_records import read_operations
+from breaker.drive.answers.explanations import explain, otherwise_measured
+from breaker.drive.answers.visit_changes import compare, measured_changes, with_explanations
+from breaker.drive.answers.visit_document import ComparisonSettings, visits_document
+from breaker.drive.family.network_files import shipped_networks
+from breaker.drive.family.sensitivities import shipped_sensitivities
+from breaker.drive.simulation.export import write_curve
+from breaker.model.parameters import MOTIONS, NAMES
+from breaker.model.prior import Prior
+from breaker.records.operations import Operation
+from studies.mechanisms import closed, drawn, simulated
+from studies.other_code import Other
+from studies.shared import append
+from studies.visits import SPEEDS
+
+TIMES, LEAD, NOISE, SCATTER = np.arange(-10.0, 70.0, 0.1), 10.0, 0.1, 0.004
+CHANGES = {
+    "unchanged": {}, "f -3": {"f": 0.97}, "f -5": {"f": 0.95}, "f -8": {"f": 0.92},
+    "ratio -6": {"ratio": 0.94}, "ratio +6": {"ratio": 1.06},
+    "gamma_a +10": {"gamma_a": 1.1}, "gamma_a +20": {"gamma_a": 1.2},
+    "k_a -4": {"k_a": 0.96}, "k_a -8": {"k_a": 0.92}, "L +2": {"L": 1.02}, "L +4": {"L": 1.04},
+}  # fmt: skip
+
+COLUMNS = ["simulator", "drive", "change", "same", "family", "state", "parameter", "reported",
+           *(f"p_{cause}" for cause in ("none", "drive", "ratio", "rate")), "ratio_0", "ratio_2",
+           *(f"{name}_{k}" for name in NAMES for k in range(3))]  # fmt: skip
+
+
+class Drive:
+    """A drive of one of the simulators, whose parameters change by factors."""
+
+    def __init__(self, simulator: str, prior: Prior, rng: np.random.Generator):
+        self.simulator = simulator
+        while True:
+            if simulator == "other":
+                self.drive = Other.drawn(prior, rng)
+                self.theta = self.drive.theta
+            else:
+                self.drive, _ = drawn("none" if simulator == "model" else simulator, prior, rng)
+                self.theta = np.array([self.drive[name][0] for name in NAMES])
+            if all(self._holds(each) for each in CHANGES.values()):
+                break
+
+    def changed(self, factors: Mapping[str, float]) -> object:
+        """Return the simulator's drive with parameters times factors."""
+        theta = self.theta * [factors.get(name, 1.0) for name in NAMES]
+        if self.simulator == "other":
+            return Other(theta, self.drive.more)
+        drive = self.drive.copy()
+        drive[list(NAMES)] = tuple(theta)
+        return drive
+
+    def _holds(self, factors: Mapping[str, float]) -> bool:
+        """Whether the contact is still pressed, with 3 % to spare for the scatter."""
+        drive = self.changed(factors | {"f": 0.97 * factors.get("f", 1.0)})
+        if self.simulator == "other":
+            return drive.excess(drive.theta[NAMES.index("L")]) > 0.0
+        return bool(closed(drive)[0] > drive["L"][0])
+
+    def inspection(self, change: Mapping[str, float], rng: np.random.Generator, count: int = 3):
+        """Return records of both motions, written and read, and the times of their contacts."""
+        found, ratio = [], change.get("ratio", 1.0)
+        with TemporaryDirectory() as folder:
+            for motion in MOTIONS:
+                for number in range(count):
+                    scatter = np.exp(SCATTER * rng.standard_normal(len(NAMES)))
+                    named = dict(zip(NAMES, scatter, strict=True))
+                    factors = {n: by * change.get(n, 1.0) for n, by in named.items()}
+                    drive, late = self.changed(factors), 0.3 * rng.standard_normal()
+                    if self.simulator == "other":
+                        way = drive.travel(motion, TIMES - late)[0]
+                    else:
+                        curve = simulated(drive, motion, TIMES[-1] + 3.0)
+                        way = np.interp(TIMES - late, curve.time, curve.travel)
+                    way = ratio * way + NOISE * rng.standard_normal(TIMES.size)
+                    file = f"{folder}/{motion}{number}.csv"
+                    write_curve(file, TIMES, way, motion=motion, operation=1 + number)
+                    found += read_operations({motion: [Operation(1 + number, file)]}, {})
+        return found
+
+
+def compared(before, today) -> list[dict]:
+    """Compare two inspections as `breaker compare` does, the transducer the same, or unknown."""
+    visits = [
+        {m: [e.raw for e in records if e.motion == m and not e.reason] for m in MOTIONS}
+        for records in (before, today)
+    ]
+    rows, found = [], compare(*visits, [*shipped_networks()], generator(1, "force or ratio"))
+    measured, settings = measured_changes(*visits, SPEEDS), ComparisonSettings(0.05, 1, 0.001)
+    for same in (False, True):
+        regressions = shipped_sensitivities(found.family)
+        explanations = explain(*visits, regressions, same_transducer=same)
+        both, more = with_explanations(found, explanations), otherwise_measured(explanations)
+        about = {"records": {}, "rejected": (), "limits": ()}
+        document = visits_document(both, measured, more, settings, **about)
+        row = {"same": same, "family": found.family, "state": document.parameters}
+        for each in explanations:
+            row[f"p_{each.cause}"] = each.probability
+            if each.cause == "drive":
+                row["parameter"] = each.parameter
+            if each.cause == "ratio":
+                row["ratio_0"], _, row["ratio_2"] = each.change
+        row["reported"] = " ".join(each.name for each in document.reported)
+        for each in document.changes:
+            if each.kind == "parameter" and not each.motion:
+                row |= {f"{each.name}_{k}": each.change[k] for k in range(3)}
+        rows.append(row)
+    return rows
+
+
+def summed(rows: pd.DataFrame) -> pd.DataFrame:
+    """Count drives by simulator, change, and whether the transducer is known as the same."""
+    rows = rows.fillna({"p_ratio": 0.0, "p_rate": 0.0, "reported": ""})
+    rows["any"] = rows.reported != ""
+    own = zip(rows.change.str.split().str[0], rows.reported, strict=True)
+    rows["own"] = [name in reported.split() for name, reported in own]
+    rows["drive_or_ratio_95"] = rows.p_drive + rows.p_ratio >= 0.95
+    rows["drive_90"], rows["ratio_90"] = rows.p_drive >= 0.9, rows.p_ratio >= 0.9
+    rows["f_90"] = rows.drive_90 & (rows.parameter == "f")
+    names = ["any", "own", "drive_or_ratio_95", "drive_90", "f_90", "ratio_90"]
+    by = rows.groupby(["simulator", "change", "same"], sort=False)
+    return by.agg(drives=("any", "size"), **{name: (name, "sum") for name in names}).reset_index()
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0])
+    parser.add_argument("--simulators", nargs="+", default=["model", "other", "all"])
+    parser.add_argument("--changes", nargs="+", default=[*CHANGES], choices=[*CHANGES])
+    parser.add_argument("--drives", type=int, nargs=2, default=(0, 14), help="first, and end")
+    parser.add_argument("--rows", type=Path, required=True, metavar="CSV")
+    parser.add_argument("--table", type=Path, metavar="CSV")
+    options = parser.parse_args()
+    prior = Prior.from_settings(load()["prior"])
+    for simulator in options.simulators:
+        for number in range(*options.drives):
+            rng = generator(61, "force or ratio", simulator, number)
+            drive = Drive(simulator, prior, rng)
+            before = drive.inspection({}, rng)
+            for change in options.changes:
+                rows = pd.DataFrame(compared(before, drive.inspection(CHANGES[change], rng)))
+                rows = rows.assign(simulator=simulator, drive=number, change=change)
+                append(rows.reindex(columns=COLUMNS), options.rows, float_format="%.4g")
+    if options.table:
+        summed(pd.read_csv(options.rows)).to_csv(options.table, index=False)
+
+
+if __name__ == "__main__":
+    main()
