@@ -46,6 +46,11 @@ BELONGS = [
     ({"CB 52a": SIGNAL, "Contact": LATE}, {"contact_column": "Contact"}),
     ({**AMPERES, RES: OHMS}, {"contact_column": RES, "current_column": "DCRM Current CH1"}),
     ({RES: OHMS, "DCRM Current CH2": 50.0 * LATE}, {"contact_column": RES}),
+    # The R before an accented letter is no phase.
+    (
+        {"Travel R": RISES, "Résistance B": OHMS, "Résistance R": OHMS},
+        {"contact_column": "Résistance R"},
+    ),
     # A current, a coil and a reading that is constant are no contact.
     ({"Main contact current (A)": 100.0 * SIGNAL}, {}),
     ({"Contact coil current (A)": 4.0 * SIGNAL}, {}),

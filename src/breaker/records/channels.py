@@ -41,7 +41,8 @@ _OF_CONTACT = re.compile(
     rf"|(?P<phase>{words.PHASE})?\W{{0,2}}{_LABELS['break']}\W{{0,2}}\d*",
     re.I,
 )
-_PHASES = re.compile(rf"(?<![a-z])({words.COLUMN_PHASE})(?![a-z])")
+_LETTER = r"[^\W\d_]"
+_PHASES = re.compile(rf"(?<!{_LETTER})({words.COLUMN_PHASE})(?!{_LETTER})")
 # Not a number or phase: units, C1 and T1 of coils, and the device numbers 52a and 52b.
 _NO_MARKS = re.compile(r"[\[(].*?[\])]|\b[cCtT](?=\d)|\b52[abAB]\b")
 
