@@ -46,11 +46,6 @@ BELONGS = [
     ({"CB 52a": SIGNAL, "Contact": LATE}, {"contact_column": "Contact"}),
     ({**AMPERES, RES: OHMS}, {"contact_column": RES, "current_column": "DCRM Current CH1"}),
     ({RES: OHMS, "DCRM Current CH2": 50.0 * LATE}, {"contact_column": RES}),
-    # The R before an accented letter is no phase.
-    (
-        {"Travel R": RISES, "Résistance B": OHMS, "Résistance R": OHMS},
-        {"contact_column": "Résistance R"},
-    ),
     # A current, a coil and a reading that is constant are no contact.
     ({"Main contact current (A)": 100.0 * SIGNAL}, {}),
     ({"Contact coil current (A)": 4.0 * SIGNAL}, {}),
@@ -64,6 +59,14 @@ def test_a_contact_belongs_to_the_travel_of_its_number_or_phase(columns, setting
     found = beside(travel | columns)[0]["closing"]
     wanted = {key: name for key, name in settings.items() if name}
     assert {key: name for key, name in found.items() if key != "trigger_column"} == wanted
+
+
+def test_a_letter_before_an_accent_is_no_phase():
+    columns = {"Course R": RISES, "Course B": RISES, "Résistance B": OHMS, "Résistance R": OHMS}
+    assert [each["closing"]["contact_column"] for each in beside(columns, travels=2)] == [
+        "Résistance R",
+        "Résistance B",
+    ]
 
 
 @pytest.mark.parametrize(("motion", "last"), [("closing", 1), ("closing", 2), ("opening", 1)])
