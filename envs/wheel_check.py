@@ -28,7 +28,7 @@ _BUILD = (
     "build_meta.build_sdist(out); build_meta.build_wheel(out)"
 )
 # What is not code, and so easily left out.
-_NEEDED = ("py.typed", "records/lexicon.yaml", "shipped/defaults.yaml")
+_NEEDED = ("py.typed", "records/words.yaml", "shipped/defaults.yaml")
 _NEEDED += ("shipped/schema.yaml", "shipped/MODEL_CARD.md")
 _TUTORIAL = ROOT / "docs" / "tutorial"
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from breaker.records.checks import check_slips, doubtful_samples, range_remark
+from breaker.records.checks import check_slips, doubtful_samples, ends_of_range
 from breaker.records.measurements import measure_curve
 from breaker.records.motion import find_segment
 from breaker.records.rejections import UnusableError
@@ -71,4 +71,5 @@ def test_an_end_of_the_range_within_the_stroke_is_named(rate, quantum):
     for end in (np.inf, 120.0):
         read = np.minimum(travel, end)
         read = quantum * np.round(read / quantum) if quantum else read
-        assert bool(range_remark(time, read, 55.0)) == (end == 120.0 and quantum < 0.5)
+        ended = np.isfinite(ends_of_range(time, read, 55.0)).any()
+        assert ended == (end == 120.0 and quantum < 0.5)

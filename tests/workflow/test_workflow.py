@@ -180,7 +180,7 @@ EDITS = {
     "trend": (setting(trend={"horizon": 5000}), LIFE),
     # The reader, and the measured truth of what is simulated.
     "a word of the lexicon": (
-        edit_in("src/breaker/records/lexicon.yaml", "'travel|", "'travel|excursion|"),
+        edit_in("src/breaker/records/words.yaml", "'travel|", "'travel|excursion|"),
         [*READING, "rig_truth", "validate_reader", "figure_validation_reader", "quality"],
     ),
     "a shipped network": (

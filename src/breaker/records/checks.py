@@ -37,7 +37,7 @@ _FAR = 0.15  # strokes from zero at which the open breaker is not that of the se
 _SLIPS = 0.05  # of the stroke: a mount that slips by more holds no sensor
 _ENDS, _MOST = 50, 64  # samples at either end, and of a stretch that is compared at most
 _TENTHS = np.arange(0.1, 0.95, 0.1)  # of the way, between which speeds are compared
-_AT_SPEED = 0.4  # of the greatest speed, from which no stop leaves a drive without a swing
+_AT_SPEED = 0.6  # of the greatest speed, from which no stop leaves a drive without a swing
 _AT_END = 0.25  # of a rest, samples at the end of a range; noise of five steps has 0.07 there
 _NOISY = 5  # values of a rest in noise that no step of the reading hides at another rest
 _UNSTEADY = 0.01  # strokes, by which a rest moves; of 200 good records of the study 0.006 at most
@@ -256,7 +256,10 @@ def ends_of_range(time: np.ndarray, travel: np.ndarray, moves: float) -> tuple[f
     rests, levels = (travel[time < moves], travel[time > 0.5 * (moves + time[-1])]), []
     for rest, other in (rests, rests[::-1]):
         ends = () if min(rest.size, other.size) < 2 * FEWEST else (rest.min(), rest.max())
-        noisy = ends and np.unique(other).size >= _NOISY and white_noise(other) > 0.0
+        # White noise changes more from step to step than in a step; a drive that creeps does not.
+        steps = np.diff(other)
+        noisy = ends and np.median(np.abs(np.diff(steps))) > np.median(np.abs(steps))
+        noisy = noisy and np.unique(other).size >= _NOISY
         level = [end for end in ends if noisy and (rest == end).mean() > _AT_END]
         levels.append(float(level[0]) if level else np.nan)
     return levels[0], levels[1]

@@ -1,4 +1,4 @@
-"""Meanings of the words of makers, those of ``lexicon.yaml``: of columns, units, motions, phases.
+"""Meanings of the words of makers, those of ``words.yaml``: of columns, units, motions, phases.
 
 A column is found by its name, or else without regard to capitals and to a unit behind it. A unit is
 bare, in brackets, or behind a name; behind a blank only if the name is of a time or a travel. A
@@ -31,7 +31,7 @@ def _joined(value: Any) -> Any:
 
 
 _LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)  # a tenth of the time
-_TEXT = Path(__file__).with_name("lexicon.yaml").read_text(encoding="utf-8")
+_TEXT = Path(__file__).with_name("words.yaml").read_text(encoding="utf-8")
 
 WORDS: dict[str, Any] = {k: _joined(v) for k, v in yaml.load(_TEXT, Loader=_LOADER).items()}
 """Words by the keys of the lexicon."""
