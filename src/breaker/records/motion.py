@@ -13,7 +13,13 @@ import numpy as np
 from breaker.common.numerals import in_digits
 from breaker.records.fits import smoothed
 from breaker.records.noise import Noise, hum_of, noise_at_rest, ripple_of
-from breaker.records.rejections import FEWEST, OtherMotionError, SeveralMotionsError, UnusableError
+from breaker.records.rejections import (
+    FEWEST,
+    MATTERS,
+    OtherMotionError,
+    SeveralMotionsError,
+    UnusableError,
+)
 
 _WINDOW = 2.0  # ms, of the running median: a burst of nearly half of it leaves no trace
 CLEAR = 12.0  # sd of the noise, least range of a reading in which something moves
@@ -298,7 +304,9 @@ class LocatedMotion:
     @cached_property
     def hum(self) -> tuple[float, float]:
         """Amplitude, mm, and frequency, kHz, by which the mains swing the reading; 0 if not."""
-        return hum_of(self.time[self.inside], self.left, self.moves)
+        amplitude, frequency = hum_of(self.time[self.inside], self.left, self.moves)
+        matters = amplitude > MATTERS * self.segment.stroke
+        return (amplitude, frequency) if matters else (0.0, 0.0)
 
     @cached_property
     def ripple(self) -> float:
