@@ -19,7 +19,8 @@ from numpy.lib.stride_tricks import sliding_window_view
 
 from breaker.common.numerals import in_digits
 from breaker.records.fits import filled, running_mean, running_median, smoothed
-from breaker.records.motion import OF_SECOND, REST, Segment, white_noise
+from breaker.records.motion import Segment
+from breaker.records.noise import OF_SECOND, REST, white_noise
 from breaker.records.rejections import FALSE, FEWEST, MATTERS, Remark, UnusableError, normal_sds
 from breaker.records.settings import TO_MM
 

@@ -13,7 +13,8 @@ from typing import NamedTuple
 import numpy as np
 
 from breaker.records.fits import running_median
-from breaker.records.motion import LocatedMotion, white_noise
+from breaker.records.motion import LocatedMotion
+from breaker.records.noise import white_noise
 from breaker.records.rejections import NotShownError
 from breaker.records.words import holds, label_of, places_of
 

@@ -17,7 +17,8 @@ from typing import NamedTuple
 import numpy as np
 
 from breaker.records.axes import seen_quantum
-from breaker.records.motion import CLEAR, Course, white_noise
+from breaker.records.motion import CLEAR, Course
+from breaker.records.noise import white_noise
 from breaker.records.rejections import FEWEST, UnusableError
 
 # The rise that is fitted, in the interval so low that its shape is simple, and for one start:

@@ -141,7 +141,7 @@ class Reading:
         near = slice(*np.searchsorted(time, ends))
         kinds = located.doubts[located.inside]
         self.clipped = time[kinds == "clipped"]
-        self._ended = np.isfinite(ends_of_range(time, located.left, moves))  # before, and after it
+        self.ends = ends_of_range(time, located.left, moves)  # nan where the range goes on
         slips = near.start + 1 + np.flatnonzero(kinds[near.start + 1 :] == "slip")
         slips = [(k - near.start, leap_at(forward, k)) for k in slips]
         about = *located.process, located.quantum, self.duration, segment.stroke
@@ -196,7 +196,9 @@ class Reading:
     @cached_property
     def before(self) -> Uncertain:
         """Travel at rest before the motion, mm; a drift that is seen goes on up to the motion."""
-        if self._ended[0] or (self.clipped.size and self.clipped[0] < self.trace.known[0]):
+        if math.isfinite(self.ends[0]) or (
+            self.clipped.size and self.clipped[0] < self.trace.known[0]
+        ):
             raise NotShownError(f"{_CLIPPED} before the motion")
         first, moves = float(self.trace.known[0]), self.located.moves
         end = moves - _BEFORE[1] * self.duration
@@ -207,7 +209,7 @@ class Reading:
     def after(self) -> Uncertain:
         """Travel at rest after the motion, mm: where the drive rests or settles."""
         trace, end = self.trace, self._end
-        if self._ended[1] or (self.clipped.size and self.clipped[-1] > end):
+        if math.isfinite(self.ends[1]) or (self.clipped.size and self.clipped[-1] > end):
             raise NotShownError(f"{_CLIPPED} after the motion")
         begin = self._late(_LAST, _PARTS * FEW + 2.0)
         parts = trace.parts(begin, end, _PARTS)

@@ -12,7 +12,7 @@ import numpy as np
 
 from breaker.common.numerals import in_digits
 from breaker.records.fits import smoothed
-from breaker.records.noise import Noise, hum_of, noise_at_rest, ripple_of
+from breaker.records.noise import REST, Noise, hum_of, noise_at_rest, ripple_of, white_noise
 from breaker.records.rejections import (
     FEWEST,
     MATTERS,
@@ -26,13 +26,6 @@ CLEAR = 12.0  # sd of the noise, least range of a reading in which something mov
 _BEGUN = 0.1  # of the way, from which a motion is under way; of its greatest speed, until it rests
 _NEAR = 5  # times as long as the motion, how far the rest before and after it is looked at
 _SLOW = 2 / 3  # of the greatest speed: below, touch or damper act, and the force has been seen
-
-REST = (50.0, 1.0)
-"""Rest that shows the noise, ms before the first motion: its start may be gradual, and far before
-it an earlier motion may still ring."""
-
-OF_SECOND = 1.0 / (0.6745 * 6.0**0.5)
-"""Sd of white noise as a share of the median second difference, in which even motion is nothing."""
 
 
 @dataclass(frozen=True)
@@ -233,12 +226,6 @@ def find_segment(
         raise UnusableError(f"ends in the middle of the {motion}; record longer")
     place = {"begin": first + found.begin, "end": first + found.end}
     return replace(found, **place, before=sign * found.before, after=sign * found.after)
-
-
-def white_noise(travel: np.ndarray) -> float:
-    """Return the sd of the noise of a record, mm, if its samples are independent."""
-    second = np.diff(travel[~np.isnan(travel)], n=2)
-    return float(OF_SECOND * np.median(np.abs(second))) if second.size else 0.0
 
 
 @dataclass(frozen=True)

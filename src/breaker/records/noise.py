@@ -20,9 +20,15 @@ _DEGREES = 8, 11
 _SHARE = 0.7  # of what the polynomial leaves, a sine's at least
 
 _MAINS = 0.05, 0.06  # kHz
-_LEAD = 1.0  # ms before the first motion, which a gradual start moves
 _LAST = 30.0  # ms at the end of a record, in which the mains swing one and a half times at least
 _SAME = 0.5, 2.0  # shares of a swing that continues
+
+REST = (50.0, 1.0)
+"""Rest that shows the noise, ms before the first motion: its start may be gradual, and far before
+it an earlier motion may still ring."""
+
+OF_SECOND = 1.0 / (0.6745 * 6.0**0.5)
+"""Sd of white noise as a share of the median second difference, in which even motion is nothing."""
 
 
 class Noise(NamedTuple):
@@ -109,6 +115,12 @@ def noise_remarks(noise: Noise, noise_sd: float, step: float, times: np.ndarray)
     return remarks
 
 
+def white_noise(travel: np.ndarray) -> float:
+    """Return the sd of the noise of a record, mm, if its samples are independent."""
+    second = np.diff(travel[~np.isnan(travel)], n=2)
+    return float(OF_SECOND * np.median(np.abs(second))) if second.size else 0.0
+
+
 def hum_of(time: np.ndarray, travel: np.ndarray, moves: float) -> tuple[float, float]:
     """Return by how much the mains swing a reading, mm (amplitude), and how fast, kHz; 0 if not.
 
@@ -121,11 +133,11 @@ def hum_of(time: np.ndarray, travel: np.ndarray, moves: float) -> tuple[float, f
     """
     there = ~np.isnan(travel)
     time, travel = time[there], travel[there]
-    before, after = time < moves - _LEAD, time > max(time[-1] - _LAST, moves + _LAST / 2)
+    before, after = time < moves - REST[1], time > max(time[-1] - _LAST, moves + _LAST / 2)
     if min(before.sum(), after.sum()) < FEWEST:
         return 0.0, 0.0
     rest = travel[before] - travel[before].mean()
-    noise = np.median(np.abs(np.diff(rest, n=2))) / (0.6745 * 6.0**0.5)
+    noise = white_noise(rest)
     for frequency in _MAINS:
         waves = np.exp(2j * np.pi * frequency * time)
         waves = np.column_stack([waves.real, waves.imag])

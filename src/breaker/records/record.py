@@ -13,7 +13,6 @@ from breaker.common.numerals import in_digits
 from breaker.model.quantities import Speed
 from breaker.records.checks import (
     doubts_in_words,
-    ends_of_range,
     of_no_drive,
     repeats_remark,
     rest_remark,
@@ -70,8 +69,8 @@ class Record(LocatedMotion):
             rest_remark(self.segment, self.settings, self.motion, zero_sd),
             doubts_in_words(self.time, self.doubts),
         ]
-        ends = ends_of_range(time, self.left, self.moves)
-        remarks += [Remark("range-ends", level=in_digits(e, 4)) for e in ends if isfinite(e)]
+        ends = filter(isfinite, self.reading.ends)
+        remarks += [Remark("range-ends", level=in_digits(level, 4)) for level in ends]
         amplitude, frequency = self.hum
         if amplitude:
             about = in_digits(2.0 * amplitude, 2), round(1000.0 * frequency)
