@@ -25,9 +25,9 @@ from breaker.common.randomness import generator
 from breaker.common.zarr_store import open_store
 from breaker.configuration.definitions import simulated_test
 from breaker.configuration.loading import defaults
-from breaker.drive.answers.visit_document import VisitDocument
-from breaker.drive.simulation.endurance_rig import Rig
-from breaker.drive.simulation.export import write_curve
+from breaker.diagnosis.visit_document import VisitDocument
+from breaker.family.endurance_rig import Rig
+from breaker.family.export import write_curve
 from breaker.figures.reports import visits
 from breaker.figures.style import save
 from breaker.figures.verdict import verdict

@@ -19,8 +19,8 @@ import pandas as pd
 
 from breaker.common.tensor_file import ModelFileError, open_model
 from breaker.configuration.loading import ConfigurationError, load
-from breaker.drive.family.mechanisms import MECHANISMS
-from breaker.drive.family.training_origin import differing, header_of
+from breaker.family.mechanisms import MECHANISMS
+from breaker.family.training_origin import differing, header_of
 from breaker.model.parameters import NAMES
 from breaker.shipped import CARD, FAMILIES, KINDS, model_file
 

@@ -17,13 +17,13 @@ import pandas as pd
 
 from breaker.common.randomness import generator
 from breaker.configuration.loading import load
-from breaker.drive.answers.drive_records import read_operations
-from breaker.drive.answers.explanations import explain, otherwise_measured
-from breaker.drive.answers.visit_changes import compare, measured_changes, with_explanations
-from breaker.drive.answers.visit_document import ComparisonSettings, visits_document
-from breaker.drive.family.network_files import shipped_networks
-from breaker.drive.family.sensitivities import shipped_sensitivities
-from breaker.drive.simulation.export import write_curve
+from breaker.diagnosis.drive_records import read_operations
+from breaker.diagnosis.explanations import explain, otherwise_measured
+from breaker.diagnosis.visit_changes import compare, measured_changes, with_explanations
+from breaker.diagnosis.visit_document import ComparisonSettings, visits_document
+from breaker.family.export import write_curve
+from breaker.family.network_files import shipped_networks
+from breaker.family.sensitivities import shipped_sensitivities
 from breaker.model.parameters import MOTIONS, NAMES
 from breaker.model.prior import Prior
 from breaker.records.operations import Operation

@@ -42,21 +42,21 @@ from tqdm import tqdm
 from breaker.common.randomness import generator
 from breaker.configuration.definitions import family_of
 from breaker.configuration.loading import load
-from breaker.drive.family.network_files import shipped_networks
-from breaker.drive.family.normalised_shape import shape_of
-from breaker.drive.family.record_inputs import network_record
-from breaker.drive.life.forecast import Future
-from breaker.drive.life.life_records import MotionRecords, Series
-from breaker.drive.life.life_results import follow_life
-from breaker.drive.life.limit_states import STATES, standing
-from breaker.drive.life.readout import Readout
-from breaker.drive.life.tracker import Tracker
-from breaker.drive.simulation.drive_family import Family
-from breaker.drive.simulation.rich_drive import Drive
+from breaker.family.drive_family import Family
+from breaker.family.network_files import shipped_networks
+from breaker.family.normalised_shape import shape_of
+from breaker.family.record_inputs import network_record
+from breaker.family.rich_drive import Drive
 from breaker.model.limits import Limit
 from breaker.model.parameters import NAMES
 from breaker.model.prior import Prior
 from breaker.model.sensor import Sensor
+from breaker.prognosis.forecast import Future
+from breaker.prognosis.life_records import MotionRecords, Series
+from breaker.prognosis.life_results import follow_life
+from breaker.prognosis.limit_states import STATES, standing
+from breaker.prognosis.readout import Readout
+from breaker.prognosis.tracker import Tracker
 from breaker.records.measurements import Measured, measure_curve
 from breaker.shipped import HELD_BACK
 from studies.other_lives import Curves, OtherLife, records_of, truth_of

@@ -15,8 +15,8 @@ import pandas as pd
 from breaker.common.randomness import generator
 from breaker.configuration.definitions import family_of
 from breaker.configuration.loading import load
-from breaker.drive.simulation.drive_family import Family
-from breaker.drive.simulation.rich_drive import Drive
+from breaker.family.drive_family import Family
+from breaker.family.rich_drive import Drive
 from breaker.model.evaluation import evaluate
 from breaker.model.parameters import MOTIONS, Size
 from breaker.model.prior import Prior

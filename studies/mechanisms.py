@@ -31,9 +31,9 @@ from scipy.optimize import brentq
 from breaker.common.compiling import compiled
 from breaker.common.randomness import generator
 from breaker.configuration.loading import load
-from breaker.drive.answers.assessment import Assessment
-from breaker.drive.answers.drive_records import read_operations
-from breaker.drive.answers.evidence import Answer, Given
+from breaker.diagnosis.assessment import Assessment
+from breaker.diagnosis.drive_records import read_operations
+from breaker.diagnosis.evidence import Answer, Given
 from breaker.model.parameters import MOTIONS, NAMES, Size
 from breaker.model.prior import Prior
 from breaker.records.contacts import ContactTimes

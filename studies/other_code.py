@@ -23,10 +23,10 @@ from scipy.optimize import brentq
 
 from breaker.common.randomness import generator
 from breaker.configuration.loading import load
-from breaker.drive.answers.visit_changes import changes, compare
-from breaker.drive.family.network_files import shipped_networks
-from breaker.drive.family.normalised_shape import shape_of
-from breaker.drive.family.record_inputs import network_record
+from breaker.diagnosis.visit_changes import changes, compare
+from breaker.family.network_files import shipped_networks
+from breaker.family.normalised_shape import shape_of
+from breaker.family.record_inputs import network_record
 from breaker.model.parameters import MOTIONS, NAMES, Size
 from breaker.model.prior import Prior
 from breaker.model.sensor import Sensor

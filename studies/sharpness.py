@@ -12,10 +12,10 @@ import pandas as pd
 from breaker.common.randomness import generator
 from breaker.configuration.definitions import family_of
 from breaker.configuration.loading import load
-from breaker.drive.family.network_files import shipped_networks
-from breaker.drive.simulation.drive_family import Family
-from breaker.drive.training.family_bank import simulate_family
-from breaker.drive.training.training_rows import family_quality, rows_of, sample_rows
+from breaker.family.drive_family import Family
+from breaker.family.family_bank import simulate_family
+from breaker.family.network_files import shipped_networks
+from breaker.family.training_rows import family_quality, rows_of, sample_rows
 from breaker.model.parameters import NAMES
 from breaker.model.prior import Prior
 

@@ -24,12 +24,12 @@ import pandas as pd
 from breaker.common.randomness import generator
 from breaker.configuration.definitions import family_of
 from breaker.configuration.loading import defaults
-from breaker.drive.answers.drive_records import read_operations
-from breaker.drive.answers.visit_changes import VERDICT_WORDS, changes, compare, measured_changes
-from breaker.drive.family.network_files import shipped_networks
-from breaker.drive.simulation.drive_family import Family
-from breaker.drive.simulation.export import write_curve
-from breaker.drive.simulation.rich_drive import Drive
+from breaker.diagnosis.drive_records import read_operations
+from breaker.diagnosis.visit_changes import VERDICT_WORDS, changes, compare, measured_changes
+from breaker.family.drive_family import Family
+from breaker.family.export import write_curve
+from breaker.family.network_files import shipped_networks
+from breaker.family.rich_drive import Drive
 from breaker.model.parameters import MOTIONS, NAMES
 from breaker.model.prior import Prior
 from breaker.model.quantities import speeds_of

@@ -15,8 +15,8 @@ import numba
 import pytest
 
 from breaker.configuration import loading
-from breaker.drive.answers import inference
-from breaker.drive.family.network_files import open_network
+from breaker.diagnosis import inference
+from breaker.family.network_files import open_network
 from breaker.model.parameters import MOTIONS
 from breaker.model.prior import Prior
 from breaker.model.sensor import Sensor

@@ -4,8 +4,8 @@ import numpy as np
 import xarray as xr
 
 from breaker.common.randomness import generator
-from breaker.drive.life.forecast import Future
 from breaker.model.parameters import NAMES
+from breaker.prognosis.forecast import Future
 
 _QUANTILE = [0.05, 0.5, 0.95]
 _DIMS = {

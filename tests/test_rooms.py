@@ -105,9 +105,9 @@ def tall(code: dict[str, str]) -> list:
 
 # A check, and a file with which it has to find something wrong.
 CHECKS = {
-    "a hidden name": (hidden, "drive/life", "from breaker.model.curves import _travel"),
+    "a hidden name": (hidden, "prognosis", "from breaker.model.curves import _travel"),
     "a long function": (tall, "model", "def f():\n" + "    pass\n" * LONGEST_FUNCTION),
-    "a study": (of_a_study, "drive/life", "def f():\n    from studies.lives import Life"),
+    "a study": (of_a_study, "prognosis", "def f():\n    from studies.lives import Life"),
 }
 
 

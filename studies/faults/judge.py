@@ -27,7 +27,7 @@ import numpy as np
 import xarray as xr
 
 from breaker.common.randomness import generator
-from breaker.drive.simulation.dialects import DIALECTS
+from breaker.family.dialects import DIALECTS
 from breaker.model.curves import travel
 from breaker.model.parameters import MOTIONS
 from breaker.model.prior import Prior

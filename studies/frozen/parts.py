@@ -17,7 +17,7 @@ import yaml
 
 from breaker.common.randomness import generator
 from breaker.common.zarr_store import open_store
-from breaker.drive.simulation.dialects import DIALECTS
+from breaker.family.dialects import DIALECTS
 from breaker.model.parameters import MOTIONS
 from studies.exports.__main__ import call
 from studies.faults.files import TEXT

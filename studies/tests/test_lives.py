@@ -8,9 +8,9 @@ import pytest
 import xarray as xr
 
 from breaker.configuration.loading import load
-from breaker.drive.life.limit_states import STATES
 from breaker.model.limits import Limit
 from breaker.model.prior import Prior
+from breaker.prognosis.limit_states import STATES
 from studies.lives import against_fixed, alarms_of, planned_of, shown_beyond
 from studies.other_lives import LAWS, RECORDS, OtherLife
 

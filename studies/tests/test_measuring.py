@@ -6,7 +6,7 @@ from scipy.stats import chi2
 
 from breaker.common.randomness import generator
 from breaker.configuration.definitions import family_of
-from breaker.drive.simulation.drive_family import Family
+from breaker.family.drive_family import Family
 from breaker.model.evaluation import evaluate
 from breaker.model.parameters import MOTIONS, Size
 from breaker.model.quantities import quantities_of, speeds_of

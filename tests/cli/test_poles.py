@@ -8,8 +8,8 @@ import pytest
 import yaml
 
 from breaker.cli import main
-from breaker.drive.answers.named_records import numbers_of_poles
-from breaker.drive.answers.simultaneity import simultaneity_of
+from breaker.diagnosis.named_records import numbers_of_poles
+from breaker.diagnosis.simultaneity import simultaneity_of
 from tests.exports import pole
 
 FORM = {"time_column": None, "rate": 5.0, "travel_column": "Travel 1"}

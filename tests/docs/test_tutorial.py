@@ -8,8 +8,8 @@ import yaml
 
 from breaker.configuration.definitions import simulated_test
 from breaker.configuration.loading import load
-from breaker.drive.simulation.endurance_rig import Rig
-from breaker.drive.simulation.rack_exports import HIGH_VOLTAGE
+from breaker.family.endurance_rig import Rig
+from breaker.family.rack_exports import HIGH_VOLTAGE
 from breaker.model.parameters import MOTIONS, NAMES
 from tests.bare import without_extras
 from tests.scripts import ROOT, script

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from breaker.common.tensor_file import ModelFileError
-from breaker.drive.family.level_network import EVENTS, Levels
-from breaker.drive.family.mechanisms import MECHANISMS, mechanism_outputs
-from breaker.drive.family.network_inputs import NormalisedRecords
+from breaker.family.level_network import EVENTS, Levels
+from breaker.family.mechanisms import MECHANISMS, mechanism_outputs
+from breaker.family.network_inputs import NormalisedRecords
 from breaker.model.parameters import MOTIONS, NAMES, UNIT, Size
 
 

@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 
 from breaker.configuration.definitions import family_of
-from breaker.drive.family.network_inputs import Basis, without_onset
-from breaker.drive.family.normalised_shape import SHAPE_TIMES, Shape
-from breaker.drive.family.record_means import mean_and_change, mean_record
-from breaker.drive.simulation.drive_family import Family
-from breaker.drive.training import family_records
-from breaker.drive.training.change_rows import ChangeRows, _Pairs
-from breaker.drive.training.family_bank import simulate_family
+from breaker.family import family_records
+from breaker.family.change_rows import ChangeRows, _Pairs
+from breaker.family.drive_family import Family
+from breaker.family.family_bank import simulate_family
+from breaker.family.network_inputs import Basis, without_onset
+from breaker.family.normalised_shape import SHAPE_TIMES, Shape
+from breaker.family.record_means import mean_and_change, mean_record
 from breaker.model.parameters import MOTIONS
 from tests.raws import raw_of, smooth
 

@@ -4,7 +4,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from breaker.drive.family.membership import Match, choose_family
+from breaker.family.membership import Match, choose_family
 
 
 def family(name, closing, opening, evidence=0.0):

@@ -7,7 +7,7 @@ import pytest
 from safetensors import safe_open
 
 from breaker.common.tensor_file import ModelFileError, write_model
-from breaker.drive.family.network_files import open_network
+from breaker.family.network_files import open_network
 from breaker.shipped import KINDS, model_file
 
 
@@ -55,7 +55,7 @@ def test_an_answer_of_no_number_is_refused(parts, tmp_path, monkeypatch):
         pytest.skip("changes are told beside a level")
     monkeypatch.chdir(tmp_path)
     write_model("m.safetensors", settings, tensors | {"centre": 1e30 * tensors["centre"]})
-    from breaker.drive.family.network_inputs import NormalisedRecords
+    from breaker.family.network_inputs import NormalisedRecords
 
     levels, rng = open_network("m.safetensors"), np.random.default_rng(1)
     nothing = NormalisedRecords.nothing(1)

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from breaker.drive.family.network_files import shipped_networks
-from breaker.drive.family.operation_inference import infer_operations
+from breaker.family.network_files import shipped_networks
+from breaker.family.operation_inference import infer_operations
 from breaker.model.curves import travel
 from breaker.model.parameters import MOTIONS, NAMES
 from breaker.paper.validation import intervals, table

@@ -6,14 +6,14 @@ import xarray as xr
 
 from breaker.common.randomness import generator
 from breaker.configuration.loading import defaults
-from breaker.drive.life.limit_states import standing as stands
-from breaker.drive.simulation.failure_times import held
+from breaker.family.failure_times import held
 from breaker.figures import style
 from breaker.figures.endurance import evolution
 from breaker.figures.life import changepoint, changes, health, remaining_life, service_cost
 from breaker.model.parameters import NAMES
 from breaker.paper.run_numbers import blocks_of
 from breaker.paper.run_numbers import held as in_band
+from breaker.prognosis.limit_states import standing as stands
 from tests.figures.drawn import assert_drawn, line_of, words
 from tests.lives import LIMITS, OPERATIONS, a_life, life_data, standing_data
 

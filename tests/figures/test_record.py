@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from breaker.configuration.definitions import simulated_test
-from breaker.drive.simulation.endurance_rig import Rig
-from breaker.drive.simulation.export import write_curve
+from breaker.family.endurance_rig import Rig
+from breaker.family.export import write_curve
 from breaker.figures import style
 from breaker.figures.records import record
 from breaker.records.proposal import inspect_file

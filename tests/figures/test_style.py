@@ -8,8 +8,8 @@ import pytest
 import xarray as xr
 from matplotlib.colors import to_rgb
 
-from breaker.drive.life.limit_states import STATES
 from breaker.figures import panels, style
+from breaker.prognosis.limit_states import STATES
 
 POSTERIORS = {
     name: getattr(style, name)

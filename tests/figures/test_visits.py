@@ -2,8 +2,8 @@
 
 import pytest
 
-from breaker.drive.answers.visit_changes import QuantityChange
-from breaker.drive.answers.visit_document import (
+from breaker.diagnosis.visit_changes import QuantityChange
+from breaker.diagnosis.visit_document import (
     Agreement,
     ComparisonSettings,
     VisitDocument,

@@ -4,10 +4,10 @@ from pathlib import Path
 
 import pytest
 
+from breaker.common.terminal import text_of
 from breaker.configuration.definitions import simulated_test
-from breaker.documents.terminal import text_of
-from breaker.drive.simulation.endurance_rig import Rig
-from breaker.drive.simulation.export import write_curve
+from breaker.family.endurance_rig import Rig
+from breaker.family.export import write_curve
 from breaker.records.acceptance import check_folder, document_of
 
 SENSOR = {"start": -2.0, "stop": 58.0, "samples": 151, "noise_sd": 0.1}

@@ -5,7 +5,7 @@ import pytest
 
 from breaker.common.randomness import generator
 from breaker.configuration.definitions import family_of
-from breaker.drive.simulation.drive_family import Family
+from breaker.family.drive_family import Family
 from breaker.model.curves import travel
 from breaker.model.parameters import MOTIONS
 from breaker.records.axes import seen_quantum

@@ -9,7 +9,7 @@ import pytest
 import xarray as xr
 
 from breaker.common.randomness import generator
-from breaker.drive.simulation.dialects import DIALECTS
+from breaker.family.dialects import DIALECTS
 from breaker.records.files import Opened, RejectedCurveError
 from breaker.records.formats import example_format, registry
 from breaker.records.formats.registry import (

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 import yaml
 
+from breaker.common.terminal import text_of
 from breaker.common.visible_text import visible_text
 from breaker.configuration.definitions import simulated_test
-from breaker.documents.terminal import text_of
-from breaker.drive.simulation.dialects import ANGLES, DIALECTS
-from breaker.drive.simulation.endurance_rig import Rig
+from breaker.family.dialects import ANGLES, DIALECTS
+from breaker.family.endurance_rig import Rig
 from breaker.records.curves import read_curves
 from breaker.records.files import RejectedCurveError
 from breaker.records.grid import Grid

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from breaker.common.randomness import generator
-from breaker.drive.simulation.rich_drive import Drive, Elements, Stop
+from breaker.family.rich_drive import Drive, Elements, Stop
 from breaker.model.parameters import MOTIONS
 from breaker.records.motion import find_segment
 from breaker.records.rejections import UnusableError

@@ -6,7 +6,7 @@ import pytest
 import xarray as xr
 
 from breaker.common.randomness import generator
-from breaker.drive.training.training_rows import family_quality
+from breaker.family.training_rows import family_quality
 from breaker.paper.calibration import judge_draws
 from breaker.paper.validation import (
     quality,

@@ -11,7 +11,7 @@ import numpy as np
 from breaker.common.randomness import generator
 from breaker.configuration.definitions import simulated_test
 from breaker.configuration.loading import ConfigurationError, check, defaults, of_motion
-from breaker.drive.simulation.endurance_rig import Rig
+from breaker.family.endurance_rig import Rig
 from breaker.model.parameters import MOTIONS
 from breaker.networks.summary import build
 from breaker.paper.joint_model import Model

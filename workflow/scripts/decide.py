@@ -5,8 +5,8 @@ from pathlib import Path
 
 from breaker.common.safe_text import save_frame
 from breaker.common.zarr_store import describe, open_store, save
-from breaker.drive.life.first_page import headline, limit_words, look_first, since_new, trust
-from breaker.drive.life.life_tables import change_table, decided, limit_table
+from breaker.prognosis.first_page import headline, limit_words, look_first, since_new, trust
+from breaker.prognosis.life_tables import change_table, decided, limit_table
 from breaker.records.curves import open_curves
 from breaker.workflow.jobs import start
 

@@ -1,9 +1,9 @@
 """Train a network on the drives of a family: of their state, or of its changes."""
 
 from breaker.common.zarr_store import describe, save
-from breaker.drive.family.network_files import write_network
-from breaker.drive.training.network_training import train_network
-from breaker.drive.training.training_rows import open_family, rows_of
+from breaker.family.network_files import write_network
+from breaker.family.network_training import train_network
+from breaker.family.training_rows import open_family, rows_of
 from breaker.networks.training import Checkpoint, fingerprint
 from breaker.workflow.jobs import checkpoint_of, start
 

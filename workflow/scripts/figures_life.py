@@ -6,7 +6,7 @@ from pathlib import Path
 import xarray as xr
 
 from breaker.common.zarr_store import open_store
-from breaker.drive.simulation.failure_times import failures, held
+from breaker.family.failure_times import failures, held
 from breaker.figures.life import changepoint, changes, health, remaining_life, service_cost
 from breaker.figures.style import save
 from breaker.figures.verdict import verdict

@@ -4,15 +4,15 @@ from pathlib import Path
 
 import xarray as xr
 
+from breaker.common.html_page import html_page
 from breaker.common.safe_text import save_frame
 from breaker.common.zarr_store import open_store
-from breaker.documents.html_page import html_page
-from breaker.drive.fleet.drive_document import DriveDocument
-from breaker.drive.fleet.fleet_page import fleet_document
-from breaker.drive.fleet.ranking import fleet_table, learn_types, type_table
 from breaker.figures.reports import fleet
 from breaker.figures.style import save
 from breaker.model.prior import Prior
+from breaker.prognosis.drive_document import DriveDocument
+from breaker.prognosis.fleet_page import fleet_document
+from breaker.prognosis.ranking import fleet_table, learn_types, type_table
 from breaker.workflow.jobs import start
 
 log = start(snakemake)

@@ -1,8 +1,8 @@
 """Answer some breakers of a fleet, one after the other."""
 
 from breaker.common.zarr_store import describe, save
-from breaker.drive.fleet.examination import examine, stored
-from breaker.drive.fleet.members import members_of
+from breaker.prognosis.examination import examine, stored
+from breaker.prognosis.members import members_of
 from breaker.records.folder import list_fleet
 from breaker.workflow.jobs import start
 

@@ -1,8 +1,8 @@
 """Infer some operations of the endurance test by the networks of families that ship."""
 
 from breaker.common.zarr_store import describe, open_store, save
-from breaker.drive.family.network_files import shipped_levels
-from breaker.drive.family.operation_inference import infer_operations
+from breaker.family.network_files import shipped_levels
+from breaker.family.operation_inference import infer_operations
 from breaker.workflow.jobs import start
 
 log = start(snakemake)

@@ -3,10 +3,10 @@
 import numpy as np
 
 from breaker.common.zarr_store import describe, save
-from breaker.drive.life.life_records import Event
-from breaker.drive.life.life_results import follow_curves
 from breaker.model.limits import from_list
 from breaker.model.quantities import speeds_of
+from breaker.prognosis.life_records import Event
+from breaker.prognosis.life_results import follow_curves
 from breaker.records.curves import open_curves
 from breaker.workflow.jobs import start
 

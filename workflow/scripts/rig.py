@@ -1,6 +1,6 @@
 """Run the stand-in: write the curve files of one motion of its endurance test."""
 
-from breaker.drive.simulation.endurance_rig import Rig
+from breaker.family.endurance_rig import Rig
 from breaker.workflow.jobs import start
 
 log = start(snakemake)

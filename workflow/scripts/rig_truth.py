@@ -1,8 +1,8 @@
 """Write down the true state of the stand-in, operation by operation."""
 
 from breaker.common.zarr_store import describe, save
-from breaker.drive.simulation.endurance_rig import Rig
-from breaker.drive.simulation.rig_truth import truth_of
+from breaker.family.endurance_rig import Rig
+from breaker.family.rig_truth import truth_of
 from breaker.model.quantities import speeds_of
 from breaker.model.sensor import grid
 from breaker.workflow.jobs import start

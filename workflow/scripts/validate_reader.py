@@ -6,8 +6,8 @@ import numpy as np
 
 from breaker.common.randomness import generator
 from breaker.common.zarr_store import describe, save
-from breaker.drive.simulation.dialects import DIALECTS
-from breaker.drive.simulation.round_trip import through_files
+from breaker.family.dialects import DIALECTS
+from breaker.family.round_trip import through_files
 from breaker.paper.inference import sample_records
 from breaker.paper.posterior import Posterior
 from breaker.workflow.jobs import start

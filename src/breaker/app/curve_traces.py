@@ -10,8 +10,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from breaker.drive.answers.evidence import Answer, DriveRecord
-from breaker.drive.answers.reference_curve import Overlay
+from breaker.diagnosis.evidence import Answer, DriveRecord
+from breaker.diagnosis.reference_curve import Overlay
 from breaker.records.files import printable
 from breaker.records.measurements import Reading
 from breaker.records.settings import TO_MS

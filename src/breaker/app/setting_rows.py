@@ -4,8 +4,8 @@ from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 from breaker.app.page_choices import FIELDS, Field, as_text
-from breaker.drive.answers.evidence import DriveRecord
-from breaker.drive.answers.visit import Visit
+from breaker.diagnosis.evidence import DriveRecord
+from breaker.diagnosis.visit import Visit
 from breaker.records.proposal import Proposal
 from breaker.records.settings import FORMAT
 from breaker.records.sheet import Sheet

@@ -48,10 +48,10 @@ def run(options: argparse.Namespace) -> int:
         )
     # Imported here, so that --help and wrong options answer at once.
     from breaker.common.plain_values import to_json
-    from breaker.documents.terminal import text_of
-    from breaker.drive.answers.assessment import Assessment
-    from breaker.drive.answers.named_records import read_records
-    from breaker.drive.answers.visit_document import words_of_visits
+    from breaker.common.terminal import text_of
+    from breaker.diagnosis.assessment import Assessment
+    from breaker.diagnosis.named_records import read_records
+    from breaker.diagnosis.visit_document import words_of_visits
 
     choice = inputs.choice_of(options)
     visits = {

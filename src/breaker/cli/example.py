@@ -33,9 +33,9 @@ def run(options: argparse.Namespace) -> int:
     if os.path.lexists(folder) and not (folder.is_dir() and not os.listdir(folder)):
         raise FileExistsError(f"{folder} is there, and is not replaced; name another")
     from breaker.configuration.definitions import simulated_test
-    from breaker.drive.simulation.endurance_rig import Rig
-    from breaker.drive.simulation.rack_exports import write_exports
-    from breaker.drive.simulation.visit_exports import write_visits
+    from breaker.family.endurance_rig import Rig
+    from breaker.family.rack_exports import write_exports
+    from breaker.family.visit_exports import write_visits
 
     config = settings_of(options.config)
     if options.visits:

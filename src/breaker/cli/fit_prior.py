@@ -27,11 +27,11 @@ def run(options: argparse.Namespace) -> int:
     check_outputs(outputs, [*options.folders, *options.config])
     config = settings_of(options.config)
     limits = limits_of(config, options.config)
+    from breaker.common.terminal import text_of
     from breaker.configuration.loading import check, defaults, merge
-    from breaker.documents.terminal import text_of
-    from breaker.drive.answers.prior_checks import check_fitted
-    from breaker.drive.answers.prior_report import overlay_of, overlay_text, words_of_prior
-    from breaker.drive.answers.type_prior import SWINGING, FittedPrior, swings_back
+    from breaker.diagnosis.prior_checks import check_fitted
+    from breaker.diagnosis.prior_report import overlay_of, overlay_text, words_of_prior
+    from breaker.diagnosis.type_prior import SWINGING, FittedPrior, swings_back
     from breaker.model.limits import from_list
     from breaker.model.parameters import Size
     from breaker.model.quantities import speeds_of
@@ -70,10 +70,10 @@ def run(options: argparse.Namespace) -> int:
 def _fitted(options: argparse.Namespace, config: Mapping) -> tuple:
     """The records of some breakers, and the prior fitted to them."""
     from breaker.configuration.definitions import family_of
-    from breaker.drive.answers.assessment import Assessment
-    from breaker.drive.answers.named_records import each_once
-    from breaker.drive.answers.type_prior import fit_type, wear_allowance
-    from breaker.drive.answers.type_records import list_breakers, read_breakers
+    from breaker.diagnosis.assessment import Assessment
+    from breaker.diagnosis.named_records import each_once
+    from breaker.diagnosis.type_prior import fit_type, wear_allowance
+    from breaker.diagnosis.type_records import list_breakers, read_breakers
     from breaker.shipped import HELD_BACK
 
     listed = list_breakers(each_once(options.folders), config["motions"], options.type)

@@ -60,11 +60,11 @@ def run(options: argparse.Namespace) -> int:
     limits = inputs.limits_of(config, options.config)
     # Imported here, so that --help and wrong options answer at once.
     from breaker.common.plain_values import to_json
-    from breaker.documents.terminal import text_of
-    from breaker.drive.answers.answer_document import document
-    from breaker.drive.answers.answer_words import words_of
-    from breaker.drive.answers.assessment import Assessment, given_by
-    from breaker.drive.answers.named_records import read_records
+    from breaker.common.terminal import text_of
+    from breaker.diagnosis.answer_document import document
+    from breaker.diagnosis.answer_words import words_of
+    from breaker.diagnosis.assessment import Assessment, given_by
+    from breaker.diagnosis.named_records import read_records
 
     given, words = given_by(config, dict(options.known))
     assessment = Assessment(config, limits, given, families=_families(options.model))
@@ -98,8 +98,8 @@ def run(options: argparse.Namespace) -> int:
 
 def _families(model: str | None) -> Callable[[], Iterable]:
     """Return what opens the networks of families."""
-    from breaker.drive.family.level_network import Levels
-    from breaker.drive.family.network_files import open_network, shipped_levels
+    from breaker.family.level_network import Levels
+    from breaker.family.network_files import open_network, shipped_levels
 
     if model is None:
         return shipped_levels
@@ -113,18 +113,18 @@ def _write(answers, given, found, overlays, options: argparse.Namespace) -> list
     """Write what the options ask for, and return what was written, in words."""
     seed, written = found.settings["seed"], []
     if options.output:
-        from breaker.drive.answers.answer_document import table_of
+        from breaker.diagnosis.answer_document import table_of
 
         written.append(write_lines(options.output, table_of(found)))
     if options.draws:
         from breaker.common.zarr_store import write_zarr
-        from breaker.drive.answers.arviz_tree import tree
+        from breaker.diagnosis.arviz_tree import tree
 
         draws = tree(answers, given, seed=seed)
         write(options.draws, lambda part: write_zarr(draws, part))
         written.append(f"draws written to {options.draws}")
     if options.plot:
-        from breaker.drive.answers.picture_data import shown
+        from breaker.diagnosis.picture_data import shown
         from breaker.figures.records import answer, overlay
 
         over = overlays and overlay(overlays)

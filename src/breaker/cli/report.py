@@ -28,12 +28,12 @@ def run(options: argparse.Namespace) -> int:
     read = [*options.files, *options.before, *filter(None, [options.reference]), *options.config]
     check_outputs([(options.output, "report")], read)
     if options.output.lower().endswith(".pdf"):
-        from breaker.documents.html_page import weasyprint
+        from breaker.common.html_page import weasyprint
 
         weasyprint()  # if it lacks, that is said before any work is done
     visit = read_of(options)
     # Imported here, so that what is wrong with the records is said first.
-    from breaker.drive.answers.test_report import report_of
+    from breaker.diagnosis.test_report import report_of
 
     answers = visit.assessment.infer(visit.records)
     report = report_of(answers, visit.assessment.judge(answers), visit)
@@ -56,9 +56,9 @@ def read_of(options: argparse.Namespace, opened=None):
     Raises:
         OSError, ValueError: If there is nothing of which a report can be.
     """
-    from breaker.drive.answers.assessment import Assessment, given_by
-    from breaker.drive.answers.named_records import read_visit
-    from breaker.drive.answers.visit import Visit, check_visit
+    from breaker.diagnosis.assessment import Assessment, given_by
+    from breaker.diagnosis.named_records import read_visit
+    from breaker.diagnosis.visit import Visit, check_visit
 
     config = inputs.settings_of(options.config)
     stated = config["report"]["reference"]
@@ -79,7 +79,7 @@ def read_of(options: argparse.Namespace, opened=None):
 
 def content_of(report, ending: str) -> tuple[bytes, str]:
     """Return a ``Report`` as ".html" or ".pdf" (if WeasyPrint is there), and of its letters."""
-    from breaker.documents.html_page import html_page, pdf_of
+    from breaker.common.html_page import html_page, pdf_of
     from breaker.figures.reports import curves
     from breaker.figures.style import encoded, without_font
 

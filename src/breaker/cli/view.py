@@ -41,7 +41,7 @@ def run(options: argparse.Namespace) -> int:
 
     from breaker.app.local_server import PageServer
     from breaker.app.view_session import Session
-    from breaker.drive.simulation.visit_exports import write_visits
+    from breaker.family.visit_exports import write_visits
 
     with tempfile.TemporaryDirectory(prefix="breaker-view-") as own:
         named = options.folder or "."

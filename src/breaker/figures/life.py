@@ -9,10 +9,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from breaker.common.numerals import first_of, in_digits
-from breaker.drive.family.untold import APART, BEYOND, WITHHELD, as_sentence
-from breaker.drive.life.first_page import about, exceeded, in_percent, span
+from breaker.family.untold import APART, BEYOND, WITHHELD, as_sentence
 from breaker.figures import panels as p
 from breaker.figures import style
+from breaker.prognosis.first_page import about, exceeded, in_percent, span
 
 _KINDS = {"rate": "the wear changed its rate", "step": "a sudden fault", "event": "known work"}
 _FLAT = 0.1  # services, within which an operation is as good as the best

@@ -9,8 +9,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from breaker.common.numerals import in_digits
-from breaker.drive.answers.visit_document import visits_said
-from breaker.drive.family.untold import WITHHELD
+from breaker.diagnosis.visit_document import visits_said
+from breaker.family.untold import WITHHELD
 from breaker.figures import panels as p
 from breaker.figures import style
 from breaker.figures.records import difference
@@ -19,11 +19,11 @@ from breaker.model.parameters import NAMES
 if TYPE_CHECKING:
     import pandas as pd
 
-    from breaker.drive.answers.picture_data import Marked, Panel
-    from breaker.drive.answers.type_model import TypeOfBreaker
-    from breaker.drive.answers.type_prior import FittedPrior
-    from breaker.drive.answers.visit_changes import QuantityChange
-    from breaker.drive.answers.visit_document import VisitDocument
+    from breaker.diagnosis.picture_data import Marked, Panel
+    from breaker.diagnosis.type_model import TypeOfBreaker
+    from breaker.diagnosis.type_prior import FittedPrior
+    from breaker.diagnosis.visit_changes import QuantityChange
+    from breaker.diagnosis.visit_document import VisitDocument
 
 
 @style.styled
@@ -213,7 +213,7 @@ def fleet(
 
     ``table`` and ``types`` are those of ``ranking``; ``drives`` the breaker and phase of each.
     """
-    from breaker.drive.fleet.drive_document import DIFFERENT  # which loads scipy
+    from breaker.prognosis.drive_document import DIFFERENT  # which loads scipy
 
     figure = style.new_figure(11.0, 5.5)
     axis = figure.subplots()

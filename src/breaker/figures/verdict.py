@@ -9,9 +9,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from breaker.common.numerals import in_digits
-from breaker.drive.life.first_page import about, in_percent, span
 from breaker.figures import panels as p
 from breaker.figures import style
+from breaker.prognosis.first_page import about, in_percent, span
 
 
 @style.styled

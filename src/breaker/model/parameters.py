@@ -19,7 +19,7 @@ Eq. (5) prints the inverse of mu, with which Eq. (3) does not follow from Eq. (1
 ``equations``.
 
 Few modules know parameters by name or position: this one, ``equations``, ``kernels``, and outside
-the folder the drives with additional effects (``breaker.drive.simulation.integrator``). Others use
+the folder the drives with additional effects (``breaker.family.integrator``). Others use
 ``NAMES``.
 """
 

@@ -15,8 +15,8 @@ import numpy as np
 import yaml
 
 from breaker.common.numerals import in_digits
+from breaker.common.parts import Document, Remark, Section, Table
 from breaker.common.visible_text import visible_text
-from breaker.documents.parts import Document, Remark, Section, Table
 from breaker.records import description
 from breaker.records.axes import Scale
 from breaker.records.channels import Clock, Travel

@@ -1,3 +1,0 @@
-"""A fleet: many breakers of a few types, each answered alone, then compared with its type and
-ranked.
-"""

@@ -1,0 +1,169 @@
+"""A family of drives that the model does not fit: ranges of what it lacks, and of how it wears.
+
+A drive is a draw of the prior, which gives the true values of the seven parameters, and on top of
+it every element that the model lacks, drawn from its range: uniformly if that contains 0, else
+uniformly in the logarithm. A draw whose drive holds no closed position is drawn again. A worn drive
+has changes of a few parameters and elements, as a share of their values in new condition.
+
+In a family that networks are trained on each mechanism is there or not, with a strength of its own:
+how many a drive has is uniform, from none, which is the model, to all of them.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields, replace
+
+import numpy as np
+
+from breaker.family.rich_drive import (
+    CONTACTS,
+    LAWS,
+    WAVES,
+    Drive,
+    Elements,
+    Stop,
+)
+from breaker.model.parameters import FORCE, GAP, NAMES
+from breaker.model.prior import Prior
+
+WEAR = ("none", "sparse", "dense")
+
+_TRIES = 10_000  # draws until a drive has to hold
+
+
+@dataclass(frozen=True, eq=False)
+class Family:
+    """The family.
+
+    Attributes:
+        prior: Prior of the parameters.
+        settings: Definition of the family (``definitions.family_of``), of drives of size 1.
+    """
+
+    prior: Prior
+    settings: Mapping
+
+    def new(self, rng: np.random.Generator) -> Drive:
+        """Draw a drive in new condition.
+
+        A drive that holds no closed position is drawn again with another of its kind of contact, so
+        kinds have the shares that they are given.
+
+        Raises:
+            RuntimeError: If no drive of the family holds a closed position.
+        """
+        kinds = self.settings.get("contacts")
+        contact = _chosen(kinds, CONTACTS, rng) if kinds else ""
+        for _ in range(_TRIES):
+            if (drive := self._proposed(contact, rng)) is not None:
+                return drive
+        raise RuntimeError(
+            f"none of {_TRIES} drives of the family holds a closed position; lower the preloads or "
+            "the strength in its file"
+        )
+
+    def _proposed(self, contact: str, rng: np.random.Generator) -> Drive | None:
+        """Draw a drive of a kind of contact, "" where the family has one kind; None if it does not
+        work.
+        """
+        settings = self.settings
+        theta = tuple(self.prior.sample(1, rng)[0].tolist())
+        elements = Elements.from_settings(_draw_all(settings["effects"], Elements, rng))
+        drive = Drive(theta, elements.scaled(self._strength(rng)))
+        if contact:
+            preload = float(rng.uniform(*settings["held_preload"]))
+            if contact == "held":
+                drive = drive.changed(contact_preload=preload * drive.value(FORCE.name))
+            drive = replace(drive, elements=replace(drive.elements, contact=contact))
+        works = drive.holds and (contact != "sliding" or self._touches(drive))
+        return drive if works else None
+
+    def _strength(self, rng: np.random.Generator) -> float | dict[str, float]:
+        """Draw the strength of each mechanism, 0 where it is not there; or one number for all."""
+        strength = self.settings["strength"]
+        if not isinstance(strength, Sequence):
+            return strength
+        names = [each.name for each in fields(Elements) if each.name not in LAWS]
+        there = rng.random() > rng.random(len(names))
+        low, high = strength
+        size = rng.triangular(low, low, high, len(names))
+        return dict(zip(names, (there * size).tolist(), strict=True))
+
+    def _touches(self, drive: Drive) -> bool:
+        """Whether a sliding contact touches where it may, as a share of the stroke."""
+        low, high = self.settings["touch"]
+        return low <= drive.value(GAP.name) / drive.travel("opening", np.zeros(1))[0] <= high
+
+    def worn(self, drive: Drive, rng: np.random.Generator, kind: str = "") -> Drive:
+        """Draw a worn condition of a drive that is still in the prior's support.
+
+        Args:
+            kind: Of the wear, one of ``WEAR``, where the family has several.
+
+        Raises:
+            RuntimeError: If no worn condition holds a closed position.
+        """
+        for _ in range(_TRIES):
+            wear = self.wear(rng, kind).items()
+            worn = drive.changed(**{name: drive.value(name) * (1.0 + by) for name, by in wear})
+            if worn.holds and self.prior.supported(np.array(worn.theta)):
+                return worn
+        raise RuntimeError(
+            f"in none of {_TRIES} worn conditions does a drive hold a closed position; narrow the "
+            f"ranges of wear in the file of the family: {drive}"
+        )
+
+    def wear(self, rng: np.random.Generator, kind: str = "") -> dict[str, float]:
+        """Draw what wears, by name, and by which share of its value in new condition."""
+        wear, chosen = self.settings["wear"], []
+        counts = wear["kinds"][kind] if kind else wear
+        for part in ("parameters", "elements"):
+            names = sorted(n for n in wear["change"] if (n in NAMES) == (part == "parameters"))
+            count = rng.integers(*counts[part], endpoint=True)
+            chosen += rng.choice(names, size=count, replace=False).tolist() if count else []
+        if kind:
+            return {n: _small(wear["change"][n], wear["smallest"], rng) for n in chosen}
+        return {name: _draw(wear["change"][name], rng) for name in chosen}
+
+    def kind_of_wear(self, rng: np.random.Generator) -> str:
+        """Draw one of ``WEAR``."""
+        kinds = self.settings["wear"]["kinds"]
+        return _chosen({kind: kinds[kind]["share"] for kind in WEAR}, WEAR, rng)
+
+
+def _chosen(shares: Mapping[str, float], names: Sequence[str], rng: np.random.Generator) -> str:
+    """Draw a name with a probability in proportion to its share."""
+    weights = np.array([shares[name] for name in names])
+    return names[int((rng.random() * weights.sum() > weights.cumsum()).sum())]
+
+
+def _draw(ends: Sequence[float], rng: np.random.Generator) -> float:
+    """Draw from a range: uniform where it contains 0, else uniform in the logarithm of the size."""
+    low, high = ends
+    if low <= 0.0 <= high:
+        return float(rng.uniform(low, high))
+    return float(np.sign(low) * np.exp(rng.uniform(*sorted(np.log(np.abs(ends))))))
+
+
+def _small(ends: Sequence[float], smallest: float, rng: np.random.Generator) -> float:
+    """Draw from a range, uniform in the logarithm of the size from a share of an end on."""
+    sizes = np.abs(ends)
+    if ends[0] * ends[1] >= 0.0:
+        end = ends[int(sizes.argmax())]
+    else:
+        end = ends[int(rng.random() * sizes.sum() > sizes[0])]
+    return float(end * smallest ** rng.random())
+
+
+def _draw_all(ranges: Mapping, kind: type, rng: np.random.Generator) -> dict:
+    """Draw from all ranges, in the order of the fields of a class, not in that of a file."""
+    there = {each.name: ranges[each.name] for each in fields(kind) if each.name in ranges}
+    drawn = {}
+    for name, each in there.items():
+        if name in WAVES:
+            harmonics = rng.standard_normal(6)
+            harmonics *= np.sqrt(2.0 / np.square(harmonics).sum())
+            drawn[name] = {"share": _draw(each, rng), "harmonics": tuple(harmonics.tolist())}
+        else:
+            inner = isinstance(each, Mapping)
+            drawn[name] = _draw_all(each, Stop, rng) if inner else _draw(each, rng)
+    return drawn

@@ -1,0 +1,185 @@
+"""Inputs of a family's networks: the shape of each record in a few components, and its scales.
+
+Each principal component is divided by the root of its variance and of the noise's, so that it is of
+order 1 whatever the noise. Beside them stand which parts of the record are there, its noise, colour
+and rate, and where the size of the drive is given, stroke and duration.
+"""
+
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple, Self
+
+import numpy as np
+
+from breaker.family.normalised_shape import SHAPE_STEP, SHAPE_TIMES
+from breaker.model.parameters import MOTIONS
+
+_PARTS = 12  # of the grid, of each of which the share that is there is told
+_RIDGE = 1e-9
+_FARTHEST = 8.0  # sd of a component, beyond which it counts as that
+_USUAL_NOISE, _USUAL_STEP = np.log(4e-3), np.log(0.05)  # in the middle of what is drawn
+
+
+class NormalisedRecords(NamedTuple):
+    """Records of one motion, as networks see them.
+
+    Attributes:
+        there: Whether there is a record, ``(n,)`` of bool; what it lacks may be any number.
+        way: Normalised shapes, ``(n, g)``.
+        present: Where there are samples, ``(n, g)`` of bool.
+        stroke: mm, ``(n,)``.
+        duration: From 10 to 50 % of the way, ms, ``(n,)``.
+        noise: Standard deviation over the stroke, after the average over a step of the grid.
+        colour: Correlation of neighbouring samples.
+        step: Between samples, in durations.
+    """
+
+    there: np.ndarray
+    way: np.ndarray
+    present: np.ndarray
+    stroke: np.ndarray
+    duration: np.ndarray
+    noise: np.ndarray
+    colour: np.ndarray
+    step: np.ndarray
+
+    @classmethod
+    def nothing(cls, n: int) -> Self:
+        """Return n records that are not there."""
+        one = np.ones(n)
+        shape = np.zeros((n, SHAPE_TIMES.size))
+        return cls(one == 0.0, shape, shape > 0.0, one, one, one, 0.0 * one, one)
+
+
+class Basis(NamedTuple):
+    """Principal components of shapes, or of their changes.
+
+    Attributes:
+        mean: ``(g,)``.
+        directions: Orthonormal, ``(k, g)``.
+        variances: Of the components, ``(k,)``.
+    """
+
+    mean: np.ndarray
+    directions: np.ndarray
+    variances: np.ndarray
+
+    @classmethod
+    def of(cls, shapes: np.ndarray, count: int) -> Self:
+        """Return the basis of shapes ``(n, g)`` without noise."""
+        mean = shapes.mean(axis=0)
+        _, sizes, directions = np.linalg.svd(shapes - mean, full_matrices=False)
+        return cls(mean, directions[:count], np.square(sizes[:count]) / len(shapes))
+
+    def amplitudes(self, shapes: np.ndarray) -> np.ndarray:
+        """Return components of shapes ``(n, g)``, ``(n, k)``."""
+        return (shapes - self.mean) @ self.directions.T
+
+    def scores(self, shapes: np.ndarray, noise: np.ndarray) -> np.ndarray:
+        """Return components of shapes ``(n, g)`` with noise ``(n,)``, each of order 1."""
+        scaled = self.amplitudes(shapes) / np.sqrt(self.variances + np.square(noise)[:, None])
+        return np.clip(scaled, -_FARTHEST, _FARTHEST)
+
+
+def level_inputs(
+    records: Mapping[str, NormalisedRecords],
+    told: np.ndarray,
+    bases: Mapping[str, Basis],
+    usual: Sequence,
+) -> np.ndarray:
+    """Return what a network of levels sees, ``(n, i)`` of float32.
+
+    Args:
+        records: Of each motion; stroke and duration in the units of a drive of size 1.
+        told: Whether the size of the drive is given, ``(n,)`` of bool.
+        bases: Of each motion.
+        usual: Mean and sd of the logarithms of stroke and duration in the family, ``(2, 2)``.
+    """
+    (stroke, stroke_sd), (duration, duration_sd) = usual
+    one, time = units_of(records)
+    columns = [
+        *(records[motion].there for motion in MOTIONS),
+        told,
+        told * (np.log(one) - stroke) / stroke_sd,
+        told * (np.log(time) - duration) / duration_sd,
+        *_between(records, usual),
+    ]
+    for motion, seen in records.items():
+        columns += [seen.there * each for each in _about(seen)]
+        parts = [_shares(seen.present), bases[motion].scores(seen.way, seen.noise)]
+        columns += [*(seen.there[:, None] * np.hstack(parts)).T]
+    return np.column_stack(columns).astype(np.float32)
+
+
+def units_of(records: Mapping[str, NormalisedRecords]) -> tuple[np.ndarray, np.ndarray]:
+    """Return stroke and duration of the first motion that is there, ``(n,)`` each."""
+    first, second = (records[motion] for motion in MOTIONS)
+    return (
+        np.where(first.there, first.stroke, second.stroke),
+        np.where(first.there, first.duration, second.duration),
+    )
+
+
+def change_inputs(
+    records: Mapping[str, NormalisedRecords],
+    changes: Mapping[str, NormalisedRecords],
+    bases: Mapping[str, Basis],
+    change_bases: Mapping[str, Basis],
+    usual: Sequence,
+) -> np.ndarray:
+    """Return what a network of changes sees, ``(n, i)`` of float32.
+
+    Args:
+        records: Reference of each motion, such as a mean of records of the drive as new.
+        changes: What ``without_onset`` leaves of the difference to it, and its noise.
+        bases, change_bases: Components of both.
+        usual: As of ``level_inputs``.
+    """
+    columns = [*(records[motion].there for motion in MOTIONS), *_between(records, usual)]
+    for motion, seen in records.items():
+        change = changes[motion]
+        columns += [seen.there * each for each in (_about(seen)[0], _about(change)[0])]
+        scores = change_bases[motion].scores(change.way, change.noise)
+        size = np.arcsinh(change_bases[motion].amplitudes(change.way) / change.noise[:, None])
+        parts = [_shares(change.present), bases[motion].scores(seen.way, seen.noise), scores, size]
+        columns += [*(seen.there[:, None] * np.hstack(parts)).T]
+    return np.column_stack(columns).astype(np.float32)
+
+
+def without_onset(reference: np.ndarray, present: np.ndarray, there: np.ndarray) -> np.ndarray:
+    """Return a change without what a shift in time or of the zero would explain, ``(n, g)``.
+
+    Args:
+        reference, present: Shapes in the units of the reference, ``(n, g)``.
+        there: Where both have samples, ``(n, g)`` of bool; the result is 0 elsewhere.
+    """
+    slope = np.gradient(reference, SHAPE_STEP, axis=1)
+    rows = np.stack([np.ones_like(slope), slope], axis=1) * there[:, None]
+    change = (present - reference) * there
+    square = rows @ rows.swapaxes(1, 2) + _RIDGE * np.eye(2)  # regular without a sample, too
+    amounts = np.linalg.solve(square, rows @ change[:, :, None])
+    return change - (amounts.swapaxes(1, 2) @ rows)[:, 0]
+
+
+def _between(
+    records: Mapping[str, NormalisedRecords], usual: Sequence
+) -> tuple[np.ndarray, np.ndarray]:
+    """Logarithms of stroke and duration of opening over those of closing, 0 without both."""
+    first, second = (records[motion] for motion in MOTIONS)
+    (_, stroke_sd), (_, duration_sd) = usual
+    both = first.there & second.there
+    return (
+        both * np.log(second.stroke / first.stroke) / stroke_sd,
+        both * np.log(second.duration / first.duration) / duration_sd,
+    )
+
+
+def _shares(present: np.ndarray) -> np.ndarray:
+    """Shares of the parts of the grid that are there, ``(n, g) -> (n, parts)``."""
+    whole = present[:, : SHAPE_TIMES.size // _PARTS * _PARTS]
+    return whole.reshape(len(whole), _PARTS, -1).mean(axis=2)
+
+
+def _about(seen: NormalisedRecords) -> tuple[np.ndarray, ...]:
+    """Noise, colour and rate of records, each of order 1."""
+    noise = (np.log(seen.noise) - _USUAL_NOISE) / 2.0
+    return noise, seen.colour, np.log(seen.step) - _USUAL_STEP

@@ -1,0 +1,70 @@
+"""What networks of a family infer of every measured operation, each from its record alone."""
+
+from collections.abc import Sequence
+
+import numpy as np
+import xarray as xr
+from tqdm import tqdm
+
+from breaker.common.randomness import generator
+from breaker.family.level_network import Levels
+from breaker.family.membership import choose_family
+from breaker.family.record_inputs import network_record, stored_shape
+from breaker.model.parameters import PARAMETERS
+
+_NO_MOTION = "shows no motion from one rest to another"
+
+
+def infer_operations(
+    curves: xr.Dataset, families: Sequence[Levels], *, draws: int, seed: int, misfit_p_value: float
+) -> xr.Dataset:
+    """Infer measured operations, each in the family that its record gives most evidence of.
+
+    Draws of an operation do not depend on the others. Size and prior are those of the family.
+
+    Args:
+        curves: Measured curves in the layout of ``read_curves``; rejected ones stay
+            in the result, as missing values with their reason.
+        families: Networks of levels, in the order in which they are tried.
+        misfit_p_value: p-value of the membership below which nothing is inferred of a record.
+
+    Returns:
+        ``curves`` without what is in the records, with ``draws (operation, draw, output)`` of the
+        parameters, physical units, and over ``operation`` the ``family``, the ``p_value`` of
+        membership and the flag ``misfit``.
+    """
+    motion, sign = curves.attrs["motion"], 1.0 if curves.attrs["motion"] == "closing" else -1.0
+    count, operations = curves.sizes["operation"], curves.operation.values
+    steps, (noise, colour) = 1.0 / curves.rate.values, (curves.record_noise, curves.record_colour)
+    values = np.full((count, draws, len(PARAMETERS)), np.nan, dtype=np.float32)
+    p_value, names = np.full(count, np.nan), np.full(count, "", dtype=object)
+    reasons = curves.reason.values.astype(object)
+    accepted = np.flatnonzero(curves.accepted.values)
+    for i in tqdm(accepted, desc=f"inferring {motion}", mininterval=5, unit="operation"):
+        shape = stored_shape(sign * curves.record.values[i], steps[i])
+        if shape is None:
+            reasons[i] = f"{curves.file.values[i]}: {_NO_MOTION}"
+            continue
+        seen = network_record(shape, float(noise[i]), float(colour[i]), steps[i])
+        levels, ((_, match),), fits = choose_family(
+            families, lambda each, seen=seen: [(motion, each.match(motion, seen))], misfit_p_value
+        )
+        p_value[i] = match.p_value
+        names[i] = levels.settings["family"]
+        if fits:
+            rng = generator(seed, "levels of operations", motion, int(operations[i]))
+            values[i] = levels.draw({motion: seen}, draws, rng).theta
+    found = {
+        "draws": (("operation", "draw", "output"), values),
+        "family": ("operation", names.astype(str)),
+        "p_value": ("operation", p_value),
+        "misfit": ("operation", p_value < misfit_p_value),
+        "reason": ("operation", reasons.astype(str)),
+        "accepted": ("operation", reasons == ""),
+    }
+    outputs = {
+        "output": ("output", [each.name for each in PARAMETERS]),
+        "output_unit": ("output", [each.unit for each in PARAMETERS]),
+    }
+    rest = curves.drop_dims(["time", "sample", "quantity"], errors="ignore")
+    return rest.assign(found).assign_coords(outputs)

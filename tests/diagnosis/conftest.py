@@ -1,0 +1,60 @@
+"""Answers that the tests of the room share: a record of both motions of the reference drive."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from breaker.diagnosis.drive_records import read_operations
+from breaker.diagnosis.evidence import AnswerSettings, Given
+from breaker.diagnosis.inference import infer_drive
+from breaker.model.quantities import speeds_at
+from breaker.records.contacts import ContactTimes
+from breaker.records.operations import Operation
+from tests.cli.conftest import written
+
+SETTINGS = AnswerSettings(draws=400, misfit_p_value=1e-3, seed=1)
+STROKE = 13.5  # mm, of the reference drive
+TOUCH = 20.09  # ms in the record, of the model that it is of
+
+
+@pytest.fixture(scope="package")
+def records(tmp_path_factory, prior):
+    """Closing and opening of an operation, a closing of another, and one that is not there."""
+    folder = tmp_path_factory.mktemp("answers")
+    for name, motions in {"both.csv": ["closing", "opening"], "a.csv": ["closing"]}.items():
+        written(folder / name, prior, *motions)
+    files = ["both.csv", "a.csv", "gone.csv"]
+    found = [Operation(k, folder / name, phase="L1") for k, name in enumerate(files, start=1)]
+    return read_operations({"closing": found, "opening": found}, {}, loose=True)
+
+
+@pytest.fixture(scope="package")
+def infer(levels, records):
+    """Infer the records, or others, with what is given."""
+
+    def infer(given=None, some=records, families=(levels,)):
+        return infer_drive(some, families, given or Given(), speeds_at({}, STROKE), SETTINGS)
+
+    return infer
+
+
+@pytest.fixture(scope="package")
+def answers(infer):
+    return infer()
+
+
+@pytest.fixture(scope="package")
+def timed(records):
+    """The first closing, with the touch that a contact's voltage would show, and its sd."""
+
+    def timed(switching, sd=0.1):
+        raw = replace(records[0].raw, contact=ContactTimes(switching, sd))
+        return replace(records[0], raw=raw)
+
+    return timed
+
+
+def spread(draws):
+    """Half of a central 95 % interval."""
+    return np.diff(np.quantile(draws, [0.025, 0.975]))[0] / 2

@@ -1,0 +1,193 @@
+"""Two inspections explained by the drive or by its measurement."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from breaker.diagnosis.explanations import (
+    Explanation,
+    _Pair,
+    explain,
+    measured_otherwise,
+    otherwise_measured,
+)
+from breaker.family.normalised_shape import SHAPE_TIMES, shape_of
+from breaker.family.sensitivities import SETS, Sensitivities, shipped_sensitivities
+from breaker.model.curves import travel
+from breaker.model.parameters import MOTIONS, NAMES
+from breaker.records.contacts import ContactTimes
+from tests.raws import raw_of
+
+THETA = np.array([2.0, 0.045, 0.040, 0.30, 0.12, 0.75, 10.0])
+LEAD, STEP = 8.0, 0.1
+TIMES = np.arange(-LEAD, 70.0, STEP)
+FAMILY = "medium_voltage"
+
+
+def inspection(rng, ratio=1.0, rate=1.0, contact=False, count=3, motions=MOTIONS, **factors):
+    """Records of a drive of the model; its parameters scatter by 0.4 %, with noise of 0.1 mm."""
+    found = {motion: [] for motion in motions}
+    change = np.array([factors.get(name, 1.0) for name in NAMES])
+    for motion, raws in found.items():
+        for _ in range(count):
+            theta = THETA * change * np.exp(0.004 * rng.standard_normal(len(NAMES)))
+            late = 0.3 * rng.standard_normal()
+            curve = travel(theta[None], TIMES / rate, motion, onset=late)
+            way = ratio * curve.travel[0] + 0.1 * rng.standard_normal(TIMES.size)
+            raw = raw_of(way if motion == "closing" else 3.0 - way, STEP, LEAD, motion)
+            if contact:
+                at = LEAD + rate * (late + curve.switching[0]) + 0.05 * rng.standard_normal()
+                raw = replace(raw, contact=ContactTimes(at, 0.05))
+            raws.append(raw)
+    return found
+
+
+def explained(seed, regressions=None, same_transducer=False, motions=MOTIONS, **change):
+    rng = np.random.default_rng(seed)
+    about = {name: change[name] for name in ("contact",) if name in change}
+    before = inspection(rng, motions=motions, **about)
+    today = inspection(rng, motions=motions, **change)
+    found = explain(
+        before,
+        today,
+        regressions or shipped_sensitivities(FAMILY),
+        same_transducer=same_transducer,
+    )
+    assert sum(each.probability for each in found) == pytest.approx(1.0)
+    return {each.cause: each for each in found}
+
+
+@pytest.mark.parametrize(
+    ("change", "cause", "parameter", "amount"),
+    [
+        ({}, "none", "", 0.0),
+        ({"f": 0.92}, "drive", "f", None),
+        ({"k_a": 0.92}, "drive", "k_a", None),
+        ({"gamma_a": 1.2}, "drive", "gamma_a", None),
+        ({"ratio": 0.94}, "ratio", "", -6.0),
+        ({"ratio": 1.64}, "ratio", "", 64.0),
+        ({"rate": 0.5}, "rate", "", -50.0),
+    ],
+)
+def test_the_true_cause_is_the_most_probable(change, cause, parameter, amount):
+    """A true cause is the most probable."""
+    found = explained(3, **change)
+    best = max(found.values(), key=lambda each: each.probability)
+    assert (best.cause, best.parameter) == (cause, parameter)
+    assert best.probability > (0.95 if change else 0.5)
+    if amount is not None:
+        assert best.change[1] == pytest.approx(amount, abs=1.5)
+
+
+def test_a_force_is_not_found_without_its_slope():
+    """Planted fault: a regression that takes the slope of another parameter for that of f."""
+    order = [NAMES.index("mu" if name == "f" else name) for name in NAMES]
+    wrong = {}
+    for motions, each in shipped_sensitivities(FAMILY).items():
+        weights = each.weights.reshape(len(each.weights), len(NAMES), -1)[:, order]
+        weights = weights.reshape(len(weights), -1)
+        wrong[motions] = each._replace(weights=weights, errors=each.errors[order])
+    assert explained(3, wrong, f=0.92)["drive"].parameter != "f"
+
+
+@pytest.mark.parametrize("motions", SETS)
+def test_a_transducer_that_is_the_same_has_no_other_ratio(motions):
+    found = explained(5, same_transducer=True, motions=motions, f=0.92)
+    assert "ratio" not in found
+    assert found["none"].probability < 0.01
+
+
+def test_a_recorded_contact_tells_a_ratio_from_a_force():
+    """A ratio scales the travel at the contact, and a force hardly does. Single records."""
+    odds = {
+        (contact, ratio): np.subtract(
+            *(
+                np.log(found[cause].probability + 1e-300)
+                for found in [
+                    explained(
+                        4, count=3, contact=contact, **({"ratio": 0.95} if ratio else {"f": 0.95})
+                    )
+                ]
+                for cause in ("drive", "ratio")
+            )
+        )
+        for contact in (False, True)
+        for ratio in (False, True)
+    }
+    assert odds[True, False] > odds[False, False] > 0.0
+    assert odds[True, True] < odds[False, True] < 0.0
+
+
+@pytest.mark.parametrize(("contact", "certain"), [(False, False), (True, True)])
+def test_a_contact_that_may_slide_leaves_a_ratio_uncertain_unless_it_is_recorded(contact, certain):
+    rng = np.random.default_rng(6)
+    before, today = (inspection(rng, r, contact=contact) for r in (1.0, 0.94))
+    found = explain(before, today, shipped_sensitivities(FAMILY), sliding=0.3)
+    drive = next(each for each in found if each.cause == "drive")
+    assert (drive.probability < 0.05) == certain
+
+
+def test_amounts_are_as_uncertain_as_they_say():
+    """Mean squared z of 400 amounts, of mean 1; a false alarm in 1 of 1,000."""
+    rng, n = np.random.default_rng(2), 60
+    root = rng.standard_normal((n, n)) / np.sqrt(n) + 0.3 * np.eye(n)
+    way, usual = np.sin(np.linspace(0.0, 3.0, n)), root @ root.T
+    z = []
+    for _ in range(400):
+        truth = 0.5 * rng.standard_normal()
+        change = truth * way + root @ rng.standard_normal(n)
+        low, middle, high = _Pair(way, change, np.ones(n, bool), usual, np.zeros(n)).amount(way)
+        z.append((0.01 * middle - truth) / (0.01 * (high - low) / 3.29))
+    assert abs(np.mean(np.square(z)) - 1.0) < 3.29 * np.sqrt(2.0 / 400.0)
+
+
+def test_a_nearly_certain_ratio_is_a_difference():
+    both = [
+        Explanation("ratio", "", 0.96, [5.0, 6.0, 7.0]),
+        Explanation("drive", "f", 0.04, [0] * 3),
+    ]
+    assert [each.today for each in otherwise_measured(both)] == [pytest.approx(1.06)]
+    less = [replace(both[0], probability=0.9), replace(both[1], probability=0.1)]
+    assert otherwise_measured(less) == []
+    assert measured_otherwise(less) == 0.9
+
+
+def test_a_regression_finds_what_was_planted():
+    """Slopes that are linear in two components of the shape, with errors in one direction."""
+    rng, n, size = np.random.default_rng(1), 2000, 242
+    parts = rng.standard_normal((n, 24)) * np.geomspace(3.0, 0.1, 24)
+    shapes = parts @ np.linalg.qr(rng.standard_normal((size, 24)))[0].T
+    scores = parts[:, :2]
+    slopes = rng.standard_normal((2, len(NAMES), size + 2))
+    odd = np.ones(size + 2) / np.sqrt(size + 2)
+    changes = np.einsum("nk,kps->nps", scores, slopes)
+    changes += 0.5 * rng.standard_normal((n, len(NAMES), 1)) * odd
+    found = Sensitivities.fitted(shapes, np.zeros(n), changes)
+    slope, errors = found.of(shapes[0], 0.0)
+    truth = np.einsum("k,kps->ps", scores[0], slopes)
+    assert np.abs(slope - truth).mean() < 0.1 * np.abs(truth).mean()
+    assert odd @ errors[2] @ odd == pytest.approx(0.25, rel=0.1)  # 3.3 sds of 2,000 squares
+
+
+def test_what_ships_agrees_with_the_exact_curve_of_the_model():
+    """Slopes by f and k_a at the medians, within a tenth: the family has many other effects."""
+    step, by = 0.05, 0.03
+    times = np.arange(-12.0, 110.0, step)
+    shapes, slopes, durations = [], [], []
+    for motion in MOTIONS:
+        sign = 1.0 if motion == "closing" else -1.0
+        rows = THETA * np.exp(by * np.concatenate([np.zeros((1, 7)), np.eye(7), -np.eye(7)]))
+        curves = sign * travel(rows, times, motion).travel
+        like = shape_of(curves[0], step)
+        ways = np.array([shape_of(each, step, like).way for each in curves])
+        shapes.append(ways[0])
+        durations.append(like.duration)
+        slopes.append((ways[1:8] - ways[8:]) / (2.0 * by))
+    pace = np.log(durations[1] / durations[0])
+    found, _ = shipped_sensitivities(FAMILY)[MOTIONS].of(np.concatenate(shapes), pace)
+    found = found.reshape(len(NAMES), 2, -1)[:, :, : SHAPE_TIMES.size]
+    for name in ("f", "k_a"):
+        exact = np.array([each[NAMES.index(name)] for each in slopes])
+        left = found[NAMES.index(name)] - exact
+        assert np.sqrt(np.mean(np.square(left))) < 0.1 * np.sqrt(np.mean(np.square(exact)))

@@ -1,0 +1,57 @@
+"""Touch, parting and gap of long strokes, whose contact may slide: told with a contact alone."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from breaker.diagnosis.answer_document import document
+from breaker.diagnosis.evidence import MAY_SLIDE, Given
+from breaker.diagnosis.limit_verdicts import judged
+from breaker.diagnosis.picture_data import shown
+from breaker.model.limits import Limit
+from breaker.model.parameters import NAMES
+
+
+def long(answer, **more):
+    """The same answer, of a drive of 150 mm."""
+    shape = answer.record.shape._replace(stroke=150.0)
+    return replace(answer, record=replace(answer.record, shape=shape), **more)
+
+
+def limit(name, bound):
+    return Limit.from_settings({"name": name, "motion": "closing", "upper": {name: bound}})
+
+
+def test_a_short_stroke_tells_its_touch(answers):
+    (entry,) = document(answers[:1], [[]], {}, {}).records
+    assert entry.quantities["touch_time"].median > 0.0
+    assert entry.parameters["L"].median > 0.0
+
+
+def test_a_long_one_withholds_it_everywhere(answers):
+    answer = long(answers[0])
+    verdicts = judged(answer, [limit("touch_time", 50.0), limit("L", 500.0)], seed=1)
+    assert [each.verdict for each in verdicts] == ["not shown"] * 2
+    assert {each.reason for each in verdicts} == {MAY_SLIDE}
+    (entry,) = document([answer], [[]], {}, {}).records
+    for name in ("touch_time", "wipe", "wipe_at_touch"):
+        assert entry.quantities[name].median is None
+        assert entry.quantities[name].reason == MAY_SLIDE
+    assert "touch_from10" not in entry.quantities
+    assert entry.parameters["L"].reason == MAY_SLIDE
+    assert entry.parameters["f"].median > 0.0
+    drawn = shown([answer], Given(), seed=1)
+    assert not drawn.switching
+    assert drawn.curves["closing"].switching.size == 0
+    ((theta,),) = drawn.posteriors.values()
+    assert np.isnan(theta[:, NAMES.index("L")]).all()
+    assert np.isfinite(theta[:, NAMES.index("f")]).all()
+
+
+def test_a_fact_or_a_recorded_contact_brings_it_back(answers, timed):
+    assert not long(answers[0], contact_known=True).may_slide
+    record = timed(20.0)
+    shape = record.shape._replace(stroke=150.0)
+    assert not replace(answers[0], record=replace(record, shape=shape)).may_slide
+    assert long(answers[0]).contact.time == pytest.approx(np.nan, nan_ok=True)

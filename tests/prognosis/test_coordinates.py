@@ -1,0 +1,125 @@
+"""Coordinates of a drive: white while it is new, exact back, and linear in what is measured."""
+
+import numpy as np
+import pytest
+
+from breaker.family.network_inputs import Basis
+from breaker.family.normalised_shape import SHAPE_TIMES
+from breaker.prognosis.coordinates import Coordinates
+from breaker.prognosis.life_records import MotionRecords, Series
+
+N, G = 400, SHAPE_TIMES.size
+
+
+def a_basis():
+    rng = np.random.default_rng(0)
+    directions, _ = np.linalg.qr(rng.standard_normal((G, 30)))
+    return Basis(np.zeros(G), directions.T, np.geomspace(0.05, 0.002, 30) ** 2)
+
+
+def a_series(seed=1, scatter=0.3, gap=(), sd=0.0):
+    """Records that scatter along the components of the family, and a quantity that they show."""
+    rng, basis = np.random.default_rng(seed), a_basis()
+    sizes = scatter * np.sqrt(basis.variances) * rng.standard_normal((N, 30))
+    sizes[:, 6:] = 0.0  # operations scatter in less than drives wear
+    mean = np.clip(SHAPE_TIMES / 3.0, 0.0, 1.0)
+    way = mean + sizes @ basis.directions + 0.003 * rng.standard_normal((N, G))
+    present = np.ones((N, G), dtype=bool)
+    present[list(gap)] = False
+    time = 9.0 + 40.0 * sizes[:, 0] + 0.01 * rng.standard_normal(N)
+    time[7] = np.nan
+    measured, stated = {"travel_time": time}, {"travel_time": np.full(N, sd)}
+    motion = MotionRecords(way, present, np.full(N, 0.003), 14.0, 4.0, measured, stated)
+    return Series(np.arange(N), {"closing": motion}, np.arange(200), {}), sizes
+
+
+@pytest.fixture(scope="module")
+def seen():
+    series, sizes = a_series(gap=[3])
+    return series, sizes, Coordinates.of(series, {"closing": a_basis()})
+
+
+def test_scatter_is_white_in_new_records_and_after(seen):
+    series, _, coordinates = seen
+    values = coordinates.blocks(series)[0].values
+    assert np.isnan(values[3]).all()
+    cov = np.cov(values[200:].T)  # records that the map has not seen
+    # 200 records, in directions that were estimated from 200 others.
+    assert np.diag(cov).mean() == pytest.approx(1.0, abs=0.2)
+    assert np.abs(np.diag(cov) - 1.0).max() < 0.9
+    assert np.abs(cov - np.diag(np.diag(cov))).max() < 0.5
+    raw = series.motions["closing"].way[200:] @ a_basis().directions.T
+    assert np.ptp(np.log(raw.var(axis=0))) > 2.0  # components themselves are far from white
+
+
+def test_the_first_coordinates_are_those_in_which_wear_shows_most(seen):
+    curve = seen[2].curves["closing"]
+    assert (np.diff(curve.variance) <= 1e-9).all()
+    assert curve.variance[0] > 2.0 * curve.variance[20]
+    family = np.diag(a_basis().variances[: curve.variance.size])
+    found = curve.forward.T @ family @ curve.forward
+    np.testing.assert_allclose(found, np.diag(curve.variance), atol=1e-9 * curve.variance[0])
+
+
+def test_a_measured_quantity_is_linear_in_coordinates_and_its_own(seen):
+    series, _sizes, coordinates = seen
+    reading = coordinates.readings[0]
+    values = coordinates.blocks(series)
+    _, row = coordinates.row("closing", "travel_time")
+    both = np.hstack([values[0].values, values[1].values])
+    time = series.motions["closing"].measured["travel_time"]
+    there = np.isfinite(both).all(axis=1)
+    np.testing.assert_allclose((reading.mean + both @ row)[there], time[there])
+    assert np.isnan(values[1].values[7]).all()
+    # What is left is far less than the quantity scatters by itself: the curve explains it.
+    assert reading.scatter < 0.7 * np.nanstd(time)
+    assert coordinates.row("closing", "stroke") is None
+
+
+def test_readings_are_off_alike_by_what_is_stated_of_late():
+    """However much they scatter: by 0.6 here, where 1 or 0.1 is stated."""
+    for sd in (1.0, 0.1):
+        series, _ = a_series(sd=sd)
+        reading, _ = Coordinates.of(series, {"closing": a_basis()}).row("closing", "travel_time")
+        np.testing.assert_allclose(reading.common[reading.common > 0.0], sd)
+        assert reading.common[-1] == pytest.approx(sd)
+    motion = series.motions["closing"]
+    motion.stated["travel_time"][300:] = 10.0  # what is stated of late counts,
+    motion.stated["travel_time"][300::2] = 0.1  # of each half, whether a few more or less
+    common = Coordinates.of(series, {"closing": a_basis()}).readings[0].common
+    np.testing.assert_allclose(common[[299, 349, -1]], [0.1, 1.0, 1.0], rtol=0.2)
+    assert np.abs(np.diff(np.log(common[360:]))).max() < 0.2
+
+
+@pytest.mark.parametrize("sd", [0.05, 3.0])
+def test_few_readings_scatter_as_is_usual_and_stated_with_them(sd):
+    """Of a quantity that scatters by 0.6; nothing can be told of how the curve moves it."""
+    series, _ = a_series(sd=sd)
+    few = Series(series.operations, series.motions, np.arange(4), {})
+    (reading,) = Coordinates.of(few, {"closing": a_basis()}).readings
+    assert not reading.slopes.any()
+    times = series.motions["closing"].measured["travel_time"][:4]
+    steps, usual = np.diff(times) / np.sqrt(2.0), sd**2 + (0.005 * times.mean()) ** 2
+    assert reading.scatter == pytest.approx(np.sqrt((steps @ steps + 10.0 * usual) / 13.0))
+    single = Series(series.operations, series.motions, np.arange(1), {})
+    assert not Coordinates.of(single, {"closing": a_basis()}).readings
+
+
+def test_the_noise_told_of_the_new_mean_is_that_of_its_records(seen):
+    _series, _, coordinates = seen
+    curve = coordinates.curves["closing"]
+    one = curve.input_noise(np.ones(curve.variance.size))
+    assert curve.noise == pytest.approx(one / np.sqrt(199), rel=0.01)
+
+
+def test_a_record_has_the_same_coordinates_however_many_follow(seen):
+    series, _, coordinates = seen
+    motion, curve = series.motions["closing"], coordinates.curves["closing"]
+    whole = curve.project(motion.way, motion.present)
+    time = motion.measured["travel_time"]
+    for count in (2, 7, 60, 333):
+        some = curve.project(motion.way[:count], motion.present[:count])
+        np.testing.assert_array_equal(some, whole[:count])
+        for reading in coordinates.readings:
+            own = reading.project(time[:count], some)
+            np.testing.assert_array_equal(own, reading.project(time, whole)[:count])

@@ -1,0 +1,106 @@
+"""Records of a life: in common units, aligned over motions, and which of them are new."""
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from breaker.prognosis.life_records import Event, series_of
+
+STEP, LENGTH = 0.2, 400
+TIME = STEP * np.arange(LENGTH)
+
+
+def curves(numbers, motion="closing", *, stroke=14.0, lost=()):
+    """Records of one motion as ``read_curves`` returns them; the last samples are padding."""
+    rng = np.random.default_rng(len(numbers))
+    sign = 1.0 if motion == "closing" else -1.0
+    way = np.clip((TIME - 20.0) / 10.0, 0.0, 1.0)
+    record = sign * stroke * way**2 * (3.0 - 2.0 * way)
+    record = record + 0.02 * rng.standard_normal((len(numbers), LENGTH))
+    record[:, -5:] = np.nan
+    accepted = ~np.isin(numbers, lost)
+    one = np.ones(len(numbers))
+    return xr.Dataset(
+        {
+            "record": (("operation", "sample"), np.where(accepted[:, None], record, np.nan)),
+            "accepted": ("operation", accepted),
+            "rate": ("operation", one / STEP),
+            "record_noise": ("operation", 0.02 * one),
+            "record_colour": ("operation", 0.0 * one),
+            "measured": (("operation", "quantity"), np.outer(numbers, [1.0, 2.0])),
+            "measured_sd": (("operation", "quantity"), np.outer(numbers, [0.1, 0.2])),
+        },
+        {"operation": numbers, "quantity": ["stroke", "travel_time"]},
+    )
+
+
+def series(reference=10, **about):
+    data = {
+        "closing": curves(np.arange(1, 41), lost=[3]),
+        "opening": curves(np.arange(2, 43), "opening"),
+    }
+    about = {"events": {}, "conditions": {}} | about
+    return series_of(data, reference, followed={"closing": ["travel_time"]}, **about)
+
+
+def test_motions_are_aligned_over_all_operations():
+    found = series()
+    closing, opening = found.motions["closing"], found.motions["opening"]
+    assert found.operations.tolist() == list(range(1, 43))
+    assert closing.there.tolist() == [o <= 40 and o != 3 for o in found.operations]
+    assert opening.there.tolist() == [o >= 2 for o in found.operations]
+    assert closing.measured["travel_time"][9] == 20.0
+    assert closing.stated["travel_time"][9] == pytest.approx(2.0)
+    assert not opening.measured
+
+
+def test_shapes_are_in_the_units_of_the_new_records():
+    closing = series().motions["closing"]
+    assert closing.stroke == pytest.approx(14.0, abs=0.02)
+    last = closing.way[closing.there][:, -10:].mean()
+    assert last == pytest.approx(1.0, abs=1e-3)
+    assert np.nanmedian(closing.noise) == pytest.approx(0.02 / 14.0, rel=0.35)
+    assert np.isnan(closing.noise[2])
+
+
+def test_new_are_the_first_with_all_motions_unless_it_is_said():
+    assert series().operations[series().new].tolist() == [2, *range(4, 13)]
+    found = series([20, 24])
+    assert found.operations[found.new].tolist() == list(range(20, 25))
+    with pytest.raises(ValueError, match=r"trend\.reference"):
+        series([100, 200])
+
+
+def test_work_between_ends_what_is_new():
+    greased = {8: Event.from_text("greased"), 6: Event.from_text("inspected")}
+    found = series(events=greased)
+    assert found.operations[found.new].tolist() == [2, 4, 5, 6, 7]
+    assert found.events[7].renews
+    assert not found.events[5].renews
+
+
+def test_new_operations_are_about_as_warm():
+    warm = dict.fromkeys(range(1, 43), 20.0) | {5: 35.0}
+    found = series(conditions={"temperature": warm})
+    assert 5 not in found.operations[found.new]
+    assert found.apart["temperature"][found.operations == 5] == pytest.approx(1.5)
+    assert not series().apart
+
+
+def test_new_operations_are_at_about_the_same_voltage():
+    """In volts or in percent, whatever the rated one."""
+    for rated in (100.0, 110.0):
+        volts = dict.fromkeys(range(1, 43), rated) | {5: 0.85 * rated}
+        found = series(conditions={"voltage": volts})
+        assert 5 not in found.operations[found.new]
+        assert found.apart["voltage"][found.operations == 5] == pytest.approx(-1.5)
+
+
+def test_events_mean_what_they_start_anew():
+    assert Event.from_text("transducer remounted").transducer
+    both = Event.from_text("greased, transducer remounted")
+    assert both.renews
+    assert not both.transducer
+    assert Event.from_text("oil changed", {"oil changed": ["gamma_a"]}).renews
+    with pytest.raises(ValueError, match="has no oil changed"):
+        Event.from_text("oil changed")

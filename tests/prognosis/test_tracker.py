@@ -1,0 +1,145 @@
+"""The path of coordinates: what it knows, which changes it notices, and what it does not."""
+
+import numpy as np
+import pytest
+
+from breaker.prognosis.path_fit import Block
+from breaker.prognosis.tracker import Tracker
+
+N, NEW = 300, 50
+TIME = np.arange(N)
+
+
+def blocks(seed=1, *, add=0.0, aside=0.0, k=6):
+    """Two blocks of scatter, with something added to the first coordinate, and to the third."""
+    rng = np.random.default_rng(seed)
+    values = [rng.standard_normal((N, k)) for _ in range(2)]
+    values[0][:, 0] += add
+    values[0][:, 2] += aside
+    return [Block(each, np.geomspace(1e4, 1.0, k)) for each in values]
+
+
+def follow(some, **about):
+    return Tracker().follow(TIME, some, **about)
+
+
+def test_a_straight_path_is_known_as_a_regression_knows_it():
+    path = follow(blocks(add=0.05 * TIME))
+    true = 0.05 * (TIME - (NEW - 1) / 2.0)
+    late = slice(100, None)
+    off = (path.change[late, 0] - true[late]) / np.sqrt(path.variance[late, 0])
+    assert np.abs(off).max() < 4.0  # some 200 values that hardly differ from one to the next
+    assert path.rate[-1, 0] == pytest.approx(0.05, abs=4.0 * np.sqrt(path.rate_variance[-1, 0]))
+    assert np.sqrt(path.variance[-1, 0]) < 0.5
+    assert np.isnan(path.change[: NEW - 1]).all()
+    assert not path.changes
+
+
+def test_a_path_that_bends_is_known_to():
+    path = follow(blocks(add=0.001 * TIME**2.0))
+    off = path.bend[-1, 0] - 0.002
+    assert abs(off) < 4.0 * np.sqrt(path.bend_variance[-1, 0])
+    assert np.sqrt(path.bend_variance[-1, 0]) < 0.0002
+    assert abs(path.bend[-1, 2]) < 0.0002
+
+
+def test_nothing_is_noticed_where_nothing_changes():
+    """12 lives of 200 records, false with a probability of 1e-3 each at most."""
+    noticed = [follow(blocks(seed)).changes for seed in range(12)]
+    assert not any(noticed)
+
+
+@pytest.mark.parametrize(
+    ("what", "aside", "kind", "late"),
+    [
+        (4.0 * (TIME >= 200), 0.0, "step", 5),
+        (0.02 * TIME + 0.3 * np.maximum(TIME - 199, 0), 0.0, "rate", 30),
+        (0.05 * TIME, 0.3 * np.maximum(TIME - 199, 0), "rate", 40),
+    ],
+)
+def test_a_planted_change_is_noticed_placed_and_named(what, aside, kind, late):
+    path = follow(blocks(add=what, aside=aside))
+    assert len(path.changes) == 1
+    found = path.changes[0]
+    assert found.kind == kind
+    assert 200 < found.noticed <= 200 + late
+    assert abs(found.start - 200) <= 8
+    assert found.earliest <= found.start <= found.latest
+    true = what - what[:NEW].mean()
+    off = (path.change[-1, 0] - true[-1]) / np.sqrt(path.variance[-1, 0])
+    assert abs(off) < 4.0
+
+
+def test_one_odd_record_is_no_change_and_hardly_counts():
+    odd = blocks()
+    odd[0].values[200] += 30.0
+    path, usual = follow(odd), follow(blocks())
+    assert not path.changes
+    assert path.weight[200] < 0.05 < 0.5 < np.median(path.weight[100:])
+    assert abs(path.change[-1, 0] - usual.change[-1, 0]) < np.sqrt(path.variance[-1, 0])
+
+
+def test_a_bent_path_is_no_change_unless_its_bend_is_denied():
+    """A curvature of a tenth of the change; the planted fault is a tracker that knows of none."""
+    share = TIME / N
+    bent = 60.0 * (share + 0.1 * share**2)
+    assert not Tracker(aside=1e-6).follow(TIME, blocks(add=bent)).changes
+    stiff = Tracker(bend=1e-6, aside=1e-6).follow(TIME, blocks(add=bent))
+    assert stiff.changes
+
+
+def test_work_begins_anew_without_an_alarm_and_what_a_transducer_moved_is_no_change():
+    moved = blocks(add=5.0 * (TIME >= 150))
+    path, remounted = (follow(moved, events={150: transducer}) for transducer in (False, True))
+    assert [change.kind for change in path.changes] == ["event"]
+    assert path.change[-1, 0] == pytest.approx(5.0, abs=1.0)
+    assert path.since[-1, 0] == pytest.approx(0.0, abs=1.0)
+    assert np.isnan(path.since[:150]).all()
+    assert remounted.change[-1, 0] == pytest.approx(0.0, abs=1.0)
+    assert follow(moved).change[-1, 0] > 3.0  # the planted fault: nobody said so
+
+
+def test_a_season_is_not_taken_for_wear():
+    warm = np.sin(2.0 * np.pi * TIME / 150.0)
+    season = blocks(add=6.0 * warm)
+    known = {"temperature": warm}
+    assert not follow(season, conditions=known).changes
+    assert follow(season, conditions=known).change[-1, 0] == pytest.approx(0.0, abs=1.0)
+    assert follow(season).changes  # the planted fault: no temperatures
+
+
+def test_a_low_battery_is_not_taken_for_wear():
+    """The voltage falls by 15 % for good, in a winter that comes and goes; true wear stays told."""
+    low = -1.5 * (TIME >= 150) + 0.2 * np.sin(TIME)
+    warm = np.sin(2.0 * np.pi * TIME / 150.0)
+    known = {"temperature": warm, "voltage": low}
+    path = follow(blocks(add=4.0 * low + 2.0 * warm), conditions=known)
+    assert not path.changes
+    assert path.change[-1, 0] == pytest.approx(0.0, abs=1.0)
+    worn = follow(blocks(add=4.0 * low + 0.05 * TIME), conditions=known)
+    assert worn.change[-1, 0] == pytest.approx(0.05 * (N - NEW / 2.0), abs=2.5)
+    assert follow(blocks(add=4.0 * low)).changes  # the planted fault: no voltages
+
+
+def test_a_motion_may_be_missing():
+    some = blocks(add=0.05 * TIME)
+    some[1].values[100:] = np.nan
+    some[0].values[120:140] = np.nan
+    path = follow(some)
+    assert path.change[-1, 0] == pytest.approx(0.05 * (N - NEW / 2.0), abs=2.0)
+    assert np.isnan(path.weight[120:140]).all()
+    assert np.isfinite(path.change[130]).all()
+    assert path.variance[-1, 6] > 4.0 * path.variance[-1, 0]  # nothing was seen of it since
+
+
+def test_changes_are_not_sought_in_a_block_that_is_not_to_be():
+    some = blocks(add=40.0 * (TIME >= 200))
+    quiet = [Block(*some[0][:2], sought=False), some[1]]
+    assert not follow(quiet).changes
+
+
+def test_a_change_that_later_records_deny_is_taken_back():
+    there = (TIME >= 200) & (TIME < 204)
+    path = follow(blocks(add=5.0 * there))
+    assert all(change.evidence < 0.0 or change.kind == "step" for change in path.changes)
+    assert abs(path.change[-1, 0]) < 1.0
