@@ -77,8 +77,8 @@ def own_quantities(drive: Drive, motion: str, speeds: Sequence[Speed] = SPEEDS) 
     beyond = max(float(way.max() - stroke), 0.0)
     found = {
         **{"stroke": stroke, "travel_time": between(Point(10.0, "%"), Point(90.0, "%"))[0]},
-        **dict.fromkeys(("touch_time", "part_time"), switching),
-        **dict.fromkeys(("over_travel", "rebound"), beyond),
+        **dict.fromkeys(("touch_time", "separation_time"), switching),
+        **dict.fromkeys(("over_travel", "opening_over_travel"), beyond),
     }
     for speed in speeds:
         duration, way_between = between(speed.start, speed.end)

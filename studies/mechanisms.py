@@ -13,7 +13,7 @@ least wipe of a drive as a share of its way: strong preloads leave many a drive 
 
 It prints for closing alone, opening alone and both how many 95 % intervals hold the truth, the mean
 error of the median and the median half width (% of parameters, ms of times), and how the records
-fit the families. Times of touch and parting count from 10 % of the way, or from the release.
+fit the families. Times of touch and separation count from 10 % of the way, or from the release.
 """
 
 import argparse
@@ -40,7 +40,7 @@ from breaker.records.contacts import ContactTimes
 from breaker.records.operations import Operation
 
 NOISE, TRIGGER = 0.1, 0.3  # mm and ms, sd of a sample and of the release
-TIMES = ("touch_from_10", "parting_from_10", "touch_from_release", "parting_from_release")
+TIMES = ("touch_from_10", "separation_from_10", "touch_from_release", "separation_from_release")
 MOTIONS_SHOWN = (*MOTIONS, "both")
 OPTIONS = dict(
     drives=40,

@@ -46,7 +46,7 @@ SPEEDS = speeds_of(
     {f"{m}_speed_{a}_{b}": [f"{a} % of stroke", f"{b} % of stroke"]
      for m in MOTIONS for a, b in ((10, 50), (50, 90))}
 )  # fmt: skip
-OF_STROKE = ("over_travel", "rebound")
+OF_STROKE = ("over_travel", "opening_over_travel")
 
 
 def visit(

@@ -282,7 +282,7 @@ def results(rng: np.random.Generator, poles: dict, style: dict) -> tuple[list, l
             continue
         zone = share_of(style["zones"], move["motion"], poles[k]["stroke"])
         value = values_of(move["way"], zone).get(quantity)
-        if quantity == "datum":  # 10 mm before the touch, or after parting
+        if quantity == "datum":  # 10 mm before the touch, or after separation
             touch = poles[k]["breaks"][0]["arcing"]
             begin = touch - 10 if motion == "closing" else poles[k]["stroke"] - touch
             value = mean_speed(move["way"], begin, begin + 10)

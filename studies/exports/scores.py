@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from breaker.model.quantities import EVENTS, SHARES
+from breaker.model.quantities import SHARES
 
 VERDICTS = ("right", "withheld", "missing", "false")
 _LATE = 0.5  # ms, of a time that is still right
@@ -46,7 +46,7 @@ def judge(true: list, item: dict, tolerance: float, withheld: bool) -> tuple[str
 
 
 def true_speeds(move: dict, meaning: str) -> list[float]:
-    """Return the true speeds in the sheet's zone, or over some mm before touch or after parting."""
+    """Return the true speeds in the sheet's zone, or some mm before touch or after separation."""
     if "of stroke" in meaning or "mm from" in meaning:
         return [m["speed"] for m in (move, move["shown"])]
     found = re.search(r"([\d.]+) (mm|ms) (before|after)", meaning)
@@ -69,7 +69,7 @@ def true_values(move: dict, kind: str, quantities: dict) -> dict[str, tuple[list
     or no resistance, and bounces that a resistance alone may or may not show.
     """
     motion, shown, stroke = move["motion"], move["shown"], move["stroke"]
-    over = "over_travel" if motion == "closing" else "rebound"
+    over = "over_travel" if motion == "closing" else "opening_over_travel"
     first, on, contact, main = (move[k] for k in ("first", "energised", "contact", "main"))
     two = contact is not None and main != contact and kind.startswith("resistance")
 
@@ -87,18 +87,19 @@ def true_values(move: dict, kind: str, quantities: dict) -> dict[str, tuple[list
         between = [None] * (not two) + [float(abs(mm[1] - mm[0])) for mm in at]
     speed = f"{motion}_speed"
     near = true_speeds(move, (quantities.get(speed) or {}).get("meaning") or "")
+    event = "touch_time" if motion == "closing" else "separation_time"
     found = {
         "stroke": ([m["stroke"] for m in (move, shown)], 0.01 * stroke),
         "travel_time": ([m["travel_time"] for m in (move, shown)], _LATE),
         over: ([m["over_travel"] for m in (move, shown)], 0.01 * stroke),
         f"{speed}_zone": ([m["speed"] for m in (move, shown)], 0.02 * move["speed"]),
         speed: (near or [None], 0.02 * near[0] if near else 0.0),
-        "latch_time": ([since(on, first)], _LATE + move["slack"]),
-        "touch_time" if motion == "closing" else "part_time": (after[:1], _LATE + move["slack"]),
+        "reaction_time": ([since(on, first)], _LATE + move["slack"]),
+        event: (after[:1], _LATE + move["slack"]),
         f"{motion}_time": ([since(on, contact)], _LATE),
         f"main_{motion}_time": ([None] * (not two) + [since(on, main)], _LATE),
         "arcing_wipe": (between, 0.01 * stroke),
-        f"wipe_at_{EVENTS[motion]}": (wipes, 0.01 * stroke),
+        f"{motion}_wipe": (wipes, 0.01 * stroke),
     }
     if motion == "closing":
         found["bounce_time"] = ([None] * (kind == "resistance alone") + [move["bounce"]], _LATE)

@@ -133,7 +133,7 @@ def test_what_is_right_is_right(sheet):
     truth = sheet(timed)
     verdicts = {(r.kind, r.name): r.verdict for r in score(truth, document_of(truth))}
     assert set(verdicts.values()) == {"right"}
-    assert {"stroke", "latch_time", "travel_time"} <= {name for _, name in verdicts}
+    assert {"stroke", "reaction_time", "travel_time"} <= {name for _, name in verdicts}
 
 
 def test_nothing_said_is_missing(sheet):
@@ -173,7 +173,7 @@ def test_planted_faults_are_false(sheet):
         record["motion"] = {"closing": "opening", "opening": "closing"}[record["motion"]]
 
     assert false_names(shift("stroke", 9.0)) == {"stroke"}
-    assert false_names(shift("latch_time", 6.0)) == {"latch_time"}
+    assert false_names(shift("reaction_time", 6.0)) == {"reaction_time"}
     assert false_names(swap_coil) == {"coil column"}
     assert false_names(swap_contact) == {"contact column"}
     assert "no such motion" in false_names(other_motion)
@@ -185,9 +185,12 @@ def test_a_time_where_there_is_none_is_false(sheet):
 
     truth = sheet(untimed, 22)  # whose second sheet is one, and many of others are none
     document = document_of(truth)
-    document["records"][0]["quantities"]["latch_time"] = {"median": 20.0, "interval_95": [19, 21]}
+    document["records"][0]["quantities"]["reaction_time"] = {
+        "median": 20.0,
+        "interval_95": [19, 21],
+    }
     rows = score(truth, document)
-    assert [r.name for r in rows if r.verdict == "false"] == ["latch_time"]
+    assert [r.name for r in rows if r.verdict == "false"] == ["reaction_time"]
 
 
 def test_a_result_of_another_travel_is_false(sheet):

@@ -32,7 +32,7 @@ def test_a_weaker_force_is_measured_noticed_and_drawn(visits, capsys):
     rows = {(row["name"], row["motion"]): row for row in found["changes"]}
     for name in ("closing_speed_10_50", "closing_speed_50_90"):
         assert rows[name, "closing"]["verdict"] == "changed"
-    way = rows["rebound", "opening"]
+    way = rows["opening_over_travel", "opening"]
     assert way["change"][1] == pytest.approx(100.0 * way["difference"] / way["before"], rel=1e-4)
     force = rows["f", ""]
     assert force["verdict"] == "changed"

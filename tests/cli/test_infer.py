@@ -69,7 +69,7 @@ def test_a_closing_and_an_opening_are_found_in_any_folder(folder, capsys, prior)
     assert touch["source"] == "inferred"
     assert touch["interval_95"][0] - 0.5 < 10.09 < touch["interval_95"][1] + 0.5
     assert opening["quantities"]["stroke"]["source"] == "measured"
-    assert opening["quantities"]["opening_speed"]["source"] == "measured, parting inferred"
+    assert opening["quantities"]["opening_speed"]["source"] == "measured, separation inferred"
     (alone,) = answered(capsys, "both.csv", "--motion", "opening")["records"]
     assert alone["fit"]["motions"] == ["opening"]
     assert alone["quantities"]["stroke"] == opening["quantities"]["stroke"]
@@ -232,7 +232,11 @@ FOOT = "endurance:\n  format:\n    travel_unit: foot\n"
         ("--phase L1", "", "one folder with a table"),
         ("--known L=10:1 mu=2:0.1 --known L=11:1", "", "--known has L twice"),
         *(
-            (f"--known {name}=2.0:0.1", "", rf"{name} is not inferred.*L, wipe, touch_time, part")
+            (
+                f"--known {name}=2.0:0.1",
+                "",
+                rf"{name} is not inferred.*L, spring_compression",
+            )
             for name in ("weight", "closing_speed", "stroke")
         ),
         ("", FOOT, "own.yaml, line 3: endurance.format"),

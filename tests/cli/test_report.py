@@ -225,7 +225,7 @@ def test_a_time_of_the_models_contact_has_a_star_and_no_verdict(visit, capsys):
     assert main([*call, one, "limits.yaml"]) == 0
     (found,) = json.loads(capsys.readouterr().out)["records"]
     assert found["quantities"]["closing_time"]["source"] in ("measured, touch inferred", None)
-    assert found["quantities"]["latch_time"]["source"] == "measured"
+    assert found["quantities"]["reaction_time"]["source"] == "measured"
     limit, _ = found["limits"]
     assert limit["verdict"] == "not shown"
     assert limit["reason"] == "no contact channel: touch was not measured"

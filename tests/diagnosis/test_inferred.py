@@ -100,10 +100,10 @@ def test_a_share_of_an_interval_is_the_prior(infer, answers, records, defaults):
 def test_what_needs_the_touch_is_measured_at_the_inferred_one(answers, infer, timed):
     inferred = answers[0].measured
     (measured,) = infer(some=[timed(TOUCH, 0.02)])
-    assert measured.alone("wipe_at_touch")
-    assert not answers[0].alone("wipe_at_touch")
+    assert measured.alone("closing_wipe")
+    assert not answers[0].alone("closing_wipe")
     assert answers[0].alone("stroke")
-    for name in ("wipe_at_touch", "closing_speed"):
+    for name in ("closing_wipe", "closing_speed"):
         assert measured.measured[name].sd < 0.9 * inferred[name].sd
         off = measured.measured[name].value - inferred[name].value
         assert abs(off) < 4.0 * inferred[name].sd
@@ -150,22 +150,22 @@ def test_a_fact_narrows_what_it_is_about(infer, records, name, value, sd):
 
 
 def test_the_wipe_is_one_of_both_motions_and_the_stroke_less_the_gap(infer, records, answers):
-    """The drive's way from touch or to parting is another one, and another in either motion."""
+    """The drive's way from touch or to separation is another one, and another in either motion."""
     closing, opening = answers[0], answers[3]
     for each in (closing, opening):
         rest = each.record.shape.stroke - each.inferred("L")
-        np.testing.assert_allclose(each.inferred("wipe"), rest)
-    one, other = (np.median(each.inferred("wipe")) for each in (closing, opening))
+        np.testing.assert_allclose(each.inferred("spring_compression"), rest)
+    one, other = (np.median(each.inferred("spring_compression")) for each in (closing, opening))
     assert one == pytest.approx(other, abs=0.1)
     ways = [
-        closing.measured["wipe_at_touch"].value,
-        opening.measured["wipe_at_parting"].value,
+        closing.measured["closing_wipe"].value,
+        opening.measured["opening_wipe"].value,
     ]
     assert ways[1] < 0.7 * ways[0] < 0.7 * one  # friction holds the contact back in an opening
     for each, way in zip((closing, opening), ways, strict=True):
         assert np.median(each.way_to_rest) == pytest.approx(way, abs=0.3)
-    found, *_, later = infer(Given(known={"wipe": [one + 0.2, 0.05]}), records)
-    assert np.median(found.inferred("wipe")) == pytest.approx(one + 0.2, abs=0.15)
+    found, *_, later = infer(Given(known={"spring_compression": [one + 0.2, 0.05]}), records)
+    assert np.median(found.inferred("spring_compression")) == pytest.approx(one + 0.2, abs=0.15)
     assert not any("contradicts" in each for each in later.remarks)
 
 

@@ -72,7 +72,7 @@ def test_a_quantity_has_one_value_on_all_pages(seed, tmp_path, levels, defaults)
                 assert shown[name] == in_digits(each.median, 4) + "*" * starred(each)
         if f"{event} at" in shown:
             after = float(shown[f"{event} at"]) - float(shown["first motion at"])
-            time = told[{"touch": "touch_time", "parting": "part_time"}[event]]
+            time = told[{"touch": "touch_time", "separation": "separation_time"}[event]]
             assert time.source == "measured"
             assert after == pytest.approx(time.median, abs=0.02)
         star = any("was not measured" in note for note in table.notes)

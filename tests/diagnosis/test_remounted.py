@@ -84,7 +84,7 @@ def test_a_later_start_that_the_contact_makes_up_for_is_slack(whole, told):
     """Of one motion, by trigger and contact: a slower latch would make the whole longer, too."""
     raw = SimpleNamespace(moves=10.0, first_motion_sd=0.1)
     record = SimpleNamespace(motion="closing", tenth=12.0, raw=raw)
-    later = {"latch_time": 1.5, "touch_time": whole - 1.5, "closing_time": whole}
+    later = {"reaction_time": 1.5, "touch_time": whole - 1.5, "closing_time": whole}
     rows = [
         SimpleNamespace(name=name, motion="closing", before=20.0, difference=by, sd=0.1)
         for name, by in later.items()

@@ -63,7 +63,7 @@ def test_measured_quantities_are_judged_as_measured(answers, infer, timed, verdi
     assert verdict(limit("touch_time", 5.0)) == VERDICTS[-1]
     (measured,) = infer(some=[timed(20.09)])
     assert verdict(limit("touch_time", 5.0, "record"), measured) == VERDICTS[-1]
-    assert verdict(limit("latch_time", 5.0, "record")) == "not shown"
+    assert verdict(limit("reaction_time", 5.0, "record")) == "not shown"
     fit = document([measured], [[]], {}, {}).records[0].fit
     assert fit.contact_time == pytest.approx(10.09, abs=0.5)  # after the first motion
 
@@ -86,7 +86,7 @@ def test_a_document_has_every_record_and_no_number_that_json_lacks(found, answer
     assert first["parameters"]["L"]["median"] == pytest.approx(median, rel=1e-5)
     assert first["parameters"]["L"]["interval_95"] == pytest.approx([low, high], rel=1e-5)
     assert first["verdict"] == "fail"
-    assert first["quantities"]["wipe_at_touch"]["source"] == "measured, touch inferred"
+    assert first["quantities"]["closing_wipe"]["source"] == "measured, touch inferred"
     together = written["together"]
     assert set(together) == {"closing"}
     each = [written["records"][k]["parameters"]["mu"] for k in (0, 1)]
@@ -161,7 +161,9 @@ def test_every_limit_has_a_row_whatever_is_known_of_its_quantity(answers, timed,
     ]
     limits = from_list(entries, MOTIONS, answers[0].speeds)
     (touched,) = infer(some=[timed(20.09)])
-    latched = replace(touched, measured=touched.measured | {"latch_time": Measured(9.0, 0.1, "")})
+    latched = replace(
+        touched, measured=touched.measured | {"reaction_time": Measured(9.0, 0.1, "")}
+    )
     out = replace(answers[0], misfit=True, draws=None)
     for answer in (*answers, latched, out, replace(answers[3], unresolved="few", draws=None)):
         rows = judged(answer, limits, seed=1)
@@ -169,7 +171,7 @@ def test_every_limit_has_a_row_whatever_is_known_of_its_quantity(answers, timed,
         for row in [] if answer.record.reason else rows:
             assert (row.verdict == "not shown") == bool(row.reason)
     verdicts = {row.name: row.verdict for row in judged(latched, limits, seed=1)}
-    assert verdicts["latch_time record closing upper"] == "fail"
+    assert verdicts["reaction_time record closing upper"] == "fail"
     assert verdicts["touch_time record closing lower"] == "pass"
 
 

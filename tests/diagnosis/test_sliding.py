@@ -1,4 +1,4 @@
-"""Touch, parting and gap of long strokes, whose contact may slide: told with a contact alone."""
+"""Touch, separation and gap of long strokes, whose contact may slide: told with a contact alone."""
 
 from dataclasses import replace
 
@@ -35,7 +35,7 @@ def test_a_long_one_withholds_it_everywhere(answers):
     assert [each.verdict for each in verdicts] == ["not shown"] * 2
     assert {each.reason for each in verdicts} == {MAY_SLIDE}
     (entry,) = document([answer], [[]], {}, {}).records
-    for name in ("touch_time", "wipe", "wipe_at_touch"):
+    for name in ("touch_time", "spring_compression", "closing_wipe"):
         assert entry.quantities[name].median is None
         assert entry.quantities[name].reason == MAY_SLIDE
     assert "touch_from10" not in entry.quantities

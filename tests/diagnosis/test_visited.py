@@ -120,8 +120,10 @@ def test_what_is_worse_is_named_as_far_as_the_headline_tells_it(
     state, differences, measured, names
 ):
     rows = [row("travel_time", "measured", 1.0, measured), row("f", "parameter", 0.99)]
-    rows += [row("rebound", "measured", 0.0), row("k_a", "parameter", 0.01)]  # better
-    rows = [each for each in rows if each.name != "rebound" or measured == VERDICT_WORDS[0]]
+    rows += [row("opening_over_travel", "measured", 0.0), row("k_a", "parameter", 0.01)]  # better
+    rows = [
+        each for each in rows if each.name != "opening_over_travel" or measured == VERDICT_WORDS[0]
+    ]
     rows.append(row("L", "parameter", 0.6, VERDICT_WORDS[1]))
     mechanisms = [row("drag", "mechanism", None), row("build_up", "mechanism", None, "no")]
     about = {"parameters": state, "differences": differences}
@@ -137,7 +139,7 @@ def test_what_changed_follows_what_is_measured():
         "f",
         "k_b",
         "touch_after_release",
-        "parting_after_release",
+        "separation_after_release",
     }
     assert rows["touch_after_release"].change == pytest.approx([20.0] * 3, abs=0.5)
     assert rows["k_b"].beyond < 0.5  # it changed, and whether that matters is for a limit

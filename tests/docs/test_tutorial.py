@@ -49,7 +49,7 @@ def test_true_values_are_stated_and_intervals_contain_them(done, defaults):
     assert held >= len(told) - 1  # of 95 %
     for name in NAMES:
         assert f"{truth[name]:.3g}" in TEXT
-    for each, quantity in zip(records, ("touch_time", "part_time"), strict=True):
+    for each, quantity in zip(records, ("touch_time", "separation_time"), strict=True):
         assert each["quantities"][quantity]["median"] is None
 
 

@@ -171,7 +171,7 @@ class Reference:
         return total / mass, self.mu * spring
 
     def switched(self, state, held):
-        """The state after a touch or a parting, and whether the contact stays closed."""
+        """The state after a touch or a separation, and whether the contact stays closed."""
         kind, mass = self.has.contact, 1.0 + self.has.train_mass * self.closing
         if kind == "held" and held:
             x, ratio = self.lever(state[0])
@@ -260,7 +260,7 @@ def test_without_elements_it_is_the_model(motion, theta):
     ("name", "theta"), [*((name, QUICK) for name in SETS), ("family", THETA), ("held", THETA)]
 )
 def test_it_agrees_with_another_solver_to_a_micrometre(motion, name, theta):
-    """The contact, too, by its first touch or its parting."""
+    """The contact, too, by its first touch or its separation."""
     drive, reference = Drive(theta, SETS[name]), Reference(Drive(theta, SETS[name]), motion)
     curve, switches = drive.operate(motion, TIMES)
     np.testing.assert_allclose(curve, reference.travel(TIMES), rtol=0, atol=1e-3)

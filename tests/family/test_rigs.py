@@ -12,7 +12,6 @@ from breaker.family.rig_truth import truth_of
 from breaker.model.curves import travel
 from breaker.model.limits import Limit, from_list
 from breaker.model.parameters import MOTIONS, NAMES
-from breaker.model.quantities import EVENTS
 from breaker.paper.inference import main_motion
 from breaker.paper.joint_model import Model
 from breaker.records.curves import read_curves
@@ -113,7 +112,7 @@ def test_limits_are_exceeded_after_the_change_of_wear(rig, truth, defaults):
 def test_truth_of_what_records_show(rig, truth):
     """Between stages, too, beside the drive's own motion; a rest that is crept to is seen early."""
     assert truth.measured.dims == ("operation", "motion", "quantity")
-    names = {"closing": ["closing_speed"], "opening": ["rebound", "opening_speed"]}
+    names = {"closing": ["closing_speed"], "opening": ["opening_over_travel", "opening_speed"]}
     for operation in (1, 333, 1777, 2000):
         drive = rig.worn(operation, scatter=False)
         for motion in MOTIONS:
@@ -121,11 +120,11 @@ def test_truth_of_what_records_show(rig, truth):
             for name in ("stroke", "travel_time", *names[motion]):
                 seen = truth.measured.sel(operation=operation, motion=motion, quantity=name)
                 assert seen == pytest.approx(own[name], rel=0.005, abs=0.04), (operation, name)
-    assert np.isnan(truth.measured.sel(quantity="latch_time")).all()
-    for motion, event in EVENTS.items():  # the contact's time is known
-        wipe = truth.measured.sel(quantity=f"wipe_at_{event}")
+    assert np.isnan(truth.measured.sel(quantity="reaction_time")).all()
+    for motion in MOTIONS:  # the contact's time is known
+        wipe = truth.measured.sel(quantity=f"{motion}_wipe")
         assert (wipe.sel(motion=motion) > 0.5).all()
-    never = Limit("latch", "closing", (("latch_time", 1.0, True),), of="record")
+    never = Limit("latch", "closing", (("reaction_time", 1.0, True),), of="record")
     assert np.isnan(failures(truth, [never])["latch"])
 
 

@@ -21,9 +21,9 @@ def test_parts_and_words():
     assert slow.words == "touch_time above 10 ms"
     assert tired.words == "touch_time above 9.8 ms and f below 0.77 mm/ms²"
     assert from_list([SLOW], ["opening"]) == []
-    late = Limit.from_settings(SLOW | {"of": "record", "upper": {"latch_time": 8}})
-    assert (late.of, late.words) == ("record", "measured latch_time above 8 ms")
-    with pytest.raises(ValueError, match="latch_time"):
+    late = Limit.from_settings(SLOW | {"of": "record", "upper": {"reaction_time": 8}})
+    assert (late.of, late.words) == ("record", "measured reaction_time above 8 ms")
+    with pytest.raises(ValueError, match="reaction_time"):
         late.evaluate(np.ones((1, 7)))
 
 
@@ -31,12 +31,12 @@ def test_parts_and_words():
     ("parts", "of"),
     [
         ((), "model"),
-        ((("part_time", 1.0, True),), "model"),
+        ((("separation_time", 1.0, True),), "model"),
         ((("speed", 1.0, False),), "model"),
         ((("f", 0.8, True), ("f", 0.7, False)), "model"),
         ((("f", 0.8, False), ("f", 0.8, True)), "model"),
-        ((("wipe", 1.0, True),), "record"),
-        ((("part_time", 1.0, True),), "record"),
+        ((("spring_compression", 1.0, True),), "record"),
+        ((("separation_time", 1.0, True),), "record"),
         ((("stroke", 1.0, True),), "file"),
         ((("stroke", 1.0, True),), "change"),
     ],

@@ -10,8 +10,8 @@ from breaker.model.quantities import check_fact, check_quantity
 from tests.model_references import changed as with_values
 from tests.model_references import integrate
 
-CLOSING = ("wipe", "touch_time", "closing_speed", "over_travel")
-OPENING = ("wipe", "part_time", "opening_speed", "rebound")
+CLOSING = ("spring_compression", "touch_time", "closing_speed", "over_travel")
+OPENING = ("spring_compression", "separation_time", "opening_speed", "opening_over_travel")
 MEDIANS = np.array([2.0, 0.045, 0.040, 0.30, 0.12, 0.75, 10.0])
 
 
@@ -65,7 +65,7 @@ def test_brute_force_agrees(prior, motion, names):
         # It swings to the gap, but there is no closed position to travel beyond, or to open from.
         ("closing", {"f": 0.44}, [3]),
         ("opening", {"f": 0.44}, [1, 2, 3]),
-        # At 5.6 mm at the touch; at 5.3 mm at the parting, and then 0.6 mm beyond 0: never 6 mm.
+        # At 5.6 mm at the touch; at 5.3 mm at the separation, and then 0.6 mm beyond 0: never 6 mm.
         ("closing", {"L": 3.0}, [2]),
         ("opening", {"L": 2.0}, [2]),
         # With 1 mm more of gap it travels them.
@@ -89,7 +89,7 @@ def test_what_does_not_exist_is_nan(motion, change, missing):
 
 def test_drive_that_comes_to_rest_without_passing_it(prior):
     assert evaluate(["over_travel"], changed(gamma_a=0.7), "closing")[0, 0] == 0.0
-    assert evaluate(["rebound"], changed(gamma_a=0.5), "opening")[0, 0] == 0.0
+    assert evaluate(["opening_over_travel"], changed(gamma_a=0.5), "opening")[0, 0] == 0.0
     assert np.array_equal(MEDIANS, prior.medians)  # on which the sizes of ``evaluation`` rest
 
 
@@ -100,8 +100,8 @@ def test_names_of_each_source():
     for motion, names in (("closing", CLOSING), ("opening", OPENING)):
         assert not any(check_quantity(name, motion) for name in (*NAMES, *names))
         assert not any(check_quantity(name, motion, of="change") for name in NAMES)
-        assert check_quantity("latch_time", motion, of="record") is None
-        for name in (*NAMES, "wipe"):
+        assert check_quantity("reaction_time", motion, of="record") is None
+        for name in (*NAMES, "spring_compression"):
             assert name in check_quantity(name, motion, of="record")
     assert check_quantity("touch_time", "opening")
     assert check_quantity("speed", "closing")

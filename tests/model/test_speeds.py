@@ -19,11 +19,11 @@ DEFINED = {
     "closing_speed_mixed": ["20 % of stroke", "touch"],
     "closing_speed_rests": ["3 mm from open", "2 mm from closed"],
     "closing_speed_whole": ["0 % of stroke", "5 ms after 30 % from open"],
-    "opening_speed": ["parting", "10 ms after parting"],
+    "opening_speed": ["separation", "10 ms after separation"],
     "opening_speed_rests": ["1 mm from closed", "30 % from open"],
     "opening_speed_before": ["4 ms before 50 % of stroke", "50 % of stroke"],
     "opening_speed_mean": ["12.5 % of stroke", "75 % of stroke"],
-    "opening_speed_first": ["0.5 mm before parting", "4 mm after parting"],
+    "opening_speed_first": ["0.5 mm before separation", "4 mm after separation"],
 }
 
 
@@ -44,7 +44,14 @@ def test_texts_of_points(text):
 @pytest.mark.parametrize(
     "text",
     [
-        *("", "6 mm", "6 cm before touch", "-6 mm before touch", "parting", "6 mm before parting"),
+        *(
+            "",
+            "6 mm",
+            "6 cm before touch",
+            "-6 mm before touch",
+            "separation",
+            "6 mm before separation",
+        ),
         *("101 % of stroke", "6 mm of stroke", "1e3 mm before touch", "touch touch", "5 % of way"),
         *("5 mm from shut", "3 ms", "3 ms before", "3 ms before 4 ms after touch"),
     ],
@@ -59,7 +66,7 @@ def test_wrong_points(text):
     [
         ("closing_speed", ["touch", "6 mm before touch"], "not forward"),
         ("closing_speed", ["touch", "touch"], "not forward"),
-        ("opening_speed", ["9 ms after parting", "8 ms after parting"], "not forward"),
+        ("opening_speed", ["9 ms after separation", "8 ms after separation"], "not forward"),
         ("opening_speed", ["90 % of stroke", "10 % of stroke"], "not forward"),
         ("opening_speed", ["10 % from open", "30 % from open"], "not forward"),
         ("closing_speed", ["9 mm from open", "8 mm from open"], "not forward"),
@@ -158,7 +165,7 @@ def test_either_rest_counts():
 def test_usual_speeds_grow_with_the_drive():
     closing, opening = speeds_of({"opening_speed": None}, Size(lengths=1.2345, times=3.0))
     assert closing.points == ["7.4 mm before touch", "touch"]
-    assert opening.points == ["parting", "7.4 mm after parting"]
+    assert opening.points == ["separation", "7.4 mm after separation"]
     assert speeds_of(size=Size()) == SPEEDS
     given = Speed.read("closing_speed", ["12 mm before touch", "touch"])
     assert speeds_of({"closing_speed": given.points}, Size(9.0, 1.0))[0] == given

@@ -14,12 +14,12 @@ from tests.exports import way
 
 LIKE = {"stroke": 178.0, "over_travel": 10.0, "rebound": 11.0, "closing_time": 58.0}
 LIKE |= {"opening_time": 31.0, "closing_speed": 4.2, "opening_speed": 6.8, "bounce_time": 2.0}
-LIKE |= {"wipe_at_touch": 90.0, "coil_current": 4.0}
+LIKE |= {"closing_wipe": 90.0, "coil_current": 4.0}
 STARTS = {"closing": 30.0, "opening": 240.0}
 ZONES = {"10": "from 10 to 90 % of stroke", "20": "from 20 to 80 % of stroke"}
 ZONES |= {"30": "from 30 to 60 % of stroke"}
 ZONES |= {"touch": "from 10 ms before touch to touch"}
-ZONES |= {"parting": "from parting to 10 ms after parting"}
+ZONES |= {"separation": "from separation to 10 ms after separation"}
 
 
 def each(text, phases="RYB"):
@@ -37,7 +37,7 @@ Contact Travel,mm,<?stroke *>
 Over Travel,mm,<over_travel *>
 Opening Over Travel,mm,<rebound *>
 Close Velocity 10-90 %,m/s,<closing_speed * 10>
-Contact Wipe,mm,<wipe_at_touch *>
+Contact Wipe,mm,<closing_wipe *>
 Close Velocity,m/s,<-closing_speed *>
 Max. Velocity,m/s,<-closing_speed *>
 Rebound,mm,<-rebound *>

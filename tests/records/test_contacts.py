@@ -222,7 +222,7 @@ def test_from_a_file_to_the_dataset(tmp_path, prior, sensor, motion):
     expected = {
         "contact_time": (switches - found.first_motion.values[0], 0.051),
         "contact_sd": (np.hypot(0.1, 0.1 / 12**0.5), 1e-9),
-        "latch_time": (MOVES - 7.0, 0.6),
+        "reaction_time": (MOVES - 7.0, 0.6),
     }
     for name, (value, off) in expected.items():
         assert found[name].values[0] == pytest.approx(value, abs=off)

@@ -9,7 +9,7 @@ from scipy.stats import chi2
 from breaker.common.randomness import generator
 from breaker.model.curves import travel
 from breaker.model.evaluation import evaluate
-from breaker.model.quantities import EVENTS, quantities_of, speeds_of
+from breaker.model.quantities import quantities_of, speeds_of
 from breaker.records.contacts import ContactTimes
 from breaker.records.first_motion import first_motion
 from breaker.records.measurements import Reading, measure_curve
@@ -21,10 +21,10 @@ SPEEDS = speeds_of(
         "closing_speed_mean": ["10 % of stroke", "90 % of stroke"],
         "closing_speed_late": ["4 ms before touch", "touch"],
         "opening_speed_mean": ["10 % of stroke", "90 % of stroke"],
-        "opening_speed_early": ["1 mm after parting", "6 ms after parting"],
+        "opening_speed_early": ["1 mm after separation", "6 ms after separation"],
     }
 )
-TIMED = {"closing": "touch_time", "opening": "part_time"}
+TIMED = {"closing": "touch_time", "opening": "separation_time"}
 NOISE, CONTACT_SD = 0.1, 0.1
 UNKNOWN, TIMING = ContactTimes(), ContactTimes(18.0, 0.1)
 
@@ -60,8 +60,8 @@ def scores(motion, prior, n=40):
     for row, known in zip(theta, truth, strict=True):
         at = np.array([0.0, known[names.index(TIMED[motion])]])
         there = travel(row[None], at, motion).travel[0, 1]
-        known[names.index("wipe")] = known[names.index("stroke")] - there
-    names[names.index("wipe")] = f"wipe_at_{EVENTS[motion]}"
+        known[names.index("spring_compression")] = known[names.index("stroke")] - there
+    names[names.index("spring_compression")] = f"{motion}_wipe"
     found = [record_of(row, motion, rng) for row in theta]
     values, sds = (
         np.array([[getattr(each[name], part) for name in names] for each in found])
@@ -105,7 +105,7 @@ def reading(prior):
 
 def test_without_contact_timing(reading):
     found = reading.quantities()
-    for name in ("touch_time", "wipe_at_touch", "closing_speed", "closing_speed_late"):
+    for name in ("touch_time", "closing_wipe", "closing_speed", "closing_speed_late"):
         assert found[name].reason
         assert np.isnan([found[name].value, found[name].sd]).all()
     for name in ("stroke", "travel_time", "closing_speed_mean", "over_travel"):
@@ -121,10 +121,10 @@ def test_times_from_the_trigger_and_of_bounces(reading):
     assert 0.0 < found["bounce_time"].sd < 0.1
     travels = found["time_to_90"].value - found["time_to_10"].value
     assert travels == pytest.approx(found["travel_time"].value)
-    assert found["latch_time"].value < found["time_to_10"].value < found["time_to_50"].value
-    assert abs(found["latch_time"].value - 6.0) < 5.0 * found["latch_time"].sd < 2.5
+    assert found["reaction_time"].value < found["time_to_10"].value < found["time_to_50"].value
+    assert abs(found["reaction_time"].value - 6.0) < 5.0 * found["reaction_time"].sd < 2.5
     found = replace(reading, contact=TIMING).quantities()
-    for name in ("latch_time", "closing_time", "time_to_50", "bounce_time"):
+    for name in ("reaction_time", "closing_time", "time_to_50", "bounce_time"):
         assert found[name].reason
 
 

@@ -51,7 +51,7 @@ def latches(**more):
     for number in range(RECORDS):
         time, travel, start = closing(number, **more)
         contact = ContactTimes(trigger=0.0)
-        value, sd, _ = measure_curve(time, travel, "closing", contact=contact)["latch_time"]
+        value, sd, _ = measure_curve(time, travel, "closing", contact=contact)["reaction_time"]
         found.append((start, value, sd))
     return np.array(found)
 
@@ -81,8 +81,8 @@ def test_a_start_that_noise_hides_is_withheld_and_times_to_shares_are_not():
     read = travel + 0.6 * np.random.default_rng(1).standard_normal(time.size)
     contact = ContactTimes(time=70.0, sd=0.1, trigger=0.0)
     found = measure_curve(time, read, "closing", contact=contact)
-    assert found["latch_time"].reason
-    assert found["touch_time"].reason == found["latch_time"].reason
+    assert found["reaction_time"].reason
+    assert found["touch_time"].reason == found["reaction_time"].reason
     assert np.isfinite(found["time_to_50"].value)
 
 
@@ -104,5 +104,5 @@ def test_the_end_of_a_motion_before_does_not_hide_a_start():
     travel = back + swing + 120.0 * share**2 * (3.0 - 2.0 * share)
     travel += 0.1 * np.random.default_rng(3).standard_normal(time.size)
     contact = ContactTimes(trigger=180.0)
-    found = measure_curve(time, travel, "closing", contact=contact)["latch_time"]
+    found = measure_curve(time, travel, "closing", contact=contact)["reaction_time"]
     assert abs(found.value - 40.0) < 1.96 * found.sd < 10.0

@@ -14,7 +14,7 @@ sensor = {**params.grid, "onset_sd": params.onset_sd, "noise_sd": 1.0, "zero_sd"
 model = Model.from_settings({**dict(params.items()), "sensor": sensor, "motion": motion})
 bank = simulate(model, params.curves, generator(params.seed, *params.purpose, motion))
 log.info(
-    "%d %s curves; contact force zero again after the touch in %d; touch or parting not within "
+    "%d %s curves; contact force zero again after the touch in %d; touch or separation not within "
     "the record in %d",
     params.curves,
     motion,

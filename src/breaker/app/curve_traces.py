@@ -181,7 +181,7 @@ def _marks(answer: Answer) -> list[Mark]:
         moves, level = [record.raw.moves] * 2, _level(record, record.raw.moves)
         found.append(Mark(f"{record.motion}: first motion", channel, *moves, *[level] * 2))
     if np.isfinite(contact.time):
-        event = "touch" if record.motion == "closing" else "parting"
+        event = "touch" if record.motion == "closing" else "separation"
         level, inferred = _level(record, contact.time), not record.timed
         name = f"{record.motion}: {event}" + " (inferred)" * inferred
         found.append(Mark(name, channel, *[contact.time] * 2, *[level] * 2, inferred))

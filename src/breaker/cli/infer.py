@@ -19,7 +19,7 @@ def add(infer: argparse.ArgumentParser) -> None:
     """
     inputs.add_path(infer, "files", "FILE", "records of one breaker, or their folder", nargs="+")
     inputs.add_choice(infer)
-    what = "what is known of a parameter, the wipe, or the time of touch or parting"
+    what = "what is known of a parameter, the wipe, or the time of touch or separation"
     known = {"type": _fact, "metavar": "NAME=VALUE:SD"}
     infer.add_argument("--known", help=f"{what}, such as mu=2.4:0.07", **known, **inputs.SEVERAL)
     inputs.add_path(infer, "--model", "FILE", "a network of another family")

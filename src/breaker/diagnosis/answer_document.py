@@ -348,7 +348,7 @@ def _quantities(answer: Answer) -> dict[str, QuantityEstimate]:
         reason, source, known = answer.why_not(name), None, _drawn(None)
         if reason and name in {*ANSWERED, *CURRENTS}:
             continue
-        if name in {"latch_time", *SHARES} and np.isnan(answer.record.raw.contact.trigger):
+        if name in {"reaction_time", *SHARES} and np.isnan(answer.record.raw.contact.trigger):
             continue
         if not reason and answer.is_inferred(name) and answer.draws is not None:
             known, source = _drawn(answer.inferred(name)), "inferred"

@@ -43,7 +43,7 @@ def words_of(answer: AnswerDocument) -> Document:
         first = [f"WARNING: {each}" for each in answer.warnings] + answer.drive["words"]
     if accepted and section is _short:
         first.append(
-            "± is half of a 95 % interval, * by the model's touch or parting; --json, --output and "
+            "± is half of a 95 % interval, * by the model's contact event; --json, --output and "
             "--draws have all numbers"
         )
         first += zones_of(each.quantities for each in records if each.accepted)

@@ -24,10 +24,10 @@ def tree(answers: Sequence[Answer], given: Given, *, seed: int) -> xr.DataTree:
 
     Returns:
         Groups, with the dims ``chain`` (one), ``draw``, ``record`` and ``time``: ``posterior``, a
-        variable for each parameter, and the time of touch or parting, nan in records of the other
-        motion; ``prior``, without a given size at that which a record shows; ``observed_data``, the
-        ``way`` over the stroke at ``time``, in durations after 10 % of it, nan without a sample,
-        with ``stroke`` and ``duration``; ``sample_stats``, how each posterior came about.
+        variable for each parameter, and the time of touch or separation, nan in records of the
+        other motion; ``prior``, without a given size at that which a record shows;
+        ``observed_data``, the ``way`` over the stroke at ``time``, in durations after 10 % of it,
+        nan without a sample, with ``stroke`` and ``duration``; ``sample_stats``, how each posterior came about.
         ``record`` counts; its coordinates ``motion``, ``operation`` and ``file`` name what is
         counted. Both motions of an operation may have the same draws, as ``motions`` says.
 
@@ -73,7 +73,7 @@ def _parameters(draws: Sequence[np.ndarray]) -> dict[str, tuple]:
 
 
 def _switching(there: Sequence[Answer]) -> dict[str, tuple]:
-    """Variables of the time of touch and of parting, as far as there are records of the motion."""
+    """Variables of touch and separation times, as far as there are records of the motion."""
     motions = [answer.record.motion for answer in there]
     nothing = np.full(len(there[0].draws.theta), np.nan)
     return {

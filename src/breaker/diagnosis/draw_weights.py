@@ -69,7 +69,7 @@ def possible(answers: Sequence[Answer]) -> np.ndarray:
     for answer in answers:
         shape, at = answer.record.shape, answer.draws.switching[answer.record.motion]
         there = SHAPE_TIMES[shape.way >= 1.0]
-        found &= (answer.inferred("wipe") > 0.0) & ~(answer.way_to_rest <= 0.0)
+        found &= (answer.inferred("spring_compression") > 0.0) & ~(answer.way_to_rest <= 0.0)
         found &= at < (there[0] if there.size else np.inf) * shape.duration
     return found
 

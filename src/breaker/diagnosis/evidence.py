@@ -21,26 +21,26 @@ from breaker.records.record import Record
 if TYPE_CHECKING:
     from breaker.model.prior import Prior
 
-SWITCHING = {"closing": "touch_time", "opening": "part_time"}
+SWITCHING = {"closing": "touch_time", "opening": "separation_time"}
 """Quantity of the time at which the contact touches or parts, by motion."""
 
-FACTS = (*NAMES, "wipe", *SWITCHING.values())
+FACTS = (*NAMES, "spring_compression", *SWITCHING.values())
 """What facts may be about: all that is inferred, and the wipe, which follows from the gap."""
 
 NOTHING = Measured(np.nan, np.nan, "the record was rejected")
 """What is measured of a record that is not there."""
 
 _OF_EVENT = {*SWITCHING.values(), *(f"{motion}_time" for motion in MOTIONS)}
-_OF_EVENT |= {f"wipe_at_{event}" for event in EVENTS.values()}
+_OF_EVENT |= {f"{motion}_wipe" for motion in MOTIONS}
 _OF_EVENT |= ANSWERED - {"release_from10"}
-WITH_CONTACT = _OF_EVENT | {GAP.name, "wipe"}
+WITH_CONTACT = _OF_EVENT | {GAP.name, "spring_compression"}
 """What is withheld where the contact may slide."""
 
 MAY_SLIDE = (
     "not timed, and a contact that slides, as at such a stroke, shows none: record it, or give "
     f"--known {GAP.name}"
 )
-"""Why the time of touch or parting is withheld."""
+"""Why the time of touch or separation is withheld."""
 
 _PRESSED = 60.0  # mm, longest stroke of drives that press their contact by a spring
 _IMPROBABLE = 1e-3  # share of a prior's drives that lie farther out than one that it expects
@@ -239,7 +239,7 @@ class Answer:
 
     @property
     def contact(self) -> ContactTimes:
-        """The contact of the record, with the inferred touch or parting where none was timed."""
+        """The contact of the record, with the inferred touch or separation where none was timed."""
         contact = self.record.raw.contact
         if self.record.timed or self.draws is None or self.may_slide:
             return contact
@@ -255,7 +255,7 @@ class Answer:
 
     @property
     def after_release(self) -> np.ndarray:
-        """Time from the release to touch or parting, ``(d,)``, ms."""
+        """Time from the release to touch or separation, ``(d,)``, ms."""
         return self.draws.switching[self.record.motion] - self.draws.release[self.record.motion]
 
     def is_inferred(self, name: str) -> bool:
@@ -263,17 +263,17 @@ class Answer:
         return name in NAMES or name in INFERRED
 
     def alone(self, name: str) -> bool:
-        """Whether the record shows a quantity without an inferred touch or parting."""
+        """Whether the record shows a quantity without an inferred touch or separation."""
         of_event = {each.name for each in self.speeds if each.of_event} | _OF_EVENT
-        return self.record.timed or name not in of_event | {"wipe"}
+        return self.record.timed or name not in of_event | {"spring_compression"}
 
     def inferred(self, name: str) -> np.ndarray | None:
-        """Draws of a parameter, of the wipe, or of a time of touch, parting or release, ``(d,)``;
-        None of anything else. From the first motion, which is measured, times of facts count.
+        """Draws of a parameter, of the wipe, or of a time of touch, separation or release,
+        ``(d,)``; None of anything else. From the first motion, times of facts count.
         """
         if name in NAMES:
             return self.draws.theta[:, NAMES.index(name)]
-        if name == "wipe":
+        if name == "spring_compression":
             return self.record.shape.stroke - self.draws.theta[:, NAMES.index(GAP.name)]
         motion, record = self.record.motion, self.record
         event, switching = EVENTS[motion], self.draws.switching[motion]
@@ -284,7 +284,7 @@ class Answer:
 
     @property
     def way_to_rest(self) -> np.ndarray:
-        """Way of the drive between touch or parting and its closed rest, ``(d,)``, mm."""
+        """Way of the drive between touch or separation and its closed rest, ``(d,)``, mm."""
         record = self.record
         at = self.draws.switching[record.motion] / record.shape.duration
         way = np.interp(at, SHAPE_TIMES, record.shape.way)

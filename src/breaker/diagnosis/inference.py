@@ -1,6 +1,6 @@
 """What networks of a family infer of each operation of a drive, and what its records show.
 
-Parameters and the time of touch or parting are inferred, from both motions of an operation where
+Parameters and the time of touch or separation are inferred, from both motions of an operation where
 both are there. Everything else is measured; what needs the touch takes the inferred one where no
 contact was timed. A prior of one's own, facts and a timed contact weigh the draws of the network.
 """

@@ -27,8 +27,14 @@ NORMAL = {90: 1.645, 95: 1.96}
 """Half of a central interval of a normal number, sds, by the percent that it holds."""
 
 _TIMES = 20.0  # by which no limit is off what it is of,
-_MAY_BE_SMALL = {"over_travel", "rebound", "bounce_time", "latch_time"}  # but of these
-_MAY_BE_SMALL |= {"wipe", "wipe_at_touch", "wipe_at_parting", "arcing_wipe"}
+_MAY_BE_SMALL = {"over_travel", "opening_over_travel", "bounce_time"}  # but of these
+_MAY_BE_SMALL |= {
+    "reaction_time",
+    "spring_compression",
+    "closing_wipe",
+    "opening_wipe",
+    "arcing_wipe",
+}
 _ENDS = 0.025, 0.975  # of a 95 % interval
 
 
@@ -156,7 +162,7 @@ def _exceedance(limit: Limit, known: Sequence[Told], key: Sequence) -> float:
 def judged(answer: Answer, limits: Sequence[Limit], *, seed: int) -> list[Verdict]:
     """Return what ``judge`` does of the limits of a record's motion; none of a rejected record.
 
-    Parameters and the time of touch or parting are judged by their draws; all else as measured,
+    Parameters and the time of touch or separation are judged by their draws; all else as measured,
     with normal errors. A limit ``of: record`` takes only what the record shows by itself; one
     ``of: change`` is of no single record.
     """

@@ -35,7 +35,7 @@ class PictureCurve(NamedTuple):
         grid, nearest: The same of the nearest shape, ``(g,)``.
         left: What it leaves of the record, ``(g,)``, mm; nan without a sample.
         usual: Root mean square of that by part, of 99 % of the family's drives, ``(g,)``, mm.
-        switching: Draws of touch or parting, ms after the first motion; none if out of the family.
+        switching: Draws of touch or separation, ms after the first motion; none out of the family.
     """
 
     file: str
@@ -59,7 +59,7 @@ class Shown(NamedTuple):
         posteriors: Draws ``(d, p)`` of some operations, by the motions that they are of; nan of a
             parameter that is withheld.
         prior: Draws ``(d, p)`` of the prior.
-        switching: By motion, draws of the time from the release to touch or parting, ms.
+        switching: By motion, draws of the time from the release to touch or separation, ms.
     """
 
     title: str
@@ -145,7 +145,7 @@ class Marked(NamedTuple):
         phase: Name of the channel.
         time, travel: The record, ms of the file and mm.
         moves: Time of the first motion, ms, and travel there, mm.
-        switching: The same of touch or parting, nan if not known.
+        switching: The same of touch or separation, nan if not known.
         timed: Whether that was measured.
         rests: Travel before and after the motion, mm.
         points: Times and travels of the points of speeds.

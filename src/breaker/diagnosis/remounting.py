@@ -3,7 +3,7 @@
 Slack hides the first way of a motion. Its start is seen late, so the way from there to 10 % takes
 less time, in closing and opening alike, while the rest of either motion is as it was. More time
 would be a force that builds up later as well as slack that is gone, and is left to the drive. Where
-trigger and contact are known, one motion is enough: the start is as much later as touch or parting
+trigger and contact are known, one motion is enough: the start is as much later as the contact event
 follows sooner on it. No wear of a drive does either.
 """
 
@@ -72,7 +72,7 @@ def _stays(row: QuantityChange | None) -> bool:
 
 def _shifted(by: Mapping[tuple[str, str], QuantityChange], motion: str) -> bool:
     """Whether the first motion is seen later or earlier, and trigger to contact lasts as long."""
-    names = "latch_time", SWITCHING[motion], f"{motion}_time"
+    names = "reaction_time", SWITCHING[motion], f"{motion}_time"
     latch, after, whole = (by.get((name, motion)) for name in names)
     if not (latch and after and whole):
         return False

@@ -295,7 +295,7 @@ def _limits_of_model(entries: Sequence[RecordAnswer]) -> list[str]:
 
 def _inferred(entry: RecordAnswer) -> dict[str, Estimate]:
     """Parameters of a record, and the wipe that follows from the gap."""
-    return {**entry.parameters, "wipe": entry.quantities["wipe"]}
+    return {**entry.parameters, "spring_compression": entry.quantities["spring_compression"]}
 
 
 def _label(name: str, of: Estimate) -> str:

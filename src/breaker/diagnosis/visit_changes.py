@@ -56,7 +56,7 @@ _SCATTER, _KNOWN = 0.004, 4
 _PAST = 0.05, 0.002  # of ways past a rest: of themselves, and of the stroke
 _BOUNCE = 0.2, 0.3  # of a bounce: of itself, and ms, as it hits another time each time
 _CURRENT = 0.02  # of what coils and motors draw, whose voltage varies
-_PAST_REST = {"over_travel", "rebound"}  # ways that may be 0
+_PAST_REST = {"over_travel", "opening_over_travel"}  # ways that may be 0
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,7 +70,7 @@ class VisitChanges:
         ratios: Draws of the parameters over what they were, ``(d, p)``: of both motions together,
             or of each where they contradict each other; by the motions they are of. None, of
             ``later`` neither, where the change is larger than any wear of the family.
-        later: By how much touch or parting come later, in shares of the time that they took before,
+        later: By how much touch or separation come later, share of the time that they took before,
             ``(d,)``, by motion.
         mechanisms: Draws of by how much mechanisms have changed, ``(d,)``, shares of
             ``CHANGE_OF``, by name; none where closing and opening contradict each other.

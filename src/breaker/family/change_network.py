@@ -28,7 +28,7 @@ class ChangeDraws:
 
     Attributes:
         ratios: Parameters over what they were, ``(d, p)``; 1 where they have not changed.
-        later: By how much touch or parting of each motion at hand comes later after the release,
+        later: By how much touch or separation of each motion at hand comes later after the release,
             ``(d,)``, ms.
         mechanisms: By how much the size of each of ``WEARING`` has changed, ``(d,)``; that of
             ``build_up`` as a share of the duration.
@@ -88,7 +88,7 @@ class Changes:
         """Draw from the posteriors of several changes, the same random numbers for each.
 
         Returns:
-            Logarithms of the parameters over what they were, by how much touch and parting come
+            Logarithms of the parameters over what they were, by how much touch and separation come
             later, in durations, and outputs of the mechanisms that wear, ``(n, d, q)``; these are 0
             unless ``mechanisms``.
         """
@@ -110,7 +110,7 @@ def change_outputs(before: np.ndarray, after: np.ndarray, later: np.ndarray) -> 
 
     Args:
         before, after: Parameters, ``(n, p)``.
-        later: By how much touch and parting come later, ``(n, 2)``, in durations.
+        later: By how much touch and separation come later, ``(n, 2)``, in durations.
     """
     ratios = np.where(after == before, 1.0, after / before)
     return np.hstack([np.log(ratios), later])

@@ -18,7 +18,7 @@ from breaker.model.parameters import MOTIONS, NAMES
 _COMPONENTS = 40
 _BACK = 0.2  # share of the changes that go from worn to new, as after maintenance
 _NOISE = (1e-5, 1e-2)  # of a sample, share of the stroke: of means of many records down
-_SAME = 1e-4  # durations, by which touch or parting may move and count as unchanged
+_SAME = 1e-4  # durations, by which touch or separation may move and count as unchanged
 _CHANGE = 0.03  # of the logarithm of a parameter, and of a mechanism over the closing force
 _ODD = (0.005, 0.05, 3)  # shares of a change, and terms of curves that nobody explains
 _FASTEST = 0.3  # periods of a term in a duration

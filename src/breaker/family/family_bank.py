@@ -55,7 +55,7 @@ def simulate_family(family: Family, drives: int, rng: np.random.Generator) -> xr
     Returns:
         Over dims drive, condition ("new", "worn"), motion and u: ``shape``, in 16 bits, see
         ``shapes``; ``stroke`` (mm) and ``duration`` (ms); ``release`` and ``switching``, times of
-        the first motion and of the drive's own touch or parting, in u; and of each drive its
+        the first motion and of the drive's own touch or separation, in u; and of each drive its
         ``parameters``, ``elements`` (of a drive of size 1), ``wear`` (number in ``WEAR``) and
         ``contact`` (number in ``CONTACTS``).
 

@@ -40,7 +40,7 @@ class LevelDraws:
     Attributes:
         theta: Parameters, ``(d, p)``, physical units.
         release: Of each motion that is there, ``(d,)``, ms after 10 % of its way.
-        switching: The same of touch or parting of the drive's own contact.
+        switching: The same of touch or separation of the drive's own contact.
         mechanisms: Size of each of ``MECHANISMS``, ``(d,)``; exactly 0 where it is absent.
     """
 

@@ -36,8 +36,8 @@ def evaluate(
 ) -> np.ndarray:
     """Return quantities of parameter sets, ``(n, len(names))``, in the units of ``QUANTITIES``.
 
-    The spring compression ("wipe") is not positive where a contact is not pressed. Other quantities
-    are nan where they do not exist (see the module).
+    The spring compression is not positive where a contact is not pressed. Other quantities are nan
+    where they do not exist (see the module).
 
     Args:
         theta: Parameters, ``(n, p)``, of drives of any size.
@@ -47,7 +47,8 @@ def evaluate(
 
     Example:
         >>> theta = np.array([[2.0, 0.045, 0.040, 0.30, 0.12, 0.75, 10.0]])
-        >>> evaluate(["wipe", "touch_time", "closing_speed"], theta, "closing").round(2)
+        >>> names = ["spring_compression", "touch_time", "closing_speed"]
+        >>> evaluate(names, theta, "closing").round(2)
         array([[ 3.53, 10.09,  1.24]])
     """
     for name in names:
@@ -58,8 +59,8 @@ def evaluate(
     for rows in blocks(len(theta)):
         parameters = np.asarray(theta[rows], dtype=np.float64)
         known = dict(zip(NAMES, split(parameters), strict=True))
-        known["wipe"] = spring_compression(parameters)
-        known["stroke"] = np.where(known["wipe"] > 0, known[GAP.name] + known["wipe"], np.nan)
+        known["spring_compression"] = pressed = spring_compression(parameters)
+        known["stroke"] = np.where(pressed > 0, known[GAP.name] + pressed, np.nan)
         if shown := set(names) - known.keys():
             known |= _read_from_curves(shown, parameters, motion, speeds)
         for column, name in enumerate(names):
@@ -81,7 +82,7 @@ def _read_from_curves(
                 found[name][rows] = curves.speed(*points[name]) * size.factor(SPEED_UNIT)
             elif name == "travel_time":
                 found[name][rows] = curves.travel_time() * size.times
-            elif name in ("touch_time", "part_time"):
+            elif name in ("touch_time", "separation_time"):
                 found[name][rows] = np.where(curves.exists, curves.at, np.nan) * size.times
             else:
                 found[name][rows] = curves.over_travel() * size.lengths

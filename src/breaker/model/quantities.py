@@ -16,14 +16,14 @@ from breaker.model.parameters import MOTIONS, NAMES, PARAMETERS, UNIT, Parameter
 
 SPEED_UNIT = "m/s"  # the same number as mm/ms
 
-EVENTS = {"closing": "touch", "opening": "parting"}
+EVENTS = {"closing": "touch", "opening": "separation"}
 """Contact event of each motion: contact touch and contact separation."""
 
 # ---- points and speeds -----------------------------------------------------------------------
 
 _TEXT = re.compile(
     r"(?:(?P<time>\d+(?:\.\d+)?) ?ms (?P<when>before|after) )?(?:"
-    r"(?:(?P<distance>\d+(?:\.\d+)?) ?mm (?P<side>before|after) )?(?P<event>touch|parting)"
+    r"(?:(?P<distance>\d+(?:\.\d+)?) ?mm (?P<side>before|after) )?(?P<event>touch|separation)"
     r"|(?P<amount>\d+(?:\.\d+)?) ?(?P<unit>%|mm(?= from)) (?P<of>of stroke|from open|from closed))"
 )
 _RESTS = {"closing": ("open", "closed"), "opening": ("closed", "open")}  # before and after
@@ -250,14 +250,14 @@ class Quantity(Parameter):
 
 
 _TABLE = (  # name, unit, whether more (1) or less (-1) is worse, motions, sources, definition
-    ("wipe", "mm", 0, MOTIONS, _MODEL, "stroke minus contact gap: spring compression at rest"),
+    ("spring_compression", "mm", 0, MOTIONS, _MODEL, "stroke minus contact gap, at rest"),
     ("stroke", "mm", 0, MOTIONS, _BOTH, "travel of the drive between its rest positions"),
     ("travel_time", "ms", 1, MOTIONS, _BOTH, "drive from 10 to 90 % of its stroke"),
     ("touch_time", "ms", 1, _CLOSING, _BOTH, "first motion to contact touch"),
-    ("over_travel", "mm", 1, _CLOSING, _BOTH, "largest travel beyond the closed rest position"),
-    ("part_time", "ms", 1, _OPENING, _BOTH, "first motion to contact separation"),
-    ("rebound", "mm", 1, _OPENING, _BOTH, "largest travel beyond the open rest position"),
-    ("latch_time", "ms", 1, MOTIONS, _RECORD, "trigger to first detected motion"),
+    ("over_travel", "mm", 1, _CLOSING, _BOTH, "largest travel beyond the closed rest"),
+    ("separation_time", "ms", 1, _OPENING, _BOTH, "first motion to contact separation"),
+    ("opening_over_travel", "mm", 1, _OPENING, _BOTH, "largest travel beyond the open rest"),
+    ("reaction_time", "ms", 1, MOTIONS, _RECORD, "trigger to first detected motion"),
     ("time_to_10", "ms", 1, MOTIONS, _RECORD, "trigger to 10 % of the stroke"),
     ("time_to_50", "ms", 1, MOTIONS, _RECORD, "trigger to 50 % of the stroke"),
     ("time_to_90", "ms", 1, MOTIONS, _RECORD, "trigger to 90 % of the stroke"),
@@ -266,8 +266,8 @@ _TABLE = (  # name, unit, whether more (1) or less (-1) is worse, motions, sourc
     ("main_closing_time", "ms", 1, _CLOSING, _RECORD, "trigger to touch of the main contact"),
     ("main_opening_time", "ms", 1, _OPENING, _RECORD, "trigger to separation of the main contact"),
     ("arcing_wipe", "mm", -1, MOTIONS, _RECORD, "travel between the main and the arcing contact"),
-    ("wipe_at_touch", "mm", -1, _CLOSING, _RECORD, "travel from contact touch to closed rest"),
-    ("wipe_at_parting", "mm", -1, _OPENING, _RECORD, "travel from closed rest to separation"),
+    ("closing_wipe", "mm", -1, _CLOSING, _RECORD, "travel from contact touch to closed rest"),
+    ("opening_wipe", "mm", -1, _OPENING, _RECORD, "travel from closed rest to separation"),
     ("bounce_time", "ms", 1, _CLOSING, _RECORD, "first to last contact touch"),
     ("coil_current", "A", 1, MOTIONS, _RECORD, "largest current of the coil"),
     ("coil_dip_time", "ms", 1, MOTIONS, _RECORD, "trigger to the dip of the coil current"),
@@ -278,8 +278,8 @@ _TABLE = (  # name, unit, whether more (1) or less (-1) is worse, motions, sourc
     ("release_from10", "ms", 0, MOTIONS, _ANSWER, "10 % of the stroke to start of motion"),
     ("touch_after_release", "ms", 1, _CLOSING, _ANSWER, "start of motion to contact touch"),
     ("touch_from10", "ms", 0, _CLOSING, _ANSWER, "10 % of the stroke to contact touch"),
-    ("parting_after_release", "ms", 1, _OPENING, _ANSWER, "start of motion to separation"),
-    ("parting_from10", "ms", 0, _OPENING, _ANSWER, "10 % of the stroke to contact separation"),
+    ("separation_after_release", "ms", 1, _OPENING, _ANSWER, "start of motion to separation"),
+    ("separation_from10", "ms", 0, _OPENING, _ANSWER, "10 % of the stroke to contact separation"),
 )
 
 
@@ -309,8 +309,8 @@ def quantities_of(
         of: Sources, of which a quantity has at least one; None for all.
 
     Example:
-        >>> list(quantities_of("opening"))
-        ['wipe', 'stroke', 'travel_time', 'part_time', 'rebound', 'opening_speed']
+        >>> list(quantities_of("opening"))[:4]
+        ['spring_compression', 'stroke', 'travel_time', 'separation_time']
     """
     return {
         name: each
@@ -337,7 +337,7 @@ CURRENTS = {
 ANSWERED = frozenset(name for name, each in QUANTITIES.items() if each.of == _ANSWER)
 """Names of the quantities that only the inference of a single record has."""
 
-INFERRED = ANSWERED | {"wipe"}
+INFERRED = ANSWERED | {"spring_compression"}
 """Names of the quantities that no instrument shows, without the parameters."""
 
 
@@ -350,8 +350,8 @@ def check_quantity(
         of: "model", "record", or "change", the change of a parameter.
 
     Example:
-        >>> check_quantity("latch_time", "closing").split(".")[0]
-        'latch_time is not a quantity of model in closing'
+        >>> check_quantity("reaction_time", "closing").split(".")[0]
+        'reaction_time is not a quantity of model in closing'
     """
     every = quantities(speeds).values()
     known = [each.name for each in every if motion in each.motions and of in each.of]

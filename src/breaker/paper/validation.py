@@ -448,7 +448,7 @@ def table(result: xr.Dataset) -> pd.DataFrame:
     frame.insert(2, "unit", frame.output.map(units))
     fit = ("p_value", "misfit", "outside_prior", "outside_support", "accepted", "reason")
     record = ("file", "remarks", "missing", "masked", "far_onset", "family")
-    measured = ("contact_time", "contact_sd", "latch_time")  # where any operation has them
+    measured = ("contact_time", "contact_sd", "reaction_time")  # where any operation has them
     columns = [
         *(name for name in (*fit, *record) if name in result),
         *(name for name in measured if name in result and result[name].notnull().any()),

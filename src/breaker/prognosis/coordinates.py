@@ -28,7 +28,7 @@ _RIDGE = 2.0
 _MOVES = 30.0  # what wear may do to the rest of a measured quantity, in its scatter
 # Of which the curve says nothing.
 _APART = {
-    *("latch_time", "touch_time", "part_time", *SHARES),
+    *("reaction_time", "touch_time", "separation_time", *SHARES),
     *("closing_time", "opening_time", "main_closing_time", "main_opening_time", "bounce_time"),
     *CURRENTS,
 }

@@ -27,7 +27,7 @@ if TYPE_CHECKING:  # single records are read without xarray
     import xarray as xr
 
 _UNITS = {
-    **dict.fromkeys(("first_motion", "contact_time", "contact_sd", "latch_time"), "ms"),
+    **dict.fromkeys(("first_motion", "contact_time", "contact_sd", "reaction_time"), "ms"),
     **{"rate": "kHz", "record_noise": "mm", "record_colour": "1"},
 }
 _REJECTED = Measured(np.nan, np.nan, "the record was rejected")
@@ -64,7 +64,7 @@ def read_curves(
         ``masked`` ones of ``record`` (mm, over ``sample``: the motion as in its file),
         ``record_noise`` and ``record_colour``: sd and correlation of its noise, ``rate``, kHz,
         ``first_motion``: time in the file that is 0 on the grid, ms, ``contact_time`` on the grid,
-        ``latch_time`` from the trigger; and ``measured`` with sd and reason over ``quantity``.
+        ``reaction_time`` from the trigger; and ``measured`` with sd and reason over ``quantity``.
 
     Raises:
         ValueError: If a setting is unknown or wrong by itself.
@@ -140,7 +140,7 @@ def _row(operation: Operation, result: GriddedRecord | RejectedCurveError) -> di
         record, start = result.record, result.gridded.start
         operation, contact = record.operation, record.contact
         row |= {"remarks": "; ".join(result.remarks), "masked": record.masked}
-        row |= {"first_motion": start, "latch_time": record.moves - contact.trigger}
+        row |= {"first_motion": start, "reaction_time": record.moves - contact.trigger}
         row |= {"contact_time": contact.time - start, "contact_sd": contact.sd}
         row |= {"rate": 1.0 / record.step}
         row["record_noise"], row["record_colour"] = record.process

@@ -45,7 +45,7 @@ _FITTED = 0.2  # of a swing, the error of the rest about which it does, where th
 _UNSEEN, _FADES = 0.12, 2.2  # strokes of a swing that turns there, and how fast it fades, durations
 _SOON = 0.8  # durations after the arrival, before which no drive rests
 _SWITCHED = {
-    "time": "no contact timing: the time of touch or parting is not known",
+    "time": "no contact timing: the time of touch or separation is not known",
     "main": "no resistance that shows the main contact apart from the arcing contact",
     "arcing": "no resistance that shows the arcing contact",
     "trigger": "no trigger: when the coil was energised is not known",
@@ -99,7 +99,7 @@ def measure_curve(
         >>> abs(measured["stroke"].value - 14.0) < 3.0 * measured["stroke"].sd < 0.1
         True
         >>> measured["closing_speed"].reason
-        'no contact timing: the time of touch or parting is not known'
+        'no contact timing: the time of touch or separation is not known'
     """
     quantum, step = seen_quantum(travel), float(time[-1] - time[0]) / (time.size - 1)
     doubts = doubtful_samples(travel, step, quantum)
@@ -161,13 +161,13 @@ class Reading:
         """Return the quantities of the motion that records show, by name."""
         ways = {
             "stroke": self.stroke,
-            **dict.fromkeys(("wipe_at_touch", "wipe_at_parting"), self.wipe),
+            **dict.fromkeys(("closing_wipe", "opening_wipe"), self.wipe),
             "travel_time": lambda: self.at_share(90.0) - self.at_share(10.0),
-            **dict.fromkeys(("over_travel", "rebound"), self.beyond),
+            **dict.fromkeys(("over_travel", "opening_over_travel"), self.beyond),
             **dict.fromkeys(
-                ("touch_time", "part_time"), lambda: self._event("time") - self._first_motion
+                ("touch_time", "separation_time"), lambda: self._event("time") - self._first_motion
             ),
-            "latch_time": lambda: (self._event("trigger") - self._first_motion) * -1.0,
+            "reaction_time": lambda: (self._event("trigger") - self._first_motion) * -1.0,
             **{name: partial(self.time_to, percent) for name, percent in SHARES.items()},
             **dict.fromkeys(("closing_time", "opening_time"), lambda: self._since_trigger("time")),
             **dict.fromkeys(
@@ -302,7 +302,7 @@ class Reading:
     # ---- events ------------------------------------------------------------------------------
 
     def _event(self, kind: str) -> Uncertain:
-        """Time of touch or parting ("time"), of "main", "arcing" or "trigger", ms."""
+        """Time of touch or separation ("time"), of "main", "arcing" or "trigger", ms."""
         if not np.isfinite(getattr(self.contact, kind)):
             why = self.contact.why if kind != "trigger" else ""
             raise NotShownError(why or _SWITCHED[kind])
@@ -319,7 +319,7 @@ class Reading:
         return self.at_share(percent) - self._event("trigger")
 
     def wipe(self) -> Uncertain:
-        """Return the distance between the touch or parting and the closed rest, mm."""
+        """Return the distance between the touch or separation and the closed rest, mm."""
         level = self.trace.at(self._event("time"))
         return self.after - level if self.located.motion == "closing" else level - self.before
 

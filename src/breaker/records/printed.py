@@ -55,7 +55,7 @@ class Printed(NamedTuple):
         motion: "closing" or "opening".
         channel, unit, name: As in the text.
         value: Number in its unit.
-        points: Points of a speed, as ``Speed.read`` takes them, with {event} for touch or parting.
+        points: Points of a speed, as ``Speed.read`` takes them, with {event} for the contact event.
     """
 
     quantity: str
