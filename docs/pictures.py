@@ -25,7 +25,7 @@ from breaker.common.randomness import generator
 from breaker.common.zarr_store import open_store
 from breaker.configuration.definitions import simulated_test
 from breaker.configuration.loading import defaults
-from breaker.diagnosis.visit_document import VisitDocument
+from breaker.diagnosis.inspection_change import InspectionChange
 from breaker.family.endurance_rig import Rig
 from breaker.family.export import write_curve
 from breaker.figures.reports import visits
@@ -98,7 +98,7 @@ def drawn(data: dict) -> dict[str, Figure]:
     life, standing = (xr.Dataset.from_dict(data["verdict"][name]) for name in ("life", "standing"))
     return {
         "verdict.png": verdict(life, standing, data["verdict"]["sentences"]),
-        "visits.png": visits(TypeAdapter(VisitDocument).validate_python(data["visits"])),
+        "visits.png": visits(TypeAdapter(InspectionChange).validate_python(data["visits"])),
     }
 
 

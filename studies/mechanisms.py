@@ -31,9 +31,9 @@ from scipy.optimize import brentq
 from breaker.common.compiling import compiled
 from breaker.common.randomness import generator
 from breaker.configuration.loading import load
-from breaker.diagnosis.assessment import Assessment
 from breaker.diagnosis.drive_records import read_operations
-from breaker.diagnosis.evidence import Answer, Given
+from breaker.diagnosis.estimate import Estimate, Given
+from breaker.diagnosis.session import Diagnosis
 from breaker.model.parameters import MOTIONS, NAMES, Size
 from breaker.model.prior import Prior
 from breaker.records.contacts import ContactTimes
@@ -378,7 +378,7 @@ def records_of(curves: Mapping, number: int, rng: np.random.Generator, options, 
         return [*read_operations(operations, form | {"time_unit": "ms"})], begins
 
 
-def judge(answers: Sequence[Answer], drive: np.ndarray, curves: Mapping, lists: Mapping) -> None:
+def judge(answers: Sequence[Estimate], drive: np.ndarray, curves: Mapping, lists: Mapping) -> None:
     """Append to lists by name how 95 % intervals of an operation hold, and how its records fit."""
     for k, answer in enumerate(answers):
         lists["withheld"].append(answer.draws is None)
@@ -417,7 +417,7 @@ def rows_of(name: str, options: argparse.Namespace) -> list[dict]:
     """Rows of the table of a mechanism, one for each of the motions."""
     config = load()
     prior, endurance = Prior.from_settings(config["prior"]), config["endurance"]
-    assessment = Assessment(config | {"seed": options.seed}, given=Given(Size()))
+    assessment = Diagnosis(config | {"seed": options.seed}, given=Given(Size()))
     lists = {motions: defaultdict(list) for motions in options.motions}
     for number in range(options.drives):
         rng = generator(options.seed, "mechanisms", name, number)

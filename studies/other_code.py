@@ -23,7 +23,7 @@ from scipy.optimize import brentq
 
 from breaker.common.randomness import generator
 from breaker.configuration.loading import load
-from breaker.diagnosis.visit_changes import changes, compare
+from breaker.diagnosis.changes import changes, compare
 from breaker.family.network_files import shipped_networks
 from breaker.family.normalised_shape import shape_of
 from breaker.family.record_inputs import network_record

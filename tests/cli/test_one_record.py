@@ -14,10 +14,10 @@ import yaml
 from breaker.cli import main
 from breaker.common.plain_values import to_json
 from breaker.configuration.loading import merge
-from breaker.diagnosis import test_report
-from breaker.diagnosis.answer_document import document
-from breaker.diagnosis.assessment import Assessment
+from breaker.diagnosis import report
 from breaker.diagnosis.drive_records import read_operations
+from breaker.diagnosis.result import document
+from breaker.diagnosis.session import Diagnosis
 from breaker.model.parameters import MOTIONS
 from breaker.prognosis.examination import examine
 from breaker.prognosis.members import members_of
@@ -62,8 +62,8 @@ def inferred(capsys):
 
 
 def reported(capsys, monkeypatch):
-    caught, real = [], test_report.report_of
-    monkeypatch.setattr(test_report, "report_of", lambda *a: caught.append(a) or real(*a))
+    caught, real = [], report.report_of
+    monkeypatch.setattr(report, "report_of", lambda *a: caught.append(a) or real(*a))
     assert main(["report", "one.csv", "--output", "a.html", "--config", "own.yaml"]) == 0
     capsys.readouterr()
     ((answers, verdicts, _),) = caught
@@ -89,7 +89,7 @@ def followed(config):
     """What the workflow reads of a record for a life."""
     form, operations = config["endurance"]["format"], dict(list_fleet("fleet")["Q1"])
     records = read_operations({m: [each] for m, each in operations.items()}, form)
-    about = {"speeds": Assessment(config).speeds_of(records)}
+    about = {"speeds": Diagnosis(config).speeds_of(records)}
     found = {}
     for motion, each in operations.items():
         curves = read_curves([each], form, Grid(np.arange(-2.0, 40.0, 0.5)), motion, **about)

@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 
 from breaker.diagnosis.drive_records import read_operations
-from breaker.diagnosis.evidence import AnswerSettings, Given
+from breaker.diagnosis.estimate import EstimateSettings, Given
 from breaker.diagnosis.inference import infer_drive
 from breaker.model.quantities import speeds_at
 from breaker.records.contacts import ContactTimes
 from breaker.records.operations import Operation
 from tests.cli.conftest import written
 
-SETTINGS = AnswerSettings(draws=400, misfit_p_value=1e-3, seed=1)
+SETTINGS = EstimateSettings(draws=400, misfit_p_value=1e-3, seed=1)
 STROKE = 13.5  # mm, of the reference drive
 TOUCH = 20.09  # ms in the record, of the model that it is of
 

@@ -8,8 +8,8 @@ import pytest
 from breaker.common.randomness import generator
 from breaker.configuration.definitions import family_of
 from breaker.configuration.loading import UNLIKE
-from breaker.diagnosis.assessment import Assessment
-from breaker.diagnosis.evidence import Given
+from breaker.diagnosis.estimate import Given
+from breaker.diagnosis.session import Diagnosis
 from breaker.diagnosis.type_model import TypeDraws
 from breaker.diagnosis.type_prior import fit_type, wear_allowance
 from breaker.diagnosis.type_records import list_breakers, read_breakers
@@ -25,7 +25,7 @@ pytestmark = pytest.mark.usefixtures("a_quarter_of_the_draws")
 
 @pytest.fixture(scope="module")
 def assessment(defaults, levels):
-    return Assessment(defaults, families=lambda: [levels])
+    return Diagnosis(defaults, families=lambda: [levels])
 
 
 @pytest.fixture(scope="module")

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from breaker.diagnosis.evidence import DriveRecord
+from breaker.diagnosis.estimate import DriveRecord
 from breaker.diagnosis.identity import doubts_about, visits_in_order, without_copies
 from breaker.family.record_inputs import normalise_record
 from breaker.records.header import Header

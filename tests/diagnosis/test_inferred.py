@@ -10,11 +10,11 @@ import pytest
 from breaker.common.randomness import generator
 from breaker.common.terminal import text_of
 from breaker.diagnosis import inference as inferred
-from breaker.diagnosis.answer_document import document
 from breaker.diagnosis.answer_words import words_of
 from breaker.diagnosis.draw_weights import contradicted, possible, weights_of
 from breaker.diagnosis.drive_records import _Reader, read_operations
-from breaker.diagnosis.evidence import Answer, Given
+from breaker.diagnosis.estimate import Estimate, Given
+from breaker.diagnosis.result import document
 from breaker.family.export import write_curve
 from breaker.family.level_network import LevelDraws
 from breaker.family.membership import Match
@@ -204,7 +204,7 @@ def prior_means(levels, own, draws, size, told):
     """Means and sds of log parameters by the weights of a prior of one's own, in its units."""
     record = SimpleNamespace(timed=False, motion="closing")
     given = Given(told, own)
-    answer = Answer(record, levels, draws=LevelDraws(draws, {}, {}))
+    answer = Estimate(record, levels, draws=LevelDraws(draws, {}, {}))
     weights = weights_of([answer], given, size)
     z = own.standardise(draws)
     mean = weights @ z

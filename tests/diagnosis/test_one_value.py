@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from breaker.common.numerals import in_digits
-from breaker.diagnosis.answer_document import document
-from breaker.diagnosis.assessment import Assessment
+from breaker.diagnosis.report import report_of
 from breaker.diagnosis.report_tables import starred
-from breaker.diagnosis.test_report import report_of
+from breaker.diagnosis.result import document
+from breaker.diagnosis.session import Diagnosis
 from breaker.diagnosis.visit import Visit
 from breaker.model.parameters import MOTIONS
 from breaker.model.quantities import EVENTS, INFERRED
@@ -43,7 +43,7 @@ def visit_of(seed, folder):
 def test_a_quantity_has_one_value_on_all_pages(seed, tmp_path, levels, defaults):
     operations, form = visit_of(100 * seed, tmp_path)
     config = defaults | {"endurance": defaults["endurance"] | FEW | {"format": form}}
-    assessment = Assessment(config, LIMITS, families=lambda: [levels])
+    assessment = Diagnosis(config, LIMITS, families=lambda: [levels])
     records = assessment.read(operations, loose=True)
     answers = assessment.infer(records)
     verdicts = assessment.judge(answers)

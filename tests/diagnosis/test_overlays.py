@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from breaker.diagnosis.drive_records import read_operations
-from breaker.diagnosis.reference_curve import overlaid
+from breaker.diagnosis.overlay import overlaid
 from breaker.family.export import write_curve
 from breaker.records.operations import Operation
 

@@ -7,7 +7,7 @@ import pytest
 from breaker.common.randomness import generator
 from breaker.configuration.definitions import family_of
 from breaker.diagnosis import type_records as recorded
-from breaker.diagnosis.assessment import Assessment
+from breaker.diagnosis.session import Diagnosis
 from breaker.diagnosis.type_records import list_breakers, read_breakers
 from breaker.shipped import HELD_BACK
 from tests.diagnosis.drives import breakers_of, type_of, write_breakers
@@ -23,7 +23,7 @@ def drives(prior, defaults):
 
 @pytest.fixture
 def read(levels, defaults):
-    assessment = Assessment(defaults, families=lambda: [levels])
+    assessment = Diagnosis(defaults, families=lambda: [levels])
     return lambda *folders, **of: read_breakers(list_breakers(folders, MOTIONS, **of), assessment)
 
 

@@ -5,9 +5,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from breaker.diagnosis.assessment import Assessment
 from breaker.diagnosis.drive_records import read_operations
 from breaker.diagnosis.remounting import slack_between
+from breaker.diagnosis.session import Diagnosis
 from breaker.family.export import write_curve
 from breaker.model.curves import travel
 from breaker.model.parameters import MOTIONS
@@ -41,7 +41,7 @@ def between(tmp_path, prior, defaults):
         before = visit(tmp_path / "before", theta, rng)
         for place, factor in change:
             theta[place] *= factor
-        return Assessment(defaults).compare(
+        return Diagnosis(defaults).compare(
             {"before": before, "today": visit(tmp_path / "today", theta, rng, **today)}
         )
 
@@ -68,7 +68,7 @@ def test_a_start_that_takes_longer_is_no_slack(tmp_path, prior, defaults):
         name: visit(tmp_path / name, theta, rng, slack=slack)
         for name, slack in (("before", 0.4), ("today", 0.0))
     }
-    found = Assessment(defaults).compare(visits)
+    found = Diagnosis(defaults).compare(visits)
     assert not any("slack" in each.what for each in found.differences)
 
 

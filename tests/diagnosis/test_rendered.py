@@ -10,12 +10,12 @@ import pytest
 
 from breaker.common.plain_values import to_json
 from breaker.common.terminal import text_of
-from breaker.diagnosis.answer_document import document, table_of
 from breaker.diagnosis.answer_words import words_of
-from breaker.diagnosis.arviz_tree import tree
-from breaker.diagnosis.evidence import Given
-from breaker.diagnosis.limit_verdicts import VERDICTS, judged
-from breaker.diagnosis.picture_data import shown
+from breaker.diagnosis.arviz import tree
+from breaker.diagnosis.curves import shown
+from breaker.diagnosis.estimate import Given
+from breaker.diagnosis.limits import VERDICTS, judged
+from breaker.diagnosis.result import document, table_of
 from breaker.family.level_network import LevelDraws
 from breaker.family.membership import PARTS
 from breaker.family.normalised_shape import SHAPE_TIMES

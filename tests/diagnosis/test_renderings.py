@@ -10,7 +10,7 @@ from breaker.common.html_page import html_page
 from breaker.common.parts import Cell, Document, Letterhead, Remark, Section, Table
 from breaker.common.plain_values import Plain, plainly, to_json
 from breaker.common.terminal import lines_of, text_of
-from breaker.diagnosis.test_report import Report
+from breaker.diagnosis.report import Report
 
 HOSTILE = '<script>alert("$x$")</script>&amp;'
 PARTS = [

@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from breaker.diagnosis.answer_document import document
-from breaker.diagnosis.evidence import MAY_SLIDE, Given
-from breaker.diagnosis.limit_verdicts import judged
-from breaker.diagnosis.picture_data import shown
+from breaker.diagnosis.curves import shown
+from breaker.diagnosis.estimate import MAY_SLIDE, Given
+from breaker.diagnosis.limits import judged
+from breaker.diagnosis.result import document
 from breaker.model.limits import Limit
 from breaker.model.parameters import NAMES
 

@@ -8,9 +8,7 @@ import pytest
 
 from breaker.common.plain_values import plainly
 from breaker.common.terminal import text_of
-from breaker.diagnosis.explanations import Explanation, otherwise_measured
-from breaker.diagnosis.identity import Difference
-from breaker.diagnosis.visit_changes import (
+from breaker.diagnosis.changes import (
     VERDICT_WORDS,
     QuantityChange,
     compare,
@@ -18,13 +16,15 @@ from breaker.diagnosis.visit_changes import (
     visit_error,
     with_explanations,
 )
-from breaker.diagnosis.visit_comparison import judged_today
-from breaker.diagnosis.visit_document import (
+from breaker.diagnosis.explanations import Explanation, otherwise_measured
+from breaker.diagnosis.identity import Difference
+from breaker.diagnosis.inspection_change import (
     Agreement,
     ComparisonSettings,
     visits_document,
     words_of_visits,
 )
+from breaker.diagnosis.visit_comparison import judged_today
 from breaker.family.change_network import ChangeDraws
 from breaker.family.level_network import LevelDraws
 from breaker.family.membership import PARTS, Match

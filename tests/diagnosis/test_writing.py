@@ -10,8 +10,8 @@ from breaker.cli import main
 from breaker.common.randomness import generator
 from breaker.configuration.definitions import family_of
 from breaker.configuration.loading import load
-from breaker.diagnosis.assessment import given_by
 from breaker.diagnosis.prior_report import _table, overlay_of
+from breaker.diagnosis.session import given_by
 from breaker.diagnosis.type_records import Span
 from breaker.model.parameters import NAMES, Size
 from breaker.shipped import HELD_BACK

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from breaker.diagnosis.picture_data import PictureCurve, Shown
+from breaker.diagnosis.curves import PictureCurve, Shown
 from breaker.figures import style
 from breaker.figures.records import answer
 from tests.figures.drawn import assert_drawn, line_of

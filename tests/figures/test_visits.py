@@ -2,11 +2,11 @@
 
 import pytest
 
-from breaker.diagnosis.visit_changes import QuantityChange
-from breaker.diagnosis.visit_document import (
+from breaker.diagnosis.changes import QuantityChange
+from breaker.diagnosis.inspection_change import (
     Agreement,
     ComparisonSettings,
-    VisitDocument,
+    InspectionChange,
     VisitMatch,
 )
 from breaker.figures.reports import visits
@@ -30,7 +30,7 @@ def drawn(parameters="told"):
         row("touch_after_release", [-90.0, -70.0, -60.0], "changed", "time", "closing"),
     ]
     return visits(
-        VisitDocument(
+        InspectionChange(
             parameters=parameters,
             family="medium_voltage",
             matches={"closing": {v: VisitMatch(0.5, {"start": 1.0}) for v in ("before", "today")}},

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from breaker.common.html_page import html_page
-from breaker.diagnosis.assessment import Assessment
 from breaker.diagnosis.drive_records import read_operations
+from breaker.diagnosis.session import Diagnosis
 from breaker.family.export import write_curve
 from breaker.figures.reports import fleet as picture
 from breaker.model.curves import travel
@@ -75,7 +75,7 @@ def table(examined, prior):
 def test_a_drive_gets_what_it_gets_alone(rows, examined, defaults, levels):
     alone = {m: [each for of, each in rows["Q0"] if of == m] for m in MOTIONS}
     records = read_operations(alone, defaults["endurance"]["format"])
-    answers = Assessment(defaults, families=lambda: [levels]).infer(records)
+    answers = Diagnosis(defaults, families=lambda: [levels]).infer(records)
     first = [each.draws.theta for each in answers if each.record.motion == "closing"]
     assert np.array_equal(examined["Q0", ""].theta, first)
 
@@ -86,7 +86,7 @@ def test_two_visits_are_compared(rows, examined, defaults):
     for visit, number in (("before", 1), ("today", 2)):
         own = {m: [e for of, e in rows[WORN] if (of, e.number) == (m, number)] for m in MOTIONS}
         visits[visit] = read_operations(own, defaults["endurance"]["format"])
-    alone = Assessment(defaults).compare(visits).reported
+    alone = Diagnosis(defaults).compare(visits).reported
     assert [each.name for each in document.changed] == [each.name for each in alone]
     assert (document.how, document.visits, document.state) == ("visits", 2, "now")
     assert document.due == Due("stiff_drive")

@@ -12,7 +12,7 @@ import numpy as np
 
 from tests.exports import way
 
-LIKE = {"stroke": 178.0, "over_travel": 10.0, "rebound": 11.0, "closing_time": 58.0}
+LIKE = {"stroke": 178.0, "over_travel": 10.0, "opening_over_travel": 11.0, "closing_time": 58.0}
 LIKE |= {"opening_time": 31.0, "closing_speed": 4.2, "opening_speed": 6.8, "bounce_time": 2.0}
 LIKE |= {"closing_wipe": 90.0, "coil_current": 4.0}
 STARTS = {"closing": 30.0, "opening": 240.0}
@@ -35,12 +35,12 @@ Closing Time,ms,<closing_time *>
 Opening Time,ms,<opening_time *>
 Contact Travel,mm,<?stroke *>
 Over Travel,mm,<over_travel *>
-Opening Over Travel,mm,<rebound *>
+Opening Over Travel,mm,<opening_over_travel *>
 Close Velocity 10-90 %,m/s,<closing_speed * 10>
 Contact Wipe,mm,<closing_wipe *>
 Close Velocity,m/s,<-closing_speed *>
 Max. Velocity,m/s,<-closing_speed *>
-Rebound,mm,<-rebound *>
+Rebound,mm,<-opening_over_travel *>
 Rated Travel,mm,<-stroke *>
 Reference Closing Time,ms,<-closing_time *>
 Close Time Spread,ms,<-bounce_time>""",
@@ -54,7 +54,7 @@ Closing Time nominal (ms) : <-closing_time>
 OPEN - Phase P
 Contact Time (ms) : <opening_time P>
 Travel (mm) : <Ostroke P>
-Over Travel (mm) : <rebound P>
+Over Travel (mm) : <opening_over_travel P>
 Avg. Velocity (m/s) : <-opening_speed>
 """),
     "two lines of heads": """Close Velocity Point 1 (%) :,20,,Close Velocity Point 2 (%) :,80
@@ -87,7 +87,7 @@ Close1 :,30,,Open1 :,30,,DefClose :,10
 Close2 :,60,,Open2 :,60,,DefOpen :,10
 """
     + each("""Mechanism Travel(TK)(mm) :,<-stroke>,,Contact Travel(TK)(mm) :,<?stroke P>
-Close - Over Travel(TK)(mm) :,<over_travel P>,,Open -Rebound(TK)(mm) :,<-rebound>
+Close - Over Travel(TK)(mm) :,<over_travel P>,,Open -Rebound(TK)(mm) :,<-opening_over_travel>
 Close - Datum Velocity (m/s)(TK) :,<-closing_speed>,,Coil Current (A)(CK) :,<-coil_current>""")
     + "\n,,,"
     + ",".join("Close -Velocity (m/s) :,<-closing_speed>" for p in "RYB")
@@ -146,7 +146,7 @@ def filled(text, phases, seed):
             value = 0.0
             while not value or value in truth:
                 value = round(LIKE[quantity] * rng.uniform(0.9, 1.1), 2)
-            opens = of == "O" or quantity.startswith(("opening", "rebound"))
+            opens = of == "O" or quantity.startswith(("opening", "opening_over_travel"))
             motion = "" if of == "?" else "opening" if opens else "closing"
             truth[value] = None if no else (p, motion, quantity, ZONES.get(zone, ""))
             cells.append(f"{value:.2f}")

@@ -1,4 +1,4 @@
-"""Answer some breakers of a fleet, one after the other."""
+"""Estimate some breakers of a fleet, one after the other."""
 
 from breaker.common.zarr_store import describe, save
 from breaker.prognosis.examination import examine, stored

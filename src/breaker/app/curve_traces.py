@@ -10,8 +10,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from breaker.diagnosis.evidence import Answer, DriveRecord
-from breaker.diagnosis.reference_curve import Overlay
+from breaker.diagnosis.estimate import DriveRecord, Estimate
+from breaker.diagnosis.overlay import Overlay
 from breaker.records.files import printable
 from breaker.records.measurements import Reading
 from breaker.records.settings import TO_MS
@@ -165,12 +165,12 @@ def laid_over(
     return found
 
 
-def marks_of(answers: Sequence[Answer]) -> list[Mark]:
+def marks_of(answers: Sequence[Estimate]) -> list[Mark]:
     """Return the times that are measured or inferred, and the zones of speeds."""
     return [mark for each in answers if each.record.raw is not None for mark in _marks(each)]
 
 
-def _marks(answer: Answer) -> list[Mark]:
+def _marks(answer: Estimate) -> list[Mark]:
     """Those of a record, at times of its file."""
     record, contact = answer.record, answer.contact
     channel = record.operation.phase

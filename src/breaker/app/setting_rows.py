@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 from breaker.app.page_choices import FIELDS, Field, as_text
-from breaker.diagnosis.evidence import DriveRecord
+from breaker.diagnosis.estimate import DriveRecord
 from breaker.diagnosis.visit import Visit
 from breaker.records.proposal import Proposal
 from breaker.records.settings import FORMAT

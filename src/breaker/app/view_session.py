@@ -20,8 +20,8 @@ from urllib.parse import urlencode
 from breaker.app.curve_traces import Mark, Trace, laid_over, marks_of, record_traces
 from breaker.app.page_choices import WHOLE, Choices, id_of, overlay_text
 from breaker.app.setting_rows import SettingRow, base_of, rows_of
-from breaker.diagnosis.reference_curve import overlaid
-from breaker.diagnosis.test_report import Report, report_of
+from breaker.diagnosis.overlay import overlaid
+from breaker.diagnosis.report import Report, report_of
 from breaker.diagnosis.visit import Visit
 from breaker.model.parameters import MOTIONS
 from breaker.records.description import describe_file

@@ -49,16 +49,16 @@ def run(options: argparse.Namespace) -> int:
     # Imported here, so that --help and wrong options answer at once.
     from breaker.common.plain_values import to_json
     from breaker.common.terminal import text_of
-    from breaker.diagnosis.assessment import Assessment
+    from breaker.diagnosis.inspection_change import words_of_visits
     from breaker.diagnosis.named_records import read_records
-    from breaker.diagnosis.visit_document import words_of_visits
+    from breaker.diagnosis.session import Diagnosis
 
     choice = inputs.choice_of(options)
     visits = {
-        visit: read_records(named[visit], Assessment(configs[visit]), **choice) for visit in _VISITS
+        visit: read_records(named[visit], Diagnosis(configs[visit]), **choice) for visit in _VISITS
     }
     _check_visits(visits)
-    both = Assessment(config, inputs.limits_of(config, options.config))
+    both = Diagnosis(config, inputs.limits_of(config, options.config))
     same = options.same_transducer
     document = both.compare(visits, options.beyond, same_transducer=same)
     written = []

@@ -70,12 +70,12 @@ def run(options: argparse.Namespace) -> int:
 def _fitted(options: argparse.Namespace, config: Mapping) -> tuple:
     """The records of some breakers, and the prior fitted to them."""
     from breaker.configuration.definitions import family_of
-    from breaker.diagnosis.assessment import Assessment
     from breaker.diagnosis.named_records import each_once
+    from breaker.diagnosis.session import Diagnosis
     from breaker.diagnosis.type_prior import fit_type, wear_allowance
     from breaker.diagnosis.type_records import list_breakers, read_breakers
     from breaker.shipped import HELD_BACK
 
     listed = list_breakers(each_once(options.folders), config["motions"], options.type)
-    recorded = read_breakers(listed, Assessment(config))
+    recorded = read_breakers(listed, Diagnosis(config))
     return recorded, fit_type(recorded, wear_allowance(family_of(HELD_BACK)["wear"]["change"]))

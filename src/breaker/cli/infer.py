@@ -61,13 +61,13 @@ def run(options: argparse.Namespace) -> int:
     # Imported here, so that --help and wrong options answer at once.
     from breaker.common.plain_values import to_json
     from breaker.common.terminal import text_of
-    from breaker.diagnosis.answer_document import document
     from breaker.diagnosis.answer_words import words_of
-    from breaker.diagnosis.assessment import Assessment, given_by
     from breaker.diagnosis.named_records import read_records
+    from breaker.diagnosis.result import document
+    from breaker.diagnosis.session import Diagnosis, given_by
 
     given, words = given_by(config, dict(options.known))
-    assessment = Assessment(config, limits, given, families=_families(options.model))
+    assessment = Diagnosis(config, limits, given, families=_families(options.model))
     choice = inputs.choice_of(options)
     records = read_records(options.files, assessment, **choice)
     good = [options.reference] if options.reference else []
@@ -113,18 +113,18 @@ def _write(answers, given, found, overlays, options: argparse.Namespace) -> list
     """Write what the options ask for, and return what was written, in words."""
     seed, written = found.settings["seed"], []
     if options.output:
-        from breaker.diagnosis.answer_document import table_of
+        from breaker.diagnosis.result import table_of
 
         written.append(write_lines(options.output, table_of(found)))
     if options.draws:
         from breaker.common.zarr_store import write_zarr
-        from breaker.diagnosis.arviz_tree import tree
+        from breaker.diagnosis.arviz import tree
 
         draws = tree(answers, given, seed=seed)
         write(options.draws, lambda part: write_zarr(draws, part))
         written.append(f"draws written to {options.draws}")
     if options.plot:
-        from breaker.diagnosis.picture_data import shown
+        from breaker.diagnosis.curves import shown
         from breaker.figures.records import answer, overlay
 
         over = overlays and overlay(overlays)

@@ -33,7 +33,7 @@ def run(options: argparse.Namespace) -> int:
         weasyprint()  # if it lacks, that is said before any work is done
     visit = read_of(options)
     # Imported here, so that what is wrong with the records is said first.
-    from breaker.diagnosis.test_report import report_of
+    from breaker.diagnosis.report import report_of
 
     answers = visit.assessment.infer(visit.records)
     report = report_of(answers, visit.assessment.judge(answers), visit)
@@ -56,8 +56,8 @@ def read_of(options: argparse.Namespace, opened=None):
     Raises:
         OSError, ValueError: If there is nothing of which a report can be.
     """
-    from breaker.diagnosis.assessment import Assessment, given_by
     from breaker.diagnosis.named_records import read_visit
+    from breaker.diagnosis.session import Diagnosis, given_by
     from breaker.diagnosis.visit import Visit, check_visit
 
     config = inputs.settings_of(options.config)
@@ -66,7 +66,7 @@ def read_of(options: argparse.Namespace, opened=None):
     if options.reference and options.tolerance is None and stated["tolerance"]:
         options.tolerance = stated["tolerance"] / 100.0
     given, words = given_by(config)
-    assessment = Assessment(config, inputs.limits_of(config, options.config), given)
+    assessment = Diagnosis(config, inputs.limits_of(config, options.config), given)
     good = [options.reference] if options.reference else []
     records, before, good = (
         read_visit(named, options.channel, assessment, opened)

@@ -9,18 +9,18 @@ from breaker.common.parts import (
     Section,
     Table,
 )
-from breaker.diagnosis.answer_document import (
-    AnswerDocument,
-    Estimate,
+from breaker.diagnosis.draw_weights import SURPRISING
+from breaker.diagnosis.limits import VERDICTS, JudgedPart, Verdict
+from breaker.diagnosis.result import (
+    DiagnosisResult,
     Fit,
-    MeanAnswer,
-    QuantityEstimate,
-    RecordAnswer,
+    MeanResult,
+    QuantityValue,
+    RecordResult,
     Spread,
     Together,
+    Value,
 )
-from breaker.diagnosis.draw_weights import SURPRISING
-from breaker.diagnosis.limit_verdicts import VERDICTS, JudgedPart, Verdict
 from breaker.model.quantities import EVENTS
 
 _ROW = "  {:<19} {:>8}  {:<20} {:<7} {}"
@@ -34,7 +34,7 @@ FEW_DRAWS = "prior, facts or the contact's time leave hardly a draw of the netwo
 """Why an answer is not resolved."""
 
 
-def words_of(answer: AnswerDocument) -> Document:
+def words_of(answer: DiagnosisResult) -> Document:
     """Return an answer in words: a section for each record, short where there are several files."""
     records = answer.records
     section = _short if len({each.file for each in records}) > 1 else _long
@@ -55,7 +55,7 @@ def words_of(answer: AnswerDocument) -> Document:
     return Document(summary=first, parts=[*parts, *map(_mean, answer.means)])
 
 
-def _mean(found: MeanAnswer) -> Section:
+def _mean(found: MeanResult) -> Section:
     """What the means of several records tell of a pole."""
     of = " and ".join(f"{n} {motion}{'s' * (n > 1)}" for motion, n in found.records.items())
     about = ", ".join(filter(None, (found.breaker, found.phase)))
@@ -65,13 +65,13 @@ def _mean(found: MeanAnswer) -> Section:
     return Section(f"inferred from the mean of {of}{' of ' * bool(about)}{about}", parts)
 
 
-def _rejected(record: RecordAnswer, of_file: Sequence[RecordAnswer]) -> Section:
+def _rejected(record: RecordResult, of_file: Sequence[RecordResult]) -> Section:
     """A section that says why. Of which motion only where the file has another one."""
     title = _title(record) if len(of_file) > 1 else record.file
     return Section(title, [Remark(f"rejected: {record.reason}")])
 
 
-def _long(record: RecordAnswer) -> Section:
+def _long(record: RecordResult) -> Section:
     """A section with everything that is known of a record, what is measured first."""
     measured, inferred = _both(record)
     rows = [_row(name, each, _source(each)) for name, each in measured.items()]
@@ -83,7 +83,7 @@ def _long(record: RecordAnswer) -> Section:
     return Section(_title(record), [*parts, *_ending(record)])
 
 
-def _source(each: QuantityEstimate) -> str:
+def _source(each: QuantityValue) -> str:
     """How a quantity is known, or why it is not; of a speed with its zone, of a time with its
     zero.
     """
@@ -91,7 +91,7 @@ def _source(each: QuantityEstimate) -> str:
     return ", ".join(filter(None, (what, each.source or each.reason)))
 
 
-def zones_of(records: Iterable[Mapping[str, QuantityEstimate]]) -> list[str]:
+def zones_of(records: Iterable[Mapping[str, QuantityValue]]) -> list[str]:
     """Say between which points each speed of some records is the mean, if there is one."""
     return zones_in_words((n, e.zone) for each in records for n, e in each.items() if e.zone)
 
@@ -102,17 +102,17 @@ def zones_in_words(zones: Iterable[tuple[str, str]]) -> list[str]:
     return [f"speeds, means of the drive: {said}"] if said else []
 
 
-def _inferred(some: Mapping[str, Estimate]) -> list[Table]:
+def _inferred(some: Mapping[str, Value]) -> list[Table]:
     rows = [_row(n, e, e.reason or f"{e.meaning}{_of_prior(e)}") for n, e in some.items()]
     return [Table(rows=rows, form=_ROW)]
 
 
-def present(some: Mapping[str, Estimate]) -> dict[str, Estimate]:
+def present(some: Mapping[str, Value]) -> dict[str, Value]:
     """Return the mechanisms beside the model that a drive has for sure, by name."""
     return {name: each for name, each in some.items() if each.probability >= _THERE}
 
 
-def _mechanisms(some: Mapping[str, Estimate]) -> list:
+def _mechanisms(some: Mapping[str, Value]) -> list:
     """What the drive has beside the model for sure, and what it may have or has not."""
     there = present(some)
     perhaps = {n: e for n, e in some.items() if 1.0 - _THERE < e.probability < _THERE}
@@ -125,27 +125,27 @@ def _mechanisms(some: Mapping[str, Estimate]) -> list:
     return ["mechanisms beside the model", Table(rows=rows, form=_ROW), *said] if some else []
 
 
-def _of_prior(each: Estimate) -> str:
+def _of_prior(each: Value) -> str:
     """How much of an interval is the prior, as a share of its variance; "" where it is not told."""
     if each.prior_share is None:
         return ""
     return "; nearly all prior" if is_prior(each) else f"; {100.0 * each.prior_share:.0f} % prior"
 
 
-def first_of_channels(entries: Iterable[RecordAnswer]) -> list[RecordAnswer]:
+def first_of_channels(entries: Iterable[RecordResult]) -> list[RecordResult]:
     """Return the first of each channel, and of the motions that were inferred together."""
-    first: dict[tuple, RecordAnswer] = {}
+    first: dict[tuple, RecordResult] = {}
     for entry in entries:
         first.setdefault((entry.phase, *entry.fit.motions), entry)
     return list(first.values())
 
 
-def is_prior(each: Estimate) -> bool:
+def is_prior(each: Value) -> bool:
     """Whether a record says hardly anything of a parameter, so that its interval is the prior's."""
     return (each.prior_share or 0.0) >= _PRIOR
 
 
-def _both(found: RecordAnswer | Together) -> tuple[dict, dict]:
+def _both(found: RecordResult | Together) -> tuple[dict, dict]:
     """What is measured of a record, or of several, or is not shown; and what is inferred."""
     drawn = {n: each for n, each in found.quantities.items() if each.source == "inferred"}
     others = {n: each for n, each in found.quantities.items() if n not in drawn}
@@ -153,7 +153,7 @@ def _both(found: RecordAnswer | Together) -> tuple[dict, dict]:
     return alone | others, found.parameters | drawn
 
 
-def _short(record: RecordAnswer) -> Section:
+def _short(record: RecordResult) -> Section:
     """A section of a few lines, what is measured first."""
     parts: list = []
     for title, some in zip(("", "inferred"), _both(record), strict=True):
@@ -170,7 +170,7 @@ def _short(record: RecordAnswer) -> Section:
     return Section(_title(record), [*parts, *limit_tables(record.limits or ()), *_ending(record)])
 
 
-def starred(each: QuantityEstimate) -> bool:
+def starred(each: QuantityValue) -> bool:
     """Whether the model has a part in a quantity."""
     return each.source not in ("measured", None)
 
@@ -196,7 +196,7 @@ def bounds_in_words(part: JudgedPart) -> str:
     return f"{low} to {high}" if low and high else f"up to {high}" if high else f"from {low}"
 
 
-def _title(record: RecordAnswer) -> str:
+def _title(record: RecordResult) -> str:
     known = record.about
     about = [f"operation {record.operation}"] if {"phase", "date"} & known.keys() else []
     about += [str(known[name]) for name in ("breaker", "phase", "date") if known.get(name)]
@@ -205,7 +205,7 @@ def _title(record: RecordAnswer) -> str:
     return ", ".join([f"{record.file}: {record.motion}", *about])
 
 
-def _row(name: str, each: Estimate, last: str) -> tuple[str, ...]:
+def _row(name: str, each: Value, last: str) -> tuple[str, ...]:
     return (name, *_numbers(each.median, each.interval_95), _unit(each.unit), last)
 
 
@@ -218,7 +218,7 @@ def _unit(unit: str) -> str:
     return "" if unit == "1" else unit
 
 
-def _ending(record: RecordAnswer) -> list[Remark]:
+def _ending(record: RecordResult) -> list[Remark]:
     """Whether the answer can be trusted, what is doubtful, and the verdict."""
     fit, said = record.fit, [_fit(record.fit)]
     if fit.contact_surprise is not None:
@@ -264,7 +264,7 @@ def differs_in_words(parts: Mapping[str, float | None]) -> str:
     return f"it differs more than 99 % of its drives do in: {where}" if where else ""
 
 
-def _far(record: RecordAnswer) -> str:
+def _far(record: RecordResult) -> str:
     """How far a drive lies from a given prior or size that should hold it, with what to do."""
     sds = {name: each.prior_sds for name, each in record.parameters.items()}
     name = max(sds, key=lambda name: abs(sds[name]))

@@ -5,9 +5,9 @@ from dataclasses import dataclass, field
 
 from breaker.common.numerals import in_digits
 from breaker.common.parts import Cell, Table
+from breaker.diagnosis.changes import VERDICT_WORDS, QuantityChange
+from breaker.diagnosis.inspection_change import InspectionChange, change_words
 from breaker.diagnosis.report_tables import NONE, named
-from breaker.diagnosis.visit_changes import VERDICT_WORDS, QuantityChange
-from breaker.diagnosis.visit_document import VisitDocument, change_words
 from breaker.family.untold import LOOK
 
 _TONES = dict(zip(VERDICT_WORDS, ("bad", "doubt", ""), strict=True))
@@ -26,7 +26,7 @@ class NotCompared:
 
 
 def changes_table(
-    changed: Mapping[str, VisitDocument | NotCompared], phases: Sequence[str]
+    changed: Mapping[str, InspectionChange | NotCompared], phases: Sequence[str]
 ) -> Table:
     """Return what has changed since the visit before, measured first; all else in notes."""
     there = [phase for phase in phases if phase in changed]

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from breaker.common.numerals import in_digits
-from breaker.diagnosis.evidence import Answer, Given
+from breaker.diagnosis.estimate import Estimate, Given
 from breaker.family.change_network import agreement_of
 from breaker.family.normalised_shape import SHAPE_TIMES
 from breaker.family.untold import APART
@@ -21,7 +21,7 @@ _LEAST = np.log(0.01)  # evidence of one drive, of which pairs of one have less 
 _SURE = 1e-3  # of the prior's variance, that two records leave at most less than nothing
 
 
-def weights_of(answers: Sequence[Answer], given: Given, size: Size | None) -> np.ndarray:
+def weights_of(answers: Sequence[Estimate], given: Given, size: Size | None) -> np.ndarray:
     """Weights of draws ``(d,)`` at a size, their sum 1; all 0 where none is possible.
 
     A contact whose time contradicts the curve is of another phase or record, and is not used.
@@ -55,13 +55,13 @@ def weights_of(answers: Sequence[Answer], given: Given, size: Size | None) -> np
     return weights / weights.sum()
 
 
-def _of_fact(answers: Sequence[Answer], name: str) -> np.ndarray | None:
+def _of_fact(answers: Sequence[Estimate], name: str) -> np.ndarray | None:
     """Draws of what a fact is about, ``(d,)``, by the first record that has it."""
     about = (answer.inferred(name) for answer in answers)
     return next((each for each in about if each is not None), None)
 
 
-def possible(answers: Sequence[Answer]) -> np.ndarray:
+def possible(answers: Sequence[Estimate]) -> np.ndarray:
     """Which draws ``(d,)`` may be: the stroke is longer than the gap, and the contact switches
     between the rests, on the way there.
     """
@@ -74,7 +74,7 @@ def possible(answers: Sequence[Answer]) -> np.ndarray:
     return found
 
 
-def apart(answers: Sequence[Answer], given: Given, rng: np.random.Generator) -> str:
+def apart(answers: Sequence[Estimate], given: Given, rng: np.random.Generator) -> str:
     """Whether records of an operation are of two drives rather than one, in words; "" if not."""
     alone = [
         each.levels.draw({each.record.motion: each.record.seen}, _DRAWS, rng, size=given.size).theta
@@ -119,7 +119,7 @@ def evidence_of_one(
     return float(0.5 * (logs[0] + logs[1] - logs[2] - np.log(sizes).sum() - square))
 
 
-def surprise_of(answer: Answer) -> float:
+def surprise_of(answer: Estimate) -> float:
     """How far the contact's time is from what the draws lead to expect, sd; nan if not timed."""
     if not answer.record.timed:
         return np.nan
@@ -128,13 +128,13 @@ def surprise_of(answer: Answer) -> float:
     return float((answer.record.switched - expected.mean()) / sd)
 
 
-def lag_of(answer: Answer) -> float:
+def lag_of(answer: Estimate) -> float:
     """By how much the contact is later than expected, in durations; nan if it is not timed."""
     expected = answer.draws.switching[answer.record.motion].mean()
     return float((answer.record.switched - expected) / answer.record.shape.duration)
 
 
-def contradicted(answers: Sequence[Answer], given: Given) -> list[str]:
+def contradicted(answers: Sequence[Estimate], given: Given) -> list[str]:
     """Which facts the records of an operation contradict, in words."""
     remarks = []
     for name, (value, sd) in given.known.items() if answers[0].draws else ():

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from breaker.common.numerals import in_digits
-from breaker.diagnosis.evidence import DriveRecord
+from breaker.diagnosis.estimate import DriveRecord
 from breaker.diagnosis.identity import without_copies
 from breaker.family.normalised_shape import Shape
 from breaker.family.record_inputs import normalise_record

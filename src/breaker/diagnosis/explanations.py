@@ -18,7 +18,7 @@ import numpy as np
 from breaker.common.numerals import in_digits
 from breaker.common.plain_values import Plain
 from breaker.diagnosis.identity import Difference
-from breaker.diagnosis.limit_verdicts import NORMAL
+from breaker.diagnosis.limits import NORMAL
 from breaker.family.normalised_shape import SHAPE_STEP, SHAPE_TIMES, Shape
 from breaker.family.record_inputs import normalise_record
 from breaker.family.record_means import Mean, mean_record, more_scattered

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 from breaker.common.numerals import first_of, in_digits
 from breaker.common.plain_values import Plain
 from breaker.common.spellings import bare
-from breaker.diagnosis.evidence import DriveRecord
+from breaker.diagnosis.estimate import DriveRecord
 from breaker.records.dates import earlier, instant, one_date
 from breaker.records.files import printable
 from breaker.records.words import channel_of, phase_in

@@ -21,7 +21,7 @@ from breaker.diagnosis.draw_weights import (
     surprise_of,
     weights_of,
 )
-from breaker.diagnosis.evidence import Answer, AnswerSettings, DriveRecord, Given
+from breaker.diagnosis.estimate import DriveRecord, Estimate, EstimateSettings, Given
 from breaker.family.level_network import LevelDraws, Levels
 from breaker.family.membership import choose_family
 from breaker.family.record_means import mean_with_scatter
@@ -39,8 +39,8 @@ def infer_drive(
     families: Iterable[Levels],
     given: Given,
     speeds: tuple[Speed, ...],
-    settings: AnswerSettings,
-) -> list[Answer]:
+    settings: EstimateSettings,
+) -> list[Estimate]:
     """Infer all records of a drive, in their order.
 
     Args:
@@ -52,7 +52,7 @@ def infer_drive(
     """
     usable = [record for record in records if not record.reason]
     if not usable:
-        return [Answer(record) for record in records]
+        return [Estimate(record) for record in records]
     families, again = tee(families)
     inferred = _in_family(usable, families, given, speeds, settings)
     if any(map(_contact_denied, inferred)):
@@ -62,7 +62,7 @@ def infer_drive(
             inferred = new
     told = [replace(each, draws=None) if each.unresolved else each for each in inferred]
     found = {id(answer.record): _measured(answer) for answer in told}
-    return [found.get(id(record), Answer(record)) for record in records]
+    return [found.get(id(record), Estimate(record)) for record in records]
 
 
 def _in_family(
@@ -70,19 +70,19 @@ def _in_family(
     families: Iterable[Levels],
     given: Given,
     speeds: tuple[Speed, ...],
-    settings: AnswerSettings,
-) -> list[Answer]:
+    settings: EstimateSettings,
+) -> list[Estimate]:
     """Infer records in the family that they give most evidence of."""
     levels, matches, _fits = choose_family(
         families,
         lambda levels: [(each.motion, levels.match(each.motion, each.seen)) for each in usable],
         settings.misfit_p_value,
     )
-    groups: dict[tuple, list[Answer]] = {}
+    groups: dict[tuple, list[Estimate]] = {}
     for record, (_, match) in zip(usable, matches, strict=True):
         misfit = match.p_value < settings.misfit_p_value
         key = record.operation.number, record.operation.breaker, record.operation.phase
-        groups.setdefault(key, []).append(Answer(record, levels, match, misfit, speeds=speeds))
+        groups.setdefault(key, []).append(Estimate(record, levels, match, misfit, speeds=speeds))
     inferred = []
     for group in groups.values():
         inferred += _together([each for each in group if not each.misfit], given, settings)
@@ -90,15 +90,15 @@ def _in_family(
     return inferred
 
 
-def _contact_denied(answer: Answer) -> bool:
+def _contact_denied(answer: Estimate) -> bool:
     """Whether a recorded contact is not where any or enough of the draws have it."""
     denied = answer.unresolved or abs(answer.surprise) > SURPRISING
     return answer.record.timed and not answer.misfit and bool(denied)
 
 
 def infer_means(
-    answers: Sequence[Answer], given: Given, settings: AnswerSettings
-) -> list[list[Answer]]:
+    answers: Sequence[Estimate], given: Given, settings: EstimateSettings
+) -> list[list[Estimate]]:
     """Infer each pole from the means of its records, which say more than one of them.
 
     What operations differ by is noise of a mean (``record_means.mean_with_scatter``).
@@ -110,7 +110,7 @@ def infer_means(
     Returns:
         For each pole of which a motion has several records, an answer for each of its motions.
     """
-    poles: dict[tuple, dict[str, list[Answer]]] = {}
+    poles: dict[tuple, dict[str, list[Estimate]]] = {}
     for each in answers:
         if each.draws is not None:
             pole = each.record.operation.breaker, each.record.operation.phase
@@ -119,7 +119,7 @@ def infer_means(
     return [_together([_mean_of(each) for each in by.values()], given, settings) for by in several]
 
 
-def _mean_of(answers: Sequence[Answer]) -> Answer:
+def _mean_of(answers: Sequence[Estimate]) -> Estimate:
     """The mean of records of one motion as one record, with the mean of the contact's times."""
     first, records = answers[0], [each.record for each in answers]
     mean = mean_with_scatter([each.raw for each in records], first.levels.bases[records[0].motion])
@@ -133,10 +133,12 @@ def _mean_of(answers: Sequence[Answer]) -> Answer:
         )
     raw = replace(records[0].raw, contact=contact)
     record = replace(records[0], raw=raw, shape=shape, seen=mean.seen)
-    return Answer(record, first.levels, first.match, speeds=first.speeds, records=len(records))
+    return Estimate(record, first.levels, first.match, speeds=first.speeds, records=len(records))
 
 
-def _together(within: Sequence[Answer], given: Given, settings: AnswerSettings) -> list[Answer]:
+def _together(
+    within: Sequence[Estimate], given: Given, settings: EstimateSettings
+) -> list[Estimate]:
     """Infer one operation from its records in the family; each by itself if they contradict."""
     if not within:
         return []
@@ -147,7 +149,9 @@ def _together(within: Sequence[Answer], given: Given, settings: AnswerSettings) 
     return _inferred(within, given, settings)
 
 
-def _inferred(within: Sequence[Answer], given: Given, settings: AnswerSettings) -> list[Answer]:
+def _inferred(
+    within: Sequence[Estimate], given: Given, settings: EstimateSettings
+) -> list[Estimate]:
     """Infer one operation from its records, which are in the family."""
     levels, first = within[0].levels, within[0].record
     rng = generator(settings.seed, "levels", first.operation.number)
@@ -196,8 +200,8 @@ def _inferred(within: Sequence[Answer], given: Given, settings: AnswerSettings) 
 
 
 def _weighed(
-    within: Sequence[Answer], draws: LevelDraws, given: Given, size: Size | None
-) -> tuple[float, list[Answer], np.ndarray]:
+    within: Sequence[Estimate], draws: LevelDraws, given: Given, size: Size | None
+) -> tuple[float, list[Estimate], np.ndarray]:
     """The effective size of draws, the answers with them, and their weights, at most 1."""
     new = [replace(each, draws=draws, motions=tuple(draws.release)) for each in within]
     shares = np.where(possible(new), weights_of(new, given, size), 0.0)
@@ -206,7 +210,7 @@ def _weighed(
     return left, new, shares
 
 
-def _beside(answer: Answer, given: Given, remarks: Sequence[str]) -> Answer:
+def _beside(answer: Estimate, given: Given, remarks: Sequence[str]) -> Estimate:
     """Hold an answer against what was given beside the record."""
     if abs(answer.surprise) > SURPRISING:
         remarks = [
@@ -229,7 +233,7 @@ def _beside(answer: Answer, given: Given, remarks: Sequence[str]) -> Answer:
     return replace(answer, prior_sds=sds, prior_p_value=float(chdtrc(len(NAMES), square)))
 
 
-def _measured(answer: Answer) -> Answer:
+def _measured(answer: Estimate) -> Estimate:
     """Read what the record shows, at the inferred touch where none was timed."""
     raw = answer.record.raw
     remarks = (*raw.remarks_on(), *answer.remarks)

@@ -13,8 +13,8 @@ from dataclasses import replace
 from pathlib import Path
 
 from breaker.common.numerals import natural
-from breaker.diagnosis.assessment import Assessment
-from breaker.diagnosis.evidence import DriveRecord
+from breaker.diagnosis.estimate import DriveRecord
+from breaker.diagnosis.session import Diagnosis
 from breaker.model.parameters import MOTIONS
 from breaker.records.dates import one_date
 from breaker.records.description import travel_channels
@@ -35,7 +35,7 @@ _Pole = tuple[Sequence[str], str]  # phases of a file's channels, and its date; 
 
 def read_records(
     named: Sequence[str],
-    assessment: Assessment,
+    assessment: Diagnosis,
     *,
     motion: str | None = None,
     channel: str = "",
@@ -77,7 +77,7 @@ def read_records(
 def read_visit(
     named: Sequence[str],
     channels: Sequence[str],
-    assessment: Assessment,
+    assessment: Diagnosis,
     opened: Files | None = None,
 ) -> list[DriveRecord]:
     """Read every channel and motion in files and folders of one breaker.

@@ -11,9 +11,9 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from breaker.diagnosis.evidence import SWITCHING, DriveRecord
+from breaker.diagnosis.changes import QuantityChange
+from breaker.diagnosis.estimate import SWITCHING, DriveRecord
 from breaker.diagnosis.identity import Difference
-from breaker.diagnosis.visit_changes import QuantityChange
 
 _SDS = 4.0  # from which a start has changed, in each motion
 _STAYS, _LITTLE = 2.0, 0.01  # sds and share, up to which the rest of the motion has not

@@ -6,11 +6,6 @@ import numpy as np
 
 from breaker.common.numerals import in_digits, in_p
 from breaker.common.parts import Cell, Table
-from breaker.diagnosis.answer_document import (
-    Estimate,
-    QuantityEstimate,
-    RecordAnswer,
-)
 from breaker.diagnosis.answer_words import (
     FEW_DRAWS,
     bounds_in_words,
@@ -21,7 +16,12 @@ from breaker.diagnosis.answer_words import (
     starred,
     zones_of,
 )
-from breaker.diagnosis.limit_verdicts import NORMAL, RESULTS
+from breaker.diagnosis.limits import NORMAL, RESULTS
+from breaker.diagnosis.result import (
+    QuantityValue,
+    RecordResult,
+    Value,
+)
 from breaker.model.quantities import EVENTS, INFERRED
 from breaker.records.printed import differs
 from breaker.records.proposal import alike
@@ -68,7 +68,7 @@ def few(lines: Sequence[str]) -> list[str]:
 
 def measured_table(
     title: str,
-    channels: Mapping[str, RecordAnswer],
+    channels: Mapping[str, RecordResult],
     printed: Mapping[tuple, tuple[float, str, str]],
     together: str = "",
 ) -> Table:
@@ -82,7 +82,7 @@ def measured_table(
             value that differs from the measured one is marked.
         together: By how much poles switch apart, in words.
     """
-    found: dict[str, dict[str, QuantityEstimate]] = {}
+    found: dict[str, dict[str, QuantityValue]] = {}
     for phase, entry in channels.items():
         for name, each in entry.quantities.items():
             if name not in INFERRED:  # no time that an instrument has
@@ -112,7 +112,7 @@ def _printed(value: tuple[float, str, str] | None, other: bool) -> Cell:
     return Cell(f"{text} differs", "bad") if other else Cell(text, "faint")
 
 
-def _other(each: QuantityEstimate | None, printed: tuple[float, str, str]) -> str:
+def _other(each: QuantityValue | None, printed: tuple[float, str, str]) -> str:
     """By how much a measured quantity is not what the analyser printed; empty where it is that, or
     where it is counted between other points or not by the record alone.
     """
@@ -130,7 +130,7 @@ def _other(each: QuantityEstimate | None, printed: tuple[float, str, str]) -> st
     )
 
 
-def _row(name: str, by: Mapping, channels: Mapping[str, RecordAnswer]) -> tuple[str, ...]:
+def _row(name: str, by: Mapping, channels: Mapping[str, RecordResult]) -> tuple[str, ...]:
     """A quantity of all channels, with its limits."""
     known = [each for each in by.values() if each.median is not None]
     cells = [
@@ -143,7 +143,7 @@ def _row(name: str, by: Mapping, channels: Mapping[str, RecordAnswer]) -> tuple[
     return (name, unit, *cells, *_limits(name, by, channels))
 
 
-def _times(channels: Mapping[str, RecordAnswer]) -> list[tuple[str, ...]]:
+def _times(channels: Mapping[str, RecordResult]) -> list[tuple[str, ...]]:
     """When channels move and contacts switch in the record: what poles of one record differ by."""
     rows = []
     event = EVENTS[next(iter(channels.values())).motion]
@@ -166,7 +166,7 @@ def _spread(values: Sequence[float], channels: Sized, star: str = "") -> list[st
     return [in_digits(np.ptp(values), 2) + star if len(values) > 1 else ""]
 
 
-def _heads_of_limits(channels: Mapping[str, RecordAnswer]) -> list[str]:
+def _heads_of_limits(channels: Mapping[str, RecordResult]) -> list[str]:
     """Names of the columns of limits; none without any, and a reference only where one has it."""
     if not any(each.limits for each in channels.values()):
         return []
@@ -174,14 +174,14 @@ def _heads_of_limits(channels: Mapping[str, RecordAnswer]) -> list[str]:
     return [*beside, "tolerance", "verdict"]
 
 
-def _have_references(channels: Mapping[str, RecordAnswer]) -> bool:
+def _have_references(channels: Mapping[str, RecordResult]) -> bool:
     """Whether any limit is a tolerance away from a value."""
     limits = (each for entry in channels.values() for each in entry.limits or ())
     return any(each.parts[0].reference is not None for each in limits)
 
 
 def _limits(
-    name: str, by: Mapping[str, QuantityEstimate], channels: Mapping[str, RecordAnswer]
+    name: str, by: Mapping[str, QuantityValue], channels: Mapping[str, RecordResult]
 ) -> tuple[str, ...]:
     """Cells of the columns of limits: the worst verdict, and of which channels."""
     rows = [
@@ -213,7 +213,7 @@ def _limits(
     return ()
 
 
-def _notes(channels: Mapping[str, RecordAnswer], together: str) -> list[str]:
+def _notes(channels: Mapping[str, RecordResult], together: str) -> list[str]:
     """Why values are missing, what a star means, and what is doubtful."""
     said, any_star = [], False
     for phase, entry in channels.items():
@@ -228,7 +228,7 @@ def _notes(channels: Mapping[str, RecordAnswer], together: str) -> list[str]:
     return [*first, *points, *([star] if any_star else []), *named(said, len(channels))]
 
 
-def model_table(entries: Sequence[RecordAnswer]) -> Table:
+def model_table(entries: Sequence[RecordResult]) -> Table:
     """Return parameters of the first operation of each channel, a row each, and how far they can be
     trusted.
     """
@@ -264,7 +264,7 @@ def model_table(entries: Sequence[RecordAnswer]) -> Table:
     return Table(head, rows, "What the model adds", [*notes, *_limits_of_model(entries)])
 
 
-def _trust(entry: RecordAnswer) -> Cell:
+def _trust(entry: RecordResult) -> Cell:
     """How far the parameters of a record can be trusted."""
     fit = entry.fit
     how = how_it_fits(fit.p_value, fit.misfit)
@@ -277,7 +277,7 @@ def _trust(entry: RecordAnswer) -> Cell:
     return Cell(trust, "doubt" * (how != "fits"))
 
 
-def _limits_of_model(entries: Sequence[RecordAnswer]) -> list[str]:
+def _limits_of_model(entries: Sequence[RecordResult]) -> list[str]:
     """Verdicts on limits on what the model adds."""
     names = _inferred(entries[0])
     by: dict[tuple[str, str], dict[str, dict[str, None]]] = {}
@@ -293,16 +293,16 @@ def _limits_of_model(entries: Sequence[RecordAnswer]) -> list[str]:
     return notes
 
 
-def _inferred(entry: RecordAnswer) -> dict[str, Estimate]:
+def _inferred(entry: RecordResult) -> dict[str, Value]:
     """Parameters of a record, and the wipe that follows from the gap."""
     return {**entry.parameters, "spring_compression": entry.quantities["spring_compression"]}
 
 
-def _label(name: str, of: Estimate) -> str:
+def _label(name: str, of: Value) -> str:
     return f"{name}: {of.meaning}"
 
 
-def _posterior(each: Estimate) -> Cell:
+def _posterior(each: Value) -> Cell:
     if each.median is None:
         return NONE
     low, high = (in_digits(end, 2) for end in each.interval_95)

@@ -7,8 +7,8 @@ import numpy as np
 
 from breaker.common.numerals import in_digits
 from breaker.common.parts import Cell
-from breaker.diagnosis.answer_document import RecordAnswer
-from breaker.diagnosis.limit_verdicts import NORMAL, RESULTS
+from breaker.diagnosis.limits import NORMAL, RESULTS
+from breaker.diagnosis.result import RecordResult
 from breaker.model.quantities import EVENTS
 
 _UNSEEN = (
@@ -36,7 +36,7 @@ class Simultaneity(NamedTuple):
 
 
 def simultaneity_of(
-    channels: Mapping[str, RecordAnswer], limits: Mapping[str, float | None] | None = None
+    channels: Mapping[str, RecordResult], limits: Mapping[str, float | None] | None = None
 ) -> Simultaneity:
     """Say by how much poles switch apart, by their recorded contacts, or why that is not told.
 

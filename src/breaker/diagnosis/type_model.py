@@ -17,7 +17,7 @@ from typing import NamedTuple, Self
 import numpy as np
 
 from breaker.diagnosis.draw_weights import SURPRISING
-from breaker.diagnosis.evidence import Answer
+from breaker.diagnosis.estimate import Estimate
 from breaker.family.record_means import beside_usual
 from breaker.model.prior import Prior
 
@@ -77,12 +77,12 @@ class TypeDraws(NamedTuple):
         return one / self.count[:, None, None]
 
 
-def draws_of(answers: Iterable[Answer]) -> list[np.ndarray]:
+def draws_of(answers: Iterable[Estimate]) -> list[np.ndarray]:
     """Return the draws of each operation that was inferred, ``(d, p)``, in the order of answers."""
     return [*{id(each.draws): each.draws.theta for each in answers if each.draws}.values()]
 
 
-def learn_contact_lag(breakers: Iterable[Iterable[Answer]]) -> dict[str, tuple[float, float]]:
+def learn_contact_lag(breakers: Iterable[Iterable[Estimate]]) -> dict[str, tuple[float, float]]:
     """Learn by how much contacts of a type touch or part later than travels lead to expect.
 
     Networks err alike for drives of a type, so that recorded contacts of some tell of the others.

@@ -12,9 +12,9 @@ import numpy as np
 from breaker.common.numerals import in_p
 from breaker.common.spellings import bare, usual_spelling
 from breaker.diagnosis.answer_words import differs_in_words
-from breaker.diagnosis.assessment import Assessment
-from breaker.diagnosis.evidence import Answer, DriveRecord
+from breaker.diagnosis.estimate import DriveRecord, Estimate
 from breaker.diagnosis.identity import without_copies
+from breaker.diagnosis.session import Diagnosis
 from breaker.family.level_network import Levels
 from breaker.family.membership import Match, choose_family
 from breaker.model.parameters import Size
@@ -74,7 +74,7 @@ class Recorded:
 
     levels: Levels
     tried: Mapping[str, Sequence[tuple[str, Match]]]
-    answers: Mapping[str, Sequence[Answer]]
+    answers: Mapping[str, Sequence[Estimate]]
     rejected: Sequence[str]
     left_out: int
     spans: Mapping[str, Sequence[Span]]
@@ -111,9 +111,9 @@ class Recorded:
         return float(np.median(quiet)) if quiet else np.nan
 
     @property
-    def records(self) -> dict[str, dict[str, list[Answer]]]:
+    def records(self) -> dict[str, dict[str, list[Estimate]]]:
         """Answers by breaker and motion."""
-        found: dict[str, dict[str, list[Answer]]] = {}
+        found: dict[str, dict[str, list[Estimate]]] = {}
         for name, answers in self.answers.items():
             for each in answers:
                 found.setdefault(name, {}).setdefault(each.record.motion, []).append(each)
@@ -196,7 +196,7 @@ def _rows(
 
 def read_breakers(
     listed: Mapping[str, Mapping[str, Sequence[Operation]]],
-    assessment: Assessment,
+    assessment: Diagnosis,
 ) -> Recorded:
     """Read some records of breakers, and infer them, all in one family.
 

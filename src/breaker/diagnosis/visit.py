@@ -6,12 +6,12 @@ from math import isnan
 
 from breaker.common.numerals import first_of, in_digits
 from breaker.common.parts import Cell, Letterhead
-from breaker.diagnosis.assessment import Assessment
 from breaker.diagnosis.change_table import NotCompared
-from breaker.diagnosis.evidence import DriveRecord
+from breaker.diagnosis.estimate import DriveRecord
 from breaker.diagnosis.identity import dates_in_words
-from breaker.diagnosis.reference_curve import Overlay
-from breaker.diagnosis.visit_document import VisitDocument
+from breaker.diagnosis.inspection_change import InspectionChange
+from breaker.diagnosis.overlay import Overlay
+from breaker.diagnosis.session import Diagnosis
 from breaker.records.files import printable, read_bytes
 from breaker.records.header import Header, stated_as
 from breaker.records.printed import meant_motions, measured_name, stated_speeds
@@ -34,7 +34,7 @@ class Visit:
         words: What is given beside the records, in words.
     """
 
-    assessment: Assessment
+    assessment: Diagnosis
     records: Sequence[DriveRecord]
     before: Sequence[DriveRecord] = ()
     overlays: Sequence[Overlay] = ()
@@ -100,7 +100,7 @@ class Visit:
         return found
 
     @property
-    def changes(self) -> dict[str, VisitDocument | NotCompared]:
+    def changes(self) -> dict[str, InspectionChange | NotCompared]:
         """The comparison with the visit before, by channel.
 
         One channel in each visit is the same where a visit does not name it.

@@ -8,7 +8,15 @@ import numpy as np
 from breaker.common.plain_values import plainly
 from breaker.common.randomness import generator
 from breaker.configuration.definitions import family_of
-from breaker.diagnosis.evidence import AnswerSettings
+from breaker.diagnosis.changes import (
+    NetworkChanges,
+    compare,
+    measured_changes,
+    usual_scatter,
+    visit_error,
+    with_explanations,
+)
+from breaker.diagnosis.estimate import EstimateSettings
 from breaker.diagnosis.explanations import explain, otherwise_measured
 from breaker.diagnosis.identity import (
     dates_in_words,
@@ -17,22 +25,14 @@ from breaker.diagnosis.identity import (
     stated_differences,
     visits_in_order,
 )
-from breaker.diagnosis.limit_verdicts import Told, Verdict, judge
-from breaker.diagnosis.remounting import slack_between, zero_between
-from breaker.diagnosis.visit_changes import (
-    VisitChanges,
-    compare,
-    measured_changes,
-    usual_scatter,
-    visit_error,
-    with_explanations,
-)
-from breaker.diagnosis.visit_document import (
+from breaker.diagnosis.inspection_change import (
     ComparisonSettings,
+    InspectionChange,
     RejectedRecord,
-    VisitDocument,
     visits_document,
 )
+from breaker.diagnosis.limits import Told, Verdict, judge
+from breaker.diagnosis.remounting import slack_between, zero_between
 from breaker.family.network_files import shipped_networks
 from breaker.family.sensitivities import shipped_sensitivities
 from breaker.family.untold import advice_on
@@ -49,13 +49,13 @@ from breaker.shipped import KINDS
 def compared(
     visits: Mapping[str, Sequence],
     speeds: Sequence[Speed],
-    settings: AnswerSettings,
+    settings: EstimateSettings,
     *,
     beyond: float,
     limits: Sequence[Mapping[str, object]] = (),
     advice: Mapping[str, str] | None = None,
     same_transducer: bool = False,
-) -> VisitDocument:
+) -> InspectionChange:
     """Return the document of a comparison.
 
     Args:
@@ -100,8 +100,8 @@ def compared(
 
 
 def _explained(
-    found: VisitChanges, before: Mapping, today: Mapping, used: Mapping, same_transducer: bool
-) -> VisitChanges:
+    found: NetworkChanges, before: Mapping, today: Mapping, used: Mapping, same_transducer: bool
+) -> NetworkChanges:
     """The comparison with its explanations; a transducer may be the same by its name, too."""
     named = {each.operation.transducer for records in used.values() for each in records}
     about = {"same_transducer": same_transducer or (len(named) == 1 and named != {""})}
@@ -174,7 +174,7 @@ def _nothing(rejected: Sequence[RejectedRecord]) -> str:
 
 
 def judged_today(
-    found: VisitChanges,
+    found: NetworkChanges,
     today: Mapping[str, Sequence[Record]],
     limits: Sequence[Limit],
     speeds: Sequence[Speed],
@@ -193,7 +193,7 @@ def judged_today(
 class _Visits:
     """What two visits tell of a quantity of a limit, by the limit's source."""
 
-    found: VisitChanges
+    found: NetworkChanges
     read: Mapping[str, Sequence[Mapping[str, Measured]]]
 
     def of_change(self, _limit: Limit, name: str) -> Told:

@@ -15,8 +15,8 @@ from breaker.model.quantities import EVENTS
 from breaker.records.fits import filled
 
 if TYPE_CHECKING:
-    from breaker.diagnosis.picture_data import PictureCurve, Shown
-    from breaker.diagnosis.reference_curve import Overlay
+    from breaker.diagnosis.curves import PictureCurve, Shown
+    from breaker.diagnosis.overlay import Overlay
     from breaker.records.description import InspectedMotion
     from breaker.records.proposal import Proposal
 

@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from breaker.common.numerals import in_digits
-from breaker.diagnosis.visit_document import visits_said
+from breaker.diagnosis.inspection_change import visits_said
 from breaker.family.untold import WITHHELD
 from breaker.figures import panels as p
 from breaker.figures import style
@@ -19,15 +19,15 @@ from breaker.model.parameters import NAMES
 if TYPE_CHECKING:
     import pandas as pd
 
-    from breaker.diagnosis.picture_data import Marked, Panel
+    from breaker.diagnosis.changes import QuantityChange
+    from breaker.diagnosis.curves import Marked, Panel
+    from breaker.diagnosis.inspection_change import InspectionChange
     from breaker.diagnosis.type_model import TypeOfBreaker
     from breaker.diagnosis.type_prior import FittedPrior
-    from breaker.diagnosis.visit_changes import QuantityChange
-    from breaker.diagnosis.visit_document import VisitDocument
 
 
 @style.styled
-def visits(document: "VisitDocument") -> Figure:
+def visits(document: "InspectionChange") -> Figure:
     """Draw a comparison of two inspections: a row for each quantity, measured ones first.
 
     On the right is how probable it is that there is no change, that it is beyond the share, and

@@ -52,7 +52,7 @@ class Importance:
         size: Effective sample size.
         log_evidence, log_evidence_se: Log of the probability density of the record, and its
             standard error by the delta method, ``sqrt(1 / size - 1 / d)``.
-        gap: Estimate of ``KL(p | q)``, nats.
+        gap: Value of ``KL(p | q)``, nats.
         faulty: Number of weights that are nan or infinite; if any, all else is nan.
     """
 

@@ -14,11 +14,11 @@ import xarray as xr
 from breaker.common.plain_values import to_json
 from breaker.common.spellings import bare
 from breaker.configuration.loading import defaults
-from breaker.diagnosis.assessment import Assessment
-from breaker.diagnosis.evidence import Answer
-from breaker.diagnosis.limit_verdicts import VERDICTS, Verdict
+from breaker.diagnosis.changes import QuantityChange
+from breaker.diagnosis.estimate import Estimate
+from breaker.diagnosis.limits import VERDICTS, Verdict
+from breaker.diagnosis.session import Diagnosis
 from breaker.diagnosis.type_model import TypeDraws, draws_of
-from breaker.diagnosis.visit_changes import QuantityChange
 from breaker.model.limits import entries_of_type
 from breaker.model.parameters import MOTIONS, NAMES
 from breaker.model.quantities import every_speed
@@ -62,7 +62,7 @@ def examine(member: Member, config: Mapping) -> Examined:
     """
     visits = member.visits()
     # A prior, a size and facts are of one type and drive: of a fleet's they are not taken.
-    assessment = Assessment(config, _limits_of(member, config))
+    assessment = Diagnosis(config, _limits_of(member, config))
     records = assessment.read(member.only(visits[-1][-_MOST:]))
     answers = assessment.infer(records)
     used = [each for each in answers if not each.record.reason]
@@ -128,7 +128,7 @@ def _limits_of(member: Member, config: Mapping) -> list:
     return found
 
 
-def _about(member: Member, visits: Sequence, answers: Sequence[Answer]) -> DriveDocument:
+def _about(member: Member, visits: Sequence, answers: Sequence[Estimate]) -> DriveDocument:
     """What is known without any comparison."""
     dates, used = member.dates, [each for each in answers if not each.record.reason]
     out = [each for each in used if each.misfit]
@@ -175,7 +175,7 @@ def _judged(rows: Sequence[Verdict]) -> dict:
     return {"limits": worst, "state": state, "due": Due(failed[0] if failed else None)}
 
 
-def _compared(member: Member, visits: Mapping[str, Sequence], assessment: Assessment) -> dict:
+def _compared(member: Member, visits: Mapping[str, Sequence], assessment: Diagnosis) -> dict:
     """First and last visit; what goes on as it did reaches a limit on a date."""
     found = assessment.compare(visits)
     rows, unlike = found.changes, [each.words for each in found.differences]
@@ -201,7 +201,7 @@ def _compared(member: Member, visits: Mapping[str, Sequence], assessment: Assess
     return said
 
 
-def _unlike_life(member: Member, visits: Mapping[str, Sequence], assessment: Assessment) -> dict:
+def _unlike_life(member: Member, visits: Mapping[str, Sequence], assessment: Diagnosis) -> dict:
     """What is told instead of a life whose last visit was measured differently from its first,
     without an event that says so; nothing where the two cannot be compared.
     """
@@ -232,7 +232,7 @@ def _left(limit: Verdict, rows: Sequence[QuantityChange]) -> float:
     return np.inf if bound is None or step == 0.0 else max((bound - part.value) / step, 0.0)
 
 
-def _followed(member: Member, used: Sequence[Answer], assessment: Assessment) -> dict:
+def _followed(member: Member, used: Sequence[Estimate], assessment: Diagnosis) -> dict:
     """The life of a drive, as the workflow follows that of a single one."""
     config, speeds, levels = assessment.config, used[0].speeds, used[0].levels
     usual = np.exp(levels.usual[1, 0])

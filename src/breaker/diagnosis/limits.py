@@ -9,7 +9,7 @@ import numpy as np
 from breaker.common.numerals import in_digits
 from breaker.common.plain_values import Plain
 from breaker.common.randomness import generator
-from breaker.diagnosis.evidence import MAY_SLIDE, NOTHING, WITH_CONTACT, Answer
+from breaker.diagnosis.estimate import MAY_SLIDE, NOTHING, WITH_CONTACT, Estimate
 from breaker.model.limits import Limit
 from breaker.model.quantities import EVENTS, QUANTITIES
 
@@ -159,7 +159,7 @@ def _exceedance(limit: Limit, known: Sequence[Told], key: Sequence) -> float:
     return float(limit.exceeded(draws).mean())
 
 
-def judged(answer: Answer, limits: Sequence[Limit], *, seed: int) -> list[Verdict]:
+def judged(answer: Estimate, limits: Sequence[Limit], *, seed: int) -> list[Verdict]:
     """Return what ``judge`` does of the limits of a record's motion; none of a rejected record.
 
     Parameters and the time of touch or separation are judged by their draws; all else as measured,
@@ -177,7 +177,7 @@ def judged(answer: Answer, limits: Sequence[Limit], *, seed: int) -> list[Verdic
 class _Single:
     """What an answer of one record tells of a quantity of a limit, by the limit's source."""
 
-    answer: Answer
+    answer: Estimate
 
     def of_record(self, limit: Limit, name: str) -> Told:
         if not self.answer.alone(name):

@@ -13,9 +13,9 @@ import numpy as np
 from breaker.configuration.definitions import advice_of
 from breaker.configuration.loading import defaults
 from breaker.diagnosis.drive_records import read_operations
-from breaker.diagnosis.evidence import FACTS, Answer, AnswerSettings, DriveRecord, Given
+from breaker.diagnosis.estimate import FACTS, DriveRecord, Estimate, EstimateSettings, Given
 from breaker.diagnosis.inference import infer_drive, infer_means
-from breaker.diagnosis.limit_verdicts import Verdict, judged
+from breaker.diagnosis.limits import Verdict, judged
 from breaker.family.level_network import Levels
 from breaker.family.network_files import shipped_levels
 from breaker.model.limits import Limit, from_list
@@ -25,14 +25,14 @@ from breaker.records.files import Files
 from breaker.records.operations import Operation
 
 if TYPE_CHECKING:
-    from breaker.diagnosis.visit_document import VisitDocument
+    from breaker.diagnosis.inspection_change import InspectionChange
 
 BEYOND = 0.05
 """Share of a change between two visits that matters."""
 
 
 @dataclass(frozen=True, eq=False)
-class Assessment:
+class Diagnosis:
     """What is asked of the records of a drive.
 
     Attributes:
@@ -48,10 +48,10 @@ class Assessment:
     families: Callable[[], Iterable[Levels]] = shipped_levels
 
     @property
-    def settings(self) -> AnswerSettings:
+    def settings(self) -> EstimateSettings:
         """How answers are drawn."""
         some = self.config["endurance"]
-        return AnswerSettings(some["draws"], some["misfit_p_value"], self.config["seed"])
+        return EstimateSettings(some["draws"], some["misfit_p_value"], self.config["seed"])
 
     def read(
         self,
@@ -64,12 +64,12 @@ class Assessment:
         form = self.config["endurance"]["format"]
         return read_operations(operations, form, loose=loose, files=files)
 
-    def infer(self, records: Sequence[DriveRecord]) -> list[Answer]:
+    def infer(self, records: Sequence[DriveRecord]) -> list[Estimate]:
         """Infer records, in their order: see ``infer_drive``."""
         speeds = self.speeds_of(records)
         return infer_drive(records, self.families(), self.given, speeds, self.settings)
 
-    def infer_means(self, answers: Sequence[Answer]) -> list[list[Answer]]:
+    def infer_means(self, answers: Sequence[Estimate]) -> list[list[Estimate]]:
         """Infer each pole from the means of its records: see ``infer_means``."""
         return infer_means(answers, self.given, self.settings)
 
@@ -92,12 +92,14 @@ class Assessment:
                     points[f"{motion}_speed"] = own.pop()
         return speeds_at(points, float(np.median([each.shape.stroke for each in usable])))
 
-    def limits_on(self, answers: Sequence[Answer], motions: Iterable[str] = MOTIONS) -> list[Limit]:
+    def limits_on(
+        self, answers: Sequence[Estimate], motions: Iterable[str] = MOTIONS
+    ) -> list[Limit]:
         """Return the limits on motions of a drive; none where no record of it can be used."""
         speeds = next((each.speeds for each in answers if each.speeds), ())
         return from_list(self.limits, [*motions], speeds) if speeds else []
 
-    def judge(self, answers: Sequence[Answer]) -> list[list[Verdict]]:
+    def judge(self, answers: Sequence[Estimate]) -> list[list[Verdict]]:
         """Return the verdicts of each answer: see ``judged``."""
         limits = self.limits_on(answers)
         return [judged(each, limits, seed=self.settings.seed) for each in answers]
@@ -108,7 +110,7 @@ class Assessment:
         beyond: float = BEYOND,
         *,
         same_transducer: bool = False,
-    ) -> "VisitDocument":
+    ) -> "InspectionChange":
         """Compare records "before" and "today": see ``visit_comparison.compared``."""
         from breaker.diagnosis.visit_comparison import compared
 

@@ -10,8 +10,8 @@ import numpy as np
 from breaker.common.numerals import in_p
 from breaker.common.randomness import generator
 from breaker.diagnosis.answer_words import how_it_fits
-from breaker.diagnosis.evidence import WITH_CONTACT, Answer, Given
-from breaker.diagnosis.reference_curve import Overlay
+from breaker.diagnosis.estimate import WITH_CONTACT, Estimate, Given
+from breaker.diagnosis.overlay import Overlay
 from breaker.family.membership import PARTS
 from breaker.family.normalised_shape import SHAPE_TIMES
 from breaker.model.parameters import NAMES
@@ -69,7 +69,7 @@ class Shown(NamedTuple):
     switching: Mapping[str, Sequence[np.ndarray]]
 
 
-def shown(answers: Sequence[Answer], given: Given, *, seed: int) -> Shown:
+def shown(answers: Sequence[Estimate], given: Given, *, seed: int) -> Shown:
     """Return what is drawn of answers, of which one at least is of a record that can be used."""
     there = [answer for answer in answers if not answer.record.reason]
     counts = Counter(answer.record.motion for answer in there)
@@ -96,12 +96,12 @@ def shown(answers: Sequence[Answer], given: Given, *, seed: int) -> Shown:
     )
 
 
-def _name(answer: Answer) -> str:
+def _name(answer: Estimate) -> str:
     """Name of the file, without its folder."""
     return printable(answer.record.operation.file).rpartition("/")[2]
 
 
-def _curve(answer: Answer) -> PictureCurve:
+def _curve(answer: Estimate) -> PictureCurve:
     """The record of an answer, towards closed."""
     record, match = answer.record, answer.match
     raw, shape = record.raw, record.shape
@@ -172,7 +172,7 @@ class Panel(NamedTuple):
     overlays: list[Overlay]
 
 
-def panel_of(answers: Sequence[Answer], overlays: Iterable[Overlay], title: str) -> Panel:
+def panel_of(answers: Sequence[Estimate], overlays: Iterable[Overlay], title: str) -> Panel:
     """Return the panel of one motion of an operation.
 
     Args:
@@ -185,7 +185,7 @@ def panel_of(answers: Sequence[Answer], overlays: Iterable[Overlay], title: str)
     return Panel(title, motion, [_marked(answer) for answer in answers], own)
 
 
-def _marked(answer: Answer) -> Marked:
+def _marked(answer: Estimate) -> Marked:
     """The curve of a record, and its marks."""
     record, raw = answer.record, answer.record.raw
     time, left = raw.time[raw.inside], raw.left

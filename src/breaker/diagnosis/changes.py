@@ -17,7 +17,7 @@ import numpy as np
 
 from breaker.common.plain_values import Plain, plainly
 from breaker.diagnosis.explanations import Explanation, measured_otherwise
-from breaker.diagnosis.limit_verdicts import NORMAL
+from breaker.diagnosis.limits import NORMAL
 from breaker.family.change_network import (
     LEAST_AGREEMENT,
     Changes,
@@ -60,7 +60,7 @@ _PAST_REST = {"over_travel", "opening_over_travel"}  # ways that may be 0
 
 
 @dataclass(frozen=True, eq=False)
-class VisitChanges:
+class NetworkChanges:
     """What networks infer of the change between two visits.
 
     Attributes:
@@ -158,7 +158,7 @@ def compare(
     rng: np.random.Generator,
     *,
     misfit_p_value: float = 0.001,
-) -> VisitChanges:
+) -> NetworkChanges:
     """Compare two visits by the networks of the family that ``choose_family`` finds for both.
 
     Args:
@@ -204,7 +204,7 @@ def _nearest(
     means: Mapping[str, Mapping[str, Mean]],
     networks: Iterable[tuple[Levels, Changes]],
     misfit_p_value: float,
-) -> tuple[VisitChanges, Levels, Changes]:
+) -> tuple[NetworkChanges, Levels, Changes]:
     """The family that ``choose_family`` finds for both visits, and its networks."""
     (levels, network), matches, fits = choose_family(
         networks,
@@ -218,10 +218,10 @@ def _nearest(
     by: dict[str, dict[str, Match]] = {motion: {} for motion in means}
     for (motion, visit), match in matches:
         by[motion][visit] = match
-    return VisitChanges(levels.settings["family"], by, fits), levels, network
+    return NetworkChanges(levels.settings["family"], by, fits), levels, network
 
 
-def with_explanations(found: VisitChanges, explanations: Sequence[Explanation]) -> VisitChanges:
+def with_explanations(found: NetworkChanges, explanations: Sequence[Explanation]) -> NetworkChanges:
     """Return a comparison in which the drive has not changed by the share of draws that is the
     probability that nothing but the measurement has; networks know of no other ratio or rate.
     """
@@ -246,7 +246,7 @@ def with_explanations(found: VisitChanges, explanations: Sequence[Explanation]) 
     )
 
 
-def changes(found: VisitChanges, beyond: float = 0.05) -> list[QuantityChange]:
+def changes(found: NetworkChanges, beyond: float = 0.05) -> list[QuantityChange]:
     """Return the change of each parameter and of the times of the contact.
 
     Args:
@@ -263,7 +263,7 @@ def changes(found: VisitChanges, beyond: float = 0.05) -> list[QuantityChange]:
     return rows
 
 
-def mechanism_changes(found: VisitChanges, beyond: float = 0.05) -> list[QuantityChange]:
+def mechanism_changes(found: NetworkChanges, beyond: float = 0.05) -> list[QuantityChange]:
     """Return the change of each mechanism beside the model.
 
     Changes are in percent of ``CHANGE_OF``, and count from a fifth of the share on.

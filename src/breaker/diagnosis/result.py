@@ -12,9 +12,9 @@ import numpy as np
 
 from breaker.common.plain_values import Plain, plainly
 from breaker.common.safe_text import table_text
-from breaker.diagnosis.evidence import MAY_SLIDE, WITH_CONTACT, Answer
+from breaker.diagnosis.estimate import MAY_SLIDE, WITH_CONTACT, Estimate
 from breaker.diagnosis.identity import doubts_about
-from breaker.diagnosis.limit_verdicts import NORMAL, VERDICTS, Verdict
+from breaker.diagnosis.limits import NORMAL, VERDICTS, Verdict
 from breaker.family.mechanisms import MECHANISMS
 from breaker.model.parameters import MOTIONS, PARAMETERS
 from breaker.model.quantities import (
@@ -36,7 +36,7 @@ _LEFT_OUT = (*_KINDS, "fit", "limits", "remarks")
 
 
 @dataclass(frozen=True)
-class Estimate(Plain):
+class Value(Plain):
     """A number with the ends of its central intervals."""
 
     unit: str
@@ -57,7 +57,7 @@ class Estimate(Plain):
 
 
 @dataclass(frozen=True, kw_only=True)
-class QuantityEstimate(Estimate):
+class QuantityValue(Value):
     """A quantity that is no parameter: its source, such as "measured", or why it is not known; of
     a speed the zone, from where to where it is the mean.
     """
@@ -107,7 +107,7 @@ class Fit(Plain):
 
 
 @dataclass(frozen=True)
-class RecordAnswer(Plain):
+class RecordResult(Plain):
     """What is known of a record; of a rejected one, why it is."""
 
     file: str
@@ -118,9 +118,9 @@ class RecordAnswer(Plain):
     reason: str | None
     remarks: Sequence[str]
     fit: Fit | None = None
-    parameters: Mapping[str, Estimate] | None = None
-    mechanisms: Mapping[str, Estimate] | None = None
-    quantities: Mapping[str, QuantityEstimate] | None = None
+    parameters: Mapping[str, Value] | None = None
+    mechanisms: Mapping[str, Value] | None = None
+    quantities: Mapping[str, QuantityValue] | None = None
     limits: Sequence[Verdict] | None = None
 
     @property
@@ -183,38 +183,38 @@ class Together(Plain):
 
 
 @dataclass(frozen=True, kw_only=True)
-class MeanAnswer(Plain):
+class MeanResult(Plain):
     """What the means of several records of a pole tell: how many records of each motion."""
 
     breaker: str | None
     phase: str | None
     records: Mapping[str, int]
-    parameters: Mapping[str, Estimate]
+    parameters: Mapping[str, Value]
     remarks: Sequence[str]
-    mechanisms: Mapping[str, Estimate]
+    mechanisms: Mapping[str, Value]
     resolved: bool
 
 
 @dataclass(frozen=True)
-class AnswerDocument(Plain):
+class DiagnosisResult(Plain):
     """All answers of a call: what is said first, each record, and what several share."""
 
     warnings: Sequence[str]
     drive: Mapping[str, object]
     settings: Mapping[str, object]
-    records: Sequence[RecordAnswer]
+    records: Sequence[RecordResult]
     together: Mapping[str, Together]
-    means: Sequence[MeanAnswer]
+    means: Sequence[MeanResult]
     reference: Sequence[Mapping] | None = None  # differences from a good record
 
 
 def document(
-    answers: Sequence[Answer],
+    answers: Sequence[Estimate],
     limits: Sequence[Sequence[Verdict]],
     drive: Mapping[str, object],
     settings: Mapping[str, object],
-    means: Sequence[Sequence[Answer]] = (),
-) -> AnswerDocument:
+    means: Sequence[Sequence[Estimate]] = (),
+) -> DiagnosisResult:
     """Return answers as a document.
 
     Args:
@@ -229,16 +229,16 @@ def document(
     together = {motion: each for motion in MOTIONS if (each := _together(motion, records))}
     warnings = doubts_about([each.record for each in answers])
     pooled = [mean for pole in means for mean in _means(pole)]
-    return plainly(AnswerDocument(warnings, drive, settings, records, together, pooled))
+    return plainly(DiagnosisResult(warnings, drive, settings, records, together, pooled))
 
 
-def _means(answers: Sequence[Answer]) -> list[MeanAnswer]:
+def _means(answers: Sequence[Estimate]) -> list[MeanResult]:
     """An answer for each inference from means of records of a pole, of one motion or both."""
-    same: dict[int, list[Answer]] = {}
+    same: dict[int, list[Estimate]] = {}
     for each in answers:
         same.setdefault(id(each.draws), []).append(each)
     return [
-        MeanAnswer(
+        MeanResult(
             **{name: _about(some[0])[name] for name in ("breaker", "phase")},
             records={each.record.motion: each.records for each in some},
             parameters=_parameters(some[0]),
@@ -250,14 +250,14 @@ def _means(answers: Sequence[Answer]) -> list[MeanAnswer]:
     ]
 
 
-def _about(answer: Answer) -> dict:
+def _about(answer: Estimate) -> dict:
     """What a table knows of an operation, None where it does not."""
     operation = answer.record.operation
     values = {name: getattr(operation, name) for name in ABOUT}
     return {n: None if each == "" or each != each else each for n, each in values.items()}
 
 
-def _record(answer: Answer, limits: Sequence[Verdict], known: Sequence[str]) -> RecordAnswer:
+def _record(answer: Estimate, limits: Sequence[Verdict], known: Sequence[str]) -> RecordResult:
     """The answer of one record."""
     record, operation = answer.record, answer.record.operation
     part = {"from": operation.begin, "to": operation.end}
@@ -266,7 +266,7 @@ def _record(answer: Answer, limits: Sequence[Verdict], known: Sequence[str]) -> 
         found = {"fit": _fit(answer), "parameters": _parameters(answer)}
         found |= {"mechanisms": _mechanisms(answer), "quantities": _quantities(answer)}
         found["limits"] = limits or None
-    return RecordAnswer(
+    return RecordResult(
         printable(operation.file),
         operation.number,
         record.motion,
@@ -278,7 +278,7 @@ def _record(answer: Answer, limits: Sequence[Verdict], known: Sequence[str]) -> 
     )
 
 
-def _fit(answer: Answer) -> Fit:
+def _fit(answer: Estimate) -> Fit:
     raw = answer.record.raw
     contact: dict = {"trigger": raw.contact.trigger}
     if answer.record.timed:
@@ -313,7 +313,7 @@ def _drawn(draws: np.ndarray | None) -> dict:
     return {"median": middle, "interval_50": ends[:2], "interval_95": ends[2:]}
 
 
-def _parameters(answer: Answer) -> dict[str, Estimate]:
+def _parameters(answer: Estimate) -> dict[str, Value]:
     found = {}
     for k, each in enumerate(PARAMETERS):
         draws = None if answer.draws is None else answer.inferred(each.name)
@@ -322,14 +322,14 @@ def _parameters(answer: Answer) -> dict[str, Estimate]:
             known = _drawn(None) | {"reason": MAY_SLIDE}
         beside = {"prior_share": answer.prior_share, "prior_sds": answer.prior_sds}
         known |= {name: of[k] for name, of in beside.items() if of is not None}
-        found[each.name] = Estimate(each.unit, each.meaning, **known)
+        found[each.name] = Value(each.unit, each.meaning, **known)
     return found
 
 
-def _mechanisms(answer: Answer) -> dict[str, Estimate]:
+def _mechanisms(answer: Estimate) -> dict[str, Value]:
     """What the drive has beside the model: how probably, and how much of it."""
     return {
-        name: Estimate(
+        name: Value(
             "ms" if name == "build_up" else "1",
             MECHANISMS[name],
             **_drawn(draws),
@@ -339,7 +339,7 @@ def _mechanisms(answer: Answer) -> dict[str, Estimate]:
     }
 
 
-def _quantities(answer: Answer) -> dict[str, QuantityEstimate]:
+def _quantities(answer: Estimate) -> dict[str, QuantityValue]:
     """Quantities that are no parameters, as far as the record may show them at all."""
     found = {}
     motion = answer.record.motion
@@ -359,11 +359,11 @@ def _quantities(answer: Answer) -> dict[str, QuantityEstimate]:
             source = "measured" if answer.alone(name) else f"measured, {EVENTS[motion]} inferred"
             known |= {"median": measured.value, "interval_95": ends}
         about = {"source": source, "reason": reason or None, "zone": zones.get(name)}
-        found[name] = QuantityEstimate(each.unit, each.meaning, **known, **about)
+        found[name] = QuantityValue(each.unit, each.meaning, **known, **about)
     return found
 
 
-def _together(motion: str, records: Sequence[RecordAnswer]) -> Together | None:
+def _together(motion: str, records: Sequence[RecordResult]) -> Together | None:
     """What the accepted records of a motion have in common; nothing of fewer than two."""
     there = [each for each in records if each.accepted and each.motion == motion]
     if len(there) < _FEWEST:
@@ -383,13 +383,13 @@ def _together(motion: str, records: Sequence[RecordAnswer]) -> Together | None:
     return Together(len(there), of, quantities, counts or None)
 
 
-def _by_name(found: Sequence[Mapping[str, Estimate]]) -> dict[str, list]:
+def _by_name(found: Sequence[Mapping[str, Value]]) -> dict[str, list]:
     """Estimates of several records by name."""
     names = dict.fromkeys(name for each in found for name in each)
     return {name: [each[name] for each in found if name in each] for name in names}
 
 
-def _spread(rows: Sequence[Estimate]) -> dict:
+def _spread(rows: Sequence[Value]) -> dict:
     """Of a parameter or quantity in several records, how many tell it, and why others do not."""
     known = [row for row in rows if row.median is not None]
     reasons = Counter(row.reason or "not inferred" for row in rows if row.median is None)
@@ -406,7 +406,7 @@ def _spread(rows: Sequence[Estimate]) -> dict:
     }
 
 
-def table_of(document: AnswerDocument) -> str:
+def table_of(document: DiagnosisResult) -> str:
     """Return the records of a document as CSV.
 
     Beside what stands in the document of each parameter and quantity, every row has what is known
@@ -418,7 +418,7 @@ def table_of(document: AnswerDocument) -> str:
     return table_text([*names], rows)
 
 
-def _rows(record: RecordAnswer) -> Iterator[dict]:
+def _rows(record: RecordResult) -> Iterator[dict]:
     """A row for each parameter and quantity of a record, or one of a rejected record."""
     about = {name: each for name, each in record.plain().items() if name not in _LEFT_OUT}
     about["remarks"] = "; ".join(record.remarks)
@@ -434,7 +434,7 @@ def _rows(record: RecordAnswer) -> Iterator[dict]:
             yield {"kind": kind, "output": name, **_numbers(each), **about}
 
 
-def _numbers(estimate: Estimate) -> dict:
+def _numbers(estimate: Value) -> dict:
     """A parameter or quantity in columns; its meaning and reason are no numbers."""
     found = estimate.plain()
     first = {name: found.pop(name) for name in ("unit", "median")}

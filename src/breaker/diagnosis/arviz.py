@@ -7,14 +7,14 @@ import xarray as xr
 
 from breaker import __version__
 from breaker.common.randomness import generator
-from breaker.diagnosis.evidence import Answer, Given
+from breaker.diagnosis.estimate import Estimate, Given
 from breaker.family.normalised_shape import SHAPE_TIMES
 from breaker.model.parameters import PARAMETERS
 from breaker.model.quantities import ABOUT, AFTER_RELEASE
 from breaker.records.files import printable
 
 
-def tree(answers: Sequence[Answer], given: Given, *, seed: int) -> xr.DataTree:
+def tree(answers: Sequence[Estimate], given: Given, *, seed: int) -> xr.DataTree:
     """Return answers as a tree that ArviZ takes for its own.
 
     Args:
@@ -27,7 +27,8 @@ def tree(answers: Sequence[Answer], given: Given, *, seed: int) -> xr.DataTree:
         variable for each parameter, and the time of touch or separation, nan in records of the
         other motion; ``prior``, without a given size at that which a record shows;
         ``observed_data``, the ``way`` over the stroke at ``time``, in durations after 10 % of it,
-        nan without a sample, with ``stroke`` and ``duration``; ``sample_stats``, how each posterior came about.
+        nan without a sample, with ``stroke`` and ``duration``; ``sample_stats``, how each
+        posterior came about.
         ``record`` counts; its coordinates ``motion``, ``operation`` and ``file`` name what is
         counted. Both motions of an operation may have the same draws, as ``motions`` says.
 
@@ -72,7 +73,7 @@ def _parameters(draws: Sequence[np.ndarray]) -> dict[str, tuple]:
     }
 
 
-def _switching(there: Sequence[Answer]) -> dict[str, tuple]:
+def _switching(there: Sequence[Estimate]) -> dict[str, tuple]:
     """Variables of touch and separation times, as far as there are records of the motion."""
     motions = [answer.record.motion for answer in there]
     nothing = np.full(len(there[0].draws.theta), np.nan)
@@ -88,7 +89,7 @@ def _variable(columns: Sequence[np.ndarray], unit: str) -> tuple:
     return ("chain", "draw", "record"), np.stack(columns, axis=1)[None], {"unit": unit}
 
 
-def _names(there: Sequence[Answer]) -> dict:
+def _names(there: Sequence[Estimate]) -> dict:
     """Coordinates of the records."""
     operations = [answer.record.operation for answer in there]
     names = {name: ("record", [getattr(each, name) for each in operations]) for name in ABOUT}

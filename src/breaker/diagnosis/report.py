@@ -9,12 +9,10 @@ from dataclasses import dataclass
 
 from breaker.common.numerals import first_of, natural
 from breaker.common.parts import Cell, Document, Table
-from breaker.diagnosis.answer_document import RecordAnswer
-from breaker.diagnosis.answer_document import document as document_of
 from breaker.diagnosis.change_table import changes_table
-from breaker.diagnosis.evidence import Answer
-from breaker.diagnosis.limit_verdicts import RESULTS, Verdict
-from breaker.diagnosis.picture_data import Panel, panel_of
+from breaker.diagnosis.curves import Panel, panel_of
+from breaker.diagnosis.estimate import Estimate
+from breaker.diagnosis.limits import RESULTS, Verdict
 from breaker.diagnosis.report_tables import (
     few,
     measured_table,
@@ -22,10 +20,12 @@ from breaker.diagnosis.report_tables import (
     named,
     some_of,
 )
+from breaker.diagnosis.result import RecordResult
+from breaker.diagnosis.result import document as document_of
 from breaker.diagnosis.simultaneity import simultaneity_of
 from breaker.diagnosis.visit import Visit
 
-_Pair = tuple[Answer, RecordAnswer]
+_Pair = tuple[Estimate, RecordResult]
 
 
 @dataclass(frozen=True)
@@ -40,7 +40,7 @@ class Report(Document):
 
 
 def report_of(
-    answers: Sequence[Answer], verdicts: Sequence[Sequence[Verdict]], visit: Visit
+    answers: Sequence[Estimate], verdicts: Sequence[Sequence[Verdict]], visit: Visit
 ) -> Report:
     """Return the report of a visit.
 
@@ -93,7 +93,7 @@ def _motions(pairs: Iterable[_Pair]) -> list[list[_Pair]]:
     return sorted(found.values(), key=lambda own: (files[own[0][1].file], own[0][1].fit.moves))
 
 
-def _title(entries: Sequence[RecordAnswer]) -> str:
+def _title(entries: Sequence[RecordResult]) -> str:
     """Which motion it is: when, of several in a file; of which operation, where that counts."""
     entry, files = entries[0], list(dict.fromkeys(each.file for each in entries))
     said = entry.motion
@@ -105,7 +105,7 @@ def _title(entries: Sequence[RecordAnswer]) -> str:
 
 
 def _verdict(
-    entries: Sequence[RecordAnswer], poles: Iterable[tuple[str, str]], channels: int
+    entries: Sequence[RecordResult], poles: Iterable[tuple[str, str]], channels: int
 ) -> Cell:
     """What all limits together say, those on single poles and those on what poles differ by."""
     found: dict[str, dict[str, list[str]]] = {verdict: {} for verdict in RESULTS}

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from breaker.common.numerals import in_digits
-from breaker.diagnosis.evidence import DriveRecord
+from breaker.diagnosis.estimate import DriveRecord
 from breaker.records.files import printable
 
 TOLERANCE = 0.05

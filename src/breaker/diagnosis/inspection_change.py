@@ -11,16 +11,16 @@ from breaker.common.numerals import in_digits, in_p
 from breaker.common.parts import Document, Remark, Section, Table
 from breaker.common.plain_values import Plain, plainly
 from breaker.diagnosis.answer_words import limit_tables, zones_in_words
-from breaker.diagnosis.explanations import Explanation, in_words
-from breaker.diagnosis.identity import Difference
-from breaker.diagnosis.limit_verdicts import Verdict
-from breaker.diagnosis.visit_changes import (
+from breaker.diagnosis.changes import (
     VERDICT_WORDS,
+    NetworkChanges,
     QuantityChange,
-    VisitChanges,
     changes,
     mechanism_changes,
 )
+from breaker.diagnosis.explanations import Explanation, in_words
+from breaker.diagnosis.identity import Difference
+from breaker.diagnosis.limits import Verdict
 from breaker.family.mechanisms import CHANGE_OF
 from breaker.family.untold import APART, BEYOND, LOOK, UNLIKE, WITHHELD, as_sentence
 
@@ -79,7 +79,7 @@ class RejectedRecord(Plain):
 
 
 @dataclass(frozen=True)
-class VisitDocument(Plain):
+class InspectionChange(Plain):
     """The comparison of two visits.
 
     Attributes:
@@ -208,12 +208,12 @@ class VisitDocument(Plain):
 
 
 def visits_document(
-    found: VisitChanges,
+    found: NetworkChanges,
     measured: Sequence[QuantityChange],
     differences: Sequence[Difference],
     settings: ComparisonSettings,
     **about: object,
-) -> VisitDocument:
+) -> InspectionChange:
     """Return a comparison as a document.
 
     Args:
@@ -231,7 +231,7 @@ def visits_document(
         for motion, by in found.matches.items()
     }
     inferred = [] if differences else changes(found, settings.share)
-    return VisitDocument(
+    return InspectionChange(
         parameters="unlike" if differences else state,
         family=found.family,
         matches=plainly(matches),
@@ -255,7 +255,7 @@ def _by_verdict(rows: Iterable[QuantityChange]) -> list[str]:
     return [", ".join(each) for each in names.values()]
 
 
-def _trust(document: VisitDocument) -> list[str]:
+def _trust(document: InspectionChange) -> list[str]:
     """How far networks can be trusted, in sentences."""
     matches = [
         (motion, visit, match)
@@ -289,7 +289,7 @@ def _trust(document: VisitDocument) -> list[str]:
     return said
 
 
-def visits_said(document: VisitDocument) -> tuple[list[str], list[str]]:
+def visits_said(document: InspectionChange) -> tuple[list[str], list[str]]:
     """Return what is to be said first of a comparison, and how far it can be trusted."""
     counts = [
         f"{motion} {each['before']} before, {each['today']} today"
@@ -302,7 +302,7 @@ def visits_said(document: VisitDocument) -> tuple[list[str], list[str]]:
     return first, [*document.trust, f"records: {'; '.join(counts)}", *said]
 
 
-def words_of_visits(document: VisitDocument) -> Document:
+def words_of_visits(document: InspectionChange) -> Document:
     """Return a comparison in words."""
     said = [each for some in visits_said(document) for each in some]
     said += [f"rejected: {each.visit}: {each.file}: {each.reason}" for each in document.rejected]

@@ -85,7 +85,7 @@ class DriveRecord:
 
 
 @dataclass(frozen=True)
-class AnswerSettings:
+class EstimateSettings:
     """How answers are drawn.
 
     Attributes:
@@ -141,7 +141,7 @@ class Given:
             found += powers().T @ np.diag(np.square(levels.usual[:, 1])) @ powers()
         return found
 
-    def prior_moments(self, answer: "Answer") -> tuple[np.ndarray, np.ndarray]:
+    def prior_moments(self, answer: "Estimate") -> tuple[np.ndarray, np.ndarray]:
         """Return mean and covariance of what networks take the logarithms of parameters for.
 
         Args:
@@ -157,7 +157,7 @@ class Given:
             mean += (np.log([seen.stroke[0], seen.duration[0]]) - middle) @ powers()
         return mean, self._prior_covariance(answer.levels)
 
-    def sample_prior(self, answer: "Answer", n: int, rng: np.random.Generator) -> np.ndarray:
+    def sample_prior(self, answer: "Estimate", n: int, rng: np.random.Generator) -> np.ndarray:
         """Draw from the prior, ``(n, p)``.
 
         Without a size, the family's is taken to the size of drives with about this stroke and
@@ -173,7 +173,7 @@ class Given:
 
 
 @dataclass(frozen=True, eq=False)
-class Answer:
+class Estimate:
     """What is known of one record.
 
     Attributes:
