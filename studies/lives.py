@@ -43,10 +43,10 @@ from breaker.common.randomness import generator
 from breaker.configuration.definitions import family_of
 from breaker.configuration.loading import load
 from breaker.family.drive_family import Family
+from breaker.family.inputs import network_record
 from breaker.family.network_files import shipped_networks
-from breaker.family.normalised_shape import shape_of
-from breaker.family.record_inputs import network_record
 from breaker.family.rich_drive import Drive
+from breaker.family.shape import shape_of
 from breaker.model.limits import Limit
 from breaker.model.parameters import NAMES
 from breaker.model.prior import Prior

@@ -24,9 +24,9 @@ from scipy.optimize import brentq
 from breaker.common.randomness import generator
 from breaker.configuration.loading import load
 from breaker.diagnosis.changes import changes, compare
+from breaker.family.inputs import network_record
 from breaker.family.network_files import shipped_networks
-from breaker.family.normalised_shape import shape_of
-from breaker.family.record_inputs import network_record
+from breaker.family.shape import shape_of
 from breaker.model.parameters import MOTIONS, NAMES, Size
 from breaker.model.prior import Prior
 from breaker.model.sensor import Sensor

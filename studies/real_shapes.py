@@ -19,8 +19,8 @@ import pandas as pd
 from breaker.common.randomness import generator
 from breaker.configuration.definitions import family_of
 from breaker.configuration.loading import load
+from breaker.family.bank import shapes, simulate_family
 from breaker.family.drive_family import Family
-from breaker.family.family_bank import shapes, simulate_family
 from breaker.model.parameters import MOTIONS
 from breaker.model.prior import Prior
 from studies.shared import append

@@ -12,8 +12,8 @@ import pandas as pd
 from breaker.common.randomness import generator
 from breaker.configuration.definitions import family_of
 from breaker.configuration.loading import load
+from breaker.family.bank import simulate_family
 from breaker.family.drive_family import Family
-from breaker.family.family_bank import simulate_family
 from breaker.family.network_files import shipped_networks
 from breaker.family.training_rows import family_quality, rows_of, sample_rows
 from breaker.model.parameters import NAMES

@@ -12,8 +12,8 @@ from breaker.diagnosis.explanations import (
     measured_otherwise,
     otherwise_measured,
 )
-from breaker.family.normalised_shape import SHAPE_TIMES, shape_of
 from breaker.family.sensitivities import SETS, Sensitivities, shipped_sensitivities
+from breaker.family.shape import SHAPE_TIMES, shape_of
 from breaker.model.curves import travel
 from breaker.model.parameters import MOTIONS, NAMES
 from breaker.records.contacts import ContactTimes

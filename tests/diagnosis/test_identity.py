@@ -6,7 +6,7 @@ import numpy as np
 
 from breaker.diagnosis.estimate import DriveRecord
 from breaker.diagnosis.identity import doubts_about, visits_in_order, without_copies
-from breaker.family.record_inputs import normalise_record
+from breaker.family.inputs import normalise_record
 from breaker.records.header import Header
 from breaker.records.operations import Operation
 from tests.raws import raw_of

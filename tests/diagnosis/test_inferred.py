@@ -16,8 +16,8 @@ from breaker.diagnosis.drive_records import _Reader, read_operations
 from breaker.diagnosis.estimate import Estimate, Given
 from breaker.diagnosis.result import document
 from breaker.family.export import write_curve
-from breaker.family.level_network import LevelDraws
 from breaker.family.membership import Match
+from breaker.family.networks import StateDraws
 from breaker.model.curves import travel
 from breaker.model.parameters import NAMES, Size, powers
 from breaker.model.prior import Prior
@@ -204,7 +204,7 @@ def prior_means(levels, own, draws, size, told):
     """Means and sds of log parameters by the weights of a prior of one's own, in its units."""
     record = SimpleNamespace(timed=False, motion="closing")
     given = Given(told, own)
-    answer = Estimate(record, levels, draws=LevelDraws(draws, {}, {}))
+    answer = Estimate(record, levels, draws=StateDraws(draws, {}, {}))
     weights = weights_of([answer], given, size)
     z = own.standardise(draws)
     mean = weights @ z
@@ -281,7 +281,7 @@ def test_no_draw_has_a_gap_beyond_the_stroke_or_a_contact_beyond_the_rest(answer
     stroke = answers[1].record.shape.stroke
     theta[:, NAMES.index("L")] = 0.7 * stroke, 1.1 * stroke, 0.7 * stroke
     late = answers[1].record.shape.duration * np.array([0.8, 0.8, 4.0])
-    draws = LevelDraws(theta, {"closing": 0.0 * late}, {"closing": late})
+    draws = StateDraws(theta, {"closing": 0.0 * late}, {"closing": late})
     assert possible([replace(answers[1], draws=draws)]).tolist() == [True, False, False]
 
 

@@ -16,9 +16,9 @@ from breaker.diagnosis.curves import shown
 from breaker.diagnosis.estimate import Given
 from breaker.diagnosis.limits import VERDICTS, judged
 from breaker.diagnosis.result import document, table_of
-from breaker.family.level_network import LevelDraws
 from breaker.family.membership import PARTS
-from breaker.family.normalised_shape import SHAPE_TIMES
+from breaker.family.networks import StateDraws
+from breaker.family.shape import SHAPE_TIMES
 from breaker.model.limits import Limit, from_list
 from breaker.model.parameters import MOTIONS, NAMES
 from breaker.model.quantities import AFTER_RELEASE, QUANTITIES
@@ -45,7 +45,7 @@ def test_verdicts_follow_from_the_draws(answers, verdict):
     for above in (0.025, 0.975, 0.98):
         theta = np.ones((200, len(NAMES)))
         theta[: int(200 * above), -1] = 11.0
-        answer = replace(answers[0], draws=LevelDraws(theta, {}, {}))
+        answer = replace(answers[0], draws=StateDraws(theta, {}, {}))
         found.append(verdict(limit("L", 10.0), answer))
     assert found == list(VERDICTS)
     few = replace(answers[0], unresolved="few", draws=None)

@@ -25,11 +25,10 @@ from breaker.diagnosis.inspection_change import (
     words_of_visits,
 )
 from breaker.diagnosis.visit_comparison import judged_today
-from breaker.family.change_network import ChangeDraws
-from breaker.family.level_network import LevelDraws
+from breaker.family.inputs import Basis
 from breaker.family.membership import PARTS, Match
-from breaker.family.network_inputs import Basis
-from breaker.family.normalised_shape import SHAPE_TIMES
+from breaker.family.networks import ChangeDraws, StateDraws
+from breaker.family.shape import SHAPE_TIMES
 from breaker.model.limits import from_list
 from breaker.model.parameters import MOTIONS, NAMES
 from breaker.model.quantities import speeds_of
@@ -69,7 +68,7 @@ def family(name="any", fits=1.0, later=0.0, **factors):
 
     def state(references, draws, rng):
         release, switching = ({m: np.full(draws, at) for m in references} for at in (-2.0, 8.0))
-        return LevelDraws(np.ones((draws, 7)), release, switching)
+        return StateDraws(np.ones((draws, 7)), release, switching)
 
     basis = Basis(np.zeros(SHAPE_TIMES.size), np.eye(SHAPE_TIMES.size)[30:50], np.ones(20))
     usual = np.log([[8.0, 1.0], [5.0, 1.0]])

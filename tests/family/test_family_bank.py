@@ -7,9 +7,9 @@ import pytest
 
 from breaker.configuration.definitions import family_of
 from breaker.configuration.loading import load
-from breaker.family import family_bank
+from breaker.family import bank as bank_module
+from breaker.family.bank import GRID, shapes, simulate_family
 from breaker.family.drive_family import WEAR, Family
-from breaker.family.family_bank import GRID, shapes, simulate_family
 from breaker.family.rich_drive import CONTACTS, ELEMENTS, LAWS, Drive, Elements
 from breaker.model.curves import travel
 from breaker.model.parameters import MOTIONS
@@ -143,10 +143,10 @@ def test_drives_of_any_kind():
 def test_a_drive_without_a_shape_is_drawn_again_and_counted(family, monkeypatch):
     plain = simulate_family(family, 40, np.random.default_rng(3))
     highest = shapes(plain["shape"].values).max(axis=(1, 2, 3))
-    monkeypatch.setattr(family_bank, "_HIGHEST", float(np.median(highest)))
+    monkeypatch.setattr(bank_module, "_HIGHEST", float(np.median(highest)))
     fewer = simulate_family(family, 40, np.random.default_rng(3))
     assert fewer.drawn_again > 10
     assert shapes(fewer["shape"].values).max() <= np.median(highest) + 1e-4
-    monkeypatch.setattr(family_bank, "_HIGHEST", 0.5)
+    monkeypatch.setattr(bank_module, "_HIGHEST", 0.5)
     with pytest.raises(RuntimeError, match="hardly a drive"):
         simulate_family(family, 1, np.random.default_rng(3))

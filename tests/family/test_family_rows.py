@@ -5,11 +5,11 @@ import pytest
 
 from breaker.configuration.definitions import family_of
 from breaker.configuration.loading import load
+from breaker.family.bank import GRID, shapes, simulate_family
 from breaker.family.drive_family import Family
-from breaker.family.family_bank import GRID, shapes, simulate_family
-from breaker.family.family_records import _samples, _Sensor
-from breaker.family.mechanisms import WEARING
+from breaker.family.effects import WEARING
 from breaker.family.network_files import open_network
+from breaker.family.training_records import _samples, _Sensor
 from breaker.family.training_rows import rows_of, sample_rows
 from breaker.model.parameters import MOTIONS
 from breaker.model.prior import Prior

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from breaker.common.tensor_file import ModelFileError
-from breaker.family.level_network import EVENTS, Levels
-from breaker.family.mechanisms import MECHANISMS, mechanism_outputs
-from breaker.family.network_inputs import NormalisedRecords
+from breaker.family.effects import EFFECTS, effect_outputs
+from breaker.family.inputs import NormalisedRecords
+from breaker.family.networks import EVENTS, StateNetwork
 from breaker.model.parameters import MOTIONS, NAMES, UNIT, Size
 
 
-def record(levels: Levels, motion: str, size: Size = UNIT) -> NormalisedRecords:
+def record(levels: StateNetwork, motion: str, size: Size = UNIT) -> NormalisedRecords:
     """A shape in the middle of the family, of a drive of a size."""
     way = levels.bases[motion].mean[None]
     stroke, duration = np.exp(levels.usual[:, 0])
@@ -46,14 +46,14 @@ def test_mechanisms_are_told_in_the_units_of_the_drive(levels):
         levels.draw({"closing": record(levels, "closing", size)}, 50, np.random.default_rng(1))
         for size in (UNIT, large)
     )
-    assert [*one.mechanisms] == [*MECHANISMS]
-    for name, draws in one.mechanisms.items():
+    assert [*one.effects] == [*EFFECTS]
+    for name, draws in one.effects.items():
         factor = large.times if name == "build_up" else 1.0
-        np.testing.assert_allclose(other.mechanisms[name], factor * draws, rtol=2e-6)
+        np.testing.assert_allclose(other.effects[name], factor * draws, rtol=2e-6)
         assert 0.0 < np.mean(draws == 0.0) < 1.0 or name == "sliding_contact"
-    assert not one.mechanisms["sliding_contact"].any()  # no drive of medium voltage has one
-    sizes = {name: draws for name, draws in one.mechanisms.items()}
-    assert mechanism_outputs(sizes, np.ones(50)).shape == (50, len(MECHANISMS))
+    assert not one.effects["sliding_contact"].any()  # no drive of medium voltage has one
+    sizes = {name: draws for name, draws in one.effects.items()}
+    assert effect_outputs(sizes, np.ones(50)).shape == (50, len(EFFECTS))
 
 
 def test_a_draw_beyond_all_drives_is_replaced_and_many_are_no_answer(levels, monkeypatch):

@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 
 from breaker.configuration.definitions import family_of
-from breaker.family import family_records
-from breaker.family.change_rows import ChangeRows, _Pairs
+from breaker.family import training_records
+from breaker.family.bank import simulate_family
 from breaker.family.drive_family import Family
-from breaker.family.family_bank import simulate_family
-from breaker.family.network_inputs import Basis, without_onset
-from breaker.family.normalised_shape import SHAPE_TIMES, Shape
-from breaker.family.record_means import mean_and_change, mean_record
+from breaker.family.inputs import Basis, without_onset
+from breaker.family.means import mean_and_change, mean_record
+from breaker.family.shape import SHAPE_TIMES, Shape
+from breaker.family.training_rows import ChangeRows, _Pairs
 from breaker.model.parameters import MOTIONS
 from tests.raws import raw_of, smooth
 
@@ -28,7 +28,7 @@ def bank(prior):
 
 def test_measured_records_are_seen_as_those_of_the_training(bank, monkeypatch):
     """The samples of records that the training makes are written down, and measured."""
-    samples, true, record = [], family_records.normalise, family_records._record.py_func
+    samples, true, record = [], training_records.normalise, training_records._record.py_func
 
     def written(out, step, *rest):
         found = true(out, step, *rest)
@@ -36,8 +36,8 @@ def test_measured_records_are_seen_as_those_of_the_training(bank, monkeypatch):
             samples.append((out.copy(), step, found[2] - 1.5 * found[3]))
         return found
 
-    monkeypatch.setattr(family_records, "normalise", written)
-    monkeypatch.setattr(family_records, "_record", record)
+    monkeypatch.setattr(training_records, "normalise", written)
+    monkeypatch.setattr(training_records, "_record", record)
     rows, none = ChangeRows(bank), np.zeros(DRIVES, dtype=int)
     motions = np.ones((DRIVES, 2), dtype=bool)
     references, changes, _ = rows._records(

@@ -55,7 +55,7 @@ def test_an_answer_of_no_number_is_refused(parts, tmp_path, monkeypatch):
         pytest.skip("changes are told beside a level")
     monkeypatch.chdir(tmp_path)
     write_model("m.safetensors", settings, tensors | {"centre": 1e30 * tensors["centre"]})
-    from breaker.family.network_inputs import NormalisedRecords
+    from breaker.family.inputs import NormalisedRecords
 
     levels, rng = open_network("m.safetensors"), np.random.default_rng(1)
     nothing = NormalisedRecords.nothing(1)

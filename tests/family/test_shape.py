@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from breaker.family.normalised_shape import (
+from breaker.family.shape import (
     SHAPE_TIMES,
     effective_noise,
     normalise,

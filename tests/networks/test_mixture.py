@@ -6,8 +6,8 @@ import torch
 from scipy.integrate import cumulative_trapezoid
 from scipy.stats import kstest
 
-from breaker.family.network_training import FamilyNetwork
-from breaker.family.trained_network import Network
+from breaker.family.networks import Network
+from breaker.family.training import FamilyNetwork
 from breaker.networks.mixture import AutoregressiveMixture
 
 SIZES = {"width": 12, "blocks": 2, "features": 6, "components": 3, "head": 5}

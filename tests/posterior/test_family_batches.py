@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import torch
 
-from breaker.family.network_training import FamilyNetwork
+from breaker.family.training import FamilyNetwork
 from breaker.networks.training import Checkpoint, MadeRows, Trainer
 from tests.networks_fixtures import CONSTANTS, TRAINING, same, weights
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from breaker.family.network_inputs import Basis
-from breaker.family.normalised_shape import SHAPE_TIMES
+from breaker.family.inputs import Basis
+from breaker.family.shape import SHAPE_TIMES
 from breaker.prognosis.coordinates import Coordinates
 from breaker.prognosis.life_records import MotionRecords, Series
 

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from breaker.configuration.loading import load
+from breaker.family.inputs import network_record
 from breaker.family.network_files import open_network
-from breaker.family.normalised_shape import shape_of
-from breaker.family.record_inputs import network_record
 from breaker.family.rich_drive import Drive, Elements
+from breaker.family.shape import shape_of
 from breaker.model.limits import Limit
 from breaker.model.parameters import MOTIONS, NAMES
 from breaker.prognosis.forecast import Future

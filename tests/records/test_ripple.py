@@ -9,7 +9,7 @@ from breaker.common.randomness import generator
 from breaker.configuration.definitions import family_of
 from breaker.configuration.loading import load
 from breaker.family.drive_family import Family
-from breaker.family.record_inputs import normalise_record
+from breaker.family.inputs import normalise_record
 from breaker.model.prior import Prior
 from breaker.records.first_motion import first_motion
 from breaker.records.measurements import measure_curve

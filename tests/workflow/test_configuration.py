@@ -23,7 +23,7 @@ from breaker.configuration.loading import (
     read,
 )
 from breaker.configuration.yaml_sources import parse
-from breaker.family.mechanisms import MECHANISMS
+from breaker.family.effects import EFFECTS
 from breaker.model.quantities import AFTER_RELEASE, ANSWERED, QUANTITIES
 from breaker.networks.summary import INFERENCE_NETWORKS, build
 from breaker.records.settings import FORMAT, READABLE
@@ -112,7 +112,7 @@ def test_formats_and_rates_are_those_of_the_reader():
 
 
 def test_every_quantity_that_can_become_worse_has_its_advice():
-    known = {*QUANTITIES, *MECHANISMS} - ANSWERED | {*AFTER_RELEASE.values()}
+    known = {*QUANTITIES, *EFFECTS} - ANSWERED | {*AFTER_RELEASE.values()}
     assert {*advice_of()} == known
     assert all(1 < len(words) < 130 for words in advice_of().values())
     assert advice_of({"f": "ours"})["f"] == "ours"

@@ -2,8 +2,8 @@
 
 from breaker.common.randomness import generator
 from breaker.common.zarr_store import describe, save
+from breaker.family.bank import simulate_family
 from breaker.family.drive_family import Family
-from breaker.family.family_bank import simulate_family
 from breaker.model.prior import Prior
 from breaker.workflow.jobs import start
 

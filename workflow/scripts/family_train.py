@@ -2,7 +2,7 @@
 
 from breaker.common.zarr_store import describe, save
 from breaker.family.network_files import write_network
-from breaker.family.network_training import train_network
+from breaker.family.training import train_network
 from breaker.family.training_rows import open_family, rows_of
 from breaker.networks.training import Checkpoint, fingerprint
 from breaker.workflow.jobs import checkpoint_of, start

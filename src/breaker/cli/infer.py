@@ -98,13 +98,13 @@ def run(options: argparse.Namespace) -> int:
 
 def _families(model: str | None) -> Callable[[], Iterable]:
     """Return what opens the networks of families."""
-    from breaker.family.level_network import Levels
     from breaker.family.network_files import open_network, shipped_levels
+    from breaker.family.networks import StateNetwork
 
     if model is None:
         return shipped_levels
     network = open_network(model)
-    if not isinstance(network, Levels):
+    if not isinstance(network, StateNetwork):
         raise ValueError(f"{model} is a network of changes; name one of levels")
     return lambda: [network]
 

@@ -8,7 +8,7 @@ import xarray as xr
 from breaker import __version__
 from breaker.common.randomness import generator
 from breaker.diagnosis.estimate import Estimate, Given
-from breaker.family.normalised_shape import SHAPE_TIMES
+from breaker.family.shape import SHAPE_TIMES
 from breaker.model.parameters import PARAMETERS
 from breaker.model.quantities import ABOUT, AFTER_RELEASE
 from breaker.records.files import printable

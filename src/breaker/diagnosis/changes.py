@@ -18,20 +18,20 @@ import numpy as np
 from breaker.common.plain_values import Plain, plainly
 from breaker.diagnosis.explanations import Explanation, measured_otherwise
 from breaker.diagnosis.limits import NORMAL
-from breaker.family.change_network import (
-    LEAST_AGREEMENT,
-    Changes,
-    agreement_of,
-    plausible_wear,
-)
-from breaker.family.level_network import Levels
-from breaker.family.mechanisms import MECHANISMS
-from breaker.family.membership import Match, choose_family
-from breaker.family.record_means import (
+from breaker.family.effects import EFFECTS
+from breaker.family.means import (
     Mean,
     beside_usual,
     mean_and_change,
     mean_record,
+)
+from breaker.family.membership import Match, choose_family
+from breaker.family.networks import (
+    LEAST_AGREEMENT,
+    ChangeNetwork,
+    StateNetwork,
+    agreement_of,
+    plausible_wear,
 )
 from breaker.model.parameters import NAMES, PARAMETERS, Parameter
 from breaker.model.quantities import AFTER_RELEASE, CURRENTS, QUANTITIES, Speed, quantities_of
@@ -154,7 +154,7 @@ class QuantityChange(Plain):
 def compare(
     before: Mapping[str, Sequence[Record]],
     today: Mapping[str, Sequence[Record]],
-    networks: Iterable[tuple[Levels, Changes]],
+    networks: Iterable[tuple[StateNetwork, ChangeNetwork]],
     rng: np.random.Generator,
     *,
     misfit_p_value: float = 0.001,
@@ -194,7 +194,7 @@ def compare(
         found,
         ratios={motions: draws[motions].ratios for motions in (alone if apart else [whole])},
         later={m: draws[(m,) if apart else whole].later[m] / took[m] for m in both},
-        mechanisms={} if apart else draws[whole].mechanisms,
+        mechanisms={} if apart else draws[whole].effects,
         agreement=float(agreement.min()),
         least=NAMES[int(agreement.argmin())] if alone else "",
     )
@@ -202,9 +202,9 @@ def compare(
 
 def _nearest(
     means: Mapping[str, Mapping[str, Mean]],
-    networks: Iterable[tuple[Levels, Changes]],
+    networks: Iterable[tuple[StateNetwork, ChangeNetwork]],
     misfit_p_value: float,
-) -> tuple[NetworkChanges, Levels, Changes]:
+) -> tuple[NetworkChanges, StateNetwork, ChangeNetwork]:
     """The family that ``choose_family`` finds for both visits, and its networks."""
     (levels, network), matches, fits = choose_family(
         networks,
@@ -269,7 +269,7 @@ def mechanism_changes(found: NetworkChanges, beyond: float = 0.05) -> list[Quant
     Changes are in percent of ``CHANGE_OF``, and count from a fifth of the share on.
     """
     return [
-        _inferred(Parameter(name, "1", MECHANISMS[name]), "mechanism", "", draws, share)
+        _inferred(Parameter(name, "1", EFFECTS[name]), "mechanism", "", draws, share)
         for share in [_OF_FORCE * beyond]
         for name, draws in found.mechanisms.items()
     ]

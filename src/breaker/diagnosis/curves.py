@@ -13,7 +13,7 @@ from breaker.diagnosis.answer_words import how_it_fits
 from breaker.diagnosis.estimate import WITH_CONTACT, Estimate, Given
 from breaker.diagnosis.overlay import Overlay
 from breaker.family.membership import PARTS
-from breaker.family.normalised_shape import SHAPE_TIMES
+from breaker.family.shape import SHAPE_TIMES
 from breaker.model.parameters import NAMES
 from breaker.records.files import printable
 from breaker.records.measurements import Reading

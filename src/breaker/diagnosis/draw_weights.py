@@ -7,8 +7,8 @@ import numpy as np
 
 from breaker.common.numerals import in_digits
 from breaker.diagnosis.estimate import Estimate, Given
-from breaker.family.change_network import agreement_of
-from breaker.family.normalised_shape import SHAPE_TIMES
+from breaker.family.networks import agreement_of
+from breaker.family.shape import SHAPE_TIMES
 from breaker.family.untold import APART
 from breaker.model.parameters import NAMES, Size
 

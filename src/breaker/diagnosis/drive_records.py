@@ -10,8 +10,8 @@ import numpy as np
 from breaker.common.numerals import in_digits
 from breaker.diagnosis.estimate import DriveRecord
 from breaker.diagnosis.identity import without_copies
-from breaker.family.normalised_shape import Shape
-from breaker.family.record_inputs import normalise_record
+from breaker.family.inputs import normalise_record
+from breaker.family.shape import Shape
 from breaker.model.parameters import MOTIONS
 from breaker.records.files import Files
 from breaker.records.operations import Operation

@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from breaker.family.level_network import LevelDraws, Levels
+from breaker.family.inputs import NormalisedRecords
 from breaker.family.membership import Match
-from breaker.family.network_inputs import NormalisedRecords
-from breaker.family.normalised_shape import SHAPE_TIMES, Shape
+from breaker.family.networks import StateDraws, StateNetwork
+from breaker.family.shape import SHAPE_TIMES, Shape
 from breaker.model.parameters import GAP, MOTIONS, NAMES, UNIT, Size, powers
 from breaker.model.quantities import ANSWERED, EVENTS, INFERRED, Speed
 from breaker.records.contacts import ContactTimes
@@ -117,7 +117,7 @@ class Given:
     known: Mapping[str, Sequence[float]] = field(default_factory=dict)
     contact_lag: Mapping[str, Sequence[float]] = field(default_factory=dict)
 
-    def prior_of(self, levels: Levels) -> "Prior":
+    def prior_of(self, levels: StateNetwork) -> "Prior":
         """Return the prior at the size: one's own, or the family's."""
         if self.prior is not None:
             return self.prior
@@ -125,7 +125,7 @@ class Given:
 
         return Prior.from_settings(levels.settings["prior"]).sized(self.size or UNIT)
 
-    def prior_log_sds(self, levels: Levels) -> np.ndarray:
+    def prior_log_sds(self, levels: StateNetwork) -> np.ndarray:
         """Return sds of the logarithms of the parameters before any record, ``(p,)``.
 
         Without a size that of the family's drives is as unknown as their stroke and duration.
@@ -134,7 +134,7 @@ class Given:
             return np.asarray(self.prior.log_sds)
         return np.sqrt(np.diag(self._prior_covariance(levels)))
 
-    def _prior_covariance(self, levels: Levels) -> np.ndarray:
+    def _prior_covariance(self, levels: StateNetwork) -> np.ndarray:
         """Covariance of what networks take the logarithms of parameters for, ``(p, p)``."""
         found = np.diag([np.square(levels.settings["prior"][n]["log_sd"]) for n in NAMES])
         if self.size is None:
@@ -199,11 +199,11 @@ class Estimate:
     """
 
     record: DriveRecord
-    levels: Levels | None = None
+    levels: StateNetwork | None = None
     match: Match | None = None
     misfit: bool = False
     motions: tuple[str, ...] = ()
-    draws: LevelDraws | None = None
+    draws: StateDraws | None = None
     effective_size: float = np.nan
     unresolved: str = ""
     measured: Mapping[str, Measured] = field(default_factory=dict)

@@ -22,9 +22,9 @@ from breaker.diagnosis.draw_weights import (
     weights_of,
 )
 from breaker.diagnosis.estimate import DriveRecord, Estimate, EstimateSettings, Given
-from breaker.family.level_network import LevelDraws, Levels
+from breaker.family.means import mean_with_scatter
 from breaker.family.membership import choose_family
-from breaker.family.record_means import mean_with_scatter
+from breaker.family.networks import StateDraws, StateNetwork
 from breaker.model.parameters import NAMES, Size
 from breaker.model.quantities import Speed
 
@@ -36,7 +36,7 @@ _POSSIBLE = 0.2  # share of draws that is enough where they are not weighed
 
 def infer_drive(
     records: Sequence[DriveRecord],
-    families: Iterable[Levels],
+    families: Iterable[StateNetwork],
     given: Given,
     speeds: tuple[Speed, ...],
     settings: EstimateSettings,
@@ -67,7 +67,7 @@ def infer_drive(
 
 def _in_family(
     usable: Sequence[DriveRecord],
-    families: Iterable[Levels],
+    families: Iterable[StateNetwork],
     given: Given,
     speeds: tuple[Speed, ...],
     settings: EstimateSettings,
@@ -101,7 +101,7 @@ def infer_means(
 ) -> list[list[Estimate]]:
     """Infer each pole from the means of its records, which say more than one of them.
 
-    What operations differ by is noise of a mean (``record_means.mean_with_scatter``).
+    What operations differ by is noise of a mean (``means.mean_with_scatter``).
 
     Args:
         answers: What ``infer_drive`` returns; those without draws are left out.
@@ -200,7 +200,7 @@ def _inferred(
 
 
 def _weighed(
-    within: Sequence[Estimate], draws: LevelDraws, given: Given, size: Size | None
+    within: Sequence[Estimate], draws: StateDraws, given: Given, size: Size | None
 ) -> tuple[float, list[Estimate], np.ndarray]:
     """The effective size of draws, the answers with them, and their weights, at most 1."""
     new = [replace(each, draws=draws, motions=tuple(draws.release)) for each in within]

@@ -13,7 +13,7 @@ from breaker.configuration.loading import defaults
 from breaker.diagnosis.prior_checks import Finding
 from breaker.diagnosis.type_prior import FittedPrior
 from breaker.diagnosis.type_records import Recorded, Span
-from breaker.family.level_network import Levels
+from breaker.family.networks import StateNetwork
 from breaker.model.parameters import MOTIONS, NAMES, PARAMETERS, Parameter
 from breaker.model.sensor import Sensor
 
@@ -100,7 +100,7 @@ def grid_within(span: Span, usual: Sensor) -> Sensor:
     return replace(usual, start=start, stop=stop, samples=samples)
 
 
-def _family_settings(levels: Levels) -> dict:
+def _family_settings(levels: StateNetwork) -> dict:
     """The section ``family`` of drives that the records are like, where it is not the default."""
     name = levels.settings["family"]
     return {} if name == defaults()["family"]["name"] else {"family": {"name": name}}

@@ -15,7 +15,7 @@ from breaker.common.safe_text import table_text
 from breaker.diagnosis.estimate import MAY_SLIDE, WITH_CONTACT, Estimate
 from breaker.diagnosis.identity import doubts_about
 from breaker.diagnosis.limits import NORMAL, VERDICTS, Verdict
-from breaker.family.mechanisms import MECHANISMS
+from breaker.family.effects import EFFECTS
 from breaker.model.parameters import MOTIONS, PARAMETERS
 from breaker.model.quantities import (
     ABOUT,
@@ -331,11 +331,11 @@ def _mechanisms(answer: Estimate) -> dict[str, Value]:
     return {
         name: Value(
             "ms" if name == "build_up" else "1",
-            MECHANISMS[name],
+            EFFECTS[name],
             **_drawn(draws),
             probability=np.mean(draws != 0.0),
         )
-        for name, draws in (answer.draws.mechanisms if answer.draws else {}).items()
+        for name, draws in (answer.draws.effects if answer.draws else {}).items()
     }
 
 

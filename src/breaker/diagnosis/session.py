@@ -16,8 +16,8 @@ from breaker.diagnosis.drive_records import read_operations
 from breaker.diagnosis.estimate import FACTS, DriveRecord, Estimate, EstimateSettings, Given
 from breaker.diagnosis.inference import infer_drive, infer_means
 from breaker.diagnosis.limits import Verdict, judged
-from breaker.family.level_network import Levels
 from breaker.family.network_files import shipped_levels
+from breaker.family.networks import StateNetwork
 from breaker.model.limits import Limit, from_list
 from breaker.model.parameters import MOTIONS, Size
 from breaker.model.quantities import OF_STROKE, Speed, speeds_at
@@ -45,7 +45,7 @@ class Diagnosis:
     config: Mapping
     limits: Sequence[Mapping] = ()
     given: Given = field(default_factory=Given)
-    families: Callable[[], Iterable[Levels]] = shipped_levels
+    families: Callable[[], Iterable[StateNetwork]] = shipped_levels
 
     @property
     def settings(self) -> EstimateSettings:

@@ -18,7 +18,7 @@ import numpy as np
 
 from breaker.diagnosis.draw_weights import SURPRISING
 from breaker.diagnosis.estimate import Estimate
-from breaker.family.record_means import beside_usual
+from breaker.family.means import beside_usual
 from breaker.model.prior import Prior
 
 _ODD, _FAR = 0.02, 0.3  # share of odd drives, and the sd of the logarithm by which they are odd

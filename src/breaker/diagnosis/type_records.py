@@ -15,8 +15,8 @@ from breaker.diagnosis.answer_words import differs_in_words
 from breaker.diagnosis.estimate import DriveRecord, Estimate
 from breaker.diagnosis.identity import without_copies
 from breaker.diagnosis.session import Diagnosis
-from breaker.family.level_network import Levels
 from breaker.family.membership import Match, choose_family
+from breaker.family.networks import StateNetwork
 from breaker.model.parameters import Size
 from breaker.records.files import printable
 from breaker.records.folder import list_fleet, list_operations
@@ -72,7 +72,7 @@ class Recorded:
         types: Types of breaker that the table or the files name, each once, however it is spelt.
     """
 
-    levels: Levels
+    levels: StateNetwork
     tried: Mapping[str, Sequence[tuple[str, Match]]]
     answers: Mapping[str, Sequence[Estimate]]
     rejected: Sequence[str]
@@ -242,12 +242,12 @@ def read_breakers(
 
 
 def _family_of(
-    records: Sequence[DriveRecord], families: Iterable[Levels], least: float
-) -> tuple[Levels, dict[str, list[tuple[str, Match]]]]:
+    records: Sequence[DriveRecord], families: Iterable[StateNetwork], least: float
+) -> tuple[StateNetwork, dict[str, list[tuple[str, Match]]]]:
     """The family of records, and how they fit all that were tried, it last."""
     tried: dict[str, list[tuple[str, Match]]] = {}
 
-    def match(levels: Levels) -> list[tuple[str, Match]]:
+    def match(levels: StateNetwork) -> list[tuple[str, Match]]:
         found = [(each.motion, levels.match(each.motion, each.seen)) for each in records]
         return tried.setdefault(levels.settings["family"], found)
 

@@ -11,8 +11,8 @@ from typing import NamedTuple, TypeVar
 
 import numpy as np
 
-from breaker.family.network_inputs import Basis, NormalisedRecords
-from breaker.family.normalised_shape import SHAPE_TIMES
+from breaker.family.inputs import Basis, NormalisedRecords
+from breaker.family.shape import SHAPE_TIMES
 
 T = TypeVar("T")
 

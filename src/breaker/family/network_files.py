@@ -7,16 +7,14 @@ from pathlib import Path
 import numpy as np
 
 from breaker.common.tensor_file import ModelFileError, open_model, write_model
-from breaker.family.change_network import Changes
-from breaker.family.level_network import EVENTS, Levels
+from breaker.family.inputs import Basis
 from breaker.family.membership import Membership
-from breaker.family.network_inputs import Basis
-from breaker.family.trained_network import Network
+from breaker.family.networks import EVENTS, ChangeNetwork, Network, StateNetwork
 from breaker.model.parameters import MOTIONS, NAMES
 from breaker.model.prior import Prior
 from breaker.shipped import FAMILIES, KINDS, model_file, widening
 
-_KINDS = {"levels": Levels, "changes": Changes}
+_KINDS = {"levels": StateNetwork, "changes": ChangeNetwork}
 _TUPLES = {"bases": Basis, "change_bases": Basis, "members": Membership}
 _PARTS = {
     "levels": ("bases", "members"),
@@ -35,8 +33,8 @@ def write_network(
     Args:
         settings: ``kind``, "levels" or "changes", ``family``, its name, ``prior``, that of drives
             of size 1, and how it was made.
-        weights: Those of ``network_training.FamilyNetwork``.
-        frozen: What ``Levels`` or ``Changes`` have beside the network: ``usual``, ``centre``,
+        weights: Those of ``training.FamilyNetwork``.
+        frozen: Arrays of ``StateNetwork`` or ``ChangeNetwork`` as arrays: ``usual``, ``centre``,
             ``scale``, and by motion ``bases``, ``change_bases`` and ``members``.
     """
     arrays = {f"network.{name}": np.float32(each) for name, each in weights.items()}
@@ -50,7 +48,7 @@ def write_network(
     write_model(path, settings, arrays)
 
 
-def open_network(path: str | Path) -> Levels | Changes:
+def open_network(path: str | Path) -> StateNetwork | ChangeNetwork:
     """Read a network; draws of levels are as wide as ``shipped.widening`` says for its family.
 
     Raises:
@@ -83,7 +81,7 @@ def open_network(path: str | Path) -> Levels | Changes:
         return _KINDS[kind](settings=saved.settings, network=network, **found)
 
 
-def shipped_networks(*kinds: str) -> Iterator[tuple[Levels | Changes, ...]]:
+def shipped_networks(*kinds: str) -> Iterator[tuple[StateNetwork | ChangeNetwork, ...]]:
     """Yield the networks of each family that ships, of some kinds or all; each is opened when asked
     for.
     """
@@ -91,11 +89,11 @@ def shipped_networks(*kinds: str) -> Iterator[tuple[Levels | Changes, ...]]:
         yield tuple(_kept(family, kind) for kind in kinds or KINDS)
 
 
-def shipped_levels() -> Iterator[Levels]:
+def shipped_levels() -> Iterator[StateNetwork]:
     """Yield the networks of levels that ship, as families are tried."""
     return (levels for (levels,) in shipped_networks("levels"))
 
 
 @cache
-def _kept(family: str, kind: str) -> Levels | Changes:
+def _kept(family: str, kind: str) -> StateNetwork | ChangeNetwork:
     return open_network(model_file(family, kind))

@@ -12,7 +12,7 @@ from typing import NamedTuple, Self
 import numpy as np
 
 from breaker.common.tensor_file import open_model, write_model
-from breaker.family.network_inputs import Basis
+from breaker.family.inputs import Basis
 from breaker.model.parameters import MOTIONS, NAMES
 from breaker.shipped import model_file
 

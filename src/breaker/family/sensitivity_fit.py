@@ -13,9 +13,9 @@ from breaker.common.randomness import generator
 from breaker.common.tensor_file import settings_of
 from breaker.configuration.definitions import family_of
 from breaker.family.drive_family import Family
-from breaker.family.normalised_shape import SHAPE_TIMES, shape_of
 from breaker.family.rich_drive import Drive
 from breaker.family.sensitivities import SETS, Sensitivities, write_sensitivities
+from breaker.family.shape import SHAPE_TIMES, shape_of
 from breaker.model.parameters import MOTIONS, NAMES
 from breaker.model.prior import Prior
 from breaker.shipped import FAMILIES, model_file

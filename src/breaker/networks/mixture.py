@@ -9,7 +9,7 @@ where the residual ``r_i`` is a mixture whose weights, means and widths a small 
 from the features s and the residuals before it. So what is linear and Gaussian costs no layer. With
 atoms, a dimension may also be exactly 0, with a probability of its own. Dimensions that a condition
 does not have are left out. Draws are the business of who reads the weights
-(``trained_network.Network``).
+(``networks.Network``).
 """
 
 import math

@@ -12,8 +12,8 @@ from typing import NamedTuple, Self
 
 import numpy as np
 
-from breaker.family.network_inputs import Basis, without_onset
-from breaker.family.record_means import SCATTER_DIRECTIONS, beside_usual
+from breaker.family.inputs import Basis, without_onset
+from breaker.family.means import SCATTER_DIRECTIONS, beside_usual
 from breaker.model.quantities import CURRENTS, SHARES
 from breaker.prognosis.life_records import Series
 from breaker.prognosis.path_fit import Block

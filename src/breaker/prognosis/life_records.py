@@ -6,9 +6,8 @@ from dataclasses import dataclass, field
 import numpy as np
 import xarray as xr
 
-from breaker.family.network_inputs import NormalisedRecords
-from breaker.family.normalised_shape import SHAPE_TIMES, median_units
-from breaker.family.record_inputs import network_record, stored_shape
+from breaker.family.inputs import NormalisedRecords, network_record, stored_shape
+from breaker.family.shape import SHAPE_TIMES, median_units
 from breaker.records.operations import EVENTS, event_words
 
 _TRANSDUCER = "transducer"

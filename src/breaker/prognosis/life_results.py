@@ -5,8 +5,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 import xarray as xr
 
-from breaker.family.change_network import LEAST_AGREEMENT, agreement_of
 from breaker.family.network_files import shipped_networks
+from breaker.family.networks import LEAST_AGREEMENT, agreement_of
 from breaker.model.limits import Limit
 from breaker.model.parameters import NAMES
 from breaker.prognosis.drift import Drift

@@ -12,10 +12,9 @@ from typing import Self
 import numpy as np
 from scipy.special import ndtri
 
-from breaker.family.change_network import Changes, plausible_wear
-from breaker.family.level_network import Levels
+from breaker.family.inputs import NormalisedRecords
 from breaker.family.membership import Match, choose_family
-from breaker.family.network_inputs import NormalisedRecords
+from breaker.family.networks import ChangeNetwork, StateNetwork, plausible_wear
 from breaker.model.limits import Limit
 from breaker.model.parameters import NAMES
 from breaker.prognosis.coordinates import Coordinates
@@ -42,8 +41,8 @@ class Readout:
 
     series: Series
     coordinates: Coordinates
-    levels: Levels | None
-    changes: Changes | None
+    levels: StateNetwork | None
+    changes: ChangeNetwork | None
     theta: np.ndarray | None
     matches: Mapping[str, Match]
     draws: int
@@ -53,7 +52,7 @@ class Readout:
     def of(
         cls,
         series: Series,
-        families: Sequence[tuple[Levels, Changes]],
+        families: Sequence[tuple[StateNetwork, ChangeNetwork]],
         *,
         draws: int,
         seed: int,

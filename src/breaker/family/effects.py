@@ -9,7 +9,7 @@ from collections.abc import Iterable, Mapping
 
 import numpy as np
 
-MECHANISMS = {
+EFFECTS = {
     "contact_preload": "preload of the contact spring, share of the closing force",
     "sliding_contact": "way to the touch of a contact that slides, share of the stroke",
     "build_up": "time in which the closing force builds up or is gone",
@@ -26,11 +26,11 @@ MECHANISMS = {
 CHANGE_OF = "the closing force (build_up: of the duration)"
 """What changes of mechanisms are shares of."""
 
-WEARING = tuple(name for name in MECHANISMS if name not in ("sliding_contact", "train_mass"))
+WEARING = tuple(name for name in EFFECTS if name not in ("sliding_contact", "train_mass"))
 """Mechanisms that wear, whose change networks of changes tell."""
 
 
-def mechanism_outputs(sizes: Mapping[str, np.ndarray], duration: np.ndarray) -> np.ndarray:
+def effect_outputs(sizes: Mapping[str, np.ndarray], duration: np.ndarray) -> np.ndarray:
     """Return what networks infer of sizes of mechanisms or their changes, ``(n,)`` each, before
     their scale, ``(n, m)``; ``duration`` is that of the first motion that is there, ms,
     ``(n,)``.
@@ -39,7 +39,7 @@ def mechanism_outputs(sizes: Mapping[str, np.ndarray], duration: np.ndarray) -> 
     return np.arcsinh(np.column_stack([each / units.get(n, 1.0) for n, each in sizes.items()]))
 
 
-def mechanism_draws(
+def effect_draws(
     outputs: np.ndarray, names: Iterable[str], duration: float
 ) -> dict[str, np.ndarray]:
     """Return sizes of mechanisms, or their changes, by name, of draws ``(d, m)`` of outputs."""

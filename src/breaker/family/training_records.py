@@ -9,9 +9,9 @@ from typing import NamedTuple
 import numpy as np
 
 from breaker.common.compiling import compiled
-from breaker.family.family_bank import GRID as TIMES
-from breaker.family.network_inputs import NormalisedRecords
-from breaker.family.normalised_shape import SHAPE_TIMES, effective_noise, normalise
+from breaker.family.bank import GRID as TIMES
+from breaker.family.inputs import NormalisedRecords
+from breaker.family.shape import SHAPE_TIMES, effective_noise, normalise
 
 _FIRST, _STEP = TIMES[0], TIMES[1] - TIMES[0]
 

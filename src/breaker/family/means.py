@@ -10,9 +10,8 @@ from typing import NamedTuple, TypeVar
 
 import numpy as np
 
-from breaker.family.network_inputs import Basis, NormalisedRecords, without_onset
-from breaker.family.normalised_shape import Shape, median_units
-from breaker.family.record_inputs import normalise_record
+from breaker.family.inputs import Basis, NormalisedRecords, normalise_record, without_onset
+from breaker.family.shape import Shape, median_units
 from breaker.records.record import Record
 
 SCATTER_DIRECTIONS = 8
@@ -121,8 +120,8 @@ def _noise_of(mean: Mean, count: int, apart: np.ndarray, seen: int) -> np.ndarra
 def mean_and_change(
     before: Sequence[Record], today: Sequence[Record], basis: Basis
 ) -> tuple[NormalisedRecords, NormalisedRecords]:
-    """Return the mean of a reference, and the change from it, as ``Changes.draw`` takes them, whose
-    noise has the scatter of operations of both visits.
+    """Return the mean of a reference, and the change from it, as ``ChangeNetwork.draw`` takes them,
+    whose noise has the scatter of operations of both visits.
     """
     first = mean_record(before)
     second = mean_record(today, first.units)

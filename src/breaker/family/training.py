@@ -8,11 +8,11 @@ import xarray as xr
 from torch import Tensor, nn
 
 from breaker.common.randomness import generator, seed_integer
-from breaker.family.family_bank import shapes
-from breaker.family.family_records import record_shapes
-from breaker.family.level_rows import BankRows
+from breaker.family.bank import shapes
+from breaker.family.inputs import Basis, NormalisedRecords
 from breaker.family.membership import Membership
-from breaker.family.network_inputs import Basis, NormalisedRecords
+from breaker.family.training_records import record_shapes
+from breaker.family.training_rows import BankRows
 from breaker.model.parameters import MOTIONS
 from breaker.networks.blocks import ResidualMLP
 from breaker.networks.mixture import AutoregressiveMixture
@@ -28,7 +28,7 @@ _TRAINING = {"weight_decay": 0.01, "clip": 5.0, "ema": 0.998}
 
 
 class FamilyNetwork(nn.Module):
-    """Residual network and autoregressive mixture, of ``trained_network.Network`` with torch.
+    """Residual network and autoregressive mixture, of ``networks.Network`` with torch.
 
     Args:
         settings: Sizes: ``width``, ``blocks``, ``features``, ``components`` and ``head``.

@@ -7,16 +7,21 @@ import xarray as xr
 from tqdm import tqdm
 
 from breaker.common.randomness import generator
-from breaker.family.level_network import Levels
+from breaker.family.inputs import network_record, stored_shape
 from breaker.family.membership import choose_family
-from breaker.family.record_inputs import network_record, stored_shape
+from breaker.family.networks import StateNetwork
 from breaker.model.parameters import PARAMETERS
 
 _NO_MOTION = "shows no motion from one rest to another"
 
 
 def infer_operations(
-    curves: xr.Dataset, families: Sequence[Levels], *, draws: int, seed: int, misfit_p_value: float
+    curves: xr.Dataset,
+    families: Sequence[StateNetwork],
+    *,
+    draws: int,
+    seed: int,
+    misfit_p_value: float,
 ) -> xr.Dataset:
     """Infer measured operations, each in the family that its record gives most evidence of.
 

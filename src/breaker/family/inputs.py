@@ -10,8 +10,9 @@ from typing import NamedTuple, Self
 
 import numpy as np
 
-from breaker.family.normalised_shape import SHAPE_STEP, SHAPE_TIMES
+from breaker.family.shape import SHAPE_STEP, SHAPE_TIMES, Shape, effective_noise, shape_of
 from breaker.model.parameters import MOTIONS
+from breaker.records.record import Record
 
 _PARTS = 12  # of the grid, of each of which the share that is there is told
 _RIDGE = 1e-9
@@ -80,7 +81,7 @@ class Basis(NamedTuple):
         return np.clip(scaled, -_FARTHEST, _FARTHEST)
 
 
-def level_inputs(
+def state_inputs(
     records: Mapping[str, NormalisedRecords],
     told: np.ndarray,
     bases: Mapping[str, Basis],
@@ -132,7 +133,7 @@ def change_inputs(
         records: Reference of each motion, such as a mean of records of the drive as new.
         changes: What ``without_onset`` leaves of the difference to it, and its noise.
         bases, change_bases: Components of both.
-        usual: As of ``level_inputs``.
+        usual: As of ``state_inputs``.
     """
     columns = [*(records[motion].there for motion in MOTIONS), *_between(records, usual)]
     for motion, seen in records.items():
@@ -183,3 +184,69 @@ def _about(seen: NormalisedRecords) -> tuple[np.ndarray, ...]:
     """Noise, colour and rate of records, each of order 1."""
     noise = (np.log(seen.noise) - _USUAL_NOISE) / 2.0
     return noise, seen.colour, np.log(seen.step) - _USUAL_STEP
+
+
+_LEAST_NOISE = 5e-5  # noise over the stroke, below which no network was trained
+_REQUIRED = -0.4, 2.4  # durations after 10 % of the way, in which trained records have samples
+_FINEST_STEP = 0.025  # durations between samples, below which none was: finer ones are averaged
+
+
+def normalise_record(raw: Record, like: Shape | None = None) -> tuple[Shape, NormalisedRecords]:
+    """Normalise a measured record: return its shape, and the same for networks, physical units.
+
+    Args:
+        like: Another record of the drive, in whose units this one is given; its own if None.
+
+    Raises:
+        ValueError: If the record has no motion from one rest to another, or does not show them.
+    """
+    forward = raw.left if raw.motion == "closing" else -raw.left
+    shape = shape_of(forward, raw.step, like)
+    known = np.flatnonzero(~np.isnan(forward))
+    first, last = raw.step * known[0] - shape.origin, raw.step * known[-1] - shape.origin
+    for late, seen in (
+        (first > _REQUIRED[0] * shape.duration, f"begins {-first:.1f} ms before"),
+        (last < _REQUIRED[1] * shape.duration, f"ends {last:.1f} ms after"),
+    ):
+        if late:
+            raise ValueError(
+                f"{seen} 10 % of the way, where the drive need not rest; record longer"
+            )
+    seen = network_record(shape, *raw.process, raw.step, like)
+    swing = raw.ripple / (shape if like is None else like).stroke
+    return shape, seen._replace(noise=np.hypot(seen.noise, swing))
+
+
+def stored_shape(record: np.ndarray, step: float, like: Shape | None = None) -> Shape | None:
+    """Normalise a record of a store; None if it shows no motion.
+
+    Args:
+        record: Travel towards the end of the motion, mm, ``(s,)``, padded with nan.
+        step: Between samples, ms.
+        like: As of ``normalise_record``.
+    """
+    there = np.flatnonzero(np.isfinite(record))
+    try:
+        return shape_of(record[: there[-1] + 1] if there.size else record, step, like)
+    except ValueError:
+        return None
+
+
+def network_record(
+    shape: Shape, sd: float, colour: float, step: float, like: Shape | None = None
+) -> NormalisedRecords:
+    """Return a normalised record as networks see it, one record, physical units.
+
+    Args:
+        sd, colour: Noise of a sample, mm, and the correlation of neighbouring ones.
+        step: Between samples, ms.
+        like: As of ``normalise_record``.
+    """
+    length, unit = (shape.stroke, shape.duration) if like is None else (like.stroke, like.duration)
+    told = max(effective_noise(sd / length, colour, step / unit), _LEAST_NOISE)
+    share = step / shape.duration
+    if share < _FINEST_STEP:  # the same noise, as samples that far apart have it
+        share, colour = _FINEST_STEP, colour ** (_FINEST_STEP / share)
+    numbers = shape.stroke, shape.duration, told, colour, share
+    there = np.array([True]), shape.way[None], shape.present[None]
+    return NormalisedRecords(*there, *(np.array([each]) for each in numbers))
