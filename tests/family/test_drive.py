@@ -63,6 +63,8 @@ SETS = {
     "wild": WILD,
     "laws": LAWS,
     "laws on a linkage": replace(LAWS, linkage=1.5),
+    "friction from rest on": replace(LAWS, friction_speed=0.001),
+    "friction at speed": replace(LAWS, friction_speed=0.1),
     "held": HELD,
     "flying": FLYING,
     "held and no more": Elements(contact="held", contact_preload=0.25),
@@ -150,7 +152,8 @@ class Reference:
         dry = has.dry_friction * (1.0 + has.stick * np.exp(-abs(speed) / has.slip))
         load = min((self.k_a * abs(arc) + abs(spring)) / self.f, 1.5)
         dry *= 1.0 - has.load + has.load * load
-        total -= has.opening_preload * np.tanh(arc / 0.3) + dry * np.tanh(speed / 0.02)
+        dry *= np.tanh(speed / has.friction_speed)
+        total -= has.opening_preload * np.tanh(arc / 0.3) + dry
         total -= self.gamma_a * (1.0 + has.train_friction * self.closing) * speed
         total -= has.drag * np.sign(speed) * abs(speed) ** has.drag_power
         if np.isfinite(self.rest):

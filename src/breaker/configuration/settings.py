@@ -376,7 +376,7 @@ Effect = Literal[
     *("lever_turn", "lever_lean", "dry_friction", "opening_preload", "contact_preload", "build_up"),
     *("train_mass", "train_friction", "restitution", "force_fall", "drag", "linkage", "growth"),
     *("stick", "slip", "load", "opening_progress", "drag_power", "reading", "way_force"),
-    *("time_force", "speed_force"),
+    *("time_force", "speed_force", "friction_speed"),
 ]
 KindOfWear = dict[Literal["share", "parameters", "elements"], float | Numbers]
 Stop = Literal["closing_stop", "opening_stop"]

@@ -15,7 +15,6 @@ _fast = compiled()
 STAGES = np.vstack([np.pad(RK45.A, ((0, 0), (0, 1))), RK45.B])  # the last is the step itself
 TIMES, ERROR = STAGES.sum(axis=1), RK45.E
 
-_SMOOTH_SPEED = 0.02  # mm/ms, above which dry friction is fully there
 _LOADED = 1.5  # closing forces, beyond which friction does not grow with the load
 _SMOOTH_WAY = 0.3  # mm, beyond which a preload is fully there
 _SLOWEST = 0.02  # mm/ms, a contact that bounces with less stays
@@ -36,6 +35,7 @@ _ELASTIC, _HELD, _SLIDING = 0, 1, 2
 OPENING_STOP, FALL, DRAG, CONTACT = 22, 28, 29, 31
 WAY_FORCE, TIME_FORCE, SPEED_FORCE = 32, 39, 46
 PROGRESS, STICK, GROWTH, DRAG_POWER, READING, SLIP, LOAD = *range(53, 58), 64, 65
+FRICTION_SPEED = 66
 REACH, DAMPING, POWER, DEPTH, STIFFNESS, PROFILE = range(6)  # of a stop, from its first number on
 _STROKE = 10.0  # mm, to which the lever's turn and the fall of the force refer
 
@@ -141,7 +141,7 @@ def _forces(n, rest, time, closing, mode, state):
     if n[DRY] > 0.0:
         size = n[DRY] * (1.0 + n[STICK] * np.exp(-abs(speed) / n[SLIP]))
         load = min((n[K_A] * abs(arc) + abs(spring)) / n[F], _LOADED)
-        total -= size * (1.0 + n[LOAD] * (load - 1.0)) * _sign(speed / _SMOOTH_SPEED)
+        total -= size * (1.0 + n[LOAD] * (load - 1.0)) * _sign(speed / n[FRICTION_SPEED])
     if n[DRAG] > 0.0:
         drag = n[DRAG] * abs(speed) ** n[DRAG_POWER]
         total -= drag if speed > 0.0 else -drag

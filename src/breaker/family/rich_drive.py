@@ -21,7 +21,7 @@ from breaker.model.parameters import NAMES, UNIT, Size
 STOPS = ("closing_stop", "opening_stop")
 WAVES = ("way_force", "time_force", "speed_force", "reading")
 CONTACTS = ("elastic", "held", "sliding")
-LAWS = ("contact", "stick", "slip", "load", "growth", "drag_power")
+LAWS = ("contact", "stick", "slip", "load", "growth", "drag_power", "friction_speed")
 """Fields of ``Elements`` that say how others act, and have no size of their own."""
 
 
@@ -67,6 +67,8 @@ class Elements:
         contact: "elastic" as in the model; "held", where the drive carries the contact against a
             stop, under the preload of its spring, until it touches, and picks it up again when it
             parts; or "sliding", whose force and mass leave no trace.
+        friction_speed: Speed from which dry friction is fully there, mm/ms: next to 0 in dry
+            bearings, more in lubricated ones.
     """
 
     lever_turn: float = 0.0
@@ -94,6 +96,7 @@ class Elements:
     reading: Waves = field(default_factory=Waves)
     slip: float = 0.08
     load: float = 0.0
+    friction_speed: float = 0.02
 
     @classmethod
     def from_settings(cls, settings: Mapping) -> "Elements":
