@@ -1,14 +1,16 @@
-"""Drives of other code: how much intervals hold where the simulator is not that of the family.
+"""Drives of an independent simulator: how many intervals contain the truth.
 
-    python -m studies.other_code --drives 80 --pairs 60 --table docs/other_code.csv
+    python -m studies.other_code --drives 40 --pairs 60 --table docs/other_code.csv
 
-It writes the share of 95 % intervals of single operations that contain the truth, and of 90 %
-intervals of changes between visits of three records of each motion.
+It writes the coverage of 95 % intervals of single operations, with one additional effect or all,
+and of 90 % intervals of changes between inspections of three records of each motion. Times of the
+contact count from 10 % of the travel; speeds are those that ``breaker infer`` reports.
 
-The drives share the seven parameters with the model and nothing else: a contact carrier on a soft
-stop with preload, a stiff fixed contact, Stribeck friction, a progressive main spring, a cam whose
-force falls and builds up, a ripple of the transmission, an air cushion, an oil damper and Hertzian
-bumpers. ``scipy.integrate.solve_ivp`` integrates them; no line of the package does.
+The drives share the seven parameters with the model and nothing else: a lever between the shaft,
+whose angle the sensor reads, and the pushrod; a contact carrier on a soft stop with preload; an
+elastic fixed contact; friction; a progressive main spring; a cam whose force falls and builds up; a
+ripple of the transmission, an air cushion, an oil damper and Hertzian bumpers.
+``scipy.integrate.solve_ivp`` integrates them; no line of the package does.
 """
 
 import argparse
@@ -24,12 +26,12 @@ from scipy.optimize import brentq
 from breaker.common.randomness import generator
 from breaker.configuration.loading import load
 from breaker.diagnosis.changes import changes, compare
-from breaker.family.inputs import network_record
+from breaker.diagnosis.estimate import Given
+from breaker.diagnosis.session import Diagnosis
 from breaker.family.network_files import shipped_networks
-from breaker.family.shape import shape_of
 from breaker.model.parameters import MOTIONS, NAMES, Size
 from breaker.model.prior import Prior
-from breaker.model.sensor import Sensor
+from studies.mechanisms import OPTIONS, Curve, judge, records_of
 from tests.raws import raw_of
 
 TIMES, LEAD = np.arange(-8.0, 58.0, 0.2), 8.0  # ms, of records that are compared
@@ -37,7 +39,24 @@ SCATTER = {"f": 0.002, "gamma_a": 0.005}  # of operations
 NOISE = 0.05  # mm, of these records
 WEAR = {"f": -0.08, "k_a": -0.08, "k_b": -0.2, "gamma_a": 0.2, "gamma_b": 0.2, "L": 0.08}
 WALL = 12.0  # 1/ms^2, of the fixed contact
-P_VALUE = 0.001
+NOTHING = {"radius": 1e4, "damped": 6, "full": 0.01, "slip": 0.1, "air_way": 1, "oil_way": 1}
+# Additional effects, by group: mm, ms, forces per drive mass; the preload as a share of f.
+EFFECTS = {
+    "none": {},
+    **{f"lever of {r} mm": {"radius": (r, r)} for r in (80, 16)},
+    "preload": {"preload": (0.05, 0.3), "stop": (3.0, 8.0)},
+    "bounce": {"damped": (0.0, 1.0)},
+    "build-up": {"latch": (0.3, 2.0)},
+    **{f"friction from {v} m/s": {"dry": (0.01, 0.05), "full": (v, v)} for v in (0.02, 0.05, 0.1)},
+    "all": {
+        "radius": (80.0, 80.0), "stop": (3.0, 8.0), "preload": (0.05, 0.3),
+        "damped": (0.0, 1.0), "dry": (0.0, 0.02), "stribeck": (0.0, 0.03),
+        "slip": (0.02, 0.1), "full": (0.01, 0.1), "drag": (0.0, 0.03), "progress": (-0.02, 0.02),
+        "fall": (0.0, 0.1), "latch": (0.1, 1.0), "air": (0.02, 0.5), "air_power": (0.5, 1.5),
+        "air_way": (1.0, 4.0), "hertz": (0.02, 0.2), "oil": (0.1, 1.5), "oil_way": (0.5, 2.0),
+        "ripple": (0.0, 0.2),
+    },
+}  # fmt: skip
 
 
 @dataclass
@@ -48,125 +67,128 @@ class Other:
     more: dict
 
     @classmethod
-    def drawn(cls, prior: Prior, rng: np.random.Generator) -> "Other":
+    def drawn(cls, prior: Prior, rng: np.random.Generator, group: str = "all") -> "Other":
         """Draw one that closes."""
-        ranges = {
-            "stop": (3.0, 8.0), "stribeck": (0.0, 0.03), "slip": (0.02, 0.1), "dry": (0.0, 0.02),
-            "drag": (0.0, 0.03), "progress": (-0.02, 0.02), "fall": (0.0, 0.1),
-            "latch": (0.05, 0.4), "air": (0.02, 0.5), "air_power": (0.5, 1.5),
-            "air_way": (1.0, 4.0), "hertz": (0.02, 0.2), "oil": (0.1, 1.5), "oil_way": (0.5, 2.0),
-            "ripple": (0.0, 0.2), "preload": (0.05, 0.3),
-        }  # fmt: skip
         while True:
             theta = prior.sample(1, rng)[0]
-            more = {name: rng.uniform(*each) for name, each in ranges.items()}
+            more = dict.fromkeys(EFFECTS["all"], 0.0) | NOTHING
+            more |= {name: rng.uniform(*each) for name, each in EFFECTS[group].items()}
             more["preload"] *= theta[NAMES.index("f")]
-            drive = cls(theta, more)
-            if drive.excess(theta[NAMES.index("L")]) > 0.02:
+            if (drive := cls(theta, more)).excess(theta[NAMES.index("L")])[0] > 0.02:
                 return drive
 
-    def excess(self, x: float) -> float:
-        """Force that closes further where the drive rests at x."""
-        _, k_a, k_b, _, _, f, gap = self.theta
-        m = self.more
-        springs = k_a * x * (1.0 + m["progress"] * x / 10.0) + k_b * (x - gap) + m["preload"]
-        return f * (1.0 - m["fall"] * x / 10.0) - springs
+    def lever(self, s: float) -> tuple[float, float]:
+        """Travel of the pushrod where the shaft has turned by an arc, and its slope."""
+        turn = s / self.more["radius"] - np.arcsin(6.0 / self.more["radius"])  # 0 is halfway
+        return self.more["radius"] * np.sin(turn) + 6.0, np.cos(turn)
+
+    def excess(self, s: float) -> tuple[float, float]:
+        """Force that closes further where the drive rests at s, and how deep the contact is."""
+        (_, k_a, k_b, _, _, f, gap), m, (x, ratio) = self.theta, self.more, self.lever(s)
+        depth = (k_b * (x - gap) + m["preload"]) / (WALL + k_b)
+        spring = k_a * s * (1.0 + m["progress"] * s / 10.0)
+        return f * (1.0 - m["fall"] * s / 10.0) - spring - ratio * WALL * depth, depth
 
     def rates(self, time, state, closing, rest):
         """Time derivatives of position and speed of drive and contact."""
         mu, k_a, k_b, gamma_a, gamma_b, f, gap = self.theta
-        m, (x, v, y, w) = self.more, state
-        lag, rate = x - y, v - w
+        m, (s, v, y, w) = self.more, state
+        x, ratio = self.lever(s)
+        lag, rate = x - y, ratio * v - w
         carried = k_b * lag + gamma_b * rate + m["preload"]
-        if lag < 0.0:
-            carried += m["stop"] * lag + 0.3 * rate
-        grown = 1.0 - np.exp(-time / m["latch"])
-        force = f * (1.0 - m["fall"] * x / 10.0) * (grown if closing else 1.0 - grown)
-        force += 0.02 * f * m["ripple"] * np.sin(2.0 * np.pi * x / 7.0) * abs(v) / (abs(v) + 0.1)
+        carried += m["stop"] * (lag + 0.05 * rate) * (lag < 0.0)
+        grown = 0.5 - 0.5 * np.cos(np.pi * min(time / max(m["latch"], 1e-9), 1.0))
+        force = f * (1.0 - m["fall"] * s / 10.0) * (grown if closing else 1.0 - grown)
+        force += 0.02 * f * m["ripple"] * np.sin(2.0 * np.pi * s / 7.0) * abs(v) / (abs(v) + 0.1)
         dry = m["dry"] + m["stribeck"] * np.exp(-abs(v) / m["slip"])
-        force -= gamma_a * v + dry * np.tanh(v / 0.01) + m["drag"] * v * abs(v)
-        force -= k_a * x * (1.0 + m["progress"] * x / 10.0) + carried
-        way = m["air_way"]
-        if x < way and v < 0.0:
-            open_way = (max(x, 0.0) / way + 0.15) ** m["air_power"]
-            force -= 0.3 * m["air"] * v * (1.0 - x / way) / open_way
-        if x < 0.0:
-            force += m["hertz"] * (-x) ** 1.5 * (1.0 - 0.3 * np.tanh(3.0 * v))
-        left = rest - x
+        force -= gamma_a * v + dry * np.clip(v / m["full"], -1.0, 1.0) + m["drag"] * v * abs(v)
+        force -= k_a * s * (1.0 + m["progress"] * s / 10.0) + ratio * carried
+        way, left = m["air_way"], rest - s
+        if s < way and v < 0.0:
+            opened = (max(s, 0.0) / way + 0.15) ** m["air_power"]
+            force -= 0.3 * m["air"] * v * (1.0 - s / way) / opened
         if left < m["oil_way"] and v > 0.0:
             force -= m["oil"] * v**1.7 * (1.0 - max(left, 0.0) / m["oil_way"])
-        if left < 0.0:
-            force -= 0.3 * m["hertz"] * (-left) ** 1.5
-        wall = WALL * (y - gap) + max(w, 0.0) if y > gap else 0.0
+        force += m["hertz"] * max(-s, 0.0) ** 1.5 * (1.0 - 0.3 * np.tanh(3.0 * v))
+        force -= 0.3 * m["hertz"] * max(-left, 0.0) ** 1.5
+        wall = WALL * (y - gap) + m["damped"] * max(w, 0.0) if y > gap else 0.0
         return [v, force, w, mu * (carried - wall)]
 
     def travel(self, motion: str, times: np.ndarray) -> tuple[np.ndarray, float]:
         """Travel at times after the release, mm, and when the contact touches or parts, ms."""
-        gap, preload = self.theta[NAMES.index("L")], self.more["preload"]
-        rest = brentq(self.excess, gap, gap + 30.0)
-        pressed = self.theta[NAMES.index("k_b")] * (rest - gap) + preload
-        start = [rest, 0.0, gap + pressed / WALL, 0.0]
+        k_b, gap = (self.theta[NAMES.index(name)] for name in ("k_b", "L"))
+        rest = brentq(lambda s: self.excess(s)[0], gap, gap + 30.0)
+        start = [rest, 0.0, gap + self.excess(rest)[1], 0.0]
         if motion == "closing":
-            start = [0.0, 0.0, preload / self.more["stop"], 0.0]
+            start = [0.0, 0.0, self.more["preload"] / (self.more["stop"] + k_b), 0.0]
         found = solve_ivp(
             *(self.rates, (0.0, times[-1]), start, "LSODA"),
             **{"rtol": 1e-7, "atol": 1e-9, "max_step": 0.25, "dense_output": True},
             events=lambda time, state, *_: state[2] - gap,
             args=(motion == "closing", rest),
         )
-        switches = found.t_events[0][found.t_events[0] > 1e-3]
+        switches = [each for each in found.t_events[0] if each > 1e-3]
         curve = np.where(times < 0.0, start[0], found.sol(np.maximum(times, 0.0))[0])
-        return curve, float(switches[0]) if switches.size else np.nan
+        return curve, min(switches, default=np.nan)
+
+    def curve(self, motion: str) -> Curve:
+        """Return a motion as ``studies.mechanisms`` has it."""
+        time = np.arange(0.0, OPTIONS["length"] + 2.0, 0.01)
+        travel, switching = self.travel(motion, time)
+        done = (travel - travel[0]) / (travel[-1] - travel[0])
+        return Curve(time, travel, float(time[np.argmax(done > 0.1)]), switching)
 
 
-def levels(prior: Prior, sensor: Sensor, count: int) -> list[dict]:
-    """Return which share of 95 % intervals contains the truth, one operation of each drive."""
-    (network, _), held = next(shipped_networks()), defaultdict(list)
-    step = float(sensor.times[1] - sensor.times[0])
+def speed_of(curve: Curve, way: float) -> float:
+    """Return the mean over a way before touch, below 0, or after separation, mm/ms."""
+    moved = np.abs(curve.travel - np.interp(curve.switching, curve.time, curve.travel))
+    there = (moved >= abs(way)) & ((curve.time < curve.switching) == (way < 0.0))
+    return way / (curve.time[there][-1 if way < 0.0 else 0] - curve.switching)
+
+
+def levels(prior: Prior, config: dict, group: str, count: int) -> pd.DataFrame:
+    """Return the coverage of 95 % intervals, one operation of each drive."""
+    options, rows, settings = argparse.Namespace(**OPTIONS), [], config["endurance"]
+    diagnosis, least = Diagnosis(config, given=Given(Size())), settings["misfit_p_value"]
     for number in range(count):
-        rng = generator(1, "other code", number)
-        drive, seen, switching = Other.drawn(prior, rng), {}, {}
-        for motion in MOTIONS:
-            late = sensor.onset_sd * rng.standard_normal()
-            curve, switching[motion] = drive.travel(motion, sensor.times - late)
-            record = sensor.corrupt(curve[None], rng)[0]
-            shape = shape_of(record if motion == "closing" else -record, step)
-            seen[motion] = network_record(shape, sensor.noise_sd, 0.0, step)
-            member = network.match(motion, seen[motion]).p_value >= P_VALUE
-            held[motion, "of the family"].append(member)
-        for motions in (*((m,) for m in MOTIONS), MOTIONS):
-            draws = network.draw({m: seen[m] for m in motions}, 2000, rng, size=Size())
-            values = dict(zip(NAMES, zip(draws.theta.T, drive.theta, strict=True), strict=True))
-            for m in motions:
-                values[f"switching {m}"] = draws.switching[m] - draws.release[m], switching[m]
-            for name, (drawn, truth) in values.items():
-                low, high = np.quantile(drawn, [0.025, 0.975])
-                held[" and ".join(motions), name].append(low <= truth <= high)
-    return [
-        {"of": "level", "drives": motions, "name": name, "count": len(each), "hold": np.mean(each)}
-        for (motions, name), each in held.items()
-    ]
+        drive = Other.drawn(prior, rng := generator(1, "other code", group, number), group)
+        curves = {motion: drive.curve(motion) for motion in MOTIONS}
+        records, _ = records_of(curves, number, rng, options, settings["format"])
+        truths = {name: [each] for name, each in zip(NAMES, drive.theta, strict=True)}
+        for motions, lists in ((m, defaultdict(list)) for m in (*MOTIONS, "both")):
+            answers = diagnosis.infer([r for r in records if motions in ("both", r.motion)])
+            judge(answers, truths, curves, lists)
+            for answer in (each for each in answers if each.draws is not None):
+                motion = answer.record.motion
+                speed = next(each for each in answer.speeds if each.name == f"{motion}_speed")
+                value, sd, _ = answer.measured[speed.name]
+                error = value - speed_of(curves[motion], speed.start.amount + speed.end.amount)
+                lists[speed.name].append((abs(error) <= 1.96 * sd, error, 1.96 * sd))
+            lists["inside"] = [(p >= least, np.nan, np.nan) for p in lists.pop("p_value", [])]
+            for name in (each for each in lists if each not in ("family", "withheld")):
+                rows += [("level", group, motions, name, *each) for each in lists[name]]
+    columns = ["of", "group", "drives", "name", "held", "error", "width"]
+    parts = pd.DataFrame(rows, columns=columns).groupby(columns[:4], sort=False)
+    medians = {"error": ("error", "median"), "half_width": ("width", "median")}
+    return parts.agg(count=("held", "size"), hold=("held", "mean"), **medians).reset_index()
 
 
 def visit(drive: Other, count: int, rng: np.random.Generator) -> dict:
     """Records of a visit by motion."""
     found = {motion: [] for motion in MOTIONS}
-    for motion, raws in found.items():
-        for _ in range(count):
-            theta = drive.theta.copy()
-            for name, sd in SCATTER.items():
-                theta[NAMES.index(name)] *= 1.0 + sd * rng.standard_normal()
-            late = 0.3 * rng.standard_normal()
-            way = Other(theta, drive.more).travel(motion, TIMES - late)[0]
-            way = way + NOISE * rng.standard_normal(TIMES.size)
-            raws.append(raw_of(way if motion == "closing" else 3.0 - way, 0.2, LEAD, motion))
+    for motion in np.repeat(MOTIONS, count):
+        theta = drive.theta.copy()
+        for name, sd in SCATTER.items():
+            theta[NAMES.index(name)] *= 1.0 + sd * rng.standard_normal()
+        way = Other(theta, drive.more).travel(motion, TIMES - 0.3 * rng.standard_normal())[0]
+        way = way + NOISE * rng.standard_normal(TIMES.size)
+        found[motion].append(raw_of(way if motion == "closing" else 3.0 - way, 0.2, LEAD, motion))
     return found
 
 
-def visits(prior: Prior, count: int, records: int = 3) -> list[dict]:
+def visits(prior: Prior, count: int, records: int = 3) -> pd.DataFrame:
     """Return how well changes are known; every other drive has one or two, by up to ``WEAR``."""
-    networks = [*shipped_networks()]
-    rows, found = defaultdict(list), []
+    networks, rows = [*shipped_networks()], []
     for number in range(count):
         rng = generator(1, "other code, changes", number)
         drive, factors = Other.drawn(prior, rng), np.ones(len(NAMES))
@@ -174,33 +196,29 @@ def visits(prior: Prior, count: int, records: int = 3) -> list[dict]:
             factors[NAMES.index(name)] += WEAR[name] * rng.uniform(0.3, 1.0)
         later = Other(drive.theta * factors, drive.more)
         both = compare(visit(drive, records, rng), visit(later, records, rng), networks, rng)
-        for row in changes(both):
-            if row.kind == "parameter" and not row.motion:
-                low, _, high = row.change
-                truth = 100.0 * (factors[NAMES.index(row.name)] - 1.0)
-                holds = low - 1e-9 <= truth <= high + 1e-9
-                rows[number % 2, row.name].append((holds, high - low, row.verdict, truth))
-    for (changed, name), each in sorted(rows.items()):
-        holds, width, verdicts, truths = zip(*each, strict=True)
-        told = [(truth != 0.0, word) for truth, word in zip(truths, verdicts, strict=True)]
-        row = {"of": "change", "drives": "changed" if changed else "unchanged", "name": name}
-        row |= {"count": len(each), "hold": np.mean(holds), "half_width": np.median(width) / 2.0}
-        row |= {"truly_changed": sum(truly for truly, _ in told)}
-        row |= {"reported": told.count((True, "changed")), "false": told.count((False, "changed"))}
-        found.append(row)
-    return found
+        about = "change", "changed" if number % 2 else "unchanged"
+        for row in (each for each in changes(both) if each.kind == "parameter" and not each.motion):
+            low, _, high = row.change
+            truth = 100.0 * (factors[NAMES.index(row.name)] - 1.0)
+            holds, said = low - 1e-9 <= truth <= high + 1e-9, row.verdict == "changed"
+            found = 0.5 * (high - low), truth != 0.0, said and truth != 0.0, said and truth == 0.0
+            rows.append((*about, row.name, holds, *found))
+    columns = ["of", "drives", "name", "hold", "half_width", "truly_changed", "reported", "false"]
+    parts = pd.DataFrame(rows, columns=columns).groupby(columns[:3])
+    how = {"hold": "mean", "half_width": "median"} | dict.fromkeys(columns[5:], "sum")
+    return parts.agg(how).assign(count=parts.size()).reset_index()
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--drives", type=int, default=80)
+    parser.add_argument("--drives", type=int, default=40)
     parser.add_argument("--pairs", type=int, default=60)
+    parser.add_argument("--groups", nargs="*", choices=EFFECTS, default=[*EFFECTS], metavar="GROUP")
     parser.add_argument("--table", type=Path, metavar="CSV")
-    options = parser.parse_args()
-    config = load()
-    prior, sensor = Prior.from_settings(config["prior"]), Sensor(**config["sensor"])
-    rows = [*levels(prior, sensor, options.drives), *visits(prior, options.pairs)]
-    table = pd.DataFrame(rows)
+    options, config = parser.parse_args(), load()
+    prior = Prior.from_settings(config["prior"])
+    parts = [levels(prior, config, group, options.drives) for group in options.groups]
+    table = pd.concat([*parts, visits(prior, options.pairs)])
     print(table.to_string(index=False))
     if options.table:
         table.to_csv(options.table, index=False, float_format="%.3g")
