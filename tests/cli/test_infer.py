@@ -113,9 +113,9 @@ def test_limits_are_judged_where_there_are_any(folder, capsys):
     assert main([*arguments, "--json"]) == 0
     closing, opening = json.loads(capsys.readouterr().out)["records"]
     told = [each["verdict"] for each in closing["limits"]]
-    assert told == ["fail", "pass", "not shown"]  # no contact was timed
-    assert closing["limits"][0]["probability"] == 1.0
-    assert closing["limits"][2]["probability"] is None
+    assert told == ["fail", "pass", "inconclusive"]  # no contact was timed
+    assert closing["limits"][0]["p_exceeded"] == 1.0
+    assert closing["limits"][2]["p_exceeded"] is None
     assert [each["verdict"] for each in opening["limits"]] == ["pass", "pass"]
     assert opening["limits"][1]["words"] == "measured stroke below 12 mm"
     assert (closing["verdict"], opening["verdict"]) == ("fail", "pass")

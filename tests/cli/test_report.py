@@ -227,8 +227,8 @@ def test_a_time_of_the_models_contact_has_a_star_and_no_verdict(visit, capsys):
     assert found["quantities"]["closing_time"]["source"] in ("measured, touch inferred", None)
     assert found["quantities"]["reaction_time"]["source"] == "measured"
     limit, _ = found["limits"]
-    assert limit["verdict"] == "not shown"
-    assert limit["reason"] == "no contact channel: touch was not measured"
+    assert limit["verdict"] == "inconclusive"
+    assert limit["reason"]["code"] == "no-contact-channel"
     both = settings("both.yaml")[1]  # as their columns go with the travel
     assert main([*call, both, "limits.yaml"]) == 0
     (found,) = json.loads(capsys.readouterr().out)["records"]

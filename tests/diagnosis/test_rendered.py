@@ -49,7 +49,7 @@ def test_verdicts_follow_from_the_draws(answers, verdict):
         found.append(verdict(limit("L", 10.0), answer))
     assert found == list(VERDICTS)
     few = replace(answers[0], unresolved="few", draws=None)
-    assert verdict(limit("L", 10.0), few) == "not shown"
+    assert verdict(limit("L", 10.0), few) == "inconclusive"
     assert judged(answers[3], [limit("L", 10.0)], seed=1) == []  # of the other motion
 
 
@@ -58,12 +58,12 @@ def test_measured_quantities_are_judged_as_measured(answers, infer, timed, verdi
     assert verdict(limit("stroke", 13.0)) == VERDICTS[-1]
     out = replace(answers[0], draws=None, misfit=True)
     assert verdict(limit("stroke", 14.5), out) == "pass"
-    assert verdict(limit("touch_time", 5.0, "record")) == "not shown"  # no contact was timed
-    assert verdict(limit("touch_time", 5.0, "record", ("stroke", 13.0, True))) == "not shown"
+    assert verdict(limit("touch_time", 5.0, "record")) == "inconclusive"  # no contact was timed
+    assert verdict(limit("touch_time", 5.0, "record", ("stroke", 13.0, True))) == "inconclusive"
     assert verdict(limit("touch_time", 5.0)) == VERDICTS[-1]
     (measured,) = infer(some=[timed(20.09)])
     assert verdict(limit("touch_time", 5.0, "record"), measured) == VERDICTS[-1]
-    assert verdict(limit("reaction_time", 5.0, "record")) == "not shown"
+    assert verdict(limit("reaction_time", 5.0, "record")) == "inconclusive"
     fit = document([measured], [[]], {}, {}).records[0].fit
     assert fit.contact_time == pytest.approx(10.09, abs=0.5)  # after the first motion
 
@@ -169,7 +169,7 @@ def test_every_limit_has_a_row_whatever_is_known_of_its_quantity(answers, timed,
         rows = judged(answer, limits, seed=1)
         text_of(words_of(document([answer], [rows], {"words": []}, {})))
         for row in [] if answer.record.reason else rows:
-            assert (row.verdict == "not shown") == bool(row.reason)
+            assert (row.verdict == "inconclusive") == bool(row.reason)
     verdicts = {row.name: row.verdict for row in judged(latched, limits, seed=1)}
     assert verdicts["reaction_time record closing upper"] == "fail"
     assert verdicts["touch_time record closing lower"] == "pass"
@@ -179,11 +179,11 @@ def test_a_pair_is_one_row_with_both_bounds(answers):
     entry = {"quantity": "stroke", "motion": "closing", "reference": 13.5, "tolerance": "5 %"}
     (row,) = judged(answers[0], from_list([entry], MOTIONS), seed=1)
     (part,) = row.parts
-    assert (row.name, row.verdict, row.probability) == ("stroke", "pass", 0.0)
+    assert (row.name, row.verdict, row.p_exceeded) == ("stroke", "pass", 0.0)
     assert part.bounds == pytest.approx([12.825, 14.175])
     assert part.interval_95[0] < part.value < part.interval_95[1]
     (row,) = judged(answers[0], from_list([entry | {"reference": 15}], MOTIONS), seed=1)
-    assert (row.verdict, row.probability) == ("fail", 1.0)
+    assert (row.verdict, row.p_exceeded) == ("fail", 1.0)
 
 
 def test_of_measured_values_it_is_told_how_many_there_are_and_why_others_lack(answers):

@@ -136,7 +136,7 @@ def test_another_ratio_of_the_transducer_is_no_wear(table, examined):
     document = examined[REMOUNTED, ""].document
     assert (document.state, document.due, document.changed) == (DIFFERENT, Due(), [])
     assert "0.94" in document.differences[0]
-    assert {*document.limits.values()} == {"not shown"}  # they are of changes of the drive
+    assert {*document.limits.values()} == {"inconclusive"}  # they are of changes of the drive
     found, types = table
     row = found[found.breaker == REMOUNTED].iloc[0]
     assert (row.state, row.due, found.breaker[1]) == (DIFFERENT, "", REMOUNTED)

@@ -17,6 +17,23 @@ class Plain:
         return {each.name: v for each, v in pairs if v is not None or each.default is not None}
 
 
+@dataclass(frozen=True)
+class Note(Plain):
+    """A sentence and its code, for which programs look; the code is empty where it has none."""
+
+    code: str
+    text: str
+
+    def __str__(self) -> str:
+        """Return the sentence."""
+        return self.text
+
+
+def note_of(text: str) -> Note | None:
+    """Return a sentence, such as a ``Sentence``, with its code; None of an empty text."""
+    return Note(getattr(text, "code", ""), str(text)) if text else None
+
+
 def plainly(value: object) -> object:
     """Return a number, text, array or document of them as JSON has it, numbers to six digits."""
     if isinstance(value, Plain):

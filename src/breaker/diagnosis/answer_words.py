@@ -185,7 +185,7 @@ def limit_tables(limits: Sequence[Verdict]) -> list[Table]:
             rows.append((*first, *_numbers(part.value, part.interval_95), passes.rstrip()))
             first = "", ""
         several = f"fails where {limit.words}" if len(limit.parts) > 1 else ""
-        rows += [Remark(e, " " * 23, " " * 23) for e in (limit.reason, several) if e]
+        rows += [Remark(e, " " * 23, " " * 23) for e in (str(limit.reason or ""), several) if e]
     head = ("limit", "verdict", "value", "95 % interval", "passes")
     return [Table(head, rows, form=_LIMIT)] if limits else []
 

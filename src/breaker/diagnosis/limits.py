@@ -1,50 +1,43 @@
-"""Which limits are kept: every limit has a row with what is known of its quantities."""
+"""Verdicts on limits: of quantities of a record or a change, and of the simultaneity of poles."""
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from breaker.common.numerals import in_digits
-from breaker.common.plain_values import Plain
+from breaker.common.plain_values import Note, Plain, note_of
 from breaker.common.randomness import generator
 from breaker.diagnosis.estimate import MAY_SLIDE, NOTHING, WITH_CONTACT, Estimate
+from breaker.diagnosis.words import say
 from breaker.model.limits import Limit
 from breaker.model.quantities import EVENTS, QUANTITIES
 
-VERDICTS = ("pass", "not shown", "fail")
+if TYPE_CHECKING:
+    from breaker.diagnosis.result import RecordResult
+
+VERDICTS = ("pass", "inconclusive", "fail")
 """Verdicts on a limit, the worst last."""
 
-RESULTS = {
-    "fail": ("FAIL", "bad"),
-    "not shown": ("not shown", "doubt"),
-    "pass": ("pass", "good"),
-}
-"""Text and tone of verdicts, the worst first."""
-
 NORMAL = {90: 1.645, 95: 1.96}
-"""Half of a central interval of a normal number, sds, by the percent that it holds."""
+"""Half of a central interval of a normal number in sds, by its coverage in percent."""
 
-_TIMES = 20.0  # by which no limit is off what it is of,
-_MAY_BE_SMALL = {"over_travel", "opening_over_travel", "bounce_time"}  # but of these
-_MAY_BE_SMALL |= {
-    "reaction_time",
-    "spring_compression",
-    "closing_wipe",
-    "opening_wipe",
-    "arcing_wipe",
-}
-_ENDS = 0.025, 0.975  # of a 95 % interval
+_ENDS = 0.025, 0.975  # ends of a 95 % interval
+# No maker's limit is 20 times off a usual value; a limit in m instead of mm, or s instead of ms, is
+# 1000 times off.
+_OTHER_UNIT = 20.0
+_NEVER_SMALL = ("stroke", "speed", "closing_time", "opening_time", "travel_time")
+_NEVER_SMALL += ("touch_time", "separation_time")
 
 
-class Told(NamedTuple):
+class Evidence(NamedTuple):
     """What is known of a quantity.
 
     Attributes:
-        value, sd: Measured, in its unit; nan if it is not.
-        draws: Inferred, ``(d,)``; None if it is not.
-        reason: Why it is neither; empty if it is one.
+        value, sd: Measured value and its standard deviation; nan without one.
+        draws: Posterior draws, ``(d,)``; None without them.
+        reason: Why neither is known; empty if one is.
     """
 
     value: float = np.nan
@@ -63,8 +56,8 @@ class Told(NamedTuple):
 
 @dataclass(frozen=True)
 class JudgedPart(Plain):
-    """A quantity of a limit: its value, and least and largest that pass, None where all do; what
-    these are a tolerance away from, if there is such a reference.
+    """A quantity of a limit: its value, the least and largest that pass (None where all do), and
+    the reference from which these are a tolerance away, if there is one.
     """
 
     quantity: str
@@ -77,132 +70,188 @@ class JudgedPart(Plain):
 
 @dataclass(frozen=True)
 class Verdict(Plain):
-    """What is known of a limit: "pass" and "fail" where the 95 % interval is on one side of each
-    bound, else "not shown" with a reason. Both sides of a reference are one part.
+    """The verdict on a limit: "pass" or "fail" where the 95 % interval lies on one side of each
+    bound, else "inconclusive" with a reason. Both sides of a reference are one part.
     """
 
     name: str
     motion: str
     words: str
-    probability: float | None  # that it is exceeded
+    p_exceeded: float | None
     verdict: str
-    reason: str
+    reason: Note | None
     parts: Sequence[JudgedPart]
 
 
-def judge(limits: Iterable[Limit], reader: object, *key: object) -> list[Verdict]:
+def judge(
+    limits: Iterable[Limit], evidence: Callable[[Limit, str], Evidence], *key: object
+) -> list[Verdict]:
     """Return a verdict for each limit, and one for both sides of a reference.
 
     Args:
-        reader: Tells what is known of a quantity of a limit, as ``Told``.
-        key: Of the generator of errors of what is measured, the seed first.
+        limits: The limits.
+        evidence: Returns what is known of a quantity of a limit.
+        key: Key of the generator of measurement errors, the seed first.
     """
     groups: dict[str, list[Limit]] = {}
     for limit in limits:
         groups.setdefault(limit.pair or limit.name, []).append(limit)
-    return [_verdict(name, sides, reader, key) for name, sides in groups.items()]
+    return [_verdict(name, sides, evidence, key) for name, sides in groups.items()]
 
 
-def _verdict(name: str, sides: Sequence[Limit], reader: object, key: Sequence) -> Verdict:
-    known = [[limit.read(reader, quantity) for quantity in limit.quantities] for limit in sides]
-    reasons = dict.fromkeys(each.reason for some in known for each in some if each.reason)
-    reasons |= dict.fromkeys(filter(None, map(_far, sides, known)))
-    probability, verdict, reason = np.nan, "not shown", "; ".join(reasons)
+def _verdict(name: str, sides: Sequence[Limit], evidence: Callable, key: Sequence) -> Verdict:
+    known = [[evidence(limit, quantity) for quantity in limit.quantities] for limit in sides]
+    reasons = [each.reason for some in known for each in some if each.reason]
+    reasons += [text for both in zip(sides, known, strict=True) for text in _other_units(*both)]
+    probability, verdict = np.nan, "inconclusive"
     if not reasons:
         shares = [_exceedance(*both, key) for both in zip(sides, known, strict=True)]
-        probability, most = min(sum(shares), 1.0), max(shares)
-        verdict = VERDICTS[sum(most > each for each in _ENDS)]
-        reason = "the bound is within the 95 % interval" if verdict == "not shown" else ""
+        probability = min(sum(shares), 1.0)
+        verdict = VERDICTS[sum(max(shares) > end for end in _ENDS)]
+        reasons = [say("bound-inside-interval")] if verdict == "inconclusive" else [""]
     parts = [part for both in zip(sides, known, strict=True) for part in _parts(*both)]
     if sides[0].pair:  # both sides are of the same quantity
         ends = zip(*(part.bounds for part in parts), strict=True)
-        bounds = [next((each for each in end if each is not None), None) for end in ends]
+        bounds = [next((bound for bound in end if bound is not None), None) for end in ends]
         parts = [replace(parts[0], bounds=bounds)]
     words = " or ".join(limit.words for limit in sides)
+    reason = note_of(reasons[0])
     return Verdict(name, sides[0].motion, words, probability, verdict, reason, parts)
 
 
-def _parts(limit: Limit, known: Sequence[Told]) -> Iterator[JudgedPart]:
-    """The quantities of a limit, with what is known of each."""
-    for (name, bound, is_upper), unit, each in zip(limit.parts, limit.units, known, strict=True):
+def _parts(limit: Limit, known: Sequence[Evidence]) -> Iterator[JudgedPart]:
+    for (name, bound, is_upper), unit, some in zip(limit.parts, limit.units, known, strict=True):
         bounds = [None, bound] if is_upper else [bound, None]
-        yield JudgedPart(name, unit, *each.interval, bounds, limit.reference)
+        yield JudgedPart(name, unit, *some.interval, bounds, limit.reference)
 
 
-def _far(limit: Limit, known: Sequence[Told]) -> str:
-    """Why a limit cannot be in the unit that it stands for: far from what it is of; "" else."""
-    for (name, bound, _), unit, each in zip(limit.parts, limit.units, known, strict=True):
-        value = np.nan if each.reason else abs(each.interval[0])
-        off = abs(bound) / value if value > 0.0 else np.nan
-        small = name in _MAY_BE_SMALL or unit == "%"
-        if not small and bound and (off > _TIMES or off < 1.0 / _TIMES):
-            return (
-                f"{limit.name}: {in_digits(bound, 4)} {unit} is {in_digits(max(off, 1 / off), 2)} "
-                f"times off the {name} of {in_digits(value, 4)} {unit}: is the limit in {unit}?"
-            )
-    return ""
+def _other_units(limit: Limit, known: Sequence[Evidence]) -> Iterator[str]:
+    """Yield doubts on bounds that are far from their quantity, as those in another unit are."""
+    for (name, bound, _), unit, some in zip(limit.parts, limit.units, known, strict=True):
+        value = np.nan if some.reason else abs(some.interval[0])
+        if not bound or not value > 0.0 or unit == "%" or not name.endswith(_NEVER_SMALL):
+            continue
+        times = max(abs(bound) / value, value / abs(bound))
+        if times > _OTHER_UNIT:
+            numbers = {"bound": in_digits(bound, 4), "times": in_digits(times, 2)}
+            numbers["value"] = in_digits(value, 4)
+            yield say("limit-in-other-unit", limit=limit.name, quantity=name, unit=unit, **numbers)
 
 
-def _exceedance(limit: Limit, known: Sequence[Told], key: Sequence) -> float:
-    """Probability that a limit is exceeded, of quantities that are known."""
+def _exceedance(limit: Limit, known: Sequence[Evidence], key: Sequence) -> float:
+    """Return the probability that a limit is exceeded by quantities that are known."""
     if limit.of == "record" and all(not up and bound <= 0.0 for _, bound, up in limit.parts):
-        return 0.0  # a record shows no distance or time below 0
-    values, sds = np.array([(each.value, each.sd) for each in known]).T
-    drawn = [each.draws for each in known if each.draws is not None]
+        return 0.0  # no distance or time of a record is below 0
+    values, sds = np.array([(some.value, some.sd) for some in known]).T
+    drawn = [some.draws for some in known if some.draws is not None]
     if not drawn:
         return float(limit.measured_exceedance(values, sds))
     rng = generator(*key[:1], "limit", limit.name, *key[1:])
     draws = values + sds * rng.standard_normal((drawn[0].size, len(known)))
-    for k, each in enumerate(known):
-        if each.draws is not None:
-            draws[:, k] = each.draws
+    for k, some in enumerate(known):
+        if some.draws is not None:
+            draws[:, k] = some.draws
     return float(limit.exceeded(draws).mean())
 
 
-def judged(answer: Estimate, limits: Sequence[Limit], *, seed: int) -> list[Verdict]:
-    """Return what ``judge`` does of the limits of a record's motion; none of a rejected record.
+def judged(estimate: Estimate, limits: Sequence[Limit], *, seed: int) -> list[Verdict]:
+    """Return verdicts on the limits of a record's motion; none of a rejected record.
 
-    Parameters and the time of touch or separation are judged by their draws; all else as measured,
-    with normal errors. A limit ``of: record`` takes only what the record shows by itself; one
-    ``of: change`` is of no single record.
+    Parameters and the time of contact touch or separation are judged by their draws, all else as
+    measured, with normal errors. A limit ``of: record`` takes only what the record alone shows. A
+    limit ``of: change`` does not apply to a single record.
     """
-    record = answer.record
+    record = estimate.record
     if record.reason:
         return []
     limits = [each for each in limits if each.motion == record.motion and each.of != "change"]
-    return judge(limits, _Single(answer), seed, record.operation.number)
+    evidence = {"record": _measured, "model": _estimated}
+    return judge(
+        limits,
+        lambda limit, name: evidence[limit.of](estimate, name),
+        seed,
+        record.operation.number,
+    )
 
 
-@dataclass(frozen=True, eq=False)
-class _Single:
-    """What an answer of one record tells of a quantity of a limit, by the limit's source."""
+def _measured(estimate: Estimate, name: str) -> Evidence:
+    """Return what the record alone shows."""
+    if not estimate.alone(name):
+        of_model = name in QUANTITIES and "model" not in QUANTITIES[name].of
+        code = "no-contact-channel" if of_model else "no-contact-channel-try-model"
+        return Evidence(reason=say(code, event=EVENTS[estimate.record.motion]))
+    measured = estimate.measured.get(name, NOTHING)
+    return Evidence(measured.value, measured.sd, None, measured.reason)
 
-    answer: Estimate
 
-    def of_record(self, limit: Limit, name: str) -> Told:
-        if not self.answer.alone(name):
-            of_model = name not in QUANTITIES or "model" in QUANTITIES[name].of
-            takes = ", and of: model takes the inferred one" * of_model
-            event = EVENTS[limit.motion]
-            return Told(reason=f"no contact channel: {event} was not measured{takes}")
-        return self._withheld(name) or self._measured(name)
+def _estimated(estimate: Estimate, name: str) -> Evidence:
+    """Return posterior draws where there are any, else what was measured."""
+    if estimate.draws is not None and estimate.may_slide and name in WITH_CONTACT:
+        return Evidence(reason=MAY_SLIDE)
+    inferred = estimate.is_inferred(name)
+    if estimate.draws is None and (inferred or not estimate.alone(name)):
+        return Evidence(reason=estimate.why_not_inferred)
+    if inferred:
+        return Evidence(draws=estimate.inferred(name))
+    measured = estimate.measured.get(name, NOTHING)
+    return Evidence(measured.value, measured.sd, None, measured.reason)
 
-    def of_model(self, _limit: Limit, name: str) -> Told:
-        if withheld := self._withheld(name):
-            return withheld
-        inferred = self.answer.is_inferred(name)
-        if self.answer.draws is None and (inferred or not self.answer.alone(name)):
-            return Told(reason=self.answer.why_not_inferred)
-        return Told(draws=self.answer.inferred(name)) if inferred else self._measured(name)
 
-    def of_change(self, _limit: Limit, _name: str) -> Told:
-        return Told(reason="of no single record")
+# ---- simultaneity --------------------------------------------------------------------------------
 
-    def _withheld(self, name: str) -> Told | None:
-        """Nothing of a contact that may slide."""
-        withheld = self.answer.draws is not None and self.answer.may_slide
-        return Told(reason=MAY_SLIDE) if withheld and name in WITH_CONTACT else None
 
-    def _measured(self, name: str) -> Told:
-        measured = self.answer.measured.get(name, NOTHING)
-        return Told(measured.value, measured.sd, None, measured.reason)
+@dataclass(frozen=True, kw_only=True)
+class Simultaneity(Plain):
+    """Time between the first and the last pole of an operation, by their recorded contacts.
+
+    Attributes:
+        operation, motion: Operation and motion of the poles.
+        value, sd: The time and its standard deviation, ms; None if unknown, with a reason.
+        first, last: The poles.
+        base: Whether times count within one "record", or each from the "trigger" of its file.
+        limit: Largest allowed time, ms; None without one.
+        verdict: Verdict on the limit, if there are a value and a limit.
+    """
+
+    operation: int
+    motion: str
+    value: float | None = None
+    sd: float | None = None
+    first: str | None = None
+    last: str | None = None
+    base: str
+    limit: float | None = None
+    verdict: str | None = None
+    reason: Note | None = None
+
+
+def simultaneity_of(
+    poles: Sequence["RecordResult"], limits: Mapping[str, float | None]
+) -> Simultaneity:
+    """Return how simultaneously poles switch.
+
+    Args:
+        poles: Accepted records of one motion of an operation, two poles or more.
+        limits: Largest allowed time by motion, ms; None for any.
+    """
+    motion, event = poles[0].motion, EVENTS[poles[0].motion]
+    timed = [each for each in poles if each.fit.contact_time is not None]
+    base = "record" if len({each.file for each in poles}) == 1 else "trigger"
+    about = {"operation": poles[0].operation, "motion": motion, "base": base}
+    about["limit"] = limits.get(motion)
+    if len(timed) < 2:
+        names = ", ".join(each.phase for each in poles if each not in timed)
+        return Simultaneity(**about, reason=note_of(say("unseen", event=event, poles=names)))
+    if base == "trigger" and any(each.fit.trigger is None for each in timed):
+        names = ", ".join(each.phase for each in timed if each.fit.trigger is None)
+        return Simultaneity(**about, reason=note_of(say("no-trigger", event=event, poles=names)))
+    zeros = {id(each): each.fit.trigger if base == "trigger" else 0.0 for each in timed}
+    timed.sort(key=lambda each: each.fit.switches - zeros[id(each)])
+    first, last = timed[0], timed[-1]
+    value = last.fit.switches - zeros[id(last)] - first.fit.switches + zeros[id(first)]
+    sd = float(np.hypot(first.fit.contact_sd or 0.0, last.fit.contact_sd or 0.0))
+    about |= {"value": value, "sd": sd, "first": first.phase, "last": last.phase}
+    if about["limit"] is not None:
+        ends = value + NORMAL[95] * sd * np.array([-1.0, 1.0])
+        about["verdict"] = VERDICTS[int((ends > about["limit"]).sum())]
+    return Simultaneity(**about)

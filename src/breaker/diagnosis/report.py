@@ -12,8 +12,9 @@ from breaker.common.parts import Cell, Document, Table
 from breaker.diagnosis.change_table import changes_table
 from breaker.diagnosis.curves import Panel, panel_of
 from breaker.diagnosis.estimate import Estimate
-from breaker.diagnosis.limits import RESULTS, Verdict
+from breaker.diagnosis.limits import Verdict
 from breaker.diagnosis.report_tables import (
+    RESULTS,
     few,
     measured_table,
     model_table,

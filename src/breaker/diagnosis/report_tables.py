@@ -16,7 +16,7 @@ from breaker.diagnosis.answer_words import (
     starred,
     zones_of,
 )
-from breaker.diagnosis.limits import NORMAL, RESULTS
+from breaker.diagnosis.limits import NORMAL
 from breaker.diagnosis.result import (
     QuantityValue,
     RecordResult,
@@ -33,6 +33,13 @@ _OUT = (
     "what is measured holds"
 )
 
+
+RESULTS = {
+    "fail": ("FAIL", "bad"),
+    "inconclusive": ("inconclusive", "doubt"),
+    "pass": ("pass", "good"),
+}
+"""Text and tone of verdicts, the worst first."""
 
 NONE = Cell("–", "faint")
 """Where no value is."""

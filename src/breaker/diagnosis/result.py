@@ -428,7 +428,7 @@ def _rows(record: RecordResult) -> Iterator[dict]:
     fit = record.fit.plain()
     parts = {f"part_{name.replace(' ', '_')}": each for name, each in fit.pop("parts").items()}
     about |= fit | {"motions": " ".join(fit["motions"])} | parts
-    about |= {f"exceeded_{each.name}": each.probability for each in record.limits or ()}
+    about |= {f"exceeded_{each.name}": each.p_exceeded for each in record.limits or ()}
     for group, kind in _KINDS.items():
         for name, each in (getattr(record, group) or {}).items():
             yield {"kind": kind, "output": name, **_numbers(each), **about}

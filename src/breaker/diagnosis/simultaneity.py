@@ -7,7 +7,8 @@ import numpy as np
 
 from breaker.common.numerals import in_digits
 from breaker.common.parts import Cell
-from breaker.diagnosis.limits import NORMAL, RESULTS
+from breaker.diagnosis.limits import NORMAL
+from breaker.diagnosis.report_tables import RESULTS
 from breaker.diagnosis.result import RecordResult
 from breaker.model.quantities import EVENTS
 
@@ -78,7 +79,7 @@ def simultaneity_of(
 def _judged(said: str, apart: float, sd: float, most: float) -> Simultaneity:
     """By how much poles switch apart, with its sd, against the most that they may, ms."""
     surely = (apart - most) / max(NORMAL[95] * sd, 1e-9)
-    verdict = "pass" if surely < -1.0 else "fail" if surely > 1.0 else "not shown"
+    verdict = "pass" if surely < -1.0 else "fail" if surely > 1.0 else "inconclusive"
     text, tone = RESULTS[verdict]
     said += f"; limit {in_digits(most, 3)} ms: {text}"
     return Simultaneity(Cell(said, tone), verdict)

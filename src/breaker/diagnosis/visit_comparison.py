@@ -31,7 +31,7 @@ from breaker.diagnosis.inspection_change import (
     RejectedRecord,
     visits_document,
 )
-from breaker.diagnosis.limits import Told, Verdict, judge
+from breaker.diagnosis.limits import Evidence, Verdict, judge
 from breaker.diagnosis.remounting import slack_between, zero_between
 from breaker.family.network_files import shipped_networks
 from breaker.family.sensitivities import shipped_sensitivities
@@ -186,7 +186,8 @@ def judged_today(
     both visits. A comparison does not tell quantities of the model.
     """
     read = {motion: [raw.measured(speeds) for raw in raws] for motion, raws in today.items()}
-    return judge(limits, _Visits(found, read), seed, "visits")
+    visits = _Visits(found, read)
+    return judge(limits, lambda limit, name: limit.read(visits, name), seed, "visits")
 
 
 @dataclass(frozen=True)
@@ -196,21 +197,21 @@ class _Visits:
     found: NetworkChanges
     read: Mapping[str, Sequence[Mapping[str, Measured]]]
 
-    def of_change(self, _limit: Limit, name: str) -> Told:
+    def of_change(self, _limit: Limit, name: str) -> Evidence:
         if len(self.found.ratios) != 1:
-            return Told(reason="changes of parameters are not told")
+            return Evidence(reason="changes of parameters are not told")
         (ratios,) = self.found.ratios.values()
-        return Told(draws=100.0 * (ratios[:, NAMES.index(name)] - 1.0))
+        return Evidence(draws=100.0 * (ratios[:, NAMES.index(name)] - 1.0))
 
-    def of_model(self, _limit: Limit, _name: str) -> Told:
-        return Told(reason="of the model: breaker infer tells it")
+    def of_model(self, _limit: Limit, _name: str) -> Evidence:
+        return Evidence(reason="of the model: breaker infer tells it")
 
-    def of_record(self, limit: Limit, name: str) -> Told:
+    def of_record(self, limit: Limit, name: str) -> Evidence:
         records = self.read[limit.motion]
         shown = [each[name] for each in records]
         visit = np.array([each[:2] for each in shown if np.isfinite(each.value)], float)
         if not len(visit):
-            return Told(reason=shown[0].reason)
+            return Evidence(reason=shown[0].reason)
         mean = float(visit[:, 0].mean())
         stroke = float(np.nanmean([each["stroke"].value for each in records] or np.nan))
-        return Told(mean, visit_error([visit], usual_scatter(name, mean, stroke)))
+        return Evidence(mean, visit_error([visit], usual_scatter(name, mean, stroke)))
