@@ -7,8 +7,8 @@ from breaker.configuration.definitions import family_of
 from breaker.configuration.loading import load
 from breaker.family.bank import GRID, shapes, simulate_family
 from breaker.family.drive_family import Family
-from breaker.family.effects import WEARING
 from breaker.family.network_files import open_network
+from breaker.family.networks import WEARING
 from breaker.family.training_records import _samples, _Sensor
 from breaker.family.training_rows import rows_of, sample_rows
 from breaker.model.parameters import MOTIONS

@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 from breaker.common.tensor_file import ModelFileError
-from breaker.family.effects import EFFECTS, effect_outputs
 from breaker.family.inputs import NormalisedRecords
-from breaker.family.networks import EVENTS, StateNetwork
+from breaker.family.networks import EFFECTS, EVENTS, StateNetwork, effect_outputs
 from breaker.model.parameters import MOTIONS, NAMES, UNIT, Size
 
 

@@ -7,8 +7,7 @@ from breaker.configuration.definitions import family_of
 from breaker.family import training_records
 from breaker.family.bank import simulate_family
 from breaker.family.drive_family import Family
-from breaker.family.inputs import Basis, without_onset
-from breaker.family.means import mean_and_change, mean_record
+from breaker.family.inputs import Basis, mean_and_change, mean_record, without_onset
 from breaker.family.shape import SHAPE_TIMES, Shape
 from breaker.family.training_rows import ChangeRows, _Pairs
 from breaker.model.parameters import MOTIONS

@@ -23,7 +23,7 @@ from breaker.configuration.loading import (
     read,
 )
 from breaker.configuration.yaml_sources import parse
-from breaker.family.effects import EFFECTS
+from breaker.family.networks import EFFECTS
 from breaker.model.quantities import AFTER_RELEASE, ANSWERED, QUANTITIES
 from breaker.networks.summary import INFERENCE_NETWORKS, build
 from breaker.records.settings import FORMAT, READABLE

@@ -18,15 +18,15 @@ import numpy as np
 from breaker.common.plain_values import Plain, plainly
 from breaker.diagnosis.explanations import Explanation, measured_otherwise
 from breaker.diagnosis.limits import NORMAL
-from breaker.family.effects import EFFECTS
-from breaker.family.means import (
+from breaker.family.inputs import (
     Mean,
-    beside_usual,
     mean_and_change,
     mean_record,
+    shrunk_variance,
 )
 from breaker.family.membership import Match, choose_family
 from breaker.family.networks import (
+    EFFECTS,
     LEAST_AGREEMENT,
     ChangeNetwork,
     StateNetwork,
@@ -402,4 +402,4 @@ def _scattered(visits: Sequence[np.ndarray], usual: float, known: float) -> floa
     """Return the variance of a reading: as seen in visits, beside what is usual and known of it."""
     seen = sum(len(each) - 1 for each in visits)
     squares = sum(float(np.square(each[:, 0] - each[:, 0].mean()).sum()) for each in visits)
-    return beside_usual(squares, seen, known + usual**2, _KNOWN)
+    return shrunk_variance(squares, seen, known + usual**2, _KNOWN)

@@ -19,8 +19,7 @@ from breaker.common.numerals import in_digits
 from breaker.common.plain_values import Plain
 from breaker.diagnosis.identity import Difference
 from breaker.diagnosis.limits import NORMAL
-from breaker.family.inputs import normalise_record
-from breaker.family.means import Mean, mean_record, more_scattered
+from breaker.family.inputs import Mean, mean_record, more_scattered, normalise_record
 from breaker.family.sensitivities import Sensitivities
 from breaker.family.shape import SHAPE_STEP, SHAPE_TIMES, Shape
 from breaker.model.parameters import NAMES

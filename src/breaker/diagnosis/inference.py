@@ -22,7 +22,7 @@ from breaker.diagnosis.draw_weights import (
     weights_of,
 )
 from breaker.diagnosis.estimate import DriveRecord, Estimate, EstimateSettings, Given
-from breaker.family.means import mean_with_scatter
+from breaker.family.inputs import mean_with_scatter
 from breaker.family.membership import choose_family
 from breaker.family.networks import StateDraws, StateNetwork
 from breaker.model.parameters import NAMES, Size
@@ -101,7 +101,7 @@ def infer_means(
 ) -> list[list[Estimate]]:
     """Infer each pole from the means of its records, which say more than one of them.
 
-    What operations differ by is noise of a mean (``means.mean_with_scatter``).
+    What operations differ by is noise of a mean (``inputs.mean_with_scatter``).
 
     Args:
         answers: What ``infer_drive`` returns; those without draws are left out.

@@ -21,7 +21,7 @@ from breaker.diagnosis.changes import (
 from breaker.diagnosis.explanations import Explanation, in_words
 from breaker.diagnosis.identity import Difference
 from breaker.diagnosis.limits import Verdict
-from breaker.family.effects import CHANGE_OF
+from breaker.family.networks import CHANGE_OF
 from breaker.family.untold import APART, BEYOND, LOOK, UNLIKE, WITHHELD, as_sentence
 
 _NAME = "{:<28}{:>8} {:>8}"

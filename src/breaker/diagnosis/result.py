@@ -15,7 +15,7 @@ from breaker.common.safe_text import table_text
 from breaker.diagnosis.estimate import MAY_SLIDE, WITH_CONTACT, Estimate
 from breaker.diagnosis.identity import doubts_about
 from breaker.diagnosis.limits import NORMAL, VERDICTS, Verdict
-from breaker.family.effects import EFFECTS
+from breaker.family.networks import EFFECTS
 from breaker.model.parameters import MOTIONS, PARAMETERS
 from breaker.model.quantities import (
     ABOUT,

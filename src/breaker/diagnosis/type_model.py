@@ -18,7 +18,7 @@ import numpy as np
 
 from breaker.diagnosis.draw_weights import SURPRISING
 from breaker.diagnosis.estimate import Estimate
-from breaker.family.means import beside_usual
+from breaker.family.inputs import shrunk_variance
 from breaker.model.prior import Prior
 
 _ODD, _FAR = 0.02, 0.3  # share of odd drives, and the sd of the logarithm by which they are odd
@@ -73,7 +73,7 @@ class TypeDraws(NamedTuple):
     def error(self) -> np.ndarray:
         """Return the covariance of each mean, by what is seen from operation to operation."""
         squares, seen = self.squares.sum(axis=0), float((self.count - 1).sum())
-        one = _WIDER * beside_usual(squares, seen, _OWN * self.posterior, _KNOWN)
+        one = _WIDER * shrunk_variance(squares, seen, _OWN * self.posterior, _KNOWN)
         return one / self.count[:, None, None]
 
 
@@ -106,7 +106,7 @@ def learn_contact_lag(breakers: Iterable[Iterable[Estimate]]) -> dict[str, tuple
     for motion, lags in seen.items():
         n, mean = len(lags), float(np.mean(lags))
         squares = float(np.square(np.subtract(lags, mean)).sum())
-        variance = beside_usual(squares, n - 1, _LAG**2, _LAG_KNOWN)
+        variance = shrunk_variance(squares, n - 1, _LAG**2, _LAG_KNOWN)
         found[motion] = mean, float(np.sqrt(variance * (1.0 + 1.0 / n)))
     return found
 
@@ -184,7 +184,7 @@ def learn_type(drawn: TypeDraws, usual: np.ndarray) -> TypeOfBreaker:
         counts = share[:, :, None] * (1.0 - np.eye(p + 1, p, -1))  # the odd parameter counts not
         total = counts.sum(axis=(0, 1))
         moved = (counts * mean).sum(axis=(0, 1)) / total
-        variance = beside_usual((counts * square).sum(axis=(0, 1)), total, least, _KNOWN)
+        variance = shrunk_variance((counts * square).sum(axis=(0, 1)), total, least, _KNOWN)
         centre = centre + moved
         if np.abs(moved).max() < _SETTLED:
             break

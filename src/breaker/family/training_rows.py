@@ -13,13 +13,15 @@ from breaker.common.compiling import compiled
 from breaker.common.zarr_store import open_store
 from breaker.family.bank import GRID as TIMES
 from breaker.family.bank import shapes
-from breaker.family.effects import EFFECTS, WEARING, effect_outputs
 from breaker.family.inputs import Basis, change_inputs, state_inputs, units_of, without_onset
 from breaker.family.networks import (
+    EFFECTS,
     EVENTS,
+    WEARING,
     ChangeNetwork,
     StateNetwork,
     change_outputs,
+    effect_outputs,
     outputs_there,
     plausible_wear,
     state_outputs,

@@ -12,8 +12,7 @@ from typing import NamedTuple, Self
 
 import numpy as np
 
-from breaker.family.inputs import Basis, without_onset
-from breaker.family.means import SCATTER_DIRECTIONS, beside_usual
+from breaker.family.inputs import SCATTER_DIRECTIONS, Basis, shrunk_variance, without_onset
 from breaker.model.quantities import CURRENTS, SHARES
 from breaker.prognosis.life_records import Series
 from breaker.prognosis.path_fit import Block
@@ -139,7 +138,7 @@ class CoordinateReading(NamedTuple):
         slopes = np.zeros(curve.shape[1])
         if there.size < _FEWEST:
             usual = np.median(stated[there]) ** 2 + (_SCATTERS * values[there].mean()) ** 2
-            middle = beside_usual(float(read @ read), read.size, usual, _FEWEST) ** 0.5
+            middle = shrunk_variance(float(read @ read), read.size, usual, _FEWEST) ** 0.5
         else:
             some = seen[:, :_EXPLAINS]
             square = some.T @ some + _RIDGE * np.eye(some.shape[1])
@@ -252,7 +251,7 @@ def _covariance(changes: np.ndarray, usual: np.ndarray) -> np.ndarray:
     for _ in range(2):
         if not len(apart):
             break
-        found = beside_usual(apart.T @ apart, len(apart), usual, _KNOWN)
+        found = shrunk_variance(apart.T @ apart, len(apart), usual, _KNOWN)
         squares = np.einsum("nk,nk->n", apart, np.linalg.solve(found, apart.T).T)
         apart = apart[squares <= _OUTLIER * np.median(squares)]
     total = len(apart) + _KNOWN
