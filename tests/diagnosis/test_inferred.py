@@ -124,22 +124,6 @@ def test_a_timed_contact_weighs_the_draws_and_one_of_another_record_is_told(infe
     assert 0.5 < rough.surprise < 1.5
 
 
-def test_the_lag_of_a_type_moves_contacts_that_were_not_timed(infer, records, timed, prior):
-    """Planted faults: it moved timed ones; it counted in ms."""
-    lags = {}, {"closing": (0.2, 0.02)}
-    given = [Given(Size(), prior, contact_lag=lag) for lag in lags]
-    (usual,), (late,) = (infer(each, records[:1]) for each in given)
-    duration = records[0].shape.duration
-    moved = late.draws.switching["closing"] - np.mean(usual.draws.switching["closing"])
-    assert np.mean(moved) / duration == pytest.approx(0.2, abs=0.05)
-    assert np.std(moved) / duration < 0.03
-    right, same = (infer(each, [timed(TOUCH)])[0] for each in given)
-    assert np.array_equal(same.draws.theta, right.draws.theta)
-    assert right.lag == pytest.approx(
-        (right.record.switched - np.mean(usual.draws.switching["closing"])) / duration, abs=0.02
-    )
-
-
 @pytest.mark.parametrize(("name", "value", "sd"), [("mu", 2.1, 0.05), ("touch_time", 10.1, 0.05)])
 def test_a_fact_narrows_what_it_is_about(infer, records, name, value, sd):
     (known,) = infer(Given(known={name: [value, sd]}), records[1:2])

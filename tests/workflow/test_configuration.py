@@ -35,7 +35,7 @@ from tests.workflow.conftest import ROOT, snakemake
 MOST = 140  # settings
 OVERLAYS = ["paper.yaml", "precise.yaml", "any.yaml", "test.yaml"]
 SCHEMA = script("envs/defaults.py").schema()
-FREE = {"events", "known", "limits_by_type", "contact_lag", "by_motion", "speeds", "advice"}
+FREE = {"events", "known", "limits_by_type", "by_motion", "speeds", "advice"}
 
 
 def problems_of(config) -> str:
@@ -216,9 +216,6 @@ endurance: {curves: 2024-11-20, breaker: 12}
 endurance: {events: {2024-11-20: [f], 12: [f], oil: 2024-11-20}}
     endurance.events[12] is not a known key
     endurance.events.oil
-contact_lag: {closing: [0.1, 0], touch: [0.1, 0.2]}
-    contact_lag.closing
-    contact_lag.touch
 # limits
 limits: [{name: a, motion: closing, upper: {touch: 1}}]
     limits[0]

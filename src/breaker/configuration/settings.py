@@ -205,12 +205,6 @@ Settings = _section(
         lengths=_f(float, 1.0, "Factor on lengths: 10 for a stroke of about 150 mm.", 0.01, 100),
         times=_f(float, 1.0, "Factor on times: 4 if a motion takes four times as long.", 0.01, 100),
     ),
-    contact_lag=_f(
-        dict[Motion, Known],
-        {},
-        "Mean and sd of the lag of contacts of a type, by motion, in durations from 10 to 50 % of "
-        "the stroke; `breaker fit-prior` writes it for `breaker infer` and `breaker report`.",
-    ),
     known=_f(dict[str, Known], {}, "For `breaker infer`: value and sd, as in {mu: [2.4, 0.1]}."),
     endurance=_section(
         "Measured curves and their inference.",

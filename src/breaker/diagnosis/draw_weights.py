@@ -40,11 +40,6 @@ def weights_of(answers: Sequence[Estimate], given: Given, size: Size | None) -> 
         if record.timed and abs(surprise_of(answer)) <= SURPRISING:
             off = draws.switching[record.motion] - record.switched
             log -= 0.5 * np.square(off / record.raw.contact.sd)
-        elif record.motion in given.contact_lag and not record.timed:
-            mean, sd = given.contact_lag[record.motion]
-            switching = draws.switching[record.motion]
-            lag = (switching - switching.mean()) / record.shape.duration
-            log -= 0.5 * np.square((lag - mean) / sd)
     for name, (value, sd) in given.known.items():
         if (known := _of_fact(answers, name)) is not None:
             log -= 0.5 * np.square((known - value) / sd)
@@ -126,12 +121,6 @@ def surprise_of(answer: Estimate) -> float:
     expected = answer.draws.switching[answer.record.motion]
     sd = np.hypot(expected.std(), answer.record.raw.contact.sd)
     return float((answer.record.switched - expected.mean()) / sd)
-
-
-def lag_of(answer: Estimate) -> float:
-    """By how much the contact is later than expected, in durations; nan if it is not timed."""
-    expected = answer.draws.switching[answer.record.motion].mean()
-    return float((answer.record.switched - expected) / answer.record.shape.duration)
 
 
 def contradicted(answers: Sequence[Estimate], given: Given) -> list[str]:

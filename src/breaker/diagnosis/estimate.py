@@ -107,15 +107,11 @@ class Given:
         size: Size of the drive beside the family's; None if it is not known.
         prior: Prior of one's own, at that size; None is the family's.
         known: Facts, ``{name: [value, sd]}``, of ``FACTS``.
-        contact_lag: By how much contacts of the type touch or part later than records lead to
-            expect, by motion: mean and sd, in durations from 10 to 50 % of the way. It counts for
-            records without a contact.
     """
 
     size: Size | None = None
     prior: "Prior | None" = None
     known: Mapping[str, Sequence[float]] = field(default_factory=dict)
-    contact_lag: Mapping[str, Sequence[float]] = field(default_factory=dict)
 
     def prior_of(self, levels: StateNetwork) -> "Prior":
         """Return the prior at the size: one's own, or the family's."""
@@ -194,7 +190,6 @@ class Estimate:
         records: How many records it is the mean of.
         contact_known: Whether facts or a prior of the type say how the contact is.
         surprise: Of the contact's time, in sds of what the record leads to expect.
-        lag: Of the same, in durations from 10 to 50 % of the way.
         remarks: What is doubtful, in words.
     """
 
@@ -214,7 +209,6 @@ class Estimate:
     records: int = 1
     contact_known: bool = False
     surprise: float = np.nan
-    lag: float = np.nan
     remarks: tuple[str, ...] = ()
 
     @property

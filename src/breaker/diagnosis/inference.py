@@ -16,7 +16,6 @@ from breaker.diagnosis.draw_weights import (
     SURPRISING,
     apart,
     contradicted,
-    lag_of,
     possible,
     surprise_of,
     weights_of,
@@ -188,7 +187,6 @@ def _inferred(
             contact_known=given.prior is not None or bool(given.known),
             unresolved=unresolved,
             surprise=surprise_of(each),
-            lag=lag_of(each),
         )
         for each in trial
     ]

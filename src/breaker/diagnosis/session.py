@@ -143,11 +143,10 @@ def given_by(
             f"{', '.join(FACTS)}"
         )
     usual = defaults()
-    if all(config[key] == usual[key] for key in ("prior", "size", "contact_lag")):
+    if all(config[key] == usual[key] for key in ("prior", "size")):
         return Given(known=known), []
     from breaker.model.prior import Prior
 
     prior = Prior.from_settings(config["prior"])
-    own = "prior, size and lag of the contact" if config["contact_lag"] else "prior and size"
-    words = [f"{own} are the configuration's"]
-    return Given(Size(**config["size"]), prior, known, config["contact_lag"]), words
+    words = ["prior and size are the configuration's"]
+    return Given(Size(**config["size"]), prior, known), words

@@ -22,8 +22,7 @@ if TYPE_CHECKING:
     from breaker.diagnosis.changes import QuantityChange
     from breaker.diagnosis.curves import Marked, Panel
     from breaker.diagnosis.inspection_change import InspectionChange
-    from breaker.diagnosis.type_model import TypeOfBreaker
-    from breaker.diagnosis.type_prior import FittedPrior
+    from breaker.diagnosis.type_prior import TypeOfBreaker, TypePrior
 
 
 @style.styled
@@ -167,7 +166,7 @@ def _channel(axis: Axes, data: "Marked", colour: str, event: str) -> None:
 
 
 @style.styled
-def fitted_prior(fitted: "FittedPrior") -> Figure:
+def fitted_prior(fitted: "TypePrior") -> Figure:
     """Draw densities of both priors, per unit of the logarithm, and the breakers' intervals."""
     names = [style.literal(each) for each in fitted.names]
     count, named = len(names), len(names) <= 12  # more names would overlap

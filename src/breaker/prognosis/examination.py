@@ -18,7 +18,7 @@ from breaker.diagnosis.changes import QuantityChange
 from breaker.diagnosis.estimate import Estimate
 from breaker.diagnosis.limits import VERDICTS, Verdict
 from breaker.diagnosis.session import Diagnosis
-from breaker.diagnosis.type_model import TypeDraws, draws_of
+from breaker.diagnosis.type_prior import TypeDraws, draws_of
 from breaker.model.limits import entries_of_type
 from breaker.model.parameters import MOTIONS, NAMES
 from breaker.model.quantities import every_speed

@@ -9,7 +9,7 @@ import xarray as xr
 
 from breaker.common.numerals import first_of, in_digits
 from breaker.common.spellings import bare, usual_spelling
-from breaker.diagnosis.type_model import ODD, TypeDraws, TypeOfBreaker, learn_type
+from breaker.diagnosis.type_prior import DEVIATES, TypeDraws, TypeOfBreaker, learn_type
 from breaker.family.network_files import shipped_levels
 from breaker.family.untold import UNLIKE
 from breaker.model.parameters import NAMES, PARAMETERS
@@ -126,7 +126,7 @@ def _judge(row: FleetRow, evidence: np.ndarray, off: np.ndarray) -> None:
     """Put down in which parameter a drive is unlike its type: the one with most evidence for it."""
     k = int(evidence.argmax())
     row.evidence = float(evidence[k]) if np.isfinite(evidence[k]) else np.nan
-    if evidence[k] >= ODD:
+    if evidence[k] >= DEVIATES:
         row.odd, row.off = NAMES[k], float(off[k])
 
 

@@ -1,0 +1,255 @@
+"""The prior of a type: from drives whose medians and spread are known."""
+
+import shutil
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from breaker.common.randomness import generator
+from breaker.configuration.definitions import family_of
+from breaker.diagnosis.estimate import Given
+from breaker.diagnosis.session import Diagnosis
+from breaker.diagnosis.type_prior import (
+    DEVIATES,
+    TypeDraws,
+    TypePrior,
+    fit_type,
+    learn_type,
+    list_type,
+)
+from breaker.diagnosis.type_report import warnings_of
+from breaker.model.parameters import MOTIONS, NAMES, Size
+from breaker.shipped import HELD_BACK
+from tests.diagnosis.drives import breakers_of, type_of, write_breakers
+
+SPREAD, NOISE = 0.03, 0.02
+USUAL = np.array([0.2, 0.15, 0.2, 0.2, 0.4, 0.1, 0.05])
+TYPES, BREAKERS, FURTHER = 4, 3, 3
+
+pytestmark = pytest.mark.usefixtures("a_quarter_of_the_draws")
+
+
+# ---- the model -----------------------------------------------------------------------------------
+
+
+def drawn(rng, n=30, operations=3, deviating=()):
+    """Draws of drives of a type, with an error that all of them share."""
+    own = SPREAD * rng.standard_normal((n, 7))
+    for drive, parameter, share in deviating:
+        own[drive, parameter] = np.log1p(share)
+    means = own[:, None] + 0.5 + NOISE * rng.standard_normal((n, operations, 7))
+    mean = means.mean(axis=1)
+    squares = np.einsum("noi,noj->nij", means - mean[:, None], means - mean[:, None])
+    theta = np.exp(mean[:, None] + 0.15 * rng.standard_normal((n, 100, 7)))
+    return TypeDraws(mean, squares, np.full(n, operations), theta)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_deviating_drives_are_named_and_no_others(seed):
+    deviating = [(3, 3, 0.4), (7, 1, -0.2), (20, 6, 0.25)]
+    learned = learn_type(drawn(np.random.default_rng(seed), deviating=deviating), USUAL)
+    named = np.argwhere(learned.evidence > 10.0).tolist()
+    assert named == [[drive, parameter] for drive, parameter, _ in deviating]
+
+
+def test_deviating_drives_do_not_widen_the_type():
+    deviating = [(k, 3, 0.5) for k in range(3)]
+    learned = learn_type(drawn(np.random.default_rng(1), n=40, deviating=deviating), USUAL)
+    assert learned.spread == pytest.approx(np.full(7, SPREAD), rel=0.5)
+    assert np.log(learned.medians) == pytest.approx(np.full(7, 0.5), abs=0.03)
+
+
+def test_few_drives_do_not_show_which_deviates_and_one_no_spread():
+    rng = np.random.default_rng(1)
+    four = learn_type(drawn(rng, n=4, deviating=[(0, 3, 1.0)]), USUAL)
+    assert (four.evidence == -np.inf).all()
+    assert np.isfinite(four.log_sds).all()
+    assert (learn_type(drawn(rng, n=1), USUAL).spread == USUAL).all()
+
+
+# ---- records -------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def asked(defaults, levels):
+    return Diagnosis(defaults, families=lambda: [levels])
+
+
+@pytest.fixture(scope="module")
+def drives(prior):
+    rng = generator(6, "test recorded")
+    return breakers_of(type_of(prior, rng), family_of(HELD_BACK), 2, rng)
+
+
+@pytest.fixture(scope="module")
+def written(tmp_path_factory, drives):
+    return write_breakers(tmp_path_factory.mktemp("type"), drives, 2, generator(1, "test files"))
+
+
+@pytest.fixture
+def folder(written, tmp_path):
+    """Two breakers with two operations of both motions."""
+    return shutil.copytree(written, tmp_path / "type")
+
+
+def add_column(folder, name, value):
+    """Add a column to the table of a folder: a value for each line."""
+    table = folder / "operations.csv"
+    head, *rows = table.read_text(encoding="utf-8").splitlines()
+    rows = [f"{row},{value(row)}" for row in rows]
+    table.write_text("\n".join([f"{head},{name}", *rows]), encoding="utf-8")
+
+
+def counts(fitted):
+    return {name: len(estimates) for name, estimates in fitted.estimates.items()}
+
+
+def test_breakers_of_a_table(folder, asked):
+    fitted = fit_type(list_type([folder], MOTIONS), asked)
+    assert counts(fitted) == {"Q0": 4, "Q1": 4}
+    assert {e.motions for e in fitted.estimates["Q0"]} == {MOTIONS}  # of an operation, together
+    assert (fitted.rejected, fitted.names) == ([], ["Q0", "Q1"])
+    assert fitted.sensor().noise_sd == pytest.approx(0.1, rel=0.15)
+    assert fitted.size.lengths == pytest.approx(1.0, abs=0.3)
+    assert [said.code for said in warnings_of(fitted, 1)] == []
+
+
+def test_a_type_is_chosen_in_any_spelling(folder):
+    add_column(folder, "type", lambda row: "GL 314" if "Q1" in row else "GL318")
+    (own,) = list_type([folder], MOTIONS, "gl-314")
+    assert {e.breaker for operations in own.values() for e in operations} == {"Q1"}
+    for choice in ("GL31", ""):
+        with pytest.raises(ValueError, match=r"GL 314, GL318") as caught:
+            list_type([folder], MOTIONS, choice)
+        assert caught.value.args[0].code == "type-choose"
+
+
+def test_20_records_of_a_breaker_and_motion_are_chosen(tmp_path):
+    rows = [f"{k}.csv,closing,{k},Q0" for k in range(1, 61)]
+    table = "\n".join(["file,motion,operation,breaker", *rows])
+    (tmp_path / "operations.csv").write_text(table, encoding="utf-8")
+    ((closings,),) = (listed.values() for listed in list_type([tmp_path], MOTIONS))
+    assert [e.number for e in closings][::19] == [1, 60]
+    assert len(closings) == 20
+
+
+def test_a_copy_in_any_folder_or_breaker_counts_once(tmp_path, folder, asked):
+    """A record of Q0 that was saved again as one of Q1, a folder twice, and a damaged file."""
+    (folder / "closing_1_1.csv").write_bytes((folder / "closing_0_1.csv").read_bytes() + b"\n")
+    (folder / "closing_1_2.csv").write_text("time,travel\n0,1\n", encoding="utf-8")
+    again = shutil.copytree(folder, tmp_path / "again")
+    fitted = fit_type(list_type([folder, again], ["closing"]), asked)
+    assert counts(fitted) == {"Q0": 2}
+    assert len(fitted.rejected) == 2 + 4
+    assert fitted.motions == ["closing"]
+
+
+def test_nothing_to_read(tmp_path, folder, asked):
+    for nowhere in (tmp_path, tmp_path / "nowhere"):
+        with pytest.raises(FileNotFoundError) as caught:
+            list_type([folder, nowhere], MOTIONS)  # one of several is not left out in silence
+        assert caught.value.args[0].code == "type-no-operation"
+    for file in folder.glob("*_*.csv"):
+        file.write_text("time,travel\n0,1\n", encoding="utf-8")
+    with pytest.raises(ValueError, match=r"closing_0_1\.csv") as caught:
+        fit_type(list_type([folder], MOTIONS), asked)
+    assert caught.value.args[0].code == "type-no-record"
+
+
+# ---- the prior -----------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def types(prior, asked, tmp_path_factory):
+    """Fitted priors of some types, their truth, and further breakers with their records."""
+    found = []
+    for number in range(TYPES):
+        rng = generator(4, "test type", number)
+        true = type_of(prior, rng)
+        drives = breakers_of(true, family_of(HELD_BACK), BREAKERS + FURTHER, rng)
+        folder = write_breakers(tmp_path_factory.mktemp("type"), drives, 2, rng)
+        (listed,) = list_type([folder], MOTIONS)
+        some = [
+            {m: [e for e in every if (int(e.breaker[1:]) < BREAKERS) == first] for m, every in of}
+            for of, first in ((listed.items(), True), (listed.items(), False))
+        ]
+        fitted, records = fit_type(some[:1], asked), asked.read(some[1])
+        further = [
+            (drive, [r for r in records if r.operation.breaker == f"Q{k}"])
+            for k, drive in enumerate(drives)
+        ][BREAKERS:]
+        found.append((true, fitted, further))
+    return found
+
+
+def test_medians_are_recovered_and_log_sds_are_not_too_small(types):
+    """28 medians of 4 types, each in 3.5 sds; 28 log-sds, of which 10 % may be below the truth."""
+    for true, fitted, _ in types:
+        learned = fitted.learned
+        off = np.log(learned.medians / true.medians)
+        assert np.all(np.abs(off) < 3.5 * np.hypot(learned.known, learned.shared))
+    below = [fitted.prior.log_sds < true.log_sds for true, fitted, _ in types]
+    assert np.mean(below) <= 0.1
+
+
+def test_further_breakers_are_inferred_right_and_better(types, asked):
+    """84 parameters of 12 breakers, 90 % of them in their intervals: with an effective number of
+    24 independent ones, less than 70 % has a probability below 1e-3. A prior that is four times
+    too narrow fails: the planted fault.
+    """
+    inside, ratios = {"fitted": [], "narrow": []}, []
+    for _, fitted, further in types:
+        narrow = replace(fitted.prior, log_sds=fitted.prior.log_sds / 4.0)
+        priors = {"none": None, "fitted": fitted.prior, "narrow": narrow}
+        for drive, records in further:
+            widths = {}
+            for name, own in priors.items():
+                given = Given() if own is None else Given(Size(), own)
+                estimate = replace(asked, given=given).infer(records[:1])[0]
+                theta = np.full((1, 7), np.nan) if estimate.draws is None else estimate.draws.theta
+                low, high = np.quantile(np.log(theta), [0.05, 0.95], axis=0)
+                widths[name] = high - low
+                contains = (low <= np.log(drive.theta)) & (np.log(drive.theta) <= high)
+                inside.setdefault(name, []).append(contains)
+            ratios.append(widths["fitted"] / widths["none"])
+    assert np.mean(inside["fitted"]) > 0.7
+    assert np.mean(inside["narrow"]) < 0.7
+    assert np.nanmedian(ratios) < 0.8
+
+
+# ---- what to look at -----------------------------------------------------------------------------
+
+
+def fitted_of(types, **learned) -> TypePrior:
+    """A fitted prior of which something else was learned."""
+    fitted = types[0][1]
+    return replace(fitted, learned=replace(fitted.learned, **learned))
+
+
+def test_a_prior_whose_drives_hardly_close_or_swing_back_is_a_warning(types, prior):
+    weak, free = prior.medians.copy(), prior.medians.copy()
+    weak[NAMES.index("f")] *= 0.55
+    free[[NAMES.index("gamma_a"), NAMES.index("gamma_b")]] *= 0.08
+    for medians, code in ((weak, "type-hardly-pressed"), (free, "type-swings")):
+        said = warnings_of(fitted_of(types, medians=medians), 1)
+        assert code in {sentence.code for sentence in said}
+    assert said[-1].values["share"] > 20.0
+
+
+def test_breakers_that_deviate_or_are_left_out_are_warnings(types):
+    evidence, off = np.full((BREAKERS, 7), -1.0), np.full((BREAKERS, 7), 0.2)
+    evidence[1, 5] = DEVIATES + 1.0
+    fitted = fitted_of(types, evidence=evidence, off=off)
+    (said,) = warnings_of(fitted, 1)
+    assert said.code == "type-deviates"
+    assert (said.values["breaker"], said.values["parameter"]) == ("Q1", "f")
+    outside = [replace(e, draws=None, misfit=True) for e in fitted.estimates["Q0"]]
+    for estimates, names, codes in (
+        (outside, ["Q1"], {"type-one-breaker", "type-left-out"}),
+        ([*outside[1:], fitted.estimates["Q0"][0]], ["Q0", "Q1"], {"type-outside"}),
+    ):
+        quiet = {"evidence": np.full((len(names), 7), -1.0), "off": off[: len(names)]}
+        new = {"Q0": estimates, "Q1": fitted.estimates["Q1"]}
+        new = replace(fitted_of(types, **quiet), estimates=new, names=names)
+        assert {said.code for said in warnings_of(new, 1)} == codes
