@@ -1,4 +1,4 @@
-"""Touch, separation and gap of long strokes, whose contact may slide: told with a contact alone."""
+"""Touch, separation and gap of long strokes, whose contact may slide: inconclusive without one."""
 
 from dataclasses import replace
 
@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from breaker.diagnosis.curves import shown
-from breaker.diagnosis.estimate import MAY_SLIDE, Given
+from breaker.diagnosis.estimate import Given
 from breaker.diagnosis.limits import judged
 from breaker.diagnosis.result import document
 from breaker.model.limits import Limit
@@ -33,13 +33,13 @@ def test_a_long_one_withholds_it_everywhere(answers):
     answer = long(answers[0])
     verdicts = judged(answer, [limit("touch_time", 50.0), limit("L", 500.0)], seed=1)
     assert [each.verdict for each in verdicts] == ["inconclusive"] * 2
-    assert {each.reason.text for each in verdicts} == {MAY_SLIDE}
+    assert {each.reason.code for each in verdicts} == {"contact-may-slide"}
     (entry,) = document([answer], [[]], {}, {}).records
     for name in ("touch_time", "spring_compression", "closing_wipe"):
         assert entry.quantities[name].median is None
-        assert entry.quantities[name].reason == MAY_SLIDE
+        assert entry.quantities[name].reason == answer.why_not("L")
     assert "touch_from10" not in entry.quantities
-    assert entry.parameters["L"].reason == MAY_SLIDE
+    assert entry.parameters["L"].reason == answer.why_not("L")
     assert entry.parameters["f"].median > 0.0
     drawn = shown([answer], Given(), seed=1)
     assert not drawn.switching
@@ -49,9 +49,11 @@ def test_a_long_one_withholds_it_everywhere(answers):
     assert np.isfinite(theta[:, NAMES.index("f")]).all()
 
 
-def test_a_fact_or_a_recorded_contact_brings_it_back(answers, timed):
-    assert not long(answers[0], contact_known=True).may_slide
-    record = timed(20.0)
-    shape = record.shape._replace(stroke=150.0)
-    assert not replace(answers[0], record=replace(record, shape=shape)).may_slide
+def test_a_known_value_or_a_used_contact_brings_it_back(answers, timed):
+    assert long(answers[0]).contact_unknown
+    assert not long(answers[0], contact_given=True).contact_unknown
+    assert not long(answers[0], contact_used=True).contact_unknown
     assert long(answers[0]).contact.time == pytest.approx(np.nan, nan_ok=True)
+    left_out = long(replace(answers[0], record=timed(20.0)))
+    assert left_out.why_not("L").code == "contact-may-slide"
+    assert left_out.why_not("touch_time") == ""

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from breaker.diagnosis.draw_weights import evidence_of_one
+from breaker.diagnosis.inference import evidence_of_one
 
 P, DRAWS, DRIVES = 3, 4000, 400
 MEAN = np.array([0.5, -1.0, 2.0])

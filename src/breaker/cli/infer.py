@@ -78,8 +78,8 @@ def run(options: argparse.Namespace) -> int:
         words = [*words, f"not judged, as of changes between visits: {', '.join(apart)}"]
     about = {"size": given.size and vars(given.size), "words": words}
     settings = vars(assessment.settings) | {"known": given.known}
-    means, verdicts = assessment.infer_means(answers), assessment.judge(answers)
-    found = document(answers, verdicts, about, settings, means)
+    verdicts = assessment.judge(answers)
+    found = document(answers, verdicts, about, settings)
     if overlays:
         found = replace(found, reference=[each.values for each in overlays])
     rejected = [each.file for each in found.records if not each.accepted]

@@ -9,12 +9,11 @@ from breaker.common.parts import (
     Section,
     Table,
 )
-from breaker.diagnosis.draw_weights import SURPRISING
+from breaker.diagnosis.inference import SURPRISING
 from breaker.diagnosis.limits import VERDICTS, JudgedPart, Verdict
 from breaker.diagnosis.result import (
     DiagnosisResult,
     Fit,
-    MeanResult,
     QuantityValue,
     RecordResult,
     Spread,
@@ -30,7 +29,7 @@ _CELLS, _SHORT = 3, "  {:<32} {:<32} {:<32}"  # of a line of a short section
 _EDGE = 0.02  # p-value, below which a record is at the edge of a family
 _THERE = 0.9  # probability from which on a mechanism is there; from 1 less it on it is not
 _PRIOR = 0.8  # share of the prior's variance, from which on a record says hardly anything
-FEW_DRAWS = "prior, facts or the contact's time leave hardly a draw of the network"
+FEW_DRAWS = "the prior or known values leave hardly a draw of the network"
 """Why an answer is not resolved."""
 
 
@@ -52,17 +51,7 @@ def words_of(answer: DiagnosisResult) -> Document:
         there = [each for each in records if each.file == file]
         parts += [section(each) if each.accepted else _rejected(each, there) for each in there]
     parts += [_together(motion, each) for motion, each in answer.together.items()]
-    return Document(summary=first, parts=[*parts, *map(_mean, answer.means)])
-
-
-def _mean(found: MeanResult) -> Section:
-    """What the means of several records tell of a pole."""
-    of = " and ".join(f"{n} {motion}{'s' * (n > 1)}" for motion, n in found.records.items())
-    about = ", ".join(filter(None, (found.breaker, found.phase)))
-    parts = _inferred(found.parameters) + _mechanisms(found.mechanisms) if found.resolved else []
-    parts += [Remark(f"remark: {each}") for each in found.remarks]
-    parts += [] if found.resolved else [Remark("NOT resolved: too few draws are left")]
-    return Section(f"inferred from the mean of {of}{' of ' * bool(about)}{about}", parts)
+    return Document(summary=first, parts=parts)
 
 
 def _rejected(record: RecordResult, of_file: Sequence[RecordResult]) -> Section:
@@ -226,8 +215,6 @@ def _ending(record: RecordResult) -> list[Remark]:
         about = f"{in_digits(fit.contact_time, 4)} ms after the first motion"
         event, off = EVENTS[record.motion], f"{fit.contact_surprise:+.1f} sd"
         said.append(f"recorded {event} {about}, {off} from the inferred one: they {how}")
-    if fit.far_from_prior:
-        said.append(_far(record))
     if fit.why_unresolved:
         said.append(
             f"NOT resolved ({fit.why_unresolved}): {FEW_DRAWS}. Check them; if they are right, "
@@ -262,17 +249,6 @@ def differs_in_words(parts: Mapping[str, float | None]) -> str:
     far = {name: each for name, each in parts.items() if each is not None and each > 1.0}
     where = ", ".join(f"{name}, {in_digits(each, 2)} times" for name, each in far.items())
     return f"it differs more than 99 % of its drives do in: {where}" if where else ""
-
-
-def _far(record: RecordResult) -> str:
-    """How far a drive lies from a given prior or size that should hold it, with what to do."""
-    sds = {name: each.prior_sds for name, each in record.parameters.items()}
-    name = max(sds, key=lambda name: abs(sds[name]))
-    return (
-        f"FAR from the prior ({in_p(record.fit.prior_p_value)}): {name} is {sds[name]:+.1f} of its "
-        "sds from its median. Check the size and the unit of each median, or widen the prior: "
-        "breaker fit-prior fits one"
-    )
 
 
 def _together(motion: str, found: Together) -> Section:

@@ -10,7 +10,7 @@ import numpy as np
 from breaker.common.numerals import in_p
 from breaker.common.randomness import generator
 from breaker.diagnosis.answer_words import how_it_fits
-from breaker.diagnosis.estimate import WITH_CONTACT, Estimate, Given
+from breaker.diagnosis.estimate import Estimate, Given
 from breaker.diagnosis.overlay import Overlay
 from breaker.family.membership import PARTS
 from breaker.family.shape import SHAPE_TIMES
@@ -81,11 +81,11 @@ def shown(answers: Sequence[Estimate], given: Given, *, seed: int) -> Shown:
     posteriors: dict[str, list[np.ndarray]] = {}
     switching: dict[str, list[np.ndarray]] = {}
     for answer in drawn:
-        if not answer.may_slide:
+        if not answer.contact_unknown:
             switching.setdefault(answer.record.motion, []).append(answer.after_release)
         if answer.record.motion == answer.motions[0]:
             theta = answer.draws.theta.copy()
-            theta[:, np.isin(NAMES, [*WITH_CONTACT])] *= np.nan if answer.may_slide else 1.0
+            theta[:, [bool(answer.why_not(name)) for name in NAMES]] = np.nan
             posteriors.setdefault(" and ".join(answer.motions), []).append(theta)
     return Shown(
         f"Drive as inferred from {source}",
@@ -116,15 +116,12 @@ def _curve(answer: Estimate) -> PictureCurve:
         part = (begin <= SHAPE_TIMES) & (end > SHAPE_TIMES)
         if np.isfinite(ratio):
             usual[part] = np.sqrt(np.nanmean(np.square(left[part]))) / ratio
-    far = answer.far_from_prior and not answer.misfit
     words = f"{how_it_fits(match.p_value, answer.misfit)} the family, {in_p(match.p_value)}"
-    if far:
-        words = f"does NOT fit the prior, {in_p(answer.prior_p_value)}"
-    none, untold = np.empty(0), answer.draws is None or answer.may_slide
+    none, untold = np.empty(0), answer.draws is None or answer.contact_unknown
     return PictureCurve(
         file=_name(answer),
         words=words,
-        good=not (far or answer.misfit),
+        good=not answer.misfit,
         time=time[near],
         travel=raw.left[near],
         grid=grid,

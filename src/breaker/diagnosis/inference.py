@@ -1,36 +1,40 @@
-"""What networks of a family infer of each operation of a drive, and what its records show.
+"""Posterior draws of the records of a drive, by the state networks of a family.
 
-Parameters and the time of touch or separation are inferred, from both motions of an operation where
-both are there. Everything else is measured; what needs the touch takes the inferred one where no
-contact was timed. A prior of one's own, facts and a timed contact weigh the draws of the network.
+The records of both motions of an operation give one posterior, unless they contradict each other.
+Recorded contacts, known values and a prior of one's own weight its draws. A recorded contact that
+disagrees with the travel has no weight, so that it never costs an estimate; measured times and
+speeds keep it. Everything else is measured, at the inferred contact where none is recorded.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import replace
 from itertools import tee
 
 import numpy as np
 
+from breaker.common.numerals import in_digits
 from breaker.common.randomness import generator, systematic
-from breaker.diagnosis.draw_weights import (
-    SURPRISING,
-    apart,
-    contradicted,
-    possible,
-    surprise_of,
-    weights_of,
-)
 from breaker.diagnosis.estimate import DriveRecord, Estimate, EstimateSettings, Given
-from breaker.family.inputs import mean_with_scatter
+from breaker.diagnosis.words import say
 from breaker.family.membership import choose_family
-from breaker.family.networks import StateDraws, StateNetwork
+from breaker.family.networks import StateNetwork
+from breaker.family.shape import SHAPE_TIMES
 from breaker.model.parameters import NAMES, Size
 from breaker.model.quantities import Speed
 
-_ROUNDS = (4_000, 40_000)  # draws that are weighed: more if the first are too few
-_LEAST, _ENOUGH = 100.0, 400.0  # effective size, below which an answer is not resolved; of a round
-_MORE = 9  # rounds beside the largest, while so many more could resolve an answer
-_POSSIBLE = 0.2  # share of draws that is enough where they are not weighed
+SURPRISING = 4.0
+"""Standard deviations from which on a contact, a known value or a prior disagrees with the travel:
+6e-5 of normal errors, and networks err by more than their intervals for drives of other kinds."""
+
+# Draws that are weighted, more where few are left. 400,000 take 10 s, and are drawn only where they
+# can be enough, by the effective size of 40,000.
+_ROUNDS = (4_000, 40_000, 400_000)
+_ENOUGH = 400.0  # effective draws that need no further round: quantiles of 2.5 % have 10 beyond
+_LEAST = 100.0  # effective draws of an estimate: an error of the median of 0.13 sd
+_DRAWS = 1_000  # of either motion, for the normal fit of the test of their contradiction
+_ONE_DRIVE = np.log(0.01)  # evidence of one drive, below which at most 1 % of single drives fall
+_MOST = np.log(1e6)  # evidence that is stated, as tails of posteriors are no normal distributions
+_SURE = 1e-3  # least precision of two records together, as a share of the prior's least one
 
 
 def infer_drive(
@@ -43,196 +47,259 @@ def infer_drive(
     """Infer all records of a drive, in their order.
 
     Args:
-        families: Networks of levels, the narrowest family first: ``choose_family`` finds the one
-            that answers, by the median record of each motion. A family that denies a contact's
-            time gives way to one that holds it.
-        speeds: How speeds are defined.
-        settings: How answers are drawn.
+        records: The records.
+        families: State networks, the narrowest family first; ``choose_family`` selects one by the
+            travel. Where a recorded contact disagrees with it, the other families are tried.
+        given: Knowledge besides the records.
+        speeds: Definitions of speeds.
+        settings: Settings of the estimates.
     """
     usable = [record for record in records if not record.reason]
     if not usable:
         return [Estimate(record) for record in records]
     families, again = tee(families)
-    inferred = _in_family(usable, families, given, speeds, settings)
-    if any(map(_contact_denied, inferred)):
-        others = [each for each in again if each is not inferred[0].levels]
-        new = _in_family(usable, others, given, speeds, settings) if others else inferred
-        if not any(each.misfit or _contact_denied(each) for each in new):
-            inferred = new
-    told = [replace(each, draws=None) if each.unresolved else each for each in inferred]
-    found = {id(answer.record): _measured(answer) for answer in told}
-    return [found.get(id(record), Estimate(record)) for record in records]
+    estimates = _infer_in(families, usable, given, speeds, settings)
+    if any(map(_contact_disagrees, estimates)):
+        others = [levels for levels in again if levels is not estimates[0].levels]
+        wider = _infer_in(others, usable, given, speeds, settings) if others else estimates
+        if not any(e.misfit or e.unresolved or _contact_disagrees(e) for e in wider):
+            estimates = wider
+    by_record = {id(estimate.record): _measured(estimate) for estimate in estimates}
+    return [by_record.get(id(record), Estimate(record)) for record in records]
 
 
-def _in_family(
-    usable: Sequence[DriveRecord],
+def _contact_disagrees(estimate: Estimate) -> bool:
+    return estimate.record.timed and not estimate.misfit and not estimate.contact_used
+
+
+def _measured(estimate: Estimate) -> Estimate:
+    """Add what the record shows, at the inferred contact where none is recorded."""
+    raw = estimate.record.raw
+    remarks = (*raw.remarks_on(), *estimate.remarks)
+    measured = raw.measured(estimate.speeds, estimate.contact)
+    return replace(estimate, measured=measured, remarks=remarks)
+
+
+def _infer_in(
     families: Iterable[StateNetwork],
+    usable: Sequence[DriveRecord],
     given: Given,
     speeds: tuple[Speed, ...],
     settings: EstimateSettings,
 ) -> list[Estimate]:
-    """Infer records in the family that they give most evidence of."""
-    levels, matches, _fits = choose_family(
+    """Infer records in the family of which they give most evidence."""
+    levels, matches, _ = choose_family(
         families,
-        lambda levels: [(each.motion, levels.match(each.motion, each.seen)) for each in usable],
+        lambda levels: [(one.motion, levels.match(one.motion, one.seen)) for one in usable],
         settings.misfit_p_value,
     )
-    groups: dict[tuple, list[Estimate]] = {}
+    estimates, operations = [], {}
     for record, (_, match) in zip(usable, matches, strict=True):
         misfit = match.p_value < settings.misfit_p_value
+        estimate = Estimate(record, levels, match, misfit, speeds)
         key = record.operation.number, record.operation.breaker, record.operation.phase
-        groups.setdefault(key, []).append(Estimate(record, levels, match, misfit, speeds=speeds))
-    inferred = []
-    for group in groups.values():
-        inferred += _together([each for each in group if not each.misfit], given, settings)
-        inferred += [each for each in group if each.misfit]
-    return inferred
+        if misfit:
+            estimates.append(estimate)
+        else:
+            operations.setdefault(key, []).append(estimate)
+    for operation in operations.values():
+        remark = _contradiction(operation, given, settings.seed) if len(operation) > 1 else ""
+        alone = [[replace(estimate, remarks=(remark,))] for estimate in operation]
+        for together in alone if remark else [operation]:
+            estimates += _infer_together(together, given, settings)
+    return estimates
 
 
-def _contact_denied(answer: Estimate) -> bool:
-    """Whether a recorded contact is not where any or enough of the draws have it."""
-    denied = answer.unresolved or abs(answer.surprise) > SURPRISING
-    return answer.record.timed and not answer.misfit and bool(denied)
+def _infer_together(
+    operation: Sequence[Estimate], given: Given, settings: EstimateSettings
+) -> list[Estimate]:
+    """Infer one operation, without recorded contacts that disagree with its travel."""
+    contacts = {estimate.record.motion for estimate in operation if estimate.record.timed}
+    while True:
+        rng = generator(settings.seed, "levels", operation[0].record.operation.number)
+        estimates, weights = _weighted(operation, given, contacts, settings.draws, rng)
+        few = estimates[0].effective_size < min(_LEAST, weights.size / 2)
+        off = {e.record.motion: abs(e.surprise) for e in estimates if e.contact_used}
+        disagree = {motion for motion, sds in off.items() if sds > SURPRISING}
+        if few and off:
+            disagree = disagree or {max(off, key=off.get)}
+        if not disagree:
+            break
+        contacts -= disagree
+    remarks = [*_disagreements(estimates, given)]
+    if few:
+        why = say("few-draws", left=round(estimates[0].effective_size), of=weights.size)
+        inferred = {"draws": None, "stroke": None, "unresolved": why}
+    else:
+        draws, strokes = estimates[0].draws, estimates[0].stroke
+        if weights.size != settings.draws or weights.min() < 1.0:
+            chosen = systematic(weights, settings.draws, rng.random(), rng)
+            draws, strokes = draws.of(chosen), None if strokes is None else strokes[chosen]
+        variances = given.family_moments(estimates[0])[1].diagonal()
+        if given.prior is not None:
+            variances = np.square(given.prior.log_sds)
+        share = np.log(draws.theta).var(axis=0) / variances
+        inferred = {"draws": draws, "stroke": strokes, "prior_share": share}
+    first = [replace(estimates[0], remarks=(*estimates[0].remarks, *remarks)), *estimates[1:]]
+    return [replace(estimate, **inferred) for estimate in first]
 
 
-def infer_means(
-    answers: Sequence[Estimate], given: Given, settings: EstimateSettings
-) -> list[list[Estimate]]:
-    """Infer each pole from the means of its records, which say more than one of them.
-
-    What operations differ by is noise of a mean (``inputs.mean_with_scatter``).
+def _weighted(
+    operation: Sequence[Estimate],
+    given: Given,
+    contacts: Collection[str],
+    count: int,
+    rng: np.random.Generator,
+) -> tuple[list[Estimate], np.ndarray]:
+    """Draw from the posterior of an operation until enough draws have weight.
 
     Args:
-        answers: What ``infer_drive`` returns; those without draws are left out.
-        given, settings: As of ``infer_drive``.
+        contacts: Motions whose recorded contact is used.
+        count: Draws of the estimate, all that are needed where nothing weights them.
 
     Returns:
-        For each pole of which a motion has several records, an answer for each of its motions.
+        The estimates with all draws, and weights of these, ``(d,)``, the largest 1.
     """
-    poles: dict[tuple, dict[str, list[Estimate]]] = {}
-    for each in answers:
-        if each.draws is not None:
-            pole = each.record.operation.breaker, each.record.operation.phase
-            poles.setdefault(pole, {}).setdefault(each.record.motion, []).append(each)
-    several = [by for by in poles.values() if max(map(len, by.values())) > 1]
-    return [_together([_mean_of(each) for each in by.values()], given, settings) for by in several]
-
-
-def _mean_of(answers: Sequence[Estimate]) -> Estimate:
-    """The mean of records of one motion as one record, with the mean of the contact's times."""
-    first, records = answers[0], [each.record for each in answers]
-    mean = mean_with_scatter([each.raw for each in records], first.levels.bases[records[0].motion])
-    shape = mean.units._replace(way=mean.seen.way[0], present=mean.seen.present[0])
-    contact = records[0].raw.contact._replace(time=np.nan, sd=np.nan)
-    if timed := [each for each in records if each.timed]:
-        after = np.array([each.switched for each in timed])
-        sd = np.hypot(np.mean([each.raw.contact.sd for each in timed]), after.std())
-        contact = contact._replace(
-            time=records[0].tenth + after.mean(), sd=sd / np.sqrt(len(timed))
-        )
-    raw = replace(records[0].raw, contact=contact)
-    record = replace(records[0], raw=raw, shape=shape, seen=mean.seen)
-    return Estimate(record, first.levels, first.match, speeds=first.speeds, records=len(records))
-
-
-def _together(
-    within: Sequence[Estimate], given: Given, settings: EstimateSettings
-) -> list[Estimate]:
-    """Infer one operation from its records in the family; each by itself if they contradict."""
-    if not within:
-        return []
-    rng = generator(settings.seed, "motions", within[0].record.operation.number)
-    if len(within) > 1 and (said := apart(within, given, rng)):
-        split = [replace(each, remarks=(said,)) for each in within]
-        return [new for each in split for new in _inferred([each], given, settings)]
-    return _inferred(within, given, settings)
-
-
-def _inferred(
-    within: Sequence[Estimate], given: Given, settings: EstimateSettings
-) -> list[Estimate]:
-    """Infer one operation from its records, which are in the family."""
-    levels, first = within[0].levels, within[0].record
-    rng = generator(settings.seed, "levels", first.operation.number)
-    seen = {answer.record.motion: answer.record.seen for answer in within}
-    weighed = bool(given.prior or given.known) or any(each.record.timed for each in within)
-    rounds = _ROUNDS if weighed else (settings.draws, _ROUNDS[-1])
-    tries = [(n, given.size) for n in rounds]
+    seen = {estimate.record.motion: estimate.record.seen for estimate in operation}
+    measured = [estimate.record.raw.reading.quantities()["stroke"] for estimate in operation]
+    rest = min((one for one in measured if not one.reason), key=lambda one: one.sd, default=None)
+    restricted = given.prior is not None or bool(given.known)
+    first = _ROUNDS[0] if restricted or contacts else count
+    rounds = [(first, given.size), *((n, given.size) for n in _ROUNDS[1:])]
     if given.prior is not None:  # it may be wider than the family's, whose draws then lack its ends
-        tries.append((_ROUNDS[-1], None))
-    effective = -1.0
-    for n, size in tries:
-        found = levels.draw(seen, n, rng, size=size)
-        left, new, shares = _weighed(within, found, given, size)
-        if left > effective:
-            effective, draws, trial, weights, best = left, found, new, shares, size
-        if effective >= (_ENOUGH if weighed else _POSSIBLE * n):
+        rounds.insert(2, (_ROUNDS[1], None))
+    best = None, None, -1.0
+    for n, size in rounds:
+        if n == _ROUNDS[2] and not _LEAST / 10 <= best[2] < _LEAST:
             break
-    for more in range(_MORE if weighed else 0, 0, -1):  # a contact at the edge of what draws expect
-        if effective >= _LEAST or effective * (1.0 + more * rounds[-1] / weights.size) < _LEAST:
+        draws = operation[0].levels.draw(seen, n, rng, size=size)
+        strokes = None if rest is None else rng.spawn(1)[0].normal(rest.value, rest.sd, n)
+        about = {"draws": draws, "stroke": strokes, "motions": tuple(draws.release)}
+        estimates = [replace(estimate, **about) for estimate in operation]
+        weights = _weights(estimates, given, size, contacts) * _possible(estimates)
+        weights /= weights.max() or 1.0
+        effective = float(weights.sum() ** 2 / (np.square(weights).sum() or 1.0))
+        if effective > best[2]:
+            best = estimates, weights, effective
+        if effective >= min(_ENOUGH, n / 2):
             break
-        draws = draws.joined(levels.draw(seen, rounds[-1], rng, size=best))
-        effective, trial, weights = _weighed(within, draws, given, best)
-    unresolved = ""
-    if effective < min(_LEAST, _POSSIBLE * weights.size):
-        drawn = f"{effective:.0f} of {weights.size} draws"
-        unresolved = f"effective size {drawn}, {_LEAST:.0f} are needed"
-    if effective and (weighed or effective < len(weights) - 0.5):
-        draws = draws.of(systematic(weights, settings.draws, rng.random(), rng))
-    inferred = [
-        replace(
-            each,
-            draws=draws if effective else None,
-            effective_size=effective,
-            contact_known=given.prior is not None or bool(given.known),
-            unresolved=unresolved,
-            surprise=surprise_of(each),
-        )
-        for each in trial
-    ]
-    said = contradicted(inferred, given)
-    return [
-        _beside(each, given, [*each.remarks, *(said if not k else [])])
-        for k, each in enumerate(inferred)
-    ]
+    estimates, weights, effective = best
+    about = {"effective_size": effective, "contact_given": restricted}
+    return [_with_contact(replace(e, **about), contacts) for e in estimates], weights
 
 
-def _weighed(
-    within: Sequence[Estimate], draws: StateDraws, given: Given, size: Size | None
-) -> tuple[float, list[Estimate], np.ndarray]:
-    """The effective size of draws, the answers with them, and their weights, at most 1."""
-    new = [replace(each, draws=draws, motions=tuple(draws.release)) for each in within]
-    shares = np.where(possible(new), weights_of(new, given, size), 0.0)
-    shares /= shares.max() or 1.0  # those that are possible may be of any smallness
-    left = float(shares.sum() ** 2 / np.square(shares).sum()) if shares.any() else 0.0
-    return left, new, shares
+def _with_contact(estimate: Estimate, contacts: Collection[str]) -> Estimate:
+    """Compare the recorded contact with the draws, and remark where it is left out."""
+    record = estimate.record
+    if not record.timed:
+        return estimate
+    contact, remarks = record.raw.contact, estimate.remarks
+    sds = float(_surprise(record.switched, contact.sd, estimate.draws.switching[record.motion]))
+    if not (used := record.motion in contacts):
+        time = in_digits(contact.time - record.raw.moves, 4)
+        remarks = (*remarks, say("contact-disagrees", time=time, sds=sds))
+    return replace(estimate, contact_used=used, surprise=sds, remarks=remarks)
 
 
-def _beside(answer: Estimate, given: Given, remarks: Sequence[str]) -> Estimate:
-    """Hold an answer against what was given beside the record."""
-    if abs(answer.surprise) > SURPRISING:
-        remarks = [
-            *remarks,
-            f"the contact's time is {answer.surprise:+.1f} sd from what the curve leads to expect: "
-            "it is not used. Is it of this record, of this phase, and in its time?",
-        ]
-    answer = replace(answer, remarks=tuple(remarks))
-    if answer.draws is None:
-        return answer
-    sds = given.prior_log_sds(answer.levels)
-    left = np.log(answer.draws.theta).std(axis=0) / sds
-    answer = replace(answer, prior_share=np.square(left))
-    if given.size is None:
-        return answer
-    from scipy.special import chdtrc
-
-    prior = given.prior_of(answer.levels)
-    sds, square = prior.distances(np.median(answer.draws.theta, axis=0))
-    return replace(answer, prior_sds=sds, prior_p_value=float(chdtrc(len(NAMES), square)))
+def _surprise(value: np.ndarray, sd: np.ndarray, draws: np.ndarray) -> np.ndarray:
+    """Return how far values ``(...)`` are from draws ``(d, ...)``, in sds of both."""
+    return (value - draws.mean(axis=0)) / np.hypot(draws.std(axis=0), sd)
 
 
-def _measured(answer: Estimate) -> Estimate:
-    """Read what the record shows, at the inferred touch where none was timed."""
-    raw = answer.record.raw
-    remarks = (*raw.remarks_on(), *answer.remarks)
-    return replace(answer, measured=raw.measured(answer.speeds, answer.contact), remarks=remarks)
+def _drawn(estimates: Sequence[Estimate], name: str) -> np.ndarray | None:
+    """Return draws of a quantity, ``(d,)``, by the first record that has it."""
+    drawn = (estimate.inferred(name) for estimate in estimates)
+    return next((draws for draws in drawn if draws is not None), None)
+
+
+def _disagreements(estimates: Sequence[Estimate], given: Given) -> Iterator[str]:
+    """Yield remarks on known values and medians of a prior that disagree with the travel."""
+    for name, (value, sd) in given.known.items():
+        drawn = _drawn(estimates, name)
+        if drawn is not None and abs(sds := _surprise(value, sd, drawn)) > SURPRISING:
+            about = {"value": in_digits(value, 4), "sd": in_digits(sd, 4)}
+            yield say("known-value-disagrees", name=name, sds=sds, **about)
+        elif drawn is None and name == "spring_compression":
+            yield say("known-value-unused", name=name)
+    if given.prior is not None:
+        logs = np.log(estimates[0].draws.theta)
+        every = _surprise(np.log(given.prior.medians), given.prior.log_sds, logs)
+        worst = int(np.abs(every).argmax())
+        if abs(every[worst]) > SURPRISING:
+            yield say("prior-disagrees", name=NAMES[worst], sds=every[worst])
+
+
+def _weights(
+    estimates: Sequence[Estimate], given: Given, size: Size | None, contacts: Collection[str]
+) -> np.ndarray:
+    """Return weights of draws at a size, ``(d,)``, the largest 1; all 0 if none is possible."""
+    draws = estimates[0].draws
+    log = np.zeros(len(draws.theta))
+    if given.prior is not None:
+        family = given.family_prior(estimates[0])
+        with np.errstate(invalid="ignore"):
+            log += given.prior.log_prob(draws.theta) - family.log_prob(draws.theta)
+        if size is None:  # draws of an unknown size lack the part of the family's prior along sizes
+            along = family.standardise(draws.theta) @ family.size_axes
+            log -= 0.5 * np.square(along).sum(axis=1)
+    for record in (estimate.record for estimate in estimates):
+        if record.motion in contacts:
+            late = draws.switching[record.motion] - record.switched
+            log -= 0.5 * np.square(late / record.raw.contact.sd)
+    for name, (value, sd) in given.known.items():
+        if (drawn := _drawn(estimates, name)) is not None:
+            log -= 0.5 * np.square((drawn - value) / sd)
+    log = np.where(np.isfinite(log), log, -np.inf)
+    return np.exp(log - log.max()) if np.isfinite(log.max()) else np.zeros(log.size)
+
+
+def _possible(estimates: Sequence[Estimate]) -> np.ndarray:
+    """Return which draws ``(d,)`` compress the contact spring, and switch the contact on the way
+    between the rest positions.
+    """
+    compression = estimates[0].inferred("spring_compression")
+    possible = True if compression is None else compression > 0.0
+    for estimate in estimates:
+        shape, motion = estimate.record.shape, estimate.record.motion
+        at = estimate.draws.switching[motion] / shape.duration
+        arrival = np.min(SHAPE_TIMES[shape.way >= 1.0], initial=np.inf)
+        possible = possible & (at < arrival) & (np.interp(at, SHAPE_TIMES, shape.way) > 0.0)
+    return possible
+
+
+def _contradiction(operation: Sequence[Estimate], given: Given, seed: int) -> str:
+    """Return a remark if two drives explain both records better than one drive; "" if not."""
+    rng = generator(seed, "motions", operation[0].record.operation.number)
+    logs = []
+    for estimate in operation:
+        seen = {estimate.record.motion: estimate.record.seen}
+        drawn = estimate.levels.draw(seen, _DRAWS, rng, size=given.size)
+        logs.append(np.log(drawn.theta))
+    evidence = evidence_of_one(*logs, *given.family_moments(operation[0]))
+    if evidence >= _ONE_DRIVE:
+        return ""
+    return say("motions-contradict", odds=in_digits(np.exp(min(-evidence, _MOST)), 2))
+
+
+def evidence_of_one(
+    one: np.ndarray, other: np.ndarray, mean: np.ndarray, covariance: np.ndarray
+) -> float:
+    """Return the logarithm of the evidence that two records are of one drive, relative to two.
+
+    This is the logarithm of ``int q(z | one) q(z | other) / p(z) dz`` with normal distributions. Of
+    records of one drive no more than a share s has an evidence below ``log s`` (Markov's
+    inequality).
+
+    Args:
+        one, other: Draws of the logarithms of the parameters from either record, ``(d, p)``.
+        mean, covariance: Moments of the prior, ``(p,)`` and ``(p, p)``.
+    """
+    prior = np.linalg.inv(covariance)
+    first, second = np.linalg.inv(np.cov(one.T)), np.linalg.inv(np.cov(other.T))
+    a, b = one.mean(axis=0) - mean, other.mean(axis=0) - mean
+    sizes, axes = np.linalg.eigh(first + second - prior)
+    sizes = np.maximum(sizes, _SURE * np.linalg.eigvalsh(prior)[0])
+    both = axes.T @ (first @ a + second @ b)
+    square = a @ first @ a + b @ second @ b - both @ (both / sizes)
+    logs = [np.linalg.slogdet(matrix)[1] for matrix in (first, second, prior)]
+    return float(0.5 * (logs[0] + logs[1] - logs[2] - np.log(sizes).sum() - square))

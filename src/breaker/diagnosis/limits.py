@@ -9,7 +9,7 @@ import numpy as np
 from breaker.common.numerals import in_digits
 from breaker.common.plain_values import Note, Plain, note_of
 from breaker.common.randomness import generator
-from breaker.diagnosis.estimate import MAY_SLIDE, NOTHING, WITH_CONTACT, Estimate
+from breaker.diagnosis.estimate import NOTHING, Estimate
 from breaker.diagnosis.words import say
 from breaker.model.limits import Limit
 from breaker.model.quantities import EVENTS, QUANTITIES
@@ -176,7 +176,7 @@ def judged(estimate: Estimate, limits: Sequence[Limit], *, seed: int) -> list[Ve
 
 def _measured(estimate: Estimate, name: str) -> Evidence:
     """Return what the record alone shows."""
-    if not estimate.alone(name):
+    if not estimate.measured_directly(name):
         of_model = name in QUANTITIES and "model" not in QUANTITIES[name].of
         code = "no-contact-channel" if of_model else "no-contact-channel-try-model"
         return Evidence(reason=say(code, event=EVENTS[estimate.record.motion]))
@@ -186,12 +186,9 @@ def _measured(estimate: Estimate, name: str) -> Evidence:
 
 def _estimated(estimate: Estimate, name: str) -> Evidence:
     """Return posterior draws where there are any, else what was measured."""
-    if estimate.draws is not None and estimate.may_slide and name in WITH_CONTACT:
-        return Evidence(reason=MAY_SLIDE)
-    inferred = estimate.is_inferred(name)
-    if estimate.draws is None and (inferred or not estimate.alone(name)):
-        return Evidence(reason=estimate.why_not_inferred)
-    if inferred:
+    if reason := estimate.why_not(name):
+        return Evidence(reason=reason)
+    if estimate.is_inferred(name):
         return Evidence(draws=estimate.inferred(name))
     measured = estimate.measured.get(name, NOTHING)
     return Evidence(measured.value, measured.sd, None, measured.reason)

@@ -12,7 +12,7 @@ import numpy as np
 
 from breaker.common.plain_values import Plain, plainly
 from breaker.common.safe_text import table_text
-from breaker.diagnosis.estimate import MAY_SLIDE, WITH_CONTACT, Estimate
+from breaker.diagnosis.estimate import Estimate
 from breaker.diagnosis.identity import doubts_about
 from breaker.diagnosis.limits import NORMAL, VERDICTS, Verdict
 from breaker.family.networks import EFFECTS
@@ -46,7 +46,6 @@ class Value(Plain):
     interval_95: Sequence[float] | None
     reason: str | None = None  # why it is not told, though others are
     prior_share: float | None = None  # variance of the prior that is left, as a share of it
-    prior_sds: float | None = None  # of the median from that of the prior, in sds of this
     probability: float | None = None  # that the drive has a mechanism at all
 
     @property
@@ -82,8 +81,6 @@ class Fit(Plain):
     resolved: bool
     why_unresolved: str | None
     effective_size: float | None
-    prior_p_value: float | None
-    far_from_prior: bool
     moves: float
     moves_sd: float
     missing: int
@@ -182,19 +179,6 @@ class Together(Plain):
     limits: Mapping[str, Mapping[str, int]] | None = None
 
 
-@dataclass(frozen=True, kw_only=True)
-class MeanResult(Plain):
-    """What the means of several records of a pole tell: how many records of each motion."""
-
-    breaker: str | None
-    phase: str | None
-    records: Mapping[str, int]
-    parameters: Mapping[str, Value]
-    remarks: Sequence[str]
-    mechanisms: Mapping[str, Value]
-    resolved: bool
-
-
 @dataclass(frozen=True)
 class DiagnosisResult(Plain):
     """All answers of a call: what is said first, each record, and what several share."""
@@ -204,7 +188,6 @@ class DiagnosisResult(Plain):
     settings: Mapping[str, object]
     records: Sequence[RecordResult]
     together: Mapping[str, Together]
-    means: Sequence[MeanResult]
     reference: Sequence[Mapping] | None = None  # differences from a good record
 
 
@@ -213,7 +196,6 @@ def document(
     limits: Sequence[Sequence[Verdict]],
     drive: Mapping[str, object],
     settings: Mapping[str, object],
-    means: Sequence[Sequence[Estimate]] = (),
 ) -> DiagnosisResult:
     """Return answers as a document.
 
@@ -222,32 +204,12 @@ def document(
         limits: Of each, what ``judged`` returns.
         drive: What is known of the drive as a whole: goes into the document as it is.
         settings: What the answers were made with: the same.
-        means: What ``infer_means`` returns.
     """
     known = [n for n in ABOUT if any(_about(each)[n] is not None for each in answers)]
     records = [_record(*both, known) for both in zip(answers, limits, strict=True)]
     together = {motion: each for motion in MOTIONS if (each := _together(motion, records))}
     warnings = doubts_about([each.record for each in answers])
-    pooled = [mean for pole in means for mean in _means(pole)]
-    return plainly(DiagnosisResult(warnings, drive, settings, records, together, pooled))
-
-
-def _means(answers: Sequence[Estimate]) -> list[MeanResult]:
-    """An answer for each inference from means of records of a pole, of one motion or both."""
-    same: dict[int, list[Estimate]] = {}
-    for each in answers:
-        same.setdefault(id(each.draws), []).append(each)
-    return [
-        MeanResult(
-            **{name: _about(some[0])[name] for name in ("breaker", "phase")},
-            records={each.record.motion: each.records for each in some},
-            parameters=_parameters(some[0]),
-            remarks=some[0].remarks,
-            mechanisms=_mechanisms(some[0]),
-            resolved=not some[0].unresolved,
-        )
-        for some in same.values()
-    ]
+    return plainly(DiagnosisResult(warnings, drive, settings, records, together))
 
 
 def _about(answer: Estimate) -> dict:
@@ -294,8 +256,6 @@ def _fit(answer: Estimate) -> Fit:
         resolved=not answer.unresolved and not answer.misfit,
         why_unresolved=answer.unresolved or None,
         effective_size=answer.effective_size,
-        prior_p_value=answer.prior_p_value,
-        far_from_prior=answer.far_from_prior,
         moves=raw.moves,
         moves_sd=raw.reading.start_sd,
         missing=int(np.isnan(raw.left).sum()),
@@ -316,12 +276,11 @@ def _drawn(draws: np.ndarray | None) -> dict:
 def _parameters(answer: Estimate) -> dict[str, Value]:
     found = {}
     for k, each in enumerate(PARAMETERS):
-        draws = None if answer.draws is None else answer.inferred(each.name)
-        known = _drawn(draws)
-        if each.name in WITH_CONTACT and draws is not None and answer.may_slide:  # where it touches
-            known = _drawn(None) | {"reason": MAY_SLIDE}
-        beside = {"prior_share": answer.prior_share, "prior_sds": answer.prior_sds}
-        known |= {name: of[k] for name, of in beside.items() if of is not None}
+        reason = "" if answer.draws is None else answer.why_not(each.name)
+        known = {"reason": reason or None}
+        known |= _drawn(None if reason or answer.draws is None else answer.inferred(each.name))
+        if answer.prior_share is not None:
+            known["prior_share"] = answer.prior_share[k]
         found[each.name] = Value(each.unit, each.meaning, **known)
     return found
 
@@ -356,7 +315,8 @@ def _quantities(answer: Estimate) -> dict[str, QuantityValue]:
             measured = answer.measured[name]
             ends = [measured.value + sds * measured.sd for sds in (-NORMAL[95], NORMAL[95])]
             ends[0] = max(ends[0], min(measured.value, 0.0))  # a way or a time is not negative
-            source = "measured" if answer.alone(name) else f"measured, {EVENTS[motion]} inferred"
+            direct = answer.measured_directly(name)
+            source = "measured" if direct else f"measured, {EVENTS[motion]} inferred"
             known |= {"median": measured.value, "interval_95": ends}
         about = {"source": source, "reason": reason or None, "zone": zones.get(name)}
         found[name] = QuantityValue(each.unit, each.meaning, **known, **about)

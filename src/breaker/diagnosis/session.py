@@ -13,8 +13,8 @@ import numpy as np
 from breaker.configuration.definitions import advice_of
 from breaker.configuration.loading import defaults
 from breaker.diagnosis.drive_records import read_operations
-from breaker.diagnosis.estimate import FACTS, DriveRecord, Estimate, EstimateSettings, Given
-from breaker.diagnosis.inference import infer_drive, infer_means
+from breaker.diagnosis.estimate import KNOWN_VALUES, DriveRecord, Estimate, EstimateSettings, Given
+from breaker.diagnosis.inference import infer_drive
 from breaker.diagnosis.limits import Verdict, judged
 from breaker.family.network_files import shipped_levels
 from breaker.family.networks import StateNetwork
@@ -68,10 +68,6 @@ class Diagnosis:
         """Infer records, in their order: see ``infer_drive``."""
         speeds = self.speeds_of(records)
         return infer_drive(records, self.families(), self.given, speeds, self.settings)
-
-    def infer_means(self, answers: Sequence[Estimate]) -> list[list[Estimate]]:
-        """Infer each pole from the means of its records: see ``infer_means``."""
-        return infer_means(answers, self.given, self.settings)
 
     def speeds_of(self, records: Iterable[DriveRecord]) -> tuple[Speed, ...]:
         """Return the speeds of a drive: those that any record shows (``OF_STROKE``), and between
@@ -137,10 +133,10 @@ def given_by(
         ValueError: If a fact is of nothing that is inferred.
     """
     known = {**config["known"], **(facts or {})}
-    if wrong := [name for name in known if name not in FACTS]:
+    if wrong := [name for name in known if name not in KNOWN_VALUES]:
         raise ValueError(
             f"known: {wrong[0]} is not inferred, so no fact narrows it. Known can be: "
-            f"{', '.join(FACTS)}"
+            f"{', '.join(KNOWN_VALUES)}"
         )
     usual = defaults()
     if all(config[key] == usual[key] for key in ("prior", "size")):

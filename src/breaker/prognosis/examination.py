@@ -139,7 +139,7 @@ def _about(member: Member, visits: Sequence, answers: Sequence[Estimate]) -> Dri
     shown: dict[tuple[str, str], list[float]] = {}
     for each in used:
         for name, value in each.measured.items():
-            if np.isfinite(value.value) and each.alone(name):
+            if np.isfinite(value.value) and each.measured_directly(name):
                 shown.setdefault((name, each.record.motion), []).append(float(value.value))
     return DriveDocument(
         breaker=member.breaker,
