@@ -18,9 +18,9 @@ import pandas as pd
 from breaker.common.randomness import generator
 from breaker.configuration.loading import load
 from breaker.diagnosis.changes import compare, measured_changes, with_explanations
-from breaker.diagnosis.drive_records import read_operations
 from breaker.diagnosis.explanations import explain, otherwise_measured
 from breaker.diagnosis.inspection_change import ComparisonSettings, visits_document
+from breaker.diagnosis.reading import read_operations
 from breaker.family.export import write_curve
 from breaker.family.network_files import shipped_networks
 from breaker.family.sensitivities import shipped_sensitivities

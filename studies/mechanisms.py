@@ -31,8 +31,8 @@ from scipy.optimize import brentq
 from breaker.common.compiling import compiled
 from breaker.common.randomness import generator
 from breaker.configuration.loading import load
-from breaker.diagnosis.drive_records import read_operations
 from breaker.diagnosis.estimate import Estimate, Given
+from breaker.diagnosis.reading import read_operations
 from breaker.diagnosis.session import Diagnosis
 from breaker.model.parameters import MOTIONS, NAMES, Size
 from breaker.model.prior import Prior

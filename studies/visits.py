@@ -25,7 +25,7 @@ from breaker.common.randomness import generator
 from breaker.configuration.definitions import family_of
 from breaker.configuration.loading import defaults
 from breaker.diagnosis.changes import VERDICT_WORDS, changes, compare, measured_changes
-from breaker.diagnosis.drive_records import read_operations
+from breaker.diagnosis.reading import read_operations
 from breaker.family.drive_family import Family
 from breaker.family.export import write_curve
 from breaker.family.network_files import shipped_networks

@@ -15,7 +15,15 @@ def raw_of(way, step, moves, motion="closing"):
     segment = Segment(0, len(way), float(whole[0]), float(whole[-1]), 0.0, np.nan)
     time = step * np.arange(len(way))
     located = motion, time, whole, np.full(len(way), ""), 0.0, segment, moves, 0.0
-    return Record(*located, Operation(1, "a.csv"), {}, 0.0, ContactTimes(), Currents(time), ())
+    return Record(
+        *located,
+        Operation(1, "a.csv"),
+        {"travel_column": "way"},
+        0.0,
+        ContactTimes(),
+        Currents(time),
+        (),
+    )
 
 
 def smooth(rng, motion="closing", *, stroke=80.0, noise=1e-3, late=0.0, bump=0.0, **more):

@@ -155,7 +155,7 @@ def test_a_folder_with_a_table_of_two_breakers(folder, capsys):
     assert answered(capsys, "own", "--config", "second.yaml") == found
     assert len(answered(capsys, "own/a.csv", "--config", "second.yaml")["records"]) == 1
     message = failed(capsys, "own", "--breaker", "Q2", "--channel", "travel")
-    assert "names the channels; leave --channel out" in message
+    assert "--channel" in message
 
 
 def test_folders_without_a_table(folder, capsys):
@@ -229,7 +229,7 @@ FOOT = "endurance:\n  format:\n    travel_unit: foot\n"
         ("--model open.csv", "", "is not a model file"),
         ("--model changes.safetensors", "", "is a network of changes"),
         ("own.safetensors", "", "name it by --model"),
-        ("--phase L1", "", "one folder with a table"),
+        ("--phase L1", "", "L1.*none"),
         ("--known L=10:1 mu=2:0.1 --known L=11:1", "", "--known has L twice"),
         *(
             (

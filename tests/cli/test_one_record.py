@@ -15,7 +15,7 @@ from breaker.cli import main
 from breaker.common.plain_values import to_json
 from breaker.configuration.loading import merge
 from breaker.diagnosis import report
-from breaker.diagnosis.drive_records import read_operations
+from breaker.diagnosis.reading import read_operations
 from breaker.diagnosis.result import document
 from breaker.diagnosis.session import Diagnosis
 from breaker.model.parameters import MOTIONS
@@ -63,11 +63,12 @@ def inferred(capsys):
 
 def reported(capsys, monkeypatch):
     caught, real = [], report.report_of
-    monkeypatch.setattr(report, "report_of", lambda *a: caught.append(a) or real(*a))
+    monkeypatch.setattr(report, "report_of", lambda one: caught.append(one) or real(one))
     assert main(["report", "one.csv", "--output", "a.html", "--config", "own.yaml"]) == 0
     capsys.readouterr()
-    ((answers, verdicts, _),) = caught
-    return told(json.loads(to_json(document(answers, verdicts, {}, {})))["records"])
+    (diagnosis,) = caught
+    found = document(diagnosis.estimates, diagnosis.verdicts, {}, {})
+    return told(json.loads(to_json(found))["records"])
 
 
 def compared(capsys):

@@ -8,7 +8,6 @@ import pytest
 import yaml
 
 from breaker.cli import main
-from breaker.diagnosis.named_records import numbers_of_poles
 from breaker.diagnosis.simultaneity import simultaneity_of
 from tests.exports import pole
 
@@ -71,18 +70,3 @@ def test_simultaneity_counts_in_the_verdict_of_the_sheet():
         report = {"simultaneity": {"closing": most}}
         found = page("0.csv", "1.csv", "2.csv", form=FORM | CONTACT | TRIGGER, report=report)
         assert said in found
-
-
-@pytest.mark.parametrize(
-    ("files", "numbers"),
-    [
-        ([("R", "2021-03-14T10:00:00"), ("Y", "2021-03-14T10:00:05")], [1, 1]),
-        ([("R", "2021-03-14T10:00:00"), ("Y", "2021-03-14T14:00:05")], [1, 1]),
-        ([("R", "2021-03-14"), ("Y", "2021-03-15")], [1, 2]),
-        ([("R", ""), ("Y", ""), ("R", ""), ("Y", "")], [1, 1, 2, 2]),
-        ([("", "2021-03-14"), ("", "2021-03-14")], [1, 2]),
-    ],
-)
-def test_files_of_one_operation_are_of_one_day_and_of_other_phases(files, numbers):
-    held = {Path(str(k)): ((p,) if p else (), d) for k, (p, d) in enumerate(files)}
-    assert [*numbers_of_poles(held).values()] == numbers

@@ -105,16 +105,26 @@ def test_a_file_that_cannot_be_read_is_named_with_its_reason(visit, capsys):
     assert "odd.csv" in capsys.readouterr().err
 
 
-def test_a_reference_of_the_configuration_is_that_of_the_option(visit):
-    stated = {"reference": {"file": "before.csv", "tolerance": 2}}
-    config = yaml.safe_load(Path("my.yaml").read_text())
-    Path("with.yaml").write_text(yaml.safe_dump(config | {"report": stated}))
-    option = ["--reference", "before.csv", "--tolerance", "2"]
-    assert report("today.csv", *option, "--output", "a.html") == 0
-    assert main(["report", "today.csv", "--config", "with.yaml", "--output", "b.html"]) == 0
-    assert (visit / "a.html").read_bytes() == (visit / "b.html").read_bytes()
-    assert report("today.csv", "--reference", "before.csv", "--output", "c.html") == 0
-    assert (visit / "a.html").read_bytes() != (visit / "c.html").read_bytes()  # of 5 %
+def test_the_entry_of_a_type_counts_for_its_drives(visit, capsys):
+    """LTB 420 stands in the files: limits and reference are those of its entry, or of --type."""
+    entry = {"limits": {"closing stroke": ["200 mm", None]}, "reference": "before.csv"}
+    Path("types.yaml").write_text(yaml.safe_dump({"ltb-420": entry, "other": {}}))
+    Path("with.yaml").write_text(yaml.safe_dump(EXPORT | {"types": "types.yaml"}))
+    call = ["report", "today.csv", "--config", "with.yaml", "--output"]
+    assert main([*call, "a.html"]) == 0
+    assert "closing stroke by type" in capsys.readouterr().out
+    assert main([*call, "b.html", "--type", "other"]) == 0
+    assert "by type" not in capsys.readouterr().out
+    with_reference, without = ((visit / e).read_bytes() for e in ("a.html", "b.html"))
+    assert len(with_reference) > len(without)
+    assert main([*call, "c.html", "--type", "GL 314"]) == 1
+    err = capsys.readouterr().err
+    assert "GL 314" in err
+    assert "ltb-420, other" in err
+    infer = ["infer", "today.csv", "--channel", "Travel 1", "--json", "--config", "with.yaml"]
+    assert main(infer) == 0
+    found = json.loads(capsys.readouterr().out)["records"]
+    assert {e["name"] for r in found for e in r["limits"]} == {"closing stroke by type low"}
 
 
 # ---- infer --reference --------------------------------------------------------------------------
@@ -196,7 +206,7 @@ def test_another_breaker_is_refused_in_a_report_and_warned_of_between_visits(vis
     write("today.csv", rate=5.0, channels=1)
     write("other.csv", rate=5.0, channels=1, seed=7, serial="X", bay="Bay 9")
     assert report("today.csv", "other.csv", "--output", "a.html") == 1
-    assert "the files state serial HV-20417 and X" in capsys.readouterr().err
+    assert "HV-20417 and X" in capsys.readouterr().err
     one = settings("one.yaml")
     call = ["report", "today.csv", "--before", "other.csv", "--output", "a.html", *one]
     assert main(call) == 0

@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from breaker.diagnosis.drive_records import read_operations
 from breaker.diagnosis.estimate import EstimateSettings, Given
 from breaker.diagnosis.inference import infer_drive
+from breaker.diagnosis.reading import ANY, read_operations
 from breaker.model.quantities import speeds_at
 from breaker.records.contacts import ContactTimes
 from breaker.records.operations import Operation
@@ -26,7 +26,7 @@ def records(tmp_path_factory, prior):
         written(folder / name, prior, *motions)
     files = ["both.csv", "a.csv", "gone.csv"]
     found = [Operation(k, folder / name, phase="L1") for k, name in enumerate(files, start=1)]
-    return read_operations({"closing": found, "opening": found}, {}, loose=True)
+    return read_operations({ANY: found}, {})
 
 
 @pytest.fixture(scope="package")

@@ -1,11 +1,14 @@
-"""Copies count once, and files state one breaker and visits in their order."""
+"""Statements of files: copies, breakers, dates, phases, and poles of one operation."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
+import pytest
 
 from breaker.diagnosis.estimate import DriveRecord
-from breaker.diagnosis.identity import doubts_about, visits_in_order, without_copies
+from breaker.diagnosis.identity import days_of, doubts_about, order_doubts, pair_phases
+from breaker.diagnosis.reading import number_poles, without_copies
 from breaker.family.inputs import normalise_record
 from breaker.records.header import Header
 from breaker.records.operations import Operation
@@ -36,7 +39,8 @@ def of(raw, number=1, phase="", date="", serial="", bay=""):
 def test_a_copy_counts_once_and_is_named():
     first, again = without_copies([record(1), record(2, seed=1)])
     assert not first.reason
-    assert again.reason == "2.csv holds the same samples as 1.csv: they count once"
+    assert again.reason.code == "copy"
+    assert again.reason.values == {"name": "2.csv", "other": "1.csv"}
 
 
 def test_operations_of_one_drive_are_no_copies():
@@ -47,7 +51,7 @@ def test_three_phases_of_the_same_samples_are_one():
     poles = [record(1, seed=7, phase=phase) for phase in "RYB"]
     reasons = [each.reason for each in without_copies(poles)]
     assert reasons[0] == ""
-    assert all("they count once" in each for each in reasons[1:])
+    assert all(reason.code == "copy" for reason in reasons[1:])
 
 
 def test_breakers_that_files_state():
@@ -60,9 +64,9 @@ def test_breakers_that_files_state():
 
 def test_a_visit_before_that_is_later():
     before, today = [record(1, date="2024-05-01")], [record(2, date="2019-03-02")]
-    assert len(visits_in_order({"before": before, "today": today})) == 1
-    assert visits_in_order({"before": today, "today": before}) == []
-    assert visits_in_order({"before": [record(1)], "today": today}) == []
+    assert len(order_doubts({"before": before, "today": today})) == 1
+    assert order_doubts({"before": today, "today": before}) == []
+    assert order_doubts({"before": [record(1)], "today": today}) == []
 
 
 def test_a_type_in_two_spellings_is_one():
@@ -71,3 +75,71 @@ def test_a_type_in_two_spellings_is_one():
         for n, name in enumerate(("GL314", "GL 314", "gl-314"))
     ]
     assert doubts_about(types) == []
+
+
+def test_no_day_of_an_inspection_is_left_out():
+    dates = ["2021-04-14T10:00:00", "", "2021-03-04"]
+    assert days_of([record(1, date=date) for date in dates]) == "2021-03-04 to 2021-04-14"
+    assert days_of([record(1, date=dates[0])]) == "2021-04-14"
+    assert days_of([record(1)]) == ""
+
+
+@pytest.mark.parametrize(
+    ("files", "numbers"),
+    [
+        ([("R", "2021-03-14"), ("Y", "2021-03-14")], [1, 1]),
+        ([("R", "2021-03-14"), ("Y", "2021-03-15")], [1, 2]),
+        ([("R", ""), ("Y", ""), ("R", ""), ("Y", "")], [1, 1, 2, 2]),
+        ([("", "2021-03-14"), ("", "2021-03-14")], [1, 2]),
+    ],
+)
+def test_files_of_one_operation_are_of_one_day_and_of_other_phases(files, numbers):
+    listed = {Path(str(k)): ([*phase], day) for k, (phase, day) in enumerate(files)}
+    assert [*number_poles(listed).values()] == numbers
+
+
+def paired(before, today):
+    """Phases of the records that are compared, and codes of remarks and rejections."""
+    both = {
+        name: [record(k, phase=phase) for k, phase in enumerate(phases)]
+        for name, phases in (("before", before), ("today", today))
+    }
+    found, remarks = pair_phases(both)
+    every = [each for some in found.values() for each in some]
+    used = [each.operation.phase for each in every if not each.reason]
+    return used, {each.reason.code for each in every if each.reason}, [e.code for e in remarks]
+
+
+def test_records_are_paired_by_the_phase_that_is_stated():
+    assert paired(["R"], ["R"]) == (["R", "R"], set(), [])
+    assert paired(["R"], ["R", "Y"]) == (["R", "R"], {"other-phase"}, [])
+    assert paired([""], ["R"]) == (["", "R"], set(), ["phase-not-stated"])
+    assert paired([""], [""]) == (["", ""], set(), ["phase-not-stated"])
+
+
+@pytest.mark.parametrize(
+    ("before", "today", "code"),
+    [
+        (["R"], ["Y"], "different-phases"),
+        ([""], ["R", "Y"], "different-phases"),
+        (["R", "Y"], ["Y", "R"], "several-phases"),
+    ],
+)
+def test_records_of_other_phases_are_never_compared(before, today, code):
+    with pytest.raises(ValueError, match="phase") as caught:
+        paired(before, today)
+    sentence = caught.value.args[0]
+    assert sentence.code == code
+    assert [sentence.values[name] for name in ("before", "today")] == [
+        ", ".join(sorted(filter(None, phases))) or "no phase" for phases in (before, today)
+    ]
+
+
+def test_channels_without_a_phase_are_not_compared():
+    some = [
+        replace(each, operation=replace(each.operation, channel=f"Travel {k}"))
+        for k, each in enumerate([record(1), record(2)])
+    ]
+    with pytest.raises(ValueError, match="phase") as caught:
+        pair_phases({"before": some, "today": some})
+    assert caught.value.args[0].code == "phases-needed"

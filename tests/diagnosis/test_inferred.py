@@ -11,8 +11,8 @@ from breaker.common.randomness import generator
 from breaker.common.terminal import text_of
 from breaker.diagnosis import inference
 from breaker.diagnosis.answer_words import words_of
-from breaker.diagnosis.drive_records import _Reader, read_operations
 from breaker.diagnosis.estimate import Estimate, Given
+from breaker.diagnosis.reading import _record, read_operations
 from breaker.diagnosis.result import document
 from breaker.family.export import write_curve
 from breaker.family.membership import Match
@@ -262,13 +262,12 @@ def test_no_draw_has_a_gap_beyond_the_stroke_or_a_contact_beyond_the_rest(answer
 def test_what_is_missing_is_of_the_motion():
     """A gap within it, but not that the record ends early."""
     raw = replace(smooth(np.random.default_rng(1), until=45.0), settings={"missing": 0.05})
-    files = Reader({})
-    files.header = lambda operation: Header()
-    reader = _Reader("closing", files, 0)
-    assert reader.records(raw.operation, raw)[0].reason == ""
+    reader = Reader({})
+    reader.header = lambda operation: Header()
+    assert _record(reader, raw.operation, "closing", raw).reason == ""
     gap = replace(raw, whole=np.where(np.abs(raw.time - 30.0) < 4.0, np.nan, raw.whole))
-    (found,) = reader.records(raw.operation, gap)
-    assert "a share of 0.29 of the motion" in found.reason
+    reason = _record(reader, raw.operation, "closing", gap).reason
+    assert (reason.code, reason.values["missing"]) == ("much-missing", "0.29")
 
 
 def test_medians_of_a_prior_with_a_slip_in_units_disagree(infer, records, prior):

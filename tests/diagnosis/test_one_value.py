@@ -3,16 +3,17 @@
 Visits are drawn with a fixed seed, and nothing is left to chance but the visits themselves.
 """
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from breaker.common.numerals import in_digits
+from breaker.diagnosis.reading import ANY
 from breaker.diagnosis.report import report_of
 from breaker.diagnosis.report_tables import starred
 from breaker.diagnosis.result import document
 from breaker.diagnosis.session import Diagnosis
-from breaker.diagnosis.visit import Visit
-from breaker.model.parameters import MOTIONS
 from breaker.model.quantities import EVENTS, INFERRED
 from breaker.records.operations import Operation
 from tests.exports import write
@@ -36,19 +37,18 @@ def visit_of(seed, folder):
         file = folder / f"{number}.csv"
         write(file, rate=5.0, seed=seed + number, motions=motions, noise=noise, stroke=stroke)
         operations.append(Operation(number, file, "Travel 1"))
-    return {m: operations for m in MOTIONS}, form
+    return {ANY: operations}, form
 
 
 @pytest.mark.parametrize("seed", range(4))
 def test_a_quantity_has_one_value_on_all_pages(seed, tmp_path, levels, defaults):
     operations, form = visit_of(100 * seed, tmp_path)
     config = defaults | {"endurance": defaults["endurance"] | FEW | {"format": form}}
-    assessment = Diagnosis(config, LIMITS, families=lambda: [levels])
-    records = assessment.read(operations, loose=True)
-    answers = assessment.infer(records)
-    verdicts = assessment.judge(answers)
-    entries = [e for e in document(answers, verdicts, {}, {}).records if e.accepted]
-    found = report_of(answers, verdicts, Visit(assessment, records))
+    diagnosis = Diagnosis(config, LIMITS, families=lambda: [levels])
+    diagnosis = replace(diagnosis, records=diagnosis.read(operations))
+    answers = document(diagnosis.estimates, diagnosis.verdicts, {}, {})
+    entries = [e for e in answers.records if e.accepted]
+    found = report_of(diagnosis)
     tables = [each for each in found.parts if [*each.head[:1]] == ["measured"]]
     assert len(tables) == len(entries) > 1
     for entry in entries:

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from breaker.diagnosis.drive_records import read_operations
 from breaker.diagnosis.overlay import overlaid
+from breaker.diagnosis.reading import read_operations
 from breaker.family.export import write_curve
 from breaker.records.operations import Operation
 

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from breaker.diagnosis.drive_records import read_operations
+from breaker.diagnosis.reading import read_operations
 from breaker.diagnosis.remounting import slack_between
 from breaker.diagnosis.session import Diagnosis
 from breaker.family.export import write_curve

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from breaker.common.html_page import html_page
-from breaker.diagnosis.drive_records import read_operations
+from breaker.diagnosis.reading import read_operations
 from breaker.diagnosis.session import Diagnosis
 from breaker.family.export import write_curve
 from breaker.figures.reports import fleet as picture
@@ -167,11 +167,10 @@ def test_another_ratio_makes_no_date(defaults, tmp_path, prior):
 
 def test_limits_of_a_type_are_of_its_drives_in_any_spelling(rows, defaults):
     operations = {m: [e for of, e in rows["Q0"] if of == m] for m in MOTIONS}
-    by_type = {"GL 314": {"closing stroke": [20, 22], "opening travel_time": [None, 50]}}
-    config = {**defaults, "limits_by_type": by_type}
+    types = {"GL 314": {"limits": {"closing stroke": [20, 22], "opening travel_time": [None, 50]}}}
     states = {}
     for name in ("gl-314", "GL318"):
-        document = examine(Member("Q0", "", name, operations), config).document
+        document = examine(Member("Q0", "", name, operations), defaults, types).document
         states[name] = document.state, document.limits
     verdicts = {"closing stroke by type": "fail", "opening travel_time by type": "pass"}
     assert states == {"gl-314": ("now", verdicts), "GL318": ("not judged", {})}

@@ -35,7 +35,7 @@ from tests.workflow.conftest import ROOT, snakemake
 MOST = 140  # settings
 OVERLAYS = ["paper.yaml", "precise.yaml", "any.yaml", "test.yaml"]
 SCHEMA = script("envs/defaults.py").schema()
-FREE = {"events", "known", "limits_by_type", "by_motion", "speeds", "advice"}
+FREE = {"events", "known", "by_motion", "speeds", "advice"}
 
 
 def problems_of(config) -> str:
@@ -231,9 +231,6 @@ limits: [{name: a, motion: closing}, {name: a, motion: opening, lower: {f: 1}}]
 limits: [{name: a, motion: closing, lower: {f: 1}}]
 motions: [opening]
     limits has no limit of opening
-limits_by_type: {GL 314: {stroke: [1, 2]}, gl-314: {stroke: [2, 1]}}
-    limits_by_type has 'gl-314'
-    limits_by_type.gl-314
 speeds: {closing_speed: [6 mm, touch]}
     speeds is
 known: {touch: [9.5, 0.1], L: [10.0, 0]}
@@ -391,13 +388,14 @@ def test_snakemake_names_each_key_and_shows_no_traceback(tmp_path):
     assert "Traceback" not in output
 
 
-def test_files_are_checked_by_a_command(tmp_path, capsys):
+def test_files_are_checked_by_a_command(tmp_path):
     overlay = tmp_path / "mine.yaml"
     overlay.write_text("seed: 2\nsensor: {noise_sd: -0.1}\n")
-    assert main(str(ROOT / "config/test.yaml"), str(overlay)) == 1
-    assert f"{overlay}, line 2: sensor.noise_sd is -0.1" in capsys.readouterr().err
-    assert main(str(ROOT / "config/test.yaml")) == 0
-    assert main() == 2
+    with pytest.raises(SystemExit, match=f"{overlay}, line 2: sensor.noise_sd is -0.1"):
+        main(str(ROOT / "config/test.yaml"), str(overlay))
+    main(str(ROOT / "config/test.yaml"))
+    with pytest.raises(SystemExit, match="usage"):
+        main()
 
 
 @pytest.mark.parametrize("name", [*FAMILIES, HELD_BACK])
@@ -474,3 +472,24 @@ def test_functions_of_ones_own_are_tried_before_the_first_job(
     with pytest.raises(ConfigurationError) as refused:
         load([mine])
     assert re.search(r"my.yaml, line \d+: model.(prior|simulator) is own:", str(refused.value))
+
+
+@pytest.mark.parametrize(
+    ("entry", "parts"),
+    [
+        ("limit: {}", ["GL 314.limit", "GL 314.limits"]),
+        ("colour: red", ["GL 314.colour", "limits, speeds, ratio, reference"]),
+        ("limits: {stroke: [178 cm, null]}", ["GL 314.limits", "stroke is 178 cm", "mm"]),
+        ("limits: {stroke: [2, 1]}", ["GL 314.limits", "from 2 to 1"]),
+        ("limits: {stroke: 178}", ["GL 314.limits.stroke is 178"]),
+        ("ratio: 2 mm", ["GL 314.ratio"]),
+        ("speeds: {closing_speed: [6 s, touch]}", ["GL 314.speeds"]),
+        ("{}\ngl-314: {}", ["GL 314 and gl-314"]),
+    ],
+)
+def test_a_wrong_entry_of_a_type_is_named_by_file_and_key(complaint, tmp_path, entry, parts):
+    file = tmp_path / "types.yaml"
+    file.write_text(f"GL 314:\n  {entry}\n", encoding="utf-8")
+    found = complaint(f"types: {file}")
+    for part in ("types.yaml", *parts):
+        assert part in found

@@ -1,4 +1,4 @@
-"""A fleet: a job for each chunk, appended visits run their own one again, and a small one runs."""
+"""A fleet: jobs have breakers of one type; what is appended or edited reruns its own job."""
 
 import csv
 import re
@@ -13,7 +13,8 @@ from breaker.family.export import write_curve
 from breaker.model.curves import travel
 from tests.workflow.conftest import ROOT, snakemake
 
-HEAD = "file,motion,operation,breaker,phase,date"
+HEAD = "file,motion,operation,breaker,phase,date,type"
+TYPES = {"A": "GL 314", "B": "LTB 145"}
 TIME = 0.1 * np.arange(760)
 
 
@@ -32,16 +33,32 @@ def fleet(tmp_path, monkeypatch, prior):
             write_curve(
                 Path("curves", file), TIME, curve + noise, motion="closing", operation=visit
             )
-            rows.append(f"{file},closing,{visit},{name},R,{year}-03-01")
+            rows.append(f"{file},closing,{visit},{name},R,{year}-03-01,{TYPES[name]}")
     Path("curves/operations.csv").write_text("\n".join([HEAD, *rows, ""]), encoding="utf-8")
-    mine = {"endurance": {"curves": "curves"}, "fleet": {"breakers_per_job": 1}}
-    Path("my.yaml").write_text(yaml.dump(mine | {"motions": ["closing"]}), encoding="utf-8")
+    mine = {"endurance": {"curves": "curves"}, "types": "types.yaml", "motions": ["closing"]}
+    Path("my.yaml").write_text(yaml.dump(mine), encoding="utf-8")
+    write_types("[1, 2]")
+
+
+def write_types(stroke):
+    """Write the entries of both types, with the limits on the stroke of one."""
+    entries = (
+        f"gl-314: {{limits: {{stroke: [1, 200]}}}}\nLTB145: {{limits: {{stroke: {stroke}}}}}\n"
+    )
+    Path("types.yaml").write_text(entries, encoding="utf-8")
 
 
 def run(*arguments):
     """What Snakemake says of the fleet."""
     where = ["--snakefile", ROOT / "Snakefile", "--configfile", "my.yaml"]
     return snakemake("-c1", *where, *arguments, folder=Path.cwd())
+
+
+def planned():
+    """Chunks that a dry run plans, with the summary."""
+    plan = run("-n", "--", "all")
+    assert set(re.findall(r"^(?:local)?rule (\w+):", plan, re.M)) == {"fleet_chunk", "fleet", "all"}
+    return set(re.findall(r"chunk=(\d+)", plan))
 
 
 def test_breakers_of_two_visits_are_answered_and_appended_ones_run_their_chunk(fleet):
@@ -53,11 +70,13 @@ def test_breakers_of_two_visits_are_answered_and_appended_ones_run_their_chunk(f
         ("B", "2", "visits"),
     }
     assert "Nothing to be done" in run("-n", "--", "all")
+    write_types("[3, 4]")  # of the type of B alone
+    assert planned() == {"001"}
+    write_types("[1, 2]")
+    assert "Nothing to be done" in run("-n", "--", "all")
 
     shutil.copy("curves/B_2.csv", "curves/B_3.csv")
     with Path("curves/operations.csv").open("a", encoding="utf-8") as end:
-        end.write("B_3.csv,closing,3,B,R,2025-03-01\n")
-    plan = run("-n", "--", "all")
-    assert set(re.findall(r"^(?:local)?rule (\w+):", plan, re.M)) == {"fleet_chunk", "fleet", "all"}
-    assert set(re.findall(r"chunk=(\d+)", plan)) == {"001"}
+        end.write("B_3.csv,closing,3,B,R,2025-03-01,LTB 145\n")
+    assert planned() == {"001"}
     assert "fleet_chunk" not in run("-n", "--config", "endurance={'breaker': 'A'}", "--", "all")

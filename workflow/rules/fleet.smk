@@ -20,6 +20,7 @@ rule fleet_chunk:
     params:
         **{name: config[name] for name in ON_FLEET},
         folder=OWN_CURVES,
+        types=types_of_chunk,
         breakers=lambda wildcards: CHUNKS_OF_BREAKERS[wildcards.chunk],
         source=source_of_breakers,
         sensor=GRID,

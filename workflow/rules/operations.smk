@@ -6,6 +6,8 @@ no other. A life goes through all of them at once.
 
 from functools import cache
 
+from breaker.common.spellings import bare
+from breaker.configuration.definitions import entry_of_type, types_of
 from breaker.records.folder import (
     fingerprint,
     known_of,
@@ -88,13 +90,10 @@ def source(wildcards):
 
 BREAKERS = list_breakers(OWN_CURVES, config["endurance"]["events"]) if OWN_CURVES else []
 IS_FLEET = len(BREAKERS) > 1 and config["endurance"]["breaker"] is None
-CHUNKS_OF_BREAKERS = {}
-for place, each in enumerate(BREAKERS):
-    chunk = f"{place // config['fleet']['breakers_per_job']:03d}"
-    CHUNKS_OF_BREAKERS.setdefault(chunk, []).append(each)
+TYPES = types_of(config)
 FLEET = ["results/fleet.csv", "results/fleet.html", "figures/fleet.png"]
 # What jobs of the fleet take from the configuration.
-ON_FLEET = ("advice", "endurance", "fleet", "limits", "limits_by_type", "motions")
+ON_FLEET = ("advice", "endurance", "fleet", "limits", "motions")
 ON_FLEET += ("planning", "seed", "speeds", "trend")
 
 
@@ -102,6 +101,35 @@ ON_FLEET += ("planning", "seed", "speeds", "trend")
 def rows_of_breakers():
     """Rows of the table, by breaker: listed once, for all chunks."""
     return list_fleet(OWN_CURVES, **{key: config["endurance"][key] for key in ("phase", "events")})
+
+
+@cache
+def types_of_breaker(breaker):
+    """The types that the table states of a breaker; all known types where a row states none."""
+    rows = rows_of_breakers()[breaker] if TYPES else []
+    stated = {each.type for _, each in rows}
+    return tuple(sorted(TYPES if "" in stated else {bare(name) for name in stated}))
+
+
+def chunks_of_breakers():
+    """Breakers of the same types by chunk, which is called by the place of its first breaker."""
+    groups, found = {}, {}
+    for place, breaker in enumerate(BREAKERS):
+        groups.setdefault(types_of_breaker(breaker), []).append((place, breaker))
+    for group in groups.values():
+        for k in range(0, len(group), config["fleet"]["breakers_per_job"]):
+            chunk = group[k : k + config["fleet"]["breakers_per_job"]]
+            found[f"{chunk[0][0]:03d}"] = [breaker for _, breaker in chunk]
+    return found
+
+
+CHUNKS_OF_BREAKERS = chunks_of_breakers() if IS_FLEET else {}
+
+
+def types_of_chunk(wildcards):
+    """The entries of the types in a chunk: an edit of another type does not rerun it."""
+    names = {each for name in CHUNKS_OF_BREAKERS[wildcards.chunk] for each in types_of_breaker(name)}
+    return {name: entry_of_type(TYPES, name) for name in sorted(names)}
 
 
 def source_of_breakers(wildcards):

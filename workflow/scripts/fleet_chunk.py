@@ -12,7 +12,7 @@ chosen = {key: params.endurance[key] for key in ("phase", "events")}
 rows = list_fleet(params.folder, breakers=params.breakers, **chosen)
 examined = []
 for member in members_of(rows, params.motions, params.endurance["format"]):
-    examined.append(examine(member, config))
+    examined.append(examine(member, config, params.types))
     document = examined[-1].document
     log.info("%s %s: %s by %s", member.breaker, member.phase, document.state, document.how)
 save(describe(stored(examined), "breakers", source=params.source), snakemake.output[0])

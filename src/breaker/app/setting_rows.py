@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 from breaker.app.page_choices import FIELDS, Field, as_text
 from breaker.diagnosis.estimate import DriveRecord
-from breaker.diagnosis.visit import Visit
+from breaker.diagnosis.session import Diagnosis
 from breaker.records.proposal import Proposal
 from breaker.records.settings import FORMAT
 from breaker.records.sheet import Sheet
@@ -53,7 +53,7 @@ def rows_of(
     proposal: Proposal | None,
     layout: Sheet | None,
     chosen: Mapping[str, Any],
-    read: Visit | None,
+    read: Diagnosis | None,
 ) -> list[SettingRow]:
     """Return the settings that the page offers.
 

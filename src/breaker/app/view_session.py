@@ -22,7 +22,7 @@ from breaker.app.page_choices import WHOLE, Choices, id_of, overlay_text
 from breaker.app.setting_rows import SettingRow, base_of, rows_of
 from breaker.diagnosis.overlay import overlaid
 from breaker.diagnosis.report import Report, report_of
-from breaker.diagnosis.visit import Visit
+from breaker.diagnosis.session import Diagnosis
 from breaker.model.parameters import MOTIONS
 from breaker.records.description import describe_file
 from breaker.records.files import Files, printable
@@ -40,6 +40,7 @@ SHOWN = 100
 _KEPT = 6  # visits, of which the page needs nothing anew
 _LISTED = 10_000  # files of lists, whose descriptions are kept
 _OPEN = 2  # of which files are kept open
+_NONE = {"type": "", "reference": None, "tolerance": None}  # options that a page does not have
 _TRAVEL = "travel_column"  # which chooses a channel of several, also where it is the base's
 
 
@@ -54,7 +55,7 @@ class Commands(NamedTuple):
     """
 
     settings_of: Callable[[Sequence[str]], Mapping]
-    read_of: Callable[[Namespace, Files], Visit]
+    read_of: Callable[[Namespace, Files], Diagnosis]
     content_of: Callable[[Report, str], tuple[bytes, str]]
     write_lines: Callable[[str, str, Sequence[str]], str]
 
@@ -80,7 +81,7 @@ class Shown:
     rows: Sequence[SettingRow]
     remarks: Sequence[str]
     trouble: str
-    read: Visit | None
+    read: Diagnosis | None
     traces: Sequence[Trace]
     command: str
     state: str
@@ -232,7 +233,7 @@ class Session:
         about = {"files": asked[0], "before": asked[1], "channel": channels}
         try:
             with self._overlay(overlay) as written:
-                options = Namespace(**about, config=written, reference=None, tolerance=None)
+                options = Namespace(**about, config=written, **_NONE)
                 read = self.commands.read_of(options, files)
                 trouble = ""
         except (ValueError, OSError) as error:
@@ -261,10 +262,7 @@ class Session:
             raise ValueError(shown.trouble)
 
         def answer() -> tuple[Report, list[Mark]]:
-            visit = shown.read
-            answers = visit.assessment.infer(visit.records)
-            verdicts = visit.assessment.judge(answers)
-            return report_of(answers, verdicts, visit), marks_of(answers)
+            return report_of(shown.read), marks_of(shown.read.estimates)
 
         return self._once(("answered", id(shown), shown), answer, _KEPT)
 
@@ -340,7 +338,7 @@ class Session:
         return found.result()
 
 
-def _traces(read: Visit | None, first: Sheet | None, files: Files) -> list[Trace]:
+def _traces(read: Diagnosis | None, first: Sheet | None, files: Files) -> list[Trace]:
     """Curves of all files that can be looked into; the others are said elsewhere. Over them lie the
     reference and the visit before.
     """

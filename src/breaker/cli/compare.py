@@ -49,16 +49,19 @@ def run(options: argparse.Namespace) -> int:
     # Imported here, so that --help and wrong options answer at once.
     from breaker.common.plain_values import to_json
     from breaker.common.terminal import text_of
+    from breaker.configuration.definitions import types_of
     from breaker.diagnosis.inspection_change import words_of_visits
-    from breaker.diagnosis.named_records import read_records
     from breaker.diagnosis.session import Diagnosis
 
     choice = inputs.choice_of(options)
-    visits = {
-        visit: read_records(named[visit], Diagnosis(configs[visit]), **choice) for visit in _VISITS
-    }
+    types, visits = types_of(config), {}
+    both = Diagnosis(config, inputs.limits_of(config, options.config), types=types)
+    for visit in _VISITS:
+        own = Diagnosis(configs[visit], types=types)
+        own = own.of_files(named[visit], choice, of_type=options.type)
+        visits[visit], stated = own.records, own.type
     _check_visits(visits)
-    both = Diagnosis(config, inputs.limits_of(config, options.config))
+    both = both.of_type(stated) if stated else both
     same = options.same_transducer
     document = both.compare(visits, options.beyond, same_transducer=same)
     written = []
@@ -82,13 +85,12 @@ def _config_of(own: Sequence[str], shared: Sequence[str], config: Mapping) -> Ma
 
 
 def _check_visits(visits: Mapping[str, Sequence]) -> None:
-    """Refuse visits that share a file, or whose tables name different drives; a file names none."""
+    """Refuse visits that share a file, or whose tables name different breakers."""
     of = [[each.operation for each in visit] for visit in visits.values()]
     first, second = ({os.path.realpath(op.file) for op in visit} for visit in of)
     if both := sorted(first & second):
         raise ValueError(f"{both[0]} is named in both visits; leave it out of one of them")
-    for name in ("breaker", "phase"):
-        first, second = ({getattr(op, name) for op in visit} for visit in of)
-        if not (first & second or "" in first | second):
-            what = f"{name} {', '.join(first)}, that of the second of {', '.join(second)}"
-            raise ValueError(f"the table of the first visit is of {what}; compare one drive")
+    first, second = ({op.breaker for op in visit} for visit in of)
+    if not (first & second or "" in first | second):
+        what = f"breaker {', '.join(first)}, that of the second of {', '.join(second)}"
+        raise ValueError(f"the table of the first visit is of {what}; compare one drive")

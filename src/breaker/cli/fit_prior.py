@@ -27,15 +27,18 @@ def run(options: argparse.Namespace) -> int:
     )
     config = settings_of(options.config)
     from breaker.common.terminal import text_of
+    from breaker.configuration.definitions import types_of
     from breaker.configuration.loading import check, defaults, merge
-    from breaker.diagnosis.named_records import each_once
+    from breaker.diagnosis.reading import each_once
     from breaker.diagnosis.session import Diagnosis
     from breaker.diagnosis.type_prior import fit_type, list_type
     from breaker.diagnosis.type_report import configuration_lines, document_of
     from breaker.diagnosis.words import say as in_words
 
     listed = list_type(each_once(options.folders), config["motions"], options.type)
-    fitted = fit_type(listed, Diagnosis(config))
+    asked = Diagnosis(config, types=types_of(config))
+    asked = asked.of_type(options.type) if options.type and asked.types else asked
+    fitted = fit_type(listed, asked)
     settings, usual = fitted.settings(), defaults()["endurance"]["format"]
     form = {k: v for k, v in config["endurance"]["format"].items() if v != usual[k]}
     if form:

@@ -61,25 +61,27 @@ def run(options: argparse.Namespace) -> int:
     # Imported here, so that --help and wrong options answer at once.
     from breaker.common.plain_values import to_json
     from breaker.common.terminal import text_of
+    from breaker.configuration.definitions import types_of
     from breaker.diagnosis.answer_words import words_of
-    from breaker.diagnosis.named_records import read_records
     from breaker.diagnosis.result import document
     from breaker.diagnosis.session import Diagnosis, given_by
 
-    given, words = given_by(config, dict(options.known))
-    assessment = Diagnosis(config, limits, given, families=_families(options.model))
+    given = given_by(config, dict(options.known))
+    diagnosis = Diagnosis(config, limits, given, _families(options.model), types_of(config))
     choice = inputs.choice_of(options)
-    records = read_records(options.files, assessment, **choice)
+    diagnosis = diagnosis.of_files(options.files, choice, of_type=options.type)
+    records = diagnosis.records
     good = [options.reference] if options.reference else []
-    overlays = inputs.overlays_of(records, read_records(good, assessment, **choice), options)
-    answers = assessment.infer(records)
-    asked = assessment.limits_on(answers, [options.motion] if options.motion else MOTIONS)
+    good = diagnosis.of_files(good, choice, of_type=diagnosis.type).records
+    overlays = inputs.overlays_of(records, good, options)
+    answers = diagnosis.estimates
+    words = diagnosis.given_words["Given"]
+    asked = diagnosis.limits_on(answers, [options.motion] if options.motion else MOTIONS)
     if apart := dict.fromkeys(e.pair or e.name for e in asked if e.of == "change"):
         words = [*words, f"not judged, as of changes between visits: {', '.join(apart)}"]
     about = {"size": given.size and vars(given.size), "words": words}
-    settings = vars(assessment.settings) | {"known": given.known}
-    verdicts = assessment.judge(answers)
-    found = document(answers, verdicts, about, settings)
+    settings = vars(diagnosis.settings) | {"known": given.known}
+    found = document(answers, diagnosis.verdicts, about, settings)
     if overlays:
         found = replace(found, reference=[each.values for each in overlays])
     rejected = [each.file for each in found.records if not each.accepted]

@@ -57,13 +57,23 @@ def add_choice(command: argparse.ArgumentParser) -> None:
     """Add the options that choose among the records of a command's files."""
     command.add_argument("--motion", choices=MOTIONS, help="take this motion alone")
     command.add_argument("--channel", default="", metavar="NAME", help="the column of travel")
-    for name in ("breaker", "phase"):
-        command.add_argument(f"--{name}", metavar="NAME", help=f"{name} of a folder's table")
+    add_type(command)
+    command.add_argument("--breaker", metavar="NAME", help="breaker, as a folder's table states it")
+    command.add_argument("--phase", metavar="NAME", help="phase, as the table or a file states it")
 
 
-def choice_of(options: argparse.Namespace) -> dict[str, str | None]:
-    """Return the options of ``add_choice``, as ``named_records.read_records`` takes them."""
-    return {name: getattr(options, name) for name in ("motion", "channel", "breaker", "phase")}
+def add_type(command: argparse.ArgumentParser) -> None:
+    """Add the option that names the type of the breaker."""
+    what = "its type in the file of types (default: as the table or the file states it)"
+    command.add_argument("--type", default="", metavar="NAME", help=what)
+
+
+def choice_of(options: argparse.Namespace):
+    """Return the ``Choice`` of the options of ``add_choice``."""
+    from breaker.diagnosis.reading import Choice
+
+    channels = [options.channel] if options.channel else []
+    return Choice(options.motion or "", channels, options.breaker, options.phase)
 
 
 def add_reference(command: argparse.ArgumentParser) -> None:

@@ -1,6 +1,7 @@
 """`breaker report`: write a test report of a visit."""
 
 import argparse
+from dataclasses import replace
 from pathlib import Path
 
 from breaker.cli import inputs
@@ -20,6 +21,7 @@ def add(report: argparse.ArgumentParser) -> None:
     inputs.add_path(report, "--before", "FILE", "records of the visit before", **inputs.SEVERAL)
     what = "columns of travel (default: all that move)"
     report.add_argument("--channel", help=what, metavar="NAME", **inputs.SEVERAL)
+    inputs.add_type(report)
     inputs.add_reference(report)
 
 
@@ -31,50 +33,50 @@ def run(options: argparse.Namespace) -> int:
         from breaker.common.html_page import weasyprint
 
         weasyprint()  # if it lacks, that is said before any work is done
-    visit = read_of(options)
+    diagnosis = read_of(options)
     # Imported here, so that what is wrong with the records is said first.
     from breaker.diagnosis.report import report_of
 
-    answers = visit.assessment.infer(visit.records)
-    report = report_of(answers, visit.assessment.judge(answers), visit)
+    report = report_of(diagnosis)
     content, lacking = content_of(report, Path(options.output).suffix)
     write(options.output, lambda part: part.write_bytes(content))
     *warnings, verdict = report.summary
     for each in warnings:
         say(each)
-    for reason in dict.fromkeys(each.reason for each in visit.records if each.reason):
+    for reason in dict.fromkeys(each.reason for each in diagnosis.records if each.reason):
         say(f"breaker: not in the report: {reason}", beside=True)
     say("\n".join(filter(None, [verdict, f"report written to {options.output}", lacking])))
     return 0
 
 
 def read_of(options: argparse.Namespace, opened=None):
-    """Return the ``Visit`` of the options; a good record not named is that of the configuration.
+    """Return the ``Diagnosis`` of the options; the entry of its type may name the good record.
 
     ``opened`` are ``Files``, in which each file is opened once.
 
     Raises:
         OSError, ValueError: If there is nothing of which a report can be.
     """
-    from breaker.diagnosis.named_records import read_visit
+    from breaker.configuration.definitions import types_of
+    from breaker.diagnosis.identity import check_inspection
+    from breaker.diagnosis.reading import Choice
     from breaker.diagnosis.session import Diagnosis, given_by
-    from breaker.diagnosis.visit import Visit, check_visit
+    from breaker.records.files import Files
 
     config = inputs.settings_of(options.config)
-    stated = config["report"]["reference"]
-    options.reference = options.reference or stated["file"]
-    if options.reference and options.tolerance is None and stated["tolerance"]:
-        options.tolerance = stated["tolerance"] / 100.0
-    given, words = given_by(config)
-    assessment = Diagnosis(config, inputs.limits_of(config, options.config), given)
+    limits = inputs.limits_of(config, options.config)
+    choice, opened = Choice(channels=options.channel, every=True), opened or Files()
+    diagnosis = Diagnosis(config, limits, given_by(config), types=types_of(config))
+    diagnosis = diagnosis.of_files(options.files, choice, opened, options.type)
+    options.reference = options.reference or diagnosis.reference or None
     good = [options.reference] if options.reference else []
-    records, before, good = (
-        read_visit(named, options.channel, assessment, opened)
-        for named in (options.files, options.before, good)
+    before, good = (
+        diagnosis.of_files(named, choice, opened, diagnosis.type).records
+        for named in (options.before, good)
     )
-    check_visit(Visit(assessment, records, before))
-    over = inputs.overlays_of(records, good, options)
-    return Visit(assessment, records, before, over, words)
+    check_inspection(diagnosis.records, before)
+    overlays = inputs.overlays_of(diagnosis.records, good, options)
+    return replace(diagnosis, before=before, overlays=overlays)
 
 
 def content_of(report, ending: str) -> tuple[bytes, str]:

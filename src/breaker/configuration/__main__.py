@@ -5,19 +5,16 @@ import sys
 from breaker.configuration.loading import ConfigurationError, load
 
 
-def main(*files: str) -> int:
-    """Check files; return the exit status."""
+def main(*files: str) -> None:
+    """Check files; exit with their problems."""
     if not files:
-        print("usage: python -m breaker.configuration FILE...", file=sys.stderr)
-        return 2
+        sys.exit("usage: python -m breaker.configuration FILE...")
     try:
         load(files)
     except ConfigurationError as error:
-        print(error, file=sys.stderr)
-        return 1
+        sys.exit(str(error))
     print(f"{', '.join(files)}: no problem")
-    return 0
 
 
 if __name__ == "__main__":
-    sys.exit(main(*sys.argv[1:]))
+    main(*sys.argv[1:])

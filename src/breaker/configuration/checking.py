@@ -15,7 +15,7 @@ from typing import Any
 import yaml
 from pydantic import ValidationError
 
-from breaker.configuration.settings import Limit, Section, defaults
+from breaker.configuration.settings import Limit, Section, TypeEntry, TypesFile, defaults
 
 Key = tuple[str | int, ...]  # of a value: names of sections and numbers of entries, outermost first
 
@@ -42,7 +42,7 @@ def problems(section: type[Section], content: Any) -> dict[Key, str]:
         for each in error.errors(include_url=False):
             if each["type"] == "missing" and each["loc"][0] == "by_motion":
                 continue  # it holds only what differs
-            key, text = _problem(each, content)
+            key, text = _problem(each, content, section)
             # A value that may be of two types has an error for each of them.
             or_else = f"{found.get(key)} Or it {text.partition(', but ')[2]}"
             found[key] = or_else if key in found else text
@@ -62,7 +62,7 @@ def leaves(section: Mapping, above: Key = ()) -> Iterator[Key]:
         yield from leaves(value, (*above, name)) if inner else [(*above, name)]
 
 
-def _problem(error: Mapping, content: Any) -> tuple[Key, str]:
+def _problem(error: Mapping, content: Any, section: type) -> tuple[Key, str]:
     """Return the key that an error of pydantic is about, and what to say of its value."""
     place, about, kind = error["loc"], error.get("ctx", {}), error["type"]
     key: Key = ()
@@ -78,7 +78,7 @@ def _problem(error: Mapping, content: Any) -> tuple[Key, str]:
     if kind == "string_pattern_mismatch" and r"[\w.]*:" in words:
         words = " be module:function" + (" or time_series" if "time_series" in words else "")
     if kind == "extra_forbidden":
-        return place, _unknown(place)
+        return place, _unknown(place, section)
     if kind == "invalid_key" or place[-1:] == ("[key]",):
         nameless = kind in ("invalid_key", "string_type")
         return place, _NAMELESS if nameless else f"is not a known key; it must{words}."
@@ -90,13 +90,14 @@ def _problem(error: Mapping, content: Any) -> tuple[Key, str]:
     return key, f"is {shown}, but must{words}.{_hint(value, kind)}"
 
 
-def _unknown(key: Key) -> str:
+def _unknown(key: Key, section: type) -> str:
     """Say that a key is unknown, and which one was probably meant."""
     known = [*leaves(defaults())]
     if key[0] == "by_motion":
         key = key[2:]
-    elif key[0] == "limits":
-        known = [(*key[:2], name) for name in Limit.model_fields]
+    elif section is TypesFile or key[0] == "limits":
+        entry = TypeEntry if section is TypesFile else Limit
+        known = [(*key[:-1], name) for name in entry.model_fields]
     inside = {path[: len(key)] for path in known if path[: len(key) - 1] == key[:-1]}
     siblings = [path[-1] for path in sorted(inside)]
     close = [(*key[:-1], name) for name in difflib.get_close_matches(key[-1], siblings, n=1)]

@@ -10,14 +10,13 @@ from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from typing import Any
 
 from breaker.common.functions import load
-from breaker.common.spellings import bare
-from breaker.configuration.definitions import ADVICE, advice_of, family_of
+from breaker.configuration.definitions import ADVICE, advice_of, family_of, types_of
 from breaker.configuration.loading import UNLIKE, of_motion
 from breaker.configuration.settings import defaults
 from breaker.model.equations import PRESSED, pressed_half_space
-from breaker.model.limits import entries_of_type, from_list
+from breaker.model.limits import from_list
 from breaker.model.parameters import MOTIONS, NAMES, PARAMETERS, Size
-from breaker.model.quantities import check_fact, every_speed
+from breaker.model.quantities import every_speed
 from breaker.records.folder import list_breakers, list_fleet, list_operations
 from breaker.records.operations import event_words
 from breaker.records.settings import FORMAT, complete, lacking
@@ -31,7 +30,7 @@ def broken(config: Mapping[str, Any], wrong: Collection[str], *, curves: bool) -
     """Yield what is wrong with sections together, but for those that are ``wrong`` by themselves;
     ``curves`` tells whether to look at the folder ``endurance.curves`` and at own functions.
     """
-    conditions = (_trainings, _costs, _prior, _limits, _known, _names)
+    conditions = (_trainings, _costs, _prior, _limits, _names)
     # Only the workflow uses these: a command on records runs no function that a file names.
     for condition in (*conditions, *([_own, _folder] if curves else [])):
         names = inspect.signature(condition).parameters
@@ -77,9 +76,8 @@ def _trainings(network, training, by_motion, bank, sensor, validation) -> Found:
 
 
 def _costs(planning) -> Found:
-    service, failure = planning["service_cost"], planning["failure_cost"]
-    if failure <= service:
-        text = f"is {failure:g}, so no service pays. Raise it above service_cost ({service:g})."
+    if (failure := planning["failure_cost"]) <= planning["service_cost"]:
+        text = f"is {failure:g}, so no service pays. Raise it above service_cost."
         yield ("planning", "failure_cost"), text
 
 
@@ -90,37 +88,27 @@ def _prior(prior, size) -> Found:
         median = prior[each.name]["median"]
         usual = medians[each.name]["median"] * Size(**size).factor(each.unit)
         if not 1 / UNLIKE <= median / usual <= UNLIKE:
-            text = (
-                f"is {median:g}, {median / usual:,.4g} times that of the reference drive at this "
-            )
-            text += f"size ({usual:.3g}). Its unit is {each.unit}. For another size, set size."
+            text = f"is {median:g}, {median / usual:,.4g} times that of a drive of this size, "
+            text += f"{usual:.3g}. Its unit is {each.unit}. For another size, set size."
             yield ("prior", each.name, "median"), text
     columns = ([prior[name][key] for name in NAMES] for key in ("median", "log_sd"))
     slope, offset = pressed_half_space(*columns)
     share = 0.5 * math.erfc(-offset / math.hypot(*slope) / math.sqrt(2))
     if share < _SUPPORT:
         text = (
-            f"leaves the contact pressed ({PRESSED}) in {share:.1e} of its draws; {_SUPPORT:g} is "
+            f"leaves the contact pressed ({PRESSED}) in {share:.1e} of draws, below {_SUPPORT:g}."
         )
-        yield ("prior",), f"{text}needed. Raise prior.f.median, or lower that of k_a or L."
+        yield ("prior",), f"{text} Raise prior.f.median, or lower that of k_a or L."
 
 
-def _limits(limits, limits_by_type, motions, speeds) -> Found:
+def _limits(limits, types, motions, speeds) -> Found:
     defined = every_speed(speeds)
     for number, entry in enumerate(limits):
         yield from _refused(("limits", number), from_list, [entry], MOTIONS, defined)
     yield from _distinct(("limits",), [each["name"] for each in limits if "name" in each])
     if not any(entry.get("motion", motions[0]) in motions for entry in limits):
         yield ("limits",), f"has no limit of {' or '.join(motions)} (motions). Add one."
-    yield from _distinct(("limits_by_type",), limits_by_type, lambda name: [bare(name)])
-    for name, ranges in limits_by_type.items():
-        yield from _refused(("limits_by_type", name), entries_of_type, ranges, defined)
-
-
-def _known(known) -> Found:
-    for name, fact in known.items():
-        if complaint := check_fact(*fact):
-            yield ("known", name), f"is {fact}, which {complaint}"
+    yield from _refused(("types",), types_of, {"types": types, "speeds": speeds})
 
 
 def _names(family, advice, endurance) -> Found:

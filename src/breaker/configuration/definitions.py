@@ -1,27 +1,57 @@
-"""Data files: families of drives, the simulated test and advice, with units and reasons."""
+"""Data files: families of drives, types of breaker, the simulated test and advice."""
 
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from breaker.common.spellings import bare
 from breaker.configuration.loading import read
 from breaker.configuration.yaml_sources import ConfigurationError
 from breaker.shipped import ADVICE, FAMILIES, SIMULATED_TEST, family_file
 
 
-def family_of(name: str) -> dict[str, Any]:
-    """Return a family of ``breaker.shipped`` or a YAML file; ConfigurationError if it is wrong."""
+def _checked(file: str | Path, section: str) -> dict[str, Any]:
+    """Return the content of a file; ConfigurationError if it does not fit a class of settings."""
+    from breaker.configuration import settings
     from breaker.configuration.checking import dotted, problems
-    from breaker.configuration.settings import FamilyFile
 
-    file = Path(name) if name.endswith((".yaml", ".yml")) else family_file(name)
-    if not file.exists():
-        raise ConfigurationError(f"{name} is not there. Take {', '.join(FAMILIES)}, or a YAML file")
     content = read(file)
-    if found := problems(FamilyFile, content):
+    if found := problems(getattr(settings, section), content):
         lines = [f"{file}: {dotted(key)} {text}" for key, text in found.items()]
         raise ConfigurationError("\n  ".join(lines))
     return content
+
+
+def family_of(name: str) -> dict[str, Any]:
+    """Return a family of ``breaker.shipped`` or a YAML file; ConfigurationError if it is wrong."""
+    file = Path(name) if name.endswith((".yaml", ".yml")) else family_file(name)
+    if not file.exists():
+        raise ConfigurationError(f"{name} is not there. Take {', '.join(FAMILIES)}, or a YAML file")
+    return _checked(file, "FamilyFile")
+
+
+def types_of(config: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
+    """Return the entries of the file ``types`` by type; ConfigurationError if one is wrong."""
+    from breaker.model.limits import entries_of_type
+    from breaker.model.quantities import every_speed
+
+    types = _checked(config["types"], "TypesFile") if config["types"] else {}
+    for name in types:
+        try:
+            entry = {"speeds": {}, "limits": {}} | entry_of_type(types, name)
+            entries_of_type(entry["limits"], every_speed(config["speeds"] | entry["speeds"]))
+        except ValueError as error:
+            raise ConfigurationError(f"{config['types']}: {name}.limits: {error}") from error
+    return types
+
+
+def entry_of_type(types: Mapping[str, dict[str, Any]], name: str) -> dict[str, Any]:
+    """Return the entry of a type in any spelling; ConfigurationError if there is not just one."""
+    found = [known for known in types if bare(known) == bare(name)]
+    if len(found) != 1:
+        there = f"is there as {' and '.join(found)}" if found else "is not among the types"
+        raise ConfigurationError(f"type {name} {there}. Known types: {', '.join(types) or 'none'}")
+    return types[found[0]]
 
 
 def simulated_test(config: Mapping[str, Any]) -> dict[str, Any]:

@@ -8,10 +8,10 @@ from collections.abc import Callable
 from copy import deepcopy
 from typing import Annotated, Any, Literal, get_args
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, create_model
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, RootModel, create_model
 
 from breaker.model.parameters import NAMES
-from breaker.model.quantities import speeds_of
+from breaker.model.quantities import check_fact, speeds_of
 
 ADVANCED = ("network", "training", "by_motion", "bank", "family", "validation", "simulated_test")
 """Sections that hardly any user changes, which are in ``config/advanced.yaml``."""
@@ -65,10 +65,12 @@ Summary = _text(200, pattern=r"^(time_series|[A-Za-z_][\w.]*:[A-Za-z_]\w*)$")
 Column = _text(200) | _number(int, 1, 1000)
 Trigger = _text(200) | _number(int, 0, 1000)
 Amount = _number(float, -1e6, 1e6)
-Known = _where(_list(Amount, 2, 2), lambda pair: pair[1] > 0.0, "the sd must be above 0")
+Known = _where(_list(Amount, 2, 2), lambda e: not check_fact(*e), "the sd is below 0.1 % of it")
 Points = _list(_text(100), 2, 2)
 SpeedName = _text(100, pattern=r"^(closing|opening)_speed(_[a-z0-9_]+)?$")
+Speeds = Annotated[dict[SpeedName, Points | None], AfterValidator(speeds_of)]
 Bound = Amount | _text(14, pattern=r"^[+-]?[0-9]{1,4}(\.[0-9]{1,6})? ?%$")
+Quantity = _text(40, pattern=r"^[+-]?[0-9]+(\.[0-9]+)? \S+$")  # a number and its unit
 Tolerance = _number(float, high=1e6, gt=0) | _text(
     20, pattern=r"^(±|\+/?-)? ?[0-9]{1,6}(\.[0-9]{1,6})? ?%?$"
 )
@@ -180,8 +182,7 @@ Settings = _section(
         prior=_f(Function | None, None, "module:function of a prior; null: the prior below."),
     ),
     prior=_section(
-        "Prior of the seven parameters: independent log-normals, conditioned on a contact that "
-        "stays pressed, f > k_a L. A log_sd of 0.2 is about 20 %.",
+        "Prior of seven parameters: log-normals, given a contact that stays pressed (f > k_a L).",
         mu=_prior(2.0, 0.2, "Mass ratio of drive to contact, M_a / M_b."),
         k_a=_prior(0.045, 0.15, "1/ms^2, opening spring on the main shaft."),
         k_b=_prior(0.04, 0.2, "1/ms^2, contact spring in the pushrod."),
@@ -200,8 +201,7 @@ Settings = _section(
         zero_sd=_f(float, 0.1, "mm, sd of the offset of a record; 0 means none.", 0, 20),
     ),
     size=_section(
-        "Size of the drive relative to the default drive. All shipped networks are scaled by it. "
-        "With default prior, sensor and size, `breaker infer` reads the size from the records.",
+        "Size of the drive relative to the default drive; by default it is read from records.",
         lengths=_f(float, 1.0, "Factor on lengths: 10 for a stroke of about 150 mm.", 0.01, 100),
         times=_f(float, 1.0, "Factor on times: 4 if a motion takes four times as long.", 0.01, 100),
     ),
@@ -292,30 +292,14 @@ Settings = _section(
         operations=_f(int, 2000, "Close-open operations until the end of life.", 2, 100_000),
     ),
     speeds=_f(
-        Annotated[dict[SpeedName, Points | None], AfterValidator(speeds_of)],
+        Speeds,
         {"closing_speed": None, "opening_speed": None},
-        "Speeds by name, each the mean between two points, such as [6 mm before touch, touch], "
-        "[10 % of stroke, 10 ms after 50 % of stroke] or [20 mm from open, 30 % from closed]; null "
-        "is the last 6 mm before contact touch, or the first 6 mm after contact separation.",
+        "Speeds, each the mean between two points; null: the 6 mm before or after contact touch.",
     ),
-    limits=_f(
-        _list(Limit, 1, 100),
-        _LIMITS,
-        "Limits, exceeded if all parts are: `upper` values are maxima, `lower` values minima; "
-        "`of` is record (measured quantities, such as stroke, travel_time or a speed), change (of "
-        "a parameter since new, or since: event, in percent) or model (parameters); a two-sided "
-        "limit is {quantity: stroke, reference: 178, tolerance: 3 %}; your list replaces this "
-        "example (docs/decisions.md).",
-    ),
-    limits_by_type=_f(
-        dict[str, dict[str, _list(Amount | None, 2, 2)]],
-        {},
-        "More limits of a fleet by type of breaker, smallest and largest value of a measured "
-        "quantity: {GL 314: {stroke: [178, 184], opening travel_time: [null, 19.5]}}.",
-    ),
+    limits=_f(_list(Limit, 1, 100), _LIMITS, "Limits; yours replace all (docs/decisions.md)."),
+    types=_f(Text | None, None, "YAML file of types of breaker (docs/usage.md)."),
     planning=_section(
-        "When to service: at the least expected cost per operation, in any unit "
-        "(docs/decisions.md). A service is recommended when it is due within operations or years.",
+        "When to service: at the least expected cost per operation (docs/decisions.md).",
         operations=_f(float, 500, "Operations ahead.", 0, 1e9),
         years=_f(float, 2.0, "Years ahead, where dates are known.", 0, 100),
         service_cost=_f(float, 1.0, "Cost of a planned service.", high=1e12, gt=0),
@@ -343,11 +327,6 @@ Settings = _section(
             closing=_f(float | None, None, "ms, in closing.", high=100, gt=0),
             opening=_f(float | None, None, "ms, in opening.", high=100, gt=0),
         ),
-        reference=_section(
-            "A good record to compare with; the tolerance is in % of the stroke, and null means 5.",
-            file=_f(Text | None, None, "File of the record."),
-            tolerance=_f(float | None, None, "Half of its band, % of the stroke.", gt=0, lt=100),
-        ),
     ),
     fleet=_section(
         "Many breakers side by side.",
@@ -365,6 +344,15 @@ def defaults(section: type[Section] = Settings) -> dict[str, Any]:
         for name, field in section.model_fields.items()
     }
 
+
+TypeEntry = _section(
+    "Limits, speeds, linkage ratio and reference record of a type of breaker.",
+    limits=(dict[str, _list(Amount | Quantity | None, 2, 2)], {}),
+    speeds=(Speeds, {}),
+    ratio=(_number(float, 1e-6, 1e6) | None, None),
+    reference=(Text | None, None),
+)
+TypesFile = RootModel[dict[Text, TypeEntry]]
 
 Effect = Literal[
     *("lever_turn", "lever_lean", "dry_friction", "opening_preload", "contact_preload", "build_up"),

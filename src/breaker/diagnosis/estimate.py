@@ -48,7 +48,6 @@ class DriveRecord:
         raw: Record as it is in the file, if it can be used.
         shape: Normalised record.
         seen: Normalised record with its noise, the input of networks.
-        other: Whether the file has only the other motion.
     """
 
     operation: Operation
@@ -58,7 +57,6 @@ class DriveRecord:
     raw: Record | None = None
     shape: Shape | None = None
     seen: NormalisedRecords | None = None
-    other: bool = False
 
     @property
     def timed(self) -> bool:

@@ -1,149 +1,146 @@
-"""What files state of their records, that each counts once, and of one breaker.
+"""Statements of files about their breaker: nameplate, dates, phases, and printed values.
 
-Two records are equal if they have the same samples; a copy of a record counts once.
+Records are compared by the phases that tables, files or names state, and never by the number of a
+channel or transducer.
 """
 
-import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from math import isnan
 
 from breaker.common.numerals import first_of, in_digits
+from breaker.common.parts import Cell
 from breaker.common.plain_values import Plain
 from breaker.common.spellings import bare
+from breaker.common.wording import Sentence
 from breaker.diagnosis.estimate import DriveRecord
-from breaker.records.dates import earlier, instant, one_date
+from breaker.diagnosis.reading import stated_phase
+from breaker.diagnosis.words import say
+from breaker.model.quantities import Speed
+from breaker.records.dates import earlier
 from breaker.records.files import printable
+from breaker.records.header import stated_as
+from breaker.records.printed import meant_motions, measured_name, stated_speeds
 from breaker.records.words import channel_of, phase_in
 
-_NAMED = 4  # files in a sentence
-_SAME = 1e-6  # share to which two stated ratios are one
+_SAME = 1e-6  # share by which a ratio may differ from itself after rounding in a text
+_OF_BREAKER = ("station", "bay", "type", "serial")
+_OF_TEST = ("Gas pressure", "Temperature", "Operator")
+
+Inspections = Mapping[str, Sequence[DriveRecord]]
+"""Records "before" and "today"."""
 
 
-def without_copies(records: Sequence[DriveRecord]) -> list[DriveRecord]:
-    """Return records; a copy of an earlier one is rejected with the reason."""
-    found, first = [], {}
-    for each in records:
-        if not each.reason:
-            of = first.setdefault(samples_of(each), each)
-            if _place(of) != _place(each):
-                reason = f"{_name(each)} holds the same samples as {_name(of, each)}"
-                reason += ": they count once"
-                each = replace(each, reason=reason, raw=None, shape=None, seen=None)
-        found.append(each)
+# ---- one breaker, its dates and phases -----------------------------------------------------------
+
+
+def contradictions(records: Iterable[DriveRecord]) -> list[Sentence]:
+    """Return where files state different serial numbers, bays or types of their breaker.
+
+    Poles may have serial numbers of their own; where a table names the breaker, it is right.
+    """
+    usable, found = [record for record in records if not record.reason], []
+    for name in ("serial", "bay", "type"):
+        stated = {bare(value): value for e in usable if (value := getattr(e.stated, name))}
+        poles = {(phase_of(record), bare(getattr(record.stated, name))) for record in usable}
+        phases = {phase for phase, _ in poles} - {""}
+        own = name == "serial" and len(poles) == len(phases)
+        if len(stated) > 1 and not own and not any(e.operation.breaker for e in usable):
+            found.append(say(f"{name}-differs", values=" and ".join(sorted(stated.values()))))
     return found
-
-
-def samples_of(record: DriveRecord) -> tuple[str, bytes]:
-    """Return the motion of a usable record and its samples, which are alike for copies."""
-    return record.motion, record.raw.left.tobytes()
-
-
-def _place(record: DriveRecord) -> tuple[str, str]:
-    """File and channel of a record."""
-    return str(record.operation.file), record.operation.channel
 
 
 def doubts_about(records: Sequence[DriveRecord]) -> list[str]:
     """Return warnings where files contradict how they were read, or state several breakers."""
-    said = [each.raw.warning for each in records if each.raw and each.raw.warning]
-    said += _names_differ([each for each in records if not each.reason])
-    return list(dict.fromkeys(said))
+    read = [record.raw.warning for record in records if record.raw and record.raw.warning]
+    return list(dict.fromkeys([*read, *contradictions(records)]))
 
 
-def _names_differ(records: Sequence[DriveRecord]) -> list[str]:
-    """What files state of their breaker where they differ in it, though no table names breakers."""
-    found = []
-    if any(each.operation.breaker for each in records):
-        return found
-    for name in ("serial", "bay", "type"):
-        by: dict[str, list[DriveRecord]] = {}
-        for each in records:
-            said = getattr(each.stated, name)
-            if said := bare(said) if name == "type" else "".join(said.casefold().split()):
-                by.setdefault(said, []).append(each)
-        if len(by) > 1 and not (name == "serial" and _are_poles(records)):
-            said = " and ".join(
-                f"{getattr(some[0].stated, name)!r} in {_listed(some)}" for some in by.values()
-            )
-            word = {"serial": "serial numbers"}.get(name, f"{name}s")
-            found.append(f"files state different {word}: {said}. Are they of one breaker?")
-    return found
+def check_inspection(records: Sequence[DriveRecord], before: Sequence[DriveRecord]) -> None:
+    """Raise a ValueError for an inspection without a usable record, or of several breakers."""
+    for code, some in (("nothing-usable", records), ("nothing-usable-before", before)):
+        if some and all(record.reason for record in some):
+            reasons = "\n  ".join(dict.fromkeys(record.reason for record in some))
+            raise ValueError(say(code, reasons=reasons))
+    if doubts := [doubt for doubt in contradictions(records) if doubt.code != "type-differs"]:
+        raise ValueError(say("report-of-several", doubt=doubts[0]))
 
 
-def _are_poles(records: Sequence[DriveRecord]) -> bool:
-    """Whether each record of a motion is of a phase of its own, which may have its own number."""
-    phases = [(each.motion, each.operation.phase) for each in records]
-    return all(phase for _, phase in phases) and len({*phases}) == len(phases)
-
-
-def visits_in_order(visits: Mapping[str, Sequence[DriveRecord]]) -> list[str]:
-    """Return a warning where the visit before is later than that of today."""
-    dates = {
-        visit: sorted(
-            filter(None, (date_of(each) for each in records if not each.reason)), key=instant
-        )
-        for visit, records in visits.items()
-    }
-    before, today = dates.values()
-    if not (before and today and earlier(before[0], today[-1])):
-        return []
-    return [
-        f"the records of today are of {today[-1]}, which is earlier than those of the visit "
-        f"before, of {before[0]}: name the earlier visit first, or mend the dates. Changes are "
-        "told from the first to the second as they are named"
-    ]
-
-
-def _name(record: DriveRecord, beside: DriveRecord | None = None) -> str:
-    """Name of a record's file; its channel, where two records are of one file."""
-    operation = record.operation
-    file, channel = printable(operation.file), operation.phase or operation.channel
-    same = beside is not None and beside.operation.file == operation.file
-    return (f"channel {printable(channel)}" if channel else "itself") if same else file
-
-
-def _listed(records: Sequence[DriveRecord]) -> str:
-    """Names of files, the first few of them."""
-    names = list(dict.fromkeys(_name(each).rpartition("/")[2] for each in records))
-    return first_of(names, _NAMED)
-
-
-def date_of(record) -> str:
-    """Return the date of a record as ISO 8601: of its table, or else as its file states it; empty
-    where neither does, or day and month may be either.
-    """
-    return one_date(record.operation.date, record.stated.dates, "")
-
-
-def dates_in_words(records: Iterable) -> str:
-    """Return the days of a visit, the first and the last, both readings of a day and month that may
-    be either; empty where nothing states any.
-    """
-    days = {
-        date_of(each)[:10] or " or ".join(day[:10] for day in each.stated.dates) for each in records
-    }
-    days = sorted(filter(None, days))
+def days_of(records: Iterable[DriveRecord]) -> str:
+    """Return the first and the last day of an inspection; "" where no date is known."""
+    days = sorted({record.operation.date[:10] for record in records} - {""})
     return " to ".join(dict.fromkeys([*days[:1], *days[-1:]]))
 
 
-def stated_of(records: Iterable) -> dict[str, float | str]:
-    """Return what files state of a visit by what it is called: the ratio of the linkage, serial
-    number, bay, phase and channel; what they do not, or differently, is left out.
+def order_doubts(inspections: Inspections) -> list[Sentence]:
+    """Return a warning where the inspection "before" is later than that of "today"."""
+    before, today = (
+        sorted(e.operation.date for e in some if e.operation.date and not e.reason)
+        for some in inspections.values()
+    )
+    late = before and today and earlier(before[0], today[-1])
+    return [say("before-is-later", before=before[0], today=today[-1])] if late else []
+
+
+def phase_of(record: DriveRecord) -> str:
+    """Return the phase that the table, the file or its name states; "" where none does.
+
+    In a report a channel without a phase is called by its column, which is not a phase.
     """
-    found: dict[str, set] = {}
-    for each in records:
-        said = {"linkage ratio": each.stated.ratio, "serial number": each.stated.serial}
-        said |= {"bay": each.stated.bay, "phase": _phase(each), "channel": _channel(each)}
-        for name, value in said.items():
-            if value and value == value:
-                found.setdefault(name, set()).add(value)
-    return {name: values.pop() for name, values in found.items() if len(values) == 1}
+    operation = record.operation
+    if operation.phase and operation.phase != str(operation.channel):
+        return operation.phase
+    usual = record.raw.settings["travel_column"] if record.raw else ""
+    return stated_phase(record.stated, operation.channel or usual)
+
+
+def pair_phases(inspections: Inspections) -> tuple[dict[str, list[DriveRecord]], list[Sentence]]:
+    """Pair the records of two inspections by the phase that they state.
+
+    Returns:
+        The records, in which those of another phase are rejected; and a remark
+        (``phase-not-stated``) where records are compared that state none.
+
+    Raises:
+        ValueError: If the inspections state different phases, or several in common; or if several
+            channels state none.
+    """
+    phases = {name: {phase_of(record) for record in some} for name, some in inspections.items()}
+    for some in inspections.values():
+        if len({record.operation.channel for record in some if not phase_of(record)}) > 1:
+            raise ValueError(say("phases-needed"))
+    words = {name: ", ".join(sorted(some - {""})) or "no phase" for name, some in phases.items()}
+    if len(set().union(*phases.values()) - {""}) < 2:
+        every = (record for some in inspections.values() for record in some)
+        known = all(phase_of(record) or record.operation.breaker for record in every)
+        remarks = [] if known else [say("phase-not-stated", **words)]
+        return {name: [*some] for name, some in inspections.items()}, remarks
+    common = set.intersection(*phases.values()) - {""}
+    if len(common) != 1:
+        raise ValueError(say("several-phases" if common else "different-phases", **words))
+    (phase,) = common
+    paired = {name: [_of_phase(phase, each) for each in some] for name, some in inspections.items()}
+    return paired, []
+
+
+def _of_phase(phase: str, record: DriveRecord) -> DriveRecord:
+    """Return a record; rejected if it is of another phase."""
+    if record.reason or (own := phase_of(record)) == phase:
+        return record
+    reason = say("other-phase", phase=own or "no phase", other=phase)
+    return replace(record, reason=reason, raw=None, shape=None, seen=None)
+
+
+# ---- different statements at two inspections -----------------------------------------------------
 
 
 @dataclass(frozen=True)
 class Difference(Plain):
-    """In what two visits were measured differently: what it is, its unit and motion, empty of all,
-    and its value at each visit.
+    """Something that was measured differently at two inspections.
+
+    Attributes:
+        what, unit, motion: Its name, unit and motion; the motion is empty if it is of all.
+        before, today: Its value at either inspection.
     """
 
     what: str
@@ -157,37 +154,79 @@ class Difference(Plain):
         """The difference in a sentence."""
         of = f"the {self.what}{' of' * bool(self.motion)} {self.motion}".rstrip()
         was, now = (
-            f"{each if isinstance(each, str) else in_digits(each, 4)} {self.unit}".rstrip()
-            for each in (self.before, self.today)
+            f"{value if isinstance(value, str) else in_digits(value, 4)} {self.unit}".rstrip()
+            for value in (self.before, self.today)
         )
         return f"{of} was {was} and is {now}"
 
 
-def stated_differences(visits: Mapping[str, Sequence[DriveRecord]]) -> list[Difference]:
-    """Return in what the files of two visits state different things."""
-    first, second = (stated_of(records) for records in visits.values())
-    both = [name for name in first if name in second and _differ(first[name], second[name])]
-    return [Difference(name, "", "", first[name], second[name]) for name in both]
+def stated_differences(inspections: Inspections) -> list[Difference]:
+    """Return in which ratio, serial number or bay the files of two inspections differ."""
+    found = []
+    for name, key in {"linkage ratio": "ratio", "serial number": "serial", "bay": "bay"}.items():
+        both = [{getattr(e.stated, key) for e in some} for some in inspections.values()]
+        both = [{value for value in values if value and value == value} for values in both]
+        if [len(values) for values in both] == [1, 1]:
+            before, today = (values.pop() for values in both)
+            texts = isinstance(before, str)
+            same = bare(before) == bare(today) if texts else abs(today / before - 1.0) <= _SAME
+            found += [] if same else [Difference(name, "", "", before, today)]
+    return found
 
 
-def _differ(first: float | str, second: float | str) -> bool:
-    """Whether two stated things are not the same."""
-    if isinstance(first, str):
-        return first.casefold().split() != second.casefold().split()
-    return abs(second - first) > _SAME * first
+# ---- the nameplate, and values that the analyser printed -----------------------------------------
 
 
-def _channel(record) -> str:
-    """Number of a record's channel among those of the same name; empty where it has none."""
-    column = record.operation.channel or (
-        record.raw.settings["travel_column"] if record.raw else ""
-    )
-    number = re.fullmatch(r"(\D*[^\W\d_])[\W_]*(\d)\W*", str(column))
-    return f"{number[1].casefold()} {number[2]}" if number else ""
+def nameplate(
+    records: Sequence[DriveRecord], before: Sequence[DriveRecord] = ()
+) -> list[tuple[str, str | Cell]]:
+    """Return nameplate and test as far as tables and files state them, as rows of a report."""
+    rows, stated = [e.operation for e in records], [e.stated for e in records]
+    read = (e.operation for e in records if not e.reason)
+    files = dict.fromkeys(printable(e.file).rpartition("/")[2] for e in read)
+    known = {
+        "Breaker": [e.breaker for e in rows if e.breaker] or [e.serial for e in stated],
+        "Test date": [e.date for e in rows],
+        "Visit before": [days_of(before)],
+        "Files": [first_of([*files], 1)],
+        **{name.title(): [getattr(e, name) for e in stated] for name in _OF_BREAKER},
+        "Linkage ratio": [in_digits(e.ratio, 6) for e in stated if not isnan(e.ratio)],
+    }
+    for name in _OF_TEST:
+        pairs = [pair for e in stated for pair in stated_as(e.pairs, name)[:1]]
+        known[name] = [f"{pair.text} {pair.unit}".rstrip() for pair in pairs]
+    degrees = [f"{in_digits(e.temperature, 4)} °C" for e in rows if not isnan(e.temperature)]
+    known["Temperature"] = degrees or known["Temperature"]
+    known["Contacts"] = [str(e.settings.get("contact_column") or "") for e in rows]
+    always = {"Breaker", "Test date", *(["Visit before"] if before else [])}
+    pairs = [(name, ", ".join(filter(None, dict.fromkeys(e)))) for name, e in known.items()]
+    lacking = Cell("not stated", "faint")
+    return [(name, text or lacking) for name, text in pairs if text or name in always]
 
 
-def _phase(record) -> str:
-    """Phase of a record's channel, by its name or its number."""
-    phases, operation = record.stated.phases, record.operation
-    column = operation.channel or str(record.raw.settings["travel_column"] if record.raw else "")
-    return phase_in(column) or phases.get(channel_of(column), phases.get(0, ""))
+def printed_values(
+    records: Sequence[DriveRecord], speeds: Sequence[Speed]
+) -> dict[tuple[str, str, str, str], tuple[float, str, str]]:
+    """Return values that the analyser printed, by file, motion, phase and quantity.
+
+    A channel of a printed value is its phase, or else its place among those of the file. The value
+    stands with how its definition differs, and with its quantity.
+    """
+    defined, found = {speed.name: speed for speed in speeds}, {}
+    for file, stated in {str(e.operation.file): e.stated for e in records}.items():
+        own = [record for record in records if str(record.operation.file) == file]
+        phases = list(dict.fromkeys(record.operation.phase for record in own))
+        zones = stated_speeds(stated)
+        for printed in stated.results:
+            phase = phase_in(printed.channel) or printed.channel
+            place = channel_of(printed.channel) - 1
+            if phase not in phases and 0 <= place < len(phases):
+                phase = phases[place]
+            for motion in meant_motions(printed, (record.motion for record in own)):
+                name = measured_name(printed, motion)
+                other = printed.speed(motion, zones) != defined.get(name)
+                other = other and printed.quantity == "speed"
+                if name and not isnan(printed.size):
+                    value = printed.value * printed.size, "other points" * other, printed.quantity
+                    found.setdefault((printable(file), motion, phase, name), value)
+    return found

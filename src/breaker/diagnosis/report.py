@@ -4,15 +4,15 @@ Tables hold words, from documents of plain values; panels hold the curves, which
 ``figures.report`` draws. ``documents.html_page`` writes both.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from breaker.common.numerals import first_of, natural
-from breaker.common.parts import Cell, Document, Table
+from breaker.common.parts import Cell, Document, Letterhead, Table
 from breaker.diagnosis.change_table import changes_table
 from breaker.diagnosis.curves import Panel, panel_of
 from breaker.diagnosis.estimate import Estimate
-from breaker.diagnosis.limits import Verdict
+from breaker.diagnosis.identity import nameplate, printed_values
 from breaker.diagnosis.report_tables import (
     RESULTS,
     few,
@@ -23,8 +23,10 @@ from breaker.diagnosis.report_tables import (
 )
 from breaker.diagnosis.result import RecordResult
 from breaker.diagnosis.result import document as document_of
+from breaker.diagnosis.session import Diagnosis
 from breaker.diagnosis.simultaneity import simultaneity_of
-from breaker.diagnosis.visit import Visit
+from breaker.diagnosis.words import say
+from breaker.records.files import read_bytes
 
 _Pair = tuple[Estimate, RecordResult]
 
@@ -40,43 +42,43 @@ class Report(Document):
     panels: Sequence[Panel] = ()
 
 
-def report_of(
-    answers: Sequence[Estimate], verdicts: Sequence[Sequence[Verdict]], visit: Visit
-) -> Report:
-    """Return the report of a visit.
+def report_of(diagnosis: Diagnosis) -> Report:
+    """Return the report of an inspection.
 
     Args:
-        answers: Of all channels; that of a record is its operation's ``phase``.
-        verdicts: Of each, what ``judged`` returns.
-        visit: The visit.
+        diagnosis: With records; the channel of a record is its operation's ``phase``.
 
     Raises:
         ValueError: If the logo of the configuration cannot be used.
     """
-    document = document_of(answers, verdicts, {}, {})
+    answers, records = diagnosis.estimates, diagnosis.records
+    document = document_of(answers, diagnosis.verdicts, {}, {})
     found = document.records
     pairs = [pair for pair in zip(answers, found, strict=True) if pair[1].accepted]
     entries = [entry for _, entry in pairs]
     phases = list(dict.fromkeys(each.phase for each in entries))
     tables, panels, poles = [], [], []
-    most, printed = visit.assessment.config["report"]["simultaneity"], visit.printed
+    most = diagnosis.config["report"]["simultaneity"]
+    printed = printed_values(records, diagnosis.speeds_of(records))
     for own in _motions(pairs):
         title, channels = _title([e for _, e in own]), {each.phase: each for _, each in own}
         together = simultaneity_of(channels, most)
         poles.append((f"simultaneity {own[0][1].motion}", together.verdict))
         tables.append(measured_table(title, channels, printed, together.said))
-        panels.append(panel_of([each for each, _ in own], visit.overlays, title))
+        panels.append(panel_of([each for each, _ in own], diagnosis.overlays, title))
     if lines := dict.fromkeys(each.reason for each in found if not each.accepted):
         tables.append(Table(title="Not read", notes=few([*lines])))
-    if changed := visit.changes:
+    if changed := diagnosis.changes:
         tables.append(changes_table(changed, phases))
     tables.append(model_table(entries))
     said = [(phase, w) for phase, each in changed.items() for w in each.warnings]
     warnings = [f"WARNING: {each}" for each in document.warnings]
     warnings += named(said, len(changed))
     summary = [*(Cell(each, "bad") for each in warnings), _verdict(entries, poles, len(phases))]
-    about = {"panels": panels, "letterhead": visit.letterhead}
-    return Report("Test report", visit.plate, summary, tables, **about)
+    about = {"panels": panels, "letterhead": letterhead_of(diagnosis.config["report"])}
+    given = {name: ", ".join(texts) for name, texts in diagnosis.given_words.items() if texts}
+    plate = [*nameplate(records, diagnosis.before), *given.items()]
+    return Report("Test report", plate, summary, tables, **about)
 
 
 def _motions(pairs: Iterable[_Pair]) -> list[list[_Pair]]:
@@ -126,3 +128,14 @@ def _verdict(
     if passed:
         return Cell(f"pass: none of {len(passed)} limits is exceeded", "good")
     return Cell("no limit is configured: values are stated, not judged", "faint")
+
+
+def letterhead_of(settings: Mapping) -> Letterhead:
+    """Return what the section ``report`` puts around the report; ValueError of a wrong logo."""
+    logo = b""
+    if file := settings["logo"]:
+        logo = read_bytes(file)
+        if not logo.startswith(b"\x89PNG\r\n\x1a\n"):
+            raise ValueError(say("logo-not-png", file=file))
+    lines = [f"{who}: name, date" for who in settings["signatures"]]
+    return Letterhead(settings["company"] or "", logo, settings["remarks"] or "", lines)

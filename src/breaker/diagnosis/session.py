@@ -1,68 +1,135 @@
-"""The assessment of a drive under one configuration: its records read, inferred, judged, compared.
+"""The diagnosis of one drive under one configuration.
 
-Every command and the fleet ask here. So a record is prepared in one way, whoever asks: its columns
-of contact and coil, the family of drives, the zone of each speed, what is given, and the limits.
+Commands, the page, lives and fleets all ask a ``Diagnosis``, so that a record is read, inferred,
+judged and compared in one way, whoever asks.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from breaker.configuration.definitions import advice_of
-from breaker.configuration.loading import defaults
-from breaker.diagnosis.drive_records import read_operations
+from breaker.configuration.definitions import advice_of, entry_of_type
+from breaker.configuration.loading import defaults, merge
+from breaker.diagnosis import reading
 from breaker.diagnosis.estimate import KNOWN_VALUES, DriveRecord, Estimate, EstimateSettings, Given
+from breaker.diagnosis.identity import Inspections, pair_phases, phase_of
 from breaker.diagnosis.inference import infer_drive
 from breaker.diagnosis.limits import Verdict, judged
+from breaker.diagnosis.words import say
 from breaker.family.network_files import shipped_levels
 from breaker.family.networks import StateNetwork
-from breaker.model.limits import Limit, from_list
+from breaker.model.limits import Limit, entries_of_type, from_list
 from breaker.model.parameters import MOTIONS, Size
-from breaker.model.quantities import OF_STROKE, Speed, speeds_at
+from breaker.model.quantities import OF_STROKE, Speed, every_speed, speeds_at
 from breaker.records.files import Files
-from breaker.records.operations import Operation
+from breaker.records.printed import stated_speeds
 
 if TYPE_CHECKING:
+    from breaker.diagnosis.change_table import NotCompared
     from breaker.diagnosis.inspection_change import InspectionChange
+    from breaker.diagnosis.overlay import Overlay
 
-BEYOND = 0.05
-"""Share of a change between two visits that matters."""
+MATTERS = 0.05
+"""Share from which a change between two inspections matters: the default of ``--beyond``."""
 
 
 @dataclass(frozen=True, eq=False)
 class Diagnosis:
-    """What is asked of the records of a drive.
+    """The configuration and the records of one drive, and all that is computed of them.
 
     Attributes:
         config: The configuration.
-        limits: Entries of the section ``limits``, on which to judge.
-        given: What is given beside the records.
-        families: Opens the networks of levels, in the order in which families are tried.
+        limits: Entries of the section ``limits`` on which to judge.
+        given: Size, prior and known values.
+        families: Opens the state networks, in the order in which families are tried.
+        types, type: Entries of types of breaker, and the type whose entry is laid over the rest.
+        reference: File of a good record of the type.
+        records, before: Records of the inspection, and of the one before.
+        overlays: Records over a good one.
     """
 
     config: Mapping
     limits: Sequence[Mapping] = ()
     given: Given = field(default_factory=Given)
     families: Callable[[], Iterable[StateNetwork]] = shipped_levels
+    types: Mapping[str, Mapping] = field(default_factory=dict)
+    type: str = ""
+    reference: str = ""
+    records: Sequence[DriveRecord] = ()
+    before: Sequence[DriveRecord] = ()
+    overlays: "Sequence[Overlay]" = ()
 
     @property
     def settings(self) -> EstimateSettings:
-        """How answers are drawn."""
+        """Settings of estimates."""
         some = self.config["endurance"]
         return EstimateSettings(some["draws"], some["misfit_p_value"], self.config["seed"])
 
+    # ---- type and records ----
+
+    def of_type(self, name: str) -> "Diagnosis":
+        """Return the diagnosis of a type: its entry is laid over configuration and limits.
+
+        Raises:
+            ConfigurationError: If there is no entry of the type.
+        """
+        entry = {"limits": {}, "speeds": {}} | entry_of_type(self.types, name)
+        ratio = {"ratio": entry["ratio"]} if "ratio" in entry else {}
+        own = {"speeds": entry["speeds"], "endurance": {"format": ratio}}
+        config = merge(self.config, own)
+        limits = entries_of_type(entry["limits"], every_speed(config["speeds"]))
+        about = {"limits": [*self.limits, *limits], "reference": entry.get("reference") or ""}
+        return replace(self, config=config, type=name, **about)
+
+    def of_files(
+        self,
+        named: Sequence[str],
+        choice: reading.Choice,
+        files: Files | None = None,
+        of_type: str = "",
+    ) -> "Diagnosis":
+        """Return the diagnosis of the drive in files and folders, with its records.
+
+        Where there are types, the entry of its type counts: of ``of_type``, or else of the type
+        that the table or the files state.
+
+        Raises:
+            FileNotFoundError, ValueError: As of ``list_named`` and ``of_type``.
+        """
+        files, settings, found = Files() if files is None else files, self.config["endurance"], self
+        listed = reading.list_named(named, settings, choice, files)
+        if of_type or self.types:
+            stated = reading.stated_types(listed, settings["format"], files)
+            types = [of_type] if of_type else stated
+            if len(types) > 1:
+                raise ValueError(say("several-types", types=", ".join(types)))
+            found = self.of_type(types[0]) if types else self
+        return replace(found, records=found.read(listed, choice.motions, files))
+
     def read(
         self,
-        operations: Mapping[str, Sequence[Operation]],
-        *,
-        loose: bool = False,
+        operations: reading.Operations,
+        motions: Sequence[str] = MOTIONS,
         files: Files | None = None,
     ) -> list[DriveRecord]:
         """Read records: see ``read_operations``."""
         form = self.config["endurance"]["format"]
-        return read_operations(operations, form, loose=loose, files=files)
+        return reading.read_operations(operations, form, motions=motions, files=files)
+
+    # ---- estimates and limits ----
+
+    @cached_property
+    def estimates(self) -> list[Estimate]:
+        """Estimates of the records, in their order."""
+        return self.infer(self.records)
+
+    @cached_property
+    def verdicts(self) -> list[list[Verdict]]:
+        """Verdicts on the limits of each estimate."""
+        return self.judge(self.estimates)
 
     def infer(self, records: Sequence[DriveRecord]) -> list[Estimate]:
         """Infer records, in their order: see ``infer_drive``."""
@@ -71,78 +138,96 @@ class Diagnosis:
 
     def speeds_of(self, records: Iterable[DriveRecord]) -> tuple[Speed, ...]:
         """Return the speeds of a drive: those that any record shows (``OF_STROKE``), and between
-        points of the configuration, or else those that its files state; where there are none, over
-        a way that goes with its stroke. None of a drive without a usable record.
+        points of the configuration, or else those that its files state, or else over a distance
+        that goes with its stroke. A drive without a usable record has none.
         """
-        usable = [each for each in records if not each.reason]
+        usable = [record for record in records if not record.reason]
         if not usable:
             return ()
         points = {**OF_STROKE, **self.config["speeds"]}
-        if any(each.stated.speed_points for each in usable):
-            from breaker.records.printed import stated_speeds
-
-            stated = [stated_speeds(each.stated) for each in usable]
-            for motion in MOTIONS:
-                own = {tuple(each[motion].points) for each in stated if motion in each}
-                if len(own) == 1 and points.get(f"{motion}_speed") is None:
-                    points[f"{motion}_speed"] = own.pop()
-        return speeds_at(points, float(np.median([each.shape.stroke for each in usable])))
+        stated = [stated_speeds(record.stated) for record in usable]
+        for motion in MOTIONS:
+            own = {tuple(speeds[motion].points) for speeds in stated if motion in speeds}
+            if len(own) == 1 and points.get(f"{motion}_speed") is None:
+                points[f"{motion}_speed"] = own.pop()
+        return speeds_at(points, float(np.median([record.shape.stroke for record in usable])))
 
     def limits_on(
-        self, answers: Sequence[Estimate], motions: Iterable[str] = MOTIONS
+        self, estimates: Sequence[Estimate], motions: Iterable[str] = MOTIONS
     ) -> list[Limit]:
-        """Return the limits on motions of a drive; none where no record of it can be used."""
-        speeds = next((each.speeds for each in answers if each.speeds), ())
+        """Return the limits on motions of a drive; none without a usable record."""
+        speeds = next((each.speeds for each in estimates if each.speeds), ())
         return from_list(self.limits, [*motions], speeds) if speeds else []
 
-    def judge(self, answers: Sequence[Estimate]) -> list[list[Verdict]]:
-        """Return the verdicts of each answer: see ``judged``."""
-        limits = self.limits_on(answers)
-        return [judged(each, limits, seed=self.settings.seed) for each in answers]
+    def judge(self, estimates: Sequence[Estimate]) -> list[list[Verdict]]:
+        """Return the verdicts of each estimate: see ``judged``."""
+        limits = self.limits_on(estimates)
+        return [judged(each, limits, seed=self.settings.seed) for each in estimates]
+
+    # ---- changes ----
 
     def compare(
-        self,
-        visits: Mapping[str, Sequence[DriveRecord]],
-        beyond: float = BEYOND,
-        *,
-        same_transducer: bool = False,
+        self, inspections: Inspections, beyond: float = MATTERS, *, same_transducer: bool = False
     ) -> "InspectionChange":
-        """Compare records "before" and "today": see ``visit_comparison.compared``."""
+        """Compare records "before" and "today" of the phase that they state.
+
+        Raises:
+            ValueError: If they state different phases, or no motion has a usable record in both.
+        """
         from breaker.diagnosis.visit_comparison import compared
 
-        speeds = self.speeds_of(each for records in visits.values() for each in records)
-        about = {
-            "beyond": beyond,
-            "limits": self.limits,
-            "advice": advice_of(self.config["advice"]),
-            "same_transducer": same_transducer,
-        }
-        return compared(visits, speeds, self.settings, **about)
+        paired, remarks = pair_phases(inspections)
+        speeds = self.speeds_of(record for records in paired.values() for record in records)
+        about = {"beyond": beyond, "limits": self.limits, "same_transducer": same_transducer}
+        advice = advice_of(self.config["advice"])
+        found = compared(paired, speeds, self.settings, advice=advice, **about)
+        return replace(found, doubts=[*found.doubts, *remarks])
+
+    @cached_property
+    def changes(self) -> "dict[str, InspectionChange | NotCompared]":
+        """Comparisons with the inspection before, by phase or channel; limits are not judged."""
+        from breaker.diagnosis.change_table import NotCompared
+
+        names = list(dict.fromkeys(record.operation.phase for record in self.records))
+        rejected = [record.reason for record in self.before if record.reason]
+        unjudged, found = replace(self, limits=()), {}
+        for name in names if self.before else ():
+            today = [record for record in self.records if record.operation.phase == name]
+            phase = phase_of(today[0])
+            before = [e for e in self.before if phase_of(e) == phase] or self.before
+            try:
+                if len(names) > 1 and not phase:
+                    raise ValueError(say("phases-needed"))
+                found[name] = unjudged.compare({"before": before, "today": today})
+            except ValueError as error:
+                found[name] = NotCompared([*rejected, str(error).splitlines()[0]])
+        return found
+
+    # ---- in words ----
+
+    @property
+    def given_words(self) -> dict[str, list[str]]:
+        """What is given apart from records, by the name of its row in a report."""
+        own = [say("own-prior")] if self.given.prior else []
+        known = [f"{k} {mean:g} with an sd of {sd:g}" for k, (mean, sd) in self.given.known.items()]
+        return {"Given": own, "Known": known}
 
 
-def given_by(
-    config: Mapping, facts: Mapping[str, Sequence[float]] | None = None
-) -> tuple[Given, list[str]]:
-    """Return what a configuration gives beside records, and what to say of it.
+def given_by(config: Mapping, known: Mapping[str, Sequence[float]] | None = None) -> Given:
+    """Return what a configuration gives apart from records.
 
-    Args:
-        config: The configuration.
-        facts: Those that a command gives go before those of the configuration.
+    Known values of a command replace those of the configuration.
 
     Raises:
-        ValueError: If a fact is of nothing that is inferred.
+        ValueError: If a known value is of nothing that is inferred.
     """
-    known = {**config["known"], **(facts or {})}
-    if wrong := [name for name in known if name not in KNOWN_VALUES]:
-        raise ValueError(
-            f"known: {wrong[0]} is not inferred, so no fact narrows it. Known can be: "
-            f"{', '.join(KNOWN_VALUES)}"
-        )
+    values = {**config["known"], **(known or {})}
+    if wrong := [name for name in values if name not in KNOWN_VALUES]:
+        raise ValueError(say("known-of-nothing", name=wrong[0], known=", ".join(KNOWN_VALUES)))
     usual = defaults()
     if all(config[key] == usual[key] for key in ("prior", "size")):
-        return Given(known=known), []
+        return Given(known=values)
     from breaker.model.prior import Prior
 
     prior = Prior.from_settings(config["prior"])
-    words = ["prior and size are the configuration's"]
-    return Given(Size(**config["size"]), prior, known), words
+    return Given(Size(**config["size"]), prior, values)

@@ -24,7 +24,7 @@ from breaker.common.spellings import bare, usual_spelling
 from breaker.configuration.definitions import family_of
 from breaker.configuration.loading import defaults
 from breaker.diagnosis.estimate import DriveRecord, Estimate
-from breaker.diagnosis.identity import without_copies
+from breaker.diagnosis.reading import without_copies
 from breaker.diagnosis.session import Diagnosis
 from breaker.diagnosis.words import say
 from breaker.family.inputs import shrunk_variance

@@ -18,13 +18,7 @@ from breaker.diagnosis.changes import (
 )
 from breaker.diagnosis.estimate import EstimateSettings
 from breaker.diagnosis.explanations import explain, otherwise_measured
-from breaker.diagnosis.identity import (
-    dates_in_words,
-    doubts_about,
-    samples_of,
-    stated_differences,
-    visits_in_order,
-)
+from breaker.diagnosis.identity import days_of, doubts_about, order_doubts, stated_differences
 from breaker.diagnosis.inspection_change import (
     ComparisonSettings,
     InspectionChange,
@@ -32,6 +26,7 @@ from breaker.diagnosis.inspection_change import (
     visits_document,
 )
 from breaker.diagnosis.limits import Evidence, Verdict, judge
+from breaker.diagnosis.reading import samples_of
 from breaker.diagnosis.remounting import slack_between, zero_between
 from breaker.family.network_files import shipped_networks
 from breaker.family.sensitivities import shipped_sensitivities
@@ -92,7 +87,7 @@ def compared(
         records={m: {"before": len(before[m]), "today": len(today[m])} for m in before},
         rejected=rejected,
         limits=plainly(judged_today(told, today, entries, speeds, seed)),
-        dates={visit: dates_in_words(each) for visit, each in used.items()},
+        dates={visit: days_of(each) for visit, each in used.items()},
         doubts=_warnings(visits),
         remount=zero_between(used),
     )
@@ -114,7 +109,7 @@ def _warnings(visits: Mapping[str, Sequence]) -> list[str]:
     """What to say of records before anything else: of their rates and dates, whose they are, and
     which is there twice.
     """
-    found = visits_in_order(visits)
+    found = order_doubts(visits)
     found += [doubt for records in visits.values() for doubt in doubts_about(records)]
     before, today = map(_used, visits.values())
     found += [

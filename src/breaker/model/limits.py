@@ -174,7 +174,7 @@ class Limit:
         return np.prod(shares, axis=0)
 
 
-# ---- the sections limits and limits_by_type --------------------------------------------------
+# ---- the section limits, and limits of a type -------------------------------------------------
 
 
 def from_list(
@@ -203,26 +203,30 @@ def from_list(
 
 
 def entries_of_type(
-    ranges: Mapping[str, Sequence[float | None]], speeds: Sequence[Speed] = SPEEDS
+    ranges: Mapping[str, Sequence[float | str | None]], speeds: Sequence[Speed] = SPEEDS
 ) -> list[dict[str, Any]]:
     """Return the limits of a type of breaker as entries of the section ``limits``.
 
     Args:
-        ranges: From and to of each measured quantity, None where a side is open, by its name, with
-            the motion before it where the range is of one motion alone: "opening stroke".
+        ranges: From and to of each measured quantity, also as "178 mm", None where a side is open;
+            by its name, with the motion before it if it is of one motion alone: "opening stroke".
 
     Raises:
-        ValueError: If a name is not that of a measured quantity, or a range allows nothing or all.
+        ValueError: If a name is not that of a measured quantity, a unit is not its unit, or a range
+            allows nothing or all.
 
     Example:
-        >>> for limit in from_list(entries_of_type({"closing stroke": [178, 184]}), ["closing"]):
+        >>> ranges = {"closing stroke": ["178 mm", 184]}
+        >>> for limit in from_list(entries_of_type(ranges), ["closing"]):
         ...     print(limit.pair, limit.words, sep=": ")
         closing stroke by type: measured stroke above 184 mm
         closing stroke by type: measured stroke below 178 mm
     """
     every, found = quantities(speeds), []
-    for key, (low, high) in ranges.items():
+    for key, ends in ranges.items():
         first, _, name = key.rpartition(" ")
+        unit = every[name].unit if name in every else ""
+        low, high = (_in_unit(key, end, unit) for end in ends)
         motions = [first] if first else every[name].motions if name in every else MOTIONS[:1]
         if (None not in (low, high) and not low < high) or low is high is None:
             raise ValueError(f"{key}: from {low} to {high} allows nothing or all. Correct an end.")
@@ -236,6 +240,16 @@ def entries_of_type(
                 if bound is not None:
                     found.append(about | {"name": f"{pair} {end}", side: {name: bound}})
     return found
+
+
+def _in_unit(key: str, end: float | str | None, unit: str) -> float | None:
+    """Return an end of a range as a number; raise ValueError if it has another unit."""
+    if not isinstance(end, str):
+        return end
+    number, _, stated = end.partition(" ")
+    if stated != unit:
+        raise ValueError(f"{key} is {end}, but its unit is {unit}. Convert the number.")
+    return float(number)
 
 
 def _band(entry: Mapping[str, Any], speeds: Sequence[Speed]) -> Iterator[dict[str, Any]]:

@@ -12,16 +12,13 @@ import pandas as pd
 import xarray as xr
 
 from breaker.common.plain_values import to_json
-from breaker.common.spellings import bare
 from breaker.configuration.loading import defaults
 from breaker.diagnosis.changes import QuantityChange
 from breaker.diagnosis.estimate import Estimate
 from breaker.diagnosis.limits import VERDICTS, Verdict
 from breaker.diagnosis.session import Diagnosis
 from breaker.diagnosis.type_prior import TypeDraws, draws_of
-from breaker.model.limits import entries_of_type
 from breaker.model.parameters import MOTIONS, NAMES
-from breaker.model.quantities import every_speed
 from breaker.model.sensor import grid
 from breaker.prognosis.drive_document import (
     DIFFERENT,
@@ -54,19 +51,34 @@ class Examined(NamedTuple):
     theta: np.ndarray
 
 
-def examine(member: Member, config: Mapping) -> Examined:
+def examine(
+    member: Member, config: Mapping, types: Mapping[str, Mapping] | None = None
+) -> Examined:
     """Examine a drive as ``breaker infer`` and ``breaker compare`` do, or follow its life.
 
     Limits on values, not on changes, count only where they are other than those that ship, which
-    are an example for one size. ``config`` is the whole configuration.
+    are an example for one size. A prior, a size and known values are of one type or drive, and are
+    not taken.
+
+    Args:
+        member: The drive.
+        config: The whole configuration.
+        types: Entries of types, of which that of the drive counts.
     """
-    visits = member.visits()
-    # A prior, a size and facts are of one type and drive: of a fleet's they are not taken.
-    assessment = Diagnosis(config, _limits_of(member, config))
+    visits, unknown = member.visits(), []
+    shipped = config["limits"] == defaults()["limits"]
+    limits = [e for e in config["limits"] if not shipped or e.get("of") == "change"]
+    assessment = Diagnosis(config, limits, types=types or {})
+    if types and member.type:
+        try:
+            assessment = assessment.of_type(member.type)
+        except ValueError as error:  # a type that only a file states, and the table does not
+            unknown = [str(error)]
     records = assessment.read(member.only(visits[-1][-_MOST:]))
     answers = assessment.infer(records)
     used = [each for each in answers if not each.record.reason]
     document = _about(member, visits, answers)
+    document = replace(document, trust=[*document.trust, *unknown])
     nothing = np.empty((0, config["endurance"]["draws"], len(NAMES)))
     if not used:
         return Examined(document, nothing)
@@ -116,16 +128,6 @@ def stored(examined: Sequence[Examined]) -> xr.Dataset:
         },
         {"parameter": list(NAMES)},
     )
-
-
-def _limits_of(member: Member, config: Mapping) -> list:
-    """Entries of limits by which a drive is judged: those of any of the fleet, and of its type."""
-    limits, speeds = config["limits"], every_speed(config["speeds"])
-    shipped = limits == defaults()["limits"]
-    found = [e for e in limits if not shipped or e.get("of") == "change"]
-    for name, ranges in config["limits_by_type"].items():
-        found += entries_of_type(ranges, speeds) if bare(name) == bare(member.type) else []
-    return found
 
 
 def _about(member: Member, visits: Sequence, answers: Sequence[Estimate]) -> DriveDocument:
