@@ -26,8 +26,8 @@ from breaker.common.zarr_store import open_store
 from breaker.configuration.definitions import simulated_test
 from breaker.configuration.loading import defaults
 from breaker.diagnosis.inspection_change import InspectionChange
-from breaker.family.endurance_rig import Rig
-from breaker.family.export import write_curve
+from breaker.family.endurance import EnduranceTest
+from breaker.family.exports import write_curve
 from breaker.figures.reports import visits
 from breaker.figures.style import save
 from breaker.figures.verdict import verdict
@@ -71,7 +71,7 @@ def _plain(data: xr.Dataset, names: list[str]) -> dict:
 def of_visits() -> dict:
     """Return what ``breaker compare`` finds of two visits to a drive whose truth is known."""
     settings = defaults()
-    new = Rig.from_settings(simulated_test(settings), settings["seed"]).new
+    new = EnduranceTest.from_settings(simulated_test(settings), settings["seed"]).new
     worn = new.changed(**{name: new.value(name) * by for name, by in _CHANGES.items()})
     rng = generator(settings["seed"], "pictures", "visits")
     with TemporaryDirectory() as name:

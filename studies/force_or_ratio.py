@@ -21,7 +21,7 @@ from breaker.diagnosis.changes import compare, measured_changes, with_explanatio
 from breaker.diagnosis.explanations import explain, otherwise_measured
 from breaker.diagnosis.inspection_change import ComparisonSettings, visits_document
 from breaker.diagnosis.reading import read_operations
-from breaker.family.export import write_curve
+from breaker.family.exports import write_curve
 from breaker.family.network_files import shipped_networks
 from breaker.family.sensitivities import shipped_sensitivities
 from breaker.model.parameters import MOTIONS, NAMES

@@ -27,7 +27,7 @@ from breaker.configuration.loading import defaults
 from breaker.diagnosis.changes import VERDICT_WORDS, changes, compare, measured_changes
 from breaker.diagnosis.reading import read_operations
 from breaker.family.drive_family import Family
-from breaker.family.export import write_curve
+from breaker.family.exports import write_curve
 from breaker.family.network_files import shipped_networks
 from breaker.family.rich_drive import Drive
 from breaker.model.parameters import MOTIONS, NAMES

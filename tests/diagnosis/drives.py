@@ -3,7 +3,7 @@
 import numpy as np
 
 from breaker.family.drive_family import Family
-from breaker.family.export import write_curve
+from breaker.family.exports import write_curve
 from breaker.model.parameters import MOTIONS, Size
 from breaker.model.prior import Prior
 

@@ -14,7 +14,7 @@ from breaker.diagnosis.answer_words import words_of
 from breaker.diagnosis.estimate import Estimate, Given
 from breaker.diagnosis.reading import _record, read_operations
 from breaker.diagnosis.result import document
-from breaker.family.export import write_curve
+from breaker.family.exports import write_curve
 from breaker.family.membership import Match
 from breaker.family.networks import StateDraws
 from breaker.model.curves import travel

@@ -5,7 +5,7 @@ import pytest
 
 from breaker.diagnosis.overlay import overlaid
 from breaker.diagnosis.reading import read_operations
-from breaker.family.export import write_curve
+from breaker.family.exports import write_curve
 from breaker.records.operations import Operation
 
 DURATION = 20.0  # ms, of a good motion

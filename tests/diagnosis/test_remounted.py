@@ -8,7 +8,7 @@ import pytest
 from breaker.diagnosis.reading import read_operations
 from breaker.diagnosis.remounting import slack_between
 from breaker.diagnosis.session import Diagnosis
-from breaker.family.export import write_curve
+from breaker.family.exports import write_curve
 from breaker.model.curves import travel
 from breaker.model.parameters import MOTIONS
 from breaker.records.operations import Operation

@@ -8,8 +8,8 @@ import yaml
 
 from breaker.configuration.definitions import simulated_test
 from breaker.configuration.loading import load
-from breaker.family.endurance_rig import Rig
-from breaker.family.rack_exports import HIGH_VOLTAGE
+from breaker.family.endurance import EnduranceTest
+from breaker.family.exports import HIGH_VOLTAGE
 from breaker.model.parameters import MOTIONS, NAMES
 from tests.bare import without_extras
 from tests.scripts import ROOT, script
@@ -36,7 +36,7 @@ def test_pictures_are_drawn_and_small(done, picture):
 
 
 def test_true_values_are_stated_and_intervals_contain_them(done, defaults):
-    drive = Rig.from_settings(simulated_test(defaults), 1).new.scaled(HIGH_VOLTAGE)
+    drive = EnduranceTest.from_settings(simulated_test(defaults), 1).new.scaled(HIGH_VOLTAGE)
     truth = dict(zip(NAMES, drive.theta, strict=True))
     records = json.loads((done / "answer.json").read_text(encoding="utf-8"))["records"]
     assert [each["motion"] for each in records] == list(MOTIONS)

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from breaker.configuration.definitions import simulated_test
-from breaker.family.endurance_rig import Rig
-from breaker.family.export import write_curve
+from breaker.family.endurance import EnduranceTest
+from breaker.family.exports import write_curve
 from breaker.figures import style
 from breaker.figures.records import record
 from breaker.records.proposal import inspect_file
@@ -17,7 +17,7 @@ SENSOR = {"start": -2.0, "stop": 58.0, "samples": 151, "noise_sd": 0.1}
 @pytest.fixture(scope="module")
 def both(defaults):
     """Close and open in one record, 100 ms apart: times, ms, and travel, mm."""
-    drive = Rig.from_settings(simulated_test(defaults), 1).new
+    drive = EnduranceTest.from_settings(simulated_test(defaults), 1).new
     time = np.arange(0.0, 220.0, 0.1)
     exact = np.where(
         time < 120.0, drive.travel("closing", time - 20.0), drive.travel("opening", time - 120.0)

@@ -6,8 +6,8 @@ import pytest
 
 from breaker.common.terminal import text_of
 from breaker.configuration.definitions import simulated_test
-from breaker.family.endurance_rig import Rig
-from breaker.family.export import write_curve
+from breaker.family.endurance import EnduranceTest
+from breaker.family.exports import write_curve
 from breaker.records.acceptance import check_folder, document_of
 
 SENSOR = {"start": -2.0, "stop": 58.0, "samples": 151, "noise_sd": 0.1}
@@ -17,7 +17,7 @@ ENDURANCE = {"format": {}, "breaker": None, "phase": None, "events": {}}
 
 @pytest.fixture(scope="module")
 def rig(defaults):
-    return Rig.from_settings(simulated_test(defaults), seed=1)
+    return EnduranceTest.from_settings(simulated_test(defaults), seed=1)
 
 
 @pytest.fixture

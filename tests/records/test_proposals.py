@@ -8,7 +8,7 @@ from breaker.common.terminal import text_of
 from breaker.common.visible_text import visible_text
 from breaker.configuration.definitions import simulated_test
 from breaker.family.dialects import ANGLES, DIALECTS
-from breaker.family.endurance_rig import Rig
+from breaker.family.endurance import EnduranceTest
 from breaker.records.curves import read_curves
 from breaker.records.files import RejectedCurveError
 from breaker.records.grid import Grid
@@ -24,7 +24,7 @@ MOTIONS = ("closing", "opening")
 
 @pytest.fixture(scope="module")
 def rig(defaults):
-    return Rig.from_settings(simulated_test(defaults), seed=1)
+    return EnduranceTest.from_settings(simulated_test(defaults), seed=1)
 
 
 @pytest.fixture(scope="module")

@@ -16,7 +16,7 @@ from packaging.requirements import Requirement
 import breaker
 from breaker.common.randomness import generator
 from breaker.configuration.loading import load
-from breaker.family.export import write_curve
+from breaker.family.exports import write_curve
 from breaker.model.curves import travel
 from tests.bare import HEAVY, WITHOUT
 
@@ -67,7 +67,7 @@ def test_wheel_and_source_distribution_have_every_file_of_the_package(built):
         for name in (
             "shipped/any_levels.safetensors",
             "shipped/MODEL_CARD.md",
-            "family/angles.csv",
+            "family/examples.yaml",
         ):
             assert wheel.read(f"breaker/{name}") == (SOURCES / name).read_bytes()
         (licence,) = (name for name in wheel.namelist() if name.endswith("/licenses/LICENSE"))

@@ -11,7 +11,7 @@ import numpy as np
 from breaker.common.randomness import generator
 from breaker.configuration.definitions import simulated_test
 from breaker.configuration.loading import ConfigurationError, check, defaults, of_motion
-from breaker.family.endurance_rig import Rig
+from breaker.family.endurance import EnduranceTest
 from breaker.model.parameters import MOTIONS
 from breaker.networks.summary import build
 from breaker.paper.joint_model import Model
@@ -64,7 +64,7 @@ def use(config: dict) -> None:
         assert np.isfinite(model.curves(values)).all()
         chosen = of_motion(config, motion)["network"]
         build_once(json.dumps(chosen), config["sensor"]["samples"])
-        rig = Rig.from_settings(simulated_test(config), config["seed"])
+        rig = EnduranceTest.from_settings(simulated_test(config), config["seed"])
         for operation in (1, config["simulated_test"]["operations"]):
             times, travel = rig.record(motion, operation)
             assert times.shape == travel.shape

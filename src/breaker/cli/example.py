@@ -33,19 +33,17 @@ def run(options: argparse.Namespace) -> int:
     if os.path.lexists(folder) and not (folder.is_dir() and not os.listdir(folder)):
         raise FileExistsError(f"{folder} is there, and is not replaced; name another")
     from breaker.configuration.definitions import simulated_test
-    from breaker.family.endurance_rig import Rig
-    from breaker.family.rack_exports import write_exports
-    from breaker.family.visit_exports import write_visits
+    from breaker.family.endurance import EnduranceTest
+    from breaker.family.exports import write_close_opens, write_inspections
 
     config = settings_of(options.config)
     if options.visits:
         folder.mkdir(parents=True, exist_ok=True)
-        count = write_visits(config, folder)
+        count = write_inspections(config, folder)
     else:
-        settings = simulated_test(config)
-        rig, life = Rig.from_settings(settings, _SEED), settings["operations"]
-        first = max(1, life - count + 1) if options.worn else 1
-        drive = rig.worn(life, scatter=False) if options.worn else rig.new
-        write_exports(drive, _SEED, options.folder, range(first, first + count))
+        test = EnduranceTest.from_settings(simulated_test(config), _SEED)
+        first = max(1, test.operations - count + 1) if options.worn else 1
+        drive = test.worn(test.operations, scatter=False) if options.worn else test.new
+        write_close_opens(drive, _SEED, folder, range(first, first + count))
     say(f"{count} files written to {folder}")
     return 0

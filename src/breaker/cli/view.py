@@ -41,13 +41,13 @@ def run(options: argparse.Namespace) -> int:
 
     from breaker.app.local_server import PageServer
     from breaker.app.view_session import Session
-    from breaker.family.visit_exports import write_visits
+    from breaker.family.exports import write_inspections
 
     with tempfile.TemporaryDirectory(prefix="breaker-view-") as own:
         named = options.folder or "."
         if options.example:
             os.mkdir(named := os.path.join(own, "example"))
-            write_visits(config, Path(named))
+            write_inspections(config, Path(named))
         server = PageServer(Session(named, options.config, commands(), own), options.port)
 
         def ready() -> None:

@@ -1,19 +1,18 @@
-"""Curves of the model itself through files: written as instruments would, and read back.
+"""Write curves of the model to files as instruments do, and read them back.
 
-The true parameters of such a curve are known, so calibration shows whether the reader (its first
+The true parameters of these curves are known, so calibration shows whether the reader (its first
 motion, decimation, units, zero and steps) introduces an error.
 """
 
-import re
 import tempfile
-from collections import Counter
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+import xarray as xr
 
-from breaker.family.dialects import DIALECTS, Dialect
+from breaker.family.exports import LAYOUTS, Layout
 from breaker.model.curves import travel
 from breaker.model.prior import Prior
 from breaker.model.sensor import Sensor
@@ -21,27 +20,24 @@ from breaker.records.curves import read_curves
 from breaker.records.grid import Grid
 from breaker.records.operations import Operation
 
-_MARGIN = 8.0  # ms that a record is longer than the grid, at each end
-_SPREAD = 4.0  # ms over which the first motion falls anywhere
-_ANY_STROKE = (1e-3, 1e6)  # mm: units are no question here
-_NUMBER = re.compile(r"-?\d[\d.]*(?:e[-+]\d+)?")  # in which reasons of one kind differ
+_MARGIN = 8.0  # ms by which a record is longer than the grid, at each end
+_SPREAD = 4.0  # ms, range of the start of motion: any sample of the grid may be the first
+_ANY_STROKE = (1e-3, 1e6)  # mm: the prior has strokes that no unit would explain
 
 
-class Through(NamedTuple):
-    """Records that went through files.
+class RoundTrip(NamedTuple):
+    """Records that were written and read.
 
     Attributes:
         measured: Records on the grid, ``(n, t)``, mm.
-        truth: Parameters, and where the onset is inferred the time from the reader's first motion
-            to the true one, ``(n, q)``.
-        dialect: Which of the dialects each was written in, ``(n,)``.
-        rejected: How many more the reader rejected, by reason, without what differs in it.
+        truth: Parameters; where the onset is inferred, also the time from the reader's first motion
+            to the true start, ms: ``(n, q)``.
+        reasons: Why the reader rejected the other records.
     """
 
     measured: np.ndarray
     truth: np.ndarray
-    dialect: np.ndarray
-    rejected: Mapping[str, int]
+    reasons: Sequence[str]
 
 
 def through_files(
@@ -50,56 +46,45 @@ def through_files(
     motion: str,
     n: int,
     rng: np.random.Generator,
-    dialects: Sequence[Dialect] = tuple(DIALECTS.values()),
-) -> Through:
-    """Draw records from the prior, write them as files and read them back.
+    layouts: Mapping[str, Layout] = LAYOUTS,
+) -> RoundTrip:
+    """Draw ``n`` records from the prior, write each in one of the layouts, and read them.
 
-    The noise is that of a sample; the first motion falls at random; the dialects take turns. What
-    is rejected by its record alone leaves the ranks of the others uniform.
+    The noise is that of a simulated record; the start of motion is random; the layouts take turns.
+    A rejection depends on the record alone, so the ranks of the other truths stay uniform.
 
     Raises:
-        RuntimeError: If the reader rejects all of them.
+        RuntimeError: If the reader rejects all records.
     """
     theta = prior.sample(n, rng)
-    moves = _MARGIN - sensor.start + _SPREAD * (rng.random(n) - 0.5)
-    which = np.arange(n) % len(dialects)
+    starts = _MARGIN - sensor.start + _SPREAD * (rng.random(n) - 0.5)
     measured, first = np.empty((n, sensor.samples)), np.empty(n)
-    reason = np.full(n, "", dtype=object)
-    for i in range(min(n, len(dialects))):
-        mine = which == i
-        through = _through(sensor, motion, theta[mine], moves[mine], rng, dialects[i])
-        measured[mine], first[mine], reason[mine] = through
-    # Networks of the paper take whole records. The reader masks a sample in one of a thousand.
-    reason[(reason == "") & np.isnan(measured).any(axis=1)] = "a sample is missing or masked"
-    truth = np.column_stack([theta, moves - first]) if sensor.infers_onset else theta
-    read, rejected = reason == "", dict(Counter(reason[reason != ""]).most_common())
-    if not read.any():
-        raise RuntimeError(f"all {n} curves of the model are rejected: {rejected}")
-    return Through(measured[read], truth[read], which[read], rejected)
+    reasons = np.full(n, "", dtype=object)
+    for i, layout in enumerate(layouts.values()):
+        own = slice(i, None, len(layouts))
+        length = sensor.stop - sensor.start + 2 * _MARGIN
+        time = np.arange(round(length * layout.rate)) / layout.rate
+        curves = travel(theta[own], time, motion, onset=starts[own]).travel
+        read = _read_back(layout, time, sensor.corrupt(curves, rng), motion, sensor)
+        measured[own], first[own], reasons[own] = read.travel, read.first_motion, read.reason
+    # The networks of the paper take complete records.
+    reasons[(reasons == "") & np.isnan(measured).any(axis=1)] = "a sample is missing or masked"
+    truth = np.column_stack([theta, starts - first]) if sensor.infers_onset else theta
+    accepted = reasons == ""
+    if not accepted.any():
+        raise RuntimeError(f"the reader rejects all {n} curves of the model: {reasons[0]}")
+    return RoundTrip(measured[accepted], truth[accepted], reasons[~accepted].tolist())
 
 
-def _through(
-    sensor: Sensor,
-    motion: str,
-    theta: np.ndarray,
-    moves: np.ndarray,
-    rng: np.random.Generator,
-    dialect: Dialect,
-) -> tuple[np.ndarray, np.ndarray, list[str]]:
-    """Records through files of one dialect, ``(m, t)``, first motions, ``(m,)``, and why any are
-    rejected.
-    """
-    length = sensor.stop - sensor.start + 2 * _MARGIN
-    time = np.arange(round(length * dialect.rate)) / dialect.rate
-    records = sensor.corrupt(travel(theta, time, motion, onset=moves).travel, rng)
+def _read_back(
+    layout: Layout, time: np.ndarray, records: np.ndarray, motion: str, sensor: Sensor
+) -> xr.Dataset:
+    """Return what the reader makes of files of records, ``(m, t)``, mm."""
     with tempfile.TemporaryDirectory() as folder:
-        dialect = dialect.reaching(records.max(), folder)
-        names = [dialect.file_name(motion, i) for i in range(len(theta))]
-        files = [Operation(i, Path(folder, name)) for i, name in enumerate(names)]
-        for each, record in zip(files, records, strict=True):
-            dialect.write(each.file, time, record, motion=motion, operation=each.number)
-        settings = {"stroke": _ANY_STROKE, **dialect.settings}
-        curves = read_curves(files, settings, Grid(sensor.times), motion)
-    said = zip(curves.reason.values, curves.file.values, strict=True)
-    reasons = [_NUMBER.sub("#", text.removeprefix(file).lstrip(": ")) for text, file in said]
-    return curves.travel.values, curves.first_motion.values, reasons
+        operations = []
+        for number, record in enumerate(records):
+            file = Path(folder, layout.file_name(motion, number))
+            layout.write(file, time, record, motion=motion, operation=number)
+            operations.append(Operation(number, file))
+        settings = {"stroke": _ANY_STROKE, **layout.settings}
+        return read_curves(operations, settings, Grid(sensor.times), motion)
