@@ -27,7 +27,6 @@ import numpy as np
 import xarray as xr
 
 from breaker.common.randomness import generator
-from breaker.family.dialects import DIALECTS
 from breaker.model.curves import travel
 from breaker.model.parameters import MOTIONS
 from breaker.model.prior import Prior
@@ -37,6 +36,7 @@ from breaker.records.grid import Grid
 from breaker.records.operations import Operation
 from studies.faults.files import TEXT
 from studies.faults.records import PHYSICAL
+from studies.layouts import LAYOUTS
 
 OUTCOMES = ("rejected", "right", "masked", "flagged", "silent", "exception")
 """What can become of a damaged file."""
@@ -83,7 +83,7 @@ class Good:
 
     def write(self, file: Path, time: np.ndarray, travel: np.ndarray) -> None:
         """Write a record, damaged or not, in this one's layout."""
-        DIALECTS[self.layout].write(file, time, travel, motion=self.motion, operation=1)
+        LAYOUTS[self.layout].write(file, time, travel, motion=self.motion, operation=1)
 
     def read(self, file: Path) -> xr.Dataset:
         """Read one file as the workflow would."""
@@ -122,24 +122,24 @@ def good_file(layout: str, motion: str, number: int, seed: int) -> Good:
     Raises:
         RuntimeError: If it accepts none of ten such.
     """
-    dialect = DIALECTS[layout]
+    form = LAYOUTS[layout]
     for attempt in range(10):
         rng = generator(seed, "good record", layout, motion, number, attempt)
-        time = np.arange(0.0, _LENGTH, 1.0 / dialect.rate)
+        time = np.arange(0.0, _LENGTH, 1.0 / form.rate)
         moves = _LEAD + _SPREAD * (rng.random() - 0.5)
         curve = travel(_PRIOR.sample(1, rng), time, motion, onset=moves).travel
         truth = curve[0] + _SENSOR.zero_sd * rng.standard_normal()
         record = truth + _SENSOR.noise_sd * rng.standard_normal(time.size)
         stroke = abs(np.median(record[-20:]) - np.median(record[:20]))
         known = {
-            "rate": dialect.rate,
+            "rate": form.rate,
             "stroke": [(1 - _STROKE) * stroke, (1 + _STROKE) * stroke],
         }
         good = Good(
-            layout, motion, time, record, truth, {**dialect.settings, **known}, 0.0, record, {}
+            layout, motion, time, record, truth, {**form.settings, **known}, 0.0, record, {}
         )
         with tempfile.TemporaryDirectory() as folder:
-            file = Path(folder, dialect.file_name(motion, 1))
+            file = Path(folder, f"{motion}_00001{form.ending}")
             good.write(file, time, record)
             curves = good.read(file)
             names = [
@@ -209,7 +209,7 @@ def try_kind(kind: str, number: int, seed: int) -> Trial:
     The layout and the motion are drawn, too; all is determined by the arguments.
     """
     rng = generator(seed, "damage", kind, number)
-    layout = list(DIALECTS)[rng.integers(len(DIALECTS))]
+    layout = list(LAYOUTS)[rng.integers(len(LAYOUTS))]
     motion = MOTIONS[rng.integers(len(MOTIONS))]
     good = good_file(layout, motion, int(rng.integers(_GOOD)), seed)
     with tempfile.TemporaryDirectory() as folder:

@@ -17,12 +17,12 @@ import yaml
 
 from breaker.common.randomness import generator
 from breaker.common.zarr_store import open_store
-from breaker.family.dialects import DIALECTS
 from breaker.model.parameters import MOTIONS
 from studies.exports.__main__ import call
 from studies.faults.files import TEXT
 from studies.faults.judge import KINDS, good_file, try_kind
 from studies.faults.records import PHYSICAL
+from studies.layouts import LAYOUTS
 from studies.wrong_inputs.__main__ import run as run_wrong_inputs
 from studies.wrong_inputs.__main__ import summary as wrong_summary
 from studies.wrong_inputs.kinds import KINDS as WRONG
@@ -190,7 +190,7 @@ def _one_damaged(number: int, seed: int) -> Numbers:
     """Return the answer to one damaged file; kinds of damage take turns."""
     kind = KINDS[number % len(KINDS)]
     rng = generator(seed, "frozen damage", kind, number)
-    layout = list(DIALECTS)[rng.integers(len(DIALECTS))]
+    layout = list(LAYOUTS)[rng.integers(len(LAYOUTS))]
     motion = MOTIONS[rng.integers(len(MOTIONS))]
     good = good_file(layout, motion, int(rng.integers(_GOOD)), seed)
     with tempfile.TemporaryDirectory() as scratch:

@@ -18,7 +18,7 @@ EACH = 4  # files of each kind
 
 @pytest.fixture(scope="module", params=["closing", "opening"])
 def good(request):
-    return good_file("stand-in", request.param, 0, SEED)
+    return good_file("comma", request.param, 0, SEED)
 
 
 def test_what_is_near_enough_is_right(good):

@@ -6,13 +6,18 @@ import xarray as xr
 
 from breaker.common.randomness import generator
 from breaker.configuration.loading import defaults
-from breaker.family.failure_times import held
 from breaker.figures import style
 from breaker.figures.endurance import evolution
-from breaker.figures.life import changepoint, changes, health, remaining_life, service_cost
+from breaker.figures.life import (
+    changepoint,
+    changes,
+    coverage,
+    health,
+    remaining_life,
+    service_cost,
+)
 from breaker.model.parameters import NAMES
-from breaker.paper.run_numbers import blocks_of
-from breaker.paper.run_numbers import held as in_band
+from breaker.paper.run_numbers import blocks_of, held
 from breaker.prognosis.limit_states import standing as stands
 from tests.figures.drawn import assert_drawn, line_of, words
 from tests.lives import LIMITS, OPERATIONS, a_life, life_data, standing_data
@@ -52,14 +57,14 @@ def test_operations_left_services_and_truths_are_drawn(life, standing):
 
 def test_operations_hold_the_truth_between_what_is_told_and_the_failure(life):
     """Of the first limit the band is 0.8 to 1.2 times what is left to 180; the others go on."""
-    assert held(life, [180.0, 180.0, np.nan, 5.0]) == pytest.approx(
+    assert coverage(life, [180.0, 180.0, np.nan, 5.0]) == pytest.approx(
         [1.0, 0.0, np.nan, np.nan], nan_ok=True
     )
     asked = life.asked.values
     asked = asked[(asked >= life.attrs["told"]) & (asked < 150)]
     inside = (0.8 * (180 - asked) <= 150 - asked) & (150 - asked <= 1.2 * (180 - asked))
     assert 0.0 < inside.mean() < 1.0
-    assert held(life, [150.0] * 4)[0] == pytest.approx(inside.mean())
+    assert coverage(life, [150.0] * 4)[0] == pytest.approx(inside.mean())
 
 
 def test_the_cost_of_a_service_its_least_and_what_is_told_are_drawn():
@@ -110,7 +115,7 @@ def test_evolution_shows_values_of_both_and_cuts_nothing_off():
     theta = np.array([2.0, 0.045, 0.04, 0.3, 0.12, 0.75, 10.0]) * np.ones((200, 1))
     coords = {"operation": np.arange(1, 201), "parameter": list(NAMES)}
     truth = xr.DataArray(theta, coords, ("operation", "parameter"))
-    shares = {by: in_band(one, truth) for by, one in blocks.items()}
+    shares = {by: held(one, truth) for by, one in blocks.items()}
     figure = evolution(blocks, truth, shares, motion="closing")
     assert_drawn(figure)
     for k, axis in enumerate(figure.axes):

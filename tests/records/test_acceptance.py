@@ -16,18 +16,18 @@ ENDURANCE = {"format": {}, "breaker": None, "phase": None, "events": {}}
 
 
 @pytest.fixture(scope="module")
-def rig(defaults):
+def life(defaults):
     return EnduranceTest.from_settings(simulated_test(defaults), seed=1)
 
 
 @pytest.fixture
-def folder(tmp_path, rig):
+def folder(tmp_path, life):
     """Twelve closings and an opening."""
     for motion, count in (("closing", 12), ("opening", 1)):
         (tmp_path / motion).mkdir()
         for number in range(1, count + 1):
             file = tmp_path / motion / f"{motion}_{number:03d}.csv"
-            write_curve(file, *rig.record(motion, number), motion=motion, operation=number)
+            write_curve(file, *life.record(motion, number), motion=motion, operation=number)
     return tmp_path
 
 
@@ -70,10 +70,10 @@ def test_breakers_and_phases_of_a_table_are_apart(folder):
     assert {e.name.split()[0] for e in check(folder, breaker="CB2")} == {"CB2"}
 
 
-def test_many_files_are_read_as_few_are(folder, rig):
+def test_many_files_are_read_as_few_are(folder, life):
     for number in range(13, 103):
         file = folder / "closing" / f"closing_{number:03d}.csv"
-        write_curve(file, *rig.record("closing", number), motion="closing", operation=number)
+        write_curve(file, *life.record("closing", number), motion="closing", operation=number)
     checked = check(folder, ["closing"])
     assert checked[0].accepted == 102
     files = [f"closing_{number:03d}.csv" for number in range(13, 103)]

@@ -9,7 +9,6 @@ import pytest
 import xarray as xr
 
 from breaker.common.randomness import generator
-from breaker.family.dialects import DIALECTS
 from breaker.records.files import Opened, RejectedCurveError
 from breaker.records.formats import example_format, registry
 from breaker.records.formats.registry import (
@@ -18,14 +17,15 @@ from breaker.records.formats.registry import (
     read_columns,
 )
 from breaker.records.settings import complete
+from studies.layouts import LAYOUTS
 from tests.records.format_contract import TIME, TRAVEL, Example, FormatContract
 from tests.records.refused import told
 
 
-def of_dialect(name):
-    dialect = DIALECTS[name]
-    write = partial(dialect.write, time=TIME, travel=TRAVEL, motion="closing", operation=1)
-    return Example(dialect.file_name("closing", 1), dialect.settings, dialect.channels[0], write)
+def of_layout(name):
+    layout = LAYOUTS[name]
+    write = partial(layout.write, time=TIME, travel=TRAVEL, motion="closing", operation=1)
+    return Example(f"closing_00001{layout.ending}", layout.settings, layout.channel, write)
 
 
 def write_line(file):
@@ -49,10 +49,10 @@ def name_of(format_):
 
 # By the module of a format: each has one.
 EXAMPLES = {
-    "text": of_dialect("tab"),
-    "excel": of_dialect("excel"),
-    "comtrade": of_dialect("comtrade"),
-    "netcdf": of_dialect("netcdf"),
+    "text": of_layout("tab"),
+    "excel": of_layout("excel"),
+    "comtrade": of_layout("comtrade"),
+    "netcdf": of_layout("netcdf"),
     "lines": Example("a.txt", {"time_unit": "ms", "travel_column": "Travel"}, "Travel", write_line),
 }
 

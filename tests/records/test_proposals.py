@@ -7,7 +7,6 @@ import yaml
 from breaker.common.terminal import text_of
 from breaker.common.visible_text import visible_text
 from breaker.configuration.definitions import simulated_test
-from breaker.family.dialects import ANGLES, DIALECTS
 from breaker.family.endurance import EnduranceTest
 from breaker.records.curves import read_curves
 from breaker.records.files import RejectedCurveError
@@ -16,6 +15,7 @@ from breaker.records.operations import Operation
 from breaker.records.proposal import inspect_file, overlay_of, words_of
 from breaker.records.reader import Reader
 from breaker.records.settings import FORMAT
+from studies import layouts
 
 SENSOR = {"start": -2.0, "stop": 58.0, "samples": 151, "noise_sd": 0.1}
 TIMES = np.linspace(-2.0, 58.0, 151)
@@ -23,14 +23,14 @@ MOTIONS = ("closing", "opening")
 
 
 @pytest.fixture(scope="module")
-def rig(defaults):
+def life(defaults):
     return EnduranceTest.from_settings(simulated_test(defaults), seed=1)
 
 
 @pytest.fixture(scope="module")
-def closing(rig):
+def closing(life):
     """Times, ms, and travel, mm, of a closing."""
-    return rig.record("closing", 1)
+    return life.record("closing", 1)
 
 
 @pytest.fixture
@@ -79,16 +79,16 @@ def assert_read(proposal, closing):
 
 
 @pytest.mark.parametrize("motion", MOTIONS)
-@pytest.mark.parametrize("name", DIALECTS)
-def test_what_is_proposed_for_a_dialect_reads_it_as_its_own_settings_do(
-    tmp_path, rig, name, motion
+@pytest.mark.parametrize("name", layouts.LAYOUTS)
+def test_what_is_proposed_for_a_layout_reads_it_as_its_own_settings_do(
+    tmp_path, life, name, motion
 ):
-    dialect = DIALECTS[name]
-    file = tmp_path / dialect.file_name(motion, 3)
-    dialect.write(file, *rig.record(motion, 3), motion=motion, operation=3)
+    layout = layouts.LAYOUTS[name]
+    file = tmp_path / f"{motion}_00003{layout.ending}"
+    layout.write(file, *life.record(motion, 3), motion=motion, operation=3)
     proposal = inspect_file(file, SENSOR)
     assert [(each.motion, bool(each.record)) for each in proposal.motions] == [(motion, True)]
-    lacking = {"angles": {"table": str(ANGLES)}}.get(name, {})  # what no file states
+    lacking = {"angles": {"table": str(layouts.ANGLES)}}.get(name, {})  # what no file states
     assert list(proposal.lacking) == (["ratio"] if lacking else [])
     settings = proposed(proposal)
     if name == "degrees":  # no unit is stated, so mm are taken, and a remark has the others
@@ -96,7 +96,7 @@ def test_what_is_proposed_for_a_dialect_reads_it_as_its_own_settings_do(
         lacking = {"travel_unit": "deg", "ratio": 0.25, "stroke": [12.0, 17.0]}
     if name == "angles":
         settings["zero"] = 0.0  # of the table, not of the reading
-    expected, found = read(file, dialect.settings, motion), read(file, settings | lacking, motion)
+    expected, found = read(file, layout.settings, motion), read(file, settings | lacking, motion)
     np.testing.assert_allclose(found.travel, expected.travel, atol=0.12)
     assert found.first_motion.item() == pytest.approx(expected.first_motion.item(), abs=0.11)
 
@@ -200,11 +200,11 @@ def test_every_motion_of_every_channel_is_read_in_its_part(inspect):
 
 
 @pytest.mark.parametrize("name", ["semicolon", "inverted", "wide"])
-def test_damaged_files_end_in_a_proposal_or_a_reason(tmp_path, rig, name):
+def test_damaged_files_end_in_a_proposal_or_a_reason(tmp_path, life, name):
     """Bytes cut out, put in and repeated; nothing else is raised."""
-    rng, dialect = np.random.default_rng(1), DIALECTS[name]
-    file = tmp_path / dialect.file_name("closing", 3)
-    dialect.write(file, *rig.record("closing", 3), motion="closing", operation=3)
+    rng, layout = np.random.default_rng(1), layouts.LAYOUTS[name]
+    file = tmp_path / f"closing_00003{layout.ending}"
+    layout.write(file, *life.record("closing", 3), motion="closing", operation=3)
     content, ends = file.read_bytes(), []
     for _ in range(40):
         begin, size = rng.integers(len(content)), rng.choice([1, 100, 5000])

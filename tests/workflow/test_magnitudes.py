@@ -64,9 +64,9 @@ def use(config: dict) -> None:
         assert np.isfinite(model.curves(values)).all()
         chosen = of_motion(config, motion)["network"]
         build_once(json.dumps(chosen), config["sensor"]["samples"])
-        rig = EnduranceTest.from_settings(simulated_test(config), config["seed"])
+        test = EnduranceTest.from_settings(simulated_test(config), config["seed"])
         for operation in (1, config["simulated_test"]["operations"]):
-            times, travel = rig.record(motion, operation)
+            times, travel = test.record(motion, operation)
             assert times.shape == travel.shape
     generator(config["seed"], "a purpose")
 

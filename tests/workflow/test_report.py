@@ -48,7 +48,7 @@ def test_page_is_valid(page, curves):
         tree = publish_doctree(text, settings_overrides=settings)
         assert len(list(tree.findall(paragraph))) >= 1
         assert page in TOGETHER or motion in text
-        assert ("stand-in" in text) <= (curves is None)
+        assert ("simulated drive" in text) <= (curves is None)
 
 
 def test_the_report_opens_on_the_verdict(tmp_path):

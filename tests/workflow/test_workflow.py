@@ -343,7 +343,7 @@ def test_curves_of_another_source_are_read_again(workflow):
         shutil.copytree(workflow / "own", workflow / "other")
         edit_config(workflow, endurance={"curves": "other"})
         assert planned(workflow, store)["read_curves"] == 1
-        edit_config(workflow, endurance={"curves": None})  # the stand-in
+        edit_config(workflow, endurance={"curves": None})  # the simulated test
         assert planned(workflow, store)["read_curves"] == 1
 
 

@@ -33,7 +33,7 @@ MEASURED = EXACT or OWN_CURVES is not None
 BY = {"paper": "results/endurance/{motion}.zarr"}
 if EXACT:
     BY["family"] = "results/endurance/{motion}_family.zarr"
-# Store of the stand-in's true parameters; real measurements have none.
+# Store of the true parameters of the simulated endurance test; real measurements have none.
 TRUTH = "results/rig/truth.zarr" if OWN_CURVES is None else []
 # Ranges of the family of drives, and the drive of the simulated endurance test.
 FAMILY = family_of(config["family"]["name"])

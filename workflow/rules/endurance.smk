@@ -1,14 +1,14 @@
 """The endurance test: curves from files, inferred operation by operation.
 
-Needs the model file, and curve files: those of the stand-in, which is simulated here, or a folder
-of one's own (`endurance.curves`). Makes draws, intervals and flags of all operations, by the paper's
+Needs the model file, and curve files: those of the simulated endurance test, or a folder of one's
+own (`endurance.curves`). Makes draws, intervals and flags of all operations, by the paper's
 networks and by the families that ship, as Zarr stores and one tidy CSV a motion, and the figures of
 the paper's Sec. 7.
 """
 
 
 rule rig:
-    """The stand-in's curve files of one motion: a richer mechanism than the model, wearing out."""
+    """Curve files of one motion of the simulated endurance test: a richer drive than the model."""
     input:
         code=code("rig"),
     output:
@@ -27,7 +27,7 @@ rule rig:
 
 
 rule rig_truth:
-    """The true state of the stand-in, operation by operation."""
+    """The true state of the simulated endurance test, operation by operation."""
     input:
         code=code("rig_truth"),
     output:

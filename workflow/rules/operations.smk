@@ -74,14 +74,14 @@ def curves_of(motion):
 
 
 def source(wildcards):
-    """What the curves of a chunk come from: the stand-in, or files of given names, sizes and times.
+    """What the curves of a chunk come from: a simulation, or files of given names, sizes and times.
 
     A setting of the job, not its input: Snakemake would take signs in the names of files for
     patterns, and would leave standing what it finds if one of them is gone. Of the chunk's own
     files alone, so that appended operations run their own chunk and no other.
     """
     if OWN_CURVES is None:
-        return "stand-in"
+        return "simulated"
     wanted = set(operations(wildcards))
     return fingerprint(each for each in listed(wildcards.motion) if each.number in wanted)
 

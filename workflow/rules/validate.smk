@@ -75,7 +75,7 @@ rule validate:
 
 
 rule validate_reader:
-    """The same through files: records written in ten layouts, read back, inferred."""
+    """The same through files: records written in two layouts, read back, inferred."""
     input:
         model="results/models/{motion}.safetensors",
         code=code("validate_reader"),

@@ -3,7 +3,7 @@
 import pandas as pd
 
 from breaker.common.zarr_store import open_store
-from breaker.family.failure_times import failures
+from breaker.family.endurance import failure_times
 from breaker.model.limits import from_list
 from breaker.model.quantities import speeds_of
 from breaker.paper.run_numbers import numbers_of_life, numbers_of_motion
@@ -29,7 +29,7 @@ for i, motion in enumerate(params.motions):
 limits = from_list(params.limits, params.motions, speeds_of(params.speeds))
 truth = open_store(files.truth).load() if files.truth else None
 tables = (pd.read_csv(file) for file in (files.limits, files.decisions))
-ends = failures(truth, limits) if truth is not None else {}
+ends = failure_times(truth, limits) if truth is not None else {}
 found |= numbers_of_life(open_store(files.life), *tables, ends)
 
 log.info("%d numbers", len(found))

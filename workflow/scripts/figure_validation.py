@@ -3,8 +3,6 @@
 A rule names the figures that it wants as its outputs: ``sbc`` alone, or all four.
 """
 
-import json
-
 import numpy as np
 import xarray as xr
 
@@ -54,7 +52,7 @@ def draw_pairs(prior: xr.Dataset, scale: dict, file: str) -> None:
     save(pairs(case, columns[:, : len(names)], about=about, **found), file)
 
 
-rejected = sum(json.loads(data.attrs.get("rejected", "{}")).values())
+rejected = data.attrs.get("rejected", 0)
 if rejected:
     about += f", {rejected} of {rejected + data.sizes['curve']} rejected by the reader"
 save(calibration.sbc(judge_draws(draws, truth), names, about=about), figures.sbc)

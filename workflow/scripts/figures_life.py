@@ -6,8 +6,15 @@ from pathlib import Path
 import xarray as xr
 
 from breaker.common.zarr_store import open_store
-from breaker.family.failure_times import failures, held
-from breaker.figures.life import changepoint, changes, health, remaining_life, service_cost
+from breaker.family.endurance import failure_times
+from breaker.figures.life import (
+    changepoint,
+    changes,
+    coverage,
+    health,
+    remaining_life,
+    service_cost,
+)
 from breaker.figures.style import save
 from breaker.figures.verdict import verdict
 from breaker.model.limits import from_list
@@ -25,11 +32,11 @@ if files.truth:  # of the simulated test; a measured one has none
     new = {"operation": slice(None, life.asked.values[0])}  # until the reference is full
     true_changes = 100.0 * (truth.value / truth.value.sel(new).mean("operation") - 1.0)
     limits = from_list(params.limits, params.motions, speeds_of(params.speeds))
-    failure = failures(truth, limits)
+    failure = failure_times(truth, limits)
     names = life.limit.values
     true_life = xr.Dataset({"failure": ("limit", [failure[name] for name in names])})
     true_life = true_life.assign_coords(limit=names)
-    true_life["held"] = "limit", held(life, true_life.failure.values)
+    true_life["held"] = "limit", coverage(life, true_life.failure.values)
 
 save(verdict(life, standing, words["sentences"]), output.verdict)
 save(health(life, standing), output.health)

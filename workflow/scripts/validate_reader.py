@@ -1,12 +1,7 @@
 """Infer simulated records that went through curve files."""
 
-import json
-
-import numpy as np
-
 from breaker.common.randomness import generator
 from breaker.common.zarr_store import describe, save
-from breaker.family.dialects import DIALECTS
 from breaker.family.round_trip import through_files
 from breaker.paper.inference import sample_records
 from breaker.paper.posterior import Posterior
@@ -19,15 +14,14 @@ posterior = Posterior.load(snakemake.input.model, own_functions=True)
 rng = generator(seed, "records through files", motion)
 model = posterior.model
 through = through_files(model.prior, model.sensor, motion, params.curves, rng)
-read, rejected = len(through.truth), sum(through.rejected.values())
-log.info("%d of %d curves of the prior rejected", rejected, read + rejected)
-for reason, count in through.rejected.items():
-    log.info("%d: %s", count, reason)
+rejected = len(through.reasons)
+log.info("%d of %d curves of the prior rejected", rejected, params.curves)
+for reason in through.reasons:
+    log.info("rejected: %s", reason)
 if posterior.sensor.infers_onset:
     error = through.truth[:, -1]
     log.info("first motion found too late by %.3f ms, sd %.3f ms", -error.mean(), error.std())
 result = sample_records(posterior, through.measured, through.truth, params.draws, seed)
-result["dialect"] = "curve", np.array(list(DIALECTS))[through.dialect]
-result.attrs["rejected"] = json.dumps(through.rejected)
+result.attrs["rejected"] = rejected
 title = f"posteriors of simulated {motion} records, read from files"
 save(describe(result, title, model=posterior.settings), snakemake.output[0])

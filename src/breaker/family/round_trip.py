@@ -83,7 +83,7 @@ def _read_back(
     with tempfile.TemporaryDirectory() as folder:
         operations = []
         for number, record in enumerate(records):
-            file = Path(folder, layout.file_name(motion, number))
+            file = Path(folder, f"{motion}_{number:05d}{layout.ending}")
             layout.write(file, time, record, motion=motion, operation=number)
             operations.append(Operation(number, file))
         settings = {"stroke": _ANY_STROKE, **layout.settings}

@@ -3,6 +3,8 @@
 ``life`` is what ``follow_life`` returns, ``standing`` what ``limit_states`` makes of it.
 """
 
+from collections.abc import Sequence
+
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
@@ -135,7 +137,7 @@ def remaining_life(
     """Draw one panel per limit: operations left, by when to service, and the true ones.
 
     ``truth`` is, of a simulated life, ``failure (limit)``, when a limit is first exceeded, and
-    ``held``, what ``failure_times.held`` returns.
+    ``held``, what ``coverage`` returns.
     """
     known = (standing["state"] > [*p.STATES].index("unknown")).any("operation").values
     vague = ", ".join(p.spoken(name) for name in standing["limit"].values[~known])
@@ -160,6 +162,26 @@ def remaining_life(
     style.title(figure, _next(standing.isel(operation=-1), truth), shows)
     p.legend_below(figure, columns=4)
     return figure
+
+
+def coverage(life: xr.Dataset, failure: Sequence[float]) -> list[float]:
+    """Return the coverage of the operations left until each limit, ``(limit,)``.
+
+    The coverage is the share of operations whose 90 % interval contains the true number, from the
+    first prediction until the drive exceeds the limit; nan if there are no such operations.
+
+    Args:
+        life: What ``life_results.follow_life`` returns.
+        failure: Operations at which the drive first exceeds each limit, ``(limit,)``.
+    """
+    predicted = life.sel(asked=slice(life.attrs["told"], None))
+    intervals = predicted.remaining.transpose("limit", "asked", "quantile").values
+    shares = []
+    for end, values in zip(failure, intervals, strict=True):
+        known = (predicted.asked.values < end) & np.isfinite(values[:, 0])
+        left, (low, _, high) = end - predicted.asked.values[known], values[known].T
+        shares.append(float(((low <= left) & (left <= high)).mean()) if known.any() else np.nan)
+    return shares
 
 
 def _next(last: xr.Dataset, truth: xr.Dataset | None) -> str:

@@ -1,4 +1,4 @@
-"""The synthetic endurance test: its drive, its wear, its truth, its files, and how honest it is."""
+"""The simulated endurance test: its drive, its wear, its truth and its records."""
 
 from dataclasses import replace
 
@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 from breaker.configuration.definitions import simulated_test
-from breaker.family.endurance_rig import Rig
-from breaker.family.failure_times import failures
-from breaker.family.rig_truth import truth_of
+from breaker.family.endurance import EnduranceTest, failure_times, truth_of
+from breaker.family.exports import write_curve
 from breaker.model.curves import travel
 from breaker.model.limits import Limit, from_list
 from breaker.model.parameters import MOTIONS, NAMES
@@ -24,21 +23,21 @@ TIMES = np.linspace(-2.0, 58.0, 151)
 
 
 @pytest.fixture(scope="module")
-def rig(defaults) -> Rig:
-    return Rig.from_settings(simulated_test(defaults), 1)
+def life(defaults) -> EnduranceTest:
+    return EnduranceTest.from_settings(simulated_test(defaults), 1)
 
 
 @pytest.fixture(scope="module")
-def truth(rig):
-    return truth_of(rig, MOTIONS, TIMES)
+def truth(life):
+    return truth_of(life, MOTIONS, TIMES)
 
 
-def settled(rig, **changes):
-    """The rig with other settings, and with other ones of its sections, by name."""
-    settings = {**rig.settings}
+def settled(life, **changes):
+    """The test with other settings, and with other ones of its sections, by name."""
+    settings = {**life.settings}
     for name, value in changes.items():
         settings[name] = settings[name] | value if isinstance(value, dict) else value
-    return replace(rig, settings=settings)
+    return replace(life, settings=settings)
 
 
 def fitted(model, curve):
@@ -49,38 +48,38 @@ def fitted(model, curve):
 
 
 @pytest.mark.parametrize("motion", MOTIONS)
-def test_the_stand_in_is_honest(rig, truth, prior, sensor, motion):
+def test_the_model_does_not_fit_the_drive(life, truth, prior, sensor, motion):
     """At its parameters the model is a millimetre off; fitted, it is off in its parameters."""
     assert truth.difference.sel(motion=motion).min() > 1.0
-    curve = rig.new.travel(motion, sensor.times)
+    curve = life.new.travel(motion, sensor.times)
     z, sd, left = fitted(Model(prior, sensor, motion), curve)
     end = ~main_motion(curve, sensor.times, motion)
     assert np.abs(left[end]).max() > 2.0 * sensor.noise_sd
-    assert np.abs((z - prior.standardise(np.array(rig.new.theta))) / sd).max() > 10.0
+    assert np.abs((z - prior.standardise(np.array(life.new.theta))) / sd).max() > 10.0
 
 
-def test_wear_is_monotone_and_changes_its_slope_once(rig):
+def test_wear_is_monotone_and_changes_its_slope_once(life):
     operations = np.arange(1, 2001, 50)
-    wear = rig.settings["wear"]
+    wear = life.settings["wear"]
     for name, change in wear["change"].items():
-        values = [rig.worn(int(k), scatter=False).value(name) for k in operations]
+        values = [life.worn(int(k), scatter=False).value(name) for k in operations]
         if not change:
             assert np.ptp(values) == 0
             continue
-        steps = np.diff(values) / rig.new.value(name)
+        steps = np.diff(values) / life.new.value(name)
         assert np.all(np.sign(steps) == np.sign(change))
         before = operations[1:] <= wear["knee"] * 2000
         assert np.ptp(steps[before]) < 1e-12
         assert steps[-1] / steps[0] == pytest.approx(wear["faster"])
-        end = rig.worn(2000, scatter=False).value(name) / rig.new.value(name) - 1
+        end = life.worn(2000, scatter=False).value(name) / life.new.value(name) - 1
         assert end == pytest.approx(change)
 
 
-def test_what_wears_scatters_and_nothing_else(rig):
-    wear = rig.settings["wear"]
+def test_what_wears_scatters_and_nothing_else(life):
+    wear = life.settings["wear"]
     off = {name: [] for name in wear["change"]}
     for k in range(1, 401):
-        with_it, without = rig.worn(k), rig.worn(k, scatter=False)
+        with_it, without = life.worn(k), life.worn(k, scatter=False)
         for name in off:
             off[name].append(with_it.value(name) / without.value(name) - 1)
     for name, change in wear["change"].items():
@@ -89,32 +88,32 @@ def test_what_wears_scatters_and_nothing_else(rig):
         assert np.std(off[name]) == pytest.approx(expected, rel=0.125)
 
 
-def test_truth_is_what_the_rig_wears_to(rig, truth):
+def test_truth_is_the_worn_drive(life, truth):
     assert truth.value.dims == ("operation", "parameter")
     assert truth["parameter"].values.tolist() == list(NAMES)
     np.testing.assert_array_equal(truth["operation"], np.arange(1, 2001))
-    np.testing.assert_array_equal(truth.value[1233], rig.worn(1234, scatter=False).theta)
-    drive = rig.worn(1234, scatter=False)
+    np.testing.assert_array_equal(truth.value[1233], life.worn(1234, scatter=False).theta)
+    drive = life.worn(1234, scatter=False)
     exact = travel(np.array([drive.theta]), TIMES, "opening").travel[0]
     off = np.abs(drive.travel("opening", TIMES) - exact).max()
     assert truth.difference.sel(operation=1234, motion="opening") == pytest.approx(off, abs=1e-12)
 
 
-def test_limits_are_exceeded_after_the_change_of_wear(rig, truth, defaults):
+def test_limits_are_exceeded_after_the_change_of_wear(life, truth, defaults):
     limits = from_list(defaults["limits"], list(MOTIONS))
-    found = failures(truth, limits)
-    knee = rig.settings["wear"]["knee"] * rig.settings["operations"]
+    found = failure_times(truth, limits)
+    knee = life.settings["wear"]["knee"] * life.settings["operations"]
     assert len(found) >= 5
     assert all(knee + 40 < at < 2000 for at in found.values()), found
     assert {limit.of for limit in limits} == {"change", "record"}
 
 
-def test_truth_of_what_records_show(rig, truth):
+def test_truth_of_what_records_show(life, truth):
     """Between stages, too, beside the drive's own motion; a rest that is crept to is seen early."""
     assert truth.measured.dims == ("operation", "motion", "quantity")
     names = {"closing": ["closing_speed"], "opening": ["opening_over_travel", "opening_speed"]}
     for operation in (1, 333, 1777, 2000):
-        drive = rig.worn(operation, scatter=False)
+        drive = life.worn(operation, scatter=False)
         for motion in MOTIONS:
             own = own_quantities(drive, motion)
             for name in ("stroke", "travel_time", *names[motion]):
@@ -125,37 +124,40 @@ def test_truth_of_what_records_show(rig, truth):
         wipe = truth.measured.sel(quantity=f"{motion}_wipe")
         assert (wipe.sel(motion=motion) > 0.5).all()
     never = Limit("latch", "closing", (("reaction_time", 1.0, True),), of="record")
-    assert np.isnan(failures(truth, [never])["latch"])
+    assert np.isnan(failure_times(truth, [never])["latch"])
 
 
 @pytest.mark.parametrize("motion", MOTIONS)
-def test_the_motion_starts_after_the_lead(rig, motion):
+def test_the_motion_starts_after_the_lead(life, motion):
     """Without noise, zero and scatter of the trigger."""
-    sensor = rig.settings["sensor"]
-    clean = settled(rig, sensor={"noise_sd": 0.0, "zero_sd": 0.0, "trigger_sd": 0.0})
+    sensor = life.settings["sensor"]
+    clean = settled(life, sensor={"noise_sd": 0.0, "zero_sd": 0.0, "trigger_sd": 0.0})
     times, record = clean.record(motion, 7)
     moved = np.abs(record - record[0]) > 1e-4
     assert times[moved][0] == pytest.approx(sensor["lead"], abs=0.5)
     assert moved[times > sensor["lead"] + 1].all()
 
 
-def test_a_record_depends_on_seed_motion_and_operation_alone(rig):
-    times, record = rig.record("closing", 7)
-    np.testing.assert_array_equal(record, rig.record("closing", 7)[1])
-    assert not np.array_equal(record, rig.record("closing", 8)[1])
-    assert not np.array_equal(record, rig.record("opening", 7)[1])
-    assert not np.array_equal(record, replace(rig, seed=2).record("closing", 7)[1])
-    np.testing.assert_allclose(np.diff(times), 1 / rig.settings["sensor"]["rate"])
+def test_a_record_depends_on_seed_motion_and_operation_alone(life):
+    times, record = life.record("closing", 7)
+    np.testing.assert_array_equal(record, life.record("closing", 7)[1])
+    assert not np.array_equal(record, life.record("closing", 8)[1])
+    assert not np.array_equal(record, life.record("opening", 7)[1])
+    assert not np.array_equal(record, replace(life, seed=2).record("closing", 7)[1])
+    np.testing.assert_allclose(np.diff(times), 1 / life.settings["sensor"]["rate"])
 
 
 @pytest.mark.parametrize("motion", MOTIONS)
-def test_its_files_are_read_by_the_reader(rig, motion, tmp_path, defaults):
-    settled(rig, operations=3).run(motion, tmp_path / motion)
+def test_its_files_are_read_by_the_reader(life, motion, tmp_path, defaults):
+    (tmp_path / motion).mkdir()
+    for k in (1, 2, 3):
+        file = tmp_path / motion / f"{motion}_{k}.csv"
+        write_curve(file, *life.record(motion, k), motion=motion, operation=k)
     files = list_operations(tmp_path, motion)
     assert [each.number for each in files] == [1, 2, 3]
     curves = read_curves(files, defaults["endurance"]["format"], Grid(TIMES), motion)
     assert curves.accepted.all(), curves.reason.values
-    assert np.abs(curves.first_motion.values - rig.settings["sensor"]["lead"]).max() < 3.0
+    assert np.abs(curves.first_motion.values - life.settings["sensor"]["lead"]).max() < 3.0
 
 
 @pytest.mark.parametrize(("motion", "share"), [("closing", 0.75), ("opening", 0.85)])

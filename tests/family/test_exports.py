@@ -1,0 +1,145 @@
+"""The exports of the examples: files of analysers, from inspection to accepted records."""
+
+import numpy as np
+import pytest
+import yaml
+
+from breaker.cli import main
+from breaker.common.randomness import generator
+from breaker.configuration.definitions import family_of, simulated_test
+from breaker.configuration.loading import defaults, load
+from breaker.family.drive_family import Family
+from breaker.family.endurance import EnduranceTest
+from breaker.family.exports import (
+    CHANNELS,
+    HIGH_VOLTAGE,
+    write_close_opens,
+    write_inspections,
+    write_wide,
+)
+from breaker.model.parameters import MOTIONS
+from breaker.records.curves import read_curves
+from breaker.records.grid import Grid
+from breaker.records.operations import Operation
+from breaker.records.proposal import inspect_file, overlay_of
+from breaker.shipped import HELD_BACK
+
+OPERATIONS = range(1, 4)
+
+
+@pytest.fixture(scope="module")
+def drive():
+    return EnduranceTest.from_settings(simulated_test(defaults()), 1).new
+
+
+@pytest.fixture(scope="module")
+def exports(tmp_path_factory, drive):
+    """Folder of the files, and the true starts of motion."""
+    folder = tmp_path_factory.mktemp("rack")
+    return folder, write_close_opens(drive, 1, folder, OPERATIONS)
+
+
+@pytest.fixture(scope="module")
+def overlay(exports, tmp_path_factory):
+    """The settings proposed for the first file."""
+    file = tmp_path_factory.mktemp("config") / "rack.yaml"
+    proposal = inspect_file(exports[0] / "rack_0001.txt", defaults()["sensor"])
+    file.write_text(overlay_of(proposal), encoding="utf-8")
+    return file
+
+
+def test_the_drive_is_that_of_the_endurance_test_enlarged(drive):
+    times = np.linspace(0.0, 60.0, 200)
+    for motion in MOTIONS:
+        large = drive.scaled(HIGH_VOLTAGE).travel(motion, HIGH_VOLTAGE.times * times)
+        expected = HIGH_VOLTAGE.lengths * drive.travel(motion, times)
+        np.testing.assert_allclose(large, expected, atol=1e-9)
+    speed = np.abs(np.diff(large) / np.diff(HIGH_VOLTAGE.times * times)).max()
+    assert large[0] == pytest.approx(150.0, abs=1.0)
+    assert speed == pytest.approx(3.5, abs=0.3)
+
+
+def test_inspection_leads_to_accepted_records_of_all_channels(exports, overlay):
+    """First motions are 0.5 to 0.7 ms late at size 1 in closing, as the closing force builds up."""
+    folder, starts = exports
+    content = yaml.safe_load(overlay.read_text(encoding="utf-8"))
+    assert content.keys() == {"endurance"}  # breaker fit-prior proposes the rest
+    config = load([overlay])
+    sensor, format_ = config["sensor"], config["endurance"]["format"]
+    grid = Grid(np.linspace(sensor["start"], sensor["stop"], sensor["samples"]), sensor["noise_sd"])
+    for motion in MOTIONS:
+        for channel in CHANNELS:
+            files = [folder / f"rack_{n:04d}.txt" for n in OPERATIONS]
+            operations = [Operation(n, f, channel=channel) for n, f in enumerate(files, start=1)]
+            curves = read_curves(operations, format_, grid, motion)
+            assert curves.accepted.all(), curves.reason.values
+            assert (curves.remarks == "").all(), curves.remarks.values
+            assert not np.isnan(curves.travel).any()
+            true = [starts[channel, motion, n] for n in OPERATIONS]
+            assert np.abs(curves.first_motion.values - true).max() < 0.3 * HIGH_VOLTAGE.times
+
+
+def test_a_file_has_a_preamble_and_columns_side_by_side(exports):
+    heads = []
+    for file in exports[0].glob("rack_*.txt"):
+        lines = file.read_text(encoding="utf-8").splitlines()
+        heads.append(next(i for i, line in enumerate(lines) if line.startswith("I1;")))
+        names = lines[heads[-1]].split(";")
+        assert names == [*(f"I{i}" for i in range(1, 7)), *CHANNELS, "", ""]
+        assert len(lines) - heads[-1] - 1 == 6000
+        assert lines[-1].split(";")[11:] == ["", "", ""]
+    assert len(set(heads)) > 1
+    assert all(4 <= head <= 45 for head in heads)
+
+
+@pytest.mark.parametrize("number", [2, 4, 6, 8])
+def test_drives_that_are_fastest_early_or_creep_to_rest_move(number, tmp_path, prior):
+    """In 12 of 30 drives of the family such channels were once read as currents."""
+    family = Family(prior, family_of(HELD_BACK))
+    drive = family.new(generator(1, "other drives", number)).scaled(HIGH_VOLTAGE)
+    time, rng = np.arange(0.0, 1200.0, 0.1), generator(number, "test creep")
+    closing, opening = drive.travel("closing", time - 50.0), drive.travel("opening", time - 850.0)
+    travel = np.where(time < 850.0, closing, opening)
+    records = travel + 0.05 * rng.standard_normal((6, time.size))
+    write_wide(tmp_path / "a.txt", time, records, motion="close-open", operation=1)
+    proposal = inspect_file(tmp_path / "a.txt", defaults()["sensor"])
+    assert {each.column for each in proposal.motions} == set(CHANNELS)
+    assert all(each.record for each in proposal.motions)
+
+
+def test_the_example_folder_is_always_the_same(exports, tmp_path):
+    assert main(["example", str(tmp_path / "rack"), "--operations", "1"]) == 0
+    (file,) = (tmp_path / "rack").iterdir()
+    assert file.read_bytes() == (exports[0] / file.name).read_bytes()
+
+
+def test_worn_operations_are_the_last_of_the_life(tmp_path):
+    assert main(["example", str(tmp_path / "later"), "--worn", "--operations", "2"]) == 0
+    names = [file.name for file in sorted((tmp_path / "later").iterdir())]
+    assert names == ["rack_1999.txt", "rack_2000.txt"]
+
+
+@pytest.mark.parametrize("there", ["a file", "a full folder"])
+def test_nothing_is_replaced(tmp_path, capsys, there):
+    target = tmp_path / "rack"
+    if there == "a full folder":
+        target.mkdir()
+        (target / "notes.txt").write_text("mine")
+    else:
+        target.write_text("mine")
+    assert main(["example", str(target)]) == 1
+    assert str(target) in capsys.readouterr().err
+    assert main(["example", str(tmp_path / "many"), "--operations", "1000"]) == 1
+    assert not (tmp_path / "many").exists()
+
+
+def test_the_example_of_the_page_is_written_by_the_command(tmp_path, capsys):
+    assert main(["example", str(tmp_path / "visits"), "--visits"]) == 0
+    write_inspections(defaults(), tmp_path)
+    for file in (tmp_path / "visits").iterdir():
+        assert file.read_bytes() == (tmp_path / file.name).read_bytes()
+    old, new = (tmp_path / f"visit_{date}.csv" for date in ("2014-05-12", "2026-03-02"))
+    assert old.read_text().splitlines()[-100] != new.read_text().splitlines()[-100]  # it has worn
+    assert main(["example", str(tmp_path / "other"), "--visits", "--worn"]) == 1
+    assert "--worn" in capsys.readouterr().err
+    assert not (tmp_path / "other").exists()
