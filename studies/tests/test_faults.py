@@ -129,7 +129,7 @@ SEE_SPIKES = {
 )
 def test_a_reader_without_a_stage_is_caught(stages, kind, few_good_files, monkeypatch):
     def silent():
-        return sum(try_kind(kind, number, SEED).outcome == "silent" for number in range(20))
+        return sum(try_kind(kind, number, SEED).outcome == "silent" for number in range(30))
 
     whole = silent()
     for stage, without in stages.items():
