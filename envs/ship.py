@@ -19,8 +19,8 @@ import pandas as pd
 
 from breaker.common.tensor_file import ModelFileError, open_model
 from breaker.configuration.loading import ConfigurationError, load
-from breaker.family.mechanisms import MECHANISMS
-from breaker.family.training_origin import differing, header_of
+from breaker.family.network_files import differing, header_of
+from breaker.family.networks import EFFECTS
 from breaker.model.parameters import NAMES
 from breaker.shipped import CARD, FAMILIES, KINDS, model_file
 
@@ -61,7 +61,7 @@ def judged(text: str) -> str:
     for mark, kind, shown, names in (
         ("levels", "levels", "contraction", NAMES),
         ("changes", "changes", "rms_error", NAMES),
-        ("mechanisms", "levels", "contraction", tuple(MECHANISMS)),
+        ("mechanisms", "levels", "contraction", tuple(EFFECTS)),
     ):
         rows = [f"| {mark} | {' | '.join(names)} | 90 % hold | calibrated |"]
         rows.append("|---|" + "---|" * (len(names) + 2))
@@ -69,7 +69,7 @@ def judged(text: str) -> str:
             of = _quality(family, kind).set_index(["output", "motions"])
             for motions in of.index.unique("motions"):
                 here = of.xs(motions, level="motions")
-                told = here.index.isin([*MECHANISMS])
+                told = here.index.isin([*EFFECTS])
                 numbers = [here[shown][name] for name in names]
                 cells = [f"{each:.2f}" if isfinite(each) else "–" for each in numbers]
                 some = here[told if mark == "mechanisms" else ~told]

@@ -10,7 +10,7 @@ import yaml
 from jsonschema import Draft202012Validator
 
 from breaker.configuration.loading import load
-from breaker.family.training_origin import unfit
+from breaker.family.network_files import unfit
 from breaker.shipped import CARD, FAMILIES, KINDS, model_file
 from tests.scripts import ROOT, script
 

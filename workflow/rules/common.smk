@@ -9,7 +9,7 @@ from pathlib import Path
 from breaker.common.functions import file_of
 from breaker.configuration.definitions import advice_of, family_of, simulated_test
 from breaker.configuration.loading import of_motion
-from breaker.family.training_origin import header_of, unfit
+from breaker.family.network_files import header_of, unfit
 from breaker.model.parameters import Size
 from breaker.model.quantities import OF_STROKE, speeds_of
 from breaker.paper import is_exact

@@ -1,25 +1,67 @@
-"""Networks of a family in model files, which hold all that an answer needs."""
+"""Read and write the model files of a family, and compare them with a configuration.
+
+Importing this module is fast: the plan of the workflow compares files without numpy.
+"""
+
+from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from functools import cache
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
-from breaker.common.tensor_file import ModelFileError, open_model, write_model
-from breaker.family.inputs import Basis
-from breaker.family.membership import Membership
-from breaker.family.networks import EVENTS, ChangeNetwork, Network, StateNetwork
+from breaker.common.lazy_numpy import np
+from breaker.common.tensor_file import ModelFileError, open_model, settings_of, write_model
+from breaker.configuration.definitions import family_of
 from breaker.model.parameters import MOTIONS, NAMES
-from breaker.model.prior import Prior
 from breaker.shipped import FAMILIES, KINDS, model_file, widening
 
-_KINDS = {"levels": StateNetwork, "changes": ChangeNetwork}
-_TUPLES = {"bases": Basis, "change_bases": Basis, "members": Membership}
-_PARTS = {
-    "levels": ("bases", "members"),
-    "changes": ("bases", "change_bases"),
-}
+if TYPE_CHECKING:
+    from breaker.family.networks import ChangeNetwork, StateNetwork
+
+
+def header_of(config: Mapping[str, Any], kind: str) -> dict[str, Any]:
+    """Return the settings in the header of a network of "levels" or "changes"."""
+    family = config["family"]
+    # No weight depends on the number of workers.
+    training = {name: value for name, value in family["training"].items() if name != "workers"}
+    return {
+        "kind": kind,
+        "family": family["name"],
+        "definition": family_of(family["name"]),
+        "bank": {key: family[key] for key in ("drives", "shards")},
+        **{key: config[key] for key in ("seed", "prior")},
+        "network": family["network"],
+        "training": training,
+    }
+
+
+def unfit(path: str | Path, config: Mapping[str, Any], kind: str) -> list[str]:
+    """Return differences of a network and a configuration in the prior and the family.
+
+    Raises:
+        FileNotFoundError: If the file does not exist.
+        ModelFileError: If the file is not a model file.
+    """
+    both = settings_of(path), header_of(config, kind)
+    parts = [{key: one.get(key) for key in ("family", "definition", "prior")} for one in both]
+    return differing(*parts)
+
+
+def differing(found: Any, wanted: Any, key: str = "") -> list[str]:
+    """Return the differences of settings, as ``key: found, not wanted``.
+
+    Example:
+        >>> differing({"seed": 1, "prior": {"f": 2}}, {"seed": 1, "prior": {"f": 3}})
+        ['prior.f: 2, not 3']
+    """
+    if not (isinstance(found, Mapping) and isinstance(wanted, Mapping)):
+        return [] if found == wanted else [f"{key}: {found}, not {wanted}"]
+    lines = []
+    for name in sorted(found.keys() | wanted.keys()):
+        pair = (settings.get(name, "nothing") for settings in (found, wanted))
+        lines += differing(*pair, f"{key}.{name}".removeprefix("."))
+    return lines
 
 
 def write_network(
@@ -31,69 +73,78 @@ def write_network(
     """Write a network.
 
     Args:
-        settings: ``kind``, "levels" or "changes", ``family``, its name, ``prior``, that of drives
-            of size 1, and how it was made.
-        weights: Those of ``training.FamilyNetwork``.
-        frozen: Arrays of ``StateNetwork`` or ``ChangeNetwork`` as arrays: ``usual``, ``centre``,
-            ``scale``, and by motion ``bases``, ``change_bases`` and ``members``.
+        settings: What ``header_of`` returns.
+        weights: Weights of ``training.FamilyNetwork``.
+        frozen: Other arrays of ``StateNetwork`` or ``ChangeNetwork``: ``usual``, ``centre`` and
+            ``scale``; and by motion ``bases``, ``change_bases`` and ``members``.
     """
-    arrays = {f"network.{name}": np.float32(each) for name, each in weights.items()}
-    for name, each in frozen.items():
-        if name not in _TUPLES:
-            arrays[name] = np.float64(each)
+    arrays = {f"network.{name}": np.float32(weight) for name, weight in weights.items()}
+    for name, value in frozen.items():
+        if not isinstance(value, Mapping):
+            arrays[name] = np.float64(value)
             continue
-        for motion, parts in each.items():
-            for part, value in parts._asdict().items():
-                arrays[f"{name}.{motion}.{part}"] = np.float64(value)
+        for motion, parts in value.items():
+            for part, array in parts._asdict().items():
+                arrays[f"{name}.{motion}.{part}"] = np.float64(array)
     write_model(path, settings, arrays)
 
 
 def open_network(path: str | Path) -> StateNetwork | ChangeNetwork:
-    """Read a network; draws of levels are as wide as ``shipped.widening`` says for its family.
+    """Read a network; ``shipped.widening`` widens the posterior draws of a state network.
 
     Raises:
-        FileNotFoundError: If there is no such file.
-        ModelFileError: If it is no file of a network of a family.
+        FileNotFoundError: If the file does not exist.
+        ModelFileError: If the file is not that of a network of a family.
     """
+    from breaker.family.inputs import Basis
+    from breaker.family.membership import Membership
+    from breaker.family.networks import EVENTS, ChangeNetwork, Network, StateNetwork
+    from breaker.model.prior import Prior
+
     with open_model(path) as saved:
         kind = saved.settings.get("kind")
-        if kind not in [*_KINDS]:
-            raise ModelFileError("it is no network of a family of drives")
+        if kind not in list(KINDS):
+            raise ModelFileError("it is not a network of a family of drives")
         weights, arrays = {}, {}
         for name in saved.arrays:
             if name.startswith("network."):
                 weights[name.removeprefix("network.")] = saved.weight(name, "float32")
             else:
                 arrays[name] = saved.weight(name, "float64")
-        Prior.from_settings(saved.settings["prior"])
-        network = Network(weights, _KINDS[kind].atoms)
-        found = {name: arrays[name] for name in ("usual", "centre", "scale")}
-        for name in _PARTS[kind]:
-            of = _TUPLES[name]
-            found[name] = {
-                m: of(*(arrays[f"{name}.{m}.{part}"] for part in of._fields)) for m in MOTIONS
-            }
-        if kind == "levels":
-            names, factors = (*NAMES, *EVENTS), widening(saved.settings["family"])
-            found["widening"] = {
-                n: np.array([of.get(name, 1.0) for name in names]) for n, of in factors.items()
-            }
-        return _KINDS[kind](settings=saved.settings, network=network, **found)
+        Prior.from_settings(saved.settings["prior"])  # raises if the prior is not valid
+
+        def by_motion(name: str, of: type) -> dict:
+            parts = {m: [arrays[f"{name}.{m}.{part}"] for part in of._fields] for m in MOTIONS}
+            return {motion: of(*values) for motion, values in parts.items()}
+
+        parts = {name: arrays[name] for name in ("usual", "centre", "scale")}
+        parts |= {"settings": saved.settings, "bases": by_motion("bases", Basis)}
+        if kind == "changes":
+            network = Network(weights, ChangeNetwork.atoms)
+            change_bases = by_motion("change_bases", Basis)
+            return ChangeNetwork(network=network, change_bases=change_bases, **parts)
+        wider = {}
+        for count, factors in widening(saved.settings["family"]).items():
+            wider[count] = np.array([factors.get(name, 1.0) for name in (*NAMES, *EVENTS)])
+        return StateNetwork(
+            network=Network(weights, StateNetwork.atoms),
+            members=by_motion("members", Membership),
+            widening=wider,
+            **parts,
+        )
 
 
 def shipped_networks(*kinds: str) -> Iterator[tuple[StateNetwork | ChangeNetwork, ...]]:
-    """Yield the networks of each family that ships, of some kinds or all; each is opened when asked
-    for.
-    """
+    """Yield the networks of each shipped family, of some kinds or all, and open them as needed."""
     for family in FAMILIES:
-        yield tuple(_kept(family, kind) for kind in kinds or KINDS)
+        yield tuple(_shipped(family, kind) for kind in kinds or KINDS)
 
 
 def shipped_levels() -> Iterator[StateNetwork]:
-    """Yield the networks of levels that ship, as families are tried."""
-    return (levels for (levels,) in shipped_networks("levels"))
+    """Yield the shipped state networks, in the order in which families are tried."""
+    return (state for (state,) in shipped_networks("levels"))
 
 
 @cache
-def _kept(family: str, kind: str) -> StateNetwork | ChangeNetwork:
+def _shipped(family: str, kind: str) -> StateNetwork | ChangeNetwork:
     return open_network(model_file(family, kind))
