@@ -30,7 +30,7 @@ def main() -> None:
     levels, changes = next(shipped_networks())
     tables = []
     for source in ("closing", "opening", "both"):
-        given = {"noise": NOISE, "told": np.ones(DRIVES, dtype=bool)}
+        given = {"noise": NOISE, "known_size": 1.0}
         rows = rows_of("levels", bank, levels)
         data = sample_rows(levels, rows, source, DRAWS, generator(2, source), **given)
         table = family_quality(data, log=True)

@@ -1,4 +1,4 @@
-"""Means of measured records: the very inputs that networks of changes are trained with."""
+"""Means of measured records: the inputs that change networks are trained with."""
 
 import numpy as np
 import pytest
@@ -9,7 +9,7 @@ from breaker.family.bank import simulate_family
 from breaker.family.drive_family import Family
 from breaker.family.inputs import Basis, mean_and_change, mean_record, without_onset
 from breaker.family.shape import SHAPE_TIMES, Shape
-from breaker.family.training_rows import ChangeRows, _Pairs
+from breaker.family.training_rows import ChangeRows
 from breaker.model.parameters import MOTIONS
 from tests.raws import raw_of, smooth
 
@@ -26,46 +26,41 @@ def bank(prior):
 
 
 def test_measured_records_are_seen_as_those_of_the_training(bank, monkeypatch):
-    """The samples of records that the training makes are written down, and measured."""
+    """The test measures the samples of the records that the training makes."""
     samples, true, record = [], training_records.normalise, training_records._record.py_func
 
     def written(out, step, *rest):
-        found = true(out, step, *rest)
-        if 0.2 < found[3] < 5.0 and found[1] > 0.3:
-            samples.append((out.copy(), step, found[2] - 1.5 * found[3]))
-        return found
+        numbers = true(out, step, *rest)
+        if 0.2 < numbers[3] < 5.0 and numbers[1] > 0.3:
+            samples.append((out.copy(), step, numbers[2] - 1.5 * numbers[3]))
+        return numbers
 
     monkeypatch.setattr(training_records, "normalise", written)
     monkeypatch.setattr(training_records, "_record", record)
-    rows, none = ChangeRows(bank), np.zeros(DRIVES, dtype=int)
-    motions = np.ones((DRIVES, 2), dtype=bool)
+    rows, order = ChangeRows(bank), np.array([[0] * DRIVES, [1] * DRIVES])
+    motions, rng = np.ones((DRIVES, 2), dtype=bool), np.random.default_rng(2)
     references, changes, _ = rows._records(
-        _Pairs(np.arange(DRIVES), none, none + 1),
-        motions,
-        np.random.default_rng(2),
-        (3e-4, 3e-3),
-        odd=False,
+        np.arange(DRIVES), order, motions, rng, (3e-4, 3e-3), odd=False
     )
-    each = iter(samples)  # by motion, all before and then all after
-    noise = []
+    made, noise = iter(samples), []  # by motion, all before and then all after
     for m, motion in enumerate(MOTIONS):
-        visits = [
+        before, after = (
             [
                 raw_of(rows.stroke[d, c] * out, rows.duration[d, c, m] * step, moves, motion)
-                for d, (out, step, moves) in zip(range(DRIVES), each, strict=False)
+                for d, (out, step, moves) in zip(range(DRIVES), made, strict=False)
             ]
             for c in (0, 1)
-        ]
-        for d, both in enumerate(zip(*visits, strict=True)):
-            reference, change = mean_and_change(*([one] for one in both), BASIS)
-            for found, trained in ((reference, references[motion]), (change, changes[motion])):
-                assert found.present[0].tolist() == trained.present[d].tolist()
-                np.testing.assert_allclose(found.way[0], trained.way[d], rtol=0, atol=1e-9)
-            mean = mean_record([both[0]]).seen  # without the scatter of operations
+        )
+        for d in range(DRIVES):
+            reference, change = mean_and_change([before[d]], [after[d]], BASIS)
+            for seen, trained in ((reference, references[motion]), (change, changes[motion])):
+                assert seen.present[0].tolist() == trained.present[d].tolist()
+                np.testing.assert_allclose(seen.way[0], trained.way[d], rtol=0, atol=1e-9)
+            mean = mean_record([before[d]]).seen  # without the scatter of operations
             noise.append(mean.noise[0] / references[motion].noise[d])
             assert reference.stroke[0] == pytest.approx(references[motion].stroke[d])
             assert reference.duration[0] == pytest.approx(references[motion].duration[d])
-    # Noise is estimated: told with an error of 10 % in training, and of some 15 more when measured.
+    # Noise has an error of 10 % in training, and of some 15 more when estimated from a record.
     assert 0.8 < np.median(noise) < 1.25
 
 
@@ -89,18 +84,18 @@ def test_a_mean_has_less_noise_and_neither_onset_nor_gap():
 def test_scatter_of_operations_is_noise_of_their_means():
     rng = np.random.default_rng(4)
 
-    def noise(bump, counts):
+    def noise(bump, *counts):
         visits = [
             [smooth(rng, bump=bump * rng.standard_normal()) for _ in range(n)] for n in counts
         ]
-        return [float(each.noise[0]) for each in mean_and_change(*visits, BASIS)]
+        return [float(seen.noise[0]) for seen in mean_and_change(*visits, BASIS)]
 
-    steady, scattering, single = noise(0.0, (6, 6)), noise(0.1, (6, 6)), noise(0.1, (1, 6))
+    steady, scattering, single = noise(0.0, 6, 6), noise(0.1, 6, 6), noise(0.1, 1, 6)
     assert scattering[0] > 5.0 * steady[0]
     assert scattering[1] == pytest.approx(np.sqrt(2.0) * scattering[0], rel=1e-3)
-    # What six operations show holds of a single one beside them.
+    # A single operation has the scatter of the six of the other inspection.
     assert single[0] > np.sqrt(6.0) * 5.0 * steady[0]
     assert single[1] == pytest.approx(single[0] * np.sqrt(1.0 + 1.0 / 6.0), rel=0.01)
-    # Of single records the scatter that is usual is assumed, of hundreds none that is not there.
-    assert noise(0.0, (1, 1))[0] == pytest.approx(0.005, rel=0.05)
-    assert noise(0.0, (99, 99))[0] < 1e-3 / np.sqrt(99.0)
+    # Single records have the usual scatter, hundreds their own.
+    assert noise(0.0, 1, 1)[0] == pytest.approx(0.005, rel=0.05)
+    assert noise(0.0, 99, 99)[0] < 1e-3 / np.sqrt(99.0)

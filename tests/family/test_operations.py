@@ -48,45 +48,40 @@ def curves_of(prior, motion):
 
 
 @pytest.mark.parametrize("motion", MOTIONS)
-def test_each_operation_is_answered_or_says_why_not(prior, families, motion):
+def test_an_operation_has_an_estimate_or_a_reason(prior, families, motion):
     theta, curves = curves_of(prior, motion)
-    found = infer_operations(curves, families, **SETTINGS)
-    assert found.output.values.tolist() == list(NAMES)
-    assert found.draws.shape == (COUNT, 200, 7)
-    answered = np.isfinite(found.draws.values).all(axis=(1, 2))
-    expected = ~np.isin(np.arange(COUNT), [REJECTED, STILL, FOREIGN])
-    assert answered.tolist() == expected.tolist()
-    assert found.misfit.values.tolist() == (np.arange(COUNT) == FOREIGN).tolist()
-    reasons = [curves.reason.values[REJECTED], "3.csv: shows no motion from one rest to another"]
-    assert found.reason.values[[REJECTED, STILL]].tolist() == reasons
-    assert found.accepted.values.tolist() == (found.reason.values == "").tolist()
-    assert set(found.family.values[answered]) <= {"medium_voltage", "any"}
-    assert not {"record", "travel"} & set(found.variables)
+    inferred = infer_operations(curves, families, **SETTINGS)
+    assert inferred.output.values.tolist() == list(NAMES)
+    draws, family, reason = (inferred[n].values for n in ("draws", "family", "reason"))
+    finite, numbers = np.isfinite(draws).all(axis=(1, 2)), np.arange(COUNT)
+    assert finite.tolist() == (~np.isin(numbers, [REJECTED, STILL, FOREIGN])).tolist()
+    assert inferred.misfit.values.tolist() == (numbers == FOREIGN).tolist()
+    assert (reason != "").tolist() == np.isin(numbers, [REJECTED, STILL]).tolist()
+    assert reason[REJECTED] == curves.reason.values[REJECTED]
+    assert inferred.accepted.values.tolist() == (reason == "").tolist()
+    assert set(family[finite]) <= {"medium_voltage", "any"}
+    assert not {"record", "travel"} & set(inferred.variables)
     # Physical units, and near the truth: within 6 of their sds of the logarithms.
-    logs = np.log(found.draws.values[answered].astype(float))
-    off = (logs.mean(axis=1) - np.log(theta[answered])) / logs.std(axis=1)
+    logs = np.log(draws[finite].astype(float))
+    off = (logs.mean(axis=1) - np.log(theta[finite])) / logs.std(axis=1)
     assert np.abs(off).max() < 6.0
+    rows = table(inferred.assign(intervals(draws))).set_index(["operation", "output"])
+    assert len(rows) == COUNT * len(NAMES)
+    middle = np.median(draws[0], axis=0)
+    np.testing.assert_allclose(rows.loc[10, "median"].loc[list(NAMES)], middle, rtol=1e-6)
+    assert rows.loc[10 + FOREIGN, "median"].isna().all()
 
 
-def test_an_operation_does_not_depend_on_those_beside_it(prior, families):
-    """Bit for bit: jobs may be cut anywhere. Its number names its generator, as the seed does."""
+def test_an_operation_does_not_depend_on_the_others(prior, families):
+    """Bit for bit: jobs may be cut anywhere. Its number names its generator."""
     _, curves = curves_of(prior, "closing")
     whole = infer_operations(curves, families, **SETTINGS)
     part = infer_operations(curves.isel(operation=[5, 2]), families, **SETTINGS)
     xr.testing.assert_identical(part, whole.isel(operation=[5, 2]))
     renamed = curves.isel(operation=[2]).assign_coords(operation=[99])
-    other = infer_operations(renamed, families, **SETTINGS)
-    assert not np.any(other.draws.values == whole.draws.values[2])
-    again = infer_operations(curves.isel(operation=[2]), families, **(SETTINGS | {"seed": 2}))
-    assert not np.any(again.draws.values == whole.draws.values[2])
-
-
-def test_answers_are_rows_of_the_table_of_operations(prior, families):
-    _, curves = curves_of(prior, "opening")
-    found = infer_operations(curves, families, **SETTINGS)
-    rows = table(found.assign(intervals(found.draws.values))).set_index(["operation", "output"])
-    assert len(rows) == COUNT * len(NAMES)
-    middle = np.median(found.draws.values[0], axis=0)
-    np.testing.assert_allclose(rows.loc[10, "median"].loc[list(NAMES)], middle, rtol=1e-6)
-    assert rows.loc[10, "family"].tolist() == [found.family.values[0]] * len(NAMES)
-    assert rows.loc[10 + FOREIGN, "median"].isna().all()
+    for some, settings in (
+        (renamed, SETTINGS),
+        (curves.isel(operation=[2]), SETTINGS | {"seed": 2}),
+    ):
+        other = infer_operations(some, families, **settings)
+        assert not np.any(other.draws.values == whole.draws.values[2])

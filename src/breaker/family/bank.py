@@ -1,7 +1,7 @@
 """The bank of a family: curves of drives, new and worn, without size, onset, zero and noise.
 
-The *shape* of a curve is the share of the way between its rests over ``u = (t - t10) / T``: at
-``t10`` 10 % of that way are made, and ``T``, the *duration*, is the time from 10 to 50 %.
+The *shape* of a curve is the share of the travel between its rests over ``u = (t - t10) / T``: at
+``t10`` 10 % of that travel are made, and ``T``, the *duration*, is the time from 10 to 50 %.
 """
 
 import logging
@@ -13,36 +13,32 @@ from breaker.family.drive_family import WEAR, Family
 from breaker.family.integrator import closed_rest, follow
 from breaker.family.paths import curve, passing, sampled
 from breaker.family.rich_drive import CONTACTS, ELEMENTS, Drive
+from breaker.family.shape import LEVELS
 from breaker.model.parameters import MOTIONS, NAMES
 
 CONDITIONS = ("new", "worn")
 GRID = -3.0 + 0.025 * np.arange(512)
 """Times u of a shape."""
 
+GRID_STEP = GRID[1] - GRID[0]
+"""Between them, to the last bit."""
+
 _LOWEST, _HIGHEST = -0.5, 1.75  # of a shape, stored in 16 bits
 _SCALE = (_HIGHEST - _LOWEST) / (2**16 - 1)
-_SHARES = 0.1, 0.5
 _FOLLOWED = GRID[-1] + 0.5  # durations; a transducer on a linkage lags behind
 _TRIES = 100  # drives drawn again for one that works, before a family is given up
-_SLOWEST = 1000.0  # ms of a drive of size 1, in which half of the way has to be made
+_SLOWEST = 1000.0  # ms of a drive of size 1, in which half of the travel has to be made
 _PER_MOTION = ("drive", "condition", "motion")
-_DIMS = {
-    "shape": (*_PER_MOTION, "u"),
-    "stroke": ("drive", "condition"),
-    "duration": _PER_MOTION,
-    "release": _PER_MOTION,
-    "switching": _PER_MOTION,
-    "parameters": ("drive", "condition", "parameter"),
-    "elements": ("drive", "condition", "element"),
-    "wear": ("drive",),
-    "contact": ("drive",),
-}
-_ATTRIBUTES = {
-    "shape": {"scale": _SCALE, "offset": _LOWEST},
-    "stroke": {"units": "mm"},
-    "duration": {"units": "ms"},
-    "wear": {"kinds": list(WEAR)},
-    "contact": {"kinds": list(CONTACTS)},
+_LAYOUT = {
+    "shape": ((*_PER_MOTION, "u"), {"scale": _SCALE, "offset": _LOWEST}),
+    "stroke": (("drive", "condition"), {"units": "mm"}),
+    "duration": (_PER_MOTION, {"units": "ms"}),
+    "release": (_PER_MOTION, {}),
+    "switching": (_PER_MOTION, {}),
+    "parameters": (("drive", "condition", "parameter"), {}),
+    "elements": (("drive", "condition", "element"), {}),
+    "wear": (("drive",), {"kinds": list(WEAR)}),
+    "contact": (("drive",), {"kinds": list(CONTACTS)}),
 }
 _log = logging.getLogger(__name__)
 
@@ -55,7 +51,7 @@ def simulate_family(family: Family, drives: int, rng: np.random.Generator) -> xr
     Returns:
         Over dims drive, condition ("new", "worn"), motion and u: ``shape``, in 16 bits, see
         ``shapes``; ``stroke`` (mm) and ``duration`` (ms); ``release`` and ``switching``, times of
-        the first motion and of the drive's own touch or separation, in u; and of each drive its
+        the start of motion and of the drive's own touch or separation, in u; and of each drive its
         ``parameters``, ``elements`` (of a drive of size 1), ``wear`` (number in ``WEAR``) and
         ``contact`` (number in ``CONTACTS``).
 
@@ -71,18 +67,24 @@ def simulate_family(family: Family, drives: int, rng: np.random.Generator) -> xr
             _log.debug("drawn again: %s", error)
             if again > _TRIES * (1 + len(rows)):
                 raise RuntimeError(f"hardly a drive of the family has a curve: {error}") from None
-    stacked = {name: np.stack([row[name] for row in rows]) for name in _DIMS}
-    names = {"condition": CONDITIONS, "motion": MOTIONS, "u": GRID}
     return xr.Dataset(
-        {name: (_DIMS[name], stacked[name], _ATTRIBUTES.get(name, {})) for name in _DIMS},
-        {n: list(each) for n, each in names.items()}
-        | {"parameter": list(NAMES), "element": list(ELEMENTS)},
+        {
+            name: (dims, np.stack([row[name] for row in rows]), about)
+            for name, (dims, about) in _LAYOUT.items()
+        },
+        {
+            "condition": list(CONDITIONS),
+            "motion": list(MOTIONS),
+            "u": GRID,
+            "parameter": list(NAMES),
+            "element": list(ELEMENTS),
+        },
         {"drawn_again": again},
     )
 
 
 def shapes(stored: np.ndarray) -> np.ndarray:
-    """Return shapes of a bank as they are stored, as shares of the way."""
+    """Return shapes of a bank as they are stored, as shares of the travel."""
     return _SCALE * stored + _LOWEST
 
 
@@ -90,14 +92,14 @@ def _row(family: Family, rng: np.random.Generator) -> dict[str, np.ndarray]:
     """One drive of a bank."""
     new = family.new(rng)
     kind = family.kind_of_wear(rng)
-    both = [_taken_apart(drive) for drive in (new, family.worn(new, rng, kind))]
-    return {name: np.stack([each[name] for each in both]) for name in both[0]} | {
+    both = [_condition(drive) for drive in (new, family.worn(new, rng, kind))]
+    return {name: np.stack([one[name] for one in both]) for name in both[0]} | {
         "wear": np.int8(WEAR.index(kind)),
         "contact": np.int8(CONTACTS.index(new.elements.contact)),
     }
 
 
-def _taken_apart(drive: Drive) -> dict[str, np.ndarray]:
+def _condition(drive: Drive) -> dict[str, np.ndarray]:
     """What a bank has of a drive of size 1 in one condition; shapes ``(m, u)`` as stored."""
     rest = closed_rest(drive.numbers)
     ways = [follow(drive.numbers, rest, m == "closing", _SLOWEST, _FOLLOWED) for m in MOTIONS]
@@ -109,15 +111,18 @@ def _taken_apart(drive: Drive) -> dict[str, np.ndarray]:
     for i, (steps, switching) in enumerate(ways):
         begin, way = steps[0, 2], stroke if MOTIONS[i] == "closing" else -stroke
         pieces = curve(steps, drive.elements.linkage)
-        first, half = (passing(pieces, begin + share * way) for share in _SHARES)
+        first, half = (passing(pieces, begin + share * way) for share in LEVELS)
         duration = half - first
         if not duration > 0.0:
-            raise FloatingPointError(f"{MOTIONS[i]} does not make half of its way: {drive}")
+            raise FloatingPointError(f"{MOTIONS[i]} does not make half of its travel: {drive}")
         shares = (sampled(pieces, first + duration * GRID) - begin) / way
         if not (shares.min() >= _LOWEST and shares.max() <= _HIGHEST):
             raise FloatingPointError(f"{MOTIONS[i]} leaves what can be stored: {drive}")
         shape[i] = np.round((shares - _LOWEST) / _SCALE)
         times[:, i] = duration, -first / duration, (switching - first) / duration
-    found = dict(zip(("duration", "release", "switching"), times, strict=True))
-    found |= {"shape": shape, "stroke": np.float64(stroke)}
-    return found | {"parameters": np.array(drive.theta), "elements": drive.numbers[len(NAMES) :]}
+    return dict(zip(("duration", "release", "switching"), times, strict=True)) | {
+        "shape": shape,
+        "stroke": np.float64(stroke),
+        "parameters": np.array(drive.theta),
+        "elements": drive.numbers[len(NAMES) :],
+    }

@@ -1,8 +1,8 @@
-"""Inputs of a family's networks: the shape of each record in a few components, and its scales.
+"""Records of drives, and means of records, as the networks of a family see them.
 
-Each principal component is divided by the root of its variance and of the noise's, so that it is of
-order 1 whatever the noise. Beside them stand which parts of the record are there, its noise, colour
-and rate, and where the size of the drive is given, stroke and duration.
+A network sees the shape of a record in principal components, each divided by the root of its
+variance and of the noise's, so that it is of order 1. It also sees which parts of the record have
+samples, noise, colour and rate, and stroke and duration where the size of the drive is known.
 """
 
 from collections.abc import Mapping, Sequence
@@ -21,10 +21,24 @@ from breaker.family.shape import (
 from breaker.model.parameters import MOTIONS
 from breaker.records.record import Record
 
-_PARTS = 12  # of the grid, of each of which the share that is there is told
-_RIDGE = 1e-9
-_FARTHEST = 8.0  # sd of a component, beyond which it counts as that
-_USUAL_NOISE, _USUAL_STEP = np.log(4e-3), np.log(0.05)  # in the middle of what is drawn
+FINEST_STEP = 0.025
+"""Durations between samples, of which networks see no finer ones: those count as averages."""
+
+SCATTER_DIRECTIONS = 8
+"""First components of changes, in which scatter of operations is measured, as noise."""
+
+_PARTS = 12  # of the grid: a network sees which share of each has samples
+_RIDGE = 1e-9  # keeps the fit of onset and zero regular without a sample
+_FARTHEST = 8.0  # sd of a component: no drive of a family is that far out
+_USUAL_NOISE, _USUAL_STEP = np.log(4e-3), np.log(0.05)  # in the middle of what training draws
+_LEAST_NOISE = 5e-5  # over the stroke, below which no network was trained
+_REQUIRED = -0.4, 2.4  # durations after 10 % of the travel, in which trained records have samples
+
+# Of operations whose parameters scatter by 0.4 %, as noise over the stroke, and how well that is
+# known, in degrees of freedom.
+_USUAL_SCATTER, _KNOWN = 0.005, 4
+
+V = TypeVar("V", float, np.ndarray)
 
 
 class NormalisedRecords(NamedTuple):
@@ -35,10 +49,10 @@ class NormalisedRecords(NamedTuple):
         way: Normalised shapes, ``(n, g)``.
         present: Where there are samples, ``(n, g)`` of bool.
         stroke: mm, ``(n,)``.
-        duration: From 10 to 50 % of the way, ms, ``(n,)``.
+        duration: From 10 to 50 % of the travel, ms, ``(n,)``.
         noise: Standard deviation over the stroke, after the average over a step of the grid.
         colour: Correlation of neighbouring samples.
-        step: Between samples, in durations.
+        step: Time between samples, in durations.
     """
 
     there: np.ndarray
@@ -73,7 +87,7 @@ class Basis(NamedTuple):
 
     @classmethod
     def of(cls, shapes: np.ndarray, count: int) -> Self:
-        """Return the basis of shapes ``(n, g)`` without noise."""
+        """Return the first components of shapes ``(n, g)`` without noise."""
         mean = shapes.mean(axis=0)
         _, sizes, directions = np.linalg.svd(shapes - mean, full_matrices=False)
         return cls(mean, directions[:count], np.square(sizes[:count]) / len(shapes))
@@ -90,31 +104,54 @@ class Basis(NamedTuple):
 
 def state_inputs(
     records: Mapping[str, NormalisedRecords],
-    told: np.ndarray,
+    known_size: np.ndarray,
     bases: Mapping[str, Basis],
     usual: Sequence,
 ) -> np.ndarray:
-    """Return what a network of levels sees, ``(n, i)`` of float32.
+    """Return what a state network sees, ``(n, i)`` of float32.
 
     Args:
-        records: Of each motion; stroke and duration in the units of a drive of size 1.
-        told: Whether the size of the drive is given, ``(n,)`` of bool.
-        bases: Of each motion.
+        records: By motion; stroke and duration in the units of a drive of size 1.
+        known_size: Whether the size of the drive is known, ``(n,)`` of bool.
+        bases: By motion.
         usual: Mean and sd of the logarithms of stroke and duration in the family, ``(2, 2)``.
     """
-    (stroke, stroke_sd), (duration, duration_sd) = usual
-    one, time = units_of(records)
-    columns = [
-        *(records[motion].there for motion in MOTIONS),
-        told,
-        told * (np.log(one) - stroke) / stroke_sd,
-        told * (np.log(time) - duration) / duration_sd,
-        *_between(records, usual),
-    ]
+    sizes = zip(units_of(records), usual, strict=True)
+    columns = [records[m].there for m in MOTIONS] + [known_size]
+    columns += [known_size * (np.log(unit) - mean) / sd for unit, (mean, sd) in sizes]
+    columns += _opening_over_closing(records, usual)
     for motion, seen in records.items():
-        columns += [seen.there * each for each in _about(seen)]
-        parts = [_shares(seen.present), bases[motion].scores(seen.way, seen.noise)]
-        columns += [*(seen.there[:, None] * np.hstack(parts)).T]
+        about = [_order_one(seen.noise), seen.colour, np.log(seen.step) - _USUAL_STEP]
+        scores = bases[motion].scores(seen.way, seen.noise)
+        columns.append(_if_there(seen, *about, _shares(seen.present), scores))
+    return np.column_stack(columns).astype(np.float32)
+
+
+def change_inputs(
+    records: Mapping[str, NormalisedRecords],
+    changes: Mapping[str, NormalisedRecords],
+    bases: Mapping[str, Basis],
+    change_bases: Mapping[str, Basis],
+    usual: Sequence,
+) -> np.ndarray:
+    """Return what a change network sees, ``(n, i)`` of float32.
+
+    Args:
+        records: Reference of each motion, such as a mean of records of the drive as new.
+        changes: What ``without_onset`` leaves of the difference to it, and its noise.
+        bases, change_bases: Components of both, by motion.
+        usual: As of ``state_inputs``.
+    """
+    columns = [records[m].there for m in MOTIONS] + _opening_over_closing(records, usual)
+    for motion, seen in records.items():
+        change, basis = changes[motion], change_bases[motion]
+        about = [_order_one(seen.noise), _order_one(change.noise), _shares(change.present)]
+        scores = [
+            bases[motion].scores(seen.way, seen.noise),
+            basis.scores(change.way, change.noise),
+        ]
+        size = np.arcsinh(basis.amplitudes(change.way) / change.noise[:, None])
+        columns.append(_if_there(seen, *about, *scores, size))
     return np.column_stack(columns).astype(np.float32)
 
 
@@ -127,30 +164,29 @@ def units_of(records: Mapping[str, NormalisedRecords]) -> tuple[np.ndarray, np.n
     )
 
 
-def change_inputs(
-    records: Mapping[str, NormalisedRecords],
-    changes: Mapping[str, NormalisedRecords],
-    bases: Mapping[str, Basis],
-    change_bases: Mapping[str, Basis],
-    usual: Sequence,
-) -> np.ndarray:
-    """Return what a network of changes sees, ``(n, i)`` of float32.
+def _opening_over_closing(
+    records: Mapping[str, NormalisedRecords], usual: Sequence
+) -> list[np.ndarray]:
+    """Logarithms of the ratios of stroke and duration, in sds of the family; 0 without both."""
+    first, second = (records[motion] for motion in MOTIONS)
+    both = first.there & second.there
+    ratios = second.stroke / first.stroke, second.duration / first.duration
+    return [both * np.log(ratio) / sd for ratio, (_, sd) in zip(ratios, usual, strict=True)]
 
-    Args:
-        records: Reference of each motion, such as a mean of records of the drive as new.
-        changes: What ``without_onset`` leaves of the difference to it, and its noise.
-        bases, change_bases: Components of both.
-        usual: As of ``state_inputs``.
-    """
-    columns = [*(records[motion].there for motion in MOTIONS), *_between(records, usual)]
-    for motion, seen in records.items():
-        change = changes[motion]
-        columns += [seen.there * each for each in (_about(seen)[0], _about(change)[0])]
-        scores = change_bases[motion].scores(change.way, change.noise)
-        size = np.arcsinh(change_bases[motion].amplitudes(change.way) / change.noise[:, None])
-        parts = [_shares(change.present), bases[motion].scores(seen.way, seen.noise), scores, size]
-        columns += [*(seen.there[:, None] * np.hstack(parts)).T]
-    return np.column_stack(columns).astype(np.float32)
+
+def _order_one(noise: np.ndarray) -> np.ndarray:
+    return (np.log(noise) - _USUAL_NOISE) / 2.0
+
+
+def _shares(present: np.ndarray) -> np.ndarray:
+    """Shares of the parts of the grid that have samples, ``(n, g) -> (n, parts)``."""
+    whole = present[:, : SHAPE_TIMES.size // _PARTS * _PARTS]
+    return whole.reshape(len(whole), _PARTS, -1).mean(axis=2)
+
+
+def _if_there(seen: NormalisedRecords, *columns: np.ndarray) -> np.ndarray:
+    """Columns about records, zeros where there is no record."""
+    return seen.there[:, None] * np.column_stack(columns)
 
 
 def without_onset(reference: np.ndarray, present: np.ndarray, there: np.ndarray) -> np.ndarray:
@@ -163,46 +199,17 @@ def without_onset(reference: np.ndarray, present: np.ndarray, there: np.ndarray)
     slope = np.gradient(reference, SHAPE_STEP, axis=1)
     rows = np.stack([np.ones_like(slope), slope], axis=1) * there[:, None]
     change = (present - reference) * there
-    square = rows @ rows.swapaxes(1, 2) + _RIDGE * np.eye(2)  # regular without a sample, too
+    square = rows @ rows.swapaxes(1, 2) + _RIDGE * np.eye(2)
     amounts = np.linalg.solve(square, rows @ change[:, :, None])
     return change - (amounts.swapaxes(1, 2) @ rows)[:, 0]
-
-
-def _between(
-    records: Mapping[str, NormalisedRecords], usual: Sequence
-) -> tuple[np.ndarray, np.ndarray]:
-    """Logarithms of stroke and duration of opening over those of closing, 0 without both."""
-    first, second = (records[motion] for motion in MOTIONS)
-    (_, stroke_sd), (_, duration_sd) = usual
-    both = first.there & second.there
-    return (
-        both * np.log(second.stroke / first.stroke) / stroke_sd,
-        both * np.log(second.duration / first.duration) / duration_sd,
-    )
-
-
-def _shares(present: np.ndarray) -> np.ndarray:
-    """Shares of the parts of the grid that are there, ``(n, g) -> (n, parts)``."""
-    whole = present[:, : SHAPE_TIMES.size // _PARTS * _PARTS]
-    return whole.reshape(len(whole), _PARTS, -1).mean(axis=2)
-
-
-def _about(seen: NormalisedRecords) -> tuple[np.ndarray, ...]:
-    """Noise, colour and rate of records, each of order 1."""
-    noise = (np.log(seen.noise) - _USUAL_NOISE) / 2.0
-    return noise, seen.colour, np.log(seen.step) - _USUAL_STEP
-
-
-_LEAST_NOISE = 5e-5  # noise over the stroke, below which no network was trained
-_REQUIRED = -0.4, 2.4  # durations after 10 % of the way, in which trained records have samples
-_FINEST_STEP = 0.025  # durations between samples, below which none was: finer ones are averaged
 
 
 def normalise_record(raw: Record, like: Shape | None = None) -> tuple[Shape, NormalisedRecords]:
     """Normalise a measured record: return its shape, and the same for networks, physical units.
 
     Args:
-        like: Another record of the drive, in whose units this one is given; its own if None.
+        like: Shape of another record of the drive, in whose units this one is given; its own if
+            None.
 
     Raises:
         ValueError: If the record has no motion from one rest to another, or does not show them.
@@ -211,30 +218,19 @@ def normalise_record(raw: Record, like: Shape | None = None) -> tuple[Shape, Nor
     shape = shape_of(forward, raw.step, like)
     known = np.flatnonzero(~np.isnan(forward))
     first, last = raw.step * known[0] - shape.origin, raw.step * known[-1] - shape.origin
-    for late, seen in (
-        (first > _REQUIRED[0] * shape.duration, f"begins {-first:.1f} ms before"),
-        (last < _REQUIRED[1] * shape.duration, f"ends {last:.1f} ms after"),
-    ):
-        if late:
-            raise ValueError(
-                f"{seen} 10 % of the way, where the drive need not rest; record longer"
-            )
+    cut = f"begins {-first:.1f} ms before" if first > _REQUIRED[0] * shape.duration else ""
+    cut = cut or (f"ends {last:.1f} ms after" if last < _REQUIRED[1] * shape.duration else "")
+    if cut:
+        raise ValueError(f"{cut} 10 % of the way, where the drive need not rest; record longer")
     seen = network_record(shape, *raw.process, raw.step, like)
-    swing = raw.ripple / (shape if like is None else like).stroke
+    swing = raw.ripple / (like or shape).stroke
     return shape, seen._replace(noise=np.hypot(seen.noise, swing))
 
 
 def stored_shape(record: np.ndarray, step: float, like: Shape | None = None) -> Shape | None:
-    """Normalise a record of a store; None if it shows no motion.
-
-    Args:
-        record: Travel towards the end of the motion, mm, ``(s,)``, padded with nan.
-        step: Between samples, ms.
-        like: As of ``normalise_record``.
-    """
-    there = np.flatnonzero(np.isfinite(record))
+    """Return ``shape_of`` a record of a store, padded with NaN; None if it shows no motion."""
     try:
-        return shape_of(record[: there[-1] + 1] if there.size else record, step, like)
+        return shape_of(record, step, like)
     except ValueError:
         return None
 
@@ -246,42 +242,21 @@ def network_record(
 
     Args:
         sd, colour: Noise of a sample, mm, and the correlation of neighbouring ones.
-        step: Between samples, ms.
+        step: Time between samples, ms.
         like: As of ``normalise_record``.
     """
-    length, unit = (shape.stroke, shape.duration) if like is None else (like.stroke, like.duration)
-    told = max(effective_noise(sd / length, colour, step / unit), _LEAST_NOISE)
+    units = like or shape
+    noise = effective_noise(sd / units.stroke, colour, step / units.duration)
     share = step / shape.duration
-    if share < _FINEST_STEP:  # the same noise, as samples that far apart have it
-        share, colour = _FINEST_STEP, colour ** (_FINEST_STEP / share)
-    numbers = shape.stroke, shape.duration, told, colour, share
+    if share < FINEST_STEP:  # the same noise, as samples that far apart have it
+        share, colour = FINEST_STEP, colour ** (FINEST_STEP / share)
+    numbers = shape.stroke, shape.duration, max(noise, _LEAST_NOISE), colour, share
     there = np.array([True]), shape.way[None], shape.present[None]
-    return NormalisedRecords(*there, *(np.array([each]) for each in numbers))
-
-
-SCATTER_DIRECTIONS = 8
-"""First components of changes, in which scatter is measured, as noise."""
-
-# Of operations whose parameters scatter by 0.4 %, as noise over the stroke, and how well that is
-# known, as from so many records more than one.
-_USUAL_SCATTER, _KNOWN = 0.005, 4
-
-
-V = TypeVar("V", float, np.ndarray)
-
-
-def shrunk_variance(squares: V, seen: float, usual: V, known: float) -> V:
-    """Return a variance, or a covariance, of what is seen beside what is usual.
-
-    Args:
-        squares: Sum of the squares, or products, of what is seen.
-        seen, known: Degrees of freedom of what is seen, and of what is usual.
-    """
-    return (squares + known * usual) / (seen + known)
+    return NormalisedRecords(*there, *(np.array([number]) for number in numbers))
 
 
 class Mean(NamedTuple):
-    """Mean of records of one motion.
+    """Mean of records of one motion, normalised in common units, each by its own time and zero.
 
     Attributes:
         units: A shape with the stroke and duration in which it is given.
@@ -292,12 +267,6 @@ class Mean(NamedTuple):
     units: Shape
     seen: NormalisedRecords
     left: np.ndarray
-
-    def scatter(self, basis: Basis) -> np.ndarray:
-        """Return how far each record is from the others, as noise, ``(n,)``; none of one alone."""
-        n = len(self.left)
-        scores = self.left @ basis.directions[:SCATTER_DIRECTIONS].T
-        return np.sqrt(np.square(scores).mean(axis=1) * n / (n - 1.0)) if n > 1 else np.empty(0)
 
 
 def mean_record(raws: Sequence[Record], like: Shape | None = None) -> Mean:
@@ -312,22 +281,19 @@ def mean_record(raws: Sequence[Record], like: Shape | None = None) -> Mean:
         ValueError: If a record has no motion from one rest to another.
     """
     middle = median_units([normalise_record(raw)[0] for raw in raws])
-    units = like or middle
-    seen, n = [normalise_record(raw, units)[1] for raw in raws], len(raws)
-    way, present = (
-        np.concatenate([getattr(each, of) for each in seen]) for of in ("way", "present")
-    )
-    count = present.sum(axis=0)
-    there = 2 * count >= n
-    mean = np.where(there, (way * present).sum(axis=0) / np.maximum(count, 1), way.mean(axis=0))
+    units, n = like or middle, len(raws)
+    records = [normalise_record(raw, units)[1] for raw in raws]
+    seen = NormalisedRecords(*map(np.concatenate, zip(*records, strict=True)))
+    count = seen.present.sum(axis=0)
+    there, total = 2 * count >= n, (seen.way * seen.present).sum(axis=0)
+    mean = np.where(there, total / np.maximum(count, 1), seen.way.mean(axis=0))
     swing = np.mean([raw.ripple**2 for raw in raws]) / units.stroke**2  # in step in all of them
-    noise = np.sqrt((np.mean([each.noise**2 for each in seen]) + (n - 1) * swing) / n)
-    colour, step = (np.mean([getattr(each, of) for each in seen]) for of in ("colour", "step"))
-    own = middle.stroke, middle.duration
-    numbers = (np.array([each]) for each in (*own, noise, colour, step))
-    whole = NormalisedRecords(np.array([True]), mean[None], there[None], *numbers)
-    both = present & there
-    return Mean(units, whole, without_onset(np.tile(mean, (n, 1)), way, both))
+    noise = np.sqrt((np.mean(seen.noise**2) + (n - 1) * swing) / n)
+    numbers = middle.stroke, middle.duration, noise, np.mean(seen.colour), np.mean(seen.step)
+    shape = np.array([True]), mean[None], there[None]
+    whole = NormalisedRecords(*shape, *(np.array([number]) for number in numbers))
+    left = without_onset(np.tile(mean, (n, 1)), seen.way, seen.present & there)
+    return Mean(units, whole, left)
 
 
 def mean_with_scatter(raws: Sequence[Record], basis: Basis) -> Mean:
@@ -337,45 +303,62 @@ def mean_with_scatter(raws: Sequence[Record], basis: Basis) -> Mean:
         ValueError: If a record has no motion from one rest to another.
     """
     mean = mean_record(raws)
-    noise = _noise_of(mean, len(raws), mean.scatter(basis), len(raws) - 1)
+    (noise,) = _noise_of_means([mean], basis)
     return mean._replace(seen=mean.seen._replace(noise=noise))
+
+
+def mean_and_change(
+    before: Sequence[Record], today: Sequence[Record], basis: Basis
+) -> tuple[NormalisedRecords, NormalisedRecords]:
+    """Return the mean of a reference, and the change from it, as ``ChangeNetwork.draw`` takes them.
+
+    Their noise has the scatter of operations of both inspections.
+    """
+    first = mean_record(before)
+    second = mean_record(today, first.units)
+    noise = _noise_of_means([first, second], basis)
+    there = first.seen.present & second.seen.present
+    way = without_onset(first.seen.way, second.seen.way, there)
+    change = second.seen._replace(way=way, present=there, noise=np.hypot(*noise))
+    return first.seen._replace(noise=noise[0]), change
+
+
+def _noise_of_means(means: Sequence[Mean], basis: Basis) -> list[np.ndarray]:
+    """Noise of each mean, ``(1,)``: of the sensor, or of operations that scatter if larger.
+
+    Scatter is measured in the shapes in which drives of the family change. Few records leave it
+    near to what is usual of drives.
+    """
+    scatter, seen = [], sum(len(mean.left) - 1 for mean in means)
+    for left in (mean.left for mean in means if len(mean.left) > 1):
+        scores, n = left @ basis.directions[:SCATTER_DIRECTIONS].T, len(left)
+        scatter += np.sqrt(np.square(scores).mean(axis=1) * n / (n - 1.0)).tolist()
+    square, noise = np.square(np.median(scatter)) if seen else 0.0, []
+    for mean in means:
+        single = np.square(mean.seen.noise) * len(mean.left)
+        scattered = shrunk_variance(seen * square, seen, single + _USUAL_SCATTER**2, _KNOWN)
+        noise.append(np.sqrt(np.maximum(single, scattered) / len(mean.left)))
+    return noise
 
 
 def more_scattered(means: Sequence[Mean], usual: float) -> float:
     """Return by what factor the variance of operations exceeds a usual one, at least 1.
 
     Args:
-        means: Of several visits.
+        means: Of several inspections.
         usual: Variance of a record over the stroke, the sum over the grid.
     """
-    seen = sum(len(each.left) - 1 for each in means)
-    squares = sum(float(np.square(each.left).sum()) for each in means)
-    known = np.mean([len(e.left) * e.seen.noise[0] ** 2 * e.left.shape[1] for e in means])
+    seen = sum(len(mean.left) - 1 for mean in means)
+    squares = sum(float(np.square(mean.left).sum()) for mean in means)
+    known = np.mean([len(m.left) * m.seen.noise[0] ** 2 * m.left.shape[1] for m in means])
     return max(float(shrunk_variance(squares - seen * known, seen, usual, _KNOWN)) / usual, 1.0)
 
 
-def _noise_of(mean: Mean, count: int, apart: np.ndarray, seen: int) -> np.ndarray:
-    """Noise of a mean of records, ``(1,)``: the sensor's, or the operations' scatter if larger."""
-    single = np.square(mean.seen.noise) * count
-    found = np.square(np.median(apart)) if seen else 0.0
-    scattered = shrunk_variance(seen * found, seen, single + _USUAL_SCATTER**2, _KNOWN)
-    return np.sqrt(np.maximum(single, scattered) / count)
+def shrunk_variance(squares: V, seen: float, usual: V, known: float) -> V:
+    """Return a variance, or a covariance, drawn to the usual one.
 
-
-def mean_and_change(
-    before: Sequence[Record], today: Sequence[Record], basis: Basis
-) -> tuple[NormalisedRecords, NormalisedRecords]:
-    """Return the mean of a reference, and the change from it, as ``ChangeNetwork.draw`` takes them,
-    whose noise has the scatter of operations of both visits.
+    Args:
+        squares: Sum of the squares, or products, of the observations.
+        seen, known: Degrees of freedom of the observations, and of the usual variance.
     """
-    first = mean_record(before)
-    second = mean_record(today, first.units)
-    apart = np.concatenate([each.scatter(basis) for each in (first, second)])
-    seen = len(before) + len(today) - 2
-    noise = [
-        _noise_of(each, len(raws), apart, seen) for each, raws in ((first, before), (second, today))
-    ]
-    there = first.seen.present & second.seen.present
-    way = without_onset(first.seen.way, second.seen.way, there)
-    change = second.seen._replace(way=way, present=there, noise=np.hypot(*noise))
-    return first.seen._replace(noise=noise[0]), change
+    return (squares + known * usual) / (seen + known)

@@ -1,7 +1,8 @@
-"""Trained networks read as arrays: features of an input, and draws given these. Needs no torch.
+"""The networks of a family as arrays: the state of a drive, and its changes. Needs no torch.
 
-The same numbers as ``blocks.ResidualMLP`` and ``mixture.AutoregressiveMixture`` give, as a test
-shows.
+The networks were trained on simulated drives, whose parameters are known and whose additional
+effects are drawn for every drive. They see shapes, and estimate in the units of stroke and duration
+of the first motion. So the estimate follows the size of the drive exactly.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -13,7 +14,10 @@ import numpy as np
 from breaker.common.tensor_file import ModelFileError
 from breaker.family.inputs import Basis, NormalisedRecords, change_inputs, state_inputs
 from breaker.family.membership import Match, Membership
-from breaker.model.parameters import MOTIONS, NAMES, UNIT, Size, powers
+from breaker.model.parameters import MOTIONS, NAMES, UNIT, Size
+
+EVENTS = tuple(f"{event} {motion}" for motion in MOTIONS for event in ("release", "switching"))
+"""Outputs of a state network: start of each motion, and contact touch or separation."""
 
 EFFECTS = {
     "contact_preload": "preload of the contact spring, share of the closing force",
@@ -27,38 +31,39 @@ EFFECTS = {
     "closing_damper": "damper at the closed end at that speed, share of the closing force",
     "opening_damper": "damper at the open end at that speed, share of the closing force",
 }
-"""What the size of each mechanism is; that of ``build_up`` is in ms."""
+"""Additional effects by name: what the size of each is, as outputs of a state network.
+
+Most are shares of the closing force, which need no unit; forces that depend on the speed count at
+the mean speed of a closing from 10 to 50 % of its travel. ``build_up`` is in ms. What is absent is
+exactly 0.
+"""
 
 CHANGE_OF = "the closing force (build_up: of the duration)"
-"""What changes of mechanisms are shares of."""
+"""What changes of effects are shares of."""
 
 WEARING = tuple(name for name in EFFECTS if name not in ("sliding_contact", "train_mass"))
-"""Mechanisms that wear, whose change networks of changes tell."""
+"""Effects that wear: outputs of a change network."""
 
-
-def effect_outputs(sizes: Mapping[str, np.ndarray], duration: np.ndarray) -> np.ndarray:
-    """Return what networks infer of sizes of mechanisms or their changes, ``(n,)`` each, before
-    their scale, ``(n, m)``; ``duration`` is that of the first motion that is there, ms,
-    ``(n,)``.
-    """
-    units = {"build_up": duration}
-    return np.arcsinh(np.column_stack([each / units.get(n, 1.0) for n, each in sizes.items()]))
-
-
-def effect_draws(
-    outputs: np.ndarray, names: Iterable[str], duration: float
-) -> dict[str, np.ndarray]:
-    """Return sizes of mechanisms, or their changes, by name, of draws ``(d, m)`` of outputs."""
-    units = {"build_up": duration}
-    return {n: units.get(n, 1.0) * np.sinh(each) for n, each in zip(names, outputs.T, strict=True)}
-
+LEAST_AGREEMENT = 0.01
+"""Agreement of a parameter below which closing and opening contradict each other."""
 
 _CLIP, _WIDEST = 5.0, 7.0  # as of ``AutoregressiveMixture``
 _AT_ONCE = 2_000  # draws whose arrays stay in a processor's cache
+_LARGEST = 100.0  # logarithms of sizes, and times over durations, by far more than of any drive
+_BEYOND = 1e-3  # share of draws beyond these; the tails of a sound network reach there in 1e-6
+# Share of the variance added by factors of widening that outputs do not have in common. Errors for
+# drives of an independent simulator are not along the posterior. By 0, a recorded contact narrows L
+# too much: 76 % of 95 % intervals contain it for drives with all effects, and 89 % by this share
+# (``studies.mechanisms all --contact 0.1 --wipe 0.05``).
+_APART = 0.25
+_SURE = 0.95  # share of draws
+_LARGEST_WEAR = np.log(2.0)  # of the logarithm of a parameter; wear of a family is below half of it
 
 
 class Network:
-    """Residual network and autoregressive mixture on top of it.
+    """Residual network with an autoregressive mixture: features of an input, and draws given these.
+
+    Same numbers as ``blocks.ResidualMLP`` and ``mixture.AutoregressiveMixture``, as a test shows.
 
     Args:
         arrays: Weights by their names in ``training.FamilyNetwork``.
@@ -86,15 +91,15 @@ class Network:
     def sample(
         self, features: np.ndarray, there: np.ndarray, draws: int, rng: np.random.Generator
     ) -> np.ndarray:
-        """Draw outputs for inputs, the same random numbers for each.
+        """Draw outputs for inputs, by the same random numbers for each input.
 
         Args:
             features: ``(n, s)``.
-            there: Which outputs the inputs can tell, ``(q,)`` of bool.
+            there: Which outputs the inputs determine, ``(q,)`` of bool.
             draws: Number of draws d.
 
         Returns:
-            ``(n, d, q)``; 0 where an output is not told.
+            ``(n, d, q)``; 0 where an output is not there.
         """
         n, q = len(features), self.dims
         head = self._layer("head", features, "inference")
@@ -109,10 +114,9 @@ class Network:
         theta = np.zeros((n, q, draws))
         inputs = max(1, _AT_ONCE // draws)
         for some in (slice(k, k + inputs) for k in range(0, n, inputs)):
+            own = [part[some] for part in linear]
             for few in (slice(k, k + _AT_ONCE) for k in range(0, draws, _AT_ONCE)):
-                chance = uniform[few].T, normal[few].T
-                own = [each[some] for each in linear]
-                self._fill(theta[some, :, few], own, there, *chance)
+                self._fill(theta[some, :, few], own, there, uniform[few].T, normal[few].T)
         return theta.transpose(0, 2, 1)
 
     def _fill(
@@ -127,15 +131,14 @@ class Network:
         place, scale, weights, half_shift = linear
         (n, q, draws), dtype = theta.shape, place.dtype
         enter, leave, bias = (self.arrays[f"inference.{k}"] for k in ("enter", "leave", "bias"))
-        # What an output sees of each one before it, residual and atom, side by side; halved.
+        # Residual and atom of each output before, which an output sees side by side; halved.
         halves = 0.5 * enter.reshape(q, 2, q, -1).transpose(0, 3, 2, 1).reshape(q, -1, 2 * q)
         seen, sums = np.zeros((n, 2 * q, draws), dtype), np.tri(self.components, dtype=dtype)
         rows, columns = np.arange(n)[:, None], np.arange(draws)
         for i in np.flatnonzero(there):
             half = halves[i, :, : 2 * i] @ seen[:, : 2 * i]
             half += half_shift[:, i]
-            hidden = _silu_of_half(half)
-            numbers = leave[i].T @ hidden + bias[i, :, None]
+            numbers = leave[i].T @ _silu_of_half(half) + bias[i, :, None]
             logits = numbers[:, : self.components]
             share = sums @ np.exp(logits - logits.max(axis=1, keepdims=True))
             chosen = (share < uniform[0, i] * share[:, -1:]).sum(axis=1)
@@ -161,35 +164,18 @@ def _silu_of_half(half: np.ndarray) -> np.ndarray:
 
 
 def _logistic(x: np.ndarray) -> np.ndarray:
-    y = np.tanh(0.5 * x)  # without overflow
-    y *= 0.5
-    y += 0.5
-    return y
-
-
-_LARGEST = 100.0  # logarithms of sizes, and times over durations, by far more than of any drive
-_BEYOND = 1e-3  # share of draws beyond these; the tails of a sound network reach there in 1e-6
-_APART = 0.25
-"""Share of the variance added by factors of widening that outputs do not have in common.
-
-Errors for foreign drives are not along the posterior. If they were (0), a recorded contact would
-narrow L too much: 76 % of 95 % intervals hold it for drives with all mechanisms, 89 % by this share
-(``studies.mechanisms all --contact 0.1 --wipe 0.05``).
-"""
-
-EVENTS = tuple(f"{event} {motion}" for motion in MOTIONS for event in ("release", "switching"))
-"""Outputs beside the parameters: when each motion begins, and the contact touches or parts."""
+    return 0.5 * np.tanh(0.5 * x) + 0.5  # without overflow
 
 
 @dataclass(frozen=True)
 class StateDraws:
-    """Draws of the state of a drive.
+    """Posterior draws of the state of a drive.
 
     Attributes:
         theta: Parameters, ``(d, p)``, physical units.
-        release: Of each motion that is there, ``(d,)``, ms after 10 % of its way.
+        release: Of each motion that is there, ``(d,)``, ms after 10 % of its travel.
         switching: The same of touch or separation of the drive's own contact.
-        effects: Size of each of ``EFFECTS``, ``(d,)``; exactly 0 where it is absent.
+        effects: Size of each of ``EFFECTS``, ``(d,)``.
     """
 
     theta: np.ndarray
@@ -200,7 +186,7 @@ class StateDraws:
     def of(self, chosen: np.ndarray) -> "StateDraws":
         """Return some of the draws, by their numbers ``(k,)``."""
         named = (
-            {name: each[chosen] for name, each in by.items()}
+            {name: values[chosen] for name, values in by.items()}
             for by in (self.release, self.switching, self.effects)
         )
         return StateDraws(self.theta[chosen], *named)
@@ -208,16 +194,16 @@ class StateDraws:
     def joined(self, more: "StateDraws") -> "StateDraws":
         """Return these draws and others of the same posterior."""
         named = (
-            {name: np.append(each, getattr(more, of)[name]) for name, each in by.items()}
-            for of, by in vars(self).items()
-            if of != "theta"
+            {name: np.append(values, getattr(more, part)[name]) for name, values in by.items()}
+            for part, by in vars(self).items()
+            if part != "theta"
         )
         return StateDraws(np.concatenate([self.theta, more.theta]), *named)
 
 
 @dataclass(frozen=True, eq=False)
 class StateNetwork:
-    """A trained network of levels.
+    """A trained network that estimates the state of a drive from records of one operation.
 
     Attributes:
         settings: How it was made; ``family``, its name, and ``prior`` among them.
@@ -225,13 +211,14 @@ class StateNetwork:
         bases: Components of the shapes of each motion.
         usual: Mean and sd of the logarithms of stroke and duration, ``(2, 2)``.
         centre, scale: Of the outputs, ``(q,)``.
-        members: What drives of the family look like, by motion.
+        members: Distances of drives of the family, by motion.
         widening: Factors on the distances of draws from their median, ``(p + 4,)``, by the number
-            of motions that tell a drive: 1 where none is given.
+            of motions at hand: 1 where none is given.
     """
 
-    atoms: ClassVar[tuple[bool, ...]] = tuple(
-        np.repeat([False, True], [len(NAMES) + len(EVENTS), len(EFFECTS)]).tolist()
+    atoms: ClassVar[tuple[bool, ...]] = (
+        *[False] * (len(NAMES) + len(EVENTS)),
+        *[True] * len(EFFECTS),
     )
     """Which outputs may be exactly 0."""
 
@@ -256,49 +243,52 @@ class StateNetwork:
 
         Args:
             records: One record of each motion at hand, physical units.
-            size: Size of the drive beside the family's, if it is given.
+            size: Size of the drive relative to the family's, if it is known.
 
         Raises:
-            ModelFileError: If more than one answer in a thousand is no number, or beyond all
-                drives.
+            ModelFileError: If more than one draw in a thousand is not finite, or beyond all drives.
         """
         motions = [motion for motion in MOTIONS if motion in records]
         seen = {m: records.get(m, NormalisedRecords.nothing(1)) for m in MOTIONS}
-        told, unit = np.array([size is not None]), size or UNIT
+        unit = size or UNIT
         at_one = {
-            m: each._replace(stroke=each.stroke / unit.lengths, duration=each.duration / unit.times)
-            for m, each in seen.items()
+            m: one._replace(stroke=one.stroke / unit.lengths, duration=one.duration / unit.times)
+            for m, one in seen.items()
         }
-        x = state_inputs(at_one, told, self.bases, self.usual)
-        there = outputs_there([m in records for m in MOTIONS])
-        found = self.network.sample(self.network.features(x), there, draws, rng)[0]
-        y = self.centre + self.scale * found
-        beyond = ~(np.abs(y) < _LARGEST).all(axis=1)
-        if beyond.all() or beyond.sum() > 1 + _BEYOND * draws:
-            why = "train it anew"
-            if size is not None:
-                why = "the size that is given is far from what the record shows: check it"
-            raise ModelFileError(f"a network answers no sizes of a drive: {why}")
-        y[beyond] = y[~beyond][: beyond.sum()]
+        x = state_inputs(at_one, np.array([size is not None]), self.bases, self.usual)
+        at_hand = np.repeat([m in records for m in MOTIONS], 2).tolist()
+        there = np.array([True] * len(NAMES) + at_hand + [True] * len(EFFECTS))
+        y = self.network.sample(self.network.features(x), there, draws, rng)[0]
+        y = _without_outliers(self.centre + self.scale * y, size)
         if (factors := self.widening.get(len(motions))) is not None:
             y[:, : len(factors)] = _widened(y[:, : len(factors)], factors, rng)
-        first = seen[motions[0]]
-        scale = Size(float(first.stroke[0]), float(first.duration[0]))
-        events = {
-            name: float(seen[name.split()[1]].duration[0]) * y[:, len(NAMES) + k]
-            for k, name in enumerate(EVENTS)
+        logs, events, effects = np.split(y, [len(NAMES), len(NAMES) + len(EVENTS)], axis=1)
+        times = {
+            name: float(seen[name.split()[1]].duration[0]) * values
+            for name, values in zip(EVENTS, events.T, strict=True)
         }
-        release, switching = (
-            {m: events[f"{event} {m}"] for m in motions} for event in ("release", "switching")
+        stroke, duration = float(seen[motions[0]].stroke[0]), float(seen[motions[0]].duration[0])
+        return StateDraws(
+            np.exp(logs) * Size(stroke, duration).factors,
+            *({m: times[f"{event} {m}"] for m in motions} for event in ("release", "switching")),
+            effect_draws(effects, EFFECTS, duration),
         )
-        sizes = y[:, len(NAMES) + len(EVENTS) :]
-        effects = effect_draws(sizes, EFFECTS, float(first.duration[0]))
-        theta = np.exp(y[:, : len(NAMES)]) * scale.factors
-        return StateDraws(theta, release, switching, effects)
 
     def match(self, motion: str, record: NormalisedRecords) -> Match:
-        """Say whether one record may be of a drive of the family."""
+        """Compare one record with the drives of the family."""
         return self.members[motion].match(record, self.bases[motion])
+
+
+def _without_outliers(y: np.ndarray, size: Size | None) -> np.ndarray:
+    """Return outputs ``(d, q)`` with draws beyond all drives replaced by others."""
+    beyond = ~(np.abs(y) < _LARGEST).all(axis=1)
+    if beyond.all() or beyond.sum() > 1 + _BEYOND * len(y):
+        remedy = "train it again"
+        if size is not None:
+            remedy = "the size that is given is far from what the record shows: check it"
+        raise ModelFileError(f"a network estimates sizes that no drive has: {remedy}")
+    y[beyond] = y[~beyond][: beyond.sum()]
+    return y
 
 
 def _widened(y: np.ndarray, factors: np.ndarray, rng: np.random.Generator) -> np.ndarray:
@@ -308,46 +298,35 @@ def _widened(y: np.ndarray, factors: np.ndarray, rng: np.random.Generator) -> np
     return y + (np.sqrt(1.0 + (1.0 - _APART) * added) - 1.0) * apart + own
 
 
-def outputs_there(motions: Sequence[bool]) -> np.ndarray:
-    """Return which outputs records of motions tell, ``(q,)`` of bool; or ``(n, ...) -> (n, q)``."""
-    motions = np.asarray(motions)
-    known, more = (
-        np.ones((*motions.shape[:-1], n), dtype=bool) for n in (len(NAMES), len(EFFECTS))
-    )
-    return np.concatenate([known, np.repeat(motions, 2, axis=-1), more], axis=-1)
+def effect_outputs(sizes: Mapping[str, np.ndarray], duration: np.ndarray) -> np.ndarray:
+    """Return what networks estimate of sizes of effects or their changes, before its scale.
 
-
-def state_outputs(
-    theta: np.ndarray, events: np.ndarray, stroke: np.ndarray, duration: np.ndarray
-) -> np.ndarray:
-    """Return parameters and events as a network of levels infers them, before its scale, ``(n, p +
-    4)``.
+    It is ``arsinh`` of a size: about the size where that is small, and its logarithm where large.
 
     Args:
-        theta: Parameters, ``(n, p)``.
-        events: ``EVENTS``, after 10 % of the way of their motion, in its durations, ``(n, 4)``.
-        stroke, duration: As records show them of the first motion that is there, ``(n,)``.
+        sizes: By name, ``(n,)``.
+        duration: Of the first motion that is there, ms, ``(n,)``.
     """
-    length, time = powers()
-    units = np.log(stroke)[:, None] * length + np.log(duration)[:, None] * time
-    return np.hstack([np.log(theta) - units, events])
+    units = {"build_up": duration}
+    return np.arcsinh(np.column_stack([v / units.get(name, 1.0) for name, v in sizes.items()]))
 
 
-LEAST_AGREEMENT = 0.01
-"""Agreement of a parameter below which closing and opening contradict each other."""
-
-_SURE = 0.95  # share of draws
-_LARGEST_WEAR = np.log(2.0)  # of the logarithm of a parameter; no wear of a family is half as large
+def effect_draws(
+    outputs: np.ndarray, names: Iterable[str], duration: float
+) -> dict[str, np.ndarray]:
+    """Return sizes of effects, or their changes, by name, of outputs ``(d, m)``."""
+    units = {"build_up": duration}
+    return {n: units.get(n, 1.0) * np.sinh(v) for n, v in zip(names, outputs.T, strict=True)}
 
 
 @dataclass(frozen=True)
 class ChangeDraws:
-    """Draws of a change.
+    """Posterior draws of a change.
 
     Attributes:
         ratios: Parameters over what they were, ``(d, p)``; 1 where they have not changed.
-        later: By how much touch or separation of each motion at hand comes later after the release,
-            ``(d,)``, ms.
+        later: By how much touch or separation of each motion at hand comes later after the start of
+            motion, ``(d,)``, ms.
         effects: By how much the size of each of ``WEARING`` has changed, ``(d,)``; that of
             ``build_up`` as a share of the duration.
     """
@@ -359,7 +338,12 @@ class ChangeDraws:
 
 @dataclass(frozen=True, eq=False)
 class ChangeNetwork:
-    """A trained network of changes; attributes as of ``StateNetwork``."""
+    """A trained network that estimates changes between two inspections.
+
+    It sees the curves of the drive as they were and their change, and the noise of both. That a
+    parameter has not changed at all has a probability of its own. Attributes as of
+    ``StateNetwork``.
+    """
 
     atoms: ClassVar[tuple[bool, ...]] = (True,) * (len(NAMES) + len(MOTIONS) + len(WEARING))
 
@@ -385,14 +369,14 @@ class ChangeNetwork:
             changes: Of the same motions, what ``without_onset`` leaves, in the units of the
                 references; its noise is that of both.
         """
-        motions = [motion for motion in MOTIONS if motion in references]
         y = self.draws(references, changes, draws, rng, effects=True)[0]
+        logs, later, effects = np.split(y, [len(NAMES), len(NAMES) + len(MOTIONS)], axis=1)
         later = {
-            m: float(references[m].duration[0]) * y[:, len(NAMES) + MOTIONS.index(m)]
-            for m in motions
+            m: float(references[m].duration[0]) * values
+            for m, values in zip(MOTIONS, later.T, strict=True)
+            if m in references
         }
-        effects = effect_draws(y[:, len(NAMES) + len(MOTIONS) :], WEARING, 1.0)
-        return ChangeDraws(np.exp(y[:, : len(NAMES)]), later, effects)
+        return ChangeDraws(np.exp(logs), later, effect_draws(effects, WEARING, 1.0))
 
     def draws(
         self,
@@ -403,40 +387,28 @@ class ChangeNetwork:
         *,
         effects: bool = False,
     ) -> np.ndarray:
-        """Draw from the posteriors of several changes, the same random numbers for each.
+        """Draw from the posteriors of several changes, by the same random numbers for each.
 
         Returns:
             Logarithms of the parameters over what they were, by how much touch and separation come
             later, in durations, and outputs of the effects that wear, ``(n, d, q)``; these are 0
             unless ``effects``.
         """
-        n = len(next(iter(references.values())).way)
+        nothing = NormalisedRecords.nothing(len(next(iter(references.values())).way))
         known, changed = (
-            {m: each.get(m, NormalisedRecords.nothing(n)) for m in MOTIONS}
-            for each in (references, changes)
+            {m: records.get(m, nothing) for m in MOTIONS} for records in (references, changes)
         )
         x = change_inputs(known, changed, self.bases, self.change_bases, self.usual)
-        told = [m in references for m in MOTIONS]
-        there = np.array([True] * len(NAMES) + told + [effects] * len(WEARING))
-        found = self.network.sample(self.network.features(x), there, draws, rng)
-        return self.centre + self.scale * found
-
-
-def change_outputs(before: np.ndarray, after: np.ndarray, later: np.ndarray) -> np.ndarray:
-    """Return parameters and times as a network of changes infers them, before its scale, ``(n, p +
-    2)``.
-
-    Args:
-        before, after: Parameters, ``(n, p)``.
-        later: By how much touch and separation come later, ``(n, 2)``, in durations.
-    """
-    ratios = np.where(after == before, 1.0, after / before)
-    return np.hstack([np.log(ratios), later])
+        motions = [m in references for m in MOTIONS]
+        there = np.array([True] * len(NAMES) + motions + [effects] * len(WEARING))
+        y = self.network.sample(self.network.features(x), there, draws, rng)
+        return self.centre + self.scale * y
 
 
 def plausible_wear(draws: np.ndarray) -> np.ndarray:
-    """Say whether wear may be what draws tell, ``(...)``: whether 95 % of each are below a factor
-    of 2, as no network knows of larger changes than its family has.
+    """Return whether draws may be of wear, ``(...)``: 95 % of each are below a factor of 2.
+
+    No network knows of larger changes than its family has.
 
     Args:
         draws: Logarithms of the parameters over what they were, ``(..., d, p)``.
@@ -445,13 +417,13 @@ def plausible_wear(draws: np.ndarray) -> np.ndarray:
 
 
 def agreement_of(one: np.ndarray, other: np.ndarray) -> np.ndarray:
-    """How probable it is that draws ``(d, p)`` and others are as far apart, ``(p,)``.
+    """Return the probability that draws ``(d, p)`` and others differ as much as they do, ``(p,)``.
 
     Twice the share of pairs in which that of the larger draws is the smaller one.
     """
-    found = np.empty(one.shape[1])
+    agreement = np.empty(one.shape[1])
     for k, (a, b) in enumerate(zip(one.T, np.sort(other, axis=0).T, strict=True)):
         sides = [np.searchsorted(b, a, side).mean() / len(b) for side in ("left", "right")]
         below = np.mean(sides)
-        found[k] = 2.0 * min(below, 1.0 - below)
-    return found
+        agreement[k] = 2.0 * min(below, 1.0 - below)
+    return agreement

@@ -1,4 +1,4 @@
-"""What networks of a family infer of every measured operation, each from its record alone."""
+"""State of a drive at every measured operation, each from its record alone."""
 
 from collections.abc import Sequence
 
@@ -11,8 +11,6 @@ from breaker.family.inputs import network_record, stored_shape
 from breaker.family.membership import choose_family
 from breaker.family.networks import StateNetwork
 from breaker.model.parameters import PARAMETERS
-
-_NO_MOTION = "shows no motion from one rest to another"
 
 
 def infer_operations(
@@ -28,9 +26,9 @@ def infer_operations(
     Draws of an operation do not depend on the others. Size and prior are those of the family.
 
     Args:
-        curves: Measured curves in the layout of ``read_curves``; rejected ones stay
-            in the result, as missing values with their reason.
-        families: Networks of levels, in the order in which they are tried.
+        curves: Measured curves in the layout of ``read_curves``; rejected ones stay in the result,
+            as missing values with their reason.
+        families: State networks, in the order in which they are tried.
         misfit_p_value: p-value of the membership below which nothing is inferred of a record.
 
     Returns:
@@ -39,27 +37,27 @@ def infer_operations(
         membership and the flag ``misfit``.
     """
     motion, sign = curves.attrs["motion"], 1.0 if curves.attrs["motion"] == "closing" else -1.0
-    count, operations = curves.sizes["operation"], curves.operation.values
-    steps, (noise, colour) = 1.0 / curves.rate.values, (curves.record_noise, curves.record_colour)
+    count = curves.sizes["operation"]
     values = np.full((count, draws, len(PARAMETERS)), np.nan, dtype=np.float32)
     p_value, names = np.full(count, np.nan), np.full(count, "", dtype=object)
     reasons = curves.reason.values.astype(object)
     accepted = np.flatnonzero(curves.accepted.values)
     for i in tqdm(accepted, desc=f"inferring {motion}", mininterval=5, unit="operation"):
-        shape = stored_shape(sign * curves.record.values[i], steps[i])
+        one = curves.isel(operation=i)
+        step = 1.0 / float(one.rate)
+        shape = stored_shape(sign * one.record.values, step)
         if shape is None:
-            reasons[i] = f"{curves.file.values[i]}: {_NO_MOTION}"
+            reasons[i] = f"{one.file.item()}: shows no motion from one rest to another"
             continue
-        seen = network_record(shape, float(noise[i]), float(colour[i]), steps[i])
-        levels, ((_, match),), fits = choose_family(
+        seen = network_record(shape, float(one.record_noise), float(one.record_colour), step)
+        network, ((_, match),), fits = choose_family(
             families, lambda each, seen=seen: [(motion, each.match(motion, seen))], misfit_p_value
         )
-        p_value[i] = match.p_value
-        names[i] = levels.settings["family"]
+        p_value[i], names[i] = match.p_value, network.settings["family"]
         if fits:
-            rng = generator(seed, "levels of operations", motion, int(operations[i]))
-            values[i] = levels.draw({motion: seen}, draws, rng).theta
-    found = {
+            rng = generator(seed, "levels of operations", motion, int(one.operation))
+            values[i] = network.draw({motion: seen}, draws, rng).theta
+    inferred = {
         "draws": (("operation", "draw", "output"), values),
         "family": ("operation", names.astype(str)),
         "p_value": ("operation", p_value),
@@ -68,8 +66,8 @@ def infer_operations(
         "accepted": ("operation", reasons == ""),
     }
     outputs = {
-        "output": ("output", [each.name for each in PARAMETERS]),
-        "output_unit": ("output", [each.unit for each in PARAMETERS]),
+        "output": ("output", [parameter.name for parameter in PARAMETERS]),
+        "output_unit": ("output", [parameter.unit for parameter in PARAMETERS]),
     }
     rest = curves.drop_dims(["time", "sample", "quantity"], errors="ignore")
-    return rest.assign(found).assign_coords(outputs)
+    return rest.assign(inferred).assign_coords(outputs)

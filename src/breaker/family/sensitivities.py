@@ -2,7 +2,7 @@
 
 The two-mass model predicts these changes badly for drives with additional effects: for drives of an
 independent simulator, a third of the change remains. A regression over drives of the family leaves
-10 %, and the covariance of its errors says in which shapes.
+10 %, with a covariance of its errors.
 """
 
 from collections.abc import Mapping
@@ -61,9 +61,9 @@ class Sensitivities(NamedTuple):
         even = np.arange(n) % 2 == 0  # each half is predicted by the other
         left = np.where(even[:, None], y - x @ solved(~even), y - x @ solved(even))
         errors = []
-        for each in left.reshape(n, p, -1).swapaxes(0, 1):
-            size = np.square(each).sum(axis=1)
-            usual = each[size <= np.quantile(size, _USUAL)]
+        for one in left.reshape(n, p, -1).swapaxes(0, 1):
+            size = np.square(one).sum(axis=1)
+            usual = one[size <= np.quantile(size, _USUAL)]
             errors.append(usual.T @ usual / len(usual))
         return cls(basis, solved(even | ~even), curves, np.array(errors))
 
@@ -71,9 +71,9 @@ class Sensitivities(NamedTuple):
         """Return derivatives for one drive, ``(p, m * (g + 1))``, and the covariances of their
         errors, ``(p, m * (g + 1), m * (g + 1))``; arguments as of ``fitted``.
         """
-        found = _features(self.shapes, shapes[None], np.array([pace])) @ self.weights
+        changes = _features(self.shapes, shapes[None], np.array([pace])) @ self.weights
         errors = self.curves.T @ self.errors @ self.curves
-        return found.reshape(len(NAMES), -1) @ self.curves, errors
+        return changes.reshape(len(NAMES), -1) @ self.curves, errors
 
 
 def _features(basis: Basis, shapes: np.ndarray, paces: np.ndarray) -> np.ndarray:
@@ -84,27 +84,23 @@ def _features(basis: Basis, shapes: np.ndarray, paces: np.ndarray) -> np.ndarray
     return np.column_stack([np.ones(len(scores)), scores, paces, scores[:, one] * scores[:, other]])
 
 
-def write_sensitivities(family: str, settings: Mapping, found: Mapping[tuple, Sensitivities]):
+def write_sensitivities(family: str, settings: Mapping, fits: Mapping[tuple, Sensitivities]):
     """Write the regressions of a family to the file that ships."""
     arrays = {}
-    for motions, each in found.items():
-        parts = {**each.shapes._asdict(), **each._asdict()}
-        del parts["shapes"]
-        arrays |= {f"{' '.join(motions)}.{name}": np.float32(part) for name, part in parts.items()}
+    for motions, fit in fits.items():
+        for name, part in (fit.shapes._asdict() | fit._asdict()).items():
+            if name != "shapes":
+                arrays[f"{' '.join(motions)}.{name}"] = np.float32(part)
     write_model(model_file(family, "sensitivities"), settings, arrays)
 
 
 @cache
 def shipped_sensitivities(family: str) -> dict[tuple[str, ...], Sensitivities]:
     """Return the regressions of a family by their motions."""
+    fits, names = {}, (*Basis._fields, *Sensitivities._fields[1:])
     with open_model(model_file(family, "sensitivities")) as saved:
-        found = {}
         for motions in SETS:
-            name = " ".join(motions)
-            part = {
-                each: saved.weight(f"{name}.{each}", "float32").astype(np.float64)
-                for each in (*Basis._fields, *Sensitivities._fields[1:])
-            }
-            basis = Basis(*(part.pop(each) for each in Basis._fields))
-            found[motions] = Sensitivities(basis, **part)
-        return found
+            paths = (f"{' '.join(motions)}.{name}" for name in names)
+            parts = [np.float64(saved.weight(path, "float32")) for path in paths]
+            fits[motions] = Sensitivities(Basis(*parts[:3]), *parts[3:])
+    return fits

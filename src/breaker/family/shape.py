@@ -1,10 +1,8 @@
-"""Records without their size: the way over the stroke, in units of the motion's own duration.
+"""Shapes: records without their size, as travel over the stroke against time over a duration.
 
-A record is normalised by what it shows itself: the rest before and after, and the time from 10 to
-50 % of the way, before dampers act. So records of drives that move alike are the same numbers,
-whatever their size, rate and units. Samples long before and after the motion are cut off, so that
-a long record and a short one have the same rests. What networks see, in training and after, is
-made here.
+The record itself gives its units: the rest positions before and after, and the time from 10 to
+50 % of the travel, before dampers act. So records of drives that move alike are the same numbers,
+whatever their size, rate and unit of travel. Training and inference both normalise by this code.
 """
 
 from collections.abc import Sequence
@@ -15,33 +13,37 @@ import numpy as np
 from breaker.common.compiling import compiled
 
 SHAPE_STEP = 0.1
-"""Between times of the grid, in durations."""
+"""Step of the grid, in durations."""
 
 SHAPE_TIMES = SHAPE_STEP * np.arange(-20, 101)
-"""Times of the grid, ``(g,)``: after 10 % of the way, in durations."""
+"""Times of the grid, ``(g,)``: after 10 % of the travel, in durations."""
+
+LEVELS = (0.1, 0.5)
+"""Shares of the travel, whose times make the duration."""
+
+BEGIN, END = -2.9, 9.7
+"""Durations after 10 % of the travel, in which networks see a record."""
 
 _fast = compiled(late=True)
 
-_LEVELS = (0.1, 0.5)  # of the way, whose times make the duration
-_REST, _END = 2.0, 7.0  # durations before and after 10 % of the way, beyond which a drive rests
-_SMOOTH = 0.2  # durations, over which a record is averaged before levels are looked for
-_FROM, _TO = -2.9, 9.7  # durations after 10 % of the way: networks see no sample outside of these
-_GAP = 0.3  # durations between two samples, beyond which what lies between is missing
+_RESTS = 2.0, 7.0  # durations before and after 10 % of the travel; farther away a drive rests
+_SMOOTH = 0.2  # durations: average before levels are looked for, so that noise passes none twice
+_GAP = 0.3  # durations between two samples, beyond which samples are missing: 3 steps of the grid
 _FEWEST = 3  # samples of a rest
-_ROUNDS = 4
+_ROUNDS = 4  # rest positions and duration depend on one another; more rounds change nothing
 
 
 class Shape(NamedTuple):
     """A normalised record.
 
     Attributes:
-        way: Way over the stroke, averaged over each step of the grid, ``(g,)``; where there is no
-            sample, the line between those that are next to it.
+        way: Travel over the stroke, averaged over each step of the grid, ``(g,)``; linear where
+            samples are missing.
         present: Whether there are samples, ``(g,)`` of bool.
-        rest: Rest before the motion, in the record's unit of travel.
-        stroke: From there to the rest after it.
-        origin: Time of 10 % of the way after the first sample, ms.
-        duration: Time from 10 to 50 % of the way, ms.
+        rest: Rest position before the motion, in the record's unit of travel.
+        stroke: From there to the rest position after it.
+        origin: Time of 10 % of the travel after the first sample, ms.
+        duration: Time from 10 to 50 % of the travel, ms.
     """
 
     way: np.ndarray
@@ -54,7 +56,7 @@ class Shape(NamedTuple):
 
 def median_units(shapes: Sequence[Shape]) -> Shape:
     """Return the first of a drive's shapes with the median stroke and duration of all."""
-    middle = np.median([(each.stroke, each.duration) for each in shapes], axis=0).tolist()
+    middle = np.median([(shape.stroke, shape.duration) for shape in shapes], axis=0).tolist()
     return shapes[0]._replace(stroke=middle[0], duration=middle[1])
 
 
@@ -63,26 +65,26 @@ def shape_of(travel: np.ndarray, step: float, like: Shape | None = None) -> Shap
 
     Args:
         travel: Travel in the direction of the motion, ``(n,)``; NaN where a sample is missing.
-        step: Between samples, ms.
-        like: Another record of the same drive, in whose stroke and duration it is measured; its
-            own if None.
+        step: Time between samples, ms.
+        like: Shape of another record, in whose stroke and duration this one is given; its own if
+            None.
 
     Raises:
-        ValueError: If it has no motion from one rest to another.
+        ValueError: If the record has no motion from one rest to another.
 
     Example:
         >>> time = np.arange(0.0, 60.0, 0.1)
         >>> way = np.clip((time - 20.0) / 10.0, 0.0, 1.0)
-        >>> found = shape_of(150.0 * way**2 * (3.0 - 2.0 * way) + 7.0, 0.1)
-        >>> f"{found.rest:.2f} mm, {found.stroke:.2f} mm, {found.origin:.2f} ms"
+        >>> shape = shape_of(150.0 * way**2 * (3.0 - 2.0 * way) + 7.0, 0.1)
+        >>> f"{shape.rest:.2f} mm, {shape.stroke:.2f} mm, {shape.origin:.2f} ms"
         '7.00 mm, 150.00 mm, 21.95 ms'
     """
     way, present = np.empty(SHAPE_TIMES.size), np.empty(SHAPE_TIMES.size, dtype=np.bool_)
     units = (0.0, 0.0) if like is None else (like.stroke, like.duration)
-    found = normalise(np.asarray(travel, dtype=np.float64), step, units, way, present)
-    if not found[3] > 0.0:
+    numbers = normalise(np.asarray(travel, dtype=np.float64), step, units, way, present)
+    if not numbers[3] > 0.0:
         raise ValueError("the record has no motion from one rest to another")
-    return Shape(way, present, *found)
+    return Shape(way, present, *numbers)
 
 
 @_fast
@@ -92,7 +94,7 @@ def effective_noise(noise_sd, colour, step):
     Args:
         noise_sd: Of a sample.
         colour: Correlation of neighbouring samples.
-        step: Between samples, in durations.
+        step: Time between samples, in durations.
     """
     share = step / SHAPE_STEP * (1.0 + colour) / (1.0 - colour)
     return noise_sd * np.sqrt(min(1.0, share))
@@ -100,44 +102,40 @@ def effective_noise(noise_sd, colour, step):
 
 @_fast
 def normalise(travel, step, like, way, present):
-    """Compute ``shape_of`` into ``way`` and ``present``; rest, stroke, origin and duration.
+    """Compute ``shape_of`` into ``way`` and ``present``; return rest, stroke, origin and duration.
 
-    Stroke and duration of another record, ``like``, are 0 where there is none. The record's own
-    duration is 0 where there is no motion.
+    ``like`` is stroke and duration of another record, zeros without one. The duration returned is 0
+    where there is no motion.
     """
-    time, value = np.empty(travel.size), np.empty(travel.size)
-    n = 0
-    for i in range(travel.size):
-        if not np.isnan(travel[i]):
-            time[n], value[n] = i * step, travel[i]
-            n += 1
+    known = np.flatnonzero(~np.isnan(travel))
+    time, value, n = known * step, travel[known], known.size
     if n < 4 * _FEWEST:
         return 0.0, 0.0, 0.0, 0.0
-    low, high = _mean(value[:_FEWEST]), _mean(value[n - max(_FEWEST, n // 20) : n])
+    low, high = _mean(value[:_FEWEST]), _mean(value[n - max(_FEWEST, n // 20) :])
     origin = duration = 0.0
     begin, end = 0, n
     window = max(1, n // 60)
     for _ in range(_ROUNDS):
         before = low, high, window
-        origin, duration = _rise(time[:n], value[:n], low, high, window)
+        origin, duration = _rise(time, value, low, high, window)
         if not duration > 0.0:
             return 0.0, 0.0, 0.0, 0.0
         window = max(1, round(_SMOOTH * duration / step))
-        begin = min(np.searchsorted(time[:n], origin + _FROM * duration), n - _FEWEST)
-        end = max(np.searchsorted(time[:n], origin + _TO * duration), begin + _FEWEST)
-        rests = np.searchsorted(time[:n], origin - _REST * duration)
-        arrived = np.searchsorted(time[:n], origin + _END * duration)
+        begin = min(np.searchsorted(time, origin + BEGIN * duration), n - _FEWEST)
+        end = max(np.searchsorted(time, origin + END * duration), begin + _FEWEST)
+        rests = np.searchsorted(time, origin - _RESTS[0] * duration)
+        arrived = np.searchsorted(time, origin + _RESTS[1] * duration)
         low = _mean(value[begin : max(begin + _FEWEST, rests)])
         high = _mean(value[min(arrived, end - max(_FEWEST, (end - begin) // 20)) : end])
         if before == (low, high, window):
-            break  # further rounds would find the same
+            break
     stroke = high - low
     if not stroke > 0.0:
         return 0.0, 0.0, 0.0, 0.0
     length = like[0] if like[0] > 0.0 else stroke
     unit = like[1] if like[1] > 0.0 else duration
-    _averages(time[begin:end], value[begin:end], origin, unit, way)
-    _presence(time[begin:end], origin, unit, max(_GAP * unit, 2.5 * step), present)
+    gap = max(_GAP * unit, 2.5 * step)
+    _averages(time[begin:end], value[begin:end], origin, unit, gap, way, present)
     for j in range(way.size):
         way[j] = (way[j] - low) / length
     return low, stroke, origin, duration
@@ -151,10 +149,10 @@ def _mean(values):
 
 @_fast
 def _rise(time, value, low, high, window):
-    """Time of the lower level, and time from there to the upper one, 0 if they are not reached.
+    """Time of the lower level, and time from there to the upper one; zeros if not reached.
 
-    The upper one is where the averaged record first reaches it, the lower one where it last leaves
-    it before.
+    The averaged record first reaches the upper level at the end of that time, and last leaves the
+    lower one at its beginning.
     """
     n, total = value.size, 0.0
     smooth = np.empty(n)
@@ -168,13 +166,11 @@ def _rise(time, value, low, high, window):
             total -= value[begin]
             begin += 1
         smooth[i] = total / (end - begin)
-    lower, upper = low + _LEVELS[0] * (high - low), low + _LEVELS[1] * (high - low)
+    lower, upper = low + LEVELS[0] * (high - low), low + LEVELS[1] * (high - low)
     last = 1
     while last < n and not (smooth[last] >= upper and smooth[last - 1] < upper):
         last += 1
-    if last == n:
-        return 0.0, 0.0
-    first = last
+    first = last if last < n else 0
     while first > 0 and not smooth[first - 1] < lower:
         first -= 1
     if first == 0:
@@ -192,8 +188,11 @@ def _crossing(time, smooth, i, level):
 
 
 @_fast
-def _averages(time, value, origin, duration, way):
-    """Mean of the line through samples over each step of the grid."""
+def _averages(time, value, origin, duration, gap, way, present):
+    """Mean of the line through samples over each step of the grid, and whether it has samples.
+
+    It has none beyond the record, and where two samples are more than ``gap`` apart.
+    """
     n, i = value.size, 0
     last, area, total = -np.inf, 0.0, 0.0
     for j in range(2 * way.size):
@@ -211,16 +210,7 @@ def _averages(time, value, origin, duration, way):
             area = total + 0.5 * (value[i] + there) * (edge - time[i])
         if j % 2:
             way[j // 2] = (area - last) / (SHAPE_STEP * duration)
+            middle, k = edge - 0.5 * SHAPE_STEP * duration, min(i, n - 2)
+            near = time[k + 1] - time[k] <= gap
+            present[j // 2] = time[0] <= middle <= time[n - 1] and near
         last = area
-
-
-@_fast
-def _presence(time, origin, duration, gap, present):
-    """Whether each step of the grid has samples: none where two of them are a gap apart."""
-    n, i = time.size, 0
-    for j in range(present.size):
-        edge = origin + duration * (SHAPE_TIMES[j] + 0.5 * SHAPE_STEP)
-        while i < n - 2 and time[i + 1] <= edge:
-            i += 1
-        middle = edge - 0.5 * SHAPE_STEP * duration
-        present[j] = time[0] <= middle <= time[n - 1] and time[i + 1] - time[i] <= gap

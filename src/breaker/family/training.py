@@ -1,6 +1,7 @@
-"""A network of a family, trained on its bank, with what records of its drives look like."""
+"""Training of the networks of a family on its bank. Needs torch."""
 
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 import torch
@@ -10,15 +11,16 @@ from torch import Tensor, nn
 from breaker.common.randomness import generator, seed_integer
 from breaker.family.bank import shapes
 from breaker.family.inputs import Basis, NormalisedRecords
-from breaker.family.membership import Membership
+from breaker.family.membership import Membership, distances
 from breaker.family.training_records import record_shapes
-from breaker.family.training_rows import BankRows
+from breaker.family.training_rows import BankRows, StateRows
 from breaker.model.parameters import MOTIONS
 from breaker.networks.blocks import ResidualMLP
 from breaker.networks.mixture import AutoregressiveMixture
 from breaker.networks.training import Checkpoint, MadeRows, Trainer, choose_device
 
-_LEVELS = np.geomspace(1e-4, 3e-2, 8)  # of the noise, at which membership is judged
+_LEVELS = 8  # of the noise, over the range of the training
+_QUANTILES = 64  # of squared distances: interpolation between more changes no p-value
 
 # The highest learning rate with which no training diverged; edges by Muon fare worse here.
 _OPTIMISER = {"optimiser": "muon", "learning_rate": 0.002}
@@ -32,7 +34,7 @@ class FamilyNetwork(nn.Module):
 
     Args:
         settings: Sizes: ``width``, ``blocks``, ``features``, ``components`` and ``head``.
-        name: What it is of, for messages.
+        name: Kind of the network, for messages.
         sizes: Numbers of inputs and outputs.
     """
 
@@ -47,22 +49,16 @@ class FamilyNetwork(nn.Module):
     ) -> None:
         super().__init__()
         self.name, features = name, settings["features"]
+        width, blocks = settings["width"], settings["blocks"]
+        mixture = {"components": settings["components"], "width": settings["head"]}
         inputs, outputs = sizes
         with torch.random.fork_rng(devices=[]):
             torch.manual_seed(seed_integer(seed, "first weights", name))
-            self.summary = ResidualMLP(
-                inputs, settings["width"], features, blocks=settings["blocks"]
-            )
-            self.inference = AutoregressiveMixture(
-                outputs,
-                features,
-                atoms=atoms,
-                components=settings["components"],
-                width=settings["head"],
-            )
+            self.summary = ResidualMLP(inputs, width, features, blocks=blocks)
+            self.inference = AutoregressiveMixture(outputs, features, atoms=atoms, **mixture)
 
     def loss(self, x: Tensor, y: Tensor, there: Tensor) -> Tensor:
-        """Minus the log density of rows ``(n, i)``, ``(n, q)``, ``(n, q)``, ``(n,)``."""
+        """Return minus the log density of rows ``(n, i)``, ``(n, q)``, ``(n, q)``, ``(n,)``."""
         return -self.inference.log_prob(y, self.summary(x), there).sum(dim=1)
 
     validation_loss = loss
@@ -76,29 +72,31 @@ def train_network(
     *,
     workers: int = 0,
     checkpoint: Checkpoint | None = None,
-) -> tuple[xr.Dataset, dict[str, np.ndarray], dict]:
+) -> tuple[xr.Dataset, dict[str, np.ndarray], dict[str, Any]]:
     """Train a network of "levels" or "changes" on the drives of a bank.
 
     Args:
         rows: Of a bank, from ``rows_of``; its last ``validation_curves`` drives judge the training.
-        held_out: Drives that show what records of members look like.
+        held_out: Drives whose distances from the family are those of members.
         settings: The sections ``network`` and ``training`` of the section ``family``, and the
             ``device``.
         workers: Processes that make batches ahead; no weight depends on them.
-        checkpoint: Where the state of the training is kept.
+        checkpoint: File that keeps the state of the training.
 
     Returns:
-        The history of the training; weights by name, and what inputs and outputs are scaled by,
-        both as ``network_files.write_network`` takes them.
+        The history of the training; weights by name, and scales of inputs and outputs, both as
+        ``network_files.write_network`` takes them.
     """
     rows.freeze(generator(seed, "family", rows.kind, "scales"))
     device = choose_device(settings["device"])
-    network = FamilyNetwork(settings["network"], rows.kind, rows.sizes, atoms=rows.atoms, seed=seed)
-    aside = len(rows) - settings["training"]["validation_curves"]
+    x, y, _ = rows.rows(np.arange(1), np.random.default_rng(1))
+    sizes, atoms = (x.shape[1], y.shape[1]), rows.network.atoms
+    network = FamilyNetwork(settings["network"], rows.kind, sizes, atoms=atoms, seed=seed)
+    last = len(rows) - settings["training"]["validation_curves"]
     history = Trainer(
         network=network.to(device),
-        rows=MadeRows(np.arange(aside), rows.rows, device, workers),
-        validation=MadeRows(np.arange(aside, len(rows)), rows.rows, device),
+        rows=MadeRows(np.arange(last), rows.rows, device, workers),
+        validation=MadeRows(np.arange(last, len(rows)), rows.rows, device),
         settings=_OPTIMISER | settings["training"],
         seed=seed,
         checkpoint=checkpoint,
@@ -107,22 +105,24 @@ def train_network(
     frozen = rows.frozen
     if rows.kind == "levels":
         rng = generator(seed, "family members")
-        frozen["members"] = _members_of(held_out, frozen["bases"], rng)
-    weights = {name: each.detach().cpu().numpy() for name, each in network.state_dict().items()}
+        curves = {m: held_out["shape"].sel(motion=m, condition="new").values for m in MOTIONS}
+        frozen["members"] = {
+            m: _membership(shapes(curves[m]), frozen["bases"][m], rng) for m in MOTIONS
+        }
+    weights = {name: part.detach().cpu().numpy() for name, part in network.state_dict().items()}
     return history, weights, frozen
 
 
-def _members_of(
-    bank: xr.Dataset, bases: Mapping[str, Basis], rng: np.random.Generator
-) -> dict[str, Membership]:
-    """Return what records of drives look like that were held out, of each motion."""
-    found = {}
-    for motion in MOTIONS:
-        curves = shapes(bank["shape"].sel(motion=motion, condition="new").values)
-        levels = {}
-        for noise in _LEVELS:
-            seen, *_ = record_shapes(curves, rng, noise=(noise, 1.01 * noise))
-            seen = NormalisedRecords(*(each[seen.there] for each in seen))
-            levels[float(np.median(seen.noise))] = seen
-        found[motion] = Membership.of(levels, bases[motion])
-    return found
+def _membership(curves: np.ndarray, basis: Basis, rng: np.random.Generator) -> Membership:
+    """Return the distances of curves ``(n, u)`` of held-out drives, at levels of the noise."""
+    noise, squares, left = [], [], []
+    for level in np.geomspace(*StateRows.noise, _LEVELS):
+        seen, _ = record_shapes(curves, rng, (level, 1.01 * level))
+        seen = NormalisedRecords(*(part[seen.there] for part in seen))
+        if not noise:
+            shares = 1.0 - np.geomspace(1.0, 0.5 / len(seen.way), _QUANTILES)
+        square, parts, *_ = distances(seen, basis)
+        noise.append(np.median(seen.noise))
+        squares.append(np.quantile(square, shares))
+        left.append(np.nanquantile(parts, 0.99, axis=0))
+    return Membership(np.array(noise), np.array(squares), shares, np.array(left))

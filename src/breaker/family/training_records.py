@@ -1,6 +1,6 @@
-"""Records of a family's drives for training: every batch by other sensors.
+"""Records of a bank's curves for training, every batch by other sensors.
 
-Beginning, end, rate, noise and its colour, steps and gaps are drawn afresh; a record is then
+Beginning, end, rate, noise and its colour, steps and gaps are drawn for each record, which is then
 normalised by the code that reads measured ones.
 """
 
@@ -9,29 +9,26 @@ from typing import NamedTuple
 import numpy as np
 
 from breaker.common.compiling import compiled
-from breaker.family.bank import GRID as TIMES
-from breaker.family.inputs import NormalisedRecords
-from breaker.family.shape import SHAPE_TIMES, effective_noise, normalise
-
-_FIRST, _STEP = TIMES[0], TIMES[1] - TIMES[0]
+from breaker.family.bank import GRID, GRID_STEP
+from breaker.family.inputs import FINEST_STEP, NormalisedRecords
+from breaker.family.shape import BEGIN, END, SHAPE_TIMES, effective_noise, normalise
 
 _fast = compiled()
 
-_LONGEST = 600  # samples
-_TRIES = 20
-_NOTHING = (0.0, 1.0, 1.0, 1.0, 0.0, 1.0)  # what is told of a record that is not there
-_NOISE = (1e-4, 3e-2)  # of a sample, share of the stroke
-_ERROR = 0.1  # of what is told of the noise: of its logarithm, and of its colour
-_SAMPLING = (0.025, 0.15)  # durations between samples; of finer ones the average is taken alike
-_BEGINS, _ENDS, _LAST = (-2.9, -0.5), (2.5, 9.7), 9.7  # durations
+_LONGEST = 600  # samples: above 504, the longest record in the finest steps
+_TRIES = 20  # records of a curve, before it counts as without a motion
+_NOTHING = (0.0, 1.0, 1.0, 1.0, 0.0, 1.0)  # numbers about a record that is not there
+_ERROR = 0.1  # of estimated noise: of its logarithm, and of its colour
+_SAMPLING = (FINEST_STEP, 0.15)  # durations between samples
+_BEGINS, _ENDS = (BEGIN, -0.5), (2.5, END)  # durations after 10 % of the travel
 _WHOLE, _WHITE, _SMOOTH, _GAPLESS = 0.5, 0.6, 0.5, 0.9  # shares of records
-_COLOUR = 0.8  # most
+_COLOUR = 0.8  # largest correlation of neighbouring samples
 _QUANTUM = (0.1, 4.0)  # of the noise
 _GAP = (0.1, 1.5)  # durations
 
 
 class _Sensor(NamedTuple):
-    """How a record is taken: its begin and step, durations; the rest, share of the stroke."""
+    """Begin and step of a record, durations; the rest, share of the stroke."""
 
     begin: float
     step: float
@@ -41,7 +38,7 @@ class _Sensor(NamedTuple):
 
 
 class _Records(NamedTuple):
-    """What is made of the curves: their ways ``(n, g)``, and numbers about them ``(n, 6)``."""
+    """Normalised records of curves: shapes ``(n, g)``, and numbers about them ``(n, 6)``."""
 
     way: np.ndarray
     present: np.ndarray
@@ -52,24 +49,23 @@ class _Records(NamedTuple):
 def record_shapes(
     curves: np.ndarray,
     rng: np.random.Generator,
+    noise: tuple[float, float],
     *,
-    noise: tuple[float, float] = _NOISE,
     like: tuple[np.ndarray, np.ndarray] | None = None,
     wanted: np.ndarray | None = None,
-) -> tuple[NormalisedRecords, np.ndarray, np.ndarray]:
+) -> tuple[NormalisedRecords, np.ndarray]:
     """Record curves of one motion, and normalise the records.
 
     Args:
-        curves: Way over the stroke, ``(n, u)``, at the times of a bank.
+        curves: Travel over the stroke, ``(n, u)``, at the times of a bank.
         noise: Range of the noise of a sample, share of the stroke, log-uniform.
-        like: Stroke and duration of other records, ``(n,)`` each, in which these are measured; as
+        like: Stroke and duration of other records, ``(n,)`` each, in which these are measured; in
             strokes and durations of these curves.
         wanted: Which curves are recorded, ``(n,)`` of bool; all if None. Others are not there.
 
     Returns:
-        The records, stroke and duration in those of the curve; the times of 10 % of the way as
-        records show it, and their own durations, ``(n,)``, in durations of the curve. A curve of
-        which no record shows a motion is not there.
+        The records, in strokes and durations of their curves, and the times of 10 % of the travel
+        as they show it, ``(n,)``. A curve of which no record shows a motion is not there.
     """
     n = len(curves)
     way, present = np.empty((n, SHAPE_TIMES.size)), np.empty((n, SHAPE_TIMES.size), dtype=np.bool_)
@@ -79,15 +75,14 @@ def record_shapes(
     there = np.ones(n, dtype=np.bool_) if wanted is None else wanted.copy()
     _record(curves, rng, limits, units, _Records(way, present, about, there))
     origin, stroke, duration, sd, colour, step = about.T
-    told = np.exp(_ERROR * rng.standard_normal(n)) * sd
-    guess = np.clip(colour + _ERROR * rng.standard_normal(n), 0.0, 0.95)
-    seen = NormalisedRecords(there, way, present, stroke, duration, told, guess, step)
-    return seen, origin, duration
+    sd = np.exp(_ERROR * rng.standard_normal(n)) * sd
+    colour = np.clip(colour + _ERROR * rng.standard_normal(n), 0.0, 0.95)
+    return NormalisedRecords(there, way, present, stroke, duration, sd, colour, step), origin
 
 
 @_fast
 def _record(curves, rng, limits, units, records):
-    """Record and normalise the curves that are to be there, and say which of them can be."""
+    """Record and normalise the curves that are to be there; ``there`` is then which ones are."""
     way, present, about, there = records
     strokes, durations = units[0], units[1]
     out = np.empty(_LONGEST)
@@ -95,7 +90,7 @@ def _record(curves, rng, limits, units, records):
         wanted, there[r] = there[r], False
         for _ in range(_TRIES if wanted else 0):
             begin = rng.uniform(*_BEGINS)
-            end = _LAST if rng.random() < _WHOLE else rng.uniform(*_ENDS)
+            end = END if rng.random() < _WHOLE else rng.uniform(*_ENDS)
             noise = np.exp(rng.uniform(limits[0], limits[1]))
             step = np.exp(rng.uniform(limits[2], limits[3]))
             colour = 0.0 if rng.random() < _WHITE else rng.uniform(0.0, _COLOUR)
@@ -118,8 +113,8 @@ def _record(curves, rng, limits, units, records):
         sd = np.sqrt(noise * noise + quantum * quantum / 12.0)
         length = strokes[r] if strokes[r] > 0.0 else stroke
         unit = durations[r] if durations[r] > 0.0 else duration
-        told = effective_noise(sd / length, colour, step / unit)
-        _put(about, r, (begin + origin, stroke, duration, told, colour, step / duration))
+        sd = effective_noise(sd / length, colour, step / unit)
+        _put(about, r, (begin + origin, stroke, duration, sd, colour, step / duration))
 
 
 @_fast
@@ -135,7 +130,7 @@ def _samples(curve, rng, sensor, out):
     begin, step, noise, colour, quantum = sensor
     root, error = np.sqrt(1.0 - colour * colour), rng.standard_normal()
     for i in range(out.size):
-        value = _at(curve, (begin + i * step - _FIRST) / _STEP) + noise * error
+        value = _at(curve, (begin + i * step - GRID[0]) / GRID_STEP) + noise * error
         error = colour * error + root * rng.standard_normal()
         out[i] = quantum * np.round(value / quantum) if quantum > 0.0 else value
 

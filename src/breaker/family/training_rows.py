@@ -1,9 +1,9 @@
-"""A bank of a family of drives, rows of it, and draws of networks for held-out drives."""
+"""Rows of a bank for training: what the networks see and estimate; and their quality on others."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from pathlib import Path
-from typing import ClassVar, NamedTuple
+from typing import Any, ClassVar
 
 import numpy as np
 import pandas as pd
@@ -11,272 +11,216 @@ import xarray as xr
 
 from breaker.common.compiling import compiled
 from breaker.common.zarr_store import open_store
-from breaker.family.bank import GRID as TIMES
-from breaker.family.bank import shapes
-from breaker.family.inputs import Basis, change_inputs, state_inputs, units_of, without_onset
+from breaker.family.bank import GRID, GRID_STEP, shapes
+from breaker.family.inputs import (
+    Basis,
+    NormalisedRecords,
+    change_inputs,
+    state_inputs,
+    units_of,
+    without_onset,
+)
 from breaker.family.networks import (
     EFFECTS,
     EVENTS,
     WEARING,
     ChangeNetwork,
     StateNetwork,
-    change_outputs,
     effect_outputs,
-    outputs_there,
     plausible_wear,
-    state_outputs,
 )
 from breaker.family.rich_drive import CONTACTS, ELEMENTS
-from breaker.family.shape import SHAPE_TIMES
+from breaker.family.shape import LEVELS, SHAPE_TIMES
 from breaker.family.training_records import record_shapes
-from breaker.model.parameters import FORCE, GAP, MOTIONS, NAMES
+from breaker.model.parameters import FORCE, GAP, MOTIONS, NAMES, powers
 from breaker.paper.calibration import coverage, judge_ranks, ranks
 
-_MOST = 8000
-"""Drives that components are of."""
-
-_CLEAN = (1e-6, 1.1e-6)
-"""Noise as good as none, share of the stroke."""
-
-_COMPONENTS = 64
-_TOLD = 0.6  # share of the drives whose size is given
+_MOST = 8000  # drives that components are of: more change none of them
+_CLEAN = (1e-6, 1.1e-6)  # noise as good as none, share of the stroke
+_COMPONENTS, _CHANGE_COMPONENTS = 64, 40
+_KNOWN_SIZE = 0.6  # share of the drives whose size is known: users know it more often than not
 _STROKE = 10.0  # mm, to which the fall of the force refers
-_WAY = 0.4  # of the stroke, made in a duration
-_LEAST_SCALE = 1e-6  # scale of a mechanism that no drive has
+_WAY = LEVELS[1] - LEVELS[0]  # of the stroke, made in a duration
+_LEAST_SCALE = 1e-6  # scale of an effect that no drive has
+_BACK = 0.2  # share of the changes that go from worn to new, as after maintenance
+_SAME = 1e-4  # durations, by which touch or separation may move and count as unchanged
+_CHANGE = 0.03  # of the logarithm of a parameter, and of an effect over the closing force
+_ODD, _TERMS = (0.005, 0.05), 3  # shares of a change, and terms of curves that nobody explains
+_FASTEST = 0.3  # periods of a term in a duration
 
 
 @dataclass
 class BankRows:
-    """Drives of a bank, and records of them made anew for each batch.
+    """Drives of a bank, with new records of them for each batch.
 
     Attributes:
         bank: Drives: see ``bank.simulate_family``.
-        frozen: What inputs and outputs are scaled by, as the networks have it: set by
-            ``freeze``, or that of the training.
+        frozen: Scales of inputs and outputs, as the networks have them: set by ``freeze``, or those
+            of the training.
     """
 
     kind: ClassVar[str]
     """"levels" or "changes"."""
-    atoms: ClassVar[tuple[bool, ...]]
-    """Which outputs may be exactly 0."""
+    network: ClassVar[type]
     names: ClassVar[tuple[str, ...]]
     """Of the outputs."""
+    noise: ClassVar[tuple[float, float]]
+    """Range of the noise of a sample, share of the stroke."""
 
     bank: xr.Dataset
-    frozen: dict = field(default_factory=dict)
+    frozen: dict[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         self.curves = self.bank["shape"].values  # (drive, condition, motion, u), as stored
         self.theta = self.bank.parameters.values
         self.stroke = self.bank.stroke.values
         self.duration = self.bank.duration.values
-        self.elements = self.bank.elements.values
         self.events = np.stack([self.bank.release.values, self.bank.switching.values], axis=-1)
 
     def __len__(self) -> int:
         return len(self.theta)
-
-    @property
-    def sizes(self) -> tuple[int, int]:
-        """Numbers of inputs and outputs."""
-        x, y, _ = self.rows(np.arange(1), np.random.default_rng(1))
-        return x.shape[1], y.shape[1]
 
     def rows(self, drives: np.ndarray, rng: np.random.Generator) -> tuple[np.ndarray, ...]:
         """Return inputs ``(n, i)``, outputs ``(n, q)`` and which are there, of drives ``(n,)``."""
         x, y, there, _ = self.unscaled(drives, rng)
         return x, (y - self.frozen["centre"]) / self.frozen["scale"], there
 
-    def physical(self, outputs: np.ndarray) -> np.ndarray:
-        """Return outputs ``(..., q)`` with parameters in their units, or changes in percent."""
-        found = outputs.copy()
-        found[..., : len(NAMES)] = np.exp(found[..., : len(NAMES)])
-        return found
+    def freeze(self, rng: np.random.Generator) -> None:
+        """Set the scales of inputs and outputs."""
+        drives, bases = rng.permutation(len(self))[:_MOST], {}
+        for m, motion in enumerate(MOTIONS):
+            seen, _ = record_shapes(shapes(self.curves[drives, 0, m]), rng, _CLEAN)
+            bases[motion] = Basis.of(seen.way[seen.present.mean(axis=1) > 0.9], _COMPONENTS)
+        sizes = np.log(self.stroke[:, 0]), np.log(self.duration[:, 0])
+        usual = np.array([[logs.mean(), logs.std()] for logs in sizes])
+        self.frozen = {"bases": bases, "usual": usual}
+        self.frozen |= self._more_scales(drives, rng)
 
     def _motions(self, n: int, rng: np.random.Generator) -> np.ndarray:
         """Which motions there are, ``(n, 2)`` of bool: closing, opening or both."""
         return np.array([[True, False], [False, True], [True, True]])[rng.integers(0, 3, n)]
 
-    def _bases(self, drives: np.ndarray, rng: np.random.Generator) -> dict[str, Basis]:
-        """Components of the shapes of drives."""
-        found = {}
-        for m, motion in enumerate(MOTIONS):
-            seen, *_ = record_shapes(self._curves(drives, 0, m), rng, noise=_CLEAN)
-            whole = seen.way[seen.present.mean(axis=1) > 0.9]
-            found[motion] = Basis.of(whole, _COMPONENTS)
-        return found
+    def _there(self, records: Mapping[str, NormalisedRecords], times: int) -> np.ndarray:
+        """Which outputs are there, ``(n, q)`` of bool, with so many times of each motion."""
+        motions = np.column_stack([seen.there for seen in records.values()])
+        some, more = motions.any(axis=1)[:, None], len(self.names) - len(NAMES) - 2 * times
+        known, effects = some.repeat(len(NAMES), axis=1), some.repeat(more, axis=1)
+        return np.hstack([known, motions.repeat(times, axis=1), effects])
 
-    def _usual(self) -> np.ndarray:
-        sizes = [np.log(self.stroke[:, 0]), np.log(self.duration[:, 0])]
-        return np.array([[each.mean(), each.std()] for each in sizes])
+    def _in_units(
+        self, seen: NormalisedRecords, drives: np.ndarray, condition: np.ndarray, motion: int
+    ) -> NormalisedRecords:
+        """Records in mm and ms instead of the strokes and durations of their curves."""
+        stroke, duration = self.stroke[drives, condition], self.duration[drives, condition, motion]
+        return seen._replace(stroke=seen.stroke * stroke, duration=seen.duration * duration)
 
-    def _mechanisms(
+    def _effects(
         self, drives: np.ndarray, condition: np.ndarray, elements: np.ndarray
     ) -> dict[str, np.ndarray]:
-        """Sizes of mechanisms of drives in a condition, with the elements of that or another."""
-        return _mechanism_sizes(
-            self.theta[drives, condition],
-            self.elements[drives, elements],
-            self.bank.contact.values[drives],
-            self.stroke[drives, condition],
-            self.duration[drives, condition, MOTIONS.index("closing")],
-        )
-
-    def _curves(self, drives: np.ndarray, condition: np.ndarray | int, motion: int) -> np.ndarray:
-        return shapes(self.curves[drives, condition, motion])
+        """Size of each of ``EFFECTS``, ``(n,)``, of drives in a condition; with the elements of
+        that condition or another.
+        """
+        stroke = self.stroke[drives, condition]
+        speed = _WAY * stroke / self.duration[drives, condition, MOTIONS.index("closing")]
+        has = dict(zip(ELEMENTS, self.bank.elements.values[drives, elements].T, strict=True))
+        has |= dict(zip(NAMES, self.theta[drives, condition].T, strict=True))
+        slides = self.bank.contact.values[drives] == CONTACTS.index("sliding")
+        force = has[FORCE.name]
+        dampers = {
+            f"{end}_damper": has[f"{end}_stop.damping"] * speed ** has[f"{end}_stop.power"] / force
+            for end in MOTIONS
+        }
+        sizes = dampers | {
+            "contact_preload": np.where(slides, 0.0, has["contact_preload"] / force),
+            "sliding_contact": np.where(slides, has[GAP.name] / stroke, 0.0),
+            "build_up": has["build_up"],
+            "dry_friction": has["dry_friction"] / force,
+            "opening_preload": has["opening_preload"] / force,
+            "force_fall": has["force_fall"] * stroke / _STROKE,
+            "drag": has["drag"] * speed ** has["drag_power"] / force,
+            "train_mass": has["train_mass"],
+        }
+        return {name: sizes[name] for name in EFFECTS}
 
 
 class StateRows(BankRows):
     """Records of one operation, and the state of the drive."""
 
-    kind, names, atoms = "levels", (*NAMES, *EVENTS, *EFFECTS), StateNetwork.atoms
+    kind, network, names = "levels", StateNetwork, (*NAMES, *EVENTS, *EFFECTS)
+    noise, from_logarithms = (1e-4, 3e-2), staticmethod(np.exp)
 
-    def freeze(self, rng: np.random.Generator) -> None:
-        """Set the scales."""
-        drives = rng.permutation(len(self))[:_MOST]
-        self.frozen = {"bases": self._bases(drives, rng), "usual": self._usual()}
+    def _more_scales(self, drives: np.ndarray, rng: np.random.Generator) -> dict[str, Any]:
         _, y, there, _ = self.unscaled(drives, rng)
         y = np.where(there, y, np.nan)
         centre, scale = np.nanmean(y, axis=0), np.nanstd(y, axis=0)
         first = len(NAMES) + len(EVENTS)
-        centre[first:] = 0.0  # which is where a mechanism is that is not there
+        centre[first:] = 0.0  # which is where an effect is that is not there
         scale[first:] = np.sqrt(np.nanmean(np.square(y[:, first:]), axis=0)) + _LEAST_SCALE
-        self.frozen |= {"centre": centre, "scale": scale}
+        return {"centre": centre, "scale": scale}
 
     def unscaled(
         self,
         drives: np.ndarray,
         rng: np.random.Generator,
         *,
-        condition: np.ndarray | None = None,
         motions: np.ndarray | None = None,
-        told: np.ndarray | None = None,
-        **sensor,
+        noise: tuple[float, float] = noise,
+        known_size: float = _KNOWN_SIZE,
     ) -> tuple[np.ndarray, ...]:
-        """Return inputs, outputs before their scales, and which are there, of drives ``(n,)``.
+        """Return inputs, outputs before their scales, which are there, and units of the outputs.
 
-        The last of four is what makes of each output the logarithm of a parameter in its unit.
+        With its unit an output is the logarithm of a parameter.
 
         Args:
-            condition: New 0 or worn 1, ``(n,)``; drawn if None, as are the ``motions`` that there
-                are, ``(n, 2)``, and whether the size is ``told``, ``(n,)``.
-            sensor: As for ``record_shapes``.
+            drives: Numbers of drives, ``(n,)``.
+            motions: Which motions there are, ``(n, 2)``; drawn if None.
+            noise: Range of the noise of a sample, share of the stroke.
+            known_size: Share of the drives whose size is known.
         """
         n = len(drives)
-        condition = rng.integers(0, 2, n) if condition is None else condition
+        condition = rng.integers(0, 2, n)
         motions = self._motions(n, rng) if motions is None else motions
-        told = rng.random(n) < _TOLD if told is None else told
-        records, events = self._records(drives, condition, motions, rng, **sensor)
-        x = state_inputs(records, told, self.frozen["bases"], self.frozen["usual"])
-        theta = self.theta[drives, condition]
-        stroke, duration = units_of(records)
-        sizes = self._mechanisms(drives, condition, condition)
-        sizes = effect_outputs(sizes, duration)
-        y = np.hstack([state_outputs(theta, events, stroke, duration), sizes])
-        units = np.zeros_like(y)
-        units[:, : len(NAMES)] = np.log(theta) - y[:, : len(NAMES)]
-        motions = np.column_stack([each.there for each in records.values()])
-        return x, y, outputs_there(motions) & motions.any(axis=1)[:, None], units
-
-    def _records(self, drives, condition, motions, rng, **sensor):
-        """Records in mm and ms by motion, and all events as they show them, ``(n, 4)``."""
+        known = rng.random(n) < known_size
         records, events = {}, []
         for m, motion in enumerate(MOTIONS):
-            curves = self._curves(drives, condition, m)
-            wanted = motions[:, m]
-            seen, origin, duration = record_shapes(curves, rng, wanted=wanted, **sensor)
-            unit = self.duration[drives, condition, m]
-            stroke = self.stroke[drives, condition]
-            records[motion] = seen._replace(stroke=seen.stroke * stroke, duration=duration * unit)
-            found = self.events[drives, condition, m]
-            events.append((found - origin[:, None]) / duration[:, None])
+            curves = shapes(self.curves[drives, condition, m])
+            seen, origin = record_shapes(curves, rng, noise, wanted=motions[:, m])
+            after = self.events[drives, condition, m] - origin[:, None]
+            events.append(after / seen.duration[:, None])
+            records[motion] = self._in_units(seen, drives, condition, m)
+        x = state_inputs(records, known, self.frozen["bases"], self.frozen["usual"])
         events = np.hstack(events)
-        return records, np.where(np.isfinite(events), events, SHAPE_TIMES[-1])
-
-
-def _mechanism_sizes(
-    theta: np.ndarray,
-    elements: np.ndarray,
-    contact: np.ndarray,
-    stroke: np.ndarray,
-    duration: np.ndarray,
-) -> dict[str, np.ndarray]:
-    """Return the size of each of ``EFFECTS``, ``(n,)``.
-
-    Args:
-        theta: Parameters, ``(n, p)``.
-        elements: In the order of ``rich_drive.ELEMENTS``, ``(n, e)``.
-        contact: Number of the kind of contact in ``rich_drive.CONTACTS``, ``(n,)``.
-        stroke, duration: Of closings, ``(n,)``, mm and ms.
-    """
-    has = dict(zip(ELEMENTS, elements.T, strict=True)) | dict(zip(NAMES, theta.T, strict=True))
-    slides, force = contact == CONTACTS.index("sliding"), has[FORCE.name]
-    speed = _WAY * stroke / duration
-
-    def damper(stop: str) -> np.ndarray:
-        return has[f"{stop}.damping"] * speed ** has[f"{stop}.power"] / force
-
-    sizes = {
-        "contact_preload": np.where(slides, 0.0, has["contact_preload"] / force),
-        "sliding_contact": np.where(slides, has[GAP.name] / stroke, 0.0),
-        "build_up": has["build_up"],
-        "dry_friction": has["dry_friction"] / force,
-        "opening_preload": has["opening_preload"] / force,
-        "force_fall": has["force_fall"] * stroke / _STROKE,
-        "drag": has["drag"] * speed ** has["drag_power"] / force,
-        "train_mass": has["train_mass"],
-        "closing_damper": damper("closing_stop"),
-        "opening_damper": damper("opening_stop"),
-    }
-    return {name: sizes[name] for name in EFFECTS}
-
-
-_CHANGE_COMPONENTS = 40
-_BACK = 0.2  # share of the changes that go from worn to new, as after maintenance
-_NOISE = (1e-5, 1e-2)  # of a sample, share of the stroke: of means of many records down
-_SAME = 1e-4  # durations, by which touch or separation may move and count as unchanged
-_CHANGE = 0.03  # of the logarithm of a parameter, and of a mechanism over the closing force
-_ODD = (0.005, 0.05, 3)  # shares of a change, and terms of curves that nobody explains
-_FASTEST = 0.3  # periods of a term in a duration
-_STEP = TIMES[1] - TIMES[0]
-_fast = compiled()
-
-
-class _Pairs(NamedTuple):
-    """Drives ``(n,)``, each in two conditions: new 0 or worn 1, ``(n,)``."""
-
-    drives: np.ndarray
-    first: np.ndarray
-    second: np.ndarray
+        events = np.where(np.isfinite(events), events, SHAPE_TIMES[-1])
+        stroke, duration = units_of(records)
+        (length, time), logs = powers(), np.log(self.theta[drives, condition])
+        scaled = logs - (np.log(stroke)[:, None] * length + np.log(duration)[:, None] * time)
+        effects = effect_outputs(self._effects(drives, condition, condition), duration)
+        units = np.zeros((n, len(self.names)))
+        units[:, : len(NAMES)] = logs - scaled
+        return x, np.hstack([scaled, events, effects]), self._there(records, 2), units
 
 
 class ChangeRows(BankRows):
     """Records of a drive in two conditions, and what has changed."""
 
-    kind = "changes"
+    kind, network = "changes", ChangeNetwork
     names = (*NAMES, *(f"later {motion}" for motion in MOTIONS), *WEARING)
-    atoms = ChangeNetwork.atoms
+    noise = (1e-5, 1e-2)  # of means of many records down
 
-    def freeze(self, rng: np.random.Generator) -> None:
-        """Set the scales."""
-        drives = rng.permutation(len(self))[:_MOST]
-        bases, usual = self._bases(drives, rng), self._usual()
-        n, motions = len(drives), np.ones((len(drives), 2), dtype=bool)
-        pairs = _Pairs(drives, np.zeros(n, dtype=int), np.ones(n, dtype=int))
-        _, changes, _ = self._records(pairs, motions, rng, _CLEAN, odd=False)
-        change_bases = {
-            motion: Basis.of(each.way, _CHANGE_COMPONENTS)._replace(mean=np.zeros(SHAPE_TIMES.size))
-            for motion, each in changes.items()
+    @staticmethod
+    def from_logarithms(logs: np.ndarray) -> np.ndarray:
+        """Return changes in percent."""
+        return 100.0 * np.expm1(logs)
+
+    def _more_scales(self, drives: np.ndarray, rng: np.random.Generator) -> dict[str, Any]:
+        order, motions = np.array([[0], [1]]) + 0 * drives, np.ones((len(drives), 2), dtype=bool)
+        _, changes, _ = self._records(drives, order, motions, rng, _CLEAN, odd=False)
+        bases = {
+            motion: Basis.of(change.way, _CHANGE_COMPONENTS)._replace(mean=0.0 * SHAPE_TIMES)
+            for motion, change in changes.items()
         }
         scale = np.full(len(self.names), _CHANGE)
-        scales = {"centre": 0.0 * scale, "scale": scale}
-        self.frozen = {"bases": bases, "change_bases": change_bases, "usual": usual} | scales
-
-    def physical(self, outputs: np.ndarray) -> np.ndarray:
-        """Return outputs ``(..., q)``, the changes of parameters in percent."""
-        found = outputs.copy()
-        found[..., : len(NAMES)] = 100.0 * np.expm1(found[..., : len(NAMES)])
-        return found
+        return {"change_bases": bases, "centre": 0.0 * scale, "scale": scale}
 
     def unscaled(
         self,
@@ -284,97 +228,85 @@ class ChangeRows(BankRows):
         rng: np.random.Generator,
         *,
         motions: np.ndarray | None = None,
-        noise: Sequence[float] = _NOISE,
+        noise: tuple[float, float] = noise,
         back: float = _BACK,
     ) -> tuple[np.ndarray, ...]:
-        """Return inputs, outputs before their scales, and which are there, of drives ``(n,)``.
-
-        The last of four is 0: changes have no unit.
+        """Return inputs, outputs before their scales, which are there, and zeros as their units.
 
         Args:
-            motions: As of ``StateRows.unscaled``.
-            noise: Range of the noise of a sample of records or means of them, share of the stroke.
+            drives, motions, noise: As of ``StateRows.unscaled``.
             back: Share of the changes from worn to new.
         """
         n = len(drives)
         motions = self._motions(n, rng) if motions is None else motions
         before = (rng.random(n) < back).astype(int)
-        pairs = _Pairs(drives, before, 1 - before)
-        records, changes, y = self._records(pairs, motions, rng, noise)
+        order = np.array([before, 1 - before])
+        records, changes, y = self._records(drives, order, motions, rng, noise)
         scales = (self.frozen[name] for name in ("bases", "change_bases", "usual"))
         x = change_inputs(records, changes, *scales)
-        motions = np.column_stack([each.there for each in records.values()])
-        some = motions.any(axis=1)[:, None]
-        there = np.hstack([some.repeat(len(NAMES), 1), motions, some.repeat(len(WEARING), 1)])
-        return x, y, there, np.zeros_like(y)
+        return x, y, self._there(records, 1), np.zeros_like(y)
 
-    def _records(self, pairs, motions, rng, noise, *, odd=True):
-        """References in mm and ms, changes from them, and outputs, ``(n, q)``; ``odd`` adds changes
-        of no drive of the family.
+    def _records(self, drives, order, motions, rng, noise, *, odd=True):
+        """References in mm and ms, changes from them, and outputs, ``(n, q)``.
+
+        ``order`` has the conditions before and after, ``(2, n)``; ``odd`` adds changes of no drive
+        of the family.
         """
         references, changes, moved = {}, {}, []
-        drives, first, second = pairs
-        order = first, second
         for m, motion in enumerate(MOTIONS):
-            before, after = (self._curves(drives, each, m) for each in order)
-            stroke = self.stroke[drives, first], self.stroke[drives, second]
-            unit = self.duration[drives, first, m], self.duration[drives, second, m]
-            seen, _, duration = record_shapes(before, rng, noise=noise, wanted=motions[:, m])
-            seen = seen._replace(stroke=seen.stroke * stroke[0], duration=duration * unit[0])
+            curves = [shapes(self.curves[drives, each, m]) for each in order]
+            stroke = [self.stroke[drives, each] for each in order]
+            unit = [self.duration[drives, each, m] for each in order]
+            seen, _ = record_shapes(curves[0], rng, noise, wanted=motions[:, m])
+            seen = self._in_units(seen, drives, order[0], m)
             like = seen.stroke / stroke[1], seen.duration / unit[1]
-            present, *_ = record_shapes(after, rng, noise=noise, like=like, wanted=seen.there)
-            way, some = present.way, present.there
+            after, _ = record_shapes(curves[1], rng, noise, wanted=seen.there, like=like)
             if odd:
-                both = (each[some] for each in (before, after))
-                sizes = (tuple(one[some] for one in each) for each in (stroke, unit))
-                way[some] += _odd(*both, *sizes, rng)
-            seen = seen._replace(there=seen.there & present.there)
-            there = seen.present & present.present
-            both = np.hypot(seen.noise, present.noise)
-            references[motion] = seen
-            changes[motion] = present._replace(
-                way=without_onset(seen.way, way, there), present=there, noise=both
-            )
-            takes = [
-                np.diff(self.events[drives, each, m])[:, 0] * one
-                for each, one in zip(order, unit, strict=True)
+                some = after.there
+                sizes = [stroke[1] / stroke[0], unit[0] / unit[1]]
+                after.way[some] += _odd(*(values[some] for values in (*curves, *sizes)), rng)
+            there = seen.present & after.present
+            change = without_onset(seen.way, after.way, there)
+            noises = np.hypot(seen.noise, after.noise)
+            references[motion] = seen._replace(there=seen.there & after.there)
+            changes[motion] = after._replace(way=change, present=there, noise=noises)
+            took = [
+                np.diff(self.events[drives, each, m])[:, 0] * time
+                for each, time in zip(order, unit, strict=True)
             ]
-            late = np.where(first == second, 0.0, takes[1] - takes[0])
+            late = took[1] - took[0]
             late = np.where(np.isfinite(late), late, 0.0) / seen.duration
             moved.append(np.where(np.abs(late) < _SAME, 0.0, late))
-        both = self.theta[drives, first], self.theta[drives, second]
-        sizes = (self._mechanisms(drives, first, elements) for elements in order)
-        was, by = next(sizes), next(sizes)
-        worn = {name: by[name] - was[name] for name in WEARING}
-        worn = effect_outputs(worn, units_of(references)[1])
-        outputs = np.hstack([change_outputs(*both, np.array(moved).T), worn])
-        return references, changes, outputs
+        before, after = (self.theta[drives, each] for each in order)
+        logs = np.log(np.where(after == before, 1.0, after / before))
+        was, by = (self._effects(drives, order[0], elements) for elements in order)
+        worn = effect_outputs({n: by[n] - was[n] for n in WEARING}, units_of(references)[1])
+        return references, changes, np.hstack([logs, np.array(moved).T, worn])
 
 
 def _odd(
     before: np.ndarray,
     after: np.ndarray,
-    stroke: tuple[np.ndarray, np.ndarray],
-    unit: tuple[np.ndarray, np.ndarray],
+    length: np.ndarray,
+    unit: np.ndarray,
     rng: np.random.Generator,
 ) -> np.ndarray:
-    """Smooth random curves, as large as shares of the change of curves ``(n, u)``, ``(n, g)``."""
-    low, high, terms = _ODD
-    size = _sizes(before, after, stroke[1] / stroke[0], unit[0] / unit[1])
-    size *= np.exp(rng.uniform(np.log(low), np.log(high), len(size)))
-    rate, phase = rng.uniform(0.0, 1.0, (2, len(size), terms, 1))
+    """Smooth random curves ``(n, g)``, as large as shares of the change of curves ``(n, u)``."""
+    size = _sizes(before, after, length, unit)
+    size *= np.exp(rng.uniform(*np.log(_ODD), len(size)))
+    rate, phase = rng.uniform(0.0, 1.0, (2, len(size), _TERMS, 1))
     curves = np.sin(2.0 * np.pi * (_FASTEST * rate * SHAPE_TIMES + phase)).sum(axis=1)
     return size[:, None] * np.clip(SHAPE_TIMES + 1.0, 0.0, 1.0) * curves  # none at the rest before
 
 
-@_fast
+@compiled()
 def _sizes(before, after, length, unit):
     """Root mean square of a change in the units of what was before, ``(n,)``."""
     found = np.empty(len(before))
     for r in range(len(before)):
         total = 0.0
         for i in range(before.shape[1]):
-            place = (TIMES[i] * unit[r] - TIMES[0]) / _STEP
+            place = (GRID[i] * unit[r] - GRID[0]) / GRID_STEP
             j = min(max(int(place), 0), before.shape[1] - 2)
             x = min(max(place - j, 0.0), 1.0)
             there = (1.0 - x) * after[r, j] + x * after[r, j + 1]
@@ -386,9 +318,9 @@ def _sizes(before, after, length, unit):
 def rows_of(
     kind: str, bank: xr.Dataset, like: StateNetwork | ChangeNetwork | None = None
 ) -> BankRows:
-    """Return rows of "levels" or "changes", scaled as those that a network was trained on."""
-    frozen = {} if like is None else {each.name: getattr(like, each.name) for each in fields(like)}
-    return {each.kind: each for each in (StateRows, ChangeRows)}[kind](bank, frozen)
+    """Return rows of "levels" or "changes", in the scales of a network if one is given."""
+    frozen = {part.name: getattr(like, part.name) for part in fields(like)} if like else {}
+    return (StateRows if kind == StateRows.kind else ChangeRows)(bank, frozen)
 
 
 def sample_rows(
@@ -411,29 +343,28 @@ def sample_rows(
         in percent, and events, in durations. What is exactly 0 has a random order, by a jitter of
         a billionth of a scale. Changes beyond any wear are left out; ``withheld`` counts them.
     """
-    n = len(rows)
+    n, logs = len(rows), len(NAMES)
     motions = np.tile([source != "opening", source != "closing"], (n, 1))
     x, y, there, units = rows.unscaled(np.arange(n), rng, motions=motions, **sensor)
     told = there.any(axis=0)
-    x, y, units = (each[(there == told).all(axis=1)] for each in (x, y, units))
+    x, y, units = (values[(there == told).all(axis=1)] for values in (x, y, units))
     features = network.network.features(x)
-    values = np.stack(
-        [network.network.sample(each[None], told, draws, rng)[0] for each in features]
-    )
+    values = np.stack([network.network.sample(row[None], told, draws, rng)[0] for row in features])
     values = network.centre + network.scale * values
     kept = np.ones(len(values), dtype=bool)
     if rows.kind == "changes":
-        kept = plausible_wear(values[..., : len(NAMES)])
-    values, y, units = values[kept], y[kept], units[kept]
+        kept = plausible_wear(values[..., :logs])
 
     def physical(outputs: np.ndarray, units: np.ndarray) -> np.ndarray:
         jitter = 1e-9 * network.scale * rng.standard_normal(outputs.shape)
-        return rows.physical(outputs + units + np.array(rows.atoms) * jitter)[..., told]
+        outputs = outputs + units + np.array(network.atoms) * jitter
+        outputs[..., :logs] = rows.from_logarithms(outputs[..., :logs])
+        return outputs[..., told]
 
     return xr.Dataset(
         {
-            "draws": (("curve", "draw", "output"), physical(values, units[:, None])),
-            "truth": (("curve", "output"), physical(y, units)),
+            "draws": (("curve", "draw", "output"), physical(values[kept], units[kept][:, None])),
+            "truth": (("curve", "output"), physical(y[kept], units[kept])),
         },
         {"output": np.array(rows.names)[told]},
         {"withheld": int((~kept).sum())},
@@ -441,12 +372,12 @@ def sample_rows(
 
 
 def open_family(shards: Sequence[str | Path], held_out: int) -> tuple[xr.Dataset, xr.Dataset]:
-    """Read the shards of a bank, and set its last drives aside.
+    """Read the shards of a bank, and separate its last drives.
 
     Raises:
         ValueError: If that leaves no drives to train on.
     """
-    bank = xr.concat([open_store(each) for each in shards], dim="drive", combine_attrs="override")
+    bank = xr.concat([open_store(path) for path in shards], dim="drive", combine_attrs="override")
     rest = bank.sizes["drive"] - held_out
     if rest <= 0:
         raise ValueError(
@@ -460,7 +391,7 @@ def family_quality(data: xr.Dataset, *, log: bool) -> pd.DataFrame:
     """Judge a network of a family on held-out drives: one row an output.
 
     Args:
-        data: What ``sample_rows`` returns.
+        data: Result of ``sample_rows``.
         log: Whether parameters are judged by their logarithms.
 
     Returns:
@@ -473,9 +404,9 @@ def family_quality(data: xr.Dataset, *, log: bool) -> pd.DataFrame:
     logs = log & np.isin(data.output.values, NAMES)
     for values in (draws, truth):
         values[..., logs] = np.log(values[..., logs])
-    found = ranks(draws, truth)
-    judged = judge_ranks(found, data.sizes["draw"], alpha=0.01)
-    error = draws.mean(axis=1) - truth
+    rank, count = ranks(draws, truth), data.sizes["draw"]
+    judged = judge_ranks(rank, count, alpha=0.01)
+    square = np.square(draws.mean(axis=1) - truth).mean(axis=0)
     low, high = np.quantile(draws, [0.05, 0.95], axis=1)
     spread = truth.var(axis=0)
     spread[spread < 1e-12] = np.nan  # round-off of what does not vary
@@ -484,9 +415,9 @@ def family_quality(data: xr.Dataset, *, log: bool) -> pd.DataFrame:
             "output": data.output.values,
             "calibration_p": judged.p_values,
             "calibrated": ~judged.outside,
-            "coverage_90": coverage(found, data.sizes["draw"], levels=[0.9])[0],
-            "contraction": 1.0 - np.square(error).mean(axis=0) / spread,
-            "rms_error": np.sqrt(np.square(error).mean(axis=0)),
+            "coverage_90": coverage(rank, count, levels=[0.9])[0],
+            "contraction": 1.0 - square / spread,
+            "rms_error": np.sqrt(square),
             "half_width": np.median(high - low, axis=0) / 2.0,
         }
     )

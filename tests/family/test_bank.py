@@ -1,0 +1,97 @@
+"""The bank of a family: every number of it against the drive that it is of."""
+
+import numpy as np
+import pytest
+
+from breaker.configuration.definitions import family_of
+from breaker.family import bank as bank_module
+from breaker.family.bank import GRID, shapes, simulate_family
+from breaker.family.drive_family import WEAR, Family
+from breaker.family.rich_drive import CONTACTS, ELEMENTS, LAWS, Drive, Elements
+from breaker.model.parameters import MOTIONS
+
+DRIVES = 300
+
+
+@pytest.fixture(scope="module")
+def family(prior) -> Family:
+    return Family(prior, family_of("medium_voltage"))
+
+
+@pytest.fixture(scope="module")
+def bank(family):
+    return simulate_family(family, DRIVES, np.random.default_rng(1))
+
+
+def drive_of(row) -> Drive:
+    """A drive, put together from the names of its elements."""
+    settings = {"contact": CONTACTS[int(row.elements.sel(element="contact"))]}
+    for name, value in zip(ELEMENTS, row.elements.values.tolist(), strict=True):
+        part, _, of = name.partition(".")
+        if of.startswith("harmonics"):
+            settings[part]["harmonics"] = (*settings[part].get("harmonics", ()), value)
+        elif of:
+            settings.setdefault(part, {})[of] = value
+        else:
+            settings.setdefault(part, value)
+    return Drive(tuple(row.parameters.values.tolist()), Elements.from_settings(settings))
+
+
+def test_the_same_seed_gives_the_same_bytes(family, bank):
+    again = simulate_family(family, 20, np.random.default_rng(1))
+    assert again.drop_attrs().equals(bank.isel(drive=slice(20)).drop_attrs())
+
+
+@pytest.mark.parametrize("number", range(4))
+def test_a_curve_is_that_of_the_drive(bank, number):
+    """Put together again from shape, stroke and duration; and its events."""
+    for condition in range(2):
+        row = bank.isel(drive=number, condition=condition)
+        drive, curves = drive_of(row), shapes(row["shape"].values)
+        for m, motion in enumerate(MOTIONS):
+            one, stroke = row.isel(motion=m), float(row.stroke)
+            times = float(one.duration) * (GRID - float(one.release))
+            curve, switches = drive.operate(motion, times)
+            begin = 0.0 if motion == "closing" else stroke
+            np.testing.assert_allclose(abs(curve - begin), abs(stroke * curves[m]), atol=2e-3)
+            if switches < np.inf:
+                later = float(one.duration) * float(one.switching - one.release)
+                assert later == pytest.approx(switches, abs=1e-4)
+            levels = np.interp([0.0, 1.0], GRID, curves[m])
+            np.testing.assert_allclose(levels, [0.1, 0.5], atol=1e-3)
+            assert curves[m][float(one.release) > GRID] == pytest.approx(0.0, abs=1e-4)
+
+
+def test_effects_contacts_and_wear_come_by_their_shares(family, bank):
+    sizes = [
+        name
+        for name in ELEMENTS
+        if name.partition(".")[0] not in (*LAWS, "contact_preload")
+        and name.rpartition(".")[2] in (name, "damping", "share")
+    ]
+    # From no effect to all with equal probabilities, so that drives with one alone are not rare.
+    # The largest distance of 300 draws is above 0.113 with a probability of 1e-3; steps are 1 / 18.
+    there = bank.elements.sel(element=sizes, condition="new") != 0.0
+    share = np.sort(there.sum("element").values) / len(sizes)
+    assert np.abs(share - (np.arange(DRIVES) + 0.5) / DRIVES).max() < 0.113 + 0.5 / 18
+    assert bank.contact.kinds == list(CONTACTS)
+    expected = np.array([family.settings["contacts"][kind] for kind in CONTACTS])
+    share = np.bincount(bank.contact, minlength=3) / DRIVES
+    np.testing.assert_allclose(share, expected / expected.sum(), atol=0.1)  # 3.5 sd of 300 draws
+    changed = (np.diff(bank.parameters.values, axis=1)[:, 0] != 0).sum(axis=1)
+    assert bank.wear.kinds == list(WEAR)
+    for kind, (least, most) in enumerate([(0, 0), (1, 3), (4, 6)]):
+        of_kind = changed[bank.wear.values == kind]
+        assert of_kind.size > 60
+        assert (of_kind.min(), of_kind.max()) == (least, most)
+
+
+def test_a_drive_without_a_shape_is_drawn_again_and_counted(family, monkeypatch):
+    highest = shapes(simulate_family(family, 40, np.random.default_rng(3))["shape"].values).max()
+    monkeypatch.setattr(bank_module, "_HIGHEST", 0.95 * highest)
+    fewer = simulate_family(family, 40, np.random.default_rng(3))
+    assert fewer.drawn_again > 0
+    assert shapes(fewer["shape"].values).max() <= 0.95 * highest + 1e-4
+    monkeypatch.setattr(bank_module, "_HIGHEST", 0.5)
+    with pytest.raises(RuntimeError, match="hardly a drive"):
+        simulate_family(family, 1, np.random.default_rng(3))
