@@ -2,12 +2,10 @@
 
 import json
 
-import numpy as np
 import pytest
 from safetensors import safe_open
 
 from breaker.common.tensor_file import ModelFileError, write_model
-from breaker.family.inputs import NormalisedRecords
 from breaker.family.network_files import open_network
 from breaker.shipped import KINDS, model_file
 
@@ -42,12 +40,3 @@ def test_settings_that_make_no_drive_are_refused(parts, tmp_path, value):
     for wrong in ({"kind": value}, {"prior": value}, {"prior": prior}):
         with pytest.raises(ModelFileError):
             reading(tmp_path, settings | wrong, tensors)
-
-
-def test_estimates_that_are_not_finite_are_refused(parts, tmp_path):
-    settings, tensors = parts
-    if settings["kind"] == "levels":
-        network = reading(tmp_path, settings, tensors | {"centre": 1e30 * tensors["centre"]})
-        nothing, rng = NormalisedRecords.nothing(1), np.random.default_rng(1)
-        with pytest.raises(ModelFileError):
-            network.draw({"closing": nothing}, 10, rng)

@@ -216,7 +216,9 @@ class ChangeRows(BankRows):
         order, motions = np.array([[0], [1]]) + 0 * drives, np.ones((len(drives), 2), dtype=bool)
         _, changes, _ = self._records(drives, order, motions, rng, _CLEAN, odd=False)
         bases = {
-            motion: Basis.of(change.way, _CHANGE_COMPONENTS)._replace(mean=0.0 * SHAPE_TIMES)
+            motion: Basis.of(change.way, _CHANGE_COMPONENTS)._replace(
+                mean=np.zeros(SHAPE_TIMES.size)
+            )
             for motion, change in changes.items()
         }
         scale = np.full(len(self.names), _CHANGE)
