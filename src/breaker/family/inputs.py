@@ -296,17 +296,6 @@ def mean_record(raws: Sequence[Record], like: Shape | None = None) -> Mean:
     return Mean(units, whole, left)
 
 
-def mean_with_scatter(raws: Sequence[Record], basis: Basis) -> Mean:
-    """Return the mean of records of one motion, whose noise has the scatter of operations.
-
-    Raises:
-        ValueError: If a record has no motion from one rest to another.
-    """
-    mean = mean_record(raws)
-    (noise,) = _noise_of_means([mean], basis)
-    return mean._replace(seen=mean.seen._replace(noise=noise))
-
-
 def mean_and_change(
     before: Sequence[Record], today: Sequence[Record], basis: Basis
 ) -> tuple[NormalisedRecords, NormalisedRecords]:

@@ -191,15 +191,6 @@ class StateDraws:
         )
         return StateDraws(self.theta[chosen], *named)
 
-    def joined(self, more: "StateDraws") -> "StateDraws":
-        """Return these draws and others of the same posterior."""
-        named = (
-            {name: np.append(values, getattr(more, part)[name]) for name, values in by.items()}
-            for part, by in vars(self).items()
-            if part != "theta"
-        )
-        return StateDraws(np.concatenate([self.theta, more.theta]), *named)
-
 
 @dataclass(frozen=True, eq=False)
 class StateNetwork:
