@@ -114,12 +114,12 @@ def score_motion(truth: dict, column: str, move: dict, record: dict | None, refu
     name, rows = f"{column} {move['motion']} {move['first']:.1f}", []
     own = truth["channels"][column]["kind"]
     fit, quantities = (record or {}).get("fit") or {}, (record or {}).get("quantities") or {}
-    moves, room = fit.get("moves"), _HALF * fit.get("moves_sd", 0.0)
+    moves, room = fit.get("first_motion"), _HALF * fit.get("first_motion_sd", 0.0)
     first = {"median": moves, "interval_95": [moves - room, moves + room]} if fit else {}
     items = {("motion", "first motion"): (first, [move["first"]], _LATE + move["slack"])}
     for quantity, (true, tolerance) in true_values(move, own, quantities).items():
         item = quantities.get(quantity) or {}
-        item = {} if "inferred" in (item.get("source") or "") else item
+        item = {} if item.get("source") in ("estimated", "mixed") else item
         if true[0] is not None or item.get("median") is not None:
             items["value", quantity] = item, true, tolerance
     for (kind, quantity), (item, true, tolerance) in items.items():
@@ -162,7 +162,7 @@ def score(truth: dict, document: dict) -> list[Row]:
     for column, channel in truth["channels"].items():
         for move in channel["motions"]:
             alike = [r for r in records if r["channel"] == column and r["motion"] == move["motion"]]
-            near = [r for r in alike if abs((r["fit"]["moves"] or 1e9) - move["first"]) < 40]
+            near = [r for r in alike if abs((r["fit"]["first_motion"] or 1e9) - move["first"]) < 40]
             refused = [column, move["motion"]] in document["refused"]
             rows += score_motion(truth, column, move, near[0] if near else None, refused)
             records = [r for r in records if r not in near[:1]]

@@ -35,7 +35,7 @@ _GOOD = 20  # good records of a motion in each layout, as in the study of faults
 _CASES = 4  # inputs of each kind of the study of wrong inputs
 _KEPT = re.compile(r"accepted|/fit/|/quantities/|/parameters/")  # of answers to damaged files
 _DIGITS = 6  # significant digits that are kept
-_WORDS = ("reason", "remarks", "why_unresolved")  # keys and columns of texts
+_WORDS = ("reason", "remarks", "warnings")  # keys and columns of texts
 _KEYS = ("kind", "by", "of", "name", "operation", "posterior", "output", "limit", "parameter")
 
 

@@ -13,7 +13,7 @@ from studies.exports.__main__ import call
 Command = Sequence[object]
 # What every plain file gets, and what only says which setting holds, names no trouble.
 STANDING = r"- the sign is a guess(?:.*\n)(?: {4}.*\n)*|^note: .*$"
-WARNING_KEYS = ("warnings", "remarks", "trust", "rejected", "differences", "why_unresolved")
+WARNING_KEYS = ("warnings", "remarks", "trust", "rejected", "differences")
 
 
 class Said(NamedTuple):
@@ -81,14 +81,13 @@ def sentences(document: dict) -> list[str]:
     records = document.get("records")
     for record in records if isinstance(records, list) else []:
         found += flat(record.get("remarks")) + flat(record.get("reason"))
-        found += flat((record.get("fit") or {}).get("why_unresolved"))
+        found += flat((record.get("fit") or {}).get("reason"))
         own = record.get("quantities") or {}
         found += [
             t for n in ("stroke", "travel_time") for t in flat((own.get(n) or {}).get("reason"))
         ]
         for limit in record.get("limits") or []:
             found += flat(limit.get("reason"))
-    found += flat((document.get("together") or {}).get("remarks"))
     for mean in document.get("means") or []:
         found += flat(mean.get("remarks"))
     return found
@@ -162,7 +161,7 @@ def off(
             for name in names or ("stroke", "travel_time"):
                 item = (record.get("quantities") or {}).get(name) or {}
                 value, ends = item.get("median"), item.get("interval_95") or [0.0, 0.0]
-                if value is None or "inferred" in (item.get("source") or ""):
+                if value is None or item.get("source") in ("estimated", "mixed"):
                     continue
                 room = max(tolerance * truth[name], ends[1] - ends[0])
                 if abs(value - truth[name]) > room:

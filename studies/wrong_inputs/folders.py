@@ -17,9 +17,9 @@ def _pooled(said) -> str:
     """Return what was told of several records together."""
     found = []
     for each in said:
-        for motion, together in (each.document.get("together") or {}).items():
-            if isinstance(together, dict) and together.get("records", 0) > 1:
-                found.append(f"{motion}: {together['records']} records together")
+        for mean in each.document.get("means") or []:
+            several = {motion: n for motion, n in mean["records"].items() if n > 1}
+            found += [f"{motion}: mean of {n} records" for motion, n in several.items()]
     return "; ".join(found)
 
 

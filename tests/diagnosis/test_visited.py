@@ -6,8 +6,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from breaker.common.document import text_of
 from breaker.common.plain_values import plainly
-from breaker.common.terminal import text_of
 from breaker.diagnosis.changes import (
     VERDICT_WORDS,
     QuantityChange,
@@ -228,7 +228,7 @@ def test_limits_are_judged_by_the_second_visit():
     (part,) = rows["stroke"].parts
     assert (part.value, part.bounds) == (pytest.approx(80.8, abs=0.1), [76.0, 84.0])
     assert rows["late"].reason.text
-    assert "stroke 76 to 84 mm" in text_of(words_of_visits(found))
+    assert "80 ± 4" in text_of(words_of_visits(found))
 
 
 def test_a_change_beyond_any_wear_is_not_told():

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from breaker.common.html_page import html_page
+from breaker.common.document import html_page
 from breaker.diagnosis.reading import read_operations
 from breaker.diagnosis.session import Diagnosis
 from breaker.family.exports import write_curve

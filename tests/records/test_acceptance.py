@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from breaker.common.terminal import text_of
+from breaker.common.document import text_of
 from breaker.configuration.definitions import simulated_test
 from breaker.family.endurance import EnduranceTest
 from breaker.family.exports import write_curve

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import yaml
 
-from breaker.common.terminal import text_of
+from breaker.common.document import text_of
 from breaker.records.description import travel_channels
 from breaker.records.files import RejectedCurveError
 from breaker.records.grid import Grid

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import yaml
 
-from breaker.common.terminal import text_of
+from breaker.common.document import text_of
 from breaker.common.visible_text import visible_text
 from breaker.configuration.definitions import simulated_test
 from breaker.family.endurance import EnduranceTest

@@ -14,9 +14,8 @@ from markupsafe import Markup
 from breaker.app.curve_traces import Mark, at_cursors, plain, thinned
 from breaker.app.page_choices import WHOLE, Choices, name_of
 from breaker.app.view_session import SHOWN, Session, Shown
-from breaker.common.html_page import html_page
+from breaker.common.document import html_page, tone_of
 from breaker.common.numerals import in_digits
-from breaker.common.parts import tone_of
 from breaker.common.visible_text import visible_text
 from breaker.records.files import printable
 

@@ -47,8 +47,8 @@ def run(options: argparse.Namespace) -> int:
             "breaker compare takes no facts beside records; leave the section known out"
         )
     # Imported here, so that --help and wrong options answer at once.
+    from breaker.common.document import text_of
     from breaker.common.plain_values import to_json
-    from breaker.common.terminal import text_of
     from breaker.configuration.definitions import types_of
     from breaker.diagnosis.inspection_change import words_of_visits
     from breaker.diagnosis.session import Diagnosis

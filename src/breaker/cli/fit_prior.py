@@ -26,7 +26,7 @@ def run(options: argparse.Namespace) -> int:
         [*options.folders, *options.config],
     )
     config = settings_of(options.config)
-    from breaker.common.terminal import text_of
+    from breaker.common.document import text_of
     from breaker.configuration.definitions import types_of
     from breaker.configuration.loading import check, defaults, merge
     from breaker.diagnosis.reading import each_once

@@ -59,12 +59,13 @@ def run(options: argparse.Namespace) -> int:
     config = inputs.settings_of(options.config)
     limits = inputs.limits_of(config, options.config)
     # Imported here, so that --help and wrong options answer at once.
+    from breaker.common.document import text_of
     from breaker.common.plain_values import to_json
-    from breaker.common.terminal import text_of
     from breaker.configuration.definitions import types_of
-    from breaker.diagnosis.answer_words import words_of
-    from breaker.diagnosis.result import document
+    from breaker.diagnosis.report import document_of
+    from breaker.diagnosis.result import result_of
     from breaker.diagnosis.session import Diagnosis, given_by
+    from breaker.diagnosis.words import say as words_for
 
     given = given_by(config, dict(options.known))
     diagnosis = Diagnosis(config, limits, given, _families(options.model), types_of(config))
@@ -78,18 +79,24 @@ def run(options: argparse.Namespace) -> int:
     words = diagnosis.given_words["Given"]
     asked = diagnosis.limits_on(answers, [options.motion] if options.motion else MOTIONS)
     if apart := dict.fromkeys(e.pair or e.name for e in asked if e.of == "change"):
-        words = [*words, f"not judged, as of changes between visits: {', '.join(apart)}"]
-    about = {"size": given.size and vars(given.size), "words": words}
+        words = [*words, words_for("limits-of-change", names=", ".join(apart))]
     settings = vars(diagnosis.settings) | {"known": given.known}
-    found = document(answers, diagnosis.verdicts, about, settings)
+    settings["size"] = given.size and vars(given.size)
+    found = result_of(
+        answers,
+        diagnosis.verdicts,
+        prior=given.prior,
+        remarks=words,
+        settings=settings,
+        simultaneity=config["report"]["simultaneity"],
+    )
     if overlays:
         found = replace(found, reference=[each.values for each in overlays])
     rejected = [each.file for each in found.records if not each.accepted]
     nothing = len(rejected) == len(found.records)
     written = [] if nothing else _write(answers, given, found, overlays, options)
-    say(to_json(found) if options.json else text_of(words_of(found)))
-    for each in [] if options.json else overlays:
-        say(f"\n{each.title}: {each.words}")
+    said = [f"{each.title}: {each.words}" for each in overlays]
+    say(to_json(found) if options.json else text_of(document_of(found, said=said)))
     if rejected:
         said = "nothing was inferred" if nothing else f"rejected records: {len(rejected)}"
         how = f"`breaker inspect {shlex.quote(rejected[0])}` says how to read such a file"
@@ -115,9 +122,9 @@ def _write(answers, given, found, overlays, options: argparse.Namespace) -> list
     """Write what the options ask for, and return what was written, in words."""
     seed, written = found.settings["seed"], []
     if options.output:
-        from breaker.diagnosis.result import table_of
+        from breaker.diagnosis.result import csv_of
 
-        written.append(write_lines(options.output, table_of(found)))
+        written.append(write_lines(options.output, csv_of(found)))
     if options.draws:
         from breaker.common.zarr_store import write_zarr
         from breaker.diagnosis.arviz import tree

@@ -55,7 +55,7 @@ def _refuse(options: argparse.Namespace, names: Sequence[str], why: str) -> None
 
 def _look_into(options: argparse.Namespace, config: Mapping) -> int:
     """Propose how to read a file; the status is 1 where no motion can be read."""
-    from breaker.common.terminal import text_of
+    from breaker.common.document import text_of
     from breaker.records.proposal import inspect_file, overlay_of, words_of
 
     proposal = inspect_file(options.file, config["sensor"], options.channel)
@@ -92,7 +92,7 @@ def _is_numbered(folder: str, config: Mapping) -> bool:
 
 def _check(folder: str, config: Mapping) -> int:
     """Read the records of a folder as the workflow will, and print what becomes of them."""
-    from breaker.common.terminal import text_of
+    from breaker.common.document import text_of
     from breaker.records.acceptance import check_folder, document_of
 
     motions = config["motions"]

@@ -30,7 +30,7 @@ def run(options: argparse.Namespace) -> int:
     read = [*options.files, *options.before, *filter(None, [options.reference]), *options.config]
     check_outputs([(options.output, "report")], read)
     if options.output.lower().endswith(".pdf"):
-        from breaker.common.html_page import weasyprint
+        from breaker.common.document import weasyprint
 
         weasyprint()  # if it lacks, that is said before any work is done
     diagnosis = read_of(options)
@@ -81,7 +81,7 @@ def read_of(options: argparse.Namespace, opened=None):
 
 def content_of(report, ending: str) -> tuple[bytes, str]:
     """Return a ``Report`` as ".html" or ".pdf" (if WeasyPrint is there), and of its letters."""
-    from breaker.common.html_page import html_page, pdf_of
+    from breaker.common.document import html_page, pdf_of
     from breaker.figures.reports import curves
     from breaker.figures.style import encoded, without_font
 

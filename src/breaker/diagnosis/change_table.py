@@ -3,11 +3,12 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
+from breaker.common.document import Cell, Table
 from breaker.common.numerals import in_digits
-from breaker.common.parts import Cell, Table
+from breaker.common.plain_values import note_of
 from breaker.diagnosis.changes import VERDICT_WORDS, QuantityChange
 from breaker.diagnosis.inspection_change import InspectionChange, change_words
-from breaker.diagnosis.report_tables import NONE, named
+from breaker.diagnosis.tables import NONE, grouped
 from breaker.family.untold import LOOK
 
 _TONES = dict(zip(VERDICT_WORDS, ("bad", "doubt", ""), strict=True))
@@ -51,13 +52,17 @@ def changes_table(
         for how, names in zip(("perhaps beyond", "not beyond"), other.values(), strict=True)
         if names
     ]
-    trust = [(phase, text) for phase, each in changed.items() for text in each.trust]
-    look = [(phase, f"{LOOK}: {words}") for phase, each in changed.items() for words in each.advice]
-    notes += named(look, len(changed))
+    trust = [(phase, note_of(text)) for phase, each in changed.items() for text in each.trust]
+    look = [
+        (phase, note_of(f"{LOOK}: {words}"))
+        for phase, each in changed.items()
+        for words in each.advice
+    ]
+    notes += grouped(look, changed)
     when = next((each.dates["before"] for each in changed.values() if each.dates), "")
     since = f"since the visit before\n{when}" if when else "since the visit before"
     head = (since, "unit", "", *(phase or "change" for phase in there))
-    return Table(head, rows, "Changes", [*notes, *named(trust, len(changed))])
+    return Table(head, rows, "Changes", [*notes, *grouped(trust, changed)])
 
 
 def _change(row: QuantityChange | None, wide: bool) -> Cell:

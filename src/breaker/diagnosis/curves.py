@@ -9,7 +9,6 @@ import numpy as np
 
 from breaker.common.numerals import in_p
 from breaker.common.randomness import generator
-from breaker.diagnosis.answer_words import how_it_fits
 from breaker.diagnosis.estimate import Estimate, Given
 from breaker.diagnosis.overlay import Overlay
 from breaker.family.membership import PARTS
@@ -116,7 +115,7 @@ def _curve(answer: Estimate) -> PictureCurve:
         part = (begin <= SHAPE_TIMES) & (end > SHAPE_TIMES)
         if np.isfinite(ratio):
             usual[part] = np.sqrt(np.nanmean(np.square(left[part]))) / ratio
-    words = f"{how_it_fits(match.p_value, answer.misfit)} the family, {in_p(match.p_value)}"
+    words = f"{'outside' if answer.misfit else 'inside'} the family, {in_p(match.p_value)}"
     none, untold = np.empty(0), answer.draws is None or answer.contact_unknown
     return PictureCurve(
         file=_name(answer),

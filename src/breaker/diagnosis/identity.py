@@ -8,8 +8,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import isnan
 
+from breaker.common.document import Cell
 from breaker.common.numerals import first_of, in_digits
-from breaker.common.parts import Cell
 from breaker.common.plain_values import Plain
 from breaker.common.spellings import bare
 from breaker.common.wording import Sentence

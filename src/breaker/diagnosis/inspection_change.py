@@ -7,10 +7,9 @@ the JSON. A number that is not known is None.
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
+from breaker.common.document import Document, Remark, Section, Table
 from breaker.common.numerals import in_digits, in_p
-from breaker.common.parts import Document, Remark, Section, Table
 from breaker.common.plain_values import Plain, plainly
-from breaker.diagnosis.answer_words import limit_tables, zones_in_words
 from breaker.diagnosis.changes import (
     VERDICT_WORDS,
     NetworkChanges,
@@ -21,6 +20,8 @@ from breaker.diagnosis.changes import (
 from breaker.diagnosis.explanations import Explanation, in_words
 from breaker.diagnosis.identity import Difference
 from breaker.diagnosis.limits import Verdict
+from breaker.diagnosis.tables import limits_table
+from breaker.diagnosis.words import say
 from breaker.family.networks import CHANGE_OF
 from breaker.family.untold import APART, BEYOND, LOOK, UNLIKE, WITHHELD, as_sentence
 
@@ -298,7 +299,8 @@ def visits_said(document: InspectionChange) -> tuple[list[str], list[str]]:
     first = [*document.warnings, *document.headline.split("\n")]
     when = [f"{visit} {each or 'not stated'}" for visit, each in document.dates.items()]
     said = [f"dates: {', '.join(when)}"] if any(document.dates.values()) else []
-    said += zones_in_words((e.name, e.zone) for e in document.changes if e.zone)
+    zones = dict.fromkeys(f"{e.name} {e.zone}" for e in document.changes if e.zone)
+    said += [say("zones", zones="; ".join(zones))] if zones else []
     return first, [*document.trust, f"records: {'; '.join(counts)}", *said]
 
 
@@ -319,7 +321,8 @@ def words_of_visits(document: InspectionChange) -> Document:
     beyond = f"P>{in_digits(100 * share, 4)} %"
     first = _NAME.format("", "before", "today")
     head = (first, "change", "90 % interval", "P same", beyond, "P worse")
-    parts = [Section(parts=[Table(head, rows, form=_ROW), *limit_tables(document.limits)])]
+    limits = [limits_table(document.limits)] if document.limits else []
+    parts = [Section(parts=[Table(head, rows, form=_ROW), *limits])]
     if document.advice:
         parts.append(Section(LOOK, [*map(Remark, document.advice)]))
     return Document(summary=said, parts=parts)

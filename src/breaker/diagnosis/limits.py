@@ -231,21 +231,21 @@ def simultaneity_of(
         poles: Accepted records of one motion of an operation, two poles or more.
         limits: Largest allowed time by motion, ms; None for any.
     """
-    motion, event = poles[0].motion, EVENTS[poles[0].motion]
+    motion = poles[0].motion
     timed = [each for each in poles if each.fit.contact_time is not None]
     base = "record" if len({each.file for each in poles}) == 1 else "trigger"
     about = {"operation": poles[0].operation, "motion": motion, "base": base}
     about["limit"] = limits.get(motion)
-    if len(timed) < 2:
-        names = ", ".join(each.phase for each in poles if each not in timed)
-        return Simultaneity(**about, reason=note_of(say("unseen", event=event, poles=names)))
-    if base == "trigger" and any(each.fit.trigger is None for each in timed):
-        names = ", ".join(each.phase for each in timed if each.fit.trigger is None)
-        return Simultaneity(**about, reason=note_of(say("no-trigger", event=event, poles=names)))
-    zeros = {id(each): each.fit.trigger if base == "trigger" else 0.0 for each in timed}
-    timed.sort(key=lambda each: each.fit.switches - zeros[id(each)])
-    first, last = timed[0], timed[-1]
-    value = last.fit.switches - zeros[id(last)] - first.fit.switches + zeros[id(first)]
+    untimed = [each.phase for each in poles if each not in timed]
+    no_trigger = [each.phase for each in timed if base == "trigger" and each.fit.trigger is None]
+    if len(timed) < 2 or no_trigger:
+        code, names = ("unseen", untimed) if len(timed) < 2 else ("no-trigger", no_trigger)
+        reason = say(f"simultaneity-{code}", event=EVENTS[motion], poles=", ".join(names))
+        return Simultaneity(**about, reason=note_of(reason))
+    zeros = [each.fit.trigger if base == "trigger" else 0.0 for each in timed]
+    times = [each.fit.switches - zero for each, zero in zip(timed, zeros, strict=True)]
+    first, last = timed[int(np.argmin(times))], timed[int(np.argmax(times))]
+    value = max(times) - min(times)
     sd = float(np.hypot(first.fit.contact_sd or 0.0, last.fit.contact_sd or 0.0))
     about |= {"value": value, "sd": sd, "first": first.phase, "last": last.phase}
     if about["limit"] is not None:

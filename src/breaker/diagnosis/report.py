@@ -1,133 +1,126 @@
-"""A test report of a visit: what is measured of each channel against limits, and what it means.
+"""The report of an inspection: verdict, measured values, changes, remarks, state and curves.
 
-Tables hold words, from documents of plain values; panels hold the curves, which
-``figures.report`` draws. ``documents.html_page`` writes both.
+``breaker infer``, ``breaker report`` and ``breaker view`` render this document, as text or HTML.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
-from breaker.common.numerals import first_of, natural
-from breaker.common.parts import Cell, Document, Letterhead, Table
+from breaker.common.document import Cell, Document, Letterhead, Table
+from breaker.common.numerals import first_of
 from breaker.diagnosis.change_table import changes_table
 from breaker.diagnosis.curves import Panel, panel_of
-from breaker.diagnosis.estimate import Estimate
 from breaker.diagnosis.identity import nameplate, printed_values
-from breaker.diagnosis.report_tables import (
-    RESULTS,
-    few,
-    measured_table,
-    model_table,
-    named,
-    some_of,
-)
-from breaker.diagnosis.result import RecordResult
-from breaker.diagnosis.result import document as document_of
+from breaker.diagnosis.result import DiagnosisResult, RecordResult, operations_of, result_of
 from breaker.diagnosis.session import Diagnosis
-from breaker.diagnosis.simultaneity import simultaneity_of
+from breaker.diagnosis.tables import (
+    grouped,
+    limits_table,
+    measured_table,
+    rejected_table,
+    remarks_table,
+    simultaneity_in_words,
+    state_table,
+    verdict_of,
+)
 from breaker.diagnosis.words import say
+from breaker.model.quantities import INFERRED
 from breaker.records.files import read_bytes
 
-_Pair = tuple[Estimate, RecordResult]
+_SINGLE = 3  # operations of a motion that have a table; of more, one table has median and range
 
 
 @dataclass(frozen=True)
 class Report(Document):
-    """A report: its summary is warnings, then what all limits together say.
+    """A report: its summary is warnings, then the verdict on all limits.
 
     Attributes:
-        panels: One for each motion of each operation.
+        panels: Curves of the operations that have a table.
     """
 
     panels: Sequence[Panel] = ()
 
 
 def report_of(diagnosis: Diagnosis) -> Report:
-    """Return the report of an inspection.
-
-    Args:
-        diagnosis: With records; the channel of a record is its operation's ``phase``.
+    """Return the report of an inspection; the channel of a record is its operation's ``phase``.
 
     Raises:
         ValueError: If the logo of the configuration cannot be used.
     """
-    answers, records = diagnosis.estimates, diagnosis.records
-    document = document_of(answers, diagnosis.verdicts, {}, {})
-    found = document.records
-    pairs = [pair for pair in zip(answers, found, strict=True) if pair[1].accepted]
-    entries = [entry for _, entry in pairs]
-    phases = list(dict.fromkeys(each.phase for each in entries))
-    tables, panels, poles = [], [], []
-    most = diagnosis.config["report"]["simultaneity"]
-    printed = printed_values(records, diagnosis.speeds_of(records))
-    for own in _motions(pairs):
-        title, channels = _title([e for _, e in own]), {each.phase: each for _, each in own}
-        together = simultaneity_of(channels, most)
-        poles.append((f"simultaneity {own[0][1].motion}", together.verdict))
-        tables.append(measured_table(title, channels, printed, together.said))
-        panels.append(panel_of([each for each, _ in own], diagnosis.overlays, title))
-    if lines := dict.fromkeys(each.reason for each in found if not each.accepted):
-        tables.append(Table(title="Not read", notes=few([*lines])))
-    if changed := diagnosis.changes:
-        tables.append(changes_table(changed, phases))
-    tables.append(model_table(entries))
-    said = [(phase, w) for phase, each in changed.items() for w in each.warnings]
-    warnings = [f"WARNING: {each}" for each in document.warnings]
-    warnings += named(said, len(changed))
-    summary = [*(Cell(each, "bad") for each in warnings), _verdict(entries, poles, len(phases))]
-    about = {"panels": panels, "letterhead": letterhead_of(diagnosis.config["report"])}
+    result = result_of(
+        diagnosis.estimates,
+        diagnosis.verdicts,
+        prior=diagnosis.given.prior,
+        simultaneity=diagnosis.config["report"]["simultaneity"],
+    )
+    return document_of(result, diagnosis)
+
+
+def document_of(
+    result: DiagnosisResult, diagnosis: Diagnosis | None = None, said: Iterable[str] = ()
+) -> Report:
+    """Return the document of a result.
+
+    Args:
+        result: The result.
+        diagnosis: The inspection, for its nameplate, changes and curves; None without these.
+        said: Further remarks.
+    """
+    printed, changed = {}, {}
+    if diagnosis is not None:
+        printed = printed_values(diagnosis.records, diagnosis.speeds_of(diagnosis.records))
+        changed = diagnosis.changes
+    tables, shown = [], []
+    groups = operations_of(result.records)
+    for motion in dict.fromkeys(group[0].motion for group in groups):
+        own = [group for group in groups if group[0].motion == motion]
+        shown += own[:_SINGLE]
+        if len(own) > _SINGLE:
+            columns: dict[str, list[RecordResult]] = {}
+            for record in (record for group in own for record in group):
+                columns.setdefault(record.phase, []).append(record)
+            title = f"{motion}: median (range) of {len(own)} operations"
+            tables.append(measured_table(title, columns))
+            continue
+        for group in own:
+            columns = {record.phase: [record] for record in group}
+            tables.append(measured_table(title_of(group), columns, printed))
+    limits = [each for record in result.records for each in record.limits or ()]
+    others = [e for e in limits if len(e.parts) > 1 or e.parts[0].quantity in INFERRED]
+    tables += [limits_table(others)] if others else []
+    notes = [simultaneity_in_words(each) for each in result.simultaneity]
+    tables += [Table(title="Simultaneity of poles", notes=notes)] if notes else []
+    if changed:
+        phases = dict.fromkeys(each.phase for group in groups for each in group)
+        tables.append(changes_table(changed, [*phases]))
+    tables += [remarks_table(result, said), rejected_table(result), state_table(result)]
+    warnings = [("", note) for note in result.warnings]
+    warnings = [Cell(f"WARNING: {text}", "bad") for text in grouped(warnings, warnings)]
+    warnings += [Cell(text, "bad") for each in changed.values() for text in each.warnings]
+    summary = [*dict.fromkeys(warnings), verdict_of(result)]
+    parts = [each for each in tables if each.rows or each.notes]
+    if diagnosis is None:
+        return Report("Diagnosis", summary=summary, parts=parts)
+    by_record = dict(zip(map(id, result.records), diagnosis.estimates, strict=True))
+    panels = [
+        panel_of([by_record[id(each)] for each in group], diagnosis.overlays, title_of(group))
+        for group in shown
+    ]
     given = {name: ", ".join(texts) for name, texts in diagnosis.given_words.items() if texts}
-    plate = [*nameplate(records, diagnosis.before), *given.items()]
-    return Report("Test report", plate, summary, tables, **about)
+    plate = [*nameplate(diagnosis.records, diagnosis.before), *given.items()]
+    letterhead = letterhead_of(diagnosis.config["report"])
+    return Report("Test report", plate, summary, parts, letterhead, panels)
 
 
-def _motions(pairs: Iterable[_Pair]) -> list[list[_Pair]]:
-    """Motions of operations, with all poles of each, in the order of their files."""
-    found: dict[tuple, list] = {}
-    for answer, entry in pairs:
-        key = entry.operation, entry.motion
-        there = {each.phase for _, each in found.get(key, ())}
-        key += (entry.file,) if entry.phase in there else ()
-        found.setdefault(key, []).append((answer, entry))
-    every = sorted({entry.file for some in found.values() for _, entry in some}, key=natural)
-    files = {file: k for k, file in enumerate(every)}
-    for some in found.values():
-        some.sort(key=lambda pair: files[pair[1].file])
-    return sorted(found.values(), key=lambda own: (files[own[0][1].file], own[0][1].fit.moves))
-
-
-def _title(entries: Sequence[RecordResult]) -> str:
-    """Which motion it is: when, of several in a file; of which operation, where that counts."""
-    entry, files = entries[0], list(dict.fromkeys(each.file for each in entries))
-    said = entry.motion
-    if entry.part:
-        said += f" at {entry.fit.moves:.0f} ms"
-    if entry.about.get("breaker") or entry.about.get("date"):
-        said += f", operation {entry.operation}"
-    return f"{said}: {first_of([file.rpartition('/')[2] for file in files], 1)}"
-
-
-def _verdict(
-    entries: Sequence[RecordResult], poles: Iterable[tuple[str, str]], channels: int
-) -> Cell:
-    """What all limits together say, those on single poles and those on what poles differ by."""
-    found: dict[str, dict[str, list[str]]] = {verdict: {} for verdict in RESULTS}
-    for entry in entries:
-        for each in entry.limits or ():
-            found[each.verdict].setdefault(each.name, []).append(entry.phase)
-    for name, verdict in poles:
-        if verdict:
-            found[verdict].setdefault(name, [])
-    passed = found.pop("pass")
-    if said := {verdict: names for verdict, names in found.items() if names}:
-        texts = []
-        for verdict, names in said.items():
-            of = [some_of(name, where, channels) for name, where in names.items()]
-            texts.append(f"{RESULTS[verdict][0]}: {', '.join(of)}")
-        return Cell("; ".join(texts), RESULTS[next(iter(said))][1])
-    if passed:
-        return Cell(f"pass: none of {len(passed)} limits is exceeded", "good")
-    return Cell("no limit is configured: values are stated, not judged", "faint")
+def title_of(group: Sequence[RecordResult]) -> str:
+    """Return the motion, its time in a file of several, its operation and file."""
+    record, files = group[0], list(dict.fromkeys(each.file for each in group))
+    title = record.motion
+    if record.part:
+        title += f" at {record.fit.first_motion:.0f} ms"
+    if record.about.get("breaker") or record.about.get("date"):
+        title += f", operation {record.operation}"
+    return f"{title}: {first_of([file.rpartition('/')[2] for file in files], 1)}"
 
 
 def letterhead_of(settings: Mapping) -> Letterhead:

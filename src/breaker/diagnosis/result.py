@@ -1,52 +1,62 @@
-"""An answer as one document: its records, each with what is known of it, and what they share.
+"""The result of a diagnosis as data: its records, what they share, and the verdict.
 
-Words, tables, JSON and the test report are renderings of it. docs/usage.md explains the keys of the
-JSON. A number that is not known is None.
+JSON is this data; ``tables`` and ``report`` render it. docs/usage.md explains the keys. A number
+that is not known is None.
 """
 
-from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from breaker.common.plain_values import Plain, plainly
+from breaker.common.numerals import in_digits, in_p, natural
+from breaker.common.plain_values import Note, Plain, note_of, plainly
 from breaker.common.safe_text import table_text
 from breaker.diagnosis.estimate import Estimate
 from breaker.diagnosis.identity import doubts_about
-from breaker.diagnosis.limits import NORMAL, VERDICTS, Verdict
+from breaker.diagnosis.limits import NORMAL, VERDICTS, Simultaneity, Verdict, simultaneity_of
+from breaker.diagnosis.words import say
 from breaker.family.networks import EFFECTS
-from breaker.model.parameters import MOTIONS, PARAMETERS
-from breaker.model.quantities import (
-    ABOUT,
-    ANSWERED,
-    CURRENTS,
-    EVENTS,
-    SHARES,
-    quantities_of,
-)
+from breaker.model.parameters import PARAMETERS
+from breaker.model.quantities import ABOUT, ANSWERED, CURRENTS, SHARES, quantities_of
 from breaker.records.files import printable
 
-_FEWEST = 2  # records that are summed up together
+if TYPE_CHECKING:
+    from breaker.model.prior import Prior
+
 _LEVELS = (0.5, 0.25, 0.75, 0.025, 0.975)
-_KINDS = {"parameters": "parameter", "mechanisms": "mechanism", "quantities": "quantity"}
-_FIRST = ("motion", "operation", "file", "kind", "output", "unit", "median")
-_FIRST += tuple(f"interval_{of}_{end}" for of in (50, 95) for end in ("lower", "upper"))
-_LEFT_OUT = (*_KINDS, "fit", "limits", "remarks")
+_OF_OTHER_CHANNELS = {*ANSWERED, *CURRENTS, "main_closing_time", "main_opening_time", "arcing_wipe"}
+_EDGE = (
+    0.02  # p-value of the family from which on a record is usual: 2 % of its drives get a remark
+)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Value(Plain):
-    """A number with the ends of its central intervals."""
+    """A parameter, an effect or a quantity, with its central intervals.
+
+    Attributes:
+        reason: Why there is no value.
+        source: "measured", "estimated", or "mixed": read from the record at the estimated contact
+            touch or separation.
+        zone: Points between which a speed is the mean.
+        prior_share: Variance of the logarithm as a share of the prior's.
+        percentile: Percentile of the median in a given prior.
+        probability: Probability that the drive has an effect.
+    """
 
     unit: str
     meaning: str
     median: float | None
-    interval_50: Sequence[float] | None
-    interval_95: Sequence[float] | None
-    reason: str | None = None  # why it is not told, though others are
-    prior_share: float | None = None  # variance of the prior that is left, as a share of it
-    probability: float | None = None  # that the drive has a mechanism at all
+    interval_50: Sequence[float] | None = None
+    interval_95: Sequence[float] | None = None
+    reason: Note | None = None
+    source: str | None = None
+    zone: str | None = None
+    prior_share: float | None = None
+    percentile: float | None = None
+    probability: float | None = None
 
     @property
     def half(self) -> float:
@@ -56,68 +66,64 @@ class Value(Plain):
 
 
 @dataclass(frozen=True, kw_only=True)
-class QuantityValue(Value):
-    """A quantity that is no parameter: its source, such as "measured", or why it is not known; of
-    a speed the zone, from where to where it is the mean.
-    """
-
-    source: str | None
-    zone: str | None = None
-
-    def plain(self) -> dict:
-        """Return the values by name, the reason also where it is None."""
-        return super().plain() | {"reason": self.reason}
-
-
-@dataclass(frozen=True, kw_only=True)
 class Fit(Plain):
-    """How a record is like the drives of a family, and how it was read."""
+    """How a record lies in the family, and how it was read. Times are in ms of the file, or after
+    the first motion (``contact_time``, ``main_contact_time``).
+
+    Attributes:
+        p_value: Share of simulated drives that are more unusual.
+        parts: Residual in each part of the motion, over that which 99 % of drives stay below.
+        motions: Motions from which parameters are estimated.
+        resolved: Whether parameters are estimated; else ``reason`` says why not.
+        contact_deviation: Of the recorded contact from the time that the travel implies, in sds.
+        missing, masked: Number of samples.
+    """
 
     family: str
     p_value: float
-    misfit: bool
+    inside_family: bool
     parts: Mapping[str, float | None]
     motions: Sequence[str]
     resolved: bool
-    why_unresolved: str | None
+    reason: Note | None
     effective_size: float | None
-    moves: float
-    moves_sd: float
+    first_motion: float
+    first_motion_sd: float
     missing: int
     masked: int
     noise: float
-    contact_time: float | None = None  # ms after the first motion
-    contact_sd: float | None = None
-    contact_surprise: float | None = None
-    main_contact_time: float | None = None
     trigger: float | None = None
+    contact_time: float | None = None
+    contact_sd: float | None = None
+    contact_deviation: float | None = None
+    main_contact_time: float | None = None
 
     @property
     def switches(self) -> float:
-        """When the contact switches in the record, ms; nan where it was not timed."""
-        return np.nan if self.contact_time is None else self.moves + self.contact_time
-
-    def plain(self) -> dict:
-        """Return the values by name, with the surprise of a contact that was timed."""
-        timed = {} if self.contact_time is None else {"contact_surprise": self.contact_surprise}
-        return super().plain() | timed
+        """Time of the recorded contact, ms of the file; nan without one."""
+        return np.nan if self.contact_time is None else self.first_motion + self.contact_time
 
 
 @dataclass(frozen=True)
 class RecordResult(Plain):
-    """What is known of a record; of a rejected one, why it is."""
+    """What is known of a record, or why it was rejected.
+
+    Attributes:
+        about: What the table of operations states.
+        part: "from" and "to", ms, of a part of the file.
+    """
 
     file: str
     operation: int
     motion: str
-    about: Mapping[str, object]  # what the table of operations states, of what it states of any
-    part: Mapping[str, float]  # "from" and "to", ms, of a part of the file
-    reason: str | None
-    remarks: Sequence[str]
+    about: Mapping[str, object]
+    part: Mapping[str, float]
+    reason: Note | None
+    remarks: Sequence[Note]
     fit: Fit | None = None
     parameters: Mapping[str, Value] | None = None
-    mechanisms: Mapping[str, Value] | None = None
-    quantities: Mapping[str, QuantityValue] | None = None
+    effects: Mapping[str, Value] | None = None
+    quantities: Mapping[str, Value] | None = None
     limits: Sequence[Verdict] | None = None
 
     @property
@@ -127,7 +133,7 @@ class RecordResult(Plain):
 
     @property
     def phase(self) -> str:
-        """Name of the phase or channel; empty where none is known."""
+        """Name of the phase or channel; empty if unknown."""
         return self.about.get("phase") or ""
 
     @property
@@ -137,127 +143,136 @@ class RecordResult(Plain):
 
     def plain(self) -> dict:
         """Return the values by name, those of ``about`` and ``part`` among them."""
-        found = super().plain()
-        first = {name: found.pop(name) for name in ("file", "operation")}
-        first |= found.pop("about") | found.pop("part")
-        first |= {"motion": found.pop("motion"), "accepted": self.accepted}
-        return first | found | ({"verdict": self.verdict} if self.limits else {})
-
-
-@dataclass(frozen=True)
-class Spread(Plain):
-    """Medians of a parameter or quantity in several records: in how many it is told, and why not
-    in the others; and half of the interval of one record, as most have it.
-    """
-
-    unit: str
-    told: int
-    of: int
-    reasons: Mapping[str, int]
-    median: float | None
-    lowest: float | None
-    highest: float | None
-    sd: float | None
-    half_interval_95: float | None
-
-
-@dataclass(frozen=True, kw_only=True)
-class QuantitySpread(Spread):
-    """The same of a quantity, with its source where it is known, and the zone of a speed."""
-
-    source: str | None
-    zone: str | None = None
-
-
-@dataclass(frozen=True)
-class Together(Plain):
-    """What the accepted records of a motion have in common, and how many have which verdict."""
-
-    records: int
-    parameters: Mapping[str, Spread]
-    quantities: Mapping[str, QuantitySpread]
-    limits: Mapping[str, Mapping[str, int]] | None = None
+        values = super().plain()
+        first = {name: values.pop(name) for name in ("file", "operation", "motion")}
+        first |= values.pop("about") | values.pop("part") | {"accepted": self.accepted}
+        return first | values | ({"verdict": self.verdict} if self.limits else {})
 
 
 @dataclass(frozen=True)
 class DiagnosisResult(Plain):
-    """All answers of a call: what is said first, each record, and what several share."""
+    """The result of a call.
 
-    warnings: Sequence[str]
-    drive: Mapping[str, object]
+    Attributes:
+        warnings: To be read first.
+        remarks: On what is given beside the records.
+        reference: Differences from a good record.
+    """
+
+    warnings: Sequence[Note]
+    remarks: Sequence[Note]
     settings: Mapping[str, object]
     records: Sequence[RecordResult]
-    together: Mapping[str, Together]
-    reference: Sequence[Mapping] | None = None  # differences from a good record
+    simultaneity: Sequence[Simultaneity]
+    reference: Sequence[Mapping] | None = None
+
+    @property
+    def limits(self) -> dict[str, list[tuple[str, RecordResult | None]]]:
+        """Names of limits by verdict, with the record; without one for simultaneity."""
+        by: dict[str, list] = {verdict: [] for verdict in VERDICTS}
+        for record in self.records:
+            for limit in record.limits or ():
+                by[limit.verdict].append((limit.name, record))
+        for each in self.simultaneity:
+            if each.limit is not None:
+                by[each.verdict or "inconclusive"].append((f"simultaneity {each.motion}", None))
+        return by
+
+    def plain(self) -> dict:
+        """Return the values by name, after the worst verdict of all limits."""
+        verdict = next((each for each in VERDICTS[::-1] if self.limits[each]), None)
+        return {"verdict": verdict} | super().plain()
 
 
-def document(
-    answers: Sequence[Estimate],
-    limits: Sequence[Sequence[Verdict]],
-    drive: Mapping[str, object],
-    settings: Mapping[str, object],
+def result_of(
+    estimates: Sequence[Estimate],
+    verdicts: Sequence[Sequence[Verdict]],
+    *,
+    prior: "Prior | None" = None,
+    remarks: Sequence[str] = (),
+    settings: Mapping[str, object] | None = None,
+    simultaneity: Mapping[str, float | None] | None = None,
 ) -> DiagnosisResult:
-    """Return answers as a document.
+    """Return estimates as data.
 
     Args:
-        answers: What ``infer_drive`` returns.
-        limits: Of each, what ``judged`` returns.
-        drive: What is known of the drive as a whole: goes into the document as it is.
-        settings: What the answers were made with: the same.
+        estimates: What ``infer_drive`` returns.
+        verdicts: What ``judged`` returns, for each estimate.
+        prior: A prior of the type, if one is given.
+        remarks: On what is given beside the records.
+        settings: With which the estimates were made.
+        simultaneity: Largest allowed time between poles by motion, ms; None for any.
     """
-    known = [n for n in ABOUT if any(_about(each)[n] is not None for each in answers)]
-    records = [_record(*both, known) for both in zip(answers, limits, strict=True)]
-    together = {motion: each for motion in MOTIONS if (each := _together(motion, records))}
-    warnings = doubts_about([each.record for each in answers])
-    return plainly(DiagnosisResult(warnings, drive, settings, records, together))
+    records = [_record(*both, prior) for both in zip(estimates, verdicts, strict=True)]
+    poles = [group for group in operations_of(records) if len(group) > 1]
+    result = DiagnosisResult(
+        warnings=[*map(note_of, doubts_about([each.record for each in estimates]))],
+        remarks=[*map(note_of, remarks)],
+        settings=settings or {},
+        records=records,
+        simultaneity=[simultaneity_of(group, simultaneity or {}) for group in poles],
+    )
+    return plainly(result)
 
 
-def _about(answer: Estimate) -> dict:
-    """What a table knows of an operation, None where it does not."""
-    operation = answer.record.operation
-    values = {name: getattr(operation, name) for name in ABOUT}
-    return {n: None if each == "" or each != each else each for n, each in values.items()}
+def operations_of(records: Sequence[RecordResult]) -> list[list[RecordResult]]:
+    """Return accepted records by operation and motion, all poles together, in order of files."""
+    groups: dict[tuple, list[RecordResult]] = {}
+    for each in records:
+        if each.accepted:
+            key = each.operation, each.motion
+            there = {other.phase for other in groups.get(key, ())}
+            groups.setdefault((*key, each.file) if each.phase in there else key, []).append(each)
+    for group in groups.values():
+        group.sort(key=lambda each: natural(each.file))
+    first = lambda group: (natural(group[0].file), group[0].fit.first_motion)  # noqa: E731
+    return sorted(groups.values(), key=first)
 
 
-def _record(answer: Estimate, limits: Sequence[Verdict], known: Sequence[str]) -> RecordResult:
-    """The answer of one record."""
-    record, operation = answer.record, answer.record.operation
+def _about(estimate: Estimate) -> dict:
+    """Return what a table states of an operation."""
+    values = {name: getattr(estimate.record.operation, name) for name in ABOUT}
+    return {name: v for name, v in values.items() if v == v and v not in ("", None)}
+
+
+def _record(estimate: Estimate, verdicts: Sequence[Verdict], prior: "Prior | None") -> RecordResult:
+    record, operation = estimate.record, estimate.record.operation
     part = {"from": operation.begin, "to": operation.end}
-    found: dict = {}
-    if not record.reason:
-        found = {"fit": _fit(answer), "parameters": _parameters(answer)}
-        found |= {"mechanisms": _mechanisms(answer), "quantities": _quantities(answer)}
-        found["limits"] = limits or None
+    part = {name: at for name, at in part.items() if at == at}
+    first = (printable(operation.file), operation.number, record.motion, _about(estimate), part)
+    if record.reason:
+        return RecordResult(*first, note_of(record.reason), [*map(note_of, estimate.remarks)])
     return RecordResult(
-        printable(operation.file),
-        operation.number,
-        record.motion,
-        {name: _about(answer)[name] for name in known},
-        {name: at for name, at in part.items() if at == at},
-        record.reason or None,
-        answer.remarks,
-        **found,
+        *first,
+        reason=None,
+        remarks=[*map(note_of, estimate.remarks)],
+        fit=_fit(estimate),
+        parameters=_parameters(estimate, prior),
+        effects=_effects(estimate),
+        quantities=_quantities(estimate),
+        limits=verdicts or None,
     )
 
 
-def _fit(answer: Estimate) -> Fit:
-    raw = answer.record.raw
+def _fit(estimate: Estimate) -> Fit:
+    raw, match = estimate.record.raw, estimate.match
     contact: dict = {"trigger": raw.contact.trigger}
-    if answer.record.timed:
-        contact |= {"contact_time": raw.contact.time - raw.moves, "contact_sd": raw.contact.sd}
-        contact["contact_surprise"] = answer.surprise
+    if estimate.record.timed:
+        contact["contact_time"] = raw.contact.time - raw.moves
+        contact["contact_sd"] = raw.contact.sd
+        contact["contact_deviation"] = estimate.surprise
         contact["main_contact_time"] = raw.contact.main - raw.moves
     return Fit(
-        family=answer.levels.settings["family"],
-        p_value=answer.match.p_value,
-        misfit=answer.misfit,
-        parts=answer.match.parts,
-        motions=answer.motions,
-        resolved=not answer.unresolved and not answer.misfit,
-        why_unresolved=answer.unresolved or None,
-        effective_size=answer.effective_size,
-        moves=raw.moves,
-        moves_sd=raw.reading.start_sd,
+        family=estimate.levels.settings["family"],
+        p_value=match.p_value,
+        inside_family=not estimate.misfit,
+        parts=match.parts,
+        motions=estimate.motions,
+        resolved=not estimate.unresolved and not estimate.misfit,
+        reason=note_of(_outside(estimate) if estimate.misfit else estimate.unresolved),
+        effective_size=estimate.effective_size,
+        first_motion=raw.moves,
+        first_motion_sd=raw.reading.start_sd,
         missing=int(np.isnan(raw.left).sum()),
         masked=int((raw.doubts[raw.inside] != "").sum()),
         noise=raw.noise_at(raw.step).sd,
@@ -265,140 +280,102 @@ def _fit(answer: Estimate) -> Fit:
     )
 
 
-def _drawn(draws: np.ndarray | None) -> dict:
-    """Median and central intervals of draws, or none."""
-    if draws is None:
-        return dict.fromkeys(("median", "interval_50", "interval_95"))
+def _outside(estimate: Estimate) -> str:
+    parts = unusual_parts(estimate.match.parts)
+    code = "no-parameters-in-parts" if parts else "no-parameters"
+    family, p = estimate.levels.settings["family"], in_p(estimate.match.p_value)
+    return say(code, family=family, p=p, parts=parts)
+
+
+def unusual_parts(parts: Mapping[str, float]) -> str:
+    """Return the parts of a motion with a larger residual than 99 % of the family's drives."""
+    return ", ".join(f"{name} {in_digits(of, 2)} times" for name, of in parts.items() if of > 1.0)
+
+
+def _drawn(draws: np.ndarray) -> dict:
+    """Return median and central intervals of draws."""
     middle, *ends = np.quantile(draws, _LEVELS)
     return {"median": middle, "interval_50": ends[:2], "interval_95": ends[2:]}
 
 
-def _parameters(answer: Estimate) -> dict[str, Value]:
-    found = {}
+def _parameters(estimate: Estimate, prior: "Prior | None") -> dict[str, Value]:
+    from scipy.special import ndtr
+
+    values = {}
     for k, each in enumerate(PARAMETERS):
-        reason = "" if answer.draws is None else answer.why_not(each.name)
-        known = {"reason": reason or None}
-        known |= _drawn(None if reason or answer.draws is None else answer.inferred(each.name))
-        if answer.prior_share is not None:
-            known["prior_share"] = answer.prior_share[k]
-        found[each.name] = Value(each.unit, each.meaning, **known)
-    return found
+        reason = "" if estimate.draws is None else estimate.why_not(each.name)
+        known = {"median": None, "reason": note_of(reason)}
+        if estimate.draws is not None and not reason:
+            known = _drawn(estimate.inferred(each.name))
+        if prior is not None and known["median"] is not None:
+            sds = np.log(known["median"] / prior.medians[k]) / prior.log_sds[k]
+            known["percentile"] = 100.0 * ndtr(sds)
+        if estimate.prior_share is not None:
+            known["prior_share"] = estimate.prior_share[k]
+        values[each.name] = Value(unit=each.unit, meaning=each.meaning, **known)
+    return values
 
 
-def _mechanisms(answer: Estimate) -> dict[str, Value]:
-    """What the drive has beside the model: how probably, and how much of it."""
-    return {
-        name: Value(
-            "ms" if name == "build_up" else "1",
-            EFFECTS[name],
-            **_drawn(draws),
-            probability=np.mean(draws != 0.0),
-        )
-        for name, draws in (answer.draws.effects if answer.draws else {}).items()
-    }
+def _effects(estimate: Estimate) -> dict[str, Value]:
+    """Return the additional effects of the family: their probability and size."""
+    values = {}
+    for name, draws in (estimate.draws.effects if estimate.draws else {}).items():
+        unit = "ms" if name == "build_up" else "1"
+        about = {"meaning": EFFECTS[name], "probability": np.mean(draws != 0.0)}
+        values[name] = Value(unit=unit, **about, **_drawn(draws))
+    return values
 
 
-def _quantities(answer: Estimate) -> dict[str, QuantityValue]:
-    """Quantities that are no parameters, as far as the record may show them at all."""
-    found = {}
-    motion = answer.record.motion
-    zones = {each.name: each.words for each in answer.speeds if each.motion == motion}
-    for name, each in quantities_of(motion, answer.speeds, of=None).items():
-        reason, source, known = answer.why_not(name), None, _drawn(None)
-        if reason and name in {*ANSWERED, *CURRENTS}:
+def _quantities(estimate: Estimate) -> dict[str, Value]:
+    """Return the quantities of the motion, as far as the record may show them at all."""
+    values = {}
+    record = estimate.record
+    for name, each in quantities_of(record.motion, estimate.speeds, of=None).items():
+        reason = estimate.why_not(name)
+        no_trigger = np.isnan(record.raw.contact.trigger) and name in {"reaction_time", *SHARES}
+        if no_trigger or (reason and name in _OF_OTHER_CHANNELS):
             continue
-        if name in {"reaction_time", *SHARES} and np.isnan(answer.record.raw.contact.trigger):
-            continue
-        if not reason and answer.is_inferred(name) and answer.draws is not None:
-            known, source = _drawn(answer.inferred(name)), "inferred"
-        elif not reason:
-            measured = answer.measured[name]
+        known: dict = {}
+        if reason:
+            known = {"median": None, "reason": note_of(reason)}
+        elif estimate.is_inferred(name) and estimate.draws is not None:
+            known = _drawn(estimate.inferred(name)) | {"source": "estimated"}
+        else:
+            measured = estimate.measured[name]
             ends = [measured.value + sds * measured.sd for sds in (-NORMAL[95], NORMAL[95])]
-            ends[0] = max(ends[0], min(measured.value, 0.0))  # a way or a time is not negative
-            direct = answer.measured_directly(name)
-            source = "measured" if direct else f"measured, {EVENTS[motion]} inferred"
-            known |= {"median": measured.value, "interval_95": ends}
-        about = {"source": source, "reason": reason or None, "zone": zones.get(name)}
-        found[name] = QuantityValue(each.unit, each.meaning, **known, **about)
-    return found
+            ends[0] = max(ends[0], min(measured.value, 0.0))  # a distance or time is not negative
+            known = {"median": measured.value, "interval_95": ends}
+            known["source"] = "measured" if estimate.measured_directly(name) else "mixed"
+        about = {"unit": each.unit, "meaning": each.meaning, "zone": each.zone or None}
+        values[name] = Value(**about, **known)
+    return values
 
 
-def _together(motion: str, records: Sequence[RecordResult]) -> Together | None:
-    """What the accepted records of a motion have in common; nothing of fewer than two."""
-    there = [each for each in records if each.accepted and each.motion == motion]
-    if len(there) < _FEWEST:
-        return None
-    quantities = {}
-    for name, some in _by_name([each.quantities for each in there]).items():
-        about = {"source": next((each.source for each in some if each.source), None)}
-        about["zone"] = some[0].zone
-        quantities[name] = QuantitySpread(some[0].unit, **_spread(some), **about)
-    parameters = _by_name([each.parameters for each in there]).items()
-    of = {name: Spread(some[0].unit, **_spread(some)) for name, some in parameters}
-    by_limit = {
-        limit.name: Counter(each.limits[k].verdict for each in there)
-        for k, limit in enumerate(there[0].limits or ())
-    }
-    counts = {name: {each: count[each] for each in VERDICTS} for name, count in by_limit.items()}
-    return Together(len(there), of, quantities, counts or None)
+# ---- a table for spreadsheets --------------------------------------------------------------------
+
+_OF_FIT = ("family", "p_value", "inside_family", "resolved", "first_motion", "noise")
+_OF_VALUE = ("unit", "median", "source", "zone", "prior_share", "percentile", "probability")
+_ENDS = tuple(f"interval_{of}_{end}" for of in (50, 95) for end in ("lower", "upper"))
+_KINDS = {"parameters": "parameter", "effects": "effect", "quantities": "quantity"}
 
 
-def _by_name(found: Sequence[Mapping[str, Value]]) -> dict[str, list]:
-    """Estimates of several records by name."""
-    names = dict.fromkeys(name for each in found for name in each)
-    return {name: [each[name] for each in found if name in each] for name in names}
-
-
-def _spread(rows: Sequence[Value]) -> dict:
-    """Of a parameter or quantity in several records, how many tell it, and why others do not."""
-    known = [row for row in rows if row.median is not None]
-    reasons = Counter(row.reason or "not inferred" for row in rows if row.median is None)
-    found = {"told": len(known), "of": len(rows), "reasons": reasons}
-    if not known:
-        return found | dict.fromkeys(("median", "lowest", "highest", "sd", "half_interval_95"))
-    medians = np.array([row.median for row in known])
-    return found | {
-        "median": np.median(medians),
-        "lowest": medians.min(),
-        "highest": medians.max(),
-        "sd": medians.std(ddof=1) if len(known) >= _FEWEST else np.nan,
-        "half_interval_95": np.median([row.half for row in known]),
-    }
-
-
-def table_of(document: DiagnosisResult) -> str:
-    """Return the records of a document as CSV.
-
-    Beside what stands in the document of each parameter and quantity, every row has what is known
-    of its record: ``part_PART`` of each part of the motion, ``exceeded_LIMIT``, the probabilities
-    of limits, and ``verdict``. A rejected record is one row without numbers.
+def csv_of(result: DiagnosisResult) -> str:
+    """Return the records of a result as CSV: a row for each parameter, effect and quantity, or one
+    row of a rejected record. JSON has more.
     """
-    rows = [row for record in document.records for row in _rows(record)]
-    names = dict.fromkeys([*_FIRST, *(name for row in rows for name in row)])
-    return table_text([*names], rows)
+    about = dict.fromkeys(name for record in result.records for name in record.about)
+    names = ["file", "operation", "motion", *about, "kind", "output", *_OF_VALUE, *_ENDS]
+    names += ["reason", *_OF_FIT, "verdict", "remarks"]
+    return table_text(names, (row for record in result.records for row in _rows(record)))
 
 
 def _rows(record: RecordResult) -> Iterator[dict]:
-    """A row for each parameter and quantity of a record, or one of a rejected record."""
-    about = {name: each for name, each in record.plain().items() if name not in _LEFT_OUT}
-    about["remarks"] = "; ".join(record.remarks)
+    own = vars(record) | record.about | {"verdict": record.verdict}
+    own["remarks"] = "; ".join(map(str, record.remarks))
     if not record.accepted:
-        yield about
-        return
-    fit = record.fit.plain()
-    parts = {f"part_{name.replace(' ', '_')}": each for name, each in fit.pop("parts").items()}
-    about |= fit | {"motions": " ".join(fit["motions"])} | parts
-    about |= {f"exceeded_{each.name}": each.p_exceeded for each in record.limits or ()}
+        yield own
     for group, kind in _KINDS.items():
         for name, each in (getattr(record, group) or {}).items():
-            yield {"kind": kind, "output": name, **_numbers(each), **about}
-
-
-def _numbers(estimate: Value) -> dict:
-    """A parameter or quantity in columns; its meaning and reason are no numbers."""
-    found = estimate.plain()
-    first = {name: found.pop(name) for name in ("unit", "median")}
-    for name in ("interval_50", "interval_95"):
-        ends = found.pop(name, None) or (None, None)
-        first |= {f"{name}_{end}": v for end, v in zip(("lower", "upper"), ends, strict=True)}
-    return first | {name: each for name, each in found.items() if name not in ("meaning", "reason")}
+            ends = [*(each.interval_50 or (None, None)), *(each.interval_95 or (None, None))]
+            value = vars(each) | dict(zip(_ENDS, ends, strict=True))
+            yield own | vars(record.fit) | value | {"kind": kind, "output": name}

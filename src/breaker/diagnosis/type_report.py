@@ -6,9 +6,8 @@ from dataclasses import replace
 import numpy as np
 import yaml
 
+from breaker.common.document import Document, Remark, Section, Table, text_of
 from breaker.common.numerals import in_digits
-from breaker.common.parts import Document, Remark, Section, Table
-from breaker.common.terminal import text_of
 from breaker.common.wording import Sentence
 from breaker.diagnosis.type_prior import DEVIATES, WIDEST, TypePrior
 from breaker.diagnosis.words import say

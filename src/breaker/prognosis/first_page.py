@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 import pandas as pd
 import xarray as xr
 
+from breaker.common.document import Document, Table
 from breaker.common.numerals import first_of, in_digits, in_p
-from breaker.common.parts import Document, Table
 from breaker.family.untold import APART, BEYOND, LOOK, WITHHELD, advice_on
 from breaker.model.parameters import PARAMETERS
 
@@ -155,7 +155,7 @@ def opening(sentences: Sequence[str], limits: pd.DataFrame, picture: bytes) -> s
         picture: The figure of the verdict, PNG.
     """
     # Imported here, as figures take words from this module, and need no jinja2.
-    from breaker.common.html_page import html_page
+    from breaker.common.document import html_page
 
     first, *others = sentences
     table = Table([*limits], limits.astype(str).values.tolist())

@@ -2,8 +2,8 @@
 
 import pandas as pd
 
+from breaker.common.document import Cell, Document, Table
 from breaker.common.numerals import in_digits
-from breaker.common.parts import Cell, Document, Table
 from breaker.prognosis.drive_document import FLEET_STATES
 
 TONES = dict(zip(FLEET_STATES, ("doubt", "good", *3 * ("doubt",), "bad"), strict=True))

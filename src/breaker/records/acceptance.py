@@ -8,8 +8,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from breaker.common.document import Document, Remark, Section, Table
 from breaker.common.numerals import in_digits
-from breaker.common.parts import Document, Remark, Section, Table
 from breaker.records.curves import GriddedRecord, read_records
 from breaker.records.files import printable
 from breaker.records.folder import list_operations

@@ -14,8 +14,8 @@ from statistics import mode
 import numpy as np
 import yaml
 
+from breaker.common.document import Document, Remark, Section, Table
 from breaker.common.numerals import in_digits
-from breaker.common.parts import Document, Remark, Section, Table
 from breaker.common.visible_text import visible_text
 from breaker.records import description
 from breaker.records.axes import Scale

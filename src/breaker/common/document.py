@@ -1,0 +1,221 @@
+"""A document: its parts, and its renderings as text for a terminal, as HTML and as PDF."""
+
+from base64 import b64encode
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from textwrap import wrap
+from types import ModuleType
+from typing import TYPE_CHECKING
+
+from breaker import DISTRIBUTION
+from breaker.common.visible_text import visible_text
+
+if TYPE_CHECKING:
+    from jinja2 import Template
+
+_WIDTH = 100  # characters of a line, as many as a terminal on half a screen shows
+
+
+class Cell(str):
+    """A text with a tone: "good", "bad", "doubt", "faint", or "" as of a plain ``str``.
+
+    >>> Cell("FAIL", "bad"), Cell("FAIL", "bad").tone
+    ('FAIL', 'bad')
+    """
+
+    __slots__ = ("tone",)
+
+    def __new__(cls, text: str, tone: str = "") -> "Cell":
+        """Return a text with its tone."""
+        cell = super().__new__(cls, text)
+        cell.tone = tone
+        return cell
+
+
+def tone_of(text: str) -> str:
+    """Return the tone of a text; empty for a plain one."""
+    return getattr(text, "tone", "")
+
+
+@dataclass(frozen=True)
+class Remark:
+    """A sentence; ``first`` and ``indent`` begin its first line and the others on a terminal."""
+
+    text: str
+    first: str = "  "
+    indent: str = "    "
+
+
+@dataclass(frozen=True)
+class Table:
+    """A table.
+
+    Attributes:
+        head: Names of the columns; empty without.
+        rows: A cell for each column, or a title or remark that takes the entire row.
+        title: Title of the table.
+        notes: Sentences below it.
+        form: Columns on a terminal, as ``str.format`` takes them; a last one without a width is
+            wrapped. Without a form columns are as wide as they need to be.
+    """
+
+    head: Sequence[str] = ()
+    rows: Sequence[Sequence[str] | str | Remark] = ()
+    title: str = ""
+    notes: Sequence[str] = ()
+    form: str = ""
+
+
+@dataclass(frozen=True)
+class Section:
+    """Parts below one title."""
+
+    title: str = ""
+    parts: Sequence[Remark | Table | str] = ()
+
+
+@dataclass(frozen=True)
+class Letterhead:
+    """A company's name and logo (PNG) above a document; below it remarks, and lines to sign."""
+
+    company: str = ""
+    logo: bytes = b""
+    remarks: str = ""
+    signatures: Sequence[str] = ()
+
+
+@dataclass(frozen=True)
+class Document:
+    """A document.
+
+    Attributes:
+        title: Title of the document.
+        plate: Names and values of its subject.
+        summary: Sentences that come first.
+        parts: All else, in order.
+        letterhead: None without one.
+    """
+
+    title: str = ""
+    plate: Sequence[tuple[str, str]] = ()
+    summary: Sequence[str] = ()
+    parts: Sequence[Section | Table | Remark] = ()
+    letterhead: Letterhead | None = None
+
+
+# ---- text ----------------------------------------------------------------------------------------
+
+
+def text_of(document: Document) -> str:
+    """Return a document as text: its summary and parts, with an empty line between them.
+
+    >>> print(text_of(Document(summary=["fits"], parts=[Table(rows=[("L", "10.1")])])))
+    fits
+    <BLANKLINE>
+    L  10.1
+    """
+    first = [line for each in document.summary for line in wrapped(each, "", "  ")]
+    blocks = [first, *map(lines_of, document.parts)]
+    return "\n\n".join("\n".join(lines) for lines in blocks if lines)
+
+
+def lines_of(part: Section | Table | Remark | str) -> list[str]:
+    """Return the lines of a part of a document."""
+    if isinstance(part, Remark):
+        return wrapped(part.text, part.first, part.indent)
+    if isinstance(part, str):
+        return [part]
+    lines = [part.title] if part.title else []
+    if isinstance(part, Section):
+        return [*lines, *(line for each in part.parts for line in lines_of(each))]
+    lines += [line for row in _rows(part) for line in row]
+    return [*lines, *(line for each in part.notes for line in wrapped(each))]
+
+
+def wrapped(text: str, first: str = "  ", indent: str = "    ") -> list[str]:
+    """Return the lines of a text, by how the first and others begin."""
+    look = {"initial_indent": first, "subsequent_indent": indent}
+    return wrap(text, _WIDTH, break_long_words=False, break_on_hyphens=False, **look)
+
+
+def _rows(table: Table) -> Iterator[list[str]]:
+    """Yield the lines of the head and of each row."""
+    rows = [table.head, *table.rows] if table.head else table.rows
+    cells = [row for row in rows if not isinstance(row, str | Remark)]
+    form = table.form or (_fitting(cells) if cells else "")
+    for row in rows:
+        if isinstance(row, str | Remark):
+            yield lines_of(row)
+        elif form.endswith("{}"):
+            begin = form.format(*row[:-1], "")
+            lines = wrapped(row[-1], begin, " " * len(begin)) or [begin]
+            yield [line.rstrip() for line in lines]
+        else:
+            yield [form.format(*row).rstrip()]
+
+
+def _fitting(rows: Iterable[Sequence[str]]) -> str:
+    """Return columns as wide as their cells: the first from the left, others from the right."""
+    first, *others = (max(map(len, column)) for column in zip(*rows, strict=True))
+    return "  ".join([f"{{:<{first}}}", *(f"{{:>{width}}}" for width in others)])
+
+
+# ---- HTML and PDF --------------------------------------------------------------------------------
+
+
+def html_page(
+    document: Document, pictures: Sequence[bytes] = (), *, alt: str = "curves", inner: str = ""
+) -> str:
+    """Return a document as one page of HTML that needs no other file.
+
+    Its words are text there, with escapes for characters that are not shown or that turn the
+    direction of writing.
+
+    Args:
+        document: The document.
+        pictures: PNG, below its parts.
+        alt: What they show, for who does not see them.
+        inner: Identifier of one element for another page, with a style of its own; else a page.
+
+    >>> "<h1>A &lt; B</h1>" in html_page(Document("A < B"))
+    True
+    """
+    text = _page().render(document=document, pictures=pictures, alt=alt, inner=inner)
+    return visible_text(text)
+
+
+def pdf_of(page: str) -> bytes:
+    """Return a page of HTML as a PDF, by its print style sheet; raise as ``weasyprint``."""
+    return weasyprint().HTML(string=page).write_pdf()
+
+
+def weasyprint() -> ModuleType:
+    """Return the package that turns HTML into a PDF.
+
+    Raises:
+        ValueError: If it, or a library of the system that it needs, is not installed.
+    """
+    try:
+        import weasyprint
+    except (ImportError, OSError) as error:  # OSError: without Pango
+        raise ValueError(
+            f"a PDF needs WeasyPrint: install {DISTRIBUTION}[pdf], or write HTML and print it from "
+            "a browser"
+        ) from error
+    return weasyprint
+
+
+@cache
+def _page() -> "Template":
+    """Return the template, compiled once."""
+    from jinja2 import Environment, FileSystemLoader
+
+    folder = FileSystemLoader(Path(__file__).parent)
+    jinja = Environment(loader=folder, autoescape=True, trim_blocks=True, lstrip_blocks=True)
+    jinja.filters["tone"] = tone_of
+    jinja.filters["words"] = lambda part: part.text if isinstance(part, Remark) else part
+    jinja.filters["base64"] = lambda content: b64encode(content).decode("ascii")
+    jinja.tests["remark"] = lambda part: isinstance(part, Remark)
+    return jinja.get_template("document.html")
