@@ -47,7 +47,7 @@ EFFECTS = {
     "preload": {"preload": (0.05, 0.3), "stop": (3.0, 8.0)},
     "bounce": {"damped": (0.0, 1.0)},
     "build-up": {"latch": (0.3, 2.0)},
-    **{f"friction from {v} m/s": {"dry": (0.01, 0.05), "full": (v, v)} for v in (0.02, 0.05, 0.1)},
+    **{f"friction from {v} m/s": {"dry": (0.02, 0.1), "full": (v, v)} for v in (0.02, 0.05, 0.1)},
     "all": {
         "radius": (80.0, 80.0), "stop": (3.0, 8.0), "preload": (0.05, 0.3),
         "damped": (0.0, 1.0), "dry": (0.0, 0.02), "stribeck": (0.0, 0.03),
@@ -136,14 +136,16 @@ class Other:
         time = np.arange(0.0, OPTIONS["length"] + 2.0, 0.01)
         travel, switching = self.travel(motion, time)
         done = (travel - travel[0]) / (travel[-1] - travel[0])
-        return Curve(time, travel, float(time[np.argmax(done > 0.1)]), switching)
+        tenth = np.argmax(done > 0.1) + np.array([-1, 0])
+        return Curve(time, travel, float(np.interp(0.1, done[tenth], time[tenth])), switching)
 
 
 def speed_of(curve: Curve, way: float) -> float:
     """Return the mean over a way before touch, below 0, or after separation, mm/ms."""
     moved = np.abs(curve.travel - np.interp(curve.switching, curve.time, curve.travel))
     there = (moved >= abs(way)) & ((curve.time < curve.switching) == (way < 0.0))
-    return way / (curve.time[there][-1 if way < 0.0 else 0] - curve.switching)
+    both = np.flatnonzero(there)[-1 if way < 0.0 else 0] - np.array([np.sign(way), 0], dtype=int)
+    return way / (np.interp(abs(way), moved[both], curve.time[both]) - curve.switching)
 
 
 def levels(prior: Prior, config: dict, group: str, count: int) -> pd.DataFrame:
