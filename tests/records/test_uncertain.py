@@ -46,6 +46,22 @@ def test_stated_uncertainties(colour):
     assert np.all((square > 0.65) & (square < 1.35)), square
 
 
+@pytest.mark.parametrize("lost", [0.0, 0.33])
+def test_a_corner_is_not_rounded_off(lost):
+    """A drive loses a share of its speed at once, which a fit without a corner does not see."""
+    since, time = TIME - 30.05, Uncertain(30.05, 0.0)
+    curve = np.clip(10.0 + since - lost * np.maximum(since, 0.0), 0.0, 14.0)
+    rng, scores = np.random.default_rng(1), []
+    for _ in range(100):
+        trace = trace_of(curve + 0.02 * rng.standard_normal(TIME.size), noise=0.02)
+        both = trace.at_corner(time, 0.1, 0.2), trace.at(time)
+        scores.append([(each.value - 10.0) / trace.sd(each) for each in both])
+    corner, rounded = np.mean(scores, axis=0)
+    assert abs(corner) < 1.0
+    assert np.std(scores, axis=0)[0] < 1.2
+    assert lost == 0.0 or rounded < -1.5
+
+
 def test_rounding_of_a_rest_does_not_average_out():
     coarse = trace_of(np.round(CURVE / 0.3) * 0.3, noise=0.3 / np.sqrt(12.0), quantum=0.3)
     assert coarse.sd(coarse.rest(0.0, 10.0)) > 0.08

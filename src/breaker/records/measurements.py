@@ -43,6 +43,9 @@ _CALMS = 2.0  # times the duration, for which a drive may swing
 _CREEPS = 2.0  # times the way seen in the last rest, its error
 _FITTED = 0.2  # of a swing, the error of the rest about which it does, where that is fitted
 _UNSEEN, _FADES = 0.12, 2.2  # strokes of a swing that turns there, and how fast it fades, durations
+# Share of its speed that a drive loses at once where it picks the contact up, and its sd: none if
+# the contact is elastic, a third where it is half as heavy as the drive and rigid.
+_PICKED_UP = 0.1, 0.2
 _SOON = 0.8  # durations after the arrival, before which no drive rests
 _SWITCHED = {
     "time": "no contact timing: the time of touch or separation is not known",
@@ -318,9 +321,18 @@ class Reading:
         """Return the time from the trigger to a percent of the stroke, ms."""
         return self.at_share(percent) - self._event("trigger")
 
+    @property
+    def _event_level(self) -> Uncertain:
+        """Travel at touch or separation, mm; there the drive of an opening may lose speed."""
+        if "level" not in self._events:
+            at, opens = self._event("time"), self.located.motion == "opening"
+            level = self.trace.at_corner(at, *_PICKED_UP) if opens else self.trace.at(at)
+            self._events["level"] = level
+        return self._events["level"]
+
     def wipe(self) -> Uncertain:
         """Return the distance between the touch or separation and the closed rest, mm."""
-        level = self.trace.at(self._event("time"))
+        level = self._event_level
         return self.after - level if self.located.motion == "closing" else level - self.before
 
     def arcing_wipe(self) -> Uncertain:
@@ -361,7 +373,7 @@ class Reading:
             if point.unit == "ms":
                 at = at + point.amount
                 return at, self.trace.at(at)
-            level = self.trace.at(at) + point.amount
+            level = self._event_level + point.amount
             if point.amount < 0.0:
                 return self.trace.reaches(level, before=at.value), level
             return (self.trace.reaches(level, at.value) if point.amount else at), level

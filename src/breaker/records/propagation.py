@@ -189,6 +189,25 @@ class Trace:
         moved = (time + -time.value) * fit.value(time.value, 1)
         return travel + moved + error_of(0.0, math.hypot(fit.error, self.ripple))
 
+    def at_corner(self, time: Uncertain, lost: float, sd: float) -> Uncertain:
+        """Return the travel at a time at which a share of the speed is lost at once.
+
+        Args:
+            lost, sd: What is known of this share beforehand; samples tell it where noise is low.
+        """
+        fit = self._fit(time.value)
+        speed = fit.value(time.value, 1)
+        after = (self.time[fit.window] - time.value) / self.half
+        change = -speed * self.half  # of the slope by the corner, if all of the speed were lost
+        known = max(self.noise, 1e-9) * math.sqrt(self.alike) / max(abs(sd * change), 1e-9)
+        basis = np.column_stack([after[:, None] ** np.arange(4), np.maximum(after, 0.0)])
+        *weights, prior = np.linalg.pinv(np.vstack([basis, [0.0, 0.0, 0.0, 0.0, known]]))[0]
+        prior *= known * change
+        travel = float(np.dot(weights, self.travel[fit.window])) + prior * lost
+        error = math.hypot(fit.error, self.ripple, prior * sd)
+        moved = (time + -time.value) * speed
+        return self._of(travel, fit.window, np.array(weights)) + moved + error_of(0.0, error)
+
     def reaches(
         self, level: Uncertain, after: float = -math.inf, *, before: float | None = None
     ) -> Uncertain:
