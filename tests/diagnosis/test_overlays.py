@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from breaker.diagnosis.overlay import overlaid
+from breaker.diagnosis.curves import overlaid
 from breaker.diagnosis.reading import read_operations
 from breaker.family.exports import write_curve
 from breaker.records.operations import Operation
@@ -32,7 +32,7 @@ def test_a_record_over_one_like_it_stays_within(tmp_path, good):
     assert found.leaves is None
     assert abs(found.farthest[1]) < 0.25
     assert found.band == pytest.approx(0.05 * 14.0, rel=0.01)
-    assert "stays within ±0.7" in found.words
+    assert (found.words.code, found.words.values["share"]) == ("overlay-within", "5")
 
 
 def test_where_a_slow_record_leaves_the_band_is_told(tmp_path, good):
@@ -42,7 +42,7 @@ def test_where_a_slow_record_leaves_the_band_is_told(tmp_path, good):
     way = 14.0 * share**2 * (3.0 - 2.0 * share)
     assert by == pytest.approx(-1.4, abs=0.1)
     assert way[1] - way[0] == pytest.approx(by, abs=0.25)
-    assert found.words.startswith("LEAVES the band of ±1.4 mm (10 % of the stroke)")
+    assert found.words.code == "overlay-leaves"
     assert set(found.values) >= {"leaves", "farthest", "band"}
 
 

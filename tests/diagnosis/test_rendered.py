@@ -17,9 +17,7 @@ from breaker.diagnosis.limits import VERDICTS, judged
 from breaker.diagnosis.report import document_of
 from breaker.diagnosis.result import csv_of, result_of
 from breaker.diagnosis.tables import RESULTS
-from breaker.family.membership import PARTS
 from breaker.family.networks import StateDraws
-from breaker.family.shape import SHAPE_TIMES
 from breaker.model.limits import Limit, from_list
 from breaker.model.parameters import MOTIONS, NAMES
 from breaker.model.quantities import AFTER_RELEASE, QUANTITIES
@@ -146,16 +144,13 @@ def test_many_operations_of_a_motion_have_one_table_with_their_range(answers):
 
 
 @pytest.mark.parametrize("k", [0, 3])
-def test_a_picture_has_the_record_beside_the_nearest_shape_and_what_is_usual(answers, k):
+def test_a_figure_has_the_record_next_to_the_nearest_shape(answers, k):
     curve = shown(answers, Given(), seed=1).curves[answers[k].record.motion]
-    assert curve.good
+    assert (curve.good, curve.words.code) == (True, "picture-inside")
     record = np.interp(curve.grid, curve.time, curve.travel)
     there = np.isfinite(curve.left)
     np.testing.assert_allclose(record[there], curve.nearest[there], atol=0.5)
-    begin, end = PARTS["main motion"]
-    part = (begin <= SHAPE_TIMES) & (end > SHAPE_TIMES)
-    ratio = np.sqrt(np.nanmean(np.square(curve.left[part]))) / curve.usual[part]
-    np.testing.assert_allclose(ratio, answers[k].match.parts["main motion"])
+    assert np.abs(curve.left[there]).max() < 0.3
 
 
 def test_a_tree_has_the_records_with_a_posterior(answers):
@@ -169,5 +164,5 @@ def test_a_tree_has_the_records_with_a_posterior(answers):
     ]
     assert nothing == [[[False, False, True]], [[True, True, False]]]
     assert (found["sample_stats"].p_value > 0.001).all()
-    with pytest.raises(ValueError, match="no record has a posterior"):
+    with pytest.raises(ValueError, match="--draws"):
         tree(answers[2:3], Given(), seed=1)

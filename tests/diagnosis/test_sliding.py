@@ -42,7 +42,6 @@ def test_a_long_one_withholds_it_everywhere(answers):
     assert entry.parameters["L"].reason.code == "contact-may-slide"
     assert entry.parameters["f"].median > 0.0
     drawn = shown([answer], Given(), seed=1)
-    assert not drawn.switching
     assert drawn.curves["closing"].switching.size == 0
     ((theta,),) = drawn.posteriors.values()
     assert np.isnan(theta[:, NAMES.index("L")]).all()

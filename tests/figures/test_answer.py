@@ -18,19 +18,15 @@ def data(motions=("closing",), *, good=True, inferred=True, file="{}$.csv"):
         motion: PictureCurve(
             *(file.format(motion), "words of a fit", good),
             *(time, rng.normal(size=31), time, rng.normal(size=31)),
-            *(rng.normal(size=31), np.ones(31)),
+            rng.normal(size=31),
             10.0 + rng.random(60) if inferred else none,
         )
         for motion in motions
     }
     theta = [1.0 + 0.1 * rng.random((60, 7)) for _ in range(2)]
-    switching = {motion: [10.0 + rng.random(60)] for motion in motions}
     posteriors = {" and ".join(motions): theta}
     prior = 1.0 + rng.random((60, 7))
-    return Shown(
-        *("Title_1$", curves, posteriors if inferred else {}, prior),
-        switching if inferred else {},
-    )
+    return Shown(curves, posteriors if inferred else {}, prior)
 
 
 NAME = "North_400_kV_Bay_4_circuit_breaker_Q0_after_overhaul_of_drive_and_linkage_{}.csv"

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from breaker.diagnosis.curves import Marked, Panel
-from breaker.diagnosis.overlay import Overlay
+from breaker.diagnosis.curves import Marked, Overlay, Panel
 from breaker.figures.records import overlay
 from breaker.figures.reports import curves
 from tests.figures.drawn import assert_drawn

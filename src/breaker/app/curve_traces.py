@@ -10,8 +10,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from breaker.diagnosis.curves import Overlay
 from breaker.diagnosis.estimate import DriveRecord, Estimate
-from breaker.diagnosis.overlay import Overlay
 from breaker.records.files import printable
 from breaker.records.measurements import Reading
 from breaker.records.settings import TO_MS
@@ -145,7 +145,7 @@ def laid_over(
 
     Args:
         records: Of the visit.
-        overlays: Of these over others, as of ``reference_curve.overlaid``.
+        overlays: Of these over others, from ``curves.overlaid``.
         what: What the others are.
         band: Whether the band about them is shown.
     """

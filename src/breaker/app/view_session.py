@@ -20,7 +20,7 @@ from urllib.parse import urlencode
 from breaker.app.curve_traces import Mark, Trace, laid_over, marks_of, record_traces
 from breaker.app.page_choices import WHOLE, Choices, id_of, overlay_text
 from breaker.app.setting_rows import SettingRow, base_of, rows_of
-from breaker.diagnosis.overlay import overlaid
+from breaker.diagnosis.curves import overlaid
 from breaker.diagnosis.report import Report, report_of
 from breaker.diagnosis.session import Diagnosis
 from breaker.model.parameters import MOTIONS

@@ -93,7 +93,7 @@ def overlays_of(records: Sequence, good: Sequence, options: argparse.Namespace) 
         if options.tolerance is not None:
             raise ValueError("--tolerance is of a --reference, which is not given; name a record")
         return []
-    from breaker.diagnosis.overlay import TOLERANCE, overlaid
+    from breaker.diagnosis.curves import TOLERANCE, overlaid
 
     if good and all(each.reason for each in good):
         raise ValueError(f"the reference cannot be used: {good[0].reason}")

@@ -29,8 +29,8 @@ from breaker.records.printed import stated_speeds
 
 if TYPE_CHECKING:
     from breaker.diagnosis.change_table import NotCompared
+    from breaker.diagnosis.curves import Overlay
     from breaker.diagnosis.inspection_change import InspectionChange
-    from breaker.diagnosis.overlay import Overlay
 
 MATTERS = 0.05
 """Share from which a change between two inspections matters: the default of ``--beyond``."""

@@ -15,8 +15,7 @@ from breaker.model.quantities import EVENTS
 from breaker.records.fits import filled
 
 if TYPE_CHECKING:
-    from breaker.diagnosis.curves import PictureCurve, Shown
-    from breaker.diagnosis.overlay import Overlay
+    from breaker.diagnosis.curves import Overlay, PictureCurve, Shown
     from breaker.records.description import InspectedMotion
     from breaker.records.proposal import Proposal
 
@@ -129,9 +128,7 @@ def overlay(overlays: Sequence["Overlay"]) -> Figure:
         above.plot(each.time, each.way, color=style.MEASURED, lw=1.2, label="record")
         low, high = each.good - each.band, each.good + each.band
         above.fill_between(each.time, low, high, label="tolerance", **BAND)
-        which = ", ".join(filter(None, [each.motion, each.phase]))
-        words = f"{which} in {style.file_name(each.file)}: {each.words}"
-        p.read_title(above, words, width, failed=bool(each.leaves))
+        p.read_title(above, f"{each.title}: {each.words}", width, failed=bool(each.leaves))
         above.set_ylabel(style.TRAVEL)
         difference(below, [each], {each.phase: style.MEASURED}, {each.phase: 0.0})
         below.set_xlabel("time after the first motion (ms)")
@@ -162,7 +159,7 @@ def difference(axis: Axes, overlays: Sequence, colours: Mapping, begins: Mapping
 @style.styled
 def answer(data: "Shown") -> Figure:
     """Draw what one call infers of a drive: the first record of each motion with the family's
-    nearest shape, the residual with that of the family's drives, and parameters with the prior.
+    nearest shape and the residual, and parameters with the prior.
     """
     figure = style.new_figure(12.0, 11.2)
     above, below = figure.subfigures(2, 1, height_ratios=[1.35, 1.0])
@@ -170,22 +167,18 @@ def answer(data: "Shown") -> Figure:
     grid = above.subplots(2, len(data.curves), **size)
     for (motion, curve), (upper, lower) in zip(data.curves.items(), grid.T, strict=True):
         _fitted(upper, curve, motion, figure.get_figwidth() / len(data.curves) - 0.9)
-        label = "99 % of the family's drives, rms; the prior"
-        lower.fill_between(curve.grid, -curve.usual, curve.usual, step="mid", label=label, **BAND)
         lower.plot(curve.grid, curve.left, "o", color=style.MEASURED, ms=2, mew=0)
         lower.axhline(0.0, color=style.REFERENCE, lw=0.6)
         lower.set(xlabel="time after the first motion (ms)", ylabel="record minus\nshape (mm)")
     *axes, last = below.subplots(2, 4).flat
+    last.set_axis_off()
     for k, (axis, each) in enumerate(zip(axes, PARAMETERS, strict=True)):
         posteriors = {of: [draws[:, k] for draws in some] for of, some in data.posteriors.items()}
         _densities(axis, posteriors, data.prior[:, k])
         axis.set_title(p.named(each.name), loc="left", fontsize=10)
         axis.set_xlabel(each.label)
-    _densities(last, data.switching, None)
-    events = ", ".join(EVENTS[motion] for motion in data.curves)
-    last.set_title(f"{events} of the contact", loc="left", fontsize=10)
-    last.set_xlabel("time after the release (ms)")
-    style.title(figure, style.literal(data.title))
+    files = dict.fromkeys(style.file_name(curve.file) for curve in data.curves.values())
+    style.title(figure, f"Drive as inferred from {style.literal(', '.join(files))}")
     p.legend_below(figure, columns=3)
     return figure
 
@@ -210,18 +203,14 @@ def _fitted(axis: Axes, data: "PictureCurve", motion: str, width: float) -> None
     p.read_title(axis, words, width, failed=not data.good)
 
 
-def _densities(axis: Axes, posteriors: Mapping[str, Sequence], prior: np.ndarray | None) -> None:
-    """Draw densities of a parameter or time: of operations, and of the prior."""
+def _densities(axis: Axes, posteriors: Mapping[str, Sequence], prior: np.ndarray) -> None:
+    """Draw densities of a parameter: of operations, and of the prior as far as it is near them."""
     axis.set(yticks=[])
     every = [draws for some in posteriors.values() for draws in some if np.isfinite(draws[0])]
-    if not every and prior is None:
-        axis.text(0.5, 0.5, "not inferred", ha="center", transform=axis.transAxes)
-        return
     low, high = np.quantile(np.concatenate(every or [prior]), [0.001, 0.999])
-    if prior is not None:  # shown as far as the posterior is wide, on either side
-        wide = np.quantile(prior, [0.005, 0.995])
-        low, high = max(min(wide[0], low), 2 * low - high), min(max(wide[1], high), 2 * high - low)
-        axis.hist(prior, bins=40, range=(low, high), density=True, **BAND)
+    wide = np.quantile(prior, [0.005, 0.995])
+    low, high = max(min(wide[0], low), 2 * low - high), min(max(wide[1], high), 2 * high - low)
+    axis.hist(prior, bins=40, range=(low, high), density=True, label="prior", **BAND)
     for of, some in posteriors.items():
         for i, draws in enumerate(some):
             look = {"lw": 0.6 if i else 1.8, "color": MOTIONS.get(of, style.MODEL)}
