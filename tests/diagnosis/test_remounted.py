@@ -30,7 +30,7 @@ def visit(folder, theta, rng, *, slack=0.0, zero=0.0):
             file = folder / f"{motion}_{number}.csv"
             noisy = shown + 0.05 * rng.standard_normal(TIME.size)
             write_curve(file, TIME, noisy, motion=motion, operation=number)
-            some.append(Operation(number, file))
+            some.append(Operation(number, file, phase="L1"))
     return read_operations(operations, {"zero": "rest"})
 
 

@@ -31,9 +31,6 @@ Inspections = Mapping[str, Sequence[DriveRecord]]
 """Records "before" and "today"."""
 
 
-# ---- one breaker, its dates and phases -----------------------------------------------------------
-
-
 def contradictions(records: Iterable[DriveRecord]) -> list[Sentence]:
     """Return where files state different serial numbers, bays or types of their breaker.
 
@@ -119,19 +116,14 @@ def pair_phases(inspections: Inspections) -> tuple[dict[str, list[DriveRecord]],
     if len(common) != 1:
         raise ValueError(say("several-phases" if common else "different-phases", **words))
     (phase,) = common
-    paired = {name: [_of_phase(phase, each) for each in some] for name, some in inspections.items()}
+    paired = {name: [] for name in inspections}
+    for name, record in ((name, each) for name, some in inspections.items() for each in some):
+        own = phase_of(record)
+        if own != phase and not record.reason:
+            reason = say("other-phase", phase=own or "no phase", other=phase)
+            record = replace(record, reason=reason, raw=None, shape=None, seen=None)
+        paired[name].append(record)
     return paired, []
-
-
-def _of_phase(phase: str, record: DriveRecord) -> DriveRecord:
-    """Return a record; rejected if it is of another phase."""
-    if record.reason or (own := phase_of(record)) == phase:
-        return record
-    reason = say("other-phase", phase=own or "no phase", other=phase)
-    return replace(record, reason=reason, raw=None, shape=None, seen=None)
-
-
-# ---- different statements at two inspections -----------------------------------------------------
 
 
 @dataclass(frozen=True)
@@ -172,9 +164,6 @@ def stated_differences(inspections: Inspections) -> list[Difference]:
             same = bare(before) == bare(today) if texts else abs(today / before - 1.0) <= _SAME
             found += [] if same else [Difference(name, "", "", before, today)]
     return found
-
-
-# ---- the nameplate, and values that the analyser printed -----------------------------------------
 
 
 def nameplate(

@@ -62,19 +62,10 @@ class Choice(NamedTuple):
         return [self.motion] if self.motion else MOTIONS
 
 
-# ---- files and folders to operations -------------------------------------------------------------
-
-
 def list_named(
     named: Iterable[str | Path], endurance: Mapping, choice: Choice, files: Files
 ) -> dict[str, list[Operation]]:
-    """Return the operations in files and folders, by motion.
-
-    Args:
-        named: Files and folders.
-        endurance: The section ``endurance`` of the configuration.
-        choice: Records to take.
-        files: Files that are opened once.
+    """Return the operations in files and folders, by motion; ``endurance`` is the section.
 
     Raises:
         FileNotFoundError: If a folder has no file of a record.
@@ -191,22 +182,14 @@ def number_poles(files: Mapping[Path, tuple[Sequence[str], str]]) -> dict[Path, 
 
     The first files of several phases on one day are poles of one operation, their second files are
     the next operation. A file without a stated phase is an operation of its own.
-
-    Args:
-        files: Phases of the channels of each file, and its day; each empty where it is not stated.
     """
-    turns: dict[tuple[str, str], int] = {}
-    operations: dict[object, int] = {}
-    found = {}
+    turns, operations, found = {}, {}, {}
     for path, (phases, day) in files.items():
         turn = 1 + max((turns.get((day, phase), 0) for phase in phases), default=0)
         turns |= {(day, phase): turn for phase in phases}
         key = (day, turn) if phases else path
         found[path] = operations.setdefault(key, len(operations) + 1)
     return found
-
-
-# ---- operations to records -----------------------------------------------------------------------
 
 
 def read_operations(
@@ -218,12 +201,8 @@ def read_operations(
 ) -> list[DriveRecord]:
     """Read the records of a drive, motion by motion; copies of a record are rejected.
 
-    Args:
-        operations: By motion, or ``ANY``: of such a file those of the motions are read that it has.
-            Motions of one kind in a file are several operations.
-        settings: The section ``endurance.format`` of the configuration.
-        motions: Motions that are read where any is possible.
-        files: Files that are opened once, if others read them, too.
+    A file of ``ANY`` has some of the ``motions``; motions of one kind are several operations.
+    ``settings`` is the section ``endurance.format`` of the configuration.
     """
     reader, found = Reader(settings, files), []
     for key, listed in operations.items():

@@ -68,8 +68,6 @@ class Diagnosis:
         some = self.config["endurance"]
         return EstimateSettings(some["draws"], some["misfit_p_value"], self.config["seed"])
 
-    # ---- type and records ----
-
     def of_type(self, name: str) -> "Diagnosis":
         """Return the diagnosis of a type: its entry is laid over configuration and limits.
 
@@ -119,8 +117,6 @@ class Diagnosis:
         form = self.config["endurance"]["format"]
         return reading.read_operations(operations, form, motions=motions, files=files)
 
-    # ---- estimates and limits ----
-
     @cached_property
     def estimates(self) -> list[Estimate]:
         """Estimates of the records, in their order."""
@@ -164,8 +160,6 @@ class Diagnosis:
         limits = self.limits_on(estimates)
         return [judged(each, limits, seed=self.settings.seed) for each in estimates]
 
-    # ---- changes ----
-
     def compare(
         self, inspections: Inspections, beyond: float = MATTERS, *, same_transducer: bool = False
     ) -> "InspectionChange":
@@ -202,8 +196,6 @@ class Diagnosis:
             except ValueError as error:
                 found[name] = NotCompared([*rejected, str(error).splitlines()[0]])
         return found
-
-    # ---- in words ----
 
     @property
     def given_words(self) -> dict[str, list[str]]:
