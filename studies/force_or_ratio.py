@@ -17,9 +17,9 @@ import pandas as pd
 
 from breaker.common.randomness import generator
 from breaker.configuration.loading import load
-from breaker.diagnosis.changes import compare, measured_changes, with_explanations
-from breaker.diagnosis.explanations import explain, otherwise_measured
-from breaker.diagnosis.inspection_change import ComparisonSettings, visits_document
+from breaker.diagnosis.changes import compare, measured_changes
+from breaker.diagnosis.explanations import explain
+from breaker.diagnosis.inspection_change import inspection_change
 from breaker.diagnosis.reading import read_operations
 from breaker.family.exports import write_curve
 from breaker.family.network_files import shipped_networks
@@ -36,8 +36,8 @@ TIMES, LEAD, NOISE, SCATTER = np.arange(-10.0, 70.0, 0.1), 10.0, 0.1, 0.004
 CHANGES = {
     "unchanged": {}, "f -3": {"f": 0.97}, "f -5": {"f": 0.95}, "f -8": {"f": 0.92},
     "ratio -6": {"ratio": 0.94}, "ratio +6": {"ratio": 1.06},
-    "gamma_a +10": {"gamma_a": 1.1}, "gamma_a +20": {"gamma_a": 1.2},
-    "k_a -4": {"k_a": 0.96}, "k_a -8": {"k_a": 0.92}, "L +2": {"L": 1.02}, "L +4": {"L": 1.04},
+    "gamma_a +5": {"gamma_a": 1.05}, "gamma_a +10": {"gamma_a": 1.1},
+    "k_a -2": {"k_a": 0.98}, "k_a -4": {"k_a": 0.96}, "L +2": {"L": 1.02}, "L +4": {"L": 1.04},
 }  # fmt: skip
 
 COLUMNS = ["simulator", "drive", "change", "same", "family", "state", "parameter", "reported",
@@ -73,7 +73,7 @@ class Drive:
         """Whether the contact is still pressed, with 3 % to spare for the scatter."""
         drive = self.changed(factors | {"f": 0.97 * factors.get("f", 1.0)})
         if self.simulator == "other":
-            return drive.excess(drive.theta[NAMES.index("L")]) > 0.0
+            return drive.excess(drive.theta[NAMES.index("L")])[0] > 0.0
         return bool(closed(drive)[0] > drive["L"][0])
 
     def inspection(self, change: Mapping[str, float], rng: np.random.Generator, count: int = 3):
@@ -105,14 +105,13 @@ def compared(before, today) -> list[dict]:
         for records in (before, today)
     ]
     rows, found = [], compare(*visits, [*shipped_networks()], generator(1, "force or ratio"))
-    measured, settings = measured_changes(*visits, SPEEDS), ComparisonSettings(0.05, 1, 0.001)
+    measured = measured_changes(*visits, SPEEDS)
+    about = {"settings": {}, "records": {}, "rejected": ()}
     for same in (False, True):
         regressions = shipped_sensitivities(found.family)
         explanations = explain(*visits, regressions, same_transducer=same)
-        both, more = with_explanations(found, explanations), otherwise_measured(explanations)
-        about = {"records": {}, "rejected": (), "limits": ()}
-        document = visits_document(both, measured, more, settings, **about)
-        row = {"same": same, "family": found.family, "state": document.parameters}
+        document = inspection_change(found, measured, explanations, **about)
+        row = {"same": same, "family": found.family, "state": document.state}
         for each in explanations:
             row[f"p_{each.cause}"] = each.probability
             if each.cause == "drive":
@@ -120,8 +119,8 @@ def compared(before, today) -> list[dict]:
             if each.cause == "ratio":
                 row["ratio_0"], _, row["ratio_2"] = each.change
         row["reported"] = " ".join(each.name for each in document.reported)
-        for each in document.changes:
-            if each.kind == "parameter" and not each.motion:
+        for each in document.inferred:
+            if each.name in NAMES:
                 row |= {f"{each.name}_{k}": each.change[k] for k in range(3)}
         rows.append(row)
     return rows

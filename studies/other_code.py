@@ -25,7 +25,7 @@ from scipy.optimize import brentq
 
 from breaker.common.randomness import generator
 from breaker.configuration.loading import load
-from breaker.diagnosis.changes import changes, compare
+from breaker.diagnosis.changes import compare, inferred_changes
 from breaker.diagnosis.estimate import Given
 from breaker.diagnosis.session import Diagnosis
 from breaker.family.network_files import shipped_networks
@@ -199,10 +199,10 @@ def visits(prior: Prior, count: int, records: int = 3) -> pd.DataFrame:
         later = Other(drive.theta * factors, drive.more)
         both = compare(visit(drive, records, rng), visit(later, records, rng), networks, rng)
         about = "change", "changed" if number % 2 else "unchanged"
-        for row in (each for each in changes(both) if each.kind == "parameter" and not each.motion):
+        for row in (each for each in inferred_changes(both) if each.name in NAMES):
             low, _, high = row.change
             truth = 100.0 * (factors[NAMES.index(row.name)] - 1.0)
-            holds, said = low - 1e-9 <= truth <= high + 1e-9, row.verdict == "changed"
+            holds, said = low - 1e-9 <= truth <= high + 1e-9, row.changed
             found = 0.5 * (high - low), truth != 0.0, said and truth != 0.0, said and truth == 0.0
             rows.append((*about, row.name, holds, *found))
     columns = ["of", "drives", "name", "hold", "half_width", "truly_changed", "reported", "false"]

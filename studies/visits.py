@@ -24,7 +24,7 @@ import pandas as pd
 from breaker.common.randomness import generator
 from breaker.configuration.definitions import family_of
 from breaker.configuration.loading import defaults
-from breaker.diagnosis.changes import VERDICT_WORDS, changes, compare, measured_changes
+from breaker.diagnosis.changes import compare, inferred_changes, measured_changes
 from breaker.diagnosis.reading import read_operations
 from breaker.family.drive_family import Family
 from breaker.family.exports import write_curve
@@ -99,7 +99,7 @@ def truth(drives: tuple[Drive, Drive]) -> dict[tuple[str, str], float]:
 
 
 def one_rig(number: int, count: int, change: float | None, config: Mapping) -> pd.DataFrame:
-    """Compare two visits to a rig; a row for each measured quantity, parameter and time."""
+    """Compare two visits to a rig; a row for each measured quantity and parameter."""
     prior, sensor = Prior.from_settings(config["prior"]), Sensor(**config["sensor"])
     family = Family(prior, family_of(HELD_BACK))
     rng = generator(51, "benchmark of visits", number)
@@ -113,17 +113,17 @@ def one_rig(number: int, count: int, change: float | None, config: Mapping) -> p
     before, today = (visit(each, count, sensor, reading, rng) for each in drives)
     misfit = config["endurance"]["misfit_p_value"]
     found = compare(before, today, [*shipped_networks()], rng, misfit_p_value=misfit)
-    rows = pd.DataFrame([*measured_changes(before, today, SPEEDS), *changes(found)])
+    parameters = [row for row in inferred_changes(found) if row.name in NAMES]
+    rows = pd.DataFrame([*measured_changes(before, today, SPEEDS), *parameters])
     true = truth(drives)
     whole = {"rig": number, "records": count, "change": change}
-    whole |= {"still": drives[0] is drives[1], "fits": found.fits, "apart": len(found.ratios) > 1}
-    whole |= {"agreement": found.agreement}
+    whole |= {"still": drives[0] is drives[1], "agreement": found.agreement}
+    whole |= {"outside": found.state == "outside_family"}
+    whole |= {"disagree": found.state == "operations_disagree"}
+    rows["kind"] = np.where(rows.motion == "", "parameter", "measured")
     lower, median, upper = np.array(rows["change"].tolist()).T
-    rows = rows[["kind", "name", "motion", "unchanged", "verdict"]]
-    of = [
-        ("" if kind == "parameter" else m) for kind, m in zip(rows.kind, rows.motion, strict=True)
-    ]
-    right = [true[key] for key in zip(rows["name"], of, strict=True)]
+    rows = rows[["kind", "name", "motion", "p_unchanged", "changed"]]
+    right = [true[key] for key in zip(rows["name"], rows["motion"], strict=True)]
     return rows.assign(truth=right, lower=lower, median=median, upper=upper, **whole)
 
 
@@ -133,19 +133,17 @@ def summed(rows: pd.DataFrame) -> pd.DataFrame:
     ``holds``: share of 90 % intervals with the truth, ``holds_changed`` where it is beyond 1 %;
     ``half_width``: median, percent; ``same_still`` and ``same_changed``: mean probability of no
     change where there is none, and where it is beyond 1 %; ``sure_N``: share of changes of N % that
-    were planted in this parameter that are told as changed; ``false_sure``: the same of what has
-    not changed, in drives in which nothing has. In the rows of the ``drive`` these are drives
-    with any parameter or time that is told so, and ``withheld`` and ``apart`` the shares of all
-    drives without an answer, and with motions that contradict each other.
+    were planted in this parameter that are reported; ``false_sure``: the same of unchanged
+    quantities, in drives in which nothing changed. Rows of the ``drive`` have the share of drives
+    with any parameter that is reported, ``outside`` of drives outside the families, and
+    ``disagree`` of drives whose closing and opening contradict each other.
     """
     rows = rows.copy()
-    told = rows.fits & ~rows.apart
     rows["holds"] = (rows.lower <= rows.truth) & (rows.truth <= rows.upper)
     rows["half_width"] = 0.5 * (rows.upper - rows.lower)
-    rows["sure"] = rows.verdict == VERDICT_WORDS[0]
     inferred = rows.kind != "measured"
     by = ["records", "kind", "name", "motion"]
-    there = rows[(told | ~inferred) & rows.truth.notna()]
+    there = rows[rows.truth.notna()]
     drawn, still = there[there.change.isna()], there[there.still]
 
     def of(some: pd.DataFrame, value: str, keys: list = by) -> pd.Series:
@@ -156,17 +154,20 @@ def summed(rows: pd.DataFrame) -> pd.DataFrame:
         rigs=("holds", "size"), holds=("holds", "mean"), half_width=("half_width", "median")
     )
     found["holds_changed"] = of(changed, "holds")
-    found["same_still"], found["same_changed"] = of(still, "unchanged"), of(changed, "unchanged")
+    found["same_still"], found["same_changed"] = (
+        of(still, "p_unchanged"),
+        of(changed, "p_unchanged"),
+    )
     for change, some in there[there.change > 0.0].groupby("change"):
         own = some[
             (some.kind == "parameter") & (some.truth.abs().sub(change).abs() < 0.01 * change)
         ]
-        found[f"sure_{change:g}"] = of(own, "sure")
-    found["false_sure"] = of(still, "sure")
+        found[f"sure_{change:g}"] = of(own, "changed")
+    found["false_sure"] = of(still, "changed")
     drive = ["records", "still", "change", "rig"]
-    whole = rows.assign(sure=rows.sure & inferred & told, withheld=~rows.fits)
-    whole = whole.groupby(drive, dropna=False)[["sure", "withheld", "apart"]].any().reset_index()
-    ends = whole.groupby("records")[["withheld", "apart"]].mean()
+    whole = rows.assign(sure=rows.changed & inferred)
+    whole = whole.groupby(drive, dropna=False)[["sure", "outside", "disagree"]].any().reset_index()
+    ends = whole.groupby("records")[["outside", "disagree"]].mean()
     ends["false_sure"] = whole[whole.still].groupby("records").sure.mean()
     ends["rigs"] = whole.groupby("records").size()
     ends = ends.reset_index().assign(kind="drive", name="", motion="")

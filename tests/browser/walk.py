@@ -101,7 +101,7 @@ def two_visits(browser: Browser) -> None:
     browser.click('input[name="file"][value="export_05.csv"]')
     browser.click('input[name="before"][value="export_02.csv"]')
     browser.click("#list button")
-    browser.until(lambda: "since the visit before" in browser.text("#values"), "the changes")
+    browser.until(lambda: "Changes since" in browser.text("#values"), "the changes")
 
 
 def accessible(browser: Browser, what: str) -> None:

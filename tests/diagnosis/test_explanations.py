@@ -9,8 +9,8 @@ from breaker.diagnosis.explanations import (
     Explanation,
     _Pair,
     explain,
-    measured_otherwise,
-    otherwise_measured,
+    measured_differences,
+    other_measurement,
 )
 from breaker.family.sensitivities import SETS, Sensitivities, shipped_sensitivities
 from breaker.family.shape import SHAPE_TIMES, shape_of
@@ -147,10 +147,10 @@ def test_a_nearly_certain_ratio_is_a_difference():
         Explanation("ratio", "", 0.96, [5.0, 6.0, 7.0]),
         Explanation("drive", "f", 0.04, [0] * 3),
     ]
-    assert [each.today for each in otherwise_measured(both)] == [pytest.approx(1.06)]
+    assert [each.today for each in measured_differences(both)] == [pytest.approx(1.06)]
     less = [replace(both[0], probability=0.9), replace(both[1], probability=0.1)]
-    assert otherwise_measured(less) == []
-    assert measured_otherwise(less) == 0.9
+    assert measured_differences(less) == []
+    assert other_measurement(less) == 0.9
 
 
 def test_a_regression_finds_what_was_planted():

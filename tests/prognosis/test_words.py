@@ -3,6 +3,7 @@
 import numpy as np
 
 from breaker.configuration.definitions import advice_of
+from breaker.diagnosis.words import say
 from breaker.prognosis.first_page import (
     limit_words,
     look_first,
@@ -18,7 +19,7 @@ def test_where_to_look_first_is_said_for_all_limits_that_are_due():
     (look,) = look_first(decisions, limits, advice)
     assert decisions.iloc[-1].limit == "slow"
     names = limits.quantity[limits.limit == "slow"]
-    assert look.startswith(f"Where to look first (no diagnosis): {names.iloc[0]}: ")
+    assert look.startswith(f"{say('look-first')}: {names.iloc[0]}: ")
     assert advice[names.iloc[0]] in look
     assert not any(advice[name] in look for name in limits.quantity if name not in {*names})
     assert look_first(decisions, limits, {}) == []

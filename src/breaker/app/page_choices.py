@@ -85,12 +85,14 @@ class Choices(NamedTuple):
         files, before: Ids of the files of the visit, and of the visit before.
         base: "seen", settings as they are proposed, or "configured"; empty for what suits.
         settings: What was changed of ``endurance.format``.
+        same: Whether both inspections have the same transducer.
     """
 
     files: tuple[str, ...] = ()
     before: tuple[str, ...] = ()
     base: str = ""
     settings: Mapping[str, Any] = {}
+    same: bool = False
 
     @property
     def address(self) -> str:
@@ -101,6 +103,7 @@ class Choices(NamedTuple):
         """
         pairs = [("file", each) for each in self.files] + [("before", each) for each in self.before]
         pairs += [("base", self.base)] if self.base else []
+        pairs += [("same", "1")] if self.same else []
         pairs += [(_SET + key, as_text(key, value)) for key, value in self.settings.items()]
         return urlencode(pairs)
 
@@ -125,6 +128,7 @@ def read_choices(query: Mapping[str, Sequence[str]]) -> Choices:
         tuple(dict.fromkeys(query.get("before", ()))),
         base if base in ("seen", "configured") else "",
         settings,
+        "same" in query,
     )
 
 

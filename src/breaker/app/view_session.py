@@ -231,6 +231,7 @@ class Session:
         overlay = overlay_text({k: v for k, v in form.items() if v != own[k]})
         channels, read = [str(chosen[_TRAVEL])] if _TRAVEL in chosen else [], None
         about = {"files": asked[0], "before": asked[1], "channel": channels}
+        about["same_transducer"] = choices.same
         try:
             with self._overlay(overlay) as written:
                 options = Namespace(**about, config=written, **_NONE)
@@ -246,7 +247,7 @@ class Session:
             trouble,
             read,
             _traces(read, layout, files),
-            self._command(*asked, channels),
+            self._command(*asked, channels, choices.same),
             state,
         )
 
@@ -289,10 +290,13 @@ class Session:
             file.write_text(text, encoding="utf-8")
             yield [*self.overlays, str(file)]
 
-    def _command(self, files: Sequence[str], before: Sequence[str], channels: Sequence[str]) -> str:
+    def _command(
+        self, files: Sequence[str], before: Sequence[str], channels: Sequence[str], same: bool
+    ) -> str:
         """The command line that writes the sheet of a page."""
         words = ["breaker", "report", *map(printable, files)]
         words += ["--before", *map(printable, before)] if before else []
+        words += ["--same-transducer"] if same else []
         words += ["--channel", *channels] if channels else []
         return shlex.join([*words, "--config", *self.overlays, "my.yaml", "--output", "sheet.html"])
 

@@ -15,9 +15,10 @@ _SHARED = ("seed", "known", "speeds", "endurance.misfit_p_value")  # that no vis
 
 
 def add(compare: argparse.ArgumentParser) -> None:
-    """Compare two visits to one drive, years apart, of a few records each (one is enough): what is
-    measured then and now, which parameters have changed, by how much, and how probable no change
-    and one beyond 5 % are. The status is 1 if nothing was compared.
+    """Compare two inspections of one drive, years apart. One record of each inspection is enough.
+    The command judges the later inspection by the limits, and reports measured changes, their
+    explanations, and changes of parameters with intervals and the probability of no change. The
+    status is 1 if nothing was compared.
     """
     inputs.add_path(compare, "before", "BEFORE", "records of the first visit", nargs="+")
     today = inputs.SEVERAL | {"required": True}
@@ -26,8 +27,6 @@ def add(compare: argparse.ArgumentParser) -> None:
         what = f"configuration files of the visit {visit} alone, laid over the others"
         inputs.add_path(compare, f"--config-{visit}", "YAML", what, **inputs.SEVERAL)
     inputs.add_choice(compare)
-    beyond = {"type": inputs.percent, "default": 0.05, "metavar": "PERCENT"}
-    compare.add_argument("--beyond", help="change that matters (default: 5)", **beyond)
     same = "both visits have the same transducer and ratio: a change is one of the drive"
     compare.add_argument("--same-transducer", action="store_true", help=same)
     compare.add_argument("--json", action="store_true", help="print one JSON document")
@@ -50,7 +49,7 @@ def run(options: argparse.Namespace) -> int:
     from breaker.common.document import text_of
     from breaker.common.plain_values import to_json
     from breaker.configuration.definitions import types_of
-    from breaker.diagnosis.inspection_change import words_of_visits
+    from breaker.diagnosis.inspection_change import words_of_change
     from breaker.diagnosis.session import Diagnosis
 
     choice = inputs.choice_of(options)
@@ -62,14 +61,13 @@ def run(options: argparse.Namespace) -> int:
         visits[visit], stated = own.records, own.type
     _check_visits(visits)
     both = both.of_type(stated) if stated else both
-    same = options.same_transducer
-    document = both.compare(visits, options.beyond, same_transducer=same)
+    document = both.compare(visits, same_transducer=options.same_transducer)
     written = []
     if options.plot:
         from breaker.figures.reports import visits as figure
 
         written = [draw(figure(document), options.plot)]
-    say(to_json(document) if options.json else text_of(words_of_visits(document)))
+    say(to_json(document) if options.json else text_of(words_of_change(document)))
     say_written(written, options.json)
     return 0
 

@@ -19,6 +19,8 @@ def add(report: argparse.ArgumentParser) -> None:
     what = "write the report there; a PDF needs WeasyPrint, else print the page from a browser"
     inputs.add_path(report, "--output", "HTML|PDF", what, required=True)
     inputs.add_path(report, "--before", "FILE", "records of the visit before", **inputs.SEVERAL)
+    same = "both visits have the same transducer and ratio: a change is one of the drive"
+    report.add_argument("--same-transducer", action="store_true", help=same)
     what = "columns of travel (default: all that move)"
     report.add_argument("--channel", help=what, metavar="NAME", **inputs.SEVERAL)
     inputs.add_type(report)
@@ -76,7 +78,8 @@ def read_of(options: argparse.Namespace, opened=None):
     )
     check_inspection(diagnosis.records, before)
     overlays = inputs.overlays_of(diagnosis.records, good, options)
-    return replace(diagnosis, before=before, overlays=overlays)
+    about = {"overlays": overlays, "same_transducer": options.same_transducer}
+    return replace(diagnosis, before=before, **about)
 
 
 def content_of(report, ending: str) -> tuple[bytes, str]:

@@ -1,6 +1,6 @@
 """Data files: families of drives, types of breaker, the simulated test and advice."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -62,3 +62,21 @@ def simulated_test(config: Mapping[str, Any]) -> dict[str, Any]:
 def advice_of(own: Mapping[str, str] | None = None) -> dict[str, str]:
     """Return where to look first, by quantity: the words that ship, or one's own instead."""
     return {**read(ADVICE), **(own or {})}
+
+
+def advice_on(names: Iterable[str], advice: Mapping[str, str]) -> list[str]:
+    """Return where to look first for quantities that became worse, equal advice once.
+
+    A speed without an entry of its own has the advice on the speed of its motion.
+
+    Example:
+        >>> advice_on(["f", "mu", "closing_speed_10_90"], {"f": "spring", "closing_speed": "latch"})
+        ['f: spring', 'closing_speed_10_90: latch']
+    """
+    by: dict[str, list[str]] = {}
+    for name in dict.fromkeys(names):
+        motion, is_speed, _ = name.partition("_speed_")
+        key = f"{motion}_speed" if is_speed and name not in advice else name
+        if words := advice.get(key):
+            by.setdefault(words, []).append(name)
+    return [f"{', '.join(some)}: {words}" for words, some in by.items()]

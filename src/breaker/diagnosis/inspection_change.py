@@ -1,346 +1,431 @@
-"""The comparison of two visits as one document, and in words.
+"""Compare two inspections of a drive, as one document: data for JSON, and its sentences and tables.
 
-Words, table, JSON, figure and test report are renderings of it. docs/usage.md explains the keys of
-the JSON. A number that is not known is None.
+The order is: measured values against limits, measured changes, explanations, then parameters that
+the records determine. docs/usage.md explains the keys of the JSON.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
-from breaker.common.document import Document, Remark, Section, Table
-from breaker.common.numerals import in_digits, in_p
-from breaker.common.plain_values import Plain, plainly
+import numpy as np
+
+from breaker.common.document import Cell, Document, Remark, Section, Table
+from breaker.common.numerals import first_of, in_digits, in_p
+from breaker.common.plain_values import Plain, note_of, plainly
+from breaker.common.randomness import generator
+from breaker.common.wording import Sentence
+from breaker.configuration.definitions import advice_on, family_of
 from breaker.diagnosis.changes import (
-    VERDICT_WORDS,
     NetworkChanges,
     QuantityChange,
-    changes,
-    mechanism_changes,
+    compare,
+    inferred_changes,
+    mean_error,
+    measured_changes,
+    usual_scatter,
 )
-from breaker.diagnosis.explanations import Explanation, in_words
-from breaker.diagnosis.identity import Difference
-from breaker.diagnosis.limits import Verdict
+from breaker.diagnosis.estimate import EstimateSettings
+from breaker.diagnosis.explanations import (
+    SURE,
+    Explanation,
+    explain,
+    measured_differences,
+    other_measurement,
+    slack_differences,
+)
+from breaker.diagnosis.identity import (
+    Difference,
+    Inspections,
+    days_of,
+    doubts_about,
+    order_doubts,
+    stated_differences,
+)
+from breaker.diagnosis.limits import Evidence, Verdict, judge
+from breaker.diagnosis.reading import samples_of
 from breaker.diagnosis.tables import limits_table
 from breaker.diagnosis.words import say
-from breaker.family.networks import CHANGE_OF
-from breaker.family.untold import APART, BEYOND, LOOK, UNLIKE, WITHHELD, as_sentence
+from breaker.family.network_files import shipped_networks
+from breaker.family.sensitivities import shipped_sensitivities
+from breaker.model.limits import Limit, from_list
+from breaker.model.parameters import MOTIONS, NAMES, PARAMETERS
+from breaker.model.quantities import Speed
+from breaker.records.files import printable
+from breaker.records.record import Record
+from breaker.records.rejections import DISTURBED
+from breaker.shipped import KINDS
 
-_NAME = "{:<28}{:>8} {:>8}"
-_ROW = "  {:<45} {:>8}  {:<15}{:>7} {:>6} {:>7}"
-_GROUPS = {"measured": "measured", "parameter": "inferred"}  # titles, where one begins
-_CHANCE = 0.05  # probability of no change, below which records as a whole have changed
-_WORSE = 0.5  # probability from which on a change is one to the worse
-_NOT_TOLD = {
-    "unlike": f"No change of the drive is told: {UNLIKE}",
-    "withheld": f"Parameters are withheld: {WITHHELD}",
-    "beyond": f"No parameter is told: {BEYOND}",
-    "apart": f"No parameter is told: {APART}",
-}
-
-
-@dataclass(frozen=True)
-class VisitMatch(Plain):
-    """How a visit is like the drives of a family: as a whole, and by part of its motion."""
-
-    p_value: float
-    parts: Mapping[str, float | None]
-
-    @property
-    def words(self) -> str:
-        """How it does not fit, and where most."""
-        known = {part: size for part, size in self.parts.items() if size is not None}
-        return f"({in_p(self.p_value)}, most at its {max(known, key=known.get)})"
-
-
-@dataclass(frozen=True)
-class Agreement(Plain):
-    """How closing and opening agree in the parameter in which they do least; "" of one motion."""
-
-    p_value: float
-    parameter: str
-
-
-@dataclass(frozen=True)
-class ComparisonSettings(Plain):
-    """What a comparison was made with: the share beyond which a change counts, and the rest."""
-
-    share: float
-    seed: int
-    misfit_p_value: float
-
-
-@dataclass(frozen=True)
-class RejectedRecord(Plain):
-    """A record that was not used, and why."""
-
-    file: str
-    motion: str
-    visit: str
-    reason: str
+_NAMED = 4  # changes in a sentence; the table has all
+_HEAD = ("", "unit", "before", "today", "change", "90 % interval", "P unchanged", "P worse")
 
 
 @dataclass(frozen=True)
 class InspectionChange(Plain):
-    """The comparison of two visits.
+    """The comparison of two inspections.
 
     Attributes:
-        parameters: "told"; "withheld", of a drive of no family; "apart", of motions that contradict
-            each other; "beyond" any wear; "unlike", of visits that were measured differently.
-        family: Of drives whose networks answer, or the nearest.
-        matches: How either visit fits it, by motion and visit.
-        agreement: Of the motions.
-        settings: With which it was made.
-        records: How many there are, by motion and visit.
-        rejected: Records that were not used.
-        differences: In what the visits were measured differently.
-        explanations: Why the visits differ, the most probable first.
-        changes: Of what is measured, then of parameters and times.
-        mechanisms: The same of mechanisms beside the model.
-        limits: Verdicts on the visit of today.
-        advice: Where to look first.
-        dates: Of each visit; empty where they are not known.
-        doubts: What is to be said of the records before anything else.
-        remount: That the transducer is mounted elsewhere; empty if it is not.
+        state: State of the parameters: that of ``NetworkChanges``, or "different_setup".
+        family: Family of the networks, or the nearest one.
+        matches: "p_value" and "parts" of the match with it, by motion and inspection.
+        agreement: "p_value" of the "parameter" in which closing and opening agree least.
+        settings: "seed" and "misfit_p_value".
+        records: Number of records, by motion and inspection.
+        rejected: "file", "motion" and "inspection" of records that were not used, and the "reason".
+        differences: Differences in the measurement of both inspections.
+        explanations: Explanations of the change, the most probable first.
+        measured: Changes of measured quantities.
+        inferred: Changes of parameters, then of additional effects.
+        limits: Verdicts on the later inspection.
+        advice: Parts to look at first.
+        dates: Date of each inspection; empty where it is not known.
+        doubts: Warnings about the records.
     """
 
-    parameters: str
+    state: str
     family: str
-    matches: Mapping[str, Mapping[str, VisitMatch]]
-    agreement: Agreement
-    settings: ComparisonSettings
+    matches: Mapping[str, Mapping[str, Mapping]]
+    agreement: Mapping[str, float | str]
+    settings: Mapping[str, float]
     records: Mapping[str, Mapping[str, int]]
-    rejected: Sequence[RejectedRecord]
+    rejected: Sequence[Mapping[str, str]]
     differences: Sequence[Difference]
     explanations: Sequence[Explanation]
-    changes: Sequence[QuantityChange]
-    mechanisms: Sequence[QuantityChange]
-    limits: Sequence[Verdict]
+    measured: Sequence[QuantityChange]
+    inferred: Sequence[QuantityChange]
+    limits: Sequence[Verdict] = ()
     advice: Sequence[str] = ()
     dates: Mapping[str, str] = field(default_factory=dict)
     doubts: Sequence[str] = ()
-    remount: str = ""
 
     def plain(self) -> dict:
-        """Return the values by name, after what is said of them."""
-        said = {"warnings": self.warnings, "headline": self.headline, "trust": self.trust}
-        found = said | super().plain()
-        return {name: each for name, each in found.items() if name not in ("doubts", "remount")}
+        """Return the values by name, after codes and texts of the sentences."""
+        sentences = [note_of(each) for each in (*self.warnings, *self.summary)]
+        return {"sentences": sentences, **super().plain()}
 
     @property
-    def warnings(self) -> list[str]:
-        """What is to be said first: of the records, and how visits were measured differently."""
-        said = [f"WARNING: {each}" for each in self.doubts]
-        if self.differences:
-            differ = "; ".join(each.words for each in self.differences)
-            said.append(
-                f"WARNING: {differ}. {as_sentence(UNLIKE)}, or are of different drives or "
-                "phases: check transducer, ratio and endurance.format of both. What follows "
-                "compares the records, not the drive"
-            )
-        return said
-
-    @property
-    def headline(self) -> str:
-        """What measured has changed, and which parameters have, have not, or cannot be told.
-
-        Parameters and mechanisms are told as changed only beside a measured change: networks alone
-        raise no alarm.
-        """
-        if self.differences:
-            return self.either or _NOT_TOLD[self.parameters]
-        beyond = f"beyond {in_digits(100 * self.settings.share, 4)} %"
-        sure, unsure, _ = _by_verdict(self.measured)
-        first = f"Measured: {sure or f'no change {beyond}'}"
-        if unsure:
-            first += f"; cannot be told: {unsure}"
-        first = f"{self.either}\n{first}" if self.either else first
-        if self.parameters != "told":
-            return f"{first}\n{_NOT_TOLD[self.parameters]}"
-        sure, unsure, still = _by_verdict(row for row in self.changes if not row.measured)
-        if sure and not self.shows_change:
-            return f"{first}\nNo parameter is told: nothing measured has changed for sure {beyond}"
-        second = f"Changed: {sure}" if sure else f"No parameter changed for sure {beyond}"
-        if unsure:
-            second += f"; cannot be told: {unsure}"
-        if still:
-            second += f"; not {beyond}: {still if unsure else 'all others'}"
-        sure, *_ = _by_verdict(self.mechanisms if self.shows_change else [])
-        third = f"\nMechanisms beside the model, of {CHANGE_OF}: {sure}" if sure else ""
-        return f"{first}\n{second}{third}"
-
-    @property
-    def either(self) -> str:
-        """The possible explanations, where another ratio or rate is one of them; or nothing."""
-        return in_words(self.explanations)
-
-    @property
-    def trust(self) -> list[str]:
-        """How far the comparison can be trusted, in sentences."""
-        return [*_trust(self), *filter(None, [self.remount])]
-
-    @property
-    def measured(self) -> list[QuantityChange]:
-        """Changes of what is measured."""
-        return [row for row in self.changes if row.measured]
-
-    @property
-    def shows_change(self) -> bool:
-        """Whether anything that is measured has changed, or records as a whole have."""
-        same = sum(each.probability for each in self.explanations if each.cause == "none")
-        whole = bool(self.explanations) and same < _CHANCE
-        return whole or any(row.sure for row in self.measured)
+    def since(self) -> str:
+        """The earlier inspection, by its date where it is known."""
+        date = self.dates.get("before")
+        return say("earlier-dated", date=date) if date else say("earlier")
 
     @property
     def reported(self) -> list[QuantityChange]:
-        """What is reported as changed: nothing of visits that were measured differently, and
-        parameters and mechanisms only where records as a whole have changed.
+        """Changes that are reported: none of inspections that were measured differently; inferred
+        ones only where a measured quantity, or the records as a whole, changed.
         """
-        rows = [row for row in [*self.changes, *self.mechanisms] if row.sure]
-        measured = [] if self.differences else [row for row in rows if row.measured]
-        if self.parameters != "told" or not self.shows_change:
-            return measured
-        return measured + [row for row in rows if not row.measured]
+        if self.differences:
+            return []
+        measured = [row for row in self.measured if row.changed]
+        same = sum(each.probability for each in self.explanations if each.cause == "none")
+        inferred = self.inferred if measured or same <= 1.0 - SURE else ()
+        return measured + [row for row in inferred if row.changed]
 
     @property
     def worse(self) -> list[str]:
-        """Names of what is reported as changed to the worse, or where neither side is the worse."""
-        rows = self.reported
-        return [row.name for row in rows if row.worse is None or row.worse > _WORSE]
+        """Names of reported changes to the worse, or where neither side is worse."""
+        return [row.name for row in self.reported if row.p_worse is None or row.is_worse]
+
+    @property
+    def warnings(self) -> list[str]:
+        """Sentences that come first: about the records, and about another measurement."""
+        if not self.differences:
+            return [*self.doubts]
+        differences = "; ".join(each.words for each in self.differences)
+        return [*self.doubts, say("different-setup-check", differences=differences)]
+
+    @property
+    def summary(self) -> list[Sentence]:
+        """Sentences on limits, measured changes, explanations, parameters, and rejected records."""
+        by: dict[str, list[str]] = {}
+        for limit in self.limits:
+            by.setdefault(limit.verdict, []).append(limit.name)
+        verdicts = "; ".join(f"{verdict}: {', '.join(names)}" for verdict, names in by.items())
+        rows = [row for row in self.measured if row.changed]
+        rows.sort(key=lambda row: -abs(row.change[1]))
+        own = [row for row in self.reported if not row.measured]
+        sentences = [say("limits", verdicts=verdicts)] if by else []
+        sentences.append(_changes("measured", rows, self.since))
+        if rows or any(each.cause != "none" for each in self.explanations[:1]):
+            sentences.append(self.explained)
+        sentences += [_changes("parameters", own, self.since)] if self.inferred else []
+        unknown = [e.words for e in self.inferred if e.name in NAMES and not e.identifiable]
+        sentences += [say("not-identifiable", names=", ".join(unknown))] if unknown else []
+        sentences += self.limitations
+        return sentences + [say("rejected", **each) for each in self.rejected]
+
+    @property
+    def explained(self) -> Sentence:
+        """Explanations with a probability above 5 %."""
+        likely = [each for each in self.explanations if each.probability > 1.0 - SURE]
+        causes = "; or ".join(map(_cause, likely))
+        code = "explained-by-setup" if other_measurement(likely) else "explained"
+        return say(code, causes=causes[:1].upper() + causes[1:])
+
+    @property
+    def limitations(self) -> list[Sentence]:
+        """Reason why no change of a parameter is estimated; nothing if one is."""
+        if self.state in ("estimated", "different_setup"):
+            return []
+        outside = [
+            f"{motion} {inspection} ({in_p(match['p_value'])})"
+            for motion, by in self.matches.items()
+            for inspection, match in by.items()
+            if match["p_value"] < self.settings["misfit_p_value"]
+        ]
+        about = {"outside": ", ".join(outside), "family": self.family, **self.agreement}
+        return [say(f"{self.state.replace('_', '-')}-check", **about)]
 
 
-def visits_document(
-    found: NetworkChanges,
-    measured: Sequence[QuantityChange],
-    differences: Sequence[Difference],
-    settings: ComparisonSettings,
-    **about: object,
+def _changes(code: str, rows: Sequence[QuantityChange], since: str) -> Sentence:
+    """Return the sentence on changes of one kind, the first few by name."""
+    names = [f"{row.words} {_amount(row.if_changed)}" for row in rows]
+    if not names:
+        return say(f"{code}-unchanged")
+    return say(f"{code}-changed", changes=first_of(names, _NAMED), since=since)
+
+
+def _amount(change: Sequence[float]) -> str:
+    """Return a change in words, such as "8 % lower (5 to 11 %)"."""
+    low, middle, high = change
+    if low < 0.0 < high:
+        low, middle, high = _digits(change, sign=True)
+        return say("amount-uncertain", low=low, middle=middle, high=high)
+    side = "lower" if middle < 0.0 else "higher"
+    low, middle, high = _digits(sorted(map(abs, change)))
+    if low == high:
+        return say(f"amount-{side}", middle=middle)
+    return say(f"amount-{side}-between", low=low, middle=middle, high=high)
+
+
+def _digits(change: Sequence[float], *, sign: bool = False) -> list[str]:
+    """Return quantiles in as many digits as distinguish the ends."""
+    for digits in (2, 3, 4, 6):
+        texts = [in_digits(each, digits, sign=sign) for each in change]
+        if texts[0] != texts[2]:
+            break
+    return texts
+
+
+def _cause(each: Explanation) -> Sentence:
+    """Return an explanation as a clause."""
+    words = {parameter.name: parameter.word for parameter in PARAMETERS}.get(each.parameter)
+    code = "several" if each.cause == "drive" and not words else each.cause
+    amount = _amount(each.change)
+    return say(f"cause-{code}", parameter=words, amount=amount, p=f"{each.probability:.2f}")
+
+
+# ---- the comparison --------------------------------------------------------------------------
+
+
+def compare_inspections(
+    inspections: Inspections,
+    speeds: Sequence[Speed],
+    settings: EstimateSettings,
+    *,
+    limits: Sequence[Mapping[str, object]] = (),
+    advice: Mapping[str, str] | None = None,
+    same_transducer: bool = False,
 ) -> InspectionChange:
-    """Return a comparison as a document.
+    """Return the comparison of two inspections.
 
     Args:
-        found: What networks infer. Of visits that were measured differently nothing of it is told.
-        measured: What ``measured_changes`` returns.
-        differences: In what the visits were measured differently.
-        settings: With which it was made.
-        about: The other fields.
+        inspections: Records "before" and "today", as ``read_operations`` returns them.
+        speeds: Definitions of speeds.
+        settings: Settings of the inference.
+        limits: Entries of the section ``limits`` on which to judge the later inspection.
+        advice: Parts to look at first, by name of a quantity that became worse.
+        same_transducer: Whether both inspections have the same transducer and ratio. They also do
+            if all records name one transducer.
+
+    Raises:
+        ValueError: If no motion has a usable record in both inspections.
     """
-    state = "told" if found.fits else "withheld"
-    state = "apart" if len(found.ratios) > 1 else state
-    state = "beyond" if found.fits and not found.ratios else state
+    before, today, rejected = _usable(inspections)
+    used = {name: [e for e in some if not e.reason] for name, some in inspections.items()}
+    rng, misfit = generator(settings.seed, "two visits"), settings.misfit_p_value
+    changes = compare(before, today, shipped_networks(*KINDS), rng, misfit_p_value=misfit)
+    named_by = {each.operation.transducer for some in used.values() for each in some}
+    explanations = explain(
+        before,
+        today,
+        shipped_sensitivities(changes.family),
+        same_transducer=same_transducer or (len(named_by) == 1 and named_by != {""}),
+        sliding=family_of(changes.family)["contacts"]["sliding"],
+    )
+    measured = measured_changes(before, today, speeds)
+    differences = stated_differences(inspections) + slack_differences(used, measured)
+    document = inspection_change(
+        changes,
+        measured,
+        explanations,
+        differences,
+        settings={"seed": settings.seed, "misfit_p_value": misfit},
+        records={m: {"before": len(before[m]), "today": len(today[m])} for m in before},
+        rejected=rejected,
+        dates={name: days_of(some) for name, some in used.items()},
+        doubts=_doubts(inspections, used),
+    )
+    entries = from_list(limits, [*before], speeds)
+    verdicts = judge_today(document, changes, today, entries, speeds)
+    look = advice_on(document.worse, advice or {})
+    return replace(document, limits=verdicts, advice=look)
+
+
+def inspection_change(
+    changes: NetworkChanges,
+    measured: Sequence[QuantityChange],
+    explanations: Sequence[Explanation],
+    differences: Sequence[Difference] = (),
+    **about: object,
+) -> InspectionChange:
+    """Return the document of changes, explanations, and other differences in the measurement.
+
+    Draws of the networks take a share of no change: the probability of another measurement. Of
+    inspections that were measured differently, nothing inferred is reported. ``about`` has the
+    other fields.
+    """
+    differences = [*differences, *measured_differences(explanations)]
+    changes = changes.unchanged_by(other_measurement(explanations))
+    inferred = [] if differences else inferred_changes(changes)
     matches = {
-        motion: {visit: VisitMatch(match.p_value, match.parts) for visit, match in by.items()}
-        for motion, by in found.matches.items()
+        motion: {name: {"p_value": e.p_value, "parts": e.parts} for name, e in by.items()}
+        for motion, by in changes.matches.items()
     }
-    inferred = [] if differences else changes(found, settings.share)
+    amounts = {row.name: row.if_changed for row in inferred if any(row.if_changed)}
     return InspectionChange(
-        parameters="unlike" if differences else state,
-        family=found.family,
+        state="different_setup" if differences else changes.state,
+        family=changes.family,
         matches=plainly(matches),
-        agreement=plainly(Agreement(found.agreement, found.least)),
-        settings=settings,
+        agreement=plainly({"p_value": changes.agreement, "parameter": changes.least}),
         differences=plainly(differences),
-        explanations=plainly(found.explanations),
-        changes=[*measured, *inferred],
-        mechanisms=[] if differences else mechanism_changes(found, settings.share),
+        explanations=plainly(
+            [replace(e, change=amounts.get(e.parameter, e.change)) for e in explanations]
+        ),
+        measured=measured,
+        inferred=inferred,
         **about,
     )
 
 
-def _by_verdict(rows: Iterable[QuantityChange]) -> list[str]:
-    """Names of what has changed, and by how much; of what cannot be told; of what has not."""
-    names: dict[str, list[str]] = {verdict: [] for verdict in VERDICT_WORDS}
-    for row in rows:
-        low, middle, high = (in_digits(each, 2, sign=True) for each in row.if_changed)
-        percent = f" {middle} % ({low} to {high})"
-        names[row.verdict].append(row.label + (percent if row.sure else ""))
-    return [", ".join(each) for each in names.values()]
+def _doubts(inspections: Inspections, used: Inspections) -> list[str]:
+    """Return warnings about the records: dates, identities, disturbances and copies."""
+    doubts = [*order_doubts(inspections)]
+    doubts += [doubt for records in inspections.values() for doubt in doubts_about(records)]
+    for record in (record for records in used.values() for record in records):
+        about = {"file": printable(record.operation.file), "motion": record.motion}
+        remarks = (e for e in record.raw.remarks_on() if getattr(e, "code", "") in DISTURBED)
+        doubts += [say("disturbed", remark=remark, **about) for remark in remarks]
+    first = {samples_of(record): record.operation.file for record in used["before"]}
+    for record in used["today"]:
+        if file := first.get(samples_of(record)):
+            doubts.append(
+                say("copy-of-before", file=printable(file), other=printable(record.operation.file))
+            )
+    return list(dict.fromkeys(doubts))
 
 
-def _trust(document: InspectionChange) -> list[str]:
-    """How far networks can be trusted, in sentences."""
-    matches = [
-        (motion, visit, match)
-        for motion, by in document.matches.items()
-        for visit, match in by.items()
-    ]
-    odd = [each for each in matches if each[2].p_value < document.settings.misfit_p_value]
-    family = f"the family {document.family}"
-    if document.parameters == "withheld" or (odd and document.differences):
-        where = ", ".join(f"the {motion} {visit} {match.words}" for motion, visit, match in odd)
-        return [
-            f"WARNING: not of a drive of {family}, the nearest that ships: {where}. What is "
-            "measured holds. Look at these records with breaker infer --plot; where one motion is "
-            "odd, compare the other with --motion"
-        ]
-    least = in_p(min(match.p_value for _, _, match in matches))
-    said = [f"drives of {family} look like both visits (least {least})"]
-    how = f"{document.agreement.parameter}, {in_p(document.agreement.p_value)}"
-    if document.parameters == "beyond":
-        said.append(
-            f"WARNING: {BEYOND}. Are both visits of the same drive and phase, and are rate and "
-            "ratio of both files right?"
-        )
-    elif document.parameters == "apart":
-        said.append(
-            f"WARNING: {APART} ({how}), so that something else "
-            "has changed, or a record is of another drive; what each indicates is listed apart"
-        )
-    elif document.agreement.parameter:
-        said.append(f"closing and opening agree (least in {how})")
-    return said
+def _usable(inspections: Inspections) -> tuple[dict, dict, list[dict]]:
+    """Return usable records of motions of both inspections, and the rejected records.
+
+    Raises:
+        ValueError: If there is no such motion.
+    """
+    by = {
+        name: {m: [e for e in some if e.motion == m and not e.reason] for m in MOTIONS}
+        for name, some in inspections.items()
+    }
+    motions = [motion for motion in MOTIONS if all(some[motion] for some in by.values())]
+    rejected = []
+    for name, records in inspections.items():
+        other = "today" if name == "before" else "before"
+        for record in records:
+            file = str(record.operation.file)
+            reason = record.reason.removeprefix(f"{file}: ")
+            if not reason and record.motion not in motions:
+                reason = say("not-in-both", other=other, motion=record.motion)
+            if reason:
+                about = {"file": file, "motion": record.motion, "inspection": name}
+                rejected.append(about | {"reason": reason})
+    if not motions:
+        reasons = "".join(f"\n  {say('rejected', **each)}" for each in rejected)
+        raise ValueError(say("nothing-to-compare", reasons=reasons))
+    before, today = ({m: [e.raw for e in some[m]] for m in motions} for some in by.values())
+    return before, today, rejected
 
 
-def visits_said(document: InspectionChange) -> tuple[list[str], list[str]]:
-    """Return what is to be said first of a comparison, and how far it can be trusted."""
-    counts = [
-        f"{motion} {each['before']} before, {each['today']} today"
-        for motion, each in document.records.items()
-    ]
-    first = [*document.warnings, *document.headline.split("\n")]
-    when = [f"{visit} {each or 'not stated'}" for visit, each in document.dates.items()]
-    said = [f"dates: {', '.join(when)}"] if any(document.dates.values()) else []
-    zones = dict.fromkeys(f"{e.name} {e.zone}" for e in document.changes if e.zone)
-    said += [say("zones", zones="; ".join(zones))] if zones else []
-    return first, [*document.trust, f"records: {'; '.join(counts)}", *said]
+def judge_today(
+    document: InspectionChange,
+    changes: NetworkChanges,
+    today: Mapping[str, Sequence[Record]],
+    limits: Sequence[Limit],
+    speeds: Sequence[Speed],
+) -> list[Verdict]:
+    """Return verdicts on limits: on the means of the later inspection, and on changes."""
+    draws = changes.unchanged_by(other_measurement(document.explanations)).draws
+    shown = {m: [raw.measured(speeds) for raw in raws] for m, raws in today.items()}
+
+    def evidence(limit: Limit, name: str) -> Evidence:
+        if limit.of == "model":
+            return Evidence(reason=say("model-limit"))
+        if limit.of == "change":
+            if document.differences or not draws:
+                return Evidence(reason=say("no-change-estimated"))
+            return Evidence(draws=100.0 * draws[name])
+        measured = [record[name] for record in shown[limit.motion]]
+        readings = np.array([each[:2] for each in measured if np.isfinite(each.value)], float)
+        if not len(readings):
+            return Evidence(reason=measured[0].reason)
+        mean = float(readings[:, 0].mean())
+        stroke = np.nanmean([record["stroke"].value for record in shown[limit.motion]])
+        return Evidence(mean, mean_error([readings], usual_scatter(name, mean, float(stroke))))
+
+    return plainly(judge(limits, evidence, document.settings["seed"], "visits"))
 
 
-def words_of_visits(document: InspectionChange) -> Document:
+# ---- tables ----------------------------------------------------------------------------------
+
+
+def words_of_change(document: InspectionChange) -> Document:
     """Return a comparison in words."""
-    said = [each for some in visits_said(document) for each in some]
-    said += [f"rejected: {each.visit}: {each.file}: {each.reason}" for each in document.rejected]
-    share, rows, kind = document.settings.share, [], ""
-    for row in document.changes:
-        if row.kind != kind and row.kind in _GROUPS:
-            rows.append(_GROUPS[row.kind])
-        kind = row.kind
-        rows.append(_cells(row))
-    mechanisms = [row for row in document.mechanisms if row.verdict != VERDICT_WORDS[2]]
-    least = in_digits(20 * share, 4)
-    rows += [f"mechanisms, % of {CHANGE_OF} (P> {least} %)"] if mechanisms else []
-    rows += map(_cells, mechanisms)
-    beyond = f"P>{in_digits(100 * share, 4)} %"
-    first = _NAME.format("", "before", "today")
-    head = (first, "change", "90 % interval", "P same", beyond, "P worse")
     limits = [limits_table(document.limits)] if document.limits else []
-    parts = [Section(parts=[Table(head, rows, form=_ROW), *limits])]
+    parts = [*limits, _table(document)]
     if document.advice:
-        parts.append(Section(LOOK, [*map(Remark, document.advice)]))
-    return Document(summary=said, parts=parts)
+        parts.append(Section(say("look-first"), [*map(Remark, document.advice)]))
+    warnings = [f"WARNING: {each}" for each in document.warnings]
+    return Document(summary=[*warnings, *document.summary], parts=parts)
+
+
+def change_tables(compared: Mapping[str, InspectionChange | str]) -> list[Table]:
+    """Return the tables of changes of a report, by phase; a text says why one is not compared."""
+    tables = []
+    for phase, document in compared.items():
+        since = say("earlier") if isinstance(document, str) else document.since
+        title = say("changes-title", since=since) + f", {phase}" * bool(phase)
+        if isinstance(document, str):
+            tables.append(Table(title=title, notes=[document]))
+            continue
+        look = [f"{say('look-first')}: {words}" for words in document.advice]
+        notes = [*document.summary, *look]
+        tables.append(replace(_table(document), title=title, notes=notes))
+    return tables
+
+
+def _table(document: InspectionChange) -> Table:
+    """Return measured changes, then those of parameters that the records determine."""
+    rows: list = [_cells(row) for row in document.measured]
+    determined = [row for row in document.inferred if row.identifiable]
+    rows += [say("parameters-title"), *map(_cells, determined)] if determined else []
+    return Table(_HEAD, rows)
 
 
 def _cells(row: QuantityChange) -> list[str]:
-    values = [in_digits(each, 4) for each in (row.before, row.today) if each is not None]
-    name, alone = row.label, row.kind == "parameter" and row.motion
-    name += f" ({row.unit})" if values else "" if alone else f": {row.meaning}"
-    known = [row.unchanged, row.beyond, row.worse]
-    return [
-        _NAME.format(name, *values) if values else name,
-        *change_words(row),
-        *("" if each is None else f"{each:.2f}" for each in known),
-    ]
-
-
-def change_words(row: QuantityChange) -> tuple[str, str]:
-    """A change in percent, and its 90 % interval."""
-    low, middle, high = (f"{round(each, 1) + 0.0:+.1f}" for each in row.if_changed)  # no -0
-    return f"{middle} %", f"{low} to {high}"
+    """Return the cells of a change: red where it is to the worse, faint where there is none."""
+    tone = "bad" if row.is_worse else "" if row.changed else "faint"
+    change = interval = ""
+    if row.if_changed[0] != row.if_changed[2]:
+        low, middle, high = _digits(row.if_changed, sign=True)
+        change, interval = Cell(f"{middle} %", tone), f"{low} to {high}"
+    values = ["" if each is None else in_digits(each, 4) for each in (row.before, row.today)]
+    known = ("" if each is None else f"{each:.2f}" for each in (row.p_unchanged, row.p_worse))
+    unit = row.unit if row.measured else ""
+    return [row.words, unit, *values, change, interval, *known]

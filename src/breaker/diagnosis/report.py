@@ -8,9 +8,9 @@ from dataclasses import dataclass
 
 from breaker.common.document import Cell, Document, Letterhead, Table
 from breaker.common.numerals import first_of
-from breaker.diagnosis.change_table import changes_table
 from breaker.diagnosis.curves import Panel, panel_of
 from breaker.diagnosis.identity import nameplate, printed_values
+from breaker.diagnosis.inspection_change import change_tables
 from breaker.diagnosis.result import DiagnosisResult, RecordResult, operations_of, result_of
 from breaker.diagnosis.session import Diagnosis
 from breaker.diagnosis.tables import (
@@ -90,13 +90,12 @@ def document_of(
     tables += [limits_table(others)] if others else []
     notes = [simultaneity_in_words(each) for each in result.simultaneity]
     tables += [Table(title="Simultaneity of poles", notes=notes)] if notes else []
-    if changed:
-        phases = dict.fromkeys(each.phase for group in groups for each in group)
-        tables.append(changes_table(changed, [*phases]))
+    tables += change_tables(changed)
     tables += [remarks_table(result, said), rejected_table(result), state_table(result)]
     warnings = [("", note) for note in result.warnings]
     warnings = [Cell(f"WARNING: {text}", "bad") for text in grouped(warnings, warnings)]
-    warnings += [Cell(text, "bad") for each in changed.values() for text in each.warnings]
+    compared = [each for each in changed.values() if not isinstance(each, str)]
+    warnings += [Cell(f"WARNING: {text}", "bad") for each in compared for text in each.warnings]
     summary = [*dict.fromkeys(warnings), verdict_of(result)]
     parts = [each for each in tables if each.rows or each.notes]
     if diagnosis is None:

@@ -28,12 +28,8 @@ from breaker.records.files import Files
 from breaker.records.printed import stated_speeds
 
 if TYPE_CHECKING:
-    from breaker.diagnosis.change_table import NotCompared
     from breaker.diagnosis.curves import Overlay
     from breaker.diagnosis.inspection_change import InspectionChange
-
-MATTERS = 0.05
-"""Share from which a change between two inspections matters: the default of ``--beyond``."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,6 +45,7 @@ class Diagnosis:
         reference: File of a good record of the type.
         records, before: Records of the inspection, and of the one before.
         overlays: Records over a good one.
+        same_transducer: Whether both inspections have the same transducer and ratio.
     """
 
     config: Mapping
@@ -61,6 +58,7 @@ class Diagnosis:
     records: Sequence[DriveRecord] = ()
     before: Sequence[DriveRecord] = ()
     overlays: "Sequence[Overlay]" = ()
+    same_transducer: bool = False
 
     @property
     def settings(self) -> EstimateSettings:
@@ -161,27 +159,27 @@ class Diagnosis:
         return [judged(each, limits, seed=self.settings.seed) for each in estimates]
 
     def compare(
-        self, inspections: Inspections, beyond: float = MATTERS, *, same_transducer: bool = False
+        self, inspections: Inspections, *, same_transducer: bool = False
     ) -> "InspectionChange":
         """Compare records "before" and "today" of the phase that they state.
 
         Raises:
             ValueError: If they state different phases, or no motion has a usable record in both.
         """
-        from breaker.diagnosis.visit_comparison import compared
+        from breaker.diagnosis.inspection_change import compare_inspections
 
         paired, remarks = pair_phases(inspections)
         speeds = self.speeds_of(record for records in paired.values() for record in records)
-        about = {"beyond": beyond, "limits": self.limits, "same_transducer": same_transducer}
-        advice = advice_of(self.config["advice"])
-        found = compared(paired, speeds, self.settings, advice=advice, **about)
+        about = {"limits": self.limits, "same_transducer": same_transducer}
+        about["advice"] = advice_of(self.config["advice"])
+        found = compare_inspections(paired, speeds, self.settings, **about)
         return replace(found, doubts=[*found.doubts, *remarks])
 
     @cached_property
-    def changes(self) -> "dict[str, InspectionChange | NotCompared]":
-        """Comparisons with the inspection before, by phase or channel; limits are not judged."""
-        from breaker.diagnosis.change_table import NotCompared
-
+    def changes(self) -> "dict[str, InspectionChange | str]":
+        """Comparisons with the inspection before, by phase or channel; limits are not judged. A
+        text says why a phase cannot be compared.
+        """
         names = list(dict.fromkeys(record.operation.phase for record in self.records))
         rejected = [record.reason for record in self.before if record.reason]
         unjudged, found = replace(self, limits=()), {}
@@ -192,9 +190,10 @@ class Diagnosis:
             try:
                 if len(names) > 1 and not phase:
                     raise ValueError(say("phases-needed"))
-                found[name] = unjudged.compare({"before": before, "today": today})
+                both = {"before": before, "today": today}
+                found[name] = unjudged.compare(both, same_transducer=self.same_transducer)
             except ValueError as error:
-                found[name] = NotCompared([*rejected, str(error).splitlines()[0]])
+                found[name] = "; ".join([*rejected, str(error).splitlines()[0]])
         return found
 
     @property

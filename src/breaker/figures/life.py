@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from breaker.common.numerals import first_of, in_digits
-from breaker.family.untold import APART, BEYOND, WITHHELD, as_sentence
+from breaker.diagnosis.words import say
 from breaker.figures import panels as p
 from breaker.figures import style
 from breaker.prognosis.first_page import about, exceeded, in_percent, span
@@ -289,8 +289,8 @@ def changes(life: xr.Dataset, truth: xr.DataArray | None = None) -> Figure:
     ``truth`` is that of a simulated life, ``(operation, parameter)``, percent.
     """
     if life["changed"].isnull().all():
-        alone = APART if life.attrs["agreement"] < 1.0 else WITHHELD
-        why = as_sentence(BEYOND if life.attrs["family"] else alone)
+        code = "operations-disagree" if life.attrs["agreement"] < 1.0 else "outside-family"
+        why = say(f"change-{'beyond-wear' if life.attrs['family'] else code}")
         return p.empty("Changes of the parameters are not reported", why)
     names = [str(name) for name in life["parameter"].values]
     figure, axes = p.panels(len(names), columns=2, width=6.4, height=2.3, sharex=True)

@@ -9,8 +9,6 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from breaker.common.numerals import in_digits
-from breaker.diagnosis.inspection_change import visits_said
-from breaker.family.untold import WITHHELD
 from breaker.figures import panels as p
 from breaker.figures import style
 from breaker.figures.records import difference
@@ -25,75 +23,65 @@ if TYPE_CHECKING:
     from breaker.diagnosis.type_prior import TypeOfBreaker, TypePrior
 
 
+_LEAST_EXTENT, _EXTENT = 20.0, 40.0  # percent of change that an axis shows, at least and at most
+
+
 @style.styled
 def visits(document: "InspectionChange") -> Figure:
-    """Draw a comparison of two inspections: a row for each quantity, measured ones first.
-
-    On the right is how probable it is that there is no change, that it is beyond the share, and
-    that it is beyond it to the worse.
+    """Draw a comparison of two inspections: a row for each measured change, then for each parameter
+    that the records determine. Red changes are to the worse.
     """
-    share = 100.0 * document.settings.share
-    said, about = visits_said(document)
-    doubts = len(document.warnings)  # with names that users gave, as they are
-    said = [*map(style.literal, said[:doubts]), *map(p.spoken, said[doubts:])]
+    # Warnings have names that users gave, and are shown as they are.
+    said = [style.literal(f"WARNING: {each}") for each in document.warnings]
+    said += map(p.spoken, document.summary)
     headline = "\n".join(style.within(each, 11.3, 12.0) for each in said)
-    trust = "\n".join(style.within(style.literal(each), 11.3, 9.0) for each in about)
-    head = 0.19 * headline.count("\n") + 0.16 * trust.count("\n") + 0.52  # inches
-    body = 0.29 * (len(document.changes) + 2.0) + 1.0
-    figure = style.new_figure(11.5, head + body)
-    above, below = figure.subfigures(2, 1, height_ratios=[head, body])
+    head = 0.19 * headline.count("\n") + 0.4  # inches
+    rows = [*document.measured, *(row for row in document.inferred if row.identifiable)]
+    figure = style.new_figure(11.5, head + 0.29 * (len(rows) + 2.0) + 1.0)
+    heights = [head, figure.get_figheight() - head]
+    above, below = figure.subfigures(2, 1, height_ratios=heights)
     above.text(0.01, 0.97, headline, va="top", weight="bold", fontsize=10.5)
-    above.text(0.01, 0.03, trust, va="bottom", fontsize=9)
     axis = below.subplots()
-    beyond = f"P>{in_digits(share, 4)} %"
-    labels, numbers = ["before → today"], [f"P same {beyond:>8}  P worse"]
-    farthest = 1.08 * max((abs(x) for row in document.changes for x in row.change), default=0.0)
-    extent = min(max(farthest, 4.0 * share), max(40.0, 4.0 * share))
-    for y, row in enumerate(document.changes, start=1):
+    labels, numbers = ["before → today"], ["P unchanged  P worse"]
+    farthest = 1.08 * max((abs(x) for row in rows for x in row.if_changed), default=0.0)
+    extent = min(max(farthest, _LEAST_EXTENT), _EXTENT)
+    for y, row in enumerate(rows, start=1):
         _change(axis, y, row, extent)
-        words = f"{row.name}{f', {row.of}' if row.of else ''}"
+        values = ""
         if row.measured:
             before, today = in_digits(row.before, 4), in_digits(row.today, 4)
-            words += f" ({row.unit})   {before} → {today}"
-        labels.append(p.spoken(words))
-        values = (row.unchanged, row.beyond, row.worse)
-        texts = ("" if each is None else f"{each:.2f}" for each in values)
-        numbers.append("{:>6} {:>8}  {:>7}".format(*texts))
-    axis.axvspan(-share, share, color=style.PRIOR, alpha=0.15, lw=0, label=f"within {share:g} %")
+            values = f" ({row.unit})   {before} → {today}"
+        labels.append(p.spoken(row.words + values))
+        texts = ("" if each is None else f"{each:.2f}" for each in (row.p_unchanged, row.p_worse))
+        numbers.append("{:>11}  {:>7}".format(*texts))
     axis.axvline(0.0, color=style.REFERENCE, lw=0.8)
     axis.axhline(len(document.measured) + 0.5, color=style.REFERENCE, lw=0.6)
     for text in p.rows_of_words(axis, labels, numbers).get_yticklabels():
         text.set_fontfamily("DejaVu Sans Mono")
-    axis.set(xlim=(-extent, extent), xlabel="change since the first inspection (%)")
-    notes = {"told": "", "apart": "motions contradict each other, so each is inferred alone"}
-    axis.set_title(notes.get(document.parameters, f"no parameters: {WITHHELD}"), fontsize=10)
+    axis.set(xlim=(-extent, extent), xlabel="change since the earlier inspection (%)")
     p.legend_below(figure, columns=5)
     return figure
 
 
 def _change(axis: Axes, y: int, row: "QuantityChange", extent: float) -> None:
     """Draw a change with its interval; what is beyond the axis is pointed to and written."""
-    low, middle, high = np.clip(row.change, -extent, extent)
-    label, colour = "did not change", style.CORRECTED
-    if row.verdict == "not told":
-        label, colour = "inconclusive", style.PRIOR
-    elif row.sure:
-        worse = (row.worse or 0.0) > 0.5
-        label = "changed for the worse" if worse else "changed"
-        colour = style.WARNING if worse else style.CHANGED
+    change = row.if_changed if row.changed else row.change
+    low, middle, high = np.clip(change, -extent, extent)
+    label, colour = "no change detected", style.PRIOR
+    if row.changed:
+        label = "changed for the worse" if row.is_worse else "changed"
+        colour = style.WARNING if row.is_worse else style.CHANGED
     axis.hlines(y, low, high, color=colour, lw=2.4, label=label)
-    contradicted = row.kind == "parameter" and bool(row.motion)
-    hollow = contradicted or label == "inconclusive"
-    if abs(row.change[1]) <= extent:
-        look = {"mfc": "white"} if hollow else {"mec": "white"}
+    if abs(change[1]) <= extent:
+        look = {"mec": "white"} if row.changed else {"mfc": "white"}
         axis.plot(middle, y, "s" if row.measured else "o", color=colour, ms=7, **look)
-    sides = [-1] * (row.change[0] < -extent) + [1] * (row.change[2] > extent)
+    sides = [-1] * (change[0] < -extent) + [1] * (change[2] > extent)
     for side in sides:
         look = {"marker": "<" if side < 0 else ">", "ls": "", "ms": 8, "clip_on": False}
         axis.plot(side * extent, y, color=colour, zorder=3, **look)
     if sides:
-        at = sides[-1] if row.change[1] > 0.0 else sides[0]
-        low, middle, high = (f"{each:+.0f}" for each in row.change)
+        at = sides[-1] if change[1] > 0.0 else sides[0]
+        low, middle, high = (f"{each:+.0f}" for each in change)
         place = {"xytext": (-7 * at, 4), "textcoords": "offset points", "fontsize": 8}
         place["ha"] = "left" if at < 0 else "right"
         axis.annotate(p.signed(f"{middle} % ({low} to {high})"), (at * extent, y), **place)

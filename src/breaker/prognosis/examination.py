@@ -180,13 +180,13 @@ def _judged(rows: Sequence[Verdict]) -> dict:
 def _compared(member: Member, visits: Mapping[str, Sequence], assessment: Diagnosis) -> dict:
     """First and last visit; what goes on as it did reaches a limit on a date."""
     found = assessment.compare(visits)
-    rows, unlike = found.changes, [each.words for each in found.differences]
-    said = {"how": "visits", "differences": unlike or [*filter(None, [found.either])]}
+    rows, unlike = [*found.measured, *found.inferred], [each.words for each in found.differences]
+    either = [e for e in [found.explained] if e.code == "explained-by-setup"]
+    said = {"how": "visits", "differences": unlike or either}
     said |= _judged(found.limits)
     for key, some in {"changed": found.reported, "since": found.measured}.items():
         said[key] = [DriveChange(row.name, row.motion, row.change) for row in some]
-    notes = (each for each in found.trust if each.startswith("WARNING"))
-    said["trust"] = [*found.doubts, *(each.removeprefix("WARNING: ") for each in notes)]
+    said["trust"] = [*found.doubts, *found.limitations]
     if said["differences"]:  # of no trend; beyond a limit today it is whatever was before
         now = said["state"] == "now" and not unlike
         return said | {"changed": []} | ({} if now else {"state": DIFFERENT, "due": Due()})
@@ -225,7 +225,7 @@ def _left(limit: Verdict, rows: Sequence[QuantityChange]) -> float:
     if len(limit.parts) != 1 or limit.verdict == "fail":
         return np.inf
     (part,) = limit.parts
-    of = [e for e in rows if e.sure and (e.name, e.motion) == (part.quantity, limit.motion)]
+    of = [e for e in rows if e.changed and (e.name, e.motion) == (part.quantity, limit.motion)]
     if not of or part.value is None:
         return np.inf
     before = of[0].before if of[0].measured else 0.0  # of a parameter, its change

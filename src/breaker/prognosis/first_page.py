@@ -8,7 +8,8 @@ import xarray as xr
 
 from breaker.common.document import Document, Table
 from breaker.common.numerals import first_of, in_digits, in_p
-from breaker.family.untold import APART, BEYOND, LOOK, WITHHELD, advice_on
+from breaker.configuration.definitions import advice_on
+from breaker.diagnosis.words import say
 from breaker.model.parameters import PARAMETERS
 
 _NOTED = 2.0  # percent, beyond which a change is worth a word
@@ -33,7 +34,7 @@ def since_new(changes: pd.DataFrame, life: xr.Dataset) -> str:
         return f"Since new: nothing is told before record {records} (trend.reference, settle)."
     names = [str(name) for name in life.parameter.values]
     if math.isnan(row[names[0]]):
-        return f"Since new: {BEYOND}."
+        return f"Since new: {say('change-beyond-wear')}."
     sure = [name for name in names if row[f"{name}_unchanged"] < _SURE]
     sure.sort(key=lambda name: -abs(row[name]))
     told = [f"{_WORDS[name]} {_signed(row[name])} % ({_span(row, name)})" for name in sure]
@@ -101,7 +102,8 @@ def look_first(
     due = limits[limits.state.isin(["plan", "now"])]
     first = due.limit == decisions.iloc[-1].limit
     names = dict.fromkeys([*due.quantity[first], *due.quantity[~first]])
-    return [f"{LOOK}: {'; '.join(said)}." for said in [advice_on(names, advice)] if said]
+    look = say("look-first")
+    return [f"{look}: {'; '.join(said)}." for said in [advice_on(names, advice)] if said]
 
 
 def trust(life: xr.Dataset) -> str:
@@ -109,8 +111,8 @@ def trust(life: xr.Dataset) -> str:
     least = in_p(float(life.p_value.min())) if life.sizes["motion"] else "p unknown"
     if not life.attrs["family"]:
         agree = life.attrs["agreement"]
-        why = f"{APART} on what has changed ({in_p(agree)})"
-        why = why if agree < 1.0 else f"{WITHHELD} ({least})"
+        why = f"{say('change-operations-disagree')} on what has changed ({in_p(agree)})"
+        why = why if agree < 1.0 else f"{say('change-outside-family')} ({least})"
         return f"Trust: {why}; only what is measured is told."
     words = f"Trust: drives of the family {life.attrs['family']} look like this one ({least})"
     if life.sizes["motion"] > 1:

@@ -10,8 +10,8 @@ import xarray as xr
 from breaker.common.numerals import first_of, in_digits
 from breaker.common.spellings import bare, usual_spelling
 from breaker.diagnosis.type_prior import DEVIATES, TypeDraws, TypeOfBreaker, learn_type
+from breaker.diagnosis.words import say
 from breaker.family.network_files import shipped_levels
-from breaker.family.untold import UNLIKE
 from breaker.model.parameters import NAMES, PARAMETERS
 from breaker.model.prior import Prior
 from breaker.model.quantities import QUANTITIES, SPEED_UNIT
@@ -166,7 +166,7 @@ def reason_of(row: FleetRow) -> str:
     document = row.document
     said, due = [*document.differences], document.due
     if document.state == DIFFERENT:
-        said += [f"{UNLIKE}, so no trend is told"]
+        said += [f"{say('change-different-setup')}, so no trend is told"]
     elif said:
         said += ["so no trend is told"]
     said += [f"exceeded: {row.failed}"] if row.failed else []
