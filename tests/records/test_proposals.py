@@ -5,7 +5,7 @@ import pytest
 import yaml
 
 from breaker.common.document import text_of
-from breaker.common.visible_text import visible_text
+from breaker.common.text import visible_text
 from breaker.configuration.definitions import simulated_test
 from breaker.family.endurance import EnduranceTest
 from breaker.records.curves import read_curves

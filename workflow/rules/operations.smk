@@ -6,7 +6,7 @@ no other. A life goes through all of them at once.
 
 from functools import cache
 
-from breaker.common.spellings import bare
+from breaker.common.text import bare
 from breaker.configuration.definitions import entry_of_type, types_of
 from breaker.records.folder import (
     fingerprint,

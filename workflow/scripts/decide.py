@@ -3,7 +3,7 @@
 import json
 from pathlib import Path
 
-from breaker.common.safe_text import save_frame
+from breaker.common.text import save_frame
 from breaker.common.zarr_store import describe, open_store, save
 from breaker.prognosis.first_page import headline, limit_words, look_first, since_new, trust
 from breaker.prognosis.life_tables import change_table, decided, limit_table

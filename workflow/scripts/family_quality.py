@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from breaker.common.safe_text import save_frame
+from breaker.common.text import save_frame
 from breaker.common.zarr_store import open_store
 from breaker.family.training_rows import family_quality
 from breaker.workflow.jobs import start

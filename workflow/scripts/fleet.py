@@ -5,7 +5,7 @@ from pathlib import Path
 import xarray as xr
 
 from breaker.common.document import html_page
-from breaker.common.safe_text import save_frame
+from breaker.common.text import save_frame
 from breaker.common.zarr_store import open_store
 from breaker.figures.reports import fleet
 from breaker.figures.style import save

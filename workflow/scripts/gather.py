@@ -2,7 +2,7 @@
 
 import pandas as pd
 
-from breaker.common.safe_text import save_frame
+from breaker.common.text import save_frame
 from breaker.common.zarr_store import save
 from breaker.paper.validation import intervals, table
 from breaker.records.curves import open_curves

@@ -1,6 +1,6 @@
 """Hold the network's own density against the exact posterior, curve by curve."""
 
-from breaker.common.safe_text import save_frame
+from breaker.common.text import save_frame
 from breaker.common.zarr_store import describe, open_store, save
 from breaker.paper.correction import judge
 from breaker.paper.posterior import Posterior

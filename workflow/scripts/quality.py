@@ -2,7 +2,7 @@
 
 import pandas as pd
 
-from breaker.common.safe_text import save_frame
+from breaker.common.text import save_frame
 from breaker.common.zarr_store import open_store
 from breaker.paper.validation import quality, scale_of
 from breaker.workflow.jobs import start

@@ -16,7 +16,7 @@ from breaker.app.page_choices import WHOLE, Choices, name_of
 from breaker.app.view_session import SHOWN, Session, Shown
 from breaker.common.document import html_page, tone_of
 from breaker.common.numerals import in_digits
-from breaker.common.visible_text import visible_text
+from breaker.common.text import visible_text
 from breaker.records.files import printable
 
 

@@ -13,7 +13,7 @@ from typing import TextIO
 
 from breaker import DISTRIBUTION, __version__
 from breaker.cli.inputs import PROJECT, SEVERAL, add_path
-from breaker.common.visible_text import UNPRINTED, say
+from breaker.common.text import UNPRINTED, say
 from breaker.configuration.yaml_sources import ConfigurationError
 from breaker.workflow.jobs import set_threads
 

@@ -8,7 +8,7 @@ from operator import getitem
 
 from breaker.cli import inputs
 from breaker.cli.outputs import check_outputs, draw, say_written
-from breaker.common.visible_text import say
+from breaker.common.text import say
 
 _VISITS = ("before", "today")
 _SHARED = ("seed", "known", "speeds", "endurance.misfit_p_value")  # that no visit has for itself

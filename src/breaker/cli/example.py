@@ -5,7 +5,7 @@ import os
 from pathlib import Path
 
 from breaker.cli.inputs import add_path, settings_of
-from breaker.common.visible_text import say
+from breaker.common.text import say
 
 _MOST, _USUAL, _SEED = 100, 3, 1  # operations, and of all files
 

@@ -4,7 +4,7 @@ import argparse
 
 from breaker.cli.inputs import add_path, settings_of
 from breaker.cli.outputs import check_outputs, draw, say_written, write_lines
-from breaker.common.visible_text import say
+from breaker.common.text import say
 
 
 def add(fit_prior: argparse.ArgumentParser) -> None:

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from breaker.cli import inputs
 from breaker.cli.outputs import check_outputs, draw, say_written, write, write_lines
-from breaker.common.visible_text import say
+from breaker.common.text import say
 from breaker.model.parameters import MOTIONS
 
 

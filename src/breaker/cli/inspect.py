@@ -7,7 +7,7 @@ from pathlib import Path
 
 from breaker.cli.inputs import PROJECT, SEVERAL, add_path, settings_of
 from breaker.cli.outputs import check_outputs, draw, say_written, write_lines
-from breaker.common.visible_text import say, visible_text
+from breaker.common.text import say, visible_text
 
 
 def add(inspect: argparse.ArgumentParser) -> None:

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 
 from breaker.common.atomic_writes import whole
-from breaker.common.visible_text import say
+from breaker.common.text import say
 from breaker.model.parameters import MOTIONS
 
 _ENDINGS = {"picture": (".png", ".pdf", ".svg", ".jpg", ".jpeg"), "report": (".html", ".pdf")}

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from breaker.cli import inputs
 from breaker.cli.outputs import check_outputs, write
-from breaker.common.visible_text import say
+from breaker.common.text import say
 
 
 def add(report: argparse.ArgumentParser) -> None:

@@ -15,7 +15,7 @@ from breaker import DISTRIBUTION
 from breaker.cli.inputs import add_path, settings_of
 from breaker.cli.outputs import check_outputs, write_lines
 from breaker.cli.report import content_of, read_of
-from breaker.common.visible_text import say
+from breaker.common.text import say
 
 
 def add(view: argparse.ArgumentParser) -> None:

@@ -10,7 +10,7 @@ from types import ModuleType
 from typing import TYPE_CHECKING
 
 from breaker import DISTRIBUTION
-from breaker.common.visible_text import visible_text
+from breaker.common.text import visible_text
 
 if TYPE_CHECKING:
     from jinja2 import Template

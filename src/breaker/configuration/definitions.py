@@ -4,7 +4,7 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
-from breaker.common.spellings import bare
+from breaker.common.text import bare
 from breaker.configuration.loading import read
 from breaker.configuration.yaml_sources import ConfigurationError
 from breaker.shipped import ADVICE, FAMILIES, SIMULATED_TEST, family_file

@@ -11,7 +11,7 @@ from math import isnan
 from breaker.common.document import Cell
 from breaker.common.numerals import first_of, in_digits
 from breaker.common.plain_values import Plain
-from breaker.common.spellings import bare
+from breaker.common.text import bare
 from breaker.common.wording import Sentence
 from breaker.diagnosis.estimate import DriveRecord
 from breaker.diagnosis.reading import stated_phase

@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from breaker.common.numerals import in_digits, natural
-from breaker.common.spellings import usual_spelling
+from breaker.common.text import usual_spelling
 from breaker.diagnosis.estimate import DriveRecord
 from breaker.diagnosis.words import say
 from breaker.family.inputs import normalise_record

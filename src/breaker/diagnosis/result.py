@@ -12,7 +12,7 @@ import numpy as np
 
 from breaker.common.numerals import in_digits, in_p, natural
 from breaker.common.plain_values import Note, Plain, note_of, plainly
-from breaker.common.safe_text import table_text
+from breaker.common.text import table_text
 from breaker.diagnosis.estimate import Estimate
 from breaker.diagnosis.identity import doubts_about
 from breaker.diagnosis.limits import NORMAL, VERDICTS, Simultaneity, Verdict, simultaneity_of

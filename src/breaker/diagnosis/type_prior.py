@@ -20,7 +20,7 @@ from typing import NamedTuple, Self
 import numpy as np
 
 from breaker.common.randomness import generator
-from breaker.common.spellings import bare, usual_spelling
+from breaker.common.text import bare, usual_spelling
 from breaker.configuration.definitions import family_of
 from breaker.configuration.loading import defaults
 from breaker.diagnosis.estimate import DriveRecord, Estimate

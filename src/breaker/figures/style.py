@@ -23,7 +23,7 @@ from matplotlib.text import Annotation, Text
 from PIL import Image
 
 from breaker.common.numerals import first_of
-from breaker.common.visible_text import visible_text
+from breaker.common.text import visible_text
 
 MEASURED = "#000000"  # what was measured, and the truth of a simulation
 MODEL = "#33486B"  # what the model predicts

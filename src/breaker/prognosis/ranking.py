@@ -8,7 +8,7 @@ import pandas as pd
 import xarray as xr
 
 from breaker.common.numerals import first_of, in_digits
-from breaker.common.spellings import bare, usual_spelling
+from breaker.common.text import bare, usual_spelling
 from breaker.diagnosis.type_prior import DEVIATES, TypeDraws, TypeOfBreaker, learn_type
 from breaker.diagnosis.words import say
 from breaker.family.network_files import shipped_levels

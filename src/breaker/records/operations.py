@@ -13,7 +13,7 @@ from io import StringIO
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from breaker.common.safe_text import as_meant
+from breaker.common.text import as_meant
 from breaker.model.parameters import MOTIONS
 from breaker.records.dates import cell_date, dates_of, day_order, earlier
 from breaker.records.files import MOST_COLUMNS, RejectedCurveError, printable, read_bytes

@@ -16,7 +16,7 @@ import yaml
 
 from breaker.common.document import Document, Remark, Section, Table
 from breaker.common.numerals import in_digits
-from breaker.common.visible_text import visible_text
+from breaker.common.text import visible_text
 from breaker.records import description
 from breaker.records.axes import Scale
 from breaker.records.channels import Clock, Travel

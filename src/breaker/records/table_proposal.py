@@ -13,7 +13,7 @@ from types import MappingProxyType
 from typing import Any, NamedTuple
 
 from breaker.common.numerals import natural
-from breaker.common.safe_text import table_text
+from breaker.common.text import table_text
 from breaker.model.parameters import MOTIONS
 from breaker.model.quantities import ABOUT
 from breaker.records.dates import dates_of, day_order, in_order

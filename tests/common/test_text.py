@@ -6,8 +6,7 @@ from io import StringIO
 import pandas as pd
 import pytest
 
-from breaker.common.safe_text import as_meant, inert, save_frame, table_text
-from breaker.common.visible_text import visible_text
+from breaker.common.text import as_meant, inert, save_frame, table_text, visible_text
 
 NAMES = ("=cmd()", "+a", "-Q1", "@Q0", "'=x", "''@x", "'Q0'", "\tQ0", "\rQ0", 'a,"b"\nc', "Q0")
 NAMES += ("", "-3.5", "+1")
