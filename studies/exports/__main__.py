@@ -134,7 +134,7 @@ def ask(path: Path, truth: dict, folder: Path) -> tuple[dict, list[str]]:
             document["records"] += [record | {"channel": column} for record in found]
             rejected = [record for record in found if not record["accepted"]]
             document["refused"] += [[column, record["motion"]] for record in rejected]
-            failures += [f"rejected: {record['reason']}" for record in rejected]
+            failures += [f"rejected: {record['reason']['text']}" for record in rejected]
     return document, failures
 
 

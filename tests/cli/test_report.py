@@ -48,12 +48,6 @@ def test_a_report_has_every_channel_and_verdict(visit, capsys):
     assert re.search("± 6</td>.{,30}pass", page_of())
     assert "Travel 4" not in page_of()
     assert page_of().count("data:image/png;base64,") == 2
-    stated = {"reference": {"file": "before.csv", "tolerance": 2}}
-    (visit / "my.yaml").write_text(yaml.safe_dump(EXPORT | {"report": stated}))
-    assert report("today.csv", "--output", "b.html") == 0
-    option = ["--reference", "before.csv", "--tolerance", "2"]
-    assert report("today.csv", *option, "--output", "c.html") == 0
-    assert page_of("b.html") == page_of("c.html") != page_of()
 
 
 def test_the_same_call_writes_the_same_page_and_a_pdf_is_that_page(visit, weasyprint):

@@ -41,15 +41,21 @@ def concerned(text: str, where: Iterable[str], everyone: Collection[str]) -> str
 
 
 def grouped(notes: Iterable[tuple[str, Note | None]], everyone: Collection[str]) -> list[str]:
-    """Return each kind of sentence once, by its code, with what it concerns."""
+    """Return each kind of sentence once, by its code, with the labels that it concerns."""
     groups: dict[str, list[tuple[str, str]]] = {}
     for label, note in notes:
         if note is not None:
-            key = note.code or re.sub(r"[\d.]+", "", note.text)
+            kind = note.code or re.sub(r"[\d.]+", "", note.text)
+            key = kind if label else note.text  # without a label only equal sentences are one
             groups.setdefault(key, []).append((label, note.text))
-    lines = [
-        concerned(some[0][1], (each[0] for each in some), everyone) for some in groups.values()
-    ]
+    lines = []
+    for some in groups.values():
+        labels, texts = zip(*some, strict=True)
+        if len({*texts}) == 1:
+            lines.append(concerned(texts[0], labels, everyone))
+        else:
+            others = first_of([*dict.fromkeys(labels[1:])], _MOST)
+            lines.append(f"{texts[0]} (similar for {others})")
     return lines if len(lines) <= _MOST else [*lines[:_MOST], say("more", count=len(lines) - _MOST)]
 
 
@@ -148,19 +154,20 @@ def _printed_notes(columns: Columns, printed: Mapping) -> list[str]:
 
 def _notes(records: Sequence[RecordResult], columns: Columns) -> list[str]:
     """Return zones of speeds, the meaning of the star, and why values and verdicts are missing."""
-    notes, missing, doubts = [], {}, []
+    notes, doubts = [], []
     values = [(r, n, v) for r in records for n, v in r.quantities.items() if n not in INFERRED]
     if zones := {n: v.zone for _, n, v in values if v.zone and n not in OF_STROKE}:
         notes.append(say("zones", zones="; ".join(" ".join(pair) for pair in zones.items())))
     if any(value.source == "mixed" for _, _, value in values):
         notes.append(say("star", event=EVENTS[records[0].motion]))
-    for record, name, value in values:
-        if value.reason and value.reason.code not in _NO_STATE:
-            names, where = missing.setdefault(value.reason.text, ({}, {}))
-            names[name] = where[record.phase] = None
-    for reason, (names, where) in missing.items():
-        notes.append(concerned(f"no {', '.join(names)}: {reason}", where, columns))
     for record in records:
+        missing: dict[str, list[str]] = {}
+        for name, value in record.quantities.items():
+            if name not in INFERRED and value.reason and value.reason.code not in _NO_STATE:
+                missing.setdefault(value.reason.text, []).append(name)
+        for reason, lacking in missing.items():
+            text = f"no {', '.join(lacking)}: {reason}"
+            doubts.append((record.phase, Note(re.sub(r"[\d.]+", "", text), text)))
         for limit in record.limits or ():
             if limit.reason:
                 text = f"{limit.name} is inconclusive: {limit.reason}"
