@@ -16,7 +16,6 @@ from breaker.family.rich_drive import CONTACTS, ELEMENTS, Drive
 from breaker.family.shape import LEVELS
 from breaker.model.parameters import MOTIONS, NAMES
 
-CONDITIONS = ("new", "worn")
 GRID = -3.0 + 0.025 * np.arange(512)
 """Times u of a shape."""
 
@@ -73,7 +72,7 @@ def simulate_family(family: Family, drives: int, rng: np.random.Generator) -> xr
             for name, (dims, about) in _LAYOUT.items()
         },
         {
-            "condition": list(CONDITIONS),
+            "condition": ["new", "worn"],
             "motion": list(MOTIONS),
             "u": GRID,
             "parameter": list(NAMES),

@@ -80,7 +80,10 @@ def distances(seen: NormalisedRecords, basis: Basis) -> tuple[np.ndarray, ...]:
         square of what the nearest shape leaves of each part, in noise, ``(n, 3)``, nan without a
         sample; the nearest shapes, ``(n, g)``; and the evidence, as of ``Match``, ``(n,)``.
     """
-    free = _free(basis.mean)
+    slope, mean = np.gradient(basis.mean, SHAPE_TIMES), basis.mean
+    # Changes by another zero, stroke, origin and duration, to first order.
+    free = np.array([np.ones_like(mean), mean, slope, SHAPE_TIMES * slope])
+    free /= np.linalg.norm(free, axis=1, keepdims=True)
     directions = np.vstack([basis.directions, free])
     variances = np.append(basis.variances, np.full(len(free), _FREE))
     parts = [(begin <= SHAPE_TIMES) & (end > SHAPE_TIMES) for begin, end in PARTS.values()]
@@ -89,10 +92,10 @@ def distances(seen: NormalisedRecords, basis: Basis) -> tuple[np.ndarray, ...]:
     lefts = np.full((n, len(parts)), np.nan)
     for i, (way, there, noise) in enumerate(zip(seen.way, seen.present, seen.noise, strict=True)):
         rows = directions[:, there]
-        off = way[there] - basis.mean[there]
+        off = way[there] - mean[there]
         precision = rows @ rows.T / noise**2 + np.diag(1.0 / variances)
         scores = np.linalg.solve(precision, rows @ off / noise**2)
-        nearest[i] = basis.mean + scores @ directions
+        nearest[i] = mean + scores @ directions
         left = (way - nearest[i]) / noise
         total = (off @ left[there]) / noise
         squares[i] = total / there.sum()
@@ -101,15 +104,6 @@ def distances(seen: NormalisedRecords, basis: Basis) -> tuple[np.ndarray, ...]:
             if (part & there).any():
                 lefts[i, k] = np.sqrt(np.mean(np.square(left[part & there])))
     return squares, lefts, nearest, evidence
-
-
-def _free(mean: np.ndarray) -> np.ndarray:
-    """How a shape ``(g,)`` changes by other rests and times, to first order, ``(4, g)``: by zero,
-    stroke, origin and duration.
-    """
-    slope = np.gradient(mean, SHAPE_TIMES)
-    rows = np.array([np.ones_like(mean), mean, slope, SHAPE_TIMES * slope])
-    return rows / np.linalg.norm(rows, axis=1, keepdims=True)
 
 
 def choose_family(

@@ -144,7 +144,8 @@ class Network:
             chosen = (share < uniform[0, i] * share[:, -1:]).sum(axis=1)
             mean, width = (numbers[rows, k * self.components + chosen, columns] for k in (1, 2))
             residual = mean + np.exp(width.clip(-_WIDEST, _WIDEST)) * normal[i]
-            free = uniform[1, i] >= _logistic(numbers[:, -1]) if self.atoms[i] else True
+            absent = 0.5 * np.tanh(0.5 * numbers[:, -1]) + 0.5  # probability of the atom
+            free = uniform[1, i] >= absent if self.atoms[i] else True
             value = place[:, i] + (weights[:, i, :, :i] @ theta[:, :i])[:, 0]
             theta[:, i] = np.where(free, value + scale[:, i] * residual, 0.0)
             seen[:, 2 * i] = np.where(free, residual.clip(-_CLIP, _CLIP), 0.0)
@@ -161,10 +162,6 @@ def _silu_of_half(half: np.ndarray) -> np.ndarray:
     y += 1.0
     y *= half
     return y
-
-
-def _logistic(x: np.ndarray) -> np.ndarray:
-    return 0.5 * np.tanh(0.5 * x) + 0.5  # without overflow
 
 
 @dataclass(frozen=True)
@@ -250,36 +247,27 @@ class StateNetwork:
         at_hand = np.repeat([m in records for m in MOTIONS], 2).tolist()
         there = np.array([True] * len(NAMES) + at_hand + [True] * len(EFFECTS))
         y = self.network.sample(self.network.features(x), there, draws, rng)[0]
-        y = _without_outliers(self.centre + self.scale * y, size)
+        y = self.centre + self.scale * y
+        beyond = ~(np.abs(y) < _LARGEST).all(axis=1)
+        if beyond.all() or beyond.sum() > 1 + _BEYOND * draws:
+            remedy = "check the given size" if size else "train it again"
+            raise ModelFileError(f"a network estimates sizes that no drive has: {remedy}")
+        y[beyond] = y[~beyond][: beyond.sum()]
         if (factors := self.widening.get(len(motions))) is not None:
             y[:, : len(factors)] = _widened(y[:, : len(factors)], factors, rng)
         logs, events, effects = np.split(y, [len(NAMES), len(NAMES) + len(EVENTS)], axis=1)
-        times = {
-            name: float(seen[name.split()[1]].duration[0]) * values
-            for name, values in zip(EVENTS, events.T, strict=True)
-        }
+        release, switching = {}, {}
+        for m in motions:
+            first = 2 * MOTIONS.index(m)
+            times = float(seen[m].duration[0]) * events
+            release[m], switching[m] = times[:, first], times[:, first + 1]
         stroke, duration = float(seen[motions[0]].stroke[0]), float(seen[motions[0]].duration[0])
-        return StateDraws(
-            np.exp(logs) * Size(stroke, duration).factors,
-            *({m: times[f"{event} {m}"] for m in motions} for event in ("release", "switching")),
-            effect_draws(effects, EFFECTS, duration),
-        )
+        theta = np.exp(logs) * Size(stroke, duration).factors
+        return StateDraws(theta, release, switching, effect_draws(effects, EFFECTS, duration))
 
     def match(self, motion: str, record: NormalisedRecords) -> Match:
         """Compare one record with the drives of the family."""
         return self.members[motion].match(record, self.bases[motion])
-
-
-def _without_outliers(y: np.ndarray, size: Size | None) -> np.ndarray:
-    """Return outputs ``(d, q)`` with draws beyond all drives replaced by others."""
-    beyond = ~(np.abs(y) < _LARGEST).all(axis=1)
-    if beyond.all() or beyond.sum() > 1 + _BEYOND * len(y):
-        remedy = "train it again"
-        if size is not None:
-            remedy = "the size that is given is far from what the record shows: check it"
-        raise ModelFileError(f"a network estimates sizes that no drive has: {remedy}")
-    y[beyond] = y[~beyond][: beyond.sum()]
-    return y
 
 
 def _widened(y: np.ndarray, factors: np.ndarray, rng: np.random.Generator) -> np.ndarray:

@@ -4,8 +4,6 @@ Beginning, end, rate, noise and its colour, steps and gaps are drawn for each re
 normalised by the code that reads measured ones.
 """
 
-from typing import NamedTuple
-
 import numpy as np
 
 from breaker.common.compiling import compiled
@@ -25,25 +23,6 @@ _WHOLE, _WHITE, _SMOOTH, _GAPLESS = 0.5, 0.6, 0.5, 0.9  # shares of records
 _COLOUR = 0.8  # largest correlation of neighbouring samples
 _QUANTUM = (0.1, 4.0)  # of the noise
 _GAP = (0.1, 1.5)  # durations
-
-
-class _Sensor(NamedTuple):
-    """Begin and step of a record, durations; the rest, share of the stroke."""
-
-    begin: float
-    step: float
-    noise: float
-    colour: float
-    quantum: float
-
-
-class _Records(NamedTuple):
-    """Normalised records of curves: shapes ``(n, g)``, and numbers about them ``(n, 6)``."""
-
-    way: np.ndarray
-    present: np.ndarray
-    about: np.ndarray
-    there: np.ndarray
 
 
 def record_shapes(
@@ -73,7 +52,7 @@ def record_shapes(
     units = np.array(like) if like else np.zeros((2, n))
     limits = np.log(np.array([*noise, *_SAMPLING, *_QUANTUM]))
     there = np.ones(n, dtype=np.bool_) if wanted is None else wanted.copy()
-    _record(curves, rng, limits, units, _Records(way, present, about, there))
+    _record(curves, rng, limits, units, way, present, about, there)
     origin, stroke, duration, sd, colour, step = about.T
     sd = np.exp(_ERROR * rng.standard_normal(n)) * sd
     colour = np.clip(colour + _ERROR * rng.standard_normal(n), 0.0, 0.95)
@@ -81,9 +60,11 @@ def record_shapes(
 
 
 @_fast
-def _record(curves, rng, limits, units, records):
-    """Record and normalise the curves that are to be there; ``there`` is then which ones are."""
-    way, present, about, there = records
+def _record(curves, rng, limits, units, way, present, about, there):
+    """Record and normalise the curves that are to be there; ``there`` is then which ones are.
+
+    ``about`` is origin, stroke, duration, noise, colour and step of each, ``(n, 6)``.
+    """
     strokes, durations = units[0], units[1]
     out = np.empty(_LONGEST)
     for r in range(len(curves)):
@@ -97,7 +78,7 @@ def _record(curves, rng, limits, units, records):
             fine = rng.random() < _SMOOTH
             quantum = 0.0 if fine else noise * np.exp(rng.uniform(limits[4], limits[5]))
             n = min(_LONGEST, int((end - begin) / step) + 1)
-            _samples(curves[r], rng, _Sensor(begin, step, noise, colour, quantum), out[:n])
+            _samples(curves[r], rng, begin, step, noise, colour, quantum, out[:n])
             if rng.random() > _GAPLESS:
                 first = rng.integers(0, n)
                 out[first : min(n, first + int(rng.uniform(*_GAP) / step))] = np.nan
@@ -125,9 +106,8 @@ def _put(about, r, numbers):
 
 
 @_fast
-def _samples(curve, rng, sensor, out):
+def _samples(curve, rng, begin, step, noise, colour, quantum, out):
     """Sample a curve, with noise of a first-order process, rounded."""
-    begin, step, noise, colour, quantum = sensor
     root, error = np.sqrt(1.0 - colour * colour), rng.standard_normal()
     for i in range(out.size):
         value = _at(curve, (begin + i * step - GRID[0]) / GRID_STEP) + noise * error

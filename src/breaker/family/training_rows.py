@@ -54,18 +54,18 @@ class BankRows:
     """Drives of a bank, with new records of them for each batch.
 
     Attributes:
+        kind: "levels" or "changes".
+        names: Of the outputs.
+        noise: Range of the noise of a sample, share of the stroke.
         bank: Drives: see ``bank.simulate_family``.
         frozen: Scales of inputs and outputs, as the networks have them: set by ``freeze``, or those
             of the training.
     """
 
     kind: ClassVar[str]
-    """"levels" or "changes"."""
     network: ClassVar[type]
     names: ClassVar[tuple[str, ...]]
-    """Of the outputs."""
     noise: ClassVar[tuple[float, float]]
-    """Range of the noise of a sample, share of the stroke."""
 
     bank: xr.Dataset
     frozen: dict[str, Any] = field(default_factory=dict)
@@ -399,8 +399,8 @@ def family_quality(data: xr.Dataset, *, log: bool) -> pd.DataFrame:
     Returns:
         Columns ``output``, ``calibration_p`` and ``calibrated``, all outputs together at 99 %,
         ``coverage_90``, ``contraction`` (1 - mean square error of the posterior mean over the
-        variance of the truth, nan where that does not vary), ``rms_error`` and ``half_width``, the
-        median half width of 90 % intervals; both in the scale that an output is judged in.
+        variance of the truth, nan where that does not vary), and in the scale of the judgement
+        ``rms_error`` and ``half_width``, the median half width of 90 % intervals.
     """
     draws, truth = data.draws.values.copy(), data.truth.values.copy()
     logs = log & np.isin(data.output.values, NAMES)
