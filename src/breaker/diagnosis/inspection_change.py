@@ -145,7 +145,8 @@ class InspectionChange(Plain):
         own = [row for row in self.reported if not row.measured]
         sentences = [say("limits", verdicts=verdicts)] if by else []
         sentences.append(_changes("measured", rows, self.since))
-        if rows or any(each.cause != "none" for each in self.explanations[:1]):
+        changed = rows or any(each.cause != "none" for each in self.explanations[:1])
+        if changed and not (self.differences and self.explained.code == "explained"):
             sentences.append(self.explained)
         sentences += [_changes("parameters", own, self.since)] if self.inferred else []
         unknown = [e.words for e in self.inferred if e.name in NAMES and not e.identifiable]
