@@ -423,7 +423,7 @@ def _cells(row: QuantityChange) -> list[str]:
     """Return the cells of a change: red where it is to the worse, faint where there is none."""
     tone = "bad" if row.is_worse else "" if row.changed else "faint"
     change = interval = ""
-    if row.if_changed[0] != row.if_changed[2]:
+    if row.measured or row.changed:
         low, middle, high = _digits(row.if_changed, sign=True)
         change, interval = Cell(f"{middle} %", tone), f"{low} to {high}"
     values = ["" if each is None else in_digits(each, 4) for each in (row.before, row.today)]
