@@ -1,4 +1,4 @@
-"""Networks trained on a family of rich drives, read without torch: levels, and changes.
+"""A family of simulated drives, and its state and change networks, which need no torch to infer.
 
-``open_network`` reads one; ``NormalisedRecords`` is what networks see of records.
+``open_network`` reads a network; ``NormalisedRecords`` are records as the networks see them.
 """
