@@ -1,4 +1,4 @@
-"""`breaker example`: write the exports of a simulated breaker, to try all of this on."""
+"""`breaker example`: write exports of a simulated breaker, to try the commands on."""
 
 import argparse
 import os
@@ -12,14 +12,17 @@ _MOST, _USUAL, _SEED = 100, 3, 1  # operations, and of all files
 
 def add(example: argparse.ArgumentParser) -> None:
     """Write exports of a simulated breaker of 150 mm stroke, as an analyser of high-voltage
-    breakers writes them: always the same files. With --visits they are those that `breaker view
-    --example` shows, of a breaker of medium voltage, and a file that does not state its rate.
+    breakers writes them. The files are always the same. With --visits, write the files that
+    `breaker view --example` shows: two inspections of a medium-voltage breaker, and a file that
+    does not state its rate.
     """
-    add_path(example, "folder", "FOLDER", "where to write; it must be empty, or not be there")
-    what = f"how many, each a close and an open (default: {_USUAL})"
+    add_path(example, "folder", "FOLDER", "folder to write to; it must be empty or not exist")
+    what = f"number of operations, each a close and an open (default: {_USUAL})"
     example.add_argument("--operations", type=int, metavar="N", help=what)
     example.add_argument("--worn", action="store_true", help="the last operations of its life")
-    example.add_argument("--visits", action="store_true", help="two visits, twelve years apart")
+    example.add_argument(
+        "--visits", action="store_true", help="two inspections, twelve years apart"
+    )
 
 
 def run(options: argparse.Namespace) -> int:
@@ -27,11 +30,11 @@ def run(options: argparse.Namespace) -> int:
     folder = Path(options.folder)
     count = _USUAL if options.operations is None else options.operations
     if not 1 <= count <= _MOST:
-        raise ValueError(f"--operations is {count}; write from 1 to {_MOST}")
+        raise ValueError(f"--operations is {count}. Give a number from 1 to {_MOST}")
     if options.visits and (options.worn or options.operations is not None):
-        raise ValueError("--visits has files of its own; leave --operations and --worn out")
+        raise ValueError("--visits always writes the same files. Leave --operations and --worn out")
     if os.path.lexists(folder) and not (folder.is_dir() and not os.listdir(folder)):
-        raise FileExistsError(f"{folder} is there, and is not replaced; name another")
+        raise FileExistsError(f"{folder} exists, and is not replaced. Name another folder")
     from breaker.configuration.definitions import simulated_test
     from breaker.family.endurance import EnduranceTest
     from breaker.family.exports import write_close_opens, write_inspections

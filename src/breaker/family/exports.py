@@ -20,7 +20,7 @@ HIGH_VOLTAGE = Size(lengths=_HIGH["lengths"], times=_HIGH["times"])
 """Size of the high-voltage breaker, relative to the drive of the simulated endurance test."""
 CHANNELS = ("S 1", "S 2", "S 3", "R 1", "R 2", "R 3")
 """Names of the columns of travel in an export of an analyser."""
-_STEP = 0.08  # mm, of a reading of an analyser: coarser than the noise of the default sensor
+_STEP = 0.08  # mm, of a reading of an analyser: coarse, as at a stroke of 150 mm
 _STATED = "Station: Example\nSerial No: EX-0001\nType: 12 kV\nTest Date: {date}\nOperation: C-O"
 
 
@@ -55,9 +55,8 @@ def write_wide(
     """
     rate = (time.size - 1) / (time[-1] - time[0])
     above = [f"Sampling rate;{rate:g} kHz", "Gerät;Prüfstand 7", f"{motion}: {operation}"]
-    above.append("Temp;21 °C")
-    count = 4 + zlib.crc32(f"{motion} {operation}".encode()) % 42
-    above += [f"channel {i};{i}" for i in range(count - len(above))]
+    more = zlib.crc32(f"{motion} {operation}".encode()) % 42
+    above += ["Temp;21 °C", *(f"channel {i};{i}" for i in range(more))]
     unused = np.where(np.arange(time.size) < 0.9 * time.size, 0.0, np.nan)
     readings = _STEP * np.rint(np.atleast_2d(travel) / _STEP)
     columns = {f"I{i + 1}": _texts(0.01 * np.sin(time + i), 2) for i in range(6)}
@@ -128,14 +127,11 @@ def _close_open(
         for name, sd in numbers["scatter"].items():
             changed[name] = drive.value(name) * (1.0 + sd * rng.standard_normal())
         own, shifts = drive.changed(**changed), numbers["phases_sd"] * rng.standard_normal(2)
-        closes, opens = trigger + shifts + (0.0, numbers["apart"])
-        closing, opening = (
-            own.travel(MOTIONS[0], time - closes),
-            own.travel(MOTIONS[1], time - opens),
-        )
-        travel = np.where(time < opens, closing, opening)
+        starts = dict(zip(MOTIONS, trigger + shifts + (0.0, numbers["apart"]), strict=True))
+        closing, opening = (own.travel(motion, time - at) for motion, at in starts.items())
+        travel = np.where(time < starts["opening"], closing, opening)
         travel += numbers["noise_sd"] * rng.standard_normal(time.size)
-        records[pole] = _Pole(own, {"closing": closes, "opening": opens}, travel)
+        records[pole] = _Pole(own, starts, travel)
     return records
 
 
