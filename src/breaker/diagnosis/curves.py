@@ -202,9 +202,9 @@ def _marked(estimate: Estimate) -> Marked:
     beside = {}
     for kind in raw.currents.channels.keys() & {"trigger", "contact"}:
         values = np.interp(time, raw.time, raw.currents.channels[kind])
-        low, high = np.nanmin(values), np.nanmax(values)
-        if high > low:
-            beside[kind] = (values - low) / (high - low)
+        seen = values[np.isfinite(values)]  # none of a column that is empty here
+        if seen.size and np.ptp(seen) > 0.0:
+            beside[kind] = (values - seen.min()) / np.ptp(seen)
     moves = np.nan if raw.reading.start_hidden else raw.moves
     marks = [
         (at, float(np.interp(at, time[known], travel[known])) if np.isfinite(at) else np.nan)
