@@ -232,6 +232,28 @@ class Never:
         return Match(0.0, {"start": 1.0, "main motion": 9.0, "end": 1.0}, seen.way[0])
 
 
+def test_the_distance_between_posteriors_of_one_drive_is_rarely_large():
+    """Exact normal posteriors of one drive by two readings, and of two drives."""
+    rng = np.random.default_rng(1)
+    prior, noises = (
+        np.diag(np.linspace(0.1, 2.0, 7)),
+        (0.3 * np.eye(7), np.diag(np.linspace(2, 0.1, 7))),
+    )
+
+    def distance(two):
+        theta = rng.multivariate_normal(np.zeros(7), prior, 2 if two else 1)
+        draws = []
+        for mean, noise in zip(theta[[0, -1]], noises, strict=True):
+            gain = prior @ np.linalg.inv(prior + noise)
+            center = gain @ rng.multivariate_normal(mean, noise)
+            draws.append(rng.multivariate_normal(center, prior - gain @ prior, 500))
+        return inference.squared_distance(*draws)
+
+    one, two = (np.array([distance(two) for _ in range(300)]) for two in (False, True))
+    assert (one > inference._ONE_DRIVE).sum() <= 6  # 0.5 % of 300 at most; 7 by chance: 1e-3
+    assert np.median(two) > 2.0 * np.median(one)
+
+
 def test_motions_that_contradict_each_other_are_inferred_apart(tmp_path, prior, infer):
     other = Prior(prior.medians * [1, 2.2, 1, 2.0, 1, 1, 1], prior.log_sds)
     files = {"closing": tmp_path / "closing.csv", "opening": tmp_path / "opening.csv"}

@@ -117,10 +117,12 @@ class Given:
         """Spread of the logarithms of stroke and duration of drives of one size, ``(2,)``."""
         return np.zeros(2) if self.size else estimate.levels.usual[:, 1]
 
-    def family_moments(self, estimate: "Estimate") -> tuple[np.ndarray, np.ndarray]:
-        """Return mean ``(p,)`` and covariance ``(p, p)`` of logarithms under the family's prior."""
-        prior, along = self.family_prior(estimate), self._size_sds(estimate)[:, None] * powers()
-        return np.log(prior.medians), np.diag(np.square(prior.log_sds)) + along.T @ along
+    def prior_log_sds(self, estimate: "Estimate") -> np.ndarray:
+        """Return standard deviations of logarithms before the record, ``(p,)``."""
+        if self.prior is not None:
+            return np.asarray(self.prior.log_sds)
+        sizes = np.square(self._size_sds(estimate)) @ np.square(powers())
+        return np.sqrt(np.square(self.family_prior(estimate).log_sds) + sizes)
 
     def sample_prior(self, estimate: "Estimate", n: int, rng: np.random.Generator) -> np.ndarray:
         """Draw parameters from the prior before the record, ``(n, p)``."""

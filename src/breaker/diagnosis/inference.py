@@ -26,15 +26,13 @@ SURPRISING = 4.0
 """Standard deviations from which on a contact, a known value or a prior disagrees with the travel:
 6e-5 of normal errors, and networks err by more than their intervals for drives of other kinds."""
 
-# Draws that are weighted, more where few are left. 400,000 take 10 s, and are drawn only where they
-# can be enough, by the effective size of 40,000.
+# Draws that are weighted, more where few are left. 400,000 take 10 s: they are for known values and
+# priors, and only where they can be enough. A contact that needs as many is left out.
 _ROUNDS = (4_000, 40_000, 400_000)
 _ENOUGH = 400.0  # effective draws that need no further round: quantiles of 2.5 % have 10 beyond
 _LEAST = 100.0  # effective draws of an estimate: an error of the median of 0.13 sd
-_DRAWS = 1_000  # of either motion, for the normal fit of the test of their contradiction
-_ONE_DRIVE = np.log(0.01)  # evidence of one drive, below which at most 1 % of single drives fall
-_MOST = np.log(1e6)  # evidence that is stated, as tails of posteriors are no normal distributions
-_SURE = 1e-3  # least precision of two records together, as a share of the prior's least one
+_DRAWS = 1_000  # of either motion, for mean and covariance in the test of their contradiction
+_ONE_DRIVE = 20.3  # squared distance of two posteriors of 7 parameters, 99.5 % of a chi-square
 
 
 def infer_drive(
@@ -135,10 +133,7 @@ def _infer_together(
         if weights.size != settings.draws or weights.min() < 1.0:
             chosen = systematic(weights, settings.draws, rng.random(), rng)
             draws, strokes = draws.of(chosen), None if strokes is None else strokes[chosen]
-        variances = given.family_moments(estimates[0])[1].diagonal()
-        if given.prior is not None:
-            variances = np.square(given.prior.log_sds)
-        share = np.log(draws.theta).var(axis=0) / variances
+        share = np.square(np.log(draws.theta).std(axis=0) / given.prior_log_sds(estimates[0]))
         inferred = {"draws": draws, "stroke": strokes, "prior_share": share}
     first = [replace(estimates[0], remarks=(*estimates[0].remarks, *remarks)), *estimates[1:]]
     return [replace(estimate, **inferred) for estimate in first]
@@ -165,9 +160,11 @@ def _weighted(
     rest = min((one for one in measured if not one.reason), key=lambda one: one.sd, default=None)
     restricted = given.prior is not None or bool(given.known)
     first = _ROUNDS[0] if restricted or contacts else count
-    rounds = [(first, given.size), *((n, given.size) for n in _ROUNDS[1:])]
+    rounds = [(first, given.size), (_ROUNDS[1], given.size)]
     if given.prior is not None:  # it may be wider than the family's, whose draws then lack its ends
-        rounds.insert(2, (_ROUNDS[1], None))
+        rounds.append((_ROUNDS[1], None))
+    if restricted:
+        rounds.append((_ROUNDS[2], given.size))
     best = None, None, -1.0
     for n, size in rounds:
         if n == _ROUNDS[2] and not _LEAST / 10 <= best[2] < _LEAST:
@@ -268,38 +265,18 @@ def _possible(estimates: Sequence[Estimate]) -> np.ndarray:
 
 
 def _contradiction(operation: Sequence[Estimate], given: Given, seed: int) -> str:
-    """Return a remark if two drives explain both records better than one drive; "" if not."""
+    """Return a remark if the posteriors of both records are too far from each other; "" if not."""
     rng = generator(seed, "motions", operation[0].record.operation.number)
     logs = []
     for estimate in operation:
         seen = {estimate.record.motion: estimate.record.seen}
         drawn = estimate.levels.draw(seen, _DRAWS, rng, size=given.size)
         logs.append(np.log(drawn.theta))
-    evidence = evidence_of_one(*logs, *given.family_moments(operation[0]))
-    if evidence >= _ONE_DRIVE:
-        return ""
-    return say("motions-contradict", odds=in_digits(np.exp(min(-evidence, _MOST)), 2))
+    square = squared_distance(*logs)
+    return say("motions-contradict", square=square, most=_ONE_DRIVE) if square > _ONE_DRIVE else ""
 
 
-def evidence_of_one(
-    one: np.ndarray, other: np.ndarray, mean: np.ndarray, covariance: np.ndarray
-) -> float:
-    """Return the logarithm of the evidence that two records are of one drive, relative to two.
-
-    This is the logarithm of ``int q(z | one) q(z | other) / p(z) dz`` with normal distributions. Of
-    records of one drive no more than a share s has an evidence below ``log s`` (Markov's
-    inequality).
-
-    Args:
-        one, other: Draws of the logarithms of the parameters from either record, ``(d, p)``.
-        mean, covariance: Moments of the prior, ``(p,)`` and ``(p, p)``.
-    """
-    prior = np.linalg.inv(covariance)
-    first, second = np.linalg.inv(np.cov(one.T)), np.linalg.inv(np.cov(other.T))
-    a, b = one.mean(axis=0) - mean, other.mean(axis=0) - mean
-    sizes, axes = np.linalg.eigh(first + second - prior)
-    sizes = np.maximum(sizes, _SURE * np.linalg.eigvalsh(prior)[0])
-    both = axes.T @ (first @ a + second @ b)
-    square = a @ first @ a + b @ second @ b - both @ (both / sizes)
-    logs = [np.linalg.slogdet(matrix)[1] for matrix in (first, second, prior)]
-    return float(0.5 * (logs[0] + logs[1] - logs[2] - np.log(sizes).sum() - square))
+def squared_distance(one: np.ndarray, other: np.ndarray) -> float:
+    """Return the squared Mahalanobis distance between the means of draws ``(d, p)`` and others."""
+    off = one.mean(axis=0) - other.mean(axis=0)
+    return float(off @ np.linalg.solve(np.cov(one.T) + np.cov(other.T), off))
