@@ -48,7 +48,7 @@ def document_of(truth):
                 if true[0] is not None
             }
             record = {"channel": column, "motion": move["motion"], "accepted": True}
-            record |= {"fit": {"moves": move["first"]}, "quantities": quantities}
+            record |= {"fit": {"first_motion": move["first"]}, "quantities": quantities}
             document["records"].append(record)
             contact = next(iter(move["contacts"]), None)
             document["columns"].append([column, move["motion"], contact, move["coil"]])

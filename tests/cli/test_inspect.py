@@ -25,9 +25,9 @@ def test_a_file_is_inspected_and_its_proposal_reads_it(folder, capsys):
     assert "accepted" in out
     assert (folder / "german.png").stat().st_size > 10_000
     assert main(["infer", "german.csv", "--config", "few.yaml", "german.yaml"]) == 0
+    first = capsys.readouterr().out
     assert main(["infer", "a.csv", "--config", "few.yaml"]) == 0
-    first, second = re.split(r"(?=german.csv: |\ba.csv: )", capsys.readouterr().out)[1:]
-    assert first == second.replace("a.csv", "german.csv")
+    assert first == capsys.readouterr().out.replace("a.csv", "german.csv")
 
 
 def test_a_file_that_cannot_be_inspected(folder, capsys):

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from breaker.configuration.definitions import simulated_test
-from breaker.family.endurance import EnduranceTest, failure_times, truth_of
+from breaker.family.endurance import EnduranceTest
+from breaker.family.endurance_truth import failure_times, truth_of
 from breaker.family.exports import write_curve
 from breaker.model.curves import travel
 from breaker.model.limits import Limit, from_list

@@ -3,7 +3,7 @@
 import pandas as pd
 
 from breaker.common.zarr_store import open_store
-from breaker.family.endurance import failure_times
+from breaker.family.endurance_truth import failure_times
 from breaker.model.limits import from_list
 from breaker.model.quantities import speeds_of
 from breaker.paper.run_numbers import numbers_of_life, numbers_of_motion

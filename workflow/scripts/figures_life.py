@@ -6,7 +6,7 @@ from pathlib import Path
 import xarray as xr
 
 from breaker.common.zarr_store import open_store
-from breaker.family.endurance import failure_times
+from breaker.family.endurance_truth import failure_times
 from breaker.figures.life import (
     changepoint,
     changes,

@@ -1,7 +1,8 @@
 """Write the true state of the simulated endurance test, operation by operation."""
 
 from breaker.common.zarr_store import describe, save
-from breaker.family.endurance import EnduranceTest, truth_of
+from breaker.family.endurance import EnduranceTest
+from breaker.family.endurance_truth import truth_of
 from breaker.model.quantities import speeds_of
 from breaker.model.sensor import grid
 from breaker.workflow.jobs import start

@@ -46,8 +46,8 @@ def _fact(text: str) -> tuple[str, list[float]]:
     return name, [value, sd]
 
 
-def run(options: argparse.Namespace) -> int:
-    """Infer and judge, write what is asked for, and print the answer."""
+def _check(options: argparse.Namespace) -> None:
+    """Refuse options that contradict each other before anything is read."""
     if models := [each for each in options.files if each.endswith(".safetensors")]:
         raise ValueError(f"{models[0]} is a network, not a record; name it by --model")
     outputs = [(options.output, "table"), (options.plot, "picture"), (options.draws, "store")]
@@ -56,6 +56,11 @@ def run(options: argparse.Namespace) -> int:
     names = [name for name, _ in options.known]
     if twice := next((name for name in names if names.count(name) > 1), ""):
         raise ValueError(f"--known has {twice} twice; leave one of them out")
+
+
+def run(options: argparse.Namespace) -> int:
+    """Infer and judge, write what is asked for, and print the answer."""
+    _check(options)
     config = inputs.settings_of(options.config)
     limits = inputs.limits_of(config, options.config)
     # Imported here, so that --help and wrong options answer at once.

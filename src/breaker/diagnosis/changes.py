@@ -275,13 +275,14 @@ def compare(
         changes = replace(changes, agreement=float(agreement[least]), least=NAMES[least])
     if changes.agreement < LEAST_AGREEMENT:
         return replace(changes, state="operations_disagree")
+    draws = dict(zip(NAMES, together.ratios.T - 1.0, strict=True)) | dict(together.effects)
+    return replace(changes, state="estimated", draws=draws, wear=_largest_wear(network))
+
+
+def _largest_wear(network: ChangeNetwork) -> dict[str, float]:
+    """Return the largest change of each parameter by wear of the family, as a share."""
     ranges = network.settings["definition"]["wear"]["change"]
-    return replace(
-        changes,
-        state="estimated",
-        draws=dict(zip(NAMES, together.ratios.T - 1.0, strict=True)) | dict(together.effects),
-        wear={name: float(np.abs(ranges[name]).max()) for name in NAMES if name in ranges},
-    )
+    return {name: float(np.abs(ranges[name]).max()) for name in NAMES if name in ranges}
 
 
 def inferred_changes(changes: NetworkChanges) -> list[QuantityChange]:

@@ -6,6 +6,7 @@ that is not known is None.
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from statistics import NormalDist
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -299,8 +300,6 @@ def _drawn(draws: np.ndarray) -> dict:
 
 
 def _parameters(estimate: Estimate, prior: "Prior | None") -> dict[str, Value]:
-    from scipy.special import ndtr
-
     values = {}
     for k, each in enumerate(PARAMETERS):
         reason = "" if estimate.draws is None else estimate.why_not(each.name)
@@ -309,7 +308,7 @@ def _parameters(estimate: Estimate, prior: "Prior | None") -> dict[str, Value]:
             known = _drawn(estimate.inferred(each.name))
         if prior is not None and known["median"] is not None:
             sds = np.log(known["median"] / prior.medians[k]) / prior.log_sds[k]
-            known["percentile"] = 100.0 * ndtr(sds)
+            known["percentile"] = 100.0 * NormalDist().cdf(sds)
         if estimate.prior_share is not None:
             known["prior_share"] = estimate.prior_share[k]
         values[each.name] = Value(unit=each.unit, meaning=each.meaning, **known)

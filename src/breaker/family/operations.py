@@ -12,6 +12,11 @@ from breaker.family.membership import choose_family
 from breaker.family.networks import StateNetwork
 from breaker.model.parameters import PARAMETERS
 
+_OUTPUTS = {
+    "output": ("output", [parameter.name for parameter in PARAMETERS]),
+    "output_unit": ("output", [parameter.unit for parameter in PARAMETERS]),
+}
+
 
 def infer_operations(
     curves: xr.Dataset,
@@ -65,9 +70,5 @@ def infer_operations(
         "reason": ("operation", reasons.astype(str)),
         "accepted": ("operation", reasons == ""),
     }
-    outputs = {
-        "output": ("output", [parameter.name for parameter in PARAMETERS]),
-        "output_unit": ("output", [parameter.unit for parameter in PARAMETERS]),
-    }
     rest = curves.drop_dims(["time", "sample", "quantity"], errors="ignore")
-    return rest.assign(inferred).assign_coords(outputs)
+    return rest.assign(inferred).assign_coords(_OUTPUTS)

@@ -1,0 +1,105 @@
+"""The true state of the drive over a simulated endurance test, and when it exceeds limits."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+
+from breaker.family.endurance import EnduranceTest
+from breaker.model.curves import travel
+from breaker.model.limits import Limit
+from breaker.model.parameters import NAMES
+from breaker.model.quantities import SPEEDS, Speed, quantities_of
+from breaker.records.contacts import ContactTimes
+from breaker.records.measurements import measure_curve
+
+_STAGES = 41  # of a life, at which quantities are measured; wear is linear in between
+_NEW = 50  # first operations, whose mean is the reference of changes
+
+
+def truth_of(
+    test: EnduranceTest, motions: Sequence[str], times: np.ndarray, speeds: Sequence[Speed] = SPEEDS
+) -> xr.Dataset:
+    """Return the true state over the life, without the scatter from operation to operation.
+
+    Returns:
+        Dataset over ``operation``, ``parameter``, ``motion`` and ``quantity``. ``value (operation,
+        parameter)``: true parameters. ``measured (operation, motion, quantity)``: quantities of a
+        record without noise and with contact timing; nan if the record does not show one.
+        ``difference (operation, motion)``: largest difference of the drive's curve and the model's
+        at ``times``, mm.
+    """
+    operations = np.arange(1, test.operations + 1)
+    drives = [test.worn(int(operation), scatter=False) for operation in operations]
+    theta = np.array([drive.theta for drive in drives])
+    difference = []
+    for motion in motions:
+        curves = np.stack([drive.travel(motion, times) for drive in drives])
+        difference.append(np.abs(curves - travel(theta, times, motion).travel).max(axis=1))
+    return xr.Dataset(
+        {
+            "value": (("operation", "parameter"), theta),
+            "measured": _measured(test, motions, speeds).interp(operation=operations),
+            "difference": (("operation", "motion"), np.stack(difference, axis=-1), {"unit": "mm"}),
+        },
+        coords={"operation": operations, "parameter": list(NAMES), "motion": list(motions)},
+    )
+
+
+def _measured(test: EnduranceTest, motions: Sequence[str], speeds: Sequence[Speed]) -> xr.DataArray:
+    """Return what records without noise show at some operations, one of them the knee of wear."""
+    sensor, knee = test.settings["sensor"], test.settings["wear"]["knee"]
+    times = np.arange(-sensor["lead"], sensor["length"], 1.0 / sensor["rate"])
+    stages = np.append(np.linspace(1, test.operations, _STAGES), knee * test.operations)
+    stages = np.unique(np.clip(stages.round(), 1, test.operations)).astype(int)
+    names = [name for motion in motions for name in quantities_of(motion, speeds, ("record",))]
+    axes = {"operation": stages, "motion": list(motions), "quantity": list(dict.fromkeys(names))}
+    measured = xr.DataArray(np.nan, axes, list(axes))
+    for operation in stages.tolist():
+        drive = test.worn(operation, scatter=False)
+        for motion in motions:
+            curve, switching = drive.operate(motion, times)
+            contact = ContactTimes(switching if np.isfinite(switching) else np.nan, 0.0)
+            try:
+                values = measure_curve(times, curve, motion, contact=contact, speeds=speeds)
+            except ValueError:  # the reader rejects this motion, too: the record is too short
+                continue
+            for name, value in values.items():
+                measured.loc[operation, motion, name] = value.value
+    return measured
+
+
+def failure_times(truth: xr.Dataset, limits: Sequence[Limit]) -> dict[str, float]:
+    """Return the operation at which a true state first exceeds each limit; nan if it never does.
+
+    Args:
+        truth: What ``truth_of`` returns.
+        limits: Limits of the model's quantities, of quantities of records, or of changes.
+    """
+    source, times = _Truth(truth), {}
+    for limit in limits:
+        beyond = (limit.read(source) > 0).all(axis=-1)
+        times[limit.name] = float(truth.operation[beyond.argmax()]) if beyond.any() else np.nan
+    return times
+
+
+@dataclass(frozen=True)
+class _Truth:
+    """Excess of each part of a limit, ``(operation, parts)``, by the source of the limit."""
+
+    truth: xr.Dataset
+
+    def of_model(self, limit: Limit) -> np.ndarray:
+        """Return the excess of quantities of the model; infinite if the model lacks one."""
+        return np.nan_to_num(limit.excess(limit.evaluate(self.truth.value.values)), nan=np.inf)
+
+    def of_change(self, limit: Limit) -> np.ndarray:
+        """Return the excess of changes in percent since the first operations."""
+        value = self.truth.value.values[:, [NAMES.index(name) for name in limit.quantities]]
+        return limit.excess(100.0 * (value / value[:_NEW].mean(axis=0) - 1.0))
+
+    def of_record(self, limit: Limit) -> np.ndarray:
+        """Return the excess of quantities of records; nan if a record does not show one."""
+        measured = self.truth.measured.sel(motion=limit.motion, quantity=list(limit.quantities))
+        return limit.excess(measured.transpose("operation", "quantity").values)
