@@ -26,8 +26,8 @@ from breaker.common.zarr_store import open_store
 from breaker.configuration.definitions import simulated_test
 from breaker.configuration.loading import defaults
 from breaker.diagnosis.inspection_change import InspectionChange
+from breaker.family.curve_file import write_curve
 from breaker.family.endurance import EnduranceTest
-from breaker.family.exports import write_curve
 from breaker.figures.reports import visits
 from breaker.figures.style import save
 from breaker.figures.verdict import verdict

@@ -18,6 +18,7 @@ from typing import Any
 import pandas as pd
 
 from breaker.common.tensor_file import ModelFileError, open_model
+from breaker.configuration.definitions import family_of
 from breaker.configuration.loading import ConfigurationError, load
 from breaker.family.network_files import differing, header_of
 from breaker.family.networks import EFFECTS
@@ -33,7 +34,9 @@ PAGE = Path("docs/evidence.md")
 def unfit(model: Path, config: Mapping[str, Any], kind: str) -> list[str]:
     """Return why a model file is not that of a configuration."""
     with open_model(model) as saved:
-        lines = differing(saved.settings, header_of(config, kind))
+        lines = differing(
+            saved.settings, header_of(config, kind, family_of(config["family"]["name"]))
+        )
     return [f"{model}: {line}" for line in lines]
 
 

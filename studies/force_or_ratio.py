@@ -21,7 +21,7 @@ from breaker.diagnosis.changes import compare, measured_changes
 from breaker.diagnosis.explanations import explain
 from breaker.diagnosis.inspection_change import inspection_change
 from breaker.diagnosis.reading import read_operations
-from breaker.family.exports import write_curve
+from breaker.family.curve_file import write_curve
 from breaker.family.network_files import shipped_networks
 from breaker.family.sensitivities import shipped_sensitivities
 from breaker.model.parameters import MOTIONS, NAMES

@@ -26,8 +26,8 @@ from breaker.configuration.definitions import family_of
 from breaker.configuration.loading import defaults
 from breaker.diagnosis.changes import compare, inferred_changes, measured_changes
 from breaker.diagnosis.reading import read_operations
+from breaker.family.curve_file import write_curve
 from breaker.family.drive_family import Family
-from breaker.family.exports import write_curve
 from breaker.family.network_files import shipped_networks
 from breaker.family.rich_drive import Drive
 from breaker.model.parameters import MOTIONS, NAMES

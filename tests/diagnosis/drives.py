@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from breaker.family.curve_file import write_curve
 from breaker.family.drive_family import Family
-from breaker.family.exports import write_curve
 from breaker.model.parameters import MOTIONS, Size
 from breaker.model.prior import Prior
 

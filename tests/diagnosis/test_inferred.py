@@ -11,7 +11,7 @@ from breaker.diagnosis import inference
 from breaker.diagnosis.estimate import Estimate, Given
 from breaker.diagnosis.reading import _record, read_operations
 from breaker.diagnosis.result import result_of
-from breaker.family.exports import write_curve
+from breaker.family.curve_file import write_curve
 from breaker.family.membership import Match
 from breaker.family.networks import StateDraws
 from breaker.model.curves import travel

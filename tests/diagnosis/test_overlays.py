@@ -5,7 +5,7 @@ import pytest
 
 from breaker.diagnosis.curves import overlaid
 from breaker.diagnosis.reading import read_operations
-from breaker.family.exports import write_curve
+from breaker.family.curve_file import write_curve
 from breaker.records.operations import Operation
 
 DURATION = 20.0  # ms, of a good motion

@@ -3,7 +3,7 @@
 import numpy as np
 
 from breaker.diagnosis.reading import ANY, read_operations
-from breaker.family.exports import write_curve
+from breaker.family.curve_file import write_curve
 from breaker.records.operations import Operation
 
 TIME = 0.1 * np.arange(6000)  # ms

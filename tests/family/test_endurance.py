@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from breaker.configuration.definitions import simulated_test
+from breaker.family.curve_file import write_curve
 from breaker.family.endurance import EnduranceTest
 from breaker.family.endurance_truth import failure_times, truth_of
-from breaker.family.exports import write_curve
 from breaker.model.curves import travel
 from breaker.model.limits import Limit, from_list
 from breaker.model.parameters import MOTIONS, NAMES

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from breaker.configuration.definitions import simulated_test
+from breaker.family.curve_file import write_curve
 from breaker.family.endurance import EnduranceTest
-from breaker.family.exports import write_curve
 from breaker.figures import style
 from breaker.figures.records import record
 from breaker.records.proposal import inspect_file

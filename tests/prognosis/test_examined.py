@@ -8,7 +8,7 @@ import pytest
 from breaker.common.document import html_page
 from breaker.diagnosis.reading import read_operations
 from breaker.diagnosis.session import Diagnosis
-from breaker.family.exports import write_curve
+from breaker.family.curve_file import write_curve
 from breaker.figures.reports import fleet as picture
 from breaker.model.curves import travel
 from breaker.model.parameters import MOTIONS, NAMES

@@ -6,8 +6,8 @@ import pytest
 
 from breaker.common.document import text_of
 from breaker.configuration.definitions import simulated_test
+from breaker.family.curve_file import write_curve
 from breaker.family.endurance import EnduranceTest
-from breaker.family.exports import write_curve
 from breaker.records.acceptance import check_folder, document_of
 
 SENSOR = {"start": -2.0, "stop": 58.0, "samples": 151, "noise_sd": 0.1}

@@ -10,7 +10,7 @@ import pytest
 import xarray as xr
 
 from breaker.common.zarr_store import open_store, save
-from breaker.family.exports import write_curve
+from breaker.family.curve_file import write_curve
 from breaker.records.curves import read_curves
 from breaker.records.files import LARGEST, RejectedCurveError, read_bytes
 from breaker.records.grid import Grid

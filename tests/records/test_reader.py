@@ -7,7 +7,7 @@ import pytest
 
 from breaker.common.randomness import generator
 from breaker.common.zarr_store import describe, save
-from breaker.family.exports import write_curve
+from breaker.family.curve_file import write_curve
 from breaker.model.curves import travel
 from breaker.model.parameters import MOTIONS
 from breaker.records.curves import open_curves, put_on_grid, read_curves

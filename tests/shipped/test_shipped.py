@@ -9,6 +9,7 @@ import pytest
 import yaml
 from jsonschema import Draft202012Validator
 
+from breaker.configuration.definitions import family_of
 from breaker.configuration.loading import load
 from breaker.family.network_files import unfit
 from breaker.shipped import CARD, FAMILIES, KINDS, model_file
@@ -38,13 +39,16 @@ def test_the_schema_for_others_takes_the_defaults_and_overlays_and_nothing_wrong
 @pytest.mark.parametrize("family", FAMILIES)
 @pytest.mark.parametrize("kind", KINDS)
 def test_the_networks_that_ship_are_those_of_the_configuration(family, kind):
-    config, file = load(OVERLAYS[family]), model_file(family, kind)
+    config, file, definition = load(OVERLAYS[family]), model_file(family, kind), family_of(family)
     assert ship.unfit(file, config, kind) == []
-    assert unfit(file, {**config, "family": config["family"] | {"drives": 10}}, kind) == []
+    assert (
+        unfit(file, {**config, "family": config["family"] | {"drives": 10}}, kind, definition) == []
+    )
     other = {**config, "prior": config["prior"] | {"mu": {"median": 1.0, "log_sd": 0.2}}}
-    assert unfit(file, other, kind)[0].startswith("prior.mu.")
-    other = {**config, "family": config["family"] | {"name": FAMILIES[family == FAMILIES[0]]}}
-    assert any(line.startswith("definition.effects.") for line in unfit(file, other, kind))
+    assert unfit(file, other, kind, definition)[0].startswith("prior.mu.")
+    other = family_of(FAMILIES[family == FAMILIES[0]])
+    found = unfit(file, config, kind, other)
+    assert any(line.startswith("definition.effects.") for line in found)
 
 
 def test_all_of_them_together_are_small():

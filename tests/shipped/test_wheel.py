@@ -16,7 +16,7 @@ from packaging.requirements import Requirement
 import breaker
 from breaker.common.randomness import generator
 from breaker.configuration.loading import load
-from breaker.family.exports import write_curve
+from breaker.family.curve_file import write_curve
 from breaker.model.curves import travel
 from tests.bare import HEAVY, WITHOUT
 

@@ -126,7 +126,9 @@ def shipped_network(wildcards):
         return None
     name, kind = config["family"]["name"], wildcards.kind
     ships = name in FAMILIES
-    wrong = unfit(model_file(name, kind), config, kind) if ships else [f"family.name: {name}"]
+    wrong = (
+        unfit(model_file(name, kind), config, kind, FAMILY) if ships else [f"family.name: {name}"]
+    )
     if wrong:
         raise WorkflowError(
             "The package ships no network of the configured prior and family:\n  "

@@ -70,7 +70,7 @@ rule family_train:
         mem_mb=lambda wildcards, attempt: attempt * (1000 + config["family"]["drives"] // 80),
         runtime=lambda wildcards, attempt: training_minutes(FAMILY_TRAINING, attempt),
     params:
-        header=lambda wildcards: header_of(config, wildcards.kind),
+        header=lambda wildcards: header_of(config, wildcards.kind, FAMILY),
         device=config["training"]["device"],
     script:
         "../scripts/family_train.py"

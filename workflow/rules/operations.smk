@@ -128,7 +128,9 @@ CHUNKS_OF_BREAKERS = chunks_of_breakers() if IS_FLEET else {}
 
 def types_of_chunk(wildcards):
     """The entries of the types in a chunk: an edit of another type does not rerun it."""
-    names = {each for name in CHUNKS_OF_BREAKERS[wildcards.chunk] for each in types_of_breaker(name)}
+    names = {
+        each for name in CHUNKS_OF_BREAKERS[wildcards.chunk] for each in types_of_breaker(name)
+    }
     return {name: entry_of_type(TYPES, name) for name in sorted(names)}
 
 

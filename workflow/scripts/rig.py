@@ -4,8 +4,8 @@ from pathlib import Path
 
 from tqdm import tqdm
 
+from breaker.family.curve_file import write_curve
 from breaker.family.endurance import EnduranceTest
-from breaker.family.exports import write_curve
 from breaker.workflow.jobs import start
 
 log = start(snakemake)

@@ -10,6 +10,7 @@ import numpy as np
 from breaker.common.randomness import generator
 from breaker.configuration.definitions import simulated_test
 from breaker.configuration.loading import read
+from breaker.family.curve_file import rows, texts, write_curve
 from breaker.family.endurance import EnduranceTest
 from breaker.family.rich_drive import Drive
 from breaker.model.parameters import GAP, MOTIONS, Size
@@ -22,23 +23,6 @@ CHANNELS = ("S 1", "S 2", "S 3", "R 1", "R 2", "R 3")
 """Names of the columns of travel in an export of an analyser."""
 _STEP = 0.08  # mm, of a reading of an analyser: coarse, as at a stroke of 150 mm
 _STATED = "Station: Example\nSerial No: EX-0001\nType: 12 kV\nTest Date: {date}\nOperation: C-O"
-
-
-def write_curve(
-    file: str | Path, time: np.ndarray, travel: np.ndarray, *, motion: str, operation: int
-) -> None:
-    """Write a record as the simulated endurance test does: the default format reads it.
-
-    Args:
-        time: Times, ``(t,)``, ms; written in s.
-        travel: Travel, ``(t,)``, mm, zero at the open position.
-        motion: Motion above the samples.
-        operation: Operation above the samples.
-    """
-    above = ["travel record", f"motion: {motion}", f"operation: {operation}", "zero: open position"]
-    columns = {"time": ["s", *_texts(time / 1e3, 7)], "travel": ["mm", *_texts(travel, 3)]}
-    text = "\n".join([*above, *_rows(columns, ","), ""])
-    Path(file).write_text(text, encoding="utf-8")
 
 
 def write_wide(
@@ -59,22 +43,11 @@ def write_wide(
     above += ["Temp;21 °C", *(f"channel {i};{i}" for i in range(more))]
     unused = np.where(np.arange(time.size) < 0.9 * time.size, 0.0, np.nan)
     readings = _STEP * np.rint(np.atleast_2d(travel) / _STEP)
-    columns = {f"I{i + 1}": _texts(0.01 * np.sin(time + i), 2) for i in range(6)}
+    columns = {f"I{i + 1}": texts(0.01 * np.sin(time + i), 2) for i in range(6)}
     for i, channel in enumerate(CHANNELS):
-        columns[channel] = _texts(readings[i] if i < len(readings) else unused, 2)
-    lines = [f"{line};;" for line in [*above, *_rows(columns, ";")]]
+        columns[channel] = texts(readings[i] if i < len(readings) else unused, 2)
+    lines = [f"{line};;" for line in [*above, *rows(columns, ";")]]
     Path(file).write_text("\n".join([*lines, ""]), encoding="utf-8", newline="\r\n")
-
-
-def _texts(values: np.ndarray, digits: int) -> list[str]:
-    """Return numbers as text; a missing one is blank."""
-    return [f"{x:.{digits}f}" if x == x else "" for x in values.tolist()]
-
-
-def _rows(columns: Mapping[str, Sequence[str]], delimiter: str) -> list[str]:
-    """Return the line of names and the lines of cells."""
-    cells = zip(*columns.values(), strict=True)
-    return [delimiter.join(columns), *(delimiter.join(row) for row in cells)]
 
 
 class Layout(NamedTuple):
@@ -181,10 +154,10 @@ def write_inspections(settings: Mapping, folder: Path) -> int:
     for date, share in numbers["dates"].items():
         rng = generator(settings["seed"], "example", date)
         columns = _inspection(test.worn(round(share * test.operations), scatter=False), rng)
-        text = "\n".join([_STATED.format(date=date), "", *_rows(columns, ";"), ""])
+        text = "\n".join([_STATED.format(date=date), "", *rows(columns, ";"), ""])
         (folder / f"visit_{date}.csv").write_text(text, encoding="utf-8")
     travels = [column for name, column in columns.items() if name.startswith("Travel")]
-    bare = _rows(dict(zip(("s1", "s2", "s3"), travels, strict=True)), ";")
+    bare = rows(dict(zip(("s1", "s2", "s3"), travels, strict=True)), ";")
     (folder / "unknown.txt").write_text("\n".join([*bare, ""]), encoding="utf-8")
     return len(numbers["dates"]) + 1
 
@@ -194,14 +167,14 @@ def _inspection(drive: Drive, rng: np.random.Generator) -> dict[str, list[str]]:
     numbers = _EXAMPLES["inspections"]
     time = np.arange(round(numbers["length"] * numbers["rate"])) / numbers["rate"]
     poles = _close_open(drive, time, numbers, "RST", rng)
-    columns = {"Time (ms)": _texts(time, 2)}
+    columns = {"Time (ms)": texts(time, 2)}
     for name, pole in poles.items():
-        columns[f"Travel {name} (mm)"] = _texts(pole.travel, 3)
+        columns[f"Travel {name} (mm)"] = texts(pole.travel, 3)
     for name, pole in poles.items():
-        columns[f"Contact {name}"] = _texts(1.0 * (pole.travel > pole.drive.value(GAP.name)), 0)
+        columns[f"Contact {name}"] = texts(1.0 * (pole.travel > pole.drive.value(GAP.name)), 0)
     for motion, start in poles["R"].starts.items():
         after = time - (start - numbers["delay"])
         flows = (after > 0.0) & (after < numbers["lasts"])
         current = -numbers["current"] * np.expm1(-np.maximum(after, 0.0) / numbers["rise"])
-        columns[f"Coil {motion} (A)"] = _texts(current * flows, 3)
+        columns[f"Coil {motion} (A)"] = texts(current * flows, 3)
     return columns

@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Any
 
 from breaker.common.lazy_numpy import np
 from breaker.common.tensor_file import ModelFileError, open_model, settings_of, write_model
-from breaker.configuration.definitions import family_of
 from breaker.model.parameters import MOTIONS, NAMES
 from breaker.shipped import FAMILIES, KINDS, model_file, widening
 
@@ -20,15 +19,15 @@ if TYPE_CHECKING:
     from breaker.family.networks import ChangeNetwork, StateNetwork
 
 
-def header_of(config: Mapping[str, Any], kind: str) -> dict[str, Any]:
-    """Return the settings in the header of a network of "levels" or "changes"."""
+def header_of(config: Mapping[str, Any], kind: str, definition: Mapping) -> dict[str, Any]:
+    """Return the header of a network of "levels" or "changes", of a family with a definition."""
     family = config["family"]
     # No weight depends on the number of workers.
     training = {name: value for name, value in family["training"].items() if name != "workers"}
     return {
         "kind": kind,
         "family": family["name"],
-        "definition": family_of(family["name"]),
+        "definition": definition,
         "bank": {key: family[key] for key in ("drives", "shards")},
         **{key: config[key] for key in ("seed", "prior")},
         "network": family["network"],
@@ -36,14 +35,14 @@ def header_of(config: Mapping[str, Any], kind: str) -> dict[str, Any]:
     }
 
 
-def unfit(path: str | Path, config: Mapping[str, Any], kind: str) -> list[str]:
+def unfit(path: str | Path, config: Mapping[str, Any], kind: str, definition: Mapping) -> list[str]:
     """Return differences of a network and a configuration in the prior and the family.
 
     Raises:
         FileNotFoundError: If the file does not exist.
         ModelFileError: If the file is not a model file.
     """
-    both = settings_of(path), header_of(config, kind)
+    both = settings_of(path), header_of(config, kind, definition)
     parts = [{key: one.get(key) for key in ("family", "definition", "prior")} for one in both]
     return differing(*parts)
 
