@@ -94,7 +94,7 @@ class PageServer:
         return f"http://{HOST}:{self.port}/?token={self.token}"
 
     async def serve(self, ended: asyncio.Event, ready: Callable[[], None] = lambda: None) -> None:
-        """Estimate until the event; what is being written by then is written to its end."""
+        """Answer until the event; what is being written by then is written to its end."""
         logging.getLogger("tornado.access").setLevel(logging.CRITICAL)  # addresses hold the token
         routes = [(path, handler, {"page": self}) for path, handler in _ROUTES]
         application = tornado.web.Application(routes, default_handler_class=_Lost)

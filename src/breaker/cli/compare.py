@@ -1,4 +1,4 @@
-"""`breaker compare`: compare two visits to a drive."""
+"""`breaker compare`: compare two inspections of a drive."""
 
 import argparse
 import os
@@ -11,7 +11,7 @@ from breaker.cli.outputs import check_outputs, draw, say_written
 from breaker.common.text import say
 
 _VISITS = ("before", "today")
-_SHARED = ("seed", "known", "speeds", "endurance.misfit_p_value")  # that no visit has for itself
+_SHARED = ("seed", "known", "speeds", "endurance.misfit_p_value")  # shared by both inspections
 
 
 def add(compare: argparse.ArgumentParser) -> None:
@@ -20,21 +20,21 @@ def add(compare: argparse.ArgumentParser) -> None:
     explanations, and changes of parameters with intervals and the probability of no change. The
     status is 1 if nothing was compared.
     """
-    inputs.add_path(compare, "before", "BEFORE", "records of the first visit", nargs="+")
+    inputs.add_path(compare, "before", "BEFORE", "records of the earlier inspection", nargs="+")
     today = inputs.SEVERAL | {"required": True}
-    inputs.add_path(compare, "--today", "TODAY", "records of the second visit", **today)
+    inputs.add_path(compare, "--today", "TODAY", "records of the later inspection", **today)
     for visit in _VISITS:
-        what = f"configuration files of the visit {visit} alone, laid over the others"
+        what = f"configuration files of the inspection {visit} alone, laid over the others"
         inputs.add_path(compare, f"--config-{visit}", "YAML", what, **inputs.SEVERAL)
     inputs.add_choice(compare)
-    same = "both visits have the same transducer and ratio: a change is one of the drive"
+    same = "both inspections have the same transducer and ratio: a change is one of the drive"
     compare.add_argument("--same-transducer", action="store_true", help=same)
     compare.add_argument("--json", action="store_true", help="print one JSON document")
     inputs.add_path(compare, "--plot", "PNG", "draw the comparison there")
 
 
 def run(options: argparse.Namespace) -> int:
-    """Read both visits, compare them, and print the comparison."""
+    """Read both inspections, compare them, and print the comparison."""
     own = {visit: getattr(options, f"config_{visit}") for visit in _VISITS}
     named = {"before": options.before, "today": options.today}
     read = [*named.values(), options.config, *own.values()]
@@ -42,9 +42,7 @@ def run(options: argparse.Namespace) -> int:
     config = inputs.settings_of(options.config)
     configs = {visit: _config_of(files, options.config, config) for visit, files in own.items()}
     if config["known"]:
-        raise ValueError(
-            "breaker compare takes no facts beside records; leave the section known out"
-        )
+        raise ValueError("breaker compare takes records alone; leave the section known out")
     # Imported here, so that --help and wrong options answer at once.
     from breaker.common.document import text_of
     from breaker.common.plain_values import to_json
@@ -73,22 +71,24 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _config_of(own: Sequence[str], shared: Sequence[str], config: Mapping) -> Mapping:
-    """Return the configuration of a visit; its own files must not change what holds for both."""
+    """Return the configuration of an inspection; its own files must not change shared keys."""
     found = inputs.settings_of([*shared, *own]) if own else config
     for key in _SHARED:
         here, both = (reduce(getitem, key.split("."), each) for each in (found, config))
         if here != both:
-            raise ValueError(f"{' '.join(own)}: {key} holds for both visits; set it by --config")
+            raise ValueError(
+                f"{' '.join(own)}: {key} is shared by both inspections; set it by --config"
+            )
     return found
 
 
 def _check_visits(visits: Mapping[str, Sequence]) -> None:
-    """Refuse visits that share a file, or whose tables name different breakers."""
+    """Refuse inspections that share a file, or whose tables name different breakers."""
     of = [[each.operation for each in visit] for visit in visits.values()]
     first, second = ({os.path.realpath(op.file) for op in visit} for visit in of)
     if both := sorted(first & second):
-        raise ValueError(f"{both[0]} is named in both visits; leave it out of one of them")
+        raise ValueError(f"{both[0]} is named in both inspections; leave it out of one of them")
     first, second = ({op.breaker for op in visit} for visit in of)
     if not (first & second or "" in first | second):
-        what = f"breaker {', '.join(first)}, that of the second of {', '.join(second)}"
-        raise ValueError(f"the table of the first visit is of {what}; compare one drive")
+        what = f"breaker {', '.join(first)}, that of the later one of {', '.join(second)}"
+        raise ValueError(f"the table of the earlier inspection is of {what}; compare one drive")

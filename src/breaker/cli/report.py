@@ -1,4 +1,4 @@
-"""`breaker report`: write a test report of a visit."""
+"""`breaker report`: write a test report of an inspection."""
 
 import argparse
 from dataclasses import replace
@@ -10,16 +10,20 @@ from breaker.common.text import say
 
 
 def add(report: argparse.ArgumentParser) -> None:
-    """Write the report of a visit to one breaker: what is measured of each channel and motion
-    against limits, what poles differ by, what has changed since the visit before, what the model
-    adds, and the curves. A file may hold O, C, C-O or O-C-O, and several channels, which are phases
+    """Write the report of an inspection of one breaker: measured values against limits, the
+    simultaneity of poles, changes since the earlier inspection, the state by the model, and the
+    curves. A file may hold O, C, C-O or O-C-O, and several channels, which are phases
     or poles. The status is 1 if no record could be used.
     """
-    inputs.add_path(report, "files", "FILE", "records of the visit, or their folder", nargs="+")
+    inputs.add_path(
+        report, "files", "FILE", "records of the inspection, or their folder", nargs="+"
+    )
     what = "write the report there; a PDF needs WeasyPrint, else print the page from a browser"
     inputs.add_path(report, "--output", "HTML|PDF", what, required=True)
-    inputs.add_path(report, "--before", "FILE", "records of the visit before", **inputs.SEVERAL)
-    same = "both visits have the same transducer and ratio: a change is one of the drive"
+    inputs.add_path(
+        report, "--before", "FILE", "records of the earlier inspection", **inputs.SEVERAL
+    )
+    same = "both inspections have the same transducer and ratio: a change is one of the drive"
     report.add_argument("--same-transducer", action="store_true", help=same)
     what = "columns of travel (default: all that move)"
     report.add_argument("--channel", help=what, metavar="NAME", **inputs.SEVERAL)
@@ -28,7 +32,7 @@ def add(report: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Read, infer and judge the visit, and write its report."""
+    """Read, infer and judge the inspection, and write its report."""
     read = [*options.files, *options.before, *filter(None, [options.reference]), *options.config]
     check_outputs([(options.output, "report")], read)
     if options.output.lower().endswith(".pdf"):

@@ -20,7 +20,7 @@ from breaker.common.text import say
 
 def add(view: argparse.ArgumentParser) -> None:
     """Show a folder of exports in the browser of this machine, offline: curves, how they were read,
-    measured values, and the sheet of a visit. Records are never changed. It ends with Ctrl-C.
+    measured values, and the sheet of an inspection. Records are never changed. It ends with Ctrl-C.
     """
     what = "a folder of exports, or one export (default: the current folder)"
     add_path(view, "folder", "FOLDER", what, nargs="?")

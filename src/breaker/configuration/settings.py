@@ -59,13 +59,19 @@ def _where(kind: Any, holds: Callable[[Any], bool], text: str) -> Any:
     return Annotated[kind, AfterValidator(check)]
 
 
+def _known(pair: list[float]) -> list[float]:
+    if complaint := check_fact(*pair):
+        raise ValueError(f"it {complaint.removesuffix('.')}")
+    return pair
+
+
 Motion = Literal["closing", "opening"]
 Function = _text(200, pattern=r"^[A-Za-z_][\w.]*:[A-Za-z_]\w*$")
 Summary = _text(200, pattern=r"^(time_series|[A-Za-z_][\w.]*:[A-Za-z_]\w*)$")
 Column = _text(200) | _number(int, 1, 1000)
 Trigger = _text(200) | _number(int, 0, 1000)
 Amount = _number(float, -1e6, 1e6)
-Known = _where(_list(Amount, 2, 2), lambda e: not check_fact(*e), "the sd is below 0.1 % of it")
+Known = Annotated[_list(Amount, 2, 2), AfterValidator(_known)]
 Points = _list(_text(100), 2, 2)
 SpeedName = _text(100, pattern=r"^(closing|opening)_speed(_[a-z0-9_]+)?$")
 Speeds = Annotated[dict[SpeedName, Points | None], AfterValidator(speeds_of)]

@@ -95,15 +95,16 @@ def explain(
     slopes, errors = regressions[tuple(before)].of(shapes, float(np.log(ends[0] / starts[0])))
     scatter = _SCATTER**2 * (slopes.T @ slopes + errors.sum(axis=0))
     pace = float(np.sqrt(ends[1] * starts[1] / ends[0] / starts[0]))
-    pair, paced = (_Pair.of((before, today), scatter, rate) for rate in (1.0, pace))
-    both = pair.there & paced.there  # densities are of the same samples
-    pair, paced = (each._replace(there=both) for each in (pair, paced))
-    densities = {("none", ""): [np.log(_PRIOR["none"]) + pair.density()]}
+    pair, densities = _Pair.of((before, today), scatter, 1.0), {}
+    if abs(np.log(pace)) > _OTHER_RATE:
+        paced = _Pair.of((before, today), scatter, pace)
+        both = pair.there & paced.there  # densities are of the same samples
+        pair, paced = (each._replace(there=both) for each in (pair, paced))
+        densities["rate", ""] = [np.log(_PRIOR["rate"]) + paced.density()]
+    densities["none", ""] = [np.log(_PRIOR["none"]) + pair.density()]
     ratios = () if same_transducer else _RATIOS
     for key, prior, more in _hypotheses(pair, slopes, errors, sliding, ratios):
         densities.setdefault(key, []).append(np.log(prior) + pair.density(more))
-    if abs(np.log(pace)) > _OTHER_RATE:
-        densities["rate", ""] = [np.log(_PRIOR["rate"]) + paced.density()]
     amounts = {name: pair.amount(slope) for name, slope in zip(NAMES, slopes, strict=True)}
     amounts |= {"ratio": pair.amount(pair.way), "rate": [100.0 * (pace - 1.0)] * 3}
     return _most_probable(densities, amounts)

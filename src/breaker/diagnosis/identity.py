@@ -176,7 +176,7 @@ def nameplate(
     known = {
         "Breaker": [e.breaker for e in rows if e.breaker] or [e.serial for e in stated],
         "Test date": [e.date for e in rows],
-        "Visit before": [days_of(before)],
+        "Earlier inspection": [days_of(before)],
         "Files": [first_of([*files], 1)],
         **{name.title(): [getattr(e, name) for e in stated] for name in _OF_BREAKER},
         "Linkage ratio": [in_digits(e.ratio, 6) for e in stated if not isnan(e.ratio)],
@@ -187,7 +187,7 @@ def nameplate(
     degrees = [f"{in_digits(e.temperature, 4)} °C" for e in rows if not isnan(e.temperature)]
     known["Temperature"] = degrees or known["Temperature"]
     known["Contacts"] = [str(e.settings.get("contact_column") or "") for e in rows]
-    always = {"Breaker", "Test date", *(["Visit before"] if before else [])}
+    always = {"Breaker", "Test date", *(["Earlier inspection"] if before else [])}
     pairs = [(name, ", ".join(filter(None, dict.fromkeys(e)))) for name, e in known.items()]
     lacking = Cell("not stated", "faint")
     return [(name, text or lacking) for name, text in pairs if text or name in always]

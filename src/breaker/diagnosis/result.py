@@ -28,9 +28,6 @@ if TYPE_CHECKING:
 
 _LEVELS = (0.5, 0.25, 0.75, 0.025, 0.975)
 _OF_OTHER_CHANNELS = {*ANSWERED, *CURRENTS, "main_closing_time", "main_opening_time", "arcing_wipe"}
-_EDGE = (
-    0.02  # p-value of the family from which on a record is usual: 2 % of its drives get a remark
-)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -181,7 +178,8 @@ class DiagnosisResult(Plain):
 
     def plain(self) -> dict:
         """Return the values by name, after the worst verdict of all limits."""
-        verdict = next((each for each in VERDICTS[::-1] if self.limits[each]), None)
+        limits = self.limits
+        verdict = next((each for each in VERDICTS[::-1] if limits[each]), None)
         return {"verdict": verdict} | super().plain()
 
 

@@ -58,7 +58,7 @@ class Noise(NamedTuple):
 
 
 def noise_at_rest(rest: np.ndarray, step: float, grid_step: float, quantum: float) -> Noise:
-    """Value the noise of a record.
+    """Estimate the noise of a record.
 
     Args:
         rest: Travel before the motion, ``(r,)``, mm; NaN where a sample is missing.

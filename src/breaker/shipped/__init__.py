@@ -29,8 +29,8 @@ def family_file(name: str) -> Path:
 def widening(family: str) -> dict[int, dict[str, float]]:
     """Return factors by output, by the number of motions that tell a drive; none if not measured.
 
-    Draws of levels are told so much wider than the network has them that intervals hold in the
-    worst group of drives of other code (``studies/widening.py``).
+    The posterior of the state network is made wider by these factors, so that its intervals
+    contain the true values in the worst group of drives of an independent simulator.
     """
     known = json.loads((_HERE / "widening.json").read_text(encoding="utf-8")).get(family, {})
     return {int(motions): factors for motions, factors in known.items()}
