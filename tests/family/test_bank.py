@@ -88,10 +88,11 @@ def test_effects_contacts_and_wear_come_by_their_shares(family, bank):
 
 def test_a_drive_without_a_shape_is_drawn_again_and_counted(family, monkeypatch):
     highest = shapes(simulate_family(family, 40, np.random.default_rng(3))["shape"].values).max()
-    monkeypatch.setattr(bank_module, "_HIGHEST", 0.95 * highest)
+    monkeypatch.setattr(bank_module, "_STORED", (-0.5, 0.95 * highest))
     fewer = simulate_family(family, 40, np.random.default_rng(3))
     assert fewer.drawn_again > 0
     assert shapes(fewer["shape"].values).max() <= 0.95 * highest + 1e-4
-    monkeypatch.setattr(bank_module, "_HIGHEST", 0.5)
-    with pytest.raises(RuntimeError, match="hardly a drive"):
+    monkeypatch.setattr(bank_module, "_STORED", (-0.5, 0.5))
+    monkeypatch.setattr(bank_module, "TRIES", 20)
+    with pytest.raises(RuntimeError):
         simulate_family(family, 1, np.random.default_rng(3))

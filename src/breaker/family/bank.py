@@ -9,9 +9,8 @@ import logging
 import numpy as np
 import xarray as xr
 
-from breaker.family.drive_family import WEAR, Family
-from breaker.family.integrator import closed_rest, follow
-from breaker.family.paths import curve, passing, sampled
+from breaker.family.drive_family import TRIES, WEAR, Family
+from breaker.family.integrator import follow, passing, sampled
 from breaker.family.rich_drive import CONTACTS, ELEMENTS, Drive
 from breaker.family.shape import LEVELS
 from breaker.model.parameters import MOTIONS, NAMES
@@ -22,14 +21,13 @@ GRID = -3.0 + 0.025 * np.arange(512)
 GRID_STEP = GRID[1] - GRID[0]
 """Between them, to the last bit."""
 
-_LOWEST, _HIGHEST = -0.5, 1.75  # of a shape, stored in 16 bits
-_SCALE = (_HIGHEST - _LOWEST) / (2**16 - 1)
+_STORED = (-0.5, 1.75)  # of a shape, in 16 bits
+_SCALE = float(np.ptp(_STORED)) / np.iinfo(np.uint16).max
 _FOLLOWED = GRID[-1] + 0.5  # durations; a transducer on a linkage lags behind
-_TRIES = 100  # drives drawn again for one that works, before a family is given up
 _SLOWEST = 1000.0  # ms of a drive of size 1, in which half of the travel has to be made
 _PER_MOTION = ("drive", "condition", "motion")
 _LAYOUT = {
-    "shape": ((*_PER_MOTION, "u"), {"scale": _SCALE, "offset": _LOWEST}),
+    "shape": ((*_PER_MOTION, "u"), {"scale": _SCALE, "offset": _STORED[0]}),
     "stroke": (("drive", "condition"), {"units": "mm"}),
     "duration": (_PER_MOTION, {"units": "ms"}),
     "release": (_PER_MOTION, {}),
@@ -64,27 +62,19 @@ def simulate_family(family: Family, drives: int, rng: np.random.Generator) -> xr
         except FloatingPointError as error:
             again += 1
             _log.debug("drawn again: %s", error)
-            if again > _TRIES * (1 + len(rows)):
+            if again > TRIES + len(rows):
                 raise RuntimeError(f"hardly a drive of the family has a curve: {error}") from None
-    return xr.Dataset(
-        {
-            name: (dims, np.stack([row[name] for row in rows]), about)
-            for name, (dims, about) in _LAYOUT.items()
-        },
-        {
-            "condition": ["new", "worn"],
-            "motion": list(MOTIONS),
-            "u": GRID,
-            "parameter": list(NAMES),
-            "element": list(ELEMENTS),
-        },
-        {"drawn_again": again},
-    )
+    layout = {
+        name: (d, np.stack([row[name] for row in rows]), a) for name, (d, a) in _LAYOUT.items()
+    }
+    axes = {"condition": ["new", "worn"], "motion": list(MOTIONS), "u": GRID}
+    axes |= {"parameter": list(NAMES), "element": list(ELEMENTS)}
+    return xr.Dataset(layout, axes, {"drawn_again": again})
 
 
 def shapes(stored: np.ndarray) -> np.ndarray:
     """Return shapes of a bank as they are stored, as shares of the travel."""
-    return _SCALE * stored + _LOWEST
+    return _SCALE * stored + _STORED[0]
 
 
 def _row(family: Family, rng: np.random.Generator) -> dict[str, np.ndarray]:
@@ -100,28 +90,26 @@ def _row(family: Family, rng: np.random.Generator) -> dict[str, np.ndarray]:
 
 def _condition(drive: Drive) -> dict[str, np.ndarray]:
     """What a bank has of a drive of size 1 in one condition; shapes ``(m, u)`` as stored."""
-    rest = closed_rest(drive.numbers)
-    ways = [follow(drive.numbers, rest, m == "closing", _SLOWEST, _FOLLOWED) for m in MOTIONS]
-    if not all(len(steps) and switching < np.inf for steps, switching in ways):
+    ways = [follow(drive.numbers, drive.rest, m == "closing", _SLOWEST, _FOLLOWED) for m in MOTIONS]
+    if not all(len(pieces) and switching < np.inf for pieces, _, switching in ways):
         raise FloatingPointError(f"a motion is not finite, or does not switch: {drive}")
-    stroke = abs(ways[0][0][0, 2] - ways[1][0][0, 2])  # between where both motions begin
+    stroke = abs(ways[0][1] - ways[1][1])  # between where both motions begin
     shape = np.empty((len(MOTIONS), len(GRID)), dtype=np.uint16)
     times = np.empty((3, len(MOTIONS)))  # duration, release, switching
-    for i, (steps, switching) in enumerate(ways):
-        begin, way = steps[0, 2], stroke if MOTIONS[i] == "closing" else -stroke
-        pieces = curve(steps, drive.elements.linkage)
+    for i, (pieces, begin, switching) in enumerate(ways):
+        way = stroke if MOTIONS[i] == "closing" else -stroke
         first, half = (passing(pieces, begin + share * way) for share in LEVELS)
         duration = half - first
         if not duration > 0.0:
             raise FloatingPointError(f"{MOTIONS[i]} does not make half of its travel: {drive}")
         shares = (sampled(pieces, first + duration * GRID) - begin) / way
-        if not (shares.min() >= _LOWEST and shares.max() <= _HIGHEST):
+        if not (shares.min() >= _STORED[0] and shares.max() <= _STORED[1]):
             raise FloatingPointError(f"{MOTIONS[i]} leaves what can be stored: {drive}")
-        shape[i] = np.round((shares - _LOWEST) / _SCALE)
+        shape[i] = np.round((shares - _STORED[0]) / _SCALE)
         times[:, i] = duration, -first / duration, (switching - first) / duration
     return dict(zip(("duration", "release", "switching"), times, strict=True)) | {
         "shape": shape,
         "stroke": np.float64(stroke),
         "parameters": np.array(drive.theta),
-        "elements": drive.numbers[len(NAMES) :],
+        "elements": drive.row[len(NAMES) :],
     }

@@ -10,24 +10,19 @@ how many a drive has is uniform, from none, which is the model, to all of them.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, fields
+from typing import Any
 
 import numpy as np
 
-from breaker.family.rich_drive import (
-    CONTACTS,
-    LAWS,
-    WAVES,
-    Drive,
-    Elements,
-    Stop,
-)
+from breaker.family.rich_drive import CONTACTS, SIZES, Drive, Elements, Stop, Waves
 from breaker.model.parameters import FORCE, GAP, NAMES
 from breaker.model.prior import Prior
 
 WEAR = ("none", "sparse", "dense")
 
-_TRIES = 10_000  # draws until a drive has to hold
+TRIES = 10_000
+"""Draws of a family, of which a drive has to hold and to have a curve."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,11 +48,11 @@ class Family:
         """
         kinds = self.settings.get("contacts")
         contact = _chosen(kinds, CONTACTS, rng) if kinds else ""
-        for _ in range(_TRIES):
+        for _ in range(TRIES):
             if (drive := self._proposed(contact, rng)) is not None:
                 return drive
         raise RuntimeError(
-            f"none of {_TRIES} drives of the family holds a closed position; lower the preloads or "
+            f"none of {TRIES} drives of the family holds a closed position; lower the preloads or "
             "the strength in its file"
         )
 
@@ -65,28 +60,25 @@ class Family:
         """Draw a drive of a kind of contact, "" where the family has one kind; None if it does not
         work.
         """
-        settings = self.settings
         theta = tuple(self.prior.sample(1, rng)[0].tolist())
-        elements = Elements.from_settings(_draw_all(settings["effects"], Elements, rng))
+        elements = _draw_all(self.settings["effects"], Elements, rng)
         drive = Drive(theta, elements.scaled(self._strength(rng)))
         if contact:
-            preload = float(rng.uniform(*settings["held_preload"]))
+            preload = float(rng.uniform(*self.settings["held_preload"]))
             if contact == "held":
                 drive = drive.changed(contact_preload=preload * drive.value(FORCE.name))
-            drive = replace(drive, elements=replace(drive.elements, contact=contact))
-        works = drive.holds and (contact != "sliding" or self._touches(drive))
-        return drive if works else None
+            drive = drive.changed(contact=contact)
+        return drive if drive.holds and (contact != "sliding" or self._touches(drive)) else None
 
-    def _strength(self, rng: np.random.Generator) -> float | dict[str, float]:
-        """Draw the strength of each mechanism, 0 where it is not there; or one number for all."""
+    def _strength(self, rng: np.random.Generator) -> dict[str, float]:
+        """Draw the strength of each mechanism, 0 where it is not there; or one for all."""
         strength = self.settings["strength"]
         if not isinstance(strength, Sequence):
-            return strength
-        names = [each.name for each in fields(Elements) if each.name not in LAWS]
-        there = rng.random() > rng.random(len(names))
+            return dict.fromkeys(SIZES, strength)
+        there = rng.random() > rng.random(len(SIZES))
         low, high = strength
-        size = rng.triangular(low, low, high, len(names))
-        return dict(zip(names, (there * size).tolist(), strict=True))
+        size = rng.triangular(low, low, high, len(SIZES))
+        return dict(zip(SIZES, (there * size).tolist(), strict=True))
 
     def _touches(self, drive: Drive) -> bool:
         """Whether a sliding contact touches where it may, as a share of the stroke."""
@@ -102,13 +94,13 @@ class Family:
         Raises:
             RuntimeError: If no worn condition holds a closed position.
         """
-        for _ in range(_TRIES):
+        for _ in range(TRIES):
             wear = self.wear(rng, kind).items()
             worn = drive.changed(**{name: drive.value(name) * (1.0 + by) for name, by in wear})
             if worn.holds and self.prior.supported(np.array(worn.theta)):
                 return worn
         raise RuntimeError(
-            f"in none of {_TRIES} worn conditions does a drive hold a closed position; narrow the "
+            f"in none of {TRIES} worn conditions does a drive hold a closed position; narrow the "
             f"ranges of wear in the file of the family: {drive}"
         )
 
@@ -154,16 +146,18 @@ def _small(ends: Sequence[float], smallest: float, rng: np.random.Generator) -> 
     return float(end * smallest ** rng.random())
 
 
-def _draw_all(ranges: Mapping, kind: type, rng: np.random.Generator) -> dict:
-    """Draw from all ranges, in the order of the fields of a class, not in that of a file."""
-    there = {each.name: ranges[each.name] for each in fields(kind) if each.name in ranges}
+def _draw_all(ranges: Mapping, kind: type, rng: np.random.Generator) -> Any:
+    """Draw an object of a class from ranges, in the order of its fields, not in that of a file."""
     drawn = {}
-    for name, each in there.items():
-        if name in WAVES:
+    for each in fields(kind):
+        if (ends := ranges.get(each.name)) is None:
+            continue
+        if each.type is Waves:
             harmonics = rng.standard_normal(6)
             harmonics *= np.sqrt(2.0 / np.square(harmonics).sum())
-            drawn[name] = {"share": _draw(each, rng), "harmonics": tuple(harmonics.tolist())}
+            drawn[each.name] = Waves(_draw(ends, rng), tuple(harmonics.tolist()))
+        elif each.type is Stop:
+            drawn[each.name] = _draw_all(ends, Stop, rng)
         else:
-            inner = isinstance(each, Mapping)
-            drawn[name] = _draw_all(each, Stop, rng) if inner else _draw(each, rng)
-    return drawn
+            drawn[each.name] = _draw(ends, rng)
+    return kind(**drawn)

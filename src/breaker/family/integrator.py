@@ -1,43 +1,70 @@
-"""The compiled integration of a richer drive: forces, Runge-Kutta steps, touch and parting.
+"""The compiled integration of a richer drive: forces, Runge-Kutta steps, touch and parting, curves.
 
-The state is arc and speed of the drive, position and speed of the contact. The numbers of a drive
-come as one row, in the order of ``rich_drive.Drive``. Steps are of fifth order (Dormand & Prince,
-1980, J. Comput. Appl. Math. 6, 19), each as long as its error allows. One file has all that may
-change, as numba sees changes of one file only.
+The state is arc and speed of the drive, position and speed of the contact. The numbers ``n`` of a
+drive of size 1 have the layout of ``rich_drive.LAYOUT``. Steps are of fifth order (Dormand &
+Prince, 1980, J. Comput. Appl. Math. 6, 19), each as long as its error allows.
+
+Within a step the travel is the polynomial of the fifth degree through travel, speed and
+acceleration at both ends. The linkage of a transducer follows it as a slightly damped oscillator,
+``d'' + 2 z w d' + w^2 d = -x''`` for the difference d of reading and travel x: a polynomial and a
+free oscillation, without an error of steps. All is in one file, as numba does not see that
+functions of another one change.
 """
+
+from enum import IntEnum
 
 import numpy as np
 from scipy.integrate import RK45
 
 from breaker.common.compiling import compiled
+from breaker.family.shape import LEVELS
 
 _fast = compiled()
-STAGES = np.vstack([np.pad(RK45.A, ((0, 0), (0, 1))), RK45.B])  # the last is the step itself
-TIMES, ERROR = STAGES.sum(axis=1), RK45.E
+STAGES = np.vstack([np.column_stack([RK45.A, np.zeros_like(RK45.C)]), RK45.B])  # last: the step
+TIMES, ERROR = sum(STAGES.T), RK45.E
+_PIECE = np.dtype(
+    (
+        np.record,
+        [
+            ("begin", float),  # ms
+            ("length", float),  # ms
+            ("powers", "6f8"),  # mm, coefficients in powers of the share of the piece
+            ("cosine", float),  # mm, of the free oscillation of the linkage on top
+            ("sine", float),  # mm
+            ("decay", float),  # in the piece
+            ("turn", float),  # in the piece; 0 where the linkage is rigid
+        ],
+    )
+)
 
 _LOADED = 1.5  # closing forces, beyond which friction does not grow with the load
 _SMOOTH_WAY = 0.3  # mm, beyond which a preload is fully there
 _SLOWEST = 0.02  # mm/ms, a contact that bounces with less stays
 _LASTING = 4.0  # ms after the release, where a random force in time is largest
-_HALVINGS = 60
+_RINGING = 0.05  # damping ratio z of the linkage
+_STROKE = 10.0  # mm, to which the lever's turn and the fall of the force refer
 _LOOKS = 40  # places along the way at which random forces may hold a drive up
+_HALVINGS, _FINEST = 60, 50  # of an arc or a step, and of a piece
 _AT_EVENT = 1e-10  # mm or mm/ms^2, that a touch or a parting may be off
-_AT_STOP = 1e-9  # mm, within which a contact is at its stop
 _FIRST, _SHORTEST, _LONGEST = 0.01, 1e-8, 2.0  # ms, steps
 _TOLERANCE = 1e-6  # mm and mm/ms, error of a step
 _MOST = 100_000  # steps
-_SHARES = 0.1, 0.5  # of the way, whose times are a motion's own measure
-_FREE, _CLOSED, _FLYING = 0, 1, 2  # flying: a held contact has parted, but not reached its stop
-_ELASTIC, _HELD, _SLIDING = 0, 1, 2
 
-(MU, K_A, K_B, GAMMA_A, GAMMA_B, F, GAP, TURN, LEAN, DRY, PRE_A, PRE_B, BUILD_UP) = range(13)
-(TRAIN_MASS, TRAIN_FRICTION, RESTITUTION, CLOSING_STOP) = range(13, 17)
-OPENING_STOP, FALL, DRAG, CONTACT = 22, 28, 29, 31
-WAY_FORCE, TIME_FORCE, SPEED_FORCE = 32, 39, 46
-PROGRESS, STICK, GROWTH, DRAG_POWER, READING, SLIP, LOAD = *range(53, 58), 64, 65
-FRICTION_SPEED = 66
-REACH, DAMPING, POWER, DEPTH, STIFFNESS, PROFILE = range(6)  # of a stop, from its first number on
-_STROKE = 10.0  # mm, to which the lever's turn and the fall of the force refer
+
+class Contact(IntEnum):
+    """Kinds of contact, see ``rich_drive.Elements``."""
+
+    ELASTIC = 0
+    HELD = 1
+    SLIDING = 2
+
+
+class _Mode(IntEnum):
+    """Of the contact; a held one that flies has parted, but has not reached its stop."""
+
+    FREE = 0
+    CLOSED = 1
+    FLYING = 2
 
 
 @_fast
@@ -49,74 +76,76 @@ def _sign(x):
 @_fast
 def _lever(n, arc):
     """Travel, its slope and its bend where the arm's end has moved along its arc."""
-    bend = n[TURN] / _STROKE
+    bend = n.lever_turn / _STROKE
     if bend < 1e-9:
-        ratio = np.cos(n[LEAN])
+        ratio = np.cos(n.lever_lean)
         return arc * ratio, ratio, 0.0
-    turn = bend * arc - n[LEAN]
-    return (np.sin(turn) + np.sin(n[LEAN])) / bend, np.cos(turn), -bend * np.sin(turn)
+    turn = bend * arc - n.lever_lean
+    return (np.sin(turn) + np.sin(n.lever_lean)) / bend, np.cos(turn), -bend * np.sin(turn)
 
 
 @_fast
-def _stop(n, first, beyond, speed):
+def _stop(stop, beyond, speed):
     """Force against going further in, ``beyond`` mm past the rest position."""
-    way = beyond + n[first + REACH]
-    force = n[first + STIFFNESS] * max(0.0, beyond)
-    if way > 0.0 and n[first + DAMPING] > 0.0:
-        size = n[first + DAMPING] * min(1.0, way / n[first + DEPTH])
-        if n[first + PROFILE] != 0.0:  # narrower and narrower where above 0, wider where below
-            share = min(1.0, way / n[first + REACH]) if n[first + REACH] > 0.0 else 1.0
-            size *= np.exp(n[first + PROFILE] * (share - 1.0 * (n[first + PROFILE] > 0.0)))
-        power = size * abs(speed) ** n[first + POWER]
+    way = beyond + stop.reach
+    force = stop.stiffness * max(0.0, beyond)
+    if way > 0.0 and stop.damping > 0.0:
+        size = stop.damping * min(1.0, way / stop.depth)
+        if stop.profile != 0.0:  # narrower and narrower where above 0, wider where below
+            share = min(1.0, way / stop.reach) if stop.reach > 0.0 else 1.0
+            size *= np.exp(stop.profile * (share - 1.0 * (stop.profile > 0.0)))
+        power = size * abs(speed) ** stop.power
         force += power if speed > 0.0 else -power
     return max(0.0, force)
 
 
 @_fast
-def _waves(n, first, angle):
+def _waves(waves, angle):
     """A smooth random function: three harmonics of an angle. With it the sine of the angle."""
-    s, c = np.sin(angle), np.cos(angle)
+    a, s, c = waves.harmonics, np.sin(angle), np.cos(angle)
     s2, c2 = 2.0 * s * c, c * c - s * s
-    total = n[first + 1] * s + n[first + 2] * c + n[first + 3] * s2 + n[first + 4] * c2
-    total += n[first + 5] * (s2 * c + c2 * s) + n[first + 6] * (c2 * c - s2 * s)
-    return n[first] * total, s
+    total = a[0] * s + a[1] * c + a[2] * s2 + a[3] * c2
+    total += a[4] * (s2 * c + c2 * s) + a[5] * (c2 * c - s2 * s)
+    return waves.share * total, s
 
 
 @_fast
 def _random(n, rest, time, closing, held, state):
     """Smooth random forces, which leave both rests where they are and begin with the motion."""
     total, share, speed = 0.0, state[0] / rest, abs(state[1])
-    if n[WAY_FORCE] > 0.0 and 0.0 < share < 1.0:
-        force, window = _waves(n, WAY_FORCE, np.pi * share)
+    if n.way_force.share > 0.0 and 0.0 < share < 1.0:
+        force, window = _waves(n.way_force, np.pi * share)
         total += window * window * force
-    if n[TIME_FORCE] > 0.0 and time < np.inf:
+    if n.time_force.share > 0.0 and time < np.inf:
         age = time / _LASTING
-        total += (1.0 - held) * age * np.exp(1.0 - age) * _waves(n, TIME_FORCE, age)[0]
-    if n[SPEED_FORCE] > 0.0:  # even in the speed, so that it does not keep an oscillation alive
+        total += (1.0 - held) * age * np.exp(1.0 - age) * _waves(n.time_force, age)[0]
+    if (
+        n.speed_force.share > 0.0
+    ):  # even in the speed, so that it does not keep an oscillation alive
         window = speed * speed / (1.0 + speed * speed)
-        total += window * _waves(n, SPEED_FORCE, 0.5 * np.pi * speed)[0]
-    return total * (n[F] if closing else n[K_A] * rest)
+        total += window * _waves(n.speed_force, 0.5 * np.pi * speed)[0]
+    return total * (n.f if closing else n.k_a * rest)
 
 
 @_fast
 def _spring(n, mode, x, rate, state):
     """Force of the contact on the drive, of a travel x that changes at a rate; 0 where rigid."""
-    if n[CONTACT] == _SLIDING or (n[CONTACT] == _HELD and mode == _FREE):
+    if n.contact == Contact.SLIDING or (n.contact == Contact.HELD and mode == _Mode.FREE):
         return 0.0
     u = x - state[2]
-    force = n[K_B] * u + n[GAMMA_B] * (rate - state[3])
-    if n[CONTACT] == _HELD:
-        return force + n[PRE_B]
-    return force + n[PRE_B] * _sign(u / _SMOOTH_WAY) if n[PRE_B] > 0.0 else force
+    force = n.k_b * u + n.gamma_b * (rate - state[3])
+    if n.contact == Contact.HELD:
+        return force + n.contact_preload
+    return force + n.contact_preload * _sign(u / _SMOOTH_WAY) if n.contact_preload > 0.0 else force
 
 
 @_fast
 def _held(n, time):
     """Share of the closing force that is still there at a time after it is released."""
-    if not time < 40.0 * n[BUILD_UP]:
+    if not time < 40.0 * n.build_up:
         return 0.0
-    share = time / n[BUILD_UP]
-    return np.exp(-share if n[GROWTH] == 1.0 else -(share ** n[GROWTH]))
+    share = time / n.build_up
+    return np.exp(-share if n.growth == 1.0 else -(share**n.growth))
 
 
 @_fast
@@ -126,26 +155,26 @@ def _forces(n, rest, time, closing, mode, state):
     x, ratio, bend = _lever(n, arc)
     spring = _spring(n, mode, x, ratio * speed, state)
     held = _held(n, time)
-    force = n[F] * (1.0 - n[FALL] * x / _STROKE) * (1.0 - held if closing else held)
-    friction = n[GAMMA_A] * (1.0 + (n[TRAIN_FRICTION] if closing else 0.0))
+    force = n.f * (1.0 - n.force_fall * x / _STROKE) * (1.0 - held if closing else held)
+    friction = n.gamma_a * (1.0 + (n.train_friction if closing else 0.0))
     total = (
         force
-        - n[K_A] * arc * (1.0 + n[PROGRESS] * arc / _STROKE)
+        - n.k_a * arc * (1.0 + n.opening_progress * arc / _STROKE)
         - friction * speed
         - ratio * spring
-        - _stop(n, CLOSING_STOP, arc - rest, speed)
-        + _stop(n, OPENING_STOP, -arc, -speed)
+        - _stop(n.closing_stop, arc - rest, speed)
+        + _stop(n.opening_stop, -arc, -speed)
     )
-    if n[PRE_A] > 0.0:
-        total -= n[PRE_A] * _sign(arc / _SMOOTH_WAY)
-    if n[DRY] > 0.0:
-        size = n[DRY] * (1.0 + n[STICK] * np.exp(-abs(speed) / n[SLIP]))
-        load = min((n[K_A] * abs(arc) + abs(spring)) / n[F], _LOADED)
-        total -= size * (1.0 + n[LOAD] * (load - 1.0)) * _sign(speed / n[FRICTION_SPEED])
-    if n[DRAG] > 0.0:
-        drag = n[DRAG] * abs(speed) ** n[DRAG_POWER]
+    if n.opening_preload > 0.0:
+        total -= n.opening_preload * _sign(arc / _SMOOTH_WAY)
+    if n.dry_friction > 0.0:
+        size = n.dry_friction * (1.0 + n.stick * np.exp(-abs(speed) / n.slip))
+        load = min((n.k_a * abs(arc) + abs(spring)) / n.f, _LOADED)
+        total -= size * (1.0 + n.load * (load - 1.0)) * _sign(speed / n.friction_speed)
+    if n.drag > 0.0:
+        drag = n.drag * abs(speed) ** n.drag_power
         total -= drag if speed > 0.0 else -drag
-    if n[WAY_FORCE] + n[TIME_FORCE] + n[SPEED_FORCE] > 0.0 and rest < np.inf:
+    if n.way_force.share + n.time_force.share + n.speed_force.share > 0.0 and rest < np.inf:
         total += _random(n, rest, time, closing, held, state)
     return total, spring, ratio, bend
 
@@ -155,18 +184,18 @@ def closed_rest(n):
     """Arc at rest, held closed by the closing force, by bisection; nan where the contact is not
     pressed, the lever is past its dead centre, or random forces hold the drive up on its way.
     """
-    low, high = 0.0, 5.0 * n[GAP]
+    low, high = 0.0, 5.0 * n.L
     for _ in range(_HALVINGS):
         arc = 0.5 * (low + high)
-        pulls = _forces(n, np.inf, np.inf, True, _CLOSED, (arc, 0.0, n[GAP], 0.0))[0] > 0.0
+        pulls = _forces(n, np.inf, np.inf, True, _Mode.CLOSED, (arc, 0.0, n.L, 0.0))[0] > 0.0
         low, high = (arc, high) if pulls else (low, arc)
     x, ratio, _ = _lever(n, low)
-    if x <= n[GAP] or ratio <= 0.0 or low >= 5.0 * n[GAP] * (1.0 - 1e-9):
+    if x <= n.L or ratio <= 0.0 or low >= 5.0 * n.L * (1.0 - 1e-9):
         return np.nan
-    for i in range(1, _LOOKS if n[WAY_FORCE] > 0.0 else 1):
+    for i in range(1, _LOOKS if n.way_force.share > 0.0 else 1):
         arc = low * i / _LOOKS
         x = _lever(n, arc)[0]
-        mode, state = (_FREE if x < n[GAP] else _CLOSED), (arc, 0.0, min(x, n[GAP]), 0.0)
+        mode, state = (_Mode.FREE if x < n.L else _Mode.CLOSED), (arc, 0.0, min(x, n.L), 0.0)
         closes = _forces(n, low, np.inf, True, mode, state)[0] > 0.0
         if not closes or _forces(n, low, np.inf, False, mode, state)[0] >= 0.0:
             return np.nan
@@ -178,14 +207,14 @@ def _rates(n, rest, time, closing, mode, state, out, row):
     """Time derivatives of the state, into a row of ``out``; a view of it would cost as much."""
     speed = state[1]
     total, spring, ratio, bend = _forces(n, rest, time, closing, mode, state)
-    mass = 1.0 + (n[TRAIN_MASS] if closing else 0.0)
-    if n[CONTACT] == _HELD and mode == _FREE:
-        mass += ratio * ratio / n[MU]
-        total -= ratio * bend * speed * speed / n[MU]
-    flies = mode == _FLYING or (n[CONTACT] == _ELASTIC and mode == _FREE)
+    mass = 1.0 + (n.train_mass if closing else 0.0)
+    if n.contact == Contact.HELD and mode == _Mode.FREE:
+        mass += ratio * ratio / n.mu
+        total -= ratio * bend * speed * speed / n.mu
+    flies = mode == _Mode.FLYING or (n.contact == Contact.ELASTIC and mode == _Mode.FREE)
     moves = 1.0 if flies else 0.0
     out[row, 0], out[row, 1] = speed, total / mass
-    out[row, 2], out[row, 3] = moves * state[3], moves * n[MU] * spring
+    out[row, 2], out[row, 3] = moves * state[3], moves * n.mu * spring
 
 
 @_fast
@@ -213,29 +242,29 @@ def _advance(n, rest, time, closing, mode, state, h, new, k):
 @_fast
 def _margin(n, rest, time, closing, mode, state):
     """Positive as long as the mode lasts: way to the touch or to the parting, or contact force."""
-    if n[CONTACT] != _SLIDING and mode == _CLOSED:
+    if n.contact != Contact.SLIDING and mode == _Mode.CLOSED:
         force = _forces(n, rest, time, closing, mode, state)[1]
-        return force if n[CONTACT] == _ELASTIC else min(force, _lever(n, state[0])[0] - n[GAP])
-    if mode == _FLYING:
+        return force if n.contact == Contact.ELASTIC else min(force, _lever(n, state[0])[0] - n.L)
+    if mode == _Mode.FLYING:
         return _lever(n, state[0])[0] - state[2]
-    way = n[GAP] - (state[2] if n[CONTACT] == _ELASTIC else _lever(n, state[0])[0])
-    return way if mode == _FREE else -way
+    way = n.L - (state[2] if n.contact == Contact.ELASTIC else _lever(n, state[0])[0])
+    return way if mode == _Mode.FREE else -way
 
 
 @_fast
 def _switch(n, closing, mode, state):
     """Mode after the touch or the parting; changes the state in place."""
-    if n[CONTACT] == _HELD and mode != _FREE:
+    if n.contact == Contact.HELD and mode != _Mode.FREE:
         x, ratio, _ = _lever(n, state[0])
-        if mode == _CLOSED and x - n[GAP] > _AT_STOP:
-            return _FLYING
-        mass = 1.0 + (n[TRAIN_MASS] if closing else 0.0)  # picks the contact up
-        state[1] = (mass * state[1] + ratio * state[3] / n[MU]) / (mass + ratio * ratio / n[MU])
-        state[2], state[3] = n[GAP], 0.0
-        return _FREE
-    back = n[RESTITUTION] * state[3]  # of an elastic contact; all others are at rest
-    state[2], state[3] = n[GAP], -back if back > _SLOWEST else 0.0
-    return _CLOSED if mode == _FREE and back <= _SLOWEST else _FREE
+        if mode == _Mode.CLOSED and x - n.L > _AT_EVENT:
+            return _Mode.FLYING
+        mass = 1.0 + (n.train_mass if closing else 0.0)  # picks the contact up
+        state[1] = (mass * state[1] + ratio * state[3] / n.mu) / (mass + ratio * ratio / n.mu)
+        state[2], state[3] = n.L, 0.0
+        return _Mode.FREE
+    back = n.restitution * state[3]  # of an elastic contact; all others are at rest
+    state[2], state[3] = n.L, -back if back > _SLOWEST else 0.0
+    return _Mode.CLOSED if mode == _Mode.FREE and back <= _SLOWEST else _Mode.FREE
 
 
 @_fast
@@ -262,31 +291,78 @@ def _located(n, rest, time, closing, mode, state, h, new, k):
 
 
 @_fast
-def _keep(n, stroke, state, rates, ends):
-    """What a transducer reads, its speed and its acceleration, into ``ends``."""
+def _reading(n, stroke, state, rates):
+    """What a transducer without a linkage reads, its speed and its acceleration."""
     x, ratio, bend = _lever(n, state[0])
-    ends[0], ends[1], ends[2] = x, ratio * state[1], ratio * rates[1] + bend * state[1] * state[1]
-    if n[READING] > 0.0:
-        slope, curves = 1.0, 0.0
-        for k in range(1, 7):
-            turn, size = k * np.pi / stroke, n[READING] * n[READING + k] / k
-            ends[0] += size * np.sin(turn * x) / turn
-            slope += size * np.cos(turn * x)
-            curves -= size * turn * np.sin(turn * x)
-        ends[2] = slope * ends[2] + curves * ends[1] * ends[1]
-        ends[1] *= slope
+    speed = ratio * state[1]
+    acceleration = ratio * rates[1] + bend * state[1] * state[1]
+    if not n.reading.share > 0.0:
+        return x, speed, acceleration
+    reads, slope, curves = x, 1.0, 0.0
+    for k in range(1, 7):
+        turn, size = k * np.pi / stroke, n.reading.share * n.reading.harmonics[k - 1] / k
+        reads += size * np.sin(turn * x) / turn
+        slope += size * np.cos(turn * x)
+        curves -= size * turn * np.sin(turn * x)
+    return reads, speed * slope, slope * acceleration + curves * speed * speed
 
 
 @_fast
-def _copy(one, other):
-    """Copy four numbers; numba takes 3 s longer to compile an assignment of the whole."""
-    for i in range(4):
-        other[i] = one[i]
+def _join(piece, begin, h, start, end):
+    """Make a piece the polynomial from one reading, with speed and acceleration, to another."""
+    way = end[0] - start[0] - h * start[1] - 0.5 * h * h * start[2]
+    faster = h * (end[1] - start[1]) - h * h * start[2]
+    more = h * h * (end[2] - start[2])
+    piece.begin, piece.length, c = begin, h, piece.powers
+    c[0], c[1], c[2] = start[0], h * start[1], 0.5 * h * h * start[2]
+    c[3] = 10.0 * way - 4.0 * faster + 0.5 * more
+    c[4] = -15.0 * way + 7.0 * faster - more
+    c[5] = 6.0 * way - 3.0 * faster + 0.5 * more
+    piece.cosine, piece.sine, piece.decay, piece.turn = 0.0, 0.0, 0.0, 0.0
+
+
+@_fast
+def _ring(piece, w, reading, speed):
+    """Add to a piece of travel what the linkage does, from reading and speed at its begin."""
+    c = piece.powers
+    z = 2.0 * _RINGING * w
+    p3 = -20.0 * c[5] / w**2
+    p2 = -(12.0 * c[4] + 3.0 * z * p3) / w**2
+    p1 = -(6.0 * c[3] + 2.0 * z * p2 + 6.0 * p3) / w**2
+    p0 = -(2.0 * c[2] + z * p1 + 2.0 * p2) / w**2
+    c[0], c[1], c[2], c[3] = c[0] + p0, c[1] + p1, c[2] + p2, c[3] + p3
+    piece.decay, piece.turn = _RINGING * w, w * np.sqrt(1.0 - _RINGING**2)
+    piece.cosine = reading - c[0]
+    piece.sine = (speed - c[1] + piece.decay * piece.cosine) / piece.turn
+
+
+@_fast
+def _within(piece, u):
+    """Reading at a share of a piece."""
+    value = piece.powers[5]
+    for i in range(4, -1, -1):
+        value = piece.powers[i] + u * value
+    if piece.turn == 0.0:
+        return value
+    free = piece.cosine * np.cos(piece.turn * u) + piece.sine * np.sin(piece.turn * u)
+    return value + free * np.exp(-piece.decay * u)
+
+
+@_fast
+def _rate(piece, u):
+    """Its derivative by the share."""
+    value = 5.0 * piece.powers[5]
+    for i in range(4, 0, -1):
+        value = i * piece.powers[i] + u * value
+    s, c = np.sin(piece.turn * u), np.cos(piece.turn * u)
+    free = piece.cosine * c + piece.sine * s
+    turned = piece.turn * (piece.sine * c - piece.cosine * s)
+    return value + (turned - piece.decay * free) * np.exp(-piece.decay * u)
 
 
 @_fast
 def follow(n, rest, closing, end, beyond):
-    """Steps of a motion after the release, and when the contact first touches or parts.
+    """Integrate a motion from the release on.
 
     Args:
         n: Numbers of the drive, of size 1.
@@ -296,46 +372,78 @@ def follow(n, rest, closing, end, beyond):
         beyond: Time after 10 % of the way until which it is followed, in times from 10 to 50 %.
 
     Returns:
-        Steps ``(s, 8)``: begin and length, ms, and six coefficients of the reading in powers of the
-        share of a step, mm; and the time of the switching, ms, ``inf`` if there is none. No steps
-        where the motion is not finite or takes too many.
+        Pieces of the curve, ``(s,)``, see ``sampled``; the reading at the release, mm; and when the
+        contact first touches or parts, ms, ``inf`` if it does not. No pieces where the motion is
+        not finite or takes too many steps.
     """
-    steps, count, switching = np.empty((_MOST, 8)), 0, np.inf
+    pieces, count, switching = np.empty(_MOST, _PIECE), 0, np.inf
     state, new, k = np.zeros(4), np.zeros(4), np.zeros((7, 4))
-    mode = _FREE
+    mode = _Mode.FREE
     if not closing:
-        state[0], state[2], mode = rest, n[GAP], _CLOSED
+        state[0], state[2], mode = rest, n.L, _Mode.CLOSED
     begin, stroke = _lever(n, state[0])[0], _lever(n, rest)[0]
     now, h, first = 0.0, _FIRST, np.inf
     _rates(n, rest, now, closing, mode, state, k, 0)
+    released = _reading(n, stroke, state, k[0])[0]
+    shows, speed = released, 0.0
     while now < end:
         error = _advance(n, rest, now, closing, mode, state, h, new, k) / _TOLERANCE
         if count == _MOST or h < _SHORTEST:
-            return steps[:0], switching
+            return pieces[:0], released, switching
         factor = 0.9 * max(error, 1e-4) ** -0.2 if error < np.inf else 0.0
         if not error <= 1.0:
             h *= max(0.2, factor)
             continue
         # As in the model a contact stays after its touch, but for one that the drive holds.
-        watched = closing == (mode == _FREE) or mode == _FLYING or (closing and n[CONTACT] == _HELD)
+        free = mode == _Mode.FREE
+        watched = closing == free or mode == _Mode.FLYING or (closing and n.contact == Contact.HELD)
         over = watched and _margin(n, rest, now + h, closing, mode, new) < 0.0
         taken = _located(n, rest, now, closing, mode, state, h, new, k) if over else h
-        steps[count, 0], steps[count, 1] = now, taken
-        _keep(n, stroke, state, k[0], steps[count, 2:])
-        _keep(n, stroke, new, k[6], steps[count, 5:])
-        way = abs(steps[count, 5] - begin) / stroke
-        count += 1
-        first = min(first, now) if way >= _SHARES[0] else first
-        now += taken
-        if way >= _SHARES[1]:
+        piece, to = pieces[count], _reading(n, stroke, new, k[6])
+        _join(piece, now, taken, _reading(n, stroke, state, k[0]), to)
+        if n.linkage > 0.0:
+            _ring(piece, 2.0 * np.pi * taken / n.linkage, shows, speed * taken)
+            shows, speed = _within(piece, 1.0), _rate(piece, 1.0) / taken
+        way = abs(to[0] - begin) / stroke
+        first = min(first, now) if way >= LEVELS[0] else first
+        count, now = count + 1, now + taken
+        if way >= LEVELS[1]:
             end = min(end, first + beyond * (now - first))
-        _copy(new, state)
+        state, new = new, state
         if over:
             switching = min(switching, now)
             mode = _switch(n, closing, mode, state)
             _rates(n, rest, now, closing, mode, state, k, 0)
             h = min(h, _FIRST)
         else:
-            _copy(k[6], k[0])
+            for i in range(4):
+                k[0, i] = k[6, i]
             h = min(_LONGEST, h * factor)
-    return steps[:count].copy(), switching
+    return pieces[:count].copy(), released, switching
+
+
+@_fast
+def sampled(pieces, times):
+    """Reading at rising times, ``(t,)``, mm; at rest before the first piece."""
+    result, i = np.empty(times.size), 0
+    for j in range(times.size):
+        while i < len(pieces) - 1 and times[j] > pieces[i].begin + pieces[i].length:
+            i += 1
+        result[j] = _within(pieces[i], max(0.0, times[j] - pieces[i].begin) / pieces[i].length)
+    return result
+
+
+@_fast
+def passing(pieces, level):
+    """Time at which the reading first is a level, ms; nan if at no piece's end it is past it."""
+    sign = 1.0 if level > _within(pieces[0], 0.0) else -1.0
+    for i in range(len(pieces)):
+        piece = pieces[i]
+        if sign * (_within(piece, 1.0) - level) >= 0.0:
+            low, high = 0.0, 1.0
+            for _ in range(_FINEST):
+                middle = 0.5 * (low + high)
+                before = sign * (_within(piece, middle) - level) < 0.0
+                low, high = (middle, high) if before else (low, middle)
+            return piece.begin + high * piece.length
+    return np.nan

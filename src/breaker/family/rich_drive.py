@@ -14,13 +14,11 @@ from operator import attrgetter
 
 import numpy as np
 
-from breaker.family.integrator import closed_rest, follow
-from breaker.family.paths import curve, sampled
+from breaker.family.integrator import Contact, closed_rest, follow, sampled
 from breaker.model.parameters import NAMES, UNIT, Size
 
-STOPS = ("closing_stop", "opening_stop")
 WAVES = ("way_force", "time_force", "speed_force", "reading")
-CONTACTS = ("elastic", "held", "sliding")
+CONTACTS = tuple(kind.name.lower() for kind in Contact)
 LAWS = ("contact", "stick", "slip", "load", "growth", "drag_power", "friction_speed")
 """Fields of ``Elements`` that say how others act, and have no size of their own."""
 
@@ -85,7 +83,7 @@ class Elements:
     force_fall: float = 0.0
     drag: float = 0.0
     linkage: float = 0.0
-    contact: str = "elastic"
+    contact: str = CONTACTS[0]
     way_force: Waves = field(default_factory=Waves)
     time_force: Waves = field(default_factory=Waves)
     speed_force: Waves = field(default_factory=Waves)
@@ -101,36 +99,51 @@ class Elements:
     @classmethod
     def from_settings(cls, settings: Mapping) -> "Elements":
         """Build from ``{name: number}``, a part of several as ``{name: {...}}``; others absent."""
-        kinds = dict.fromkeys(STOPS, Stop) | dict.fromkeys(WAVES, Waves)
-        parts = {name: kinds[name](**settings[name]) for name in kinds if name in settings}
+        kinds = {each.name: each.type for each in fields(cls) if each.type in (Stop, Waves)}
+        parts = {name: kinds[name](**settings[name]) for name in kinds.keys() & settings.keys()}
         return cls(**{**settings, **parts})
 
-    @property
-    def numbers(self) -> list[float]:
-        """All numbers in one row, ``(e,)``, for compiled code and stores."""
-        return list(_flat(self).values())
-
-    def scaled(self, strength: float | Mapping[str, float]) -> "Elements":
-        """Return the elements at another strength, of all or by name: 0 leaves the model, 1 changes
-        nothing.
+    def scaled(self, strength: Mapping[str, float]) -> "Elements":
+        """Return the elements with some at another strength, by name: at 0 they are absent.
 
         A stop keeps its place and its law, and so do all forces; their sizes change.
         """
-        parts = {each.name: getattr(self, each.name) for each in fields(self)}
-        for name in parts.keys() - set(LAWS):
-            value, size = parts[name], strength[name] if isinstance(strength, Mapping) else strength
+        parts = {}
+        for name, size in strength.items():
+            value = getattr(self, name)
             if isinstance(value, Stop):
-                forces = {"damping": value.damping, "stiffness": value.stiffness}
-                parts[name] = replace(value, **{n: size * each for n, each in forces.items()})
+                forces = {"damping": size * value.damping, "stiffness": size * value.stiffness}
+                parts[name] = replace(value, **forces)
             elif isinstance(value, Waves):
                 parts[name] = replace(value, share=size * value.share)
             else:
                 parts[name] = size * value
-        return Elements(**parts)
+        return replace(self, **parts)
+
+
+SIZES = tuple(each.name for each in fields(Elements) if each.name not in LAWS)
+"""Fields of ``Elements`` that have a strength."""
+
+_FORMS = {
+    float: float,
+    str: int,  # of the kinds of contact
+    Stop: np.dtype((np.record, [(each.name, float) for each in fields(Stop)])),
+    Waves: np.dtype((np.record, [("share", float), ("harmonics", "6f8")])),
+}
+LAYOUT = np.dtype(
+    (
+        np.record,
+        [
+            *((name, float) for name in NAMES),
+            *((each.name, _FORMS[each.type]) for each in fields(Elements)),
+        ],
+    )
+)
+"""Layout of the numbers of a drive: its parameters, then its elements."""
 
 
 def _flat(parts: Elements | Stop | Waves, above: str = "") -> dict[str, float]:
-    """Numbers by dotted name, in order."""
+    """Numbers by dotted name, in the order of ``LAYOUT``."""
     found = {}
     for name, value in vars(parts).items():
         if isinstance(value, Stop | Waves):
@@ -187,20 +200,32 @@ class Drive:
         return self.theta[NAMES.index(name)] if name in NAMES else attrgetter(name)(self.elements)
 
     def scaled(self, size: Size) -> "Drive":
-        """Return a drive of another size that moves alike: ``lengths x(t / times)``.
-
-        >>> drive = Drive((2.0, 0.045, 0.040, 0.30, 0.12, 0.75, 10.0), Elements())
-        >>> drive.scaled(Size(10.0, 4.0)).travel("closing", np.array([0.0, 40.0, 240.0])).round(1)
-        array([  0. , 110.5, 135.3])
-        """
+        """Return a drive of another size that moves alike: ``lengths x(t / times)``."""
         theta = tuple((np.array(self.theta) * size.factors).tolist())
         both = Size(self.size.lengths * size.lengths, self.size.times * size.times)
         return replace(self, theta=theta, size=both)
 
+    @cached_property
+    def row(self) -> np.ndarray:
+        """Parameters and elements of the drive at size 1, one after the other, ``(p + e,)``."""
+        return np.array([*np.array(self.theta) / self.size.factors, *_flat(self.elements).values()])
+
+    @cached_property
+    def numbers(self) -> np.record:
+        """The same numbers in ``LAYOUT``."""
+        record = self.row.copy().view(LAYOUT)[0]
+        record.contact = CONTACTS.index(self.elements.contact)  # a whole number there
+        return record
+
+    @cached_property
+    def rest(self) -> float:
+        """Closed position of the drive at size 1, mm; nan if there is none."""
+        return closed_rest(self.numbers)
+
     @property
     def holds(self) -> bool:
         """Whether there is a closed position, in which the contact is pressed."""
-        return bool(np.isfinite(closed_rest(self.numbers)))
+        return bool(np.isfinite(self.rest))
 
     def travel(self, motion: str, times: np.ndarray) -> np.ndarray:
         """Return the travel alone of what ``operate`` returns."""
@@ -221,20 +246,12 @@ class Drive:
             ValueError: If the drive has no closed position.
             FloatingPointError: If the curve is not finite.
         """
-        numbers = self.numbers
-        rest = closed_rest(numbers)
-        if not np.isfinite(rest):
+        if not self.holds:
             raise ValueError(f"the closing force does not press the contact: {self}")
         times = np.asarray(times, dtype=np.float64) / self.size.times
         end = max(times[-1], 1e-9)  # a drive that is only seen at rest
-        steps, switching = follow(numbers, rest, motion == "closing", end, np.inf)
-        if not len(steps):
+        pieces, _, switching = follow(self.numbers, self.rest, motion == "closing", end, np.inf)
+        if not len(pieces):
             raise FloatingPointError(f"the curve of a drive is not finite: {self}")
-        pieces = curve(steps, self.elements.linkage)
         switches = self.size.times * switching if switching <= times[-1] else np.inf
         return self.size.lengths * sampled(pieces, times), switches
-
-    @cached_property
-    def numbers(self) -> np.ndarray:
-        """Parameters and elements in one row, ``(p + e,)``, those of the drive at size 1."""
-        return np.hstack([np.array(self.theta) / self.size.factors, self.elements.numbers])
