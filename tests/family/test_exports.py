@@ -68,14 +68,14 @@ def test_inspection_leads_to_accepted_records_of_all_channels(exports, overlay):
     sensor, format_ = config["sensor"], config["endurance"]["format"]
     grid = Grid(np.linspace(sensor["start"], sensor["stop"], sensor["samples"]), sensor["noise_sd"])
     for motion in MOTIONS:
-        for channel in CHANNELS:
+        for i, channel in enumerate(CHANNELS):
             files = [folder / f"rack_{n:04d}.txt" for n in OPERATIONS]
             operations = [Operation(n, f, channel=channel) for n, f in enumerate(files, start=1)]
             curves = read_curves(operations, format_, grid, motion)
             assert curves.accepted.all(), curves.reason.values
             assert (curves.remarks == "").all(), curves.remarks.values
             assert not np.isnan(curves.travel).any()
-            true = [starts[channel, motion, n] for n in OPERATIONS]
+            true = [starts[n][i, MOTIONS.index(motion)] for n in OPERATIONS]
             assert np.abs(curves.first_motion.values - true).max() < 0.3 * HIGH_VOLTAGE.times
 
 

@@ -2,7 +2,7 @@
 
 from breaker.common.randomness import generator
 from breaker.common.zarr_store import describe, save
-from breaker.family.round_trip import through_files
+from breaker.family.exports import through_files
 from breaker.paper.inference import sample_records
 from breaker.paper.posterior import Posterior
 from breaker.workflow.jobs import start
@@ -13,15 +13,14 @@ params, motion, seed = snakemake.params, snakemake.wildcards.motion, int(snakema
 posterior = Posterior.load(snakemake.input.model, own_functions=True)
 rng = generator(seed, "records through files", motion)
 model = posterior.model
-through = through_files(model.prior, model.sensor, motion, params.curves, rng)
-rejected = len(through.reasons)
-log.info("%d of %d curves of the prior rejected", rejected, params.curves)
-for reason in through.reasons:
+measured, truth, reasons = through_files(model.prior, model.sensor, motion, params.curves, rng)
+log.info("%d of %d curves of the prior rejected", len(reasons), params.curves)
+for reason in reasons:
     log.info("rejected: %s", reason)
 if posterior.sensor.infers_onset:
-    error = through.truth[:, -1]
+    error = truth[:, -1]
     log.info("first motion found too late by %.3f ms, sd %.3f ms", -error.mean(), error.std())
-result = sample_records(posterior, through.measured, through.truth, params.draws, seed)
-result.attrs["rejected"] = rejected
+result = sample_records(posterior, measured, truth, params.draws, seed)
+result.attrs["rejected"] = len(reasons)
 title = f"posteriors of simulated {motion} records, read from files"
 save(describe(result, title, model=posterior.settings), snakemake.output[0])

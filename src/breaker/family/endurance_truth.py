@@ -1,7 +1,6 @@
 """The true state of the drive over a simulated endurance test, and when it exceeds limits."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 import xarray as xr
@@ -75,31 +74,21 @@ def failure_times(truth: xr.Dataset, limits: Sequence[Limit]) -> dict[str, float
 
     Args:
         truth: What ``truth_of`` returns.
-        limits: Limits of the model's quantities, of quantities of records, or of changes.
+        limits: Limits of the model's quantities, infinite where it lacks one, of quantities of
+            records, or of changes since the first operations.
     """
-    source, times = _Truth(truth), {}
+    times = {}
     for limit in limits:
-        beyond = (limit.read(source) > 0).all(axis=-1)
+        names = list(limit.quantities)
+        if limit.of == "model":
+            values = limit.evaluate(truth.value.values)
+            excess = np.nan_to_num(limit.excess(values), nan=np.inf)
+        elif limit.of == "change":
+            value = truth.value.sel(parameter=names).values
+            excess = limit.excess(100.0 * (value / value[:_NEW].mean(axis=0) - 1.0))
+        else:
+            seen = truth.measured.sel(motion=limit.motion, quantity=names)
+            excess = limit.excess(seen.transpose("operation", "quantity").values)
+        beyond = (excess > 0).all(axis=-1)
         times[limit.name] = float(truth.operation[beyond.argmax()]) if beyond.any() else np.nan
     return times
-
-
-@dataclass(frozen=True)
-class _Truth:
-    """Excess of each part of a limit, ``(operation, parts)``, by the source of the limit."""
-
-    truth: xr.Dataset
-
-    def of_model(self, limit: Limit) -> np.ndarray:
-        """Return the excess of quantities of the model; infinite if the model lacks one."""
-        return np.nan_to_num(limit.excess(limit.evaluate(self.truth.value.values)), nan=np.inf)
-
-    def of_change(self, limit: Limit) -> np.ndarray:
-        """Return the excess of changes in percent since the first operations."""
-        value = self.truth.value.values[:, [NAMES.index(name) for name in limit.quantities]]
-        return limit.excess(100.0 * (value / value[:_NEW].mean(axis=0) - 1.0))
-
-    def of_record(self, limit: Limit) -> np.ndarray:
-        """Return the excess of quantities of records; nan if a record does not show one."""
-        measured = self.truth.measured.sel(motion=limit.motion, quantity=list(limit.quantities))
-        return limit.excess(measured.transpose("operation", "quantity").values)

@@ -1,5 +1,8 @@
-"""Write simulated records as files of instruments, and the exports of ``breaker example``."""
+"""Write simulated records as files of instruments: the exports of ``breaker example``, and curves
+of the model, by which the workflow validates the reader.
+"""
 
+import tempfile
 import zlib
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
@@ -14,14 +17,15 @@ from breaker.family.curve_file import rows, texts, write_curve
 from breaker.family.endurance import EnduranceTest
 from breaker.family.rich_drive import Drive
 from breaker.model.parameters import GAP, MOTIONS, Size
+from breaker.model.prior import Prior
+from breaker.model.sensor import Sensor
 
 _EXAMPLES = read(Path(__file__).with_name("examples.yaml"))
-_HIGH = _EXAMPLES["high_voltage"]
+_HIGH, _VISITS, _WIDE = (_EXAMPLES[key] for key in ("high_voltage", "inspections", "wide"))
 HIGH_VOLTAGE = Size(lengths=_HIGH["lengths"], times=_HIGH["times"])
 """Size of the high-voltage breaker, relative to the drive of the simulated endurance test."""
 CHANNELS = ("S 1", "S 2", "S 3", "R 1", "R 2", "R 3")
 """Names of the columns of travel in an export of an analyser."""
-_STEP = 0.08  # mm, of a reading of an analyser: coarse, as at a stroke of 150 mm
 _STATED = "Station: Example\nSerial No: EX-0001\nType: 12 kV\nTest Date: {date}\nOperation: C-O"
 
 
@@ -42,7 +46,7 @@ def write_wide(
     more = zlib.crc32(f"{motion} {operation}".encode()) % 42
     above += ["Temp;21 °C", *(f"channel {i};{i}" for i in range(more))]
     unused = np.where(np.arange(time.size) < 0.9 * time.size, 0.0, np.nan)
-    readings = _STEP * np.rint(np.atleast_2d(travel) / _STEP)
+    readings = _WIDE["quantum"] * np.rint(np.atleast_2d(travel) / _WIDE["quantum"])
     columns = {f"I{i + 1}": texts(0.01 * np.sin(time + i), 2) for i in range(6)}
     for i, channel in enumerate(CHANNELS):
         columns[channel] = texts(readings[i] if i < len(readings) else unused, 2)
@@ -50,67 +54,34 @@ def write_wide(
     Path(file).write_text("\n".join([*lines, ""]), encoding="utf-8", newline="\r\n")
 
 
-class Layout(NamedTuple):
-    """Form of the files of an instrument.
-
-    Attributes:
-        write: Function that writes a record.
-        settings: Section ``endurance.format`` that reads the files; other keys have defaults.
-        ending: Ending of the names of files.
-        rate: Rate of the samples, kHz.
-    """
-
-    write: Callable
-    settings: Mapping
-    ending: str = ".csv"
-    rate: float = 10.0
-
-
-LAYOUTS = {
-    "comma": Layout(write_curve, {}),
-    "wide": Layout(
-        write_wide,
-        {
-            "delimiter": ";",
-            "time_column": None,
-            "rate": 10.0,
-            "travel_column": CHANNELS[0],
-            "quantum": _STEP,
-        },
-    ),
-}
-"""Layouts in which the validation writes curves of the model."""
-
-
-class _Pole(NamedTuple):
-    """A record of one pole: its drive, start of each motion, ms, and travel, ``(t,)``, mm."""
-
-    drive: Drive
-    starts: Mapping[str, float]
-    travel: np.ndarray
+# ---- exports of ``breaker example`` --------------------------------------------------------------
 
 
 def _close_open(
-    drive: Drive, time: np.ndarray, numbers: Mapping, poles: Sequence[str], rng: np.random.Generator
-) -> dict[str, _Pole]:
-    """Simulate a close and an open of poles that scatter around a drive."""
-    trigger, records = numbers["start"] + numbers["start_sd"] * rng.standard_normal(), {}
-    for pole in poles:
+    drive: Drive, time: np.ndarray, numbers: Mapping, poles: int, rng: np.random.Generator
+) -> tuple[list[Drive], np.ndarray, np.ndarray]:
+    """Simulate a close and an open of poles that scatter around a drive.
+
+    Returns their drives, starts of the motions, ``(poles, m)``, ms, and travel, ``(poles, t)``, mm.
+    """
+    trigger = numbers["start"] + numbers["start_sd"] * rng.standard_normal()
+    drives, starts, travels = [], [], []
+    for _ in range(poles):
         changed = {}
         for name, sd in numbers["scatter"].items():
             changed[name] = drive.value(name) * (1.0 + sd * rng.standard_normal())
-        own, shifts = drive.changed(**changed), numbers["phases_sd"] * rng.standard_normal(2)
-        starts = dict(zip(MOTIONS, trigger + shifts + (0.0, numbers["apart"]), strict=True))
-        closing, opening = (own.travel(motion, time - at) for motion, at in starts.items())
-        travel = np.where(time < starts["opening"], closing, opening)
-        travel += numbers["noise_sd"] * rng.standard_normal(time.size)
-        records[pole] = _Pole(own, starts, travel)
-    return records
+        drives.append(drive.changed(**changed))
+        shifts = numbers["phases_sd"] * rng.standard_normal(2)
+        starts.append(trigger + shifts + (0.0, numbers["apart"]))
+        ways = [drives[-1].travel(m, time - at) for m, at in zip(MOTIONS, starts[-1], strict=True)]
+        way = np.where(time < starts[-1][1], *ways)
+        travels.append(way + numbers["noise_sd"] * rng.standard_normal(time.size))
+    return drives, np.array(starts), np.array(travels)
 
 
 def write_close_opens(
     drive: Drive, seed: int, folder: Path, operations: Sequence[int]
-) -> dict[tuple[str, str, int], float]:
+) -> dict[int, np.ndarray]:
     """Write a file for each operation of a high-voltage breaker, such as ``rack_0001.txt``.
 
     Args:
@@ -120,16 +91,13 @@ def write_close_opens(
         operations: Numbers of the operations.
 
     Returns:
-        Start of each motion, ms of the record, by channel, motion and operation.
+        By operation, the start of each motion of each channel, ms of the record, ``(channels, m)``.
     """
     folder.mkdir(parents=True, exist_ok=True)
     time, starts = np.arange(0.0, _HIGH["length"], 1.0 / _HIGH["rate"]), {}
     for operation in operations:
-        rng = generator(seed, "high voltage", operation)
-        poles = _close_open(drive.scaled(HIGH_VOLTAGE), time, _HIGH, CHANNELS, rng)
-        for channel, pole in poles.items():
-            starts |= {(channel, motion, operation): at for motion, at in pole.starts.items()}
-        travels = np.array([pole.travel for pole in poles.values()])
+        rng, large = generator(seed, "high voltage", operation), drive.scaled(HIGH_VOLTAGE)
+        _, starts[operation], travels = _close_open(large, time, _HIGH, len(CHANNELS), rng)
         travels[-1, round(0.95 * time.size) :] = np.nan  # a channel that ends early
         file = folder / f"rack_{operation:04d}.txt"
         write_wide(file, time, travels, motion="close-open", operation=operation)
@@ -141,17 +109,9 @@ def write_inspections(settings: Mapping, folder: Path) -> int:
 
     Args:
         settings: Configuration; the drive of its simulated endurance test is inspected.
-
-    Example:
-        >>> from breaker.configuration.loading import defaults
-        >>> import tempfile
-        >>> with tempfile.TemporaryDirectory() as name:
-        ...     write_inspections(defaults(), Path(name))
-        3
     """
     test = EnduranceTest.from_settings(simulated_test(settings), settings["seed"])
-    numbers = _EXAMPLES["inspections"]
-    for date, share in numbers["dates"].items():
+    for date, share in _VISITS["dates"].items():
         rng = generator(settings["seed"], "example", date)
         columns = _inspection(test.worn(round(share * test.operations), scatter=False), rng)
         text = "\n".join([_STATED.format(date=date), "", *rows(columns, ";"), ""])
@@ -159,22 +119,91 @@ def write_inspections(settings: Mapping, folder: Path) -> int:
     travels = [column for name, column in columns.items() if name.startswith("Travel")]
     bare = rows(dict(zip(("s1", "s2", "s3"), travels, strict=True)), ";")
     (folder / "unknown.txt").write_text("\n".join([*bare, ""]), encoding="utf-8")
-    return len(numbers["dates"]) + 1
+    return len(_VISITS["dates"]) + 1
 
 
 def _inspection(drive: Drive, rng: np.random.Generator) -> dict[str, list[str]]:
     """Return the columns of a close and an open of three poles, as text."""
-    numbers = _EXAMPLES["inspections"]
-    time = np.arange(round(numbers["length"] * numbers["rate"])) / numbers["rate"]
-    poles = _close_open(drive, time, numbers, "RST", rng)
+    time = np.arange(round(_VISITS["length"] * _VISITS["rate"])) / _VISITS["rate"]
+    drives, starts, travels = _close_open(drive, time, _VISITS, 3, rng)
     columns = {"Time (ms)": texts(time, 2)}
-    for name, pole in poles.items():
-        columns[f"Travel {name} (mm)"] = texts(pole.travel, 3)
-    for name, pole in poles.items():
-        columns[f"Contact {name}"] = texts(1.0 * (pole.travel > pole.drive.value(GAP.name)), 0)
-    for motion, start in poles["R"].starts.items():
-        after = time - (start - numbers["delay"])
-        flows = (after > 0.0) & (after < numbers["lasts"])
-        current = -numbers["current"] * np.expm1(-np.maximum(after, 0.0) / numbers["rise"])
+    for pole, way in zip("RST", travels, strict=True):
+        columns[f"Travel {pole} (mm)"] = texts(way, 3)
+    for pole, own, way in zip("RST", drives, travels, strict=True):
+        columns[f"Contact {pole}"] = texts(1.0 * (way > own.value(GAP.name)), 0)
+    for motion, start in zip(MOTIONS, starts[0], strict=True):
+        after = time - (start - _VISITS["delay"])
+        flows = (after > 0.0) & (after < _VISITS["lasts"])
+        current = -_VISITS["current"] * np.expm1(-np.maximum(after, 0.0) / _VISITS["rise"])
         columns[f"Coil {motion} (A)"] = texts(current * flows, 3)
     return columns
+
+
+# ---- curves of the model through files -----------------------------------------------------------
+
+
+class Layout(NamedTuple):
+    """Form of files: function that writes one, section ``endurance.format`` that reads it, ending
+    of its name, and rate of the samples, kHz.
+    """
+
+    write: Callable
+    settings: Mapping
+    ending: str = ".csv"
+    rate: float = _WIDE["rate"]
+
+
+LAYOUTS = {"comma": Layout(write_curve, {}), "wide": Layout(write_wide, _WIDE)}
+"""Layouts in which the validation writes curves of the model."""
+
+
+def through_files(
+    prior: Prior,
+    sensor: Sensor,
+    motion: str,
+    n: int,
+    rng: np.random.Generator,
+    layouts: Mapping[str, Layout] = LAYOUTS,
+) -> tuple[np.ndarray, np.ndarray, list[str]]:
+    """Draw ``n`` records from the prior, write each in one of the layouts, and read them.
+
+    The noise is that of a simulated record; the start of motion is random; the layouts take turns.
+    A rejection depends on the record alone, so the ranks of the other truths stay uniform.
+
+    Returns:
+        Records on the grid, ``(n, t)``, mm; their parameters, and where the onset is inferred the
+        time from the reader's first motion to the true start, ms: ``(n, q)``; and why the reader
+        rejected the other records.
+
+    Raises:
+        RuntimeError: If the reader rejects all records.
+    """
+    from breaker.model.curves import travel  # no export of an example needs the reader
+    from breaker.records.curves import read_curves
+    from breaker.records.grid import Grid
+    from breaker.records.operations import Operation
+
+    numbers, theta = _EXAMPLES["through_files"], prior.sample(n, rng)
+    starts = numbers["margin"] - sensor.start + numbers["spread"] * (rng.random(n) - 0.5)
+    measured, first = np.empty((n, sensor.samples)), np.empty(n)
+    reasons = np.full(n, "", dtype=object)
+    length = sensor.stop - sensor.start + 2 * numbers["margin"]
+    for i, layout in enumerate(layouts.values()):
+        own, operations = slice(i, None, len(layouts)), []
+        time = np.arange(round(length * layout.rate)) / layout.rate
+        curves = travel(theta[own], time, motion, onset=starts[own]).travel
+        with tempfile.TemporaryDirectory() as folder:
+            for number, record in enumerate(sensor.corrupt(curves, rng)):
+                file = Path(folder, f"{motion}_{number:05d}{layout.ending}")
+                layout.write(file, time, record, motion=motion, operation=number)
+                operations.append(Operation(number, file))
+            settings = {"stroke": numbers["stroke"], **layout.settings}
+            found = read_curves(operations, settings, Grid(sensor.times), motion)
+        measured[own], first[own], reasons[own] = found.travel, found.first_motion, found.reason
+    # The networks of the paper take complete records.
+    reasons[(reasons == "") & np.isnan(measured).any(axis=1)] = "a sample is missing or masked"
+    truth = np.column_stack([theta, starts - first]) if sensor.infers_onset else theta
+    accepted = reasons == ""
+    if not accepted.any():
+        raise RuntimeError(f"the reader rejects all {n} curves of the model: {reasons[0]}")
+    return measured[accepted], truth[accepted], reasons[~accepted].tolist()
