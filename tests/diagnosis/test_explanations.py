@@ -12,17 +12,19 @@ from breaker.diagnosis.explanations import (
     measured_differences,
     other_measurement,
 )
-from breaker.family.sensitivities import SETS, Sensitivities, shipped_sensitivities
+from breaker.family.sensitivities import SETS, shipped_sensitivities
 from breaker.family.shape import SHAPE_TIMES, shape_of
 from breaker.model.curves import travel
 from breaker.model.parameters import MOTIONS, NAMES
 from breaker.records.contacts import ContactTimes
 from tests.raws import raw_of
+from tests.scripts import script
 
 THETA = np.array([2.0, 0.045, 0.040, 0.30, 0.12, 0.75, 10.0])
 LEAD, STEP = 8.0, 0.1
 TIMES = np.arange(-LEAD, 70.0, STEP)
 FAMILY = "medium_voltage"
+regression = script("envs/sensitivities.py").regression
 
 
 def inspection(rng, ratio=1.0, rate=1.0, contact=False, count=3, motions=MOTIONS, **factors):
@@ -163,7 +165,7 @@ def test_a_regression_finds_what_was_planted():
     odd = np.ones(size + 2) / np.sqrt(size + 2)
     changes = np.einsum("nk,kps->nps", scores, slopes)
     changes += 0.5 * rng.standard_normal((n, len(NAMES), 1)) * odd
-    found = Sensitivities.fitted(shapes, np.zeros(n), changes)
+    found = regression(shapes, np.zeros(n), changes)
     slope, errors = found.of(shapes[0], 0.0)
     truth = np.einsum("k,kps->ps", scores[0], slopes)
     assert np.abs(slope - truth).mean() < 0.1 * np.abs(truth).mean()
