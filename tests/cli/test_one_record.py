@@ -18,8 +18,7 @@ from breaker.diagnosis.reading import read_operations
 from breaker.diagnosis.result import result_of
 from breaker.diagnosis.session import Diagnosis
 from breaker.model.parameters import MOTIONS
-from breaker.prognosis.examination import examine
-from breaker.prognosis.members import members_of
+from breaker.prognosis.fleet import drives_of, examine
 from breaker.records.curves import read_curves
 from breaker.records.folder import list_fleet
 from breaker.records.grid import Grid
@@ -78,11 +77,10 @@ def compared(capsys):
 
 
 def of_fleet(config):
-    (member,) = members_of(list_fleet("fleet"), MOTIONS, config["endurance"]["format"])
-    document = examine(member, config).document
-    return {(name, motion): value for name, motion, value in document.measured} | {
-        ("family", motion): document.family for motion in MOTIONS
-    }
+    (drive,) = drives_of(list_fleet("fleet"), MOTIONS, config["endurance"]["format"])
+    values = {each.quantity: each.value for each in examine(drive, config, {}).measured}
+    names = {label: label.rpartition(" ")[2] for label in values}
+    return {(names[e], motion): v for e, v in values.items() for motion in MOTIONS if motion in e}
 
 
 def followed(config):

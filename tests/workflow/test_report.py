@@ -14,7 +14,7 @@ from breaker.model.parameters import MOTIONS
 ROOT = Path(__file__).parents[2]
 # Of the drive, from all its motions.
 TOGETHER = {"verdict", "health", "service_cost", "remaining_life", "changepoint", "changes"}
-TOGETHER |= {"fleet", *(f"{n}_table" for n in ("decisions", "limits", "changes", "fleet"))}
+TOGETHER |= {*(f"{n}_table" for n in ("decisions", "limits", "changes", "fleet"))}
 PAGES = {
     path.stem: path
     for wing in ("workflow", "studies")

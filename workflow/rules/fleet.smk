@@ -1,16 +1,16 @@
-"""Several breakers side by side, by the networks that ship: `all`, where none of them is chosen.
+"""A fleet: several breakers, each examined by the networks that ship, and one table of them.
 
-A job answers some tens of breakers, in the order in which the table names them first. Appended
-operations run their own chunk, and what sums all of them up: types, ranks and the page.
+A job examines some breakers of the same types. Appended operations and edited types rerun the jobs
+of their breakers, and the table.
 """
 
 
 rule fleet_chunk:
-    """Answer some breakers: each as if it were alone."""
+    """Examine some breakers, each as if it were alone."""
     input:
         code=code("fleet_chunk"),
     output:
-        directory("results/fleet/chunk_{chunk}.zarr"),
+        "results/fleet/chunk_{chunk}.json",
     log:
         "logs/fleet/chunk_{chunk}.log",
     benchmark:
@@ -30,22 +30,18 @@ rule fleet_chunk:
 
 
 rule fleet:
-    """What breakers of a type have in common, which is odd, and all ranked by what is due."""
+    """The table of all drives: the most urgent first, each beside its type."""
     input:
-        chunks=expand("results/fleet/chunk_{chunk}.zarr", chunk=CHUNKS_OF_BREAKERS),
+        chunks=expand("results/fleet/chunk_{chunk}.json", chunk=CHUNKS_OF_BREAKERS),
         code=code("fleet"),
     output:
         table=page("results/fleet.csv", "7 Fleet", "table of the fleet", "fleet_table"),
-        types="results/fleet/types.csv",
         page="results/fleet.html",
-        figure=page("figures/fleet.png", "7 Fleet", "fleet", "fleet"),
     log:
         "logs/fleet.log",
     benchmark:
         "results/benchmarks/fleet.tsv"
     conda:
         "../../envs/breaker.yaml"
-    params:
-        prior=config["prior"],
     script:
         "../scripts/fleet.py"

@@ -91,9 +91,10 @@ def source(wildcards):
 BREAKERS = list_breakers(OWN_CURVES, config["endurance"]["events"]) if OWN_CURVES else []
 IS_FLEET = len(BREAKERS) > 1 and config["endurance"]["breaker"] is None
 TYPES = types_of(config)
-FLEET = ["results/fleet.csv", "results/fleet.html", "figures/fleet.png"]
+FLEET = ["results/fleet.csv", "results/fleet.html"]
+BREAKERS_PER_JOB = 30  # a job of minutes: appended breakers rerun at most this many
 # What jobs of the fleet take from the configuration.
-ON_FLEET = ("advice", "endurance", "fleet", "limits", "motions")
+ON_FLEET = ("advice", "endurance", "limits", "motions")
 ON_FLEET += ("planning", "seed", "speeds", "trend")
 
 
@@ -117,8 +118,8 @@ def chunks_of_breakers():
     for place, breaker in enumerate(BREAKERS):
         groups.setdefault(types_of_breaker(breaker), []).append((place, breaker))
     for group in groups.values():
-        for k in range(0, len(group), config["fleet"]["breakers_per_job"]):
-            chunk = group[k : k + config["fleet"]["breakers_per_job"]]
+        for k in range(0, len(group), BREAKERS_PER_JOB):
+            chunk = group[k : k + BREAKERS_PER_JOB]
             found[f"{chunk[0][0]:03d}"] = [breaker for _, breaker in chunk]
     return found
 

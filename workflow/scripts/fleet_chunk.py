@@ -1,8 +1,9 @@
-"""Estimate some breakers of a fleet, one after the other."""
+"""Examine some breakers of a fleet, one after the other."""
 
-from breaker.common.zarr_store import describe, save
-from breaker.prognosis.examination import examine, stored
-from breaker.prognosis.members import members_of
+from pathlib import Path
+
+from breaker.common.plain_values import to_json
+from breaker.prognosis.fleet import drives_of, examine
 from breaker.records.folder import list_fleet
 from breaker.workflow.jobs import start
 
@@ -10,9 +11,8 @@ log = start(snakemake)
 params, config = snakemake.params, dict(snakemake.params.items())
 chosen = {key: params.endurance[key] for key in ("phase", "events")}
 rows = list_fleet(params.folder, breakers=params.breakers, **chosen)
-examined = []
-for member in members_of(rows, params.motions, params.endurance["format"]):
-    examined.append(examine(member, config, params.types))
-    document = examined[-1].document
-    log.info("%s %s: %s by %s", member.breaker, member.phase, document.state, document.how)
-save(describe(stored(examined), "breakers", source=params.source), snakemake.output[0])
+results = []
+for drive in drives_of(rows, params.motions, params.endurance["format"]):
+    results.append(examine(drive, config, params.types))
+    log.info("%s %s: %s", drive.breaker, drive.phase, results[-1].state)
+Path(snakemake.output[0]).write_text(to_json(results), encoding="utf-8")

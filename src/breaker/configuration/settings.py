@@ -334,11 +334,6 @@ Settings = _section(
             opening=_f(float | None, None, "ms, in opening.", high=100, gt=0),
         ),
     ),
-    fleet=_section(
-        "Many breakers side by side.",
-        breakers_per_job=_f(int, 30, "Breakers read and evaluated by one job.", 1, 1000),
-        followed=_f(int, 150, "Number of operations from which a life is followed.", 2, 1_000_000),
-    ),
     advice=_f(dict[str, Words], {}, "Where to look first, by quantity; {}: shipped words."),
 )
 

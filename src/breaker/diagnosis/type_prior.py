@@ -135,18 +135,6 @@ class TypeOfBreaker:
         """Log-sds of all parts together, ``(p,)``."""
         return np.sqrt(np.sum(np.square((self.spread, self.known, self.shared)), axis=0))
 
-    def weights(self, theta: np.ndarray, family: Prior) -> np.ndarray:
-        """Return weights ``(d,)`` of a drive's draws ``(d, p)`` by this type, with the sum 1.
-
-        Args:
-            family: Prior from which the network's draws are, for drives of any size.
-        """
-        own = np.square(np.log(theta / self.medians) / self.log_sds).sum(axis=1)
-        z, along = family.standardise(theta), family.size_axes
-        log = 0.5 * (np.square(z - z @ along @ along.T).sum(axis=1) - own)
-        weights = np.exp(log - log.max())
-        return weights / weights.sum()
-
 
 def learn_type(drawn: TypeDraws, usual: np.ndarray) -> TypeOfBreaker:
     """Learn a type from its drives; from one drive, take the spread of drives of any type.

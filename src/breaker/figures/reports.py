@@ -1,4 +1,4 @@
-"""Figures of reports: two inspections compared, curves of a test, a type's prior, a fleet."""
+"""Figures of reports: two inspections compared, curves of a test, a type's prior."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import cycle
@@ -15,12 +15,10 @@ from breaker.figures.records import difference
 from breaker.model.parameters import NAMES
 
 if TYPE_CHECKING:
-    import pandas as pd
-
     from breaker.diagnosis.changes import QuantityChange
     from breaker.diagnosis.curves import Marked, Panel
     from breaker.diagnosis.inspection_change import InspectionChange
-    from breaker.diagnosis.type_prior import TypeOfBreaker, TypePrior
+    from breaker.diagnosis.type_prior import TypePrior
 
 
 _LEAST_EXTENT, _EXTENT = 20.0, 40.0  # percent of change that an axis shows, at least and at most
@@ -185,52 +183,5 @@ def fitted_prior(fitted: "TypePrior") -> Figure:
     if count == 1:
         finding = "Prior of a type from one breaker: its spread is a guess"
     style.title(figure, finding, failed=count == 1)
-    p.legend_below(figure)
-    return figure
-
-
-@style.styled
-def fleet(
-    table: "pd.DataFrame",
-    drives: Sequence[tuple[str, str]],
-    types: Mapping[str, tuple[np.ndarray, "TypeOfBreaker"]],
-) -> Figure:
-    """Draw every drive's parameters off the median of its type, percent; unusual ones by name, and
-    those that were measured differently as crosses.
-
-    ``table`` and ``types`` are those of ``ranking``; ``drives`` the breaker and phase of each.
-    """
-    from breaker.prognosis.drive_document import DIFFERENT  # which loads scipy
-
-    figure = style.new_figure(11.0, 5.5)
-    axis = figure.subplots()
-    odd = {(e.breaker, e.phase): e.odd for e in table.itertuples() if e.odd}
-    unlike = {(e.breaker, e.phase) for e in table.itertuples() if e.state == DIFFERENT}
-    farthest, width = 60.0, 0.7 / max(len(types), 1)  # percent that is drawn; of a type's strip
-    for t, (name, (where, learned)) in enumerate(types.items()):
-        # Types have shades and shapes: colours mean parameters, in every figure.
-        shade, shape = ("#000000", "#6A6A6A", "#A8A8A8")[t % 3], "o^sDv"[t % 5]
-        label = style.literal(name or "all drives")
-        crossed = np.array([drives[i] in unlike for i in where], bool)
-        for k, parameter in enumerate(NAMES):
-            middle = k + width * (t + 0.5 - len(types) / 2)
-            x = middle + width * np.linspace(-0.4, 0.4, len(where))
-            y = np.clip(100.0 * learned.off[:, k], -farthest, farthest)
-            look = {"color": shade, "alpha": 0.7, "ls": ""}
-            axis.plot(x[~crossed], y[~crossed], marker=shape, ms=4.0, mew=0, label=label, **look)
-            if crossed.any():
-                look |= {"marker": "x", "ms": 5.0, "mew": 1.2, "label": DIFFERENT}
-                axis.plot(x[crossed], y[crossed], **look)
-            for i in (i for i, d in enumerate(where) if odd.get(drives[d]) == parameter):
-                look = {"mfc": "none", "mec": style.WARNING, "ms": 9, "mew": 1.6}
-                axis.plot(x[i], y[i], "o", label="unusual", **look)
-                if len(odd) <= 12:  # more names would overlap
-                    words = style.literal(" ".join(filter(None, drives[where[i]])))
-                    axis.annotate(words, (x[i], y[i]), (6, 3), textcoords="offset points")
-    axis.axhline(0.0, color=style.REFERENCE, lw=0.8)
-    axis.set(xticks=range(len(NAMES)), ylabel="off the median of the type (%)")
-    axis.set_xticklabels([p.named(name).replace(" $", "\n$") for name in NAMES])
-    finding = f"{len(odd) or 'None'} of {len(table)} drives unusual for their type"
-    style.title(figure, finding, "parameters of each drive, off the median of its type")
     p.legend_below(figure)
     return figure

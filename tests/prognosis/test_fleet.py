@@ -1,0 +1,150 @@
+"""A small fleet: drives are examined as single ones, and stand in one table beside their type."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from breaker.common.document import html_page
+from breaker.common.plain_values import to_json
+from breaker.diagnosis.session import Diagnosis
+from breaker.family.curve_file import write_curve
+from breaker.model.curves import travel
+from breaker.model.parameters import MOTIONS, NAMES
+from breaker.prognosis import fleet
+from breaker.prognosis.fleet import drives_of, examine
+from breaker.prognosis.fleet_table import fleet_document, fleet_table, outliers, read_results
+from breaker.records.folder import list_fleet
+
+TIME, SPREAD = 0.1 * np.arange(760), 0.02  # ms
+POLES, WORN, DIFFERENT, BROKEN, REMOUNTED = "Q1", "Q2", "Q4", "Q7", "Q8"
+HEAD = "file,motion,operation,breaker,phase,date"
+
+
+def write(folder, breaker, thetas, rng, *, phase="", ratio=1.0):
+    """Write an operation for each of some parameters, and return the rows of the table; a ratio is
+    that of the transducer from the second on.
+    """
+    rows = []
+    for number, theta in enumerate(thetas, start=1):
+        for motion in MOTIONS:
+            curve = travel(theta[None], TIME, motion, onset=10.0).travel[0]
+            file = folder / f"{breaker}{phase}_{motion}_{number}.csv"
+            noisy = curve * (ratio if number > 1 else 1.0) + 0.1 * rng.standard_normal(TIME.size)
+            write_curve(file, TIME, noisy, motion=motion, operation=number)
+            year = 2014 + 3 * number if breaker in (WORN, REMOUNTED) else 2026
+            rows.append(f"{file.name},{motion},{number},{breaker},{phase},{year}-03-01")
+    return rows
+
+
+def listed(folder, lines, defaults):
+    (folder / "operations.csv").write_text("\n".join([HEAD, *lines]), encoding="utf-8")
+    return [*drives_of(list_fleet(folder), MOTIONS, defaults["endurance"]["format"])]
+
+
+@pytest.fixture(scope="module")
+def drives(tmp_path_factory, prior, defaults):
+    """Ten drives of nine breakers: one with more damping, one that has worn, one remounted."""
+    folder, rng = tmp_path_factory.mktemp("fleet"), np.random.default_rng(1)
+    lines = []
+    for breaker in (f"Q{k}" for k in range(9)):
+        theta = prior.medians * np.exp(SPREAD * rng.standard_normal(len(NAMES)))
+        theta[3] *= 1.6 if breaker == DIFFERENT else 1.0
+        worn = theta * np.where(np.array(NAMES) == "gamma_a", 1.4, 1.0)
+        for phase in "RS" if breaker == POLES else [""]:
+            last = worn if breaker == WORN else theta
+            ratio = 0.94 if breaker == REMOUNTED else 1.0
+            lines += write(folder, breaker, [theta, last], rng, phase=phase, ratio=ratio)
+    for motion in MOTIONS:
+        (folder / f"{BROKEN}_{motion}_1.csv").write_text("nothing")
+        (folder / f"{BROKEN}_{motion}_2.csv").unlink()
+    return listed(folder, lines, defaults)
+
+
+@pytest.fixture(scope="module")
+def results(drives, defaults):
+    return [examine(drive, defaults, {}) for drive in drives]
+
+
+def of(breaker, results):
+    return next(each for each in results if each.breaker == breaker)
+
+
+def test_two_inspections_are_compared_as_alone(drives, results, defaults):
+    drive, found = of(WORN, drives), of(WORN, results)
+    limits = [each for each in defaults["limits"] if each["of"] == "change"]
+    alone = Diagnosis(defaults, limits)
+    before, today = (alone.read(each) for each in drive.inspections)
+    verdicts = {e.name: e for e in alone.compare({"before": before, "today": today}).limits}
+    assert (found.state, found.limits[0].limit, found.inspections) == ("due", "stiff_drive", 2)
+    assert {e.limit: e.p_exceeded for e in found.limits} == {
+        name: each.p_exceeded for name, each in verdicts.items()
+    }
+
+
+def test_a_drive_without_a_usable_record_is_named_and_stops_no_other(results):
+    found = of(BROKEN, results)
+    assert (found.state, found.rejected, found.measured) == ("unknown", 4, [])
+    files = {f"{BROKEN}_{motion}_{number}.csv" for motion in MOTIONS for number in (1, 2)}
+    assert {file for file in files for note in found.remarks if file in note.text} == files
+
+
+def test_another_ratio_of_the_transducer_is_no_wear(results):
+    found = of(REMOUNTED, results)
+    assert (found.state, found.limits) == ("unknown", [])
+    assert "different-setup-check" in {note.code for note in found.remarks}
+
+
+def test_the_table_has_the_urgent_drive_first_and_marks_those_unlike_their_type(results, tmp_path):
+    table = fleet_table(read_results(to_json(results)))
+    assert table.equals(fleet_table(results))
+    assert (len(table), table.breaker[0], table.state[0]) == (10, WORN, "due")
+    assert {*table.breaker[table.differs == True]} == {DIFFERENT, WORN}  # noqa: E712, nan is not
+    known = table[table.breaker != BROKEN]  # also without limits
+    assert (known.most_different != "").all()
+    assert known.set_index("breaker").difference[DIFFERENT] > 30.0
+    assert 'class="bad">due' in html_page(fleet_document(table))
+
+
+@pytest.mark.parametrize("deviating", [0, 2])
+def test_false_outliers_are_as_rare_as_stated(deviating):
+    rng, n, found = np.random.default_rng(1), 12, []
+    for _ in range(1000):
+        values = 10.0 + 0.1 * rng.standard_normal(n) + 2.0 * (np.arange(n) < deviating)
+        usual, p = outliers(values, np.full(n, 1e-3), 0.05)
+        found.append((~usual[:deviating]).all() and (p[:deviating] < 0.05).all())
+        found.append((~usual[deviating:]).any())
+    hits, alarms = np.reshape(found, (-1, 2)).mean(axis=0)
+    assert hits > 0.98
+    assert alarms < 0.08
+
+
+def test_limits_of_a_type_count_in_any_spelling(drives, defaults):
+    types = {"GL 314": {"limits": {"closing stroke": [20, 22], "opening travel_time": [None, 50]}}}
+    found = [
+        examine(replace(of("Q0", drives), type=name), defaults, types)
+        for name in ("gl-314", "GL314", "GL318")
+    ]
+    states = {"closing stroke by type": "due", "opening travel_time by type": "ok"}
+    assert [{e.limit: e.state for e in each.limits} for each in found] == [states, states, {}]
+    assert [each.state for each in found] == ["due", "due", "unknown"]
+    assert [len(each.remarks) for each in found] == [0, 0, 1]
+    assert {*fleet_table(found).type} == {"gl-314", "GL318"}  # two spellings are one
+
+
+@pytest.mark.parametrize("loss", [0.09, 0.0])
+def test_many_operations_are_a_life(tmp_path, prior, defaults, loss, monkeypatch):
+    """Planted fault: the life was lost where no record of the first inspection can be used."""
+    rng, steps = np.random.default_rng(1), np.linspace(0.0, 1.0, 30)
+    thetas = [prior.medians * (1.0 - loss * step * (np.arange(7) == 5)) for step in steps]
+    lines = write(tmp_path, "Q0", thetas, rng)
+    (tmp_path / "Q0_closing_1.csv").write_text("nothing")
+    monkeypatch.setattr(fleet, "_LIFE", 30)
+    wear = {**defaults["trend"], "reference": 6, "settle": 5, "draws": 60}
+    (drive,) = listed(tmp_path, lines, defaults)
+    found = examine(drive, {**defaults, "trend": wear}, {})
+    assert {each.limit for each in found.limits} == {"stiff_drive", "tired_closing"}
+    if loss:
+        assert (found.limits[0].limit, found.state in ("planned", "due")) == ("tired_closing", True)
+    else:
+        assert [each.service_by for each in found.limits] == [None, None]
