@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from breaker.family.rich_drive import SIZES, WAVES, Drive, Elements, Stop, Waves
+from breaker.family.rich_drive import SIZES, Drive, Elements, Stop, Waves
 from breaker.model.curves import travel
 from breaker.model.parameters import MOTIONS, Size
 
@@ -118,7 +118,9 @@ class Reference:
         return x + way, 1.0 + (sizes / k * np.cos(turns)).sum(axis=-1)
 
     def random(self, time, arc, speed):
-        way, in_time, by_speed = (getattr(self.has, name) for name in WAVES[:3])
+        way, in_time, by_speed = (
+            getattr(self.has, f"{name}_force") for name in ("way", "time", "speed")
+        )
         built = 1.0 - self.left(time)
         total = built * self.waves(in_time, time / 4.0) * time / 4.0 * np.exp(1.0 - time / 4.0)
         if 0 < arc < self.rest:

@@ -30,7 +30,7 @@ class EnduranceTest:
 
     @classmethod
     def from_settings(cls, settings: Mapping, seed: int) -> "EnduranceTest":
-        """Build the test from what ``definitions.simulated_test`` returns.
+        """Build the test from its settings.
 
         Raises:
             ValueError: If the drive has no closed position, new or at the end of its life.

@@ -1,7 +1,7 @@
 """The compiled integration of a richer drive: forces, Runge-Kutta steps, touch and parting, curves.
 
 The state is arc and speed of the drive, position and speed of the contact. The numbers ``n`` of a
-drive of size 1 have the layout of ``rich_drive.LAYOUT``. Steps are of fifth order (Dormand &
+drive of size 1 are ``rich_drive.Drive.numbers``. Steps are of fifth order (Dormand &
 Prince, 1980, J. Comput. Appl. Math. 6, 19), each as long as its error allows.
 
 Within a step the travel is the polynomial of the fifth degree through travel, speed and
@@ -22,20 +22,10 @@ from breaker.family.shape import LEVELS
 _fast = compiled()
 STAGES = np.vstack([np.column_stack([RK45.A, np.zeros_like(RK45.C)]), RK45.B])  # last: the step
 TIMES, ERROR = sum(STAGES.T), RK45.E
-_PIECE = np.dtype(
-    (
-        np.record,
-        [
-            ("begin", float),  # ms
-            ("length", float),  # ms
-            ("powers", "6f8"),  # mm, coefficients in powers of the share of the piece
-            ("cosine", float),  # mm, of the free oscillation of the linkage on top
-            ("sine", float),  # mm
-            ("decay", float),  # in the piece
-            ("turn", float),  # in the piece; 0 where the linkage is rigid
-        ],
-    )
-)
+# Begin and length of a piece, ms; coefficients in powers of its share, mm; on top the linkage's
+# oscillation: those of cosine and sine, mm, its decay, and its turn, 0 where the linkage is rigid.
+_FREE = [(name, float) for name in ("cosine", "sine", "decay", "turn")]
+_PIECE = np.dtype((np.record, [("begin", float), ("length", float), ("powers", "6f8"), *_FREE]))
 
 _LOADED = 1.5  # closing forces, beyond which friction does not grow with the load
 _SMOOTH_WAY = 0.3  # mm, beyond which a preload is fully there
@@ -51,34 +41,22 @@ _TOLERANCE = 1e-6  # mm and mm/ms, error of a step
 _MOST = 100_000  # steps
 
 
-class Contact(IntEnum):
-    """Kinds of contact, see ``rich_drive.Elements``."""
-
-    ELASTIC = 0
-    HELD = 1
-    SLIDING = 2
-
-
-class _Mode(IntEnum):
-    """Of the contact; a held one that flies has parted, but has not reached its stop."""
-
-    FREE = 0
-    CLOSED = 1
-    FLYING = 2
+Contact = IntEnum("Contact", ["ELASTIC", "HELD", "SLIDING"], start=0)
+_Mode = IntEnum("_Mode", ["FREE", "CLOSED", "FLYING"], start=0)
+"""Of the contact; a held one that flies has parted, but has not reached its stop."""
 
 
 @_fast
 def _sign(x):
-    """A smooth sign; the hyperbolic tangent costs as much as all other forces together."""
+    """A smooth sign; a hyperbolic tangent costs as much as all other forces together."""
     return np.tanh(x) if abs(x) < 19.0 else np.sign(x)
 
 
 @_fast
 def _lever(n, arc):
     """Travel, its slope and its bend where the arm's end has moved along its arc."""
-    bend = n.lever_turn / _STROKE
+    bend, ratio = n.lever_turn / _STROKE, np.cos(n.lever_lean)
     if bend < 1e-9:
-        ratio = np.cos(n.lever_lean)
         return arc * ratio, ratio, 0.0
     turn = bend * arc - n.lever_lean
     return (np.sin(turn) + np.sin(n.lever_lean)) / bend, np.cos(turn), -bend * np.sin(turn)

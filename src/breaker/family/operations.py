@@ -12,11 +12,6 @@ from breaker.family.membership import choose_family
 from breaker.family.networks import StateNetwork
 from breaker.model.parameters import PARAMETERS
 
-_OUTPUTS = {
-    "output": ("output", [parameter.name for parameter in PARAMETERS]),
-    "output_unit": ("output", [parameter.unit for parameter in PARAMETERS]),
-}
-
 
 def infer_operations(
     curves: xr.Dataset,
@@ -50,8 +45,7 @@ def infer_operations(
     for i in tqdm(accepted, desc=f"inferring {motion}", mininterval=5, unit="operation"):
         one = curves.isel(operation=i)
         step = 1.0 / float(one.rate)
-        shape = stored_shape(sign * one.record.values, step)
-        if shape is None:
+        if (shape := stored_shape(sign * one.record.values, step)) is None:
             reasons[i] = f"{one.file.item()}: shows no motion from one rest to another"
             continue
         seen = network_record(shape, float(one.record_noise), float(one.record_colour), step)
@@ -62,13 +56,17 @@ def infer_operations(
         if fits:
             rng = generator(seed, "levels of operations", motion, int(one.operation))
             values[i] = network.draw({motion: seen}, draws, rng).theta
-    inferred = {
-        "draws": (("operation", "draw", "output"), values),
-        "family": ("operation", names.astype(str)),
-        "p_value": ("operation", p_value),
-        "misfit": ("operation", p_value < misfit_p_value),
-        "reason": ("operation", reasons.astype(str)),
-        "accepted": ("operation", reasons == ""),
-    }
-    rest = curves.drop_dims(["time", "sample", "quantity"], errors="ignore")
-    return rest.assign(inferred).assign_coords(_OUTPUTS)
+    return (
+        curves.drop_dims(["time", "sample", "quantity"], errors="ignore")
+        .assign(
+            draws=(("operation", "draw", "output"), values),
+            family=("operation", names.astype(str)),
+            p_value=("operation", p_value),
+            misfit=("operation", p_value < misfit_p_value),
+            reason=("operation", reasons.astype(str)),
+            accepted=("operation", reasons == ""),
+            output=[parameter.name for parameter in PARAMETERS],
+            output_unit=("output", [parameter.unit for parameter in PARAMETERS]),
+        )
+        .set_coords("output_unit")
+    )

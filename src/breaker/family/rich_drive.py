@@ -17,7 +17,6 @@ import numpy as np
 from breaker.family.integrator import Contact, closed_rest, follow, sampled
 from breaker.model.parameters import NAMES, UNIT, Size
 
-WAVES = ("way_force", "time_force", "speed_force", "reading")
 CONTACTS = tuple(kind.name.lower() for kind in Contact)
 LAWS = ("contact", "stick", "slip", "load", "growth", "drag_power", "friction_speed")
 """Fields of ``Elements`` that say how others act, and have no size of their own."""
@@ -130,20 +129,14 @@ _FORMS = {
     Stop: np.dtype((np.record, [(each.name, float) for each in fields(Stop)])),
     Waves: np.dtype((np.record, [("share", float), ("harmonics", "6f8")])),
 }
-LAYOUT = np.dtype(
-    (
-        np.record,
-        [
-            *((name, float) for name in NAMES),
-            *((each.name, _FORMS[each.type]) for each in fields(Elements)),
-        ],
-    )
+_PARAMETERS = [(name, float) for name in NAMES]
+_LAYOUT = np.dtype(
+    (np.record, _PARAMETERS + [(each.name, _FORMS[each.type]) for each in fields(Elements)])
 )
-"""Layout of the numbers of a drive: its parameters, then its elements."""
 
 
 def _flat(parts: Elements | Stop | Waves, above: str = "") -> dict[str, float]:
-    """Numbers by dotted name, in the order of ``LAYOUT``."""
+    """Numbers by dotted name, in order."""
     found = {}
     for name, value in vars(parts).items():
         if isinstance(value, Stop | Waves):
@@ -212,8 +205,8 @@ class Drive:
 
     @cached_property
     def numbers(self) -> np.record:
-        """The same numbers in ``LAYOUT``."""
-        record = self.row.copy().view(LAYOUT)[0]
+        """The same numbers by their names, for compiled code."""
+        record = self.row.copy().view(_LAYOUT)[0]
         record.contact = CONTACTS.index(self.elements.contact)  # a whole number there
         return record
 

@@ -71,13 +71,6 @@ def shape_of(travel: np.ndarray, step: float, like: Shape | None = None) -> Shap
 
     Raises:
         ValueError: If the record has no motion from one rest to another.
-
-    Example:
-        >>> time = np.arange(0.0, 60.0, 0.1)
-        >>> way = np.clip((time - 20.0) / 10.0, 0.0, 1.0)
-        >>> shape = shape_of(150.0 * way**2 * (3.0 - 2.0 * way) + 7.0, 0.1)
-        >>> f"{shape.rest:.2f} mm, {shape.stroke:.2f} mm, {shape.origin:.2f} ms"
-        '7.00 mm, 150.00 mm, 21.95 ms'
     """
     way, present = np.empty(SHAPE_TIMES.size), np.empty(SHAPE_TIMES.size, dtype=np.bool_)
     units = (0.0, 0.0) if like is None else (like.stroke, like.duration)
@@ -154,17 +147,13 @@ def _rise(time, value, low, high, window):
     The averaged record first reaches the upper level at the end of that time, and last leaves the
     lower one at its beginning.
     """
-    n, total = value.size, 0.0
-    smooth = np.empty(n)
-    half = window // 2
-    begin = end = 0
+    n, total, half = value.size, 0.0, window // 2
+    smooth, begin, end = np.empty(n), 0, 0
     for i in range(n):
         while end < min(n, i + half + 1):
-            total += value[end]
-            end += 1
+            total, end = total + value[end], end + 1
         while begin < i - half:
-            total -= value[begin]
-            begin += 1
+            total, begin = total - value[begin], begin + 1
         smooth[i] = total / (end - begin)
     lower, upper = low + LEVELS[0] * (high - low), low + LEVELS[1] * (high - low)
     last = 1
