@@ -17,17 +17,11 @@ from breaker.diagnosis.estimate import Estimate
 from breaker.diagnosis.limits import Verdict
 from breaker.diagnosis.session import Diagnosis
 from breaker.model.quantities import quantities_of
-from breaker.model.sensor import grid
-from breaker.prognosis.fleet_table import TONES, DriveResult, LimitState, MeasuredValue, label
-from breaker.prognosis.life_records import Event
-from breaker.prognosis.life_results import follow_curves
-from breaker.prognosis.life_tables import decided
-from breaker.records.curves import read_curves
+from breaker.prognosis.fleet_table import STATES, DriveResult, LimitState, MeasuredValue
+from breaker.prognosis.life_results import follow_drive
 from breaker.records.dates import instant, one_date
 from breaker.records.files import Files
-from breaker.records.folder import known_of
 from breaker.records.formats.registry import stated_in
-from breaker.records.grid import Grid
 from breaker.records.operations import Operation
 
 _APART = timedelta(days=30)  # an inspection takes days, and the next is months later
@@ -38,17 +32,12 @@ _SURE = 0.95  # probability from which a limit is due; below the rest of it a li
 
 @dataclass(frozen=True)
 class Drive:
-    """A drive: names, empty where unknown, and the operations of each inspection by motion."""
+    """A drive: names, empty where unknown; motion and operation of each record, by inspection."""
 
     breaker: str
     phase: str
     type: str
-    inspections: Sequence[Mapping[str, Sequence[Operation]]]
-
-    @property
-    def operations(self) -> list[Operation]:
-        """All operations, by inspection and motion."""
-        return [e for some in self.inspections for own in some.values() for e in own]
+    inspections: Sequence[Sequence[tuple[str, Operation]]]
 
 
 def drives_of(
@@ -59,35 +48,35 @@ def drives_of(
     A file states the date and the type that no row states; ``form`` is ``endurance.format``.
     """
     files = Files()
-    for breaker, own in rows.items():
-        for phase in dict.fromkeys(each.phase for _, each in own):
-            some = [row for row in own if row[1].phase == phase and row[0] in motions]
-            stated = [stated_in(files[e.file], form, e.channel) for _, e in some]
+    for breaker, every in rows.items():
+        phases = _grouped((row[1].phase, row) for row in every if row[0] in motions)
+        for phase, own in phases.items():
+            stated = [stated_in(files[each.file], form, each.channel) for _, each in own]
             dated = [
-                (motion, replace(e, date=one_date(e.date, header.dates, e.file)))
-                for (motion, e), header in zip(some, stated, strict=True)
+                (motion, replace(each, date=one_date(each.date, header.dates, each.file)))
+                for (motion, each), header in zip(own, stated, strict=True)
             ]
-            types = [e.type for _, e in some] + [header.type for header in reversed(stated)]
-            if some:
-                yield Drive(breaker, phase, next(filter(None, types), ""), inspections_of(dated))
+            types = [each.type for _, each in own] + [header.type for header in reversed(stated)]
+            yield Drive(breaker, phase, next(filter(None, types), ""), inspections_of(dated))
 
 
-def inspections_of(rows: Iterable[tuple[str, Operation]]) -> list[dict[str, list[Operation]]]:
-    """Return the operations of each inspection by motion; one without a date belongs to the
-    inspection before.
-
-    >>> dates = {1: "2012-05-01", 2: "", 9: "2026-03-01"}
-    >>> found = inspections_of(("closing", Operation(n, "", date=dates[n])) for n in dates)
-    >>> [[operation.number for operation in each["closing"]] for each in found]
-    [[1, 2], [9]]
-    """
+def inspections_of(rows: Iterable[tuple[str, Operation]]) -> list[list[tuple[str, Operation]]]:
+    """Return the rows of each inspection; one without a date belongs to the inspection before."""
     found, last = [], None
-    for motion, operation in sorted(rows, key=lambda row: row[1].number):
-        day = instant(operation.date) if operation.date else last
+    for row in sorted(rows, key=lambda row: row[1].number):
+        day = instant(row[1].date) if row[1].date else last
         if not found or (last and day - last > _APART):
-            found.append({})
-        found[-1].setdefault(motion, []).append(operation)
+            found.append([])
+        found[-1].append(row)
         last = day
+    return found
+
+
+def _grouped(pairs: Iterable[tuple]) -> dict:
+    """Return the second parts of pairs by the first."""
+    found: dict = {}
+    for key, value in pairs:
+        found.setdefault(key, []).append(value)
     return found
 
 
@@ -97,82 +86,77 @@ def examine(drive: Drive, config: Mapping, types: Mapping[str, Mapping]) -> Driv
     Limits that ship count only if they are on changes: the others are of one size of drives. Of
     ``types``, the entries of types, that of the drive counts.
     """
-    dates = sorted((e.date for e in drive.operations if e.date), key=instant)
-    result = DriveResult(
+    limits, shipped = config["limits"], defaults()["limits"]
+    limits = [each for each in limits if limits != shipped or each.get("of") == "change"]
+    diagnosis, remarks = Diagnosis(config, limits, types=types), []
+    try:
+        diagnosis = diagnosis.of_type(drive.type) if types and drive.type else diagnosis
+    except ValueError as error:  # only a file states this type
+        remarks.append(error)
+    every = [each for rows in drive.inspections for _, each in rows]
+    dates = sorted((each.date for each in every if each.date), key=instant) or [""]
+    found = _examined(drive, diagnosis, remarks)
+    return DriveResult(
         breaker=drive.breaker,
         phase=drive.phase,
         type=drive.type,
-        first=dates[0] if dates else "",
-        last=dates[-1] if dates else "",
-        operation=max(e.number for e in drive.operations),
-        records=len(drive.operations),
+        first=dates[0],
+        last=dates[-1],
+        operation=max(each.number for each in every),
+        records=len(every),
         inspections=len(drive.inspections),
+        remarks=[note_of(remark) for remark in remarks],
+        **plainly(found),
     )
-    shipped = defaults()["limits"]
-    limits = [e for e in config["limits"] if config["limits"] != shipped or e.get("of") == "change"]
-    diagnosis = Diagnosis(config, limits, types=types)
-    try:
-        diagnosis = diagnosis.of_type(drive.type) if types and drive.type else diagnosis
-        found = _examined(drive, diagnosis)
-    except (OSError, ValueError) as error:
-        found = {"remarks": [error]}
-    notes = [note_of(remark) for remark in found.pop("remarks")]
-    return replace(result, **plainly(found), remarks=notes)
 
 
-def _examined(drive: Drive, diagnosis: Diagnosis) -> dict[str, object]:
-    """Return the fields of ``DriveResult`` that records show."""
-    read = [
-        diagnosis.read({motion: own[-_MOST:] for motion, own in some.items()})
-        for some in (drive.inspections[0], drive.inspections[-1])
-    ]
-    before, today = read
+def _examined(drive: Drive, diagnosis: Diagnosis, remarks: list) -> dict[str, object]:
+    """Return the fields of ``DriveResult`` that records show, and add remarks."""
+    *before, today = (
+        diagnosis.read({motion: own[-_MOST:] for motion, own in _grouped(rows).items()})
+        for rows in (*drive.inspections[:-1][:1], drive.inspections[-1])
+    )
     used = [each for each in diagnosis.infer(today) if not each.record.reason]
-    remarks: list[object] = [record.reason for record in today if record.reason]
-    found = {"rejected": len(remarks), "remarks": remarks, "measured": _measured(used)}
-    if not used:
-        return found
-    verdicts, differ = [row for rows in diagnosis.judge(used) for row in rows], False
-    if len(drive.inspections) > 1:
-        try:
-            change = diagnosis.compare({"before": before, "today": today})
-        except ValueError as error:  # no usable record in the first inspection
-            remarks.append(error)
-        else:
-            found["changes"] = change.measured
+    remarks += [record.reason for record in today if record.reason]
+    found = {"rejected": len(today) - len(used), "measured": _measured(used)}
+    limits = _states(row for rows in diagnosis.judge(used) for row in rows)
+    try:
+        if used and before:
+            change = diagnosis.compare({"before": before[0], "today": today})
             remarks += [*change.warnings, *change.limitations]
-            differ = bool(change.differences)
-            verdicts = [] if differ else change.limits
-    limits = _states(verdicts)
-    if not differ and len({each.number for each in drive.operations}) >= _LIFE:
-        limits = _followed(drive, used, diagnosis)
+            found["changes"], limits = change.measured, _states(change.limits)
+            if change.differences:
+                return found
+    except ValueError as error:  # no usable record in the first inspection
+        remarks.append(error)
+    rows = [row for some in drive.inspections for row in some]
+    try:
+        if used and len({each.number for _, each in rows}) >= _LIFE:
+            limits = [LimitState(*each) for each in follow_drive(_grouped(rows), used, diagnosis)]
+    except ValueError as error:  # no record counts as new
+        remarks.append(error)
+    limits.sort(key=lambda each: (STATES.index(each.state), -(each.p_exceeded or 0.0)))
     return found | {"limits": limits, "state": limits[0].state if limits else "unknown"}
 
 
 def _states(verdicts: Iterable[Verdict]) -> list[LimitState]:
-    """Return the state of each limit by its mean probability over records, the worst first."""
-    by: dict[str, list[float]] = {}
-    for each in verdicts:
-        by.setdefault(each.name, []).append(np.nan if each.p_exceeded is None else each.p_exceeded)
+    """Return the state of each limit by its mean probability over records."""
     found = []
-    for name, values in by.items():
-        p = float(np.mean(values))
+    for name, values in _grouped((each.name, each.p_exceeded) for each in verdicts).items():
+        p = float(np.mean(np.array(values, dtype=float)))  # nan without a value
         state = "due" if p >= _SURE else "ok" if p <= 1.0 - _SURE else "unknown"
         found.append(LimitState(name, state, p))
-    return _urgent_first(found)
-
-
-def _urgent_first(states: Iterable[LimitState]) -> list[LimitState]:
-    return sorted(states, key=lambda e: ([*TONES].index(e.state), -(e.p_exceeded or 0.0)))
+    return found
 
 
 def _measured(used: Sequence[Estimate]) -> list[MeasuredValue]:
     """Return the means of what the records of an inspection show."""
-    readings: dict[tuple[str, str], list] = {}
-    for each in used:
-        for name, measured in each.measured.items():
-            if np.isfinite(measured.value) and each.measured_directly(name):
-                readings.setdefault((name, each.record.motion), []).append(measured[:2])
+    readings = _grouped(
+        ((name, each.record.motion), measured[:2])
+        for each in used
+        for name, measured in each.measured.items()
+        if np.isfinite(measured.value) and each.measured_directly(name)
+    )
     found = []
     for (name, motion), some in readings.items():
         values = np.array(some, dtype=float)
@@ -180,35 +164,6 @@ def _measured(used: Sequence[Estimate]) -> list[MeasuredValue]:
         mean = float(values[:, 0].mean())
         sd = mean_error([values], usual_scatter(name, mean, float(stroke)))
         unit = quantities_of(motion, used[0].speeds, ("record",))[name].unit
-        found.append(MeasuredValue(label(name, motion), unit, mean, sd))
+        quantity = name if motion in name else f"{motion} {name}"  # as in a file of types
+        found.append(MeasuredValue(quantity, unit, mean, sd))
     return found
-
-
-def _followed(drive: Drive, used: Sequence[Estimate], diagnosis: Diagnosis) -> list[LimitState]:
-    """Return the state of each limit after the life of a drive."""
-    config, speeds, levels = diagnosis.config, used[0].speeds, used[0].levels
-    longer = np.median([each.record.shape.duration for each in used]) / np.exp(levels.usual[1, 0])
-    times = longer * grid(**{key: config["sensor"][key] for key in ("start", "stop", "samples")})
-    form, by = config["endurance"]["format"], {}
-    for some in drive.inspections:
-        for motion, own in some.items():
-            by.setdefault(motion, []).extend(own)
-    curves = {m: read_curves(own, form, Grid(times), m, speeds=speeds) for m, own in by.items()}
-    texts, conditions = known_of(drive.operations, sorted({e.number for e in drive.operations}))
-    life = follow_curves(
-        curves,
-        diagnosis.limits_on(used, curves),
-        {"trend": config["trend"], "seed": config["seed"]}
-        | {"misfit_p_value": config["endurance"]["misfit_p_value"]},
-        events=Event.by_operation(texts, config["endurance"]["events"]),
-        conditions=conditions,
-    )
-    stands, decisions = decided(life, curves, config["planning"])
-    last, row = stands.isel(operation=-1), decisions.iloc[-1]
-    found = []
-    for k, name in enumerate(life.limit.values.tolist()):
-        state = ("unknown", "ok", "planned", "due")[int(last.state[k])]
-        date = row.get("service_by_date") if row.limit == name else None
-        numbers = (float(last.beyond[k]), float(last.service_by[k]))
-        found.append(LimitState(name, state, *numbers, date or None))
-    return _urgent_first(found)

@@ -1,6 +1,7 @@
 """A life, followed: all that is known after each operation, for tables and figures."""
 
 from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 import xarray as xr
@@ -9,13 +10,23 @@ from breaker.family.network_files import shipped_networks
 from breaker.family.networks import LEAST_AGREEMENT, agreement_of
 from breaker.model.limits import Limit
 from breaker.model.parameters import NAMES
+from breaker.model.sensor import grid
 from breaker.prognosis.drift import Drift
 from breaker.prognosis.forecast import Forecast, Future, Onward
 from breaker.prognosis.life_records import Event, series_of
+from breaker.prognosis.life_tables import decided
 from breaker.prognosis.path_fit import Change, Path
 from breaker.prognosis.readout import Readout, name_set
 from breaker.prognosis.tracker import Tracker
+from breaker.records.curves import read_curves
+from breaker.records.folder import known_of
+from breaker.records.grid import Grid
+from breaker.records.operations import Operation
 from breaker.shipped import KINDS
+
+if TYPE_CHECKING:
+    from breaker.diagnosis.estimate import Estimate
+    from breaker.diagnosis.session import Diagnosis
 
 QUANTILES = (0.05, 0.5, 0.95)
 _ASKED = 500  # operations, about, at which a life is read; all are followed
@@ -60,6 +71,48 @@ def follow_curves(
     tracker = Tracker.from_settings(trend)
     future = Future.from_settings(trend)
     return follow_life(readout, tracker, limits, future)
+
+
+def follow_drive(
+    operations: Mapping[str, Sequence[Operation]],
+    used: Sequence["Estimate"],
+    diagnosis: "Diagnosis",
+) -> list[tuple[str, str, float, float, str | None]]:
+    """Follow a drive from its files to the state of each limit after the last operation.
+
+    Args:
+        operations: By motion.
+        used: Estimates of some usable records, which tell how long motions are.
+        diagnosis: Configuration and limits.
+
+    Returns:
+        Name, state, probability that the limit is exceeded, and operation and date by which to
+        service, of each limit.
+    """
+    config = diagnosis.config
+    usual = np.exp(used[0].levels.usual[1, 0])
+    longer = np.median([each.record.shape.duration for each in used]) / usual
+    times = longer * grid(**{key: config["sensor"][key] for key in ("start", "stop", "samples")})
+    form, speeds = config["endurance"]["format"], used[0].speeds
+    curves = {m: read_curves(e, form, Grid(times), m, speeds=speeds) for m, e in operations.items()}
+    rows = [each for some in operations.values() for each in some]
+    texts, conditions = known_of(rows, sorted({each.number for each in rows}))
+    life = follow_curves(
+        curves,
+        diagnosis.limits_on(used, curves),
+        {"trend": config["trend"], "seed": config["seed"]}
+        | {"misfit_p_value": config["endurance"]["misfit_p_value"]},
+        events=Event.by_operation(texts, config["endurance"]["events"]),
+        conditions=conditions,
+    )
+    stands, decisions = decided(life, curves, config["planning"])
+    last, decision = stands.isel(operation=-1), decisions.iloc[-1]
+    found = []
+    for k, name in enumerate(life.limit.values.tolist()):
+        state = ("unknown", "ok", "planned", "due")[int(last.state[k])]
+        date = decision.get("service_by_date") if decision.limit == name else None
+        found.append((name, state, float(last.beyond[k]), float(last.service_by[k]), date or None))
+    return found
 
 
 def follow_life(
