@@ -53,6 +53,12 @@ class Evidence(NamedTuple):
         middle, *ends = np.quantile(self.draws, [0.5, *_ENDS])
         return middle, np.array(ends)
 
+    @property
+    def known(self) -> dict:
+        """Median, and the ends of the 95 % interval, by name."""
+        middle, ends = self.interval
+        return {"median": middle, "interval_95": ends}
+
 
 @dataclass(frozen=True)
 class JudgedPart(Plain):

@@ -16,7 +16,7 @@ from breaker.common.plain_values import Note, Plain, note_of, plainly
 from breaker.common.text import table_text
 from breaker.diagnosis.estimate import Estimate
 from breaker.diagnosis.identity import doubts_about
-from breaker.diagnosis.limits import NORMAL, VERDICTS, Simultaneity, Verdict, simultaneity_of
+from breaker.diagnosis.limits import VERDICTS, Evidence, Simultaneity, Verdict, simultaneity_of
 from breaker.diagnosis.words import say
 from breaker.family.networks import EFFECTS
 from breaker.model.parameters import PARAMETERS
@@ -26,13 +26,12 @@ from breaker.records.files import printable
 if TYPE_CHECKING:
     from breaker.model.prior import Prior
 
-_LEVELS = (0.5, 0.25, 0.75, 0.025, 0.975)
 _OF_OTHER_CHANNELS = {*ANSWERED, *CURRENTS, "main_closing_time", "main_opening_time", "arcing_wipe"}
 
 
 @dataclass(frozen=True, kw_only=True)
 class Value(Plain):
-    """A parameter, an effect or a quantity, with its central intervals.
+    """A parameter, an effect or a quantity, with its central 95 % interval.
 
     Attributes:
         reason: Why there is no value.
@@ -47,7 +46,6 @@ class Value(Plain):
     unit: str
     meaning: str
     median: float | None
-    interval_50: Sequence[float] | None = None
     interval_95: Sequence[float] | None = None
     reason: Note | None = None
     source: str | None = None
@@ -228,17 +226,13 @@ def operations_of(records: Sequence[RecordResult]) -> list[list[RecordResult]]:
     return sorted(groups.values(), key=first)
 
 
-def _about(estimate: Estimate) -> dict:
-    """Return what a table states of an operation."""
-    values = {name: getattr(estimate.record.operation, name) for name in ABOUT}
-    return {name: v for name, v in values.items() if v == v and v not in ("", None)}
-
-
 def _record(estimate: Estimate, verdicts: Sequence[Verdict], prior: "Prior | None") -> RecordResult:
     record, operation = estimate.record, estimate.record.operation
     part = {"from": operation.begin, "to": operation.end}
     part = {name: at for name, at in part.items() if at == at}
-    first = (printable(operation.file), operation.number, record.motion, _about(estimate), part)
+    about = {name: getattr(operation, name) for name in ABOUT}
+    about = {name: v for name, v in about.items() if v == v and v not in ("", None)}
+    first = (printable(operation.file), operation.number, record.motion, about, part)
     if record.reason:
         return RecordResult(*first, note_of(record.reason), [*map(note_of, estimate.remarks)])
     return RecordResult(
@@ -280,21 +274,11 @@ def _fit(estimate: Estimate) -> Fit:
 
 
 def _outside(estimate: Estimate) -> str:
-    parts = unusual_parts(estimate.match.parts)
+    parts = estimate.match.parts.items()
+    parts = ", ".join(f"{name} {in_digits(of, 2)} times" for name, of in parts if of > 1.0)
     code = "no-parameters-in-parts" if parts else "no-parameters"
     family, p = estimate.levels.settings["family"], in_p(estimate.match.p_value)
     return say(code, family=family, p=p, parts=parts)
-
-
-def unusual_parts(parts: Mapping[str, float]) -> str:
-    """Return the parts of a motion with a larger residual than 99 % of the family's drives."""
-    return ", ".join(f"{name} {in_digits(of, 2)} times" for name, of in parts.items() if of > 1.0)
-
-
-def _drawn(draws: np.ndarray) -> dict:
-    """Return median and central intervals of draws."""
-    middle, *ends = np.quantile(draws, _LEVELS)
-    return {"median": middle, "interval_50": ends[:2], "interval_95": ends[2:]}
 
 
 def _parameters(estimate: Estimate, prior: "Prior | None") -> dict[str, Value]:
@@ -303,7 +287,7 @@ def _parameters(estimate: Estimate, prior: "Prior | None") -> dict[str, Value]:
         reason = "" if estimate.draws is None else estimate.why_not(each.name)
         known = {"median": None, "reason": note_of(reason)}
         if estimate.draws is not None and not reason:
-            known = _drawn(estimate.inferred(each.name))
+            known = Evidence(draws=estimate.inferred(each.name)).known
         if prior is not None and known["median"] is not None:
             sds = np.log(known["median"] / prior.medians[k]) / prior.log_sds[k]
             known["percentile"] = 100.0 * NormalDist().cdf(sds)
@@ -319,7 +303,7 @@ def _effects(estimate: Estimate) -> dict[str, Value]:
     for name, draws in (estimate.draws.effects if estimate.draws else {}).items():
         unit = "ms" if name == "build_up" else "1"
         about = {"meaning": EFFECTS[name], "probability": np.mean(draws != 0.0)}
-        values[name] = Value(unit=unit, **about, **_drawn(draws))
+        values[name] = Value(unit=unit, **about, **Evidence(draws=draws).known)
     return values
 
 
@@ -336,12 +320,12 @@ def _quantities(estimate: Estimate) -> dict[str, Value]:
         if reason:
             known = {"median": None, "reason": note_of(reason)}
         elif estimate.is_inferred(name) and estimate.draws is not None:
-            known = _drawn(estimate.inferred(name)) | {"source": "estimated"}
+            known = Evidence(draws=estimate.inferred(name)).known | {"source": "estimated"}
         else:
             measured = estimate.measured[name]
-            ends = [measured.value + sds * measured.sd for sds in (-NORMAL[95], NORMAL[95])]
+            known = Evidence(measured.value, measured.sd).known
+            ends = known["interval_95"]
             ends[0] = max(ends[0], min(measured.value, 0.0))  # a distance or time is not negative
-            known = {"median": measured.value, "interval_95": ends}
             known["source"] = "measured" if estimate.measured_directly(name) else "mixed"
         about = {"unit": each.unit, "meaning": each.meaning, "zone": each.zone or None}
         values[name] = Value(**about, **known)
@@ -352,7 +336,7 @@ def _quantities(estimate: Estimate) -> dict[str, Value]:
 
 _OF_FIT = ("family", "p_value", "inside_family", "resolved", "first_motion", "noise")
 _OF_VALUE = ("unit", "median", "source", "zone", "prior_share", "percentile", "probability")
-_ENDS = tuple(f"interval_{of}_{end}" for of in (50, 95) for end in ("lower", "upper"))
+_ENDS = ("interval_95_lower", "interval_95_upper")
 _KINDS = {"parameters": "parameter", "effects": "effect", "quantities": "quantity"}
 
 
@@ -373,6 +357,5 @@ def _rows(record: RecordResult) -> Iterator[dict]:
         yield own
     for group, kind in _KINDS.items():
         for name, each in (getattr(record, group) or {}).items():
-            ends = [*(each.interval_50 or (None, None)), *(each.interval_95 or (None, None))]
-            value = vars(each) | dict(zip(_ENDS, ends, strict=True))
+            value = vars(each) | dict(zip(_ENDS, each.interval_95 or (None, None), strict=True))
             yield own | vars(record.fit) | value | {"kind": kind, "output": name}
