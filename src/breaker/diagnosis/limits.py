@@ -107,15 +107,15 @@ def judge(
 
 def _verdict(name: str, sides: Sequence[Limit], evidence: Callable, key: Sequence) -> Verdict:
     known = [[evidence(limit, quantity) for quantity in limit.quantities] for limit in sides]
+    parts = [part for both in zip(sides, known, strict=True) for part in _parts(*both)]
     reasons = [each.reason for some in known for each in some if each.reason]
-    reasons += [text for both in zip(sides, known, strict=True) for text in _other_units(*both)]
+    reasons += [text for part in parts if (text := _other_unit(name, part))]
     probability, verdict = np.nan, "inconclusive"
     if not reasons:
         shares = [_exceedance(*both, key) for both in zip(sides, known, strict=True)]
         probability = min(sum(shares), 1.0)
         verdict = VERDICTS[sum(max(shares) > end for end in _ENDS)]
         reasons = [say("bound-inside-interval")] if verdict == "inconclusive" else [""]
-    parts = [part for both in zip(sides, known, strict=True) for part in _parts(*both)]
     if sides[0].pair:  # both sides are of the same quantity
         ends = zip(*(part.bounds for part in parts), strict=True)
         bounds = [next((bound for bound in end if bound is not None), None) for end in ends]
@@ -131,17 +131,17 @@ def _parts(limit: Limit, known: Sequence[Evidence]) -> Iterator[JudgedPart]:
         yield JudgedPart(name, unit, *some.interval, bounds, limit.reference)
 
 
-def _other_units(limit: Limit, known: Sequence[Evidence]) -> Iterator[str]:
-    """Yield doubts on bounds that are far from their quantity, as those in another unit are."""
-    for (name, bound, _), unit, some in zip(limit.parts, limit.units, known, strict=True):
-        value = np.nan if some.reason else abs(some.interval[0])
-        if not bound or not value > 0.0 or unit == "%" or not name.endswith(_NEVER_SMALL):
-            continue
-        times = max(abs(bound) / value, value / abs(bound))
-        if times > _OTHER_UNIT:
-            numbers = {"bound": in_digits(bound, 4), "times": in_digits(times, 2)}
-            numbers["value"] = in_digits(value, 4)
-            yield say("limit-in-other-unit", limit=limit.name, quantity=name, unit=unit, **numbers)
+def _other_unit(limit: str, part: JudgedPart) -> str:
+    """Return a doubt on a bound that is far from its quantity, as one in another unit is."""
+    (bound,), value = (abs(each) for each in part.bounds if each is not None), abs(part.value)
+    if not (bound and value > 0.0 and part.quantity.endswith(_NEVER_SMALL)):
+        return ""
+    times = max(bound / value, value / bound)
+    if times <= _OTHER_UNIT:
+        return ""
+    numbers = {"bound": in_digits(bound, 4), "value": in_digits(value, 4)}
+    about = {"quantity": part.quantity, "unit": part.unit, "times": in_digits(times, 2)}
+    return say("limit-in-other-unit", limit=limit, **about, **numbers)
 
 
 def _exceedance(limit: Limit, known: Sequence[Evidence], key: Sequence) -> float:
@@ -171,30 +171,19 @@ def judged(estimate: Estimate, limits: Sequence[Limit], *, seed: int) -> list[Ve
     if record.reason:
         return []
     limits = [each for each in limits if each.motion == record.motion and each.of != "change"]
-    evidence = {"record": _measured, "model": _estimated}
-    return judge(
-        limits,
-        lambda limit, name: evidence[limit.of](estimate, name),
-        seed,
-        record.operation.number,
-    )
+    find = lambda limit, name: _evidence(estimate, limit, name)  # noqa: E731
+    return judge(limits, find, seed, record.operation.number)
 
 
-def _measured(estimate: Estimate, name: str) -> Evidence:
-    """Return what the record alone shows."""
-    if not estimate.measured_directly(name):
+def _evidence(estimate: Estimate, limit: Limit, name: str) -> Evidence:
+    """Return posterior draws for the model where there are any, else what was measured."""
+    if limit.of == "record" and not estimate.measured_directly(name):
         of_model = name in QUANTITIES and "model" not in QUANTITIES[name].of
         code = "no-contact-channel" if of_model else "no-contact-channel-try-model"
         return Evidence(reason=say(code, event=EVENTS[estimate.record.motion]))
-    measured = estimate.measured.get(name, NOTHING)
-    return Evidence(measured.value, measured.sd, None, measured.reason)
-
-
-def _estimated(estimate: Estimate, name: str) -> Evidence:
-    """Return posterior draws where there are any, else what was measured."""
-    if reason := estimate.why_not(name):
+    if limit.of == "model" and (reason := estimate.why_not(name)):
         return Evidence(reason=reason)
-    if estimate.is_inferred(name):
+    if limit.of == "model" and estimate.is_inferred(name):
         return Evidence(draws=estimate.inferred(name))
     measured = estimate.measured.get(name, NOTHING)
     return Evidence(measured.value, measured.sd, None, measured.reason)
