@@ -43,7 +43,6 @@ def test_where_a_slow_record_leaves_the_band_is_told(tmp_path, good):
     assert by == pytest.approx(-1.4, abs=0.1)
     assert way[1] - way[0] == pytest.approx(by, abs=0.25)
     assert found.words.code == "overlay-leaves"
-    assert set(found.values) >= {"leaves", "farthest", "band"}
 
 
 def test_a_motion_without_a_good_one_is_left_out(tmp_path, good):

@@ -11,7 +11,6 @@ import pytest
 from breaker.common.document import text_of
 from breaker.common.plain_values import to_json
 from breaker.diagnosis.arviz import tree
-from breaker.diagnosis.curves import shown
 from breaker.diagnosis.estimate import Given
 from breaker.diagnosis.limits import VERDICTS, judged
 from breaker.diagnosis.report import document_of
@@ -141,16 +140,6 @@ def test_many_operations_of_a_motion_have_one_table_with_their_range(answers):
     assert row[-1] == "4"
     assert f"{min(values):.4g}"[:4] in row[2]
     assert sum(gone.reason in note for note in table.notes) == 1
-
-
-@pytest.mark.parametrize("k", [0, 3])
-def test_a_figure_has_the_record_next_to_the_nearest_shape(answers, k):
-    curve = shown(answers, Given(), seed=1).curves[answers[k].record.motion]
-    assert (curve.good, curve.words.code) == (True, "picture-inside")
-    record = np.interp(curve.grid, curve.time, curve.travel)
-    there = np.isfinite(curve.left)
-    np.testing.assert_allclose(record[there], curve.nearest[there], atol=0.5)
-    assert np.abs(curve.left[there]).max() < 0.3
 
 
 def test_a_tree_has_the_records_with_a_posterior(answers):

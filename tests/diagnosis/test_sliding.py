@@ -5,12 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from breaker.diagnosis.curves import shown
-from breaker.diagnosis.estimate import Given
 from breaker.diagnosis.limits import judged
 from breaker.diagnosis.result import result_of
 from breaker.model.limits import Limit
-from breaker.model.parameters import NAMES
 
 
 def long(answer, **more):
@@ -41,11 +38,6 @@ def test_a_long_one_withholds_it_everywhere(answers):
     assert "touch_from10" not in entry.quantities
     assert entry.parameters["L"].reason.code == "contact-may-slide"
     assert entry.parameters["f"].median > 0.0
-    drawn = shown([answer], Given(), seed=1)
-    assert drawn.curves["closing"].switching.size == 0
-    ((theta,),) = drawn.posteriors.values()
-    assert np.isnan(theta[:, NAMES.index("L")]).all()
-    assert np.isfinite(theta[:, NAMES.index("f")]).all()
 
 
 def test_a_known_value_or_a_used_contact_brings_it_back(answers, timed):

@@ -20,9 +20,9 @@ def test_a_panel_has_the_medians_of_its_breakers(breakers):
         prior=Prior(1.1 * MEDIANS, np.full(7, 0.1)),
         reference=Prior(MEDIANS, np.full(7, 0.1)),
         names=[f"Q{i}" for i in range(breakers)],
-        intervals=np.array([0.9 * middle, middle, 1.1 * middle]),
+        drawn=SimpleNamespace(theta=middle[:, None] * np.linspace(0.9, 1.1, 3)[:, None]),
     )
     figure = fitted_prior(fitted)
     assert_drawn(figure)
     for k, axis in enumerate(figure.axes):
-        np.testing.assert_array_equal(line_of(axis, style.MODEL).get_xdata(), middle[:, k])
+        np.testing.assert_allclose(line_of(axis, style.MODEL).get_xdata(), middle[:, k])

@@ -31,8 +31,7 @@ def run(options: argparse.Namespace) -> int:
     from breaker.configuration.loading import check, defaults, merge
     from breaker.diagnosis.reading import each_once
     from breaker.diagnosis.session import Diagnosis
-    from breaker.diagnosis.type_prior import fit_type, list_type
-    from breaker.diagnosis.type_report import configuration_lines, document_of
+    from breaker.diagnosis.type_prior import configuration_lines, document_of, fit_type, list_type
     from breaker.diagnosis.words import say as in_words
 
     listed = list_type(each_once(options.folders), config["motions"], options.type)
@@ -47,7 +46,7 @@ def run(options: argparse.Namespace) -> int:
         check(merge(config, settings), curves=False)
     except ValueError as error:
         raise ValueError(in_words("type-unusable", reason=error)) from error
-    document = document_of(fitted, config["seed"])
+    document = document_of(fitted)
     lines = configuration_lines(settings, document)
     written = [write_lines(options.output, lines) if options.output else lines.rstrip("\n")]
     if options.plot:

@@ -96,7 +96,7 @@ def run(options: argparse.Namespace) -> int:
         simultaneity=config["report"]["simultaneity"],
     )
     if overlays:
-        found = replace(found, reference=[each.values for each in overlays])
+        found = replace(found, reference=[_numbers(each) for each in overlays])
     rejected = [each.file for each in found.records if not each.accepted]
     nothing = len(rejected) == len(found.records)
     written = [] if nothing else _write(answers, given, found, overlays, options)
@@ -108,6 +108,12 @@ def run(options: argparse.Namespace) -> int:
         say(f"breaker: {said}; {how}", beside=True)
     say_written(written, options.json)
     return int(nothing)
+
+
+def _numbers(overlay) -> dict:
+    """Return all of an overlay but its curves."""
+    curves = ("time", "way", "good")
+    return {name: value for name, value in overlay._asdict().items() if name not in curves}
 
 
 def _families(model: str | None) -> Callable[[], Iterable]:
@@ -138,9 +144,11 @@ def _write(answers, given, found, overlays, options: argparse.Namespace) -> list
         write(options.draws, lambda part: write_zarr(draws, part))
         written.append(f"draws written to {options.draws}")
     if options.plot:
-        from breaker.diagnosis.curves import shown
+        from breaker.common.randomness import generator
         from breaker.figures.records import answer, overlay
 
-        over = overlays and overlay(overlays)
-        written.append(draw(over or answer(shown(answers, given, seed=seed)), options.plot))
+        first, rng = next(e for e in answers if e.levels), generator(seed, "prior draws")
+        prior = given.sample_prior(first, found.settings["draws"], rng)
+        picture = overlay(overlays) if overlays else answer(answers, prior)
+        written.append(draw(picture, options.plot))
     return written

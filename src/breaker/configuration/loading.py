@@ -11,6 +11,9 @@ from typing import Any
 
 from breaker.configuration.yaml_sources import ConfigurationError, parse, place, repeated
 
+WIDEST = 1
+"""Largest log-sd of a prior: a factor of 2.7 to either side."""
+
 UNLIKE = 30.0
 """Times the reference drive's that a median may be: less than the root of a slip of 1,000."""
 

@@ -10,6 +10,7 @@ from typing import Annotated, Any, Literal, get_args
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, RootModel, create_model
 
+from breaker.configuration.loading import WIDEST
 from breaker.model.parameters import NAMES
 from breaker.model.quantities import check_fact, speeds_of
 
@@ -99,7 +100,7 @@ Events = dict[str, _list(Literal[("all", "transducer", *NAMES)], 0, 9)]
 LogNormal = _section(
     "A log-normal distribution.",
     median=_f(float, 1.0, "Median before the conditioning, in the parameter's unit.", 1e-4, 1000),
-    log_sd=_f(float, 0.2, "Standard deviation of the natural logarithm.", 1e-3, 1),
+    log_sd=_f(float, 0.2, "Standard deviation of the natural logarithm.", 1e-3, WIDEST),
 )
 
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from breaker.common.document import Cell, Document, Letterhead, Table
 from breaker.common.numerals import first_of
-from breaker.diagnosis.curves import Panel, panel_of
+from breaker.diagnosis.curves import Panel
 from breaker.diagnosis.identity import nameplate, printed_values
 from breaker.diagnosis.inspection_change import change_tables
 from breaker.diagnosis.result import DiagnosisResult, RecordResult, operations_of, result_of
@@ -102,7 +102,7 @@ def document_of(
         return Report("Diagnosis", summary=summary, parts=parts)
     by_record = dict(zip(map(id, result.records), diagnosis.estimates, strict=True))
     panels = [
-        panel_of([by_record[id(each)] for each in group], diagnosis.overlays, title_of(group))
+        Panel(title_of(group), [by_record[id(each)] for each in group], diagnosis.overlays)
         for group in shown
     ]
     given = {name: ", ".join(texts) for name, texts in diagnosis.given_words.items() if texts}

@@ -3,35 +3,33 @@ r"""The prior of a type of breaker, learned from records of some of its drives.
 Drives of one type share levers and dampers, and so the error of what networks infer from them. More
 drives do not reduce this error, and the posterior of a drive is far wider than the spread of its
 type. Therefore the model compares drives by the means ``x_b`` of their draws (logarithms), whose
-own error shows from operation to operation: ``x_b = m + u_b + e_b`` with ``u_b ~ N(0,
-diag(tau^2))``. In a small share of the drives one parameter deviates by more. Expectation
-maximisation estimates m and tau from the drives that do not deviate. The evidence that a drive
-deviates is the logarithm of the likelihood ratio.
+own error shows from operation to operation: ``x_b = m + u_b + e_b``, ``u_b ~ N(0, diag(tau^2))``.
+In a few drives one parameter deviates by more; the evidence for it is the log likelihood ratio.
+Expectation maximisation estimates m and tau from the drives that do not deviate.
 """
 
 import os
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import cached_property
-from itertools import chain, islice
 from pathlib import Path
 from typing import NamedTuple, Self
 
 import numpy as np
+import yaml
 
-from breaker.common.randomness import generator
+from breaker.common.document import Document, Remark, Section, Table, text_of
+from breaker.common.numerals import in_digits
 from breaker.common.text import bare, usual_spelling
+from breaker.common.wording import Sentence
 from breaker.configuration.definitions import family_of
-from breaker.configuration.loading import defaults
+from breaker.configuration.loading import WIDEST, defaults
 from breaker.diagnosis.estimate import DriveRecord, Estimate
-from breaker.diagnosis.reading import without_copies
 from breaker.diagnosis.session import Diagnosis
 from breaker.diagnosis.words import say
 from breaker.family.inputs import shrunk_variance
-from breaker.family.membership import choose_family
 from breaker.family.networks import StateNetwork
-from breaker.model.curves import travel
-from breaker.model.parameters import MOTIONS, NAMES, Size
+from breaker.model.parameters import MOTIONS, NAMES, PARAMETERS, Size
 from breaker.model.prior import Prior
 from breaker.model.sensor import Sensor
 from breaker.records.files import printable
@@ -42,28 +40,15 @@ from breaker.shipped import HELD_BACK
 FEWEST = 5
 """Drives of a type from which on one may deviate: of fewer, the spread is hardly known."""
 
-DEVIATES = 7.0
-"""Evidence that a drive deviates, nats: odds of 1,100, as a fleet has hundreds of drives."""
+DEVIATES = 6.0
+"""Evidence that a drive deviates, nats: odds of 400, as a fleet has hundreds of drives."""
 
-_DEVIATING = 0.02  # share of drives that deviate, as before any record
 _DEVIATION = 0.3  # sd of a deviation, in logarithms: the largest usual wear
 _LEAST_SPREAD = 0.1  # expected spread of a type, in log-sds of the prior of all drives
 _KNOWN = 4.0  # drives or operations that an expected variance counts for
-_REPEATED = 0.2  # expected variance between operations, as a share of the posterior's
-_WIDER = 1.5  # factor on that variance: operations of one day share a part that it lacks
 _SHARED = 0.6  # share of the posterior's variance that all drives of a type have in common
-_DRAWS = 500  # kept for each drive: quantiles of 5 % within 1 % of the probability
-_ROUNDS, _SETTLED = 500, 1e-7  # of expectation maximisation; its last step, far below any spread
-
 _MOST = 20  # records of one breaker and motion: more reduce no error that they share
-WIDEST = 1.0
-"""Largest log-sd of a prior, the bound of the configuration: a factor of 2.7 to either side."""
-
-_WEAR_SDS = 3.0  # the largest usual wear, in sds of the room for it
-_SHORT = 0.05  # share of the records that the grid may exceed, and that the workflow then rejects
-_QUIET = 0.25  # quantile of the records' noise: half of them may follow a motion, and still ring
 _LEFT_OUT = 0.02  # mm at size 1: what no model describes in records of little noise
-_OPENINGS = 400  # simulated: 20 % of them is known to 2 %
 
 
 class TypeDraws(NamedTuple):
@@ -73,7 +58,7 @@ class TypeDraws(NamedTuple):
         mean: Mean of the logarithms of the parameters over all operations, ``(n, p)``.
         squares: Sum of products of the operations' deviations from it, ``(n, p, p)``.
         count: Operations, ``(n,)``.
-        theta: Posterior draws, ``(n, d, p)``.
+        theta: Posterior draws, as many as of one operation, ``(n, d, p)``.
     """
 
     mean: np.ndarray
@@ -87,22 +72,10 @@ class TypeDraws(NamedTuple):
         rows = []
         for operations in drives:
             means = np.array([np.log(theta).mean(axis=0) for theta in operations])
-            off = means - means.mean(axis=0)
-            theta = np.concatenate(operations)
-            theta = theta[np.linspace(0, len(theta) - 1, _DRAWS).astype(int)]
-            rows.append((means.mean(axis=0), off.T @ off, len(operations), theta))
+            off, theta = means - means.mean(axis=0), np.concatenate(operations)
+            some = theta[:: len(operations)]
+            rows.append((means.mean(axis=0), off.T @ off, len(operations), some))
         return cls(*map(np.array, zip(*rows, strict=True)))
-
-    @property
-    def posterior(self) -> np.ndarray:
-        """Mean covariance of the logarithms of a drive's draws, ``(p, p)``."""
-        return np.mean([np.cov(np.log(theta).T) for theta in self.theta], axis=0)
-
-    def error(self) -> np.ndarray:
-        """Return the covariance of each mean, from the scatter of operations, ``(n, p, p)``."""
-        squares, seen = self.squares.sum(axis=0), float((self.count - 1).sum())
-        one = _WIDER * shrunk_variance(squares, seen, _REPEATED * self.posterior, _KNOWN)
-        return one / self.count[:, None, None]
 
 
 def draws_of(estimates: Iterable[Estimate]) -> list[np.ndarray]:
@@ -116,8 +89,8 @@ class TypeOfBreaker:
 
     Attributes:
         medians: Medians of its drives, ``(p,)``.
-        spread, known, shared: Log-sds, ``(p,)``: spread of the drives; uncertainty of the medians,
-            of which few drives inform; error that the drives share.
+        spread: Log-sds of the drives, ``(p,)``.
+        doubt: Log-sds of the medians, ``(p,)``: few drives inform of them, and share an error.
         evidence: Evidence that a parameter of a drive deviates, nats, ``(n, p)``; -inf below
             ``FEWEST`` drives.
         off: Distance of a drive's mean from the median, share, ``(n, p)``.
@@ -125,57 +98,45 @@ class TypeOfBreaker:
 
     medians: np.ndarray
     spread: np.ndarray
-    known: np.ndarray
-    shared: np.ndarray
+    doubt: np.ndarray
     evidence: np.ndarray
     off: np.ndarray
 
-    @cached_property
+    @property
     def log_sds(self) -> np.ndarray:
-        """Log-sds of all parts together, ``(p,)``."""
-        return np.sqrt(np.sum(np.square((self.spread, self.known, self.shared)), axis=0))
+        """Log-sds of a further drive, ``(p,)``."""
+        return np.hypot(self.spread, self.doubt)
 
 
 def learn_type(drawn: TypeDraws, usual: np.ndarray) -> TypeOfBreaker:
-    """Learn a type from its drives; from one drive, take the spread of drives of any type.
-
-    Args:
-        usual: Log-sds of the prior of drives of any type and one size, ``(p,)``.
-
-    Example:
-        Twenty drives that differ by 2 %, and one whose damping is 40 % larger:
-
-        >>> rng = np.random.default_rng(1)
-        >>> mean = 0.02 * rng.standard_normal((21, 7))
-        >>> mean[4, 3] += 0.34
-        >>> theta = np.exp(mean[:, None] + 0.1 * rng.standard_normal((21, 50, 7)))
-        >>> drawn = TypeDraws(mean, np.tile(1e-4 * np.eye(7), (21, 1, 1)), np.full(21, 2), theta)
-        >>> learned = learn_type(drawn, np.full(7, 0.2))
-        >>> np.argwhere(learned.evidence > 6.0).tolist(), bool(learned.spread[3] < 0.04)
-        ([[4, 3]], True)
+    """Learn a type from its drives; from one drive, take the spread of drives of any type, whose
+    log-sds at one size are ``usual``, ``(p,)``.
     """
-    x, error = drawn.mean, drawn.error()
+    x, posterior = drawn.mean, np.mean([np.cov(np.log(e).T) for e in drawn.theta], axis=0)
     n, p = x.shape
+    squares, seen = drawn.squares.sum(axis=0), float((drawn.count - 1).sum())
+    one = shrunk_variance(squares, seen, (1.0 - _SHARED) * posterior, _KNOWN)
+    error = one / drawn.count[:, None, None]
     centre, least = np.median(x, axis=0), np.square(_LEAST_SPREAD * usual)
     variance = np.maximum(np.square(1.4826 * np.median(np.abs(x - centre), axis=0)), least)
-    log_prior = np.log(np.append(1.0 - _DEVIATING, np.full(p, _DEVIATING / p)))
-    for _ in range(_ROUNDS):
+    settled = False
+    while not settled:
+        before = np.exp(centre), variance
         log, mean, square = _components(x - centre, error, variance)
-        share = np.exp(log + log_prior - (log + log_prior).max(axis=1, keepdims=True))
+        log[:, 1:] -= DEVIATES  # odds of a deviation before any record
+        share = np.exp(log - log.max(axis=1, keepdims=True))
         share /= share.sum(axis=1, keepdims=True)
         counts = share[:, :, None] * (1.0 - np.eye(p + 1, p, -1))  # without what deviates
         total = counts.sum(axis=(0, 1))
-        moved = (counts * mean).sum(axis=(0, 1)) / total
+        centre = centre + (counts * mean).sum(axis=(0, 1)) / total
         variance = shrunk_variance((counts * square).sum(axis=(0, 1)), total, least, _KNOWN)
-        centre = centre + moved
-        if np.abs(moved).max() < _SETTLED:
-            break
+        settled = np.allclose(before, (np.exp(centre), variance), atol=0.0)
     log, _, _ = _components(x - centre, error, variance)
     evidence = log[:, 1:] - log[:, :1] if n >= FEWEST else np.full((n, p), -np.inf)
-    known = np.sqrt((variance + np.diagonal(error.mean(axis=0))) / n)
+    few = (variance + np.diagonal(error.mean(axis=0))) / n
+    doubt = np.sqrt(few + _SHARED * posterior.diagonal())
     spread = np.sqrt(variance) if n > 1 else usual
-    shared = np.sqrt(_SHARED * drawn.posterior.diagonal())
-    return TypeOfBreaker(np.exp(centre), spread, known, shared, evidence, np.expm1(x - centre))
+    return TypeOfBreaker(np.exp(centre), spread, doubt, evidence, np.expm1(x - centre))
 
 
 def _components(
@@ -194,13 +155,10 @@ def _components(
     return log, mean, np.square(mean) + own
 
 
-# ---- records -------------------------------------------------------------------------------------
-
-
 def list_type(
     folders: Sequence[str | Path], motions: Sequence[str], of_type: str = ""
-) -> list[dict[str, list[Operation]]]:
-    """List the operations of the breakers in each folder, by motion, at most 20 of a breaker.
+) -> dict[str, list[Operation]]:
+    """List operations of the breakers in folders by motion, at most 20 of a breaker and motion.
 
     A breaker is one of the column ``breaker`` of a folder's table, or else a folder.
 
@@ -212,41 +170,33 @@ def list_type(
         FileNotFoundError: If a folder has no operation of the motions.
         ValueError: If a table is wrong, has several types to choose from, or none of this name.
     """
-    listed, types = [], set()
+    by_breaker: dict[tuple[str, str], list[Operation]] = {}
+    types, last = set(), 0
     for folder in folders:
         name = printable(os.path.normpath(folder))
-        by_breaker: dict[tuple[str, str], list[Operation]] = {}
-        for motion, operation in _rows(folder, motions):
-            types.add(operation.type)
-            if not of_type or bare(operation.type) == bare(of_type):
-                own = replace(operation, breaker=operation.breaker or name)
+        if os.path.lexists(Path(folder, MANIFEST)):
+            rows = [row for own in list_fleet(folder).values() for row in own if row[0] in motions]
+            rows.sort(key=lambda row: (row[1].phase, row[1].number))
+        else:  # a breaker may have records of one motion alone
+            there = [motion for motion in motions if is_folder(Path(folder, motion))]
+            rows = [(motion, e) for motion in there for e in list_operations(folder, motion)]
+        if not rows:
+            about = {"folder": name, "motions": " or ".join(motions)}
+            raise FileNotFoundError(say("type-no-operation", **about))
+        types |= {row.type for _, row in rows}
+        for motion, row in rows:
+            if not of_type or bare(row.type) == bare(of_type):
+                own = replace(row, number=last + row.number, breaker=row.breaker or name)
                 by_breaker.setdefault((motion, own.breaker), []).append(own)
-        chosen: dict[str, list[Operation]] = {}
-        for (motion, _), every in by_breaker.items():
-            places = np.linspace(0, len(every) - 1, min(len(every), _MOST)).round().astype(int)
-            chosen.setdefault(motion, []).extend(every[k] for k in places)
-        listed.append(chosen)
-    if not any(listed) or (not of_type and len(usual_spelling(types)) > 1):
+        last += max(row.number for _, row in rows)  # numbers may repeat in another folder
+    if not by_breaker or (not of_type and len(usual_spelling(types)) > 1):
         stated = ", ".join(sorted(map(printable, types - {""}))) or "-"
         raise ValueError(say("type-choose", type=printable(of_type), types=stated))
+    listed: dict[str, list[Operation]] = {motion: [] for motion in motions}
+    for (motion, _), every in by_breaker.items():
+        places = np.linspace(0, len(every) - 1, min(len(every), _MOST)).round().astype(int)
+        listed[motion] += [every[k] for k in places]
     return listed
-
-
-def _rows(folder: str | Path, motions: Sequence[str]) -> list[tuple[str, Operation]]:
-    """Return motion and operation of each row of a folder's table, or of its files by motion."""
-    if os.path.lexists(Path(folder, MANIFEST)):
-        rows = [row for own in list_fleet(folder).values() for row in own if row[0] in motions]
-        rows.sort(key=lambda row: (row[1].breaker, row[1].phase, row[1].number))
-    else:  # a breaker may have records of one motion alone
-        there = [motion for motion in motions if is_folder(Path(folder, motion))]
-        rows = [(motion, e) for motion in there for e in list_operations(folder, motion)]
-    if not rows:
-        name = printable(folder)
-        raise FileNotFoundError(say("type-no-operation", folder=name, motions=" or ".join(motions)))
-    return rows
-
-
-# ---- the prior -----------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, eq=False)
@@ -257,9 +207,8 @@ class TypePrior:
         levels: State network of the family of all records.
         estimates: Estimates of the usable records, by breaker.
         rejected: Reason why a record is not usable, for each of these.
-        names: Breakers with a posterior.
-        drawn: Draws of these breakers.
-        learned: Medians and spread of the type.
+        names, drawn: Breakers with a posterior, and their draws.
+        learned: The type.
     """
 
     levels: StateNetwork
@@ -269,22 +218,19 @@ class TypePrior:
     drawn: TypeDraws
     learned: TypeOfBreaker
 
-    @property
-    def records(self) -> list[DriveRecord]:
-        """Usable records of all breakers."""
-        return [e.record for estimates in self.estimates.values() for e in estimates]
-
-    @property
-    def motions(self) -> list[str]:
-        """Motions of the records."""
-        return [motion for motion in MOTIONS if any(r.motion == motion for r in self.records)]
+    @cached_property
+    def records(self) -> dict[str, list[DriveRecord]]:
+        """Usable records of all breakers, by motion."""
+        every = [e.record for estimates in self.estimates.values() for e in estimates]
+        found = {motion: [r for r in every if r.motion == motion] for motion in MOTIONS}
+        return {motion: some for motion, some in found.items() if some}
 
     @cached_property
     def size(self) -> Size:
         """Size of drives of the family with the median stroke and duration of the records."""
-        shapes = [r.shape for r in self.records if r.motion == self.motions[0]]
+        shapes = [record.shape for record in next(iter(self.records.values()))]
         median = np.median([(shape.stroke, shape.duration) for shape in shapes], axis=0)
-        return Size(*(_rounded(v, 3) for v in median / np.exp(self.levels.usual[:, 0])))
+        return Size(*(float(in_digits(v, 3)) for v in median / np.exp(self.levels.usual[:, 0])))
 
     @property
     def reference(self) -> Prior:
@@ -292,98 +238,107 @@ class TypePrior:
         return Prior.from_settings(self.levels.settings["prior"]).sized(self.size)
 
     @cached_property
-    def wear(self) -> np.ndarray:
-        """Log-sds of the room for wear, ``(p,)``."""
-        change = family_of(HELD_BACK)["wear"]["change"]
-        ends = np.array([change.get(name, (0.0, 0.0)) for name in NAMES])
-        return np.abs(np.log1p(ends)).max(axis=1) / _WEAR_SDS
-
-    @cached_property
     def prior(self) -> Prior:
-        """Prior of the type, with the room for wear."""
-        log_sds = np.hypot(self.learned.log_sds, self.wear)
+        """Prior of the type, with room for wear: changes that are spread evenly."""
+        change = family_of(HELD_BACK)["wear"]["change"]
+        ends = np.log1p([change.get(name, (0.0, 0.0)) for name in NAMES])
+        log_sds = np.hypot(self.learned.log_sds, np.ptp(ends, axis=1) / np.sqrt(12.0))
         return Prior(self.learned.medians, np.minimum(log_sds, WIDEST))
 
-    @property
-    def intervals(self) -> np.ndarray:
-        """Quantiles of 5, 50 and 95 % of each breaker by itself, ``(3, b, p)``."""
-        return np.quantile(self.drawn.theta, [0.05, 0.5, 0.95], axis=1)
-
-    def swinging(self, seed: int) -> float:
-        """Return the share of simulated openings that swing back by more than half of their way.
-
-        The two-spring model has no dampers: with little damping nothing else stops an opening.
-        """
-        usual = Sensor(**defaults()["sensor"]).sized(self.size).times
-        theta = self.prior.sample(_OPENINGS, generator(seed, "fit-prior openings"))
-        onset = np.zeros(_OPENINGS)
-        ways = travel(theta, usual[usual >= 0.0], "opening", onset=onset).travel
-        return float(np.mean([np.ptp(w[w.argmin() :]) > 0.5 * np.ptp(w) for w in ways]))
-
+    @cached_property
     def sensor(self) -> Sensor:
-        """Return the default sensor at this size, with the noise of the records and a grid of
-        whole samples within them.
-        """
-        usual, raws = Sensor(**defaults()["sensor"]).sized(self.size), [r.raw for r in self.records]
-        ends = [(r.moves - r.time[r.inside][0], r.time[r.inside][-1] - r.moves) for r in raws]
-        before, after = np.quantile(ends, _SHORT, axis=0, method="lower").tolist()
-        sample = max(r.step for r in raws)
+        """The default sensor with the records' noise, and a grid of whole samples within them."""
+        usual, own = Sensor(**defaults()["sensor"]).sized(self.size), self.records.values()
+        raws = [record.raw for some in own for record in some]
+        sample = max(raw.step for raw in raws)
+        before = min(raw.moves - raw.time[raw.inside][0] for raw in raws)
+        after = min(raw.time[raw.inside][-1] - raw.moves for raw in raws)
         start, stop = max(usual.start, -max(before, sample)), min(usual.stop, after)
         step = sample * np.ceil(round((stop - start) / (usual.samples - 1) / sample, 3))
         samples = int(round((stop - start) / step, 3)) + 1
-        noise = [max(r.noise_at(r.step).sd, r.quantum / np.sqrt(12.0)) for r in raws]
-        quiet = np.nanquantile(noise, _QUIET) if np.isfinite(noise).any() else usual.noise_sd
-        noise = np.hypot(quiet, _LEFT_OUT * self.size.lengths)
+        # Of one motion: the rest before an opening may still ring of the closing.
+        noise = min(np.median([record.raw.process[0] for record in some]) for some in own)
+        noise = np.hypot(noise, _LEFT_OUT * self.size.lengths)
         found = {"start": start, "stop": start + step * (samples - 1), "noise_sd": noise}
-        return replace(usual, samples=samples, **{k: _rounded(v, 6) for k, v in found.items()})
+        return replace(usual, samples=samples, **{k: round(float(v), 6) for k, v in found.items()})
 
     def settings(self) -> dict:
         """Return the sections of the configuration for drives of this type."""
-        pairs = zip(self.prior.medians, self.prior.log_sds, strict=True)
-        values = [{"median": _rounded(m, 5), "log_sd": _rounded(sd, 3)} for m, sd in pairs]
-        found = {"size": asdict(self.size), "prior": dict(zip(NAMES, values, strict=True))}
-        found |= {"sensor": asdict(self.sensor()), "motions": self.motions}
-        found["family"] = {"name": self.levels.settings["family"]}
+        pairs = zip(NAMES, self.prior.medians, self.prior.log_sds.round(3).tolist(), strict=True)
+        prior = {k: {"median": float(in_digits(m, 5)), "log_sd": sd} for k, m, sd in pairs}
+        found = {"size": asdict(self.size), "prior": prior, "sensor": asdict(self.sensor)}
+        found |= {"motions": [*self.records], "family": {"name": self.levels.settings["family"]}}
         return {key: value for key, value in found.items() if value != defaults()[key]}
 
 
-def fit_type(listed: Sequence[Mapping[str, list[Operation]]], asked: Diagnosis) -> TypePrior:
+def fit_type(listed: Mapping[str, Sequence[Operation]], asked: Diagnosis) -> TypePrior:
     """Fit the prior of a type to records of its breakers, all in one family.
-
-    Args:
-        listed: Operations by folder and motion, from ``list_type``.
-        asked: How to read and infer them, and which families to try.
 
     Raises:
         ValueError: If no record can be used, or none has a posterior.
     """
-    read = [asked.read(by_motion) for by_motion in listed]
-    once = iter(without_copies([*chain.from_iterable(read)]))
-    folders = [[*islice(once, len(records))] for records in read]
-    usable = [r for records in folders for r in records if not r.reason]
-    rejected = [r.reason for records in folders for r in records if r.reason]
-    if not usable:
+    records = asked.read(listed)
+    rejected = [record.reason for record in records if record.reason]
+    if len(rejected) == len(records):
         first = " | ".join(rejected[:3])
         raise ValueError(say("type-no-record", count=len(rejected), reasons=first))
-    levels, _, _ = choose_family(
-        asked.families(),
-        lambda levels: [(r.motion, levels.match(r.motion, r.seen)) for r in usable],
-        asked.settings.misfit_p_value,
-    )
-    asked = replace(asked, families=lambda: [levels])
-    estimates: dict[str, list[Estimate]] = {}
-    for records in folders:  # numbers of operations may repeat in another folder
-        for estimate in asked.infer([r for r in records if not r.reason]):
-            estimates.setdefault(estimate.record.operation.breaker, []).append(estimate)
-    draws = {name: draws_of(own) for name, own in estimates.items()}
-    names = [name for name, operations in draws.items() if operations]
-    if not names:
-        reasons = {e.why_not_inferred for own in estimates.values() for e in own}
-        raise ValueError(say("type-not-inferred", reasons="; ".join(sorted(reasons))))
-    drawn = TypeDraws.of(draws[name] for name in names)
+    estimates = asked.infer([record for record in records if not record.reason])
+    by_breaker: dict[str, list[Estimate]] = {}
+    for each in estimates:
+        by_breaker.setdefault(each.record.operation.breaker, []).append(each)
+    draws = {name: some for name, own in by_breaker.items() if (some := draws_of(own))}
+    if not draws:
+        reasons = sorted({each.why_not_inferred for each in estimates})
+        raise ValueError(say("type-not-inferred", reasons="; ".join(reasons)))
+    drawn = TypeDraws.of(draws.values())
     learned = learn_type(drawn, Prior.from_settings(defaults()["prior"]).log_sds)
-    return TypePrior(levels, estimates, rejected, names, drawn, learned)
+    return TypePrior(estimates[0].levels, by_breaker, rejected, [*draws], drawn, learned)
 
 
-def _rounded(value: float, digits: int) -> float:
-    return float(f"{value:.{digits}g}")
+def document_of(fitted: TypePrior) -> Document:
+    """Return what was fitted to which records, and what to look at."""
+    about = asdict(fitted.size) | {"noise": in_digits(fitted.sensor.noise_sd, 3)}
+    about |= {"records": sum(map(len, fitted.records.values()))}
+    about |= {"breakers": ", ".join(fitted.names)}
+    remarks = [Remark(sentence, "WARNING: ") for sentence in warnings_of(fitted)]
+    prior, usual, learned = fitted.prior, fitted.reference, fitted.learned
+    medians = np.array([prior.medians, usual.medians]).T
+    log_sds = np.array([usual.log_sds, prior.log_sds, learned.spread, learned.doubt]).T
+    rows = [
+        (f"{each.name} ({each.unit})", *(f"{m:.4g}" for m in some), *(f"{sd:.3f}" for sd in sds))
+        for each, some, sds in zip(PARAMETERS, medians, log_sds, strict=True)
+    ]
+    head = "parameter", "median", "default", "its log_sd", "log_sd", "of drives", "of medians"
+    title = say("type-rejected", count=len(fitted.rejected))
+    rejected = [Section(title, [Remark(e) for e in fitted.rejected])] if fitted.rejected else []
+    parts = [Section(parts=remarks), Table(head, rows), *rejected]
+    return Document(summary=[say("type-source", **about)], parts=parts)
+
+
+def warnings_of(fitted: TypePrior) -> list[Sentence]:
+    """Return warnings about breakers, and about what the prior lacks."""
+    names, learned = fitted.names, fitted.learned
+    said = [say("type-one-breaker")] if len(names) == 1 else []
+    for name, estimates in fitted.estimates.items():
+        if name not in names:
+            said.append(say("type-left-out", breaker=name, reason=estimates[0].why_not_inferred))
+        elif outside := sum(e.misfit for e in estimates):
+            said.append(say("type-outside", breaker=name, count=outside, records=len(estimates)))
+    for name, evidence, off in zip(names, learned.evidence, learned.off, strict=True):
+        k = int(evidence.argmax())
+        if evidence[k] >= DEVIATES:
+            about = {"parameter": NAMES[k], "off": 100.0 * off[k], "evidence": evidence[k]}
+            said.append(say("type-deviates", breaker=name, **about))
+    if wide := [NAMES[k] for k in np.flatnonzero(fitted.prior.log_sds == WIDEST)]:
+        said.append(say("type-wide", parameters=", ".join(wide), widest=WIDEST))
+    family = fitted.levels.settings["family"]
+    if "opening" in fitted.records and family != defaults()["family"]["name"]:
+        said.append(say("type-damped", family=family))
+    return said
+
+
+def configuration_lines(settings: Mapping, document: Document) -> str:
+    """Return settings as YAML below the document as comments."""
+    first = replace(document, summary=[say("type-title"), *document.summary])
+    comments = "".join(f"# {line}".rstrip() + "\n" for line in text_of(first).splitlines())
+    return comments + "\n" + yaml.safe_dump(settings, default_flow_style=None, sort_keys=False)

@@ -7,20 +7,23 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from breaker.common.numerals import in_digits
+from breaker.common.numerals import in_digits, in_p
 from breaker.figures import panels as p
 from breaker.figures import style
 from breaker.model.parameters import PARAMETERS
 from breaker.model.quantities import EVENTS
+from breaker.records.files import printable
 from breaker.records.fits import filled
 
 if TYPE_CHECKING:
-    from breaker.diagnosis.curves import Overlay, PictureCurve, Shown
+    from breaker.diagnosis.curves import Overlay
+    from breaker.diagnosis.estimate import Estimate
     from breaker.records.description import InspectedMotion
     from breaker.records.proposal import Proposal
 
 MOTIONS = {"closing": style.CORRECTED, "opening": style.AMORTISED}  # colours
 BAND = {"color": style.PRIOR, "alpha": 0.25, "lw": 0}  # of tolerances
+_MOST = 30  # operations whose posteriors are drawn
 
 
 @style.styled
@@ -157,56 +160,84 @@ def difference(axis: Axes, overlays: Sequence, colours: Mapping, begins: Mapping
 
 
 @style.styled
-def answer(data: "Shown") -> Figure:
+def answer(estimates: Sequence["Estimate"], prior: np.ndarray) -> Figure:
     """Draw what one call infers of a drive: the first record of each motion with the family's
     nearest shape and the residual, and parameters with the prior.
+
+    Args:
+        estimates: Estimates, of which at least one record is usable.
+        prior: Prior draws, ``(n, p)``.
     """
+    usable = [each for each in estimates if not each.record.reason]
+    first = {each.record.motion: each for each in reversed(usable)}
     figure = style.new_figure(12.0, 11.2)
     above, below = figure.subfigures(2, 1, height_ratios=[1.35, 1.0])
     size = {"height_ratios": [2, 1], "sharex": "col", "squeeze": False}
-    grid = above.subplots(2, len(data.curves), **size)
-    for (motion, curve), (upper, lower) in zip(data.curves.items(), grid.T, strict=True):
-        _fitted(upper, curve, motion, figure.get_figwidth() / len(data.curves) - 0.9)
-        lower.plot(curve.grid, curve.left, "o", color=style.MEASURED, ms=2, mew=0)
-        lower.axhline(0.0, color=style.REFERENCE, lw=0.6)
-        lower.set(xlabel="time after the first motion (ms)", ylabel="record minus\nshape (mm)")
+    grid = above.subplots(2, len(first), **size)
+    for motion, (upper, lower) in zip(sorted(first), grid.T, strict=True):
+        _fitted(upper, lower, first[motion], figure.get_figwidth() / len(first) - 0.9)
+    drawn = [each for each in usable if each.draws and each.record.motion == each.motions[0]]
     *axes, last = below.subplots(2, 4).flat
     last.set_axis_off()
     for k, (axis, each) in enumerate(zip(axes, PARAMETERS, strict=True)):
-        posteriors = {of: [draws[:, k] for draws in some] for of, some in data.posteriors.items()}
-        _densities(axis, posteriors, data.prior[:, k])
+        posteriors: dict[str, list] = {}
+        for one in drawn[:_MOST]:
+            if not one.why_not(each.name):
+                posteriors.setdefault(" and ".join(one.motions), []).append(one.draws.theta[:, k])
+        _densities(axis, posteriors, prior[:, k])
         axis.set_title(p.named(each.name), loc="left", fontsize=10)
         axis.set_xlabel(each.label)
-    files = dict.fromkeys(style.file_name(curve.file) for curve in data.curves.values())
+    files = dict.fromkeys(_file(first[motion]) for motion in sorted(first))
     style.title(figure, f"Drive as inferred from {style.literal(', '.join(files))}")
     p.legend_below(figure, columns=3)
     return figure
 
 
-def _fitted(axis: Axes, data: "PictureCurve", motion: str, width: float) -> None:
-    """Draw a record, the nearest shape, and when the contact switches; width is inches."""
-    colour = MOTIONS[motion]
-    if data.switching.size:
-        low, middle, high = np.quantile(data.switching, [0.025, 0.5, 0.975])
-        axis.axvspan(low, high, color=colour, alpha=0.25, lw=0)
-        axis.axvline(middle, color=colour, lw=1.2)
+def _file(estimate: "Estimate") -> str:
+    """Return the name of an estimate's file."""
+    return style.file_name(printable(estimate.record.operation.file).rpartition("/")[2])
+
+
+def _fitted(upper: Axes, lower: Axes, estimate: "Estimate", width: float) -> None:
+    """Draw a record, the nearest shape, when the contact switches, and what the shape leaves;
+    times count from the first motion, and width is inches.
+    """
+    from breaker.diagnosis.curves import curve_of
+    from breaker.diagnosis.words import say
+    from breaker.family.shape import SHAPE_TIMES
+
+    record, match, shape = estimate.record, estimate.match, estimate.record.shape
+    motion, after = record.motion, record.tenth - record.raw.moves
+    colour, sign = MOTIONS[motion], 1.0 if motion == "closing" else -1.0
+    if estimate.draws and not estimate.contact_unknown:
+        switching = after + estimate.draws.switching[motion]
+        low, middle, high = np.quantile(switching, [0.025, 0.5, 0.975])
+        upper.axvspan(low, high, color=colour, alpha=0.25, lw=0)
+        upper.axvline(middle, color=colour, lw=1.2)
         y, side = (0.08, "bottom") if motion == "closing" else (0.95, "top")  # away from the curve
         said = f"{EVENTS[motion]} at {middle:.1f} ms\n95 %: {low:.1f} to {high:.1f} ms"
-        look = {"color": colour, "ha": "right", "va": side, "transform": axis.transAxes}
-        axis.text(0.97, y, said, **look)
-    axis.plot(data.time, data.travel, "o", color=style.MEASURED, ms=2, mew=0, label="record")
+        look = {"color": colour, "ha": "right", "va": side, "transform": upper.transAxes}
+        upper.text(0.97, y, said, **look)
+    dots = {"color": style.MEASURED, "ms": 2, "mew": 0}
+    upper.plot(*curve_of(record), "o", label="record", **dots)
+    times = after + shape.duration * SHAPE_TIMES
+    nearest = sign * (shape.rest + shape.stroke * match.nearest)
     look = {"color": style.CHANGED, "lw": 1.0, "label": "nearest shape of the family"}
-    axis.plot(data.grid, data.nearest, **look)
-    axis.set_ylabel(style.TRAVEL)
-    axis.margins(x=0)
-    words = f"{motion} in {style.file_name(data.file)}: {data.words}"
-    p.read_title(axis, words, width, failed=not data.good)
+    upper.plot(times, nearest, **look)
+    upper.set_ylabel(style.TRAVEL)
+    upper.margins(x=0)
+    words = say("picture-outside" if estimate.misfit else "picture-inside", p=in_p(match.p_value))
+    p.read_title(upper, f"{motion} in {_file(estimate)}: {words}", width, failed=estimate.misfit)
+    left = np.where(shape.present, sign * shape.stroke * (shape.way - match.nearest), np.nan)
+    lower.plot(times, left, "o", **dots)
+    lower.axhline(0.0, color=style.REFERENCE, lw=0.6)
+    lower.set(xlabel="time after the first motion (ms)", ylabel="record minus\nshape (mm)")
 
 
 def _densities(axis: Axes, posteriors: Mapping[str, Sequence], prior: np.ndarray) -> None:
     """Draw densities of a parameter: of operations, and of the prior as far as it is near them."""
     axis.set(yticks=[])
-    every = [draws for some in posteriors.values() for draws in some if np.isfinite(draws[0])]
+    every = [draws for some in posteriors.values() for draws in some]
     low, high = np.quantile(np.concatenate(every or [prior]), [0.001, 0.999])
     wide = np.quantile(prior, [0.005, 0.995])
     low, high = max(min(wide[0], low), 2 * low - high), min(max(wide[1], high), 2 * high - low)
@@ -215,6 +246,5 @@ def _densities(axis: Axes, posteriors: Mapping[str, Sequence], prior: np.ndarray
         for i, draws in enumerate(some):
             look = {"lw": 0.6 if i else 1.8, "color": MOTIONS.get(of, style.MODEL)}
             look["label"] = f"posteriors: {of} (the first thick)"
-            if np.isfinite(draws[0]):
-                axis.hist(draws, bins=40, range=(low, high), density=True, histtype="step", **look)
+            axis.hist(draws, bins=40, range=(low, high), density=True, histtype="step", **look)
     axis.set_xlim(low, high)

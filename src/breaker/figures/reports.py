@@ -13,12 +13,15 @@ from breaker.figures import panels as p
 from breaker.figures import style
 from breaker.figures.records import difference
 from breaker.model.parameters import NAMES
+from breaker.records.measurements import Reading
 
 if TYPE_CHECKING:
     from breaker.diagnosis.changes import QuantityChange
-    from breaker.diagnosis.curves import Marked, Panel
+    from breaker.diagnosis.curves import Panel
+    from breaker.diagnosis.estimate import Estimate
     from breaker.diagnosis.inspection_change import InspectionChange
     from breaker.diagnosis.type_prior import TypePrior
+    from breaker.records.record import Record
 
 
 _LEAST_EXTENT, _EXTENT = 20.0, 40.0  # percent of change that an axis shows, at least and at most
@@ -88,7 +91,8 @@ def _change(axis: Axes, y: int, row: "QuantityChange", extent: float) -> None:
 def curves(panels: Sequence["Panel"]) -> Iterator[Figure]:
     """Draw a picture of each motion of a test; a channel has the same colour in all."""
     colours = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
-    phases = dict.fromkeys(each.phase for panel in panels for each in panel.curves)
+    every = (each for panel in panels for each in panel.estimates)
+    phases = dict.fromkeys(each.record.operation.phase for each in every)
     for each in panels:
         yield _picture(each, dict(zip(phases, cycle(colours))))
 
@@ -98,33 +102,42 @@ def _picture(panel: "Panel", colours: Mapping[str, str]) -> Figure:
     """Draw travel with its marks; below it contacts and coils, and differences from a reference,
     where there are any. No letter is below 9 pt on a page of A4, whose text is 7 inches wide.
     """
-    timed = any(each.beside for each in panel.curves)
-    heights = [2.1, *[0.6] * timed, *[0.9] * bool(panel.overlays)]  # inches
+    records = [each.record for each in panel.estimates]
+    drawn = {each.record.operation.phase: each for each in panel.estimates}
+    raws = {phase: each.record.raw for phase, each in drawn.items()}
+    curves = {phase: _curve(each) for phase, each in drawn.items()}
+    keys = {(str(r.operation.file), r.operation.number, r.motion) for r in records}
+    overlays = [e for e in panel.overlays if (e.file, e.operation, e.motion) in keys]
+    beside = [
+        (phase, kind, share)
+        for phase, (time, _) in curves.items()
+        for kind, share in _beside(raws[phase], time).items()
+    ]
+    heights = [2.1, *[0.6] * bool(beside), *[0.9] * bool(overlays)]  # inches
     figure = style.new_figure(7.0, sum(heights) + 1.3)
     size = {"sharex": True, "height_ratios": heights, "squeeze": False}
     first, *others = figure.subplots(len(heights), 1, **size)[:, 0]
-    event = {"closing": "touch", "opening": "separation"}[panel.motion]
-    for each in panel.curves:
-        _channel(first, each, colours[each.phase], event)
-    for each in panel.overlays:  # where the channel's own record would be
-        own = next(one for one in panel.curves if one.phase == each.phase)
-        sign = 1.0 if panel.motion == "closing" else -1.0
-        at, travel = each.time + own.moves[0], own.rests[0] + sign * each.good
+    for phase, each in drawn.items():
+        _channel(first, each, curves[phase], colours[phase])
+    for each in overlays:  # where the channel's own record would be
+        sign = 1.0 if each.motion == "closing" else -1.0
+        at, travel = each.time + raws[each.phase].moves, sign * each.good
+        travel = raws[each.phase].segment.before + travel
         first.plot(at, travel, color=style.PRIOR, lw=2.4, zorder=1, label="reference")
     first.set_ylabel(style.TRAVEL)
     p.read_title(first, panel.title, 7.0)
-    if timed:
+    if beside:
         axis = others.pop(0)
-        for each, (kind, share) in ((e, s) for e in panel.curves for s in e.beside.items()):
+        for phase, kind, share in beside:
             words, ls = ("contact", "--") if kind == "contact" else ("coil", "-")
-            look = {"color": colours[each.phase], "lw": 0.9, "ls": ls}
-            axis.plot(each.time, share, label=f"{words} (share of range)", **look)
+            look = {"color": colours[phase], "lw": 0.9, "ls": ls}
+            axis.plot(curves[phase][0], share, label=f"{words} (share of range)", **look)
         axis.set(ylim=(-0.08, 1.08), yticks=(0.0, 1.0), ylabel="share")
-    if panel.overlays:
+    if overlays:
         (axis,) = others
-        difference(axis, panel.overlays, colours, {e.phase: e.moves[0] for e in panel.curves})
-        left = [each for each in panel.overlays if each.leaves]
-        worst = min(left, key=lambda each: each.leaves[0]) if left else panel.overlays[0]
+        difference(axis, overlays, colours, {k: raw.moves for k, raw in raws.items()})
+        left = [each for each in overlays if each.leaves]
+        worst = min(left, key=lambda each: each.leaves[0]) if left else overlays[0]
         words = f"{worst.phase}: " * bool(worst.phase and left) + worst.words
         p.read_title(axis, words, 7.0, failed=bool(left))
     for axis in figure.axes:
@@ -136,19 +149,65 @@ def _picture(panel: "Panel", colours: Mapping[str, str]) -> Figure:
     return figure
 
 
-def _channel(axis: Axes, data: "Marked", colour: str, event: str) -> None:
+def _curve(estimate: "Estimate") -> tuple[np.ndarray, np.ndarray]:
+    """Return times of the file and travel, from the trigger on with some of the rest before it."""
+    from breaker.diagnosis.curves import curve_of
+
+    raw = estimate.record.raw
+    time, travel = curve_of(estimate.record, 1.1 * (estimate.contact.trigger - raw.moves))
+    return time + raw.moves, travel
+
+
+def _beside(raw: "Record", time: np.ndarray) -> dict[str, np.ndarray]:
+    """Return contact and coil at some times as shares of their ranges; none that is constant."""
+    found = {}
+    for kind in raw.currents.channels.keys() & {"trigger", "contact"}:
+        values = np.interp(time, raw.time, raw.currents.channels[kind])
+        seen = values[np.isfinite(values)]  # none of a column that is empty here
+        if seen.size and np.ptp(seen) > 0.0:
+            found[kind] = (values - seen.min()) / np.ptp(seen)
+    return found
+
+
+def _channel(
+    axis: Axes, estimate: "Estimate", curve: tuple[np.ndarray, np.ndarray], colour: str
+) -> None:
     """Draw the travel of a channel with what is read off it."""
-    name = style.literal(style.shortened(data.phase or "record", 28))
-    axis.plot(data.time, data.travel, color=colour, lw=1.1, label=name)
-    look = {"color": colour, "ls": "", "zorder": 4}
-    axis.plot(*data.moves, marker="v", ms=6, label="first detected motion", **look)
-    how, face = ("measured", colour) if data.timed else ("by the model", "white")
-    axis.plot(*data.switching, marker="o", ms=5, mfc=face, label=f"{event}, {how}", **look)
-    if data.points:
-        points = zip(*data.points, strict=True)
-        axis.plot(*points, marker="s", ms=3, label="points of speeds", **look)
-    for level in data.rests:
+    record, raw, contact = estimate.record, estimate.record.raw, estimate.contact
+    time, travel = curve
+    known, closes = np.isfinite(travel), record.motion == "closing"
+    name = style.literal(style.shortened(record.operation.phase or "record", 28))
+    axis.plot(time, travel, color=colour, lw=1.1, label=name)
+    how, face = ("measured", colour) if record.timed else ("by the model", "white")
+    event = f"{'touch' if closes else 'separation'}, {how}"
+    moves = np.nan if raw.reading.start_hidden else raw.moves
+    triangle, circle = {"marker": "v", "ms": 6}, {"marker": "o", "ms": 5, "mfc": face}
+    marks = (moves, "first detected motion", triangle), (contact.time, event, circle)
+    for at, label, look in marks:
+        level = np.interp(at, time[known], travel[known])
+        axis.plot(at, level, color=colour, ls="", zorder=4, label=label, **look)
+    if points := _points(estimate):
+        look = {"color": colour, "ls": "", "zorder": 4, "marker": "s", "ms": 3}
+        axis.plot(*zip(*points, strict=True), label="points of speeds", **look)
+    for level in (raw.segment.before, raw.segment.after):
         axis.axhline(level, color=colour, lw=0.6, ls="--", zorder=1, label="rest positions")
+
+
+def _points(estimate: "Estimate") -> list[tuple[float, float]]:
+    """Return times and travels of the points between which speeds are measured; an event itself
+    has its own mark.
+    """
+    record, found = estimate.record, []
+    reading, sign = (
+        Reading(record.raw, estimate.contact),
+        1.0 if record.motion == "closing" else -1.0,
+    )
+    for speed in estimate.speeds:
+        if speed.motion == record.motion and not estimate.measured[speed.name].reason:
+            ends = [p for p in (speed.start, speed.end) if not p.of_event or p.amount or p.later]
+            for at, level in map(reading.place, ends):
+                found.append((at.value, sign * level.value))
+    return found
 
 
 @style.styled
@@ -160,7 +219,7 @@ def fitted_prior(fitted: "TypePrior") -> Figure:
     figure, axes = p.panels(len(NAMES), columns=4, width=3.9, height=height)
     for k, (axis, name) in enumerate(zip(axes, NAMES, strict=True)):
         both = [(np.log(e.medians[k]), e.log_sds[k]) for e in (fitted.prior, fitted.reference)]
-        intervals = fitted.intervals[..., k]
+        intervals = np.quantile(fitted.drawn.theta[..., k], [0.05, 0.5, 0.95], axis=1)
         low = min(np.log(intervals[0]).min(), *(middle - 3.0 * sd for middle, sd in both))
         high = max(np.log(intervals[2]).max(), *(middle + 3.0 * sd for middle, sd in both))
         x = np.linspace(low, high, 300)

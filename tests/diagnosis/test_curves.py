@@ -1,0 +1,99 @@
+"""Figures of estimates: an answer, the curves of a report, and records over a good one."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from breaker.diagnosis.curves import Overlay, Panel, overlaid
+from breaker.diagnosis.estimate import Given
+from breaker.figures import style
+from breaker.figures.records import answer, overlay
+from breaker.figures.reports import curves
+from breaker.model.parameters import NAMES
+from breaker.records.currents import Currents
+from tests.diagnosis.conftest import TOUCH
+from tests.figures.drawn import assert_drawn, line_of
+
+NAME = "North_400_kV_Bay_4_circuit_breaker_Q0_closing_after_overhaul_of_drive_and_linkage.csv"
+
+
+@pytest.mark.parametrize("change", [{}, {"misfit": True, "draws": None}])
+@pytest.mark.parametrize("places", [[0], [0, 1, 2, 3]])
+def test_an_answer_has_each_motion_next_to_the_nearest_shape(answers, change, places):
+    """A record that was rejected has none."""
+    some = [replace(answers[k], **change) for k in places]
+    figure = answer(some, Given().sample_prior(some[0], 200, np.random.default_rng(1)))
+    assert_drawn(figure)
+    columns = len({each.record.motion for each in some})
+    assert len(figure.axes) == 2 * columns + len(NAMES) + 1
+    for above, below in zip(figure.axes[:columns], figure.axes[columns:], strict=False):
+        record, nearest, left = (
+            line_of(axis, colour)
+            for axis, colour in (
+                (above, style.MEASURED),
+                (above, style.CHANGED),
+                (below, style.MEASURED),
+            )
+        )
+        there = np.isfinite(left.get_ydata())
+        travel = np.interp(nearest.get_xdata(), record.get_xdata(), record.get_ydata())
+        np.testing.assert_allclose(travel[there], nearest.get_ydata()[there], atol=0.5)
+        assert np.abs(left.get_ydata()[there]).max() < 0.3
+
+
+def channel(estimate, phase, kinds=(), **change):
+    """The estimate of a channel with other columns beside it, in a file of a long name."""
+    operation = replace(estimate.record.operation, phase=phase, file=NAME)
+    raw = estimate.record.raw
+    raw = replace(raw, currents=Currents(raw.time, dict.fromkeys(kinds, raw.sure)), **change)
+    return replace(estimate, record=replace(estimate.record, operation=operation, raw=raw))
+
+
+def panel(estimates, good=()):
+    records = [each.record for each in estimates]
+    return Panel(NAME, estimates, overlaid(records, [each.record for each in good]))
+
+
+def keys(figure):
+    return {text.get_text() for text in figure.legends[0].get_texts()}
+
+
+@pytest.mark.parametrize("channels", [1, 3, 6])
+def test_a_picture_has_all_channels(answers, channels):
+    phases = [f"travel of the interrupter unit $ {k}" for k in range(channels)]
+    some = [channel(answers[0], phase, ["trigger"]) for phase in phases]
+    (figure,) = curves([panel(some, good=some)])
+    assert len(figure.axes) == 3
+    assert_drawn(figure)
+    texts = [*figure.legends[0].get_texts()]
+    for axis in figure.axes:
+        texts += [axis.xaxis.label, axis.yaxis.label, *axis.get_yticklabels()]
+    assert min(each.get_fontsize() for each in texts) >= 9.0
+    assert figure.get_figwidth() <= 180.0 / 25.4  # between the margins of a page
+
+
+def test_a_channel_has_the_same_colour_in_every_picture(answers):
+    one, other = (channel(answers[0], phase) for phase in "RS")
+    first, second = curves([panel([one, other]), panel([other])])
+    assert len(first.axes) == len(second.axes) == 1
+    _, colour = (each.get_color() for each in first.legends[0].get_lines()[:2])
+    assert second.legends[0].get_lines()[0].get_color() == colour
+
+
+def test_the_legend_names_what_is_drawn_and_no_more(answers, timed):
+    own = replace(answers[0], record=timed(TOUCH))
+    (bare,) = curves([panel([channel(answers[0], "")])])
+    (more,) = curves([panel([channel(own, "", ["contact", "trigger"])], good=[own])])
+    assert len(keys(bare)) == 5  # channel, motion, touch, points, rests
+    assert len(keys(more) - keys(bare)) == 4  # touch as measured, contact, coil, reference
+
+
+def test_six_records_over_a_good_one_have_two_panels_each():
+    time = np.linspace(-20.0, 80.0, 201)
+    way = 178.0 * np.clip(time / 50.0, 0.0, 1.0)
+    rest = time, way, 0.97 * way, 8.9, 0.05, (40.0, 9.0), (60.0, 9.3)
+    names = [("closing", f"unit {k}", NAME, f"visits/{NAME}") for k in range(6)]
+    figure = overlay([Overlay(1, *each, *rest) for each in names])
+    assert len(figure.axes) == 12
+    assert_drawn(figure)
