@@ -36,6 +36,7 @@ from breaker.diagnosis.reading import read_operations
 from breaker.diagnosis.session import Diagnosis
 from breaker.model.parameters import MOTIONS, NAMES, Size
 from breaker.model.prior import Prior
+from breaker.model.quantities import AFTER_RELEASE
 from breaker.records.contacts import ContactTimes
 from breaker.records.operations import Operation
 
@@ -389,7 +390,7 @@ def judge(answers: Sequence[Estimate], drive: np.ndarray, curves: Mapping, lists
             continue
         motion, curve = answer.record.motion, curves[answer.record.motion]
         own = answer.draws.switching[motion], curve.switching - curve.tenth
-        pairs = own, (answer.after_release, curve.switching)
+        pairs = own, (answer.inferred(AFTER_RELEASE[motion]), curve.switching)
         truths = dict(zip(TIMES[MOTIONS.index(motion) :: 2], pairs, strict=True))
         if k == 0 or len(answer.motions) == 1:  # else its parameters are those of the first record
             truths |= {name: (answer.inferred(name), float(drive[name][0])) for name in NAMES}

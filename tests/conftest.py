@@ -62,7 +62,7 @@ def levels():
 def a_quarter_of_the_draws():
     """Weigh a quarter of the draws, and ask for a quarter of their number, for speed."""
     with pytest.MonkeyPatch.context() as patch:
-        for name in ("_ROUNDS", "_LEAST", "_ENOUGH"):
+        for name in ("_ROUNDS", "_LEAST"):
             patch.setattr(inference, name, quarter_of(getattr(inference, name)))
         yield
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from breaker.diagnosis.estimate import EstimateSettings, Given
-from breaker.diagnosis.inference import infer_drive
+from breaker.diagnosis.inference import Inference
 from breaker.diagnosis.reading import ANY, read_operations
 from breaker.model.quantities import speeds_at
 from breaker.records.contacts import ContactTimes
@@ -34,7 +34,8 @@ def infer(levels, records):
     """Infer the records, or others, with what is given."""
 
     def infer(given=None, some=records, families=(levels,)):
-        return infer_drive(some, families, given or Given(), speeds_at({}, STROKE), SETTINGS)
+        inference = Inference(lambda: families, given or Given(), SETTINGS)
+        return inference.infer(some, speeds_at({}, STROKE))
 
     return infer
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from breaker.diagnosis.estimate import DriveRecord
-from breaker.diagnosis.identity import days_of, doubts_about, order_doubts, pair_phases
+from breaker.diagnosis.identity import check_phases, days_of, doubts_about, order_doubts
 from breaker.diagnosis.reading import number_poles, without_copies
 from breaker.family.inputs import normalise_record
 from breaker.records.header import Header
@@ -98,36 +98,33 @@ def test_files_of_one_operation_are_of_one_day_and_of_other_phases(files, number
     assert [*number_poles(listed).values()] == numbers
 
 
-def paired(before, today):
-    """Phases of the records that are compared, and codes of remarks and rejections."""
-    both = {
+def both(before, today):
+    """Records of two inspections, by their phases."""
+    return {
         name: [record(k, phase=phase) for k, phase in enumerate(phases)]
         for name, phases in (("before", before), ("today", today))
     }
-    found, remarks = pair_phases(both)
-    every = [each for some in found.values() for each in some]
-    used = [each.operation.phase for each in every if not each.reason]
-    return used, {each.reason.code for each in every if each.reason}, [e.code for e in remarks]
 
 
-def test_records_are_paired_by_the_phase_that_is_stated():
-    assert paired(["R"], ["R"]) == (["R", "R"], set(), [])
-    assert paired(["R"], ["R", "Y"]) == (["R", "R"], {"other-phase"}, [])
-    assert paired([""], ["R"]) == (["", "R"], set(), ["phase-not-stated"])
-    assert paired([""], [""]) == (["", ""], set(), ["phase-not-stated"])
+@pytest.mark.parametrize("phase", ["R", ""])
+def test_records_are_compared_by_the_phase_that_is_stated(phase):
+    assert check_phases(both(["R"], ["R", "R"])) == []
+    (remark,) = check_phases(both([""], [phase]))
+    assert remark.code == "phase-not-stated"
 
 
 @pytest.mark.parametrize(
     ("before", "today", "code"),
     [
         (["R"], ["Y"], "different-phases"),
-        ([""], ["R", "Y"], "different-phases"),
+        ([""], ["R", "Y"], "several-phases"),
         (["R", "Y"], ["Y", "R"], "several-phases"),
+        (["R"], ["R", "Y"], "several-phases"),
     ],
 )
 def test_records_of_other_phases_are_never_compared(before, today, code):
     with pytest.raises(ValueError, match="phase") as caught:
-        paired(before, today)
+        check_phases(both(before, today))
     sentence = caught.value.args[0]
     assert sentence.code == code
     assert [sentence.values[name] for name in ("before", "today")] == [
@@ -141,5 +138,5 @@ def test_channels_without_a_phase_are_not_compared():
         for k, each in enumerate([record(1), record(2)])
     ]
     with pytest.raises(ValueError, match="phase") as caught:
-        pair_phases({"before": some, "today": some})
+        check_phases({"before": some, "today": some})
     assert caught.value.args[0].code == "phases-needed"

@@ -167,12 +167,14 @@ def test_each_time_of_a_contact_has_one_zero_whether_it_was_recorded_or_not(infe
 # ---- weights, where the posterior is known ------------------------------------------------------
 
 
-def prior_means(levels, own, draws, size, told):
+def prior_means(levels, own, draws, size):
     """Means and sds of log parameters by the weights of a prior of one's own, in its units."""
-    record = SimpleNamespace(timed=False, motion="closing")
-    given = Given(told, own)
+    seen = SimpleNamespace(stroke=[2.0 * np.exp(levels.usual[0, 0])])
+    seen.duration = [1.5 * np.exp(levels.usual[1, 0])]
+    record = SimpleNamespace(timed=False, motion="closing", seen=seen)
     answer = Estimate(record, levels, draws=StateDraws(draws, {}, {}))
-    weights = inference._weights([answer], given, size, ())
+    asked = inference.Inference(lambda: [levels], Given(size, own), None)
+    weights = asked._weights([answer], (), size)
     weights /= weights.sum()
     z = own.standardise(draws)
     mean = weights @ z
@@ -192,25 +194,12 @@ def test_draws_that_know_nothing_become_the_prior_of_ones_own(levels, told):
     if not told:
         draws = draws * np.exp(rng.uniform(-0.6, 0.6, (len(draws), 2)) @ powers())
     own = Prior(family.medians * np.exp(0.3 * family.log_sds), 0.9 * family.log_sds)
-    mean, sds, left = prior_means(levels, own, draws, size if told else None, size)
+    mean, sds, left = prior_means(levels, own, draws, size if told else None)
     assert left > 200
     assert np.abs(mean).max() < 5.0 / np.sqrt(left)
     assert np.abs(sds - 1.0).max() < 5.0 / np.sqrt(left)
-    wrong, *_ = prior_means(levels, own, draws, None if told else size, size)
+    wrong, *_ = prior_means(levels, own, draws, None if told else size)
     assert np.abs(wrong).max() > 8.0 / np.sqrt(left)
-
-
-def test_the_try_of_which_weights_leave_most_counts(infer, records, prior, monkeypatch):
-    left = iter([50, 300, 2])
-
-    def weights(answers, *_):
-        count = next(left)
-        return np.where(np.arange(len(answers[0].draws.theta)) < count, 1.0 / count, 0.0)
-
-    monkeypatch.setattr(inference, "_weights", weights)
-    (found,) = infer(Given(Size(), prior), records[1:2])
-    assert found.effective_size == pytest.approx(300.0)
-    assert not found.unresolved
 
 
 # ---- families -----------------------------------------------------------------------------------

@@ -52,14 +52,15 @@ def run(options: argparse.Namespace) -> int:
 
     choice = inputs.choice_of(options)
     types, visits = types_of(config), {}
-    both = Diagnosis(config, inputs.limits_of(config, options.config), types=types)
+    limits = inputs.limits_of(config, options.config)
+    both = Diagnosis(config, limits, types=types, same_transducer=options.same_transducer)
     for visit in _VISITS:
         own = Diagnosis(configs[visit], types=types)
         own = own.of_files(named[visit], choice, of_type=options.type)
         visits[visit], stated = own.records, own.type
     _check_visits(visits)
     both = both.of_type(stated) if stated else both
-    document = both.compare(visits, same_transducer=options.same_transducer)
+    document = both.compare(visits)
     written = []
     if options.plot:
         from breaker.figures.reports import visits as figure

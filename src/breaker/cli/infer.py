@@ -81,11 +81,11 @@ def run(options: argparse.Namespace) -> int:
     good = diagnosis.of_files(good, choice, of_type=diagnosis.type).records
     overlays = inputs.overlays_of(records, good, options)
     answers = diagnosis.estimates
-    words = diagnosis.given_words["Given"]
+    words = [words_for("own-prior")] if given.prior else []
     asked = diagnosis.limits_on(answers, [options.motion] if options.motion else MOTIONS)
     if apart := dict.fromkeys(e.pair or e.name for e in asked if e.of == "change"):
         words = [*words, words_for("limits-of-change", names=", ".join(apart))]
-    settings = vars(diagnosis.settings) | {"known": given.known}
+    settings = diagnosis.settings._asdict() | {"known": given.known}
     settings["size"] = given.size and vars(given.size)
     found = result_of(
         answers,

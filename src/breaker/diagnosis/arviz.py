@@ -43,7 +43,7 @@ def tree(estimates: Sequence[Estimate], given: Given, *, seed: int) -> xr.DataTr
     for motion, name in AFTER_RELEASE.items():
         if motion in motions:
             other = np.full(n, np.nan)
-            times = [e.after_release if e.record.motion == motion else other for e in drawn]
+            times = [e.inferred(name) if e.record.motion == motion else other for e in drawn]
             posterior[name] = _variable(times, "ms")
     observed = {
         "way": (("record", "time"), [np.where(s.present, s.way, np.nan) for s in shapes]),

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -12,7 +12,7 @@ from breaker.family.membership import Match
 from breaker.family.networks import StateDraws, StateNetwork
 from breaker.family.shape import Shape
 from breaker.model.parameters import GAP, MOTIONS, NAMES, Size, powers
-from breaker.model.quantities import ANSWERED, EVENTS, INFERRED, Speed
+from breaker.model.quantities import AFTER_RELEASE, ANSWERED, EVENTS, INFERRED, Speed
 from breaker.records.contacts import ContactTimes
 from breaker.records.header import Header
 from breaker.records.measurements import Measured
@@ -41,13 +41,11 @@ class DriveRecord:
     """One motion of an operation.
 
     Attributes:
-        operation: Operation of the record.
         motion: "closing" or "opening".
         stated: Statements above the samples of the file.
         reason: Reason why the record cannot be used; empty if it can.
-        raw: Record as it is in the file, if it can be used.
-        shape: Normalised record.
-        seen: Normalised record with its noise, the input of networks.
+        raw: Record as it is in the file, if it can be used; normalised, it is ``shape``, and with
+            its noise, the input of networks, ``seen``.
     """
 
     operation: Operation
@@ -57,6 +55,10 @@ class DriveRecord:
     raw: Record | None = None
     shape: Shape | None = None
     seen: NormalisedRecords | None = None
+
+    def rejected(self, reason: str) -> "DriveRecord":
+        """Return the record as one that cannot be used."""
+        return DriveRecord(self.operation, self.motion, self.stated, reason)
 
     @property
     def timed(self) -> bool:
@@ -74,15 +76,8 @@ class DriveRecord:
         return self.raw.contact.time - self.tenth
 
 
-@dataclass(frozen=True)
-class EstimateSettings:
-    """Settings of estimates.
-
-    Attributes:
-        draws: Number of posterior draws of an estimate.
-        misfit_p_value: p-value below which a record is outside a family.
-        seed: Seed of all random numbers.
-    """
+class EstimateSettings(NamedTuple):
+    """Number of posterior draws, p-value below which a record is outside a family, and seed."""
 
     draws: int
     misfit_p_value: float
@@ -103,6 +98,18 @@ class Given:
     prior: "Prior | None" = None
     known: Mapping[str, Sequence[float]] = field(default_factory=dict)
 
+    @property
+    def restricts(self) -> bool:
+        """Whether a prior or known values weight posterior draws."""
+        return self.prior is not None or bool(self.known)
+
+    @property
+    def words(self) -> dict[str, str]:
+        """What is given, by the name of its row in a report."""
+        known = [f"{k} {mean:g} with an sd of {sd:g}" for k, (mean, sd) in self.known.items()]
+        rows = {"Given": say("own-prior") if self.prior else "", "Known": ", ".join(known)}
+        return {name: text for name, text in rows.items() if text}
+
     def family_prior(self, estimate: "Estimate") -> "Prior":
         """Return the family's prior, at the size that the record shows where none is given."""
         from breaker.model.prior import Prior
@@ -113,23 +120,23 @@ class Given:
             size = Size(float(seen.stroke[0] / usual[0]), float(seen.duration[0] / usual[1]))
         return Prior.from_settings(estimate.levels.settings["prior"]).sized(size)
 
-    def _size_sds(self, estimate: "Estimate") -> np.ndarray:
-        """Spread of the logarithms of stroke and duration of drives of one size, ``(2,)``."""
-        return np.zeros(2) if self.size else estimate.levels.usual[:, 1]
+    def _powers(self, estimate: "Estimate") -> np.ndarray:
+        """Return log-sds ``(2, p)`` by which unknown stroke and duration spread parameters."""
+        return np.zeros((2, 1)) if self.size else estimate.levels.usual[:, 1:] * powers()
 
     def prior_log_sds(self, estimate: "Estimate") -> np.ndarray:
         """Return standard deviations of logarithms before the record, ``(p,)``."""
         if self.prior is not None:
             return np.asarray(self.prior.log_sds)
-        sizes = np.square(self._size_sds(estimate)) @ np.square(powers())
-        return np.sqrt(np.square(self.family_prior(estimate).log_sds) + sizes)
+        sds = np.asarray(self.family_prior(estimate).log_sds)
+        return np.sqrt(np.square(sds) + np.square(self._powers(estimate)).sum(axis=0))
 
     def sample_prior(self, estimate: "Estimate", n: int, rng: np.random.Generator) -> np.ndarray:
         """Draw parameters from the prior before the record, ``(n, p)``."""
         if self.prior is not None:
             return self.prior.sample(n, rng)
         theta = self.family_prior(estimate).sample(n, rng)
-        return theta * np.exp(self._size_sds(estimate) * rng.standard_normal((n, 2)) @ powers())
+        return theta * np.exp(rng.standard_normal((n, 2)) @ self._powers(estimate))
 
 
 @dataclass(frozen=True, eq=False)
@@ -216,11 +223,6 @@ class Estimate:
         at = self.record.tenth + float(np.median(switching))
         return contact._replace(time=at, sd=float(switching.std()))
 
-    @property
-    def after_release(self) -> np.ndarray:
-        """Time from the start of motion to contact touch or separation, ``(d,)``, ms."""
-        return self.draws.switching[self.record.motion] - self.draws.release[self.record.motion]
-
     def inferred(self, name: str) -> np.ndarray | None:
         """Return draws ``(d,)`` of a parameter, the spring compression, or a time of the start of
         motion, contact touch or separation; None of any other quantity.
@@ -230,8 +232,8 @@ class Estimate:
         if name == "spring_compression":
             return None if self.stroke is None else self.stroke - self.inferred(GAP.name)
         motion, record = self.record.motion, self.record
-        event, switching = EVENTS[motion], self.draws.switching[motion]
-        times = {f"{event}_from10": switching, f"{event}_after_release": self.after_release}
-        times["release_from10"] = self.draws.release[motion]
+        switching, release = self.draws.switching[motion], self.draws.release[motion]
+        times = {"release_from10": release, f"{EVENTS[motion]}_from10": switching}
+        times[AFTER_RELEASE[motion]] = switching - release
         times[SWITCHING[motion]] = record.tenth - record.raw.moves + switching
         return times.get(name)

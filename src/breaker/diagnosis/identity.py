@@ -5,7 +5,7 @@ channel or transducer.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from math import isnan
 
 from breaker.common.document import Cell
@@ -23,7 +23,6 @@ from breaker.records.header import stated_as
 from breaker.records.printed import meant_motions, measured_name, stated_speeds
 from breaker.records.words import channel_of, phase_in
 
-_SAME = 1e-6  # share by which a ratio may differ from itself after rounding in a text
 _OF_BREAKER = ("station", "bay", "type", "serial")
 _OF_TEST = ("Gas pressure", "Temperature", "Operator")
 
@@ -71,12 +70,13 @@ def days_of(records: Iterable[DriveRecord]) -> str:
 
 def order_doubts(inspections: Inspections) -> list[Sentence]:
     """Return a warning where the inspection "before" is later than that of "today"."""
-    before, today = (
+    dates = [
         sorted(e.operation.date for e in some if e.operation.date and not e.reason)
         for some in inspections.values()
-    )
-    late = before and today and earlier(before[0], today[-1])
-    return [say("before-is-later", before=before[0], today=today[-1])] if late else []
+    ]
+    if not (all(dates) and earlier(dates[0][0], dates[1][-1])):
+        return []
+    return [say("before-is-later", before=dates[0][0], today=dates[1][-1])]
 
 
 def phase_of(record: DriveRecord) -> str:
@@ -91,39 +91,24 @@ def phase_of(record: DriveRecord) -> str:
     return stated_phase(record.stated, operation.channel or usual)
 
 
-def pair_phases(inspections: Inspections) -> tuple[dict[str, list[DriveRecord]], list[Sentence]]:
-    """Pair the records of two inspections by the phase that they state.
-
-    Returns:
-        The records, in which those of another phase are rejected; and a remark
-        (``phase-not-stated``) where records are compared that state none.
+def check_phases(inspections: Inspections) -> list[Sentence]:
+    """Return a remark (``phase-not-stated``) where records of no stated phase are compared.
 
     Raises:
-        ValueError: If the inspections state different phases, or several in common; or if several
-            channels state none.
+        ValueError: If usable records state several phases, or several channels state none.
     """
-    phases = {name: {phase_of(record) for record in some} for name, some in inspections.items()}
-    for some in inspections.values():
+    used = {name: [e for e in some if not e.reason] for name, some in inspections.items()}
+    for some in used.values():
         if len({record.operation.channel for record in some if not phase_of(record)}) > 1:
             raise ValueError(say("phases-needed"))
-    words = {name: ", ".join(sorted(some - {""})) or "no phase" for name, some in phases.items()}
-    if len(set().union(*phases.values()) - {""}) < 2:
-        every = (record for some in inspections.values() for record in some)
-        known = all(phase_of(record) or record.operation.breaker for record in every)
-        remarks = [] if known else [say("phase-not-stated", **words)]
-        return {name: [*some] for name, some in inspections.items()}, remarks
-    common = set.intersection(*phases.values()) - {""}
-    if len(common) != 1:
-        raise ValueError(say("several-phases" if common else "different-phases", **words))
-    (phase,) = common
-    paired = {name: [] for name in inspections}
-    for name, record in ((name, each) for name, some in inspections.items() for each in some):
-        own = phase_of(record)
-        if own != phase and not record.reason:
-            reason = say("other-phase", phase=own or "no phase", other=phase)
-            record = replace(record, reason=reason, raw=None, shape=None, seen=None)
-        paired[name].append(record)
-    return paired, []
+    phases = {name: {phase_of(record) for record in some} - {""} for name, some in used.items()}
+    words = {name: ", ".join(sorted(some)) or "no phase" for name, some in phases.items()}
+    if len(set().union(*phases.values())) > 1:
+        several = any(len(some) > 1 for some in phases.values())
+        raise ValueError(say("several-phases" if several else "different-phases", **words))
+    every = (record for some in used.values() for record in some)
+    known = all(phase_of(record) or record.operation.breaker for record in every)
+    return [] if known else [say("phase-not-stated", **words)]
 
 
 @dataclass(frozen=True)
@@ -157,13 +142,15 @@ def stated_differences(inspections: Inspections) -> list[Difference]:
     found = []
     for name, key in {"linkage ratio": "ratio", "serial number": "serial", "bay": "bay"}.items():
         both = [{getattr(e.stated, key) for e in some} for some in inspections.values()]
-        both = [{value for value in values if value and value == value} for values in both]
-        if [len(values) for values in both] == [1, 1]:
-            before, today = (values.pop() for values in both)
-            texts = isinstance(before, str)
-            same = bare(before) == bare(today) if texts else abs(today / before - 1.0) <= _SAME
-            found += [] if same else [Difference(name, "", "", before, today)]
+        before, today = ([value for value in each if value and value == value] for each in both)
+        if len(before) == len(today) == 1 and _as_stated(before[0]) != _as_stated(today[0]):
+            found.append(Difference(name, "", "", before[0], today[0]))
     return found
+
+
+def _as_stated(value: float | str) -> str:
+    """Return a number as texts round it, or a name in any spelling."""
+    return bare(value) if isinstance(value, str) else in_digits(value, 6)
 
 
 def nameplate(

@@ -6,6 +6,7 @@ or both, and each of them several times.
 """
 
 import os
+from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
@@ -98,17 +99,17 @@ def _in_folder(folder: Path, endurance: Mapping, choice: Choice) -> dict[str, li
         rows = [row for some in list_fleet(folder).values() for row in some]
         return {motion: [each for of, each in rows if of == motion] for motion in choice.motions}
     chosen = {name: getattr(choice, name) or endurance[name] for name in ("breaker", "phase")}
+    chosen, channels = ({}, ()) if choice.every else (chosen, choice.channels[:1])
     found, lacking = {}, []
-    channel = "" if choice.every else next(iter(choice.channels), "")
     for motion in choice.motions:
         try:
-            some = list_operations(folder, motion, **({} if choice.every else chosen))
+            some = list_operations(folder, motion, **chosen)
         except FileNotFoundError as error:
             lacking.append(error)
             continue
-        if channel and any(each.channel for each in some):
+        if channels and any(each.channel for each in some):
             raise ValueError(say("channel-of-table"))
-        found[motion] = [replace(each, channel=each.channel or channel) for each in some]
+        found[motion] = [replace(each, channel=each.channel or "".join(channels)) for each in some]
     if not found:
         raise lacking[0]
     return found
@@ -123,9 +124,9 @@ def _in_files(
         phases = _channels(files[path], form, choice)
         if len(phases) == 1 and path in in_names:
             phases = {channel: phase or in_names[path] for channel, phase in phases.items()}
-        stated = stated_in(files[path], form, next(iter(phases)))
+        day = one_date("", stated_in(files[path], form, next(iter(phases))).dates, path)[:10]
         sure = all(phase not in ("", channel) for channel, phase in phases.items())
-        poles[path] = [*phases.values()] if sure else [], one_date("", stated.dates, path)[:10]
+        poles[path] = [*phases.values()] if sure else [], day
         channels |= {(path, channel): phase for channel, phase in phases.items()}
     wanted = {k: v for k, v in channels.items() if choice.phase in (None, v)}
     if channels and not wanted:
@@ -145,7 +146,7 @@ def _channels(file: Opened, form: Mapping, choice: Choice) -> dict[str, str]:
     """
     usual, moving = form["travel_column"], {}
     if not (choice.every or choice.phase):
-        channel = next(iter(choice.channels), "")
+        channel = "".join(choice.channels[:1])
         return {channel: stated_phase(stated_in(file, form, channel), channel or usual)}
     with suppress(ValueError):  # read as configured, or rejected with the reason
         moving = {column: name for column, (name, _) in travel_channels(file, usual).items()}
@@ -171,10 +172,8 @@ def each_once(paths: Iterable[str | Path]) -> list:
 
     Draws depend on the number of a record, and must not depend on the order of arguments.
     """
-    found: dict[str, str | Path] = {}
-    for path in sorted(paths, key=natural):
-        found.setdefault(os.path.realpath(path), path)
-    return list(found.values())
+    rising = sorted(paths, key=natural, reverse=True)
+    return [*{os.path.realpath(path): path for path in rising}.values()][::-1]
 
 
 def number_poles(files: Mapping[Path, tuple[Sequence[str], str]]) -> dict[Path, int]:
@@ -183,12 +182,11 @@ def number_poles(files: Mapping[Path, tuple[Sequence[str], str]]) -> dict[Path, 
     The first files of several phases on one day are poles of one operation, their second files are
     the next operation. A file without a stated phase is an operation of its own.
     """
-    turns, operations, found = {}, {}, {}
+    turns, operations, found = Counter(), {}, {}
     for path, (phases, day) in files.items():
-        turn = 1 + max((turns.get((day, phase), 0) for phase in phases), default=0)
-        turns |= {(day, phase): turn for phase in phases}
-        key = (day, turn) if phases else path
-        found[path] = operations.setdefault(key, len(operations) + 1)
+        turns.update((day, phase) for phase in {*phases})
+        turn = max((turns[day, phase] for phase in phases), default=path)
+        found[path] = operations.setdefault((day, turn), len(operations) + 1)
     return found
 
 
@@ -222,19 +220,19 @@ def _records_in(
 
     The later motions of one kind have numbers by ``beyond`` higher; with 0 there may be only one.
     """
-    causes = {motion: getattr(raw, "__cause__", None) for motion, raw in raws.items()}
-    there = [motion for motion in raws if not isinstance(causes[motion], OtherMotionError)]
+    of_other = (isinstance(getattr(e, "__cause__", None), OtherMotionError) for e in raws.values())
+    there = [motion for motion, other in zip(raws, of_other, strict=True) if not other]
     found: dict[object, DriveRecord] = {}
     for motion in there or [*raws][:1]:
-        parts = separate_motions(operation, raws[motion]) if causes[motion] and beyond else []
+        raw = raws[motion]
+        parts = separate_motions(operation, raw) if beyond and not isinstance(raw, Record) else []
         parts = [replace(e, number=e.number + k * beyond) for k, e in enumerate(parts)]
         (again,) = reader.read_all(parts, motion)
-        for part, raw in zip(parts or [operation], again or [raws[motion]], strict=True):
-            record = _record(reader, part, motion, raw)
-            found.setdefault(
-                record.reason or (motion, part.number), record
-            )  # a reason of both: once
-    return list(found.values())
+        for part, each in zip(parts or [operation], again or [raw], strict=True):
+            record = _record(reader, part, motion, each)
+            key = record.reason or (motion, part.number)  # a reason of both motions counts once
+            found.setdefault(key, record)
+    return [*found.values()]
 
 
 def _record(
@@ -244,17 +242,16 @@ def _record(
     stated = reader.header(operation)
     if not isinstance(raw, Record):
         return DriveRecord(reader.with_stated(operation, motion), motion, stated, str(raw))
+    record = DriveRecord(raw.operation, motion, stated)
     try:
         shape, seen = normalise_record(raw)
     except ValueError as error:
-        return DriveRecord(raw.operation, motion, stated, f"{operation.file}: {error}")
-    inside = np.flatnonzero(shape.present)
-    missing = 1.0 - float(shape.present[inside[0] : inside[-1] + 1].mean()) if inside.size else 1.0
+        return record.rejected(f"{operation.file}: {error}")
+    missing = 1.0 - float(np.trim_zeros(shape.present).mean()) if shape.present.any() else 1.0
     if missing > (allowed := raw.settings["missing"]):
         shares = {"missing": in_digits(missing, 2), "allowed": in_digits(allowed, 4)}
-        reason = say("much-missing", file=printable(operation.file), **shares)
-        return DriveRecord(raw.operation, motion, stated, reason)
-    return DriveRecord(raw.operation, motion, stated, "", raw, shape, seen)
+        return record.rejected(say("much-missing", file=printable(operation.file), **shares))
+    return replace(record, raw=raw, shape=shape, seen=seen)
 
 
 def samples_of(record: DriveRecord) -> tuple[str, bytes]:
@@ -271,7 +268,6 @@ def without_copies(records: Iterable[DriveRecord]) -> list[DriveRecord]:
             one, again = ((str(e.operation.file), e.operation.channel) for e in (other, record))
             if one != again:
                 of, name = (" ".join(filter(None, map(printable, e))) for e in (one, again))
-                reason = say("copy", name=name, other=of)
-                record = replace(record, reason=reason, raw=None, shape=None, seen=None)
+                record = record.rejected(say("copy", name=name, other=of))
         found.append(record)
     return found

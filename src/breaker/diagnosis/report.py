@@ -105,8 +105,7 @@ def document_of(
         Panel(title_of(group), [by_record[id(each)] for each in group], diagnosis.overlays)
         for group in shown
     ]
-    given = {name: ", ".join(texts) for name, texts in diagnosis.given_words.items() if texts}
-    plate = [*nameplate(diagnosis.records, diagnosis.before), *given.items()]
+    plate = [*nameplate(diagnosis.records, diagnosis.before), *diagnosis.given.words.items()]
     letterhead = letterhead_of(diagnosis.config["report"])
     return Report("Test report", plate, summary, parts, letterhead, panels)
 

@@ -193,7 +193,7 @@ def result_of(
     """Return estimates as data.
 
     Args:
-        estimates: What ``infer_drive`` returns.
+        estimates: What ``Inference.infer`` returns.
         verdicts: What ``judged`` returns, for each estimate.
         prior: A prior of the type, if one is given.
         remarks: On what is given beside the records.

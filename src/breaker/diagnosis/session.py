@@ -1,7 +1,7 @@
-"""The diagnosis of one drive under one configuration.
+"""The diagnosis of one drive: from its files to estimates, verdicts, changes and a report.
 
-Commands, the page, lives and fleets all ask a ``Diagnosis``, so that a record is read, inferred,
-judged and compared in one way, whoever asks.
+Commands, the page, lives and fleets all ask a ``Diagnosis``. It goes from settings to records,
+estimates, verdicts on limits, and changes since the inspection before; ``report`` renders these.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -15,8 +15,8 @@ from breaker.configuration.definitions import advice_of, entry_of_type
 from breaker.configuration.loading import defaults, merge
 from breaker.diagnosis import reading
 from breaker.diagnosis.estimate import KNOWN_VALUES, DriveRecord, Estimate, EstimateSettings, Given
-from breaker.diagnosis.identity import Inspections, pair_phases, phase_of
-from breaker.diagnosis.inference import infer_drive
+from breaker.diagnosis.identity import Inspections, check_phases, phase_of
+from breaker.diagnosis.inference import Inference
 from breaker.diagnosis.limits import Verdict, judged
 from breaker.diagnosis.words import say
 from breaker.family.network_files import shipped_levels
@@ -74,11 +74,10 @@ class Diagnosis:
         """
         entry = {"limits": {}, "speeds": {}} | entry_of_type(self.types, name)
         ratio = {"ratio": entry["ratio"]} if "ratio" in entry else {}
-        own = {"speeds": entry["speeds"], "endurance": {"format": ratio}}
-        config = merge(self.config, own)
-        limits = entries_of_type(entry["limits"], every_speed(config["speeds"]))
-        about = {"limits": [*self.limits, *limits], "reference": entry.get("reference") or ""}
-        return replace(self, config=config, type=name, **about)
+        config = merge(self.config, {"speeds": entry["speeds"], "endurance": {"format": ratio}})
+        limits = [*self.limits, *entries_of_type(entry["limits"], every_speed(config["speeds"]))]
+        good = entry.get("reference") or ""
+        return replace(self, config=config, type=name, limits=limits, reference=good)
 
     def of_files(
         self,
@@ -115,21 +114,6 @@ class Diagnosis:
         form = self.config["endurance"]["format"]
         return reading.read_operations(operations, form, motions=motions, files=files)
 
-    @cached_property
-    def estimates(self) -> list[Estimate]:
-        """Estimates of the records, in their order."""
-        return self.infer(self.records)
-
-    @cached_property
-    def verdicts(self) -> list[list[Verdict]]:
-        """Verdicts on the limits of each estimate."""
-        return self.judge(self.estimates)
-
-    def infer(self, records: Sequence[DriveRecord]) -> list[Estimate]:
-        """Infer records, in their order: see ``infer_drive``."""
-        speeds = self.speeds_of(records)
-        return infer_drive(records, self.families(), self.given, speeds, self.settings)
-
     def speeds_of(self, records: Iterable[DriveRecord]) -> tuple[Speed, ...]:
         """Return the speeds of a drive: those that any record shows (``OF_STROKE``), and between
         points of the configuration, or else those that its files state, or else over a distance
@@ -146,34 +130,32 @@ class Diagnosis:
                 points[f"{motion}_speed"] = own.pop()
         return speeds_at(points, float(np.median([record.shape.stroke for record in usable])))
 
-    def limits_on(
-        self, estimates: Sequence[Estimate], motions: Iterable[str] = MOTIONS
-    ) -> list[Limit]:
-        """Return the limits on motions of a drive; none without a usable record."""
-        speeds = next((each.speeds for each in estimates if each.speeds), ())
-        return from_list(self.limits, [*motions], speeds) if speeds else []
+    @cached_property
+    def estimates(self) -> list[Estimate]:
+        """Estimates of the records, in their order."""
+        return self.infer(self.records)
+
+    def infer(self, records: Sequence[DriveRecord]) -> list[Estimate]:
+        """Infer records, in their order."""
+        inference = Inference(self.families, self.given, self.settings)
+        return inference.infer(records, self.speeds_of(records))
+
+    @cached_property
+    def verdicts(self) -> list[list[Verdict]]:
+        """Verdicts on the limits of each estimate."""
+        return self.judge(self.estimates)
 
     def judge(self, estimates: Sequence[Estimate]) -> list[list[Verdict]]:
         """Return the verdicts of each estimate: see ``judged``."""
         limits = self.limits_on(estimates)
         return [judged(each, limits, seed=self.settings.seed) for each in estimates]
 
-    def compare(
-        self, inspections: Inspections, *, same_transducer: bool = False
-    ) -> "InspectionChange":
-        """Compare records "before" and "today" of the phase that they state.
-
-        Raises:
-            ValueError: If they state different phases, or no motion has a usable record in both.
-        """
-        from breaker.diagnosis.inspection_change import compare_inspections
-
-        paired, remarks = pair_phases(inspections)
-        speeds = self.speeds_of(record for records in paired.values() for record in records)
-        about = {"limits": self.limits, "same_transducer": same_transducer}
-        about["advice"] = advice_of(self.config["advice"])
-        found = compare_inspections(paired, speeds, self.settings, **about)
-        return replace(found, doubts=[*found.doubts, *remarks])
+    def limits_on(
+        self, estimates: Sequence[Estimate], motions: Iterable[str] = MOTIONS
+    ) -> list[Limit]:
+        """Return the limits on motions of a drive; none without a usable record."""
+        speeds = next((each.speeds for each in estimates if each.speeds), ())
+        return from_list(self.limits, [*motions], speeds) if speeds else []
 
     @cached_property
     def changes(self) -> "dict[str, InspectionChange | str]":
@@ -190,18 +172,29 @@ class Diagnosis:
             try:
                 if len(names) > 1 and not phase:
                     raise ValueError(say("phases-needed"))
-                both = {"before": before, "today": today}
-                found[name] = unjudged.compare(both, same_transducer=self.same_transducer)
+                found[name] = unjudged.compare({"before": before, "today": today})
             except ValueError as error:
                 found[name] = "; ".join([*rejected, str(error).splitlines()[0]])
         return found
 
-    @property
-    def given_words(self) -> dict[str, list[str]]:
-        """What is given apart from records, by the name of its row in a report."""
-        own = [say("own-prior")] if self.given.prior else []
-        known = [f"{k} {mean:g} with an sd of {sd:g}" for k, (mean, sd) in self.given.known.items()]
-        return {"Given": own, "Known": known}
+    def compare(self, inspections: Inspections) -> "InspectionChange":
+        """Compare records "before" and "today" of one phase.
+
+        Raises:
+            ValueError: If they state different phases, or no motion has a usable record in both.
+        """
+        from breaker.diagnosis.inspection_change import compare_inspections
+
+        remarks = check_phases(inspections)
+        found = compare_inspections(
+            inspections,
+            self.speeds_of(record for some in inspections.values() for record in some),
+            self.settings,
+            limits=self.limits,
+            advice=advice_of(self.config["advice"]),
+            same_transducer=self.same_transducer,
+        )
+        return replace(found, doubts=[*found.doubts, *remarks])
 
 
 def given_by(config: Mapping, known: Mapping[str, Sequence[float]] | None = None) -> Given:
@@ -220,5 +213,4 @@ def given_by(config: Mapping, known: Mapping[str, Sequence[float]] | None = None
         return Given(known=values)
     from breaker.model.prior import Prior
 
-    prior = Prior.from_settings(config["prior"])
-    return Given(Size(**config["size"]), prior, values)
+    return Given(Size(**config["size"]), Prior.from_settings(config["prior"]), values)
