@@ -135,9 +135,20 @@ def test_limits_of_a_type_count_in_any_spelling(drives, defaults):
     states = {"closing stroke by type": "due", "opening travel_time by type": "ok"}
     assert [{e.limit: e.state for e in each.limits} for each in found] == [states, states, {}]
     assert [each.state for each in found] == ["due", "due", "unknown"]
-    assert [len(each.remarks) for each in found] == [0, 0, 1]
+    codes = [{note.code for note in each.remarks} for each in found]
+    assert codes == [set(), set(), {"", "no-limit-of-drive"}]
     assert len({len(each.measured) for each in found}) == 1  # also without an entry
     assert {*fleet_table(found).type} == {"gl-314", "GL318"}  # two spellings are one
+
+
+def test_a_limit_is_judged_where_the_first_inspection_lacks_its_motion(tmp_path, prior, defaults):
+    """Planted fault: a limit that is exceeded was unknown, as compared records had no closing."""
+    lines = write(tmp_path, WORN, 2 * [prior.medians], np.random.default_rng(1))
+    (tmp_path / f"{WORN}_closing_1.csv").write_text("nothing")
+    (drive,) = listed(tmp_path, lines, defaults)
+    late = {"name": "late", "motion": "closing", "of": "record", "upper": {"travel_time": 5.0}}
+    found = examine(drive, {**defaults, "limits": [late]}, {})
+    assert (found.inspections, found.state, found.limits[0].p_exceeded) == (2, "due", 1.0)
 
 
 @pytest.mark.parametrize("loss", [0.09, 0.0])

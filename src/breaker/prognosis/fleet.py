@@ -16,6 +16,7 @@ from breaker.diagnosis.changes import mean_error, usual_scatter
 from breaker.diagnosis.estimate import Estimate
 from breaker.diagnosis.limits import Verdict
 from breaker.diagnosis.session import Diagnosis
+from breaker.diagnosis.words import say
 from breaker.model.quantities import quantities_of
 from breaker.prognosis.fleet_table import STATES, DriveResult, LimitState, MeasuredValue
 from breaker.prognosis.life_results import follow_drive
@@ -124,7 +125,8 @@ def _examined(drive: Drive, diagnosis: Diagnosis, remarks: list) -> dict[str, ob
         if used and before:
             change = diagnosis.compare({"before": before[0], "today": today})
             remarks += [*change.warnings, *change.limitations]
-            found["changes"], limits = change.measured, _states(change.limits)
+            found["changes"], on_both = change.measured, _states(change.limits)
+            limits = [*{each.limit: each for each in (*limits, *on_both)}.values()]
             if change.differences:
                 return found
     except ValueError as error:  # no usable record in the first inspection
@@ -135,6 +137,7 @@ def _examined(drive: Drive, diagnosis: Diagnosis, remarks: list) -> dict[str, ob
             limits = [LimitState(*each) for each in follow_drive(_grouped(rows), used, diagnosis)]
     except ValueError as error:  # no record counts as new
         remarks.append(error)
+    remarks += [] if limits or not used else [say("no-limit-of-drive")]
     limits.sort(key=lambda each: (STATES.index(each.state), -(each.p_exceeded or 0.0)))
     return found | {"limits": limits, "state": limits[0].state if limits else "unknown"}
 

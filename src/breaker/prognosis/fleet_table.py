@@ -16,7 +16,7 @@ from breaker.diagnosis.changes import QuantityChange
 STATES = ("due", "planned", "unknown", "ok")
 """States of a limit and of a drive, the most urgent first."""
 
-_FALSE = 0.01  # chance that any drive of a type is said to differ, if all of them vary alike
+_FALSE = 0.05  # chance that any drive of a type is said to differ, if all of them vary alike
 _NAMED = 2  # remarks in a cell; the JSON of the drive has all
 
 
@@ -47,8 +47,7 @@ class DriveResult(Plain):
 
     Attributes:
         state: State of the most urgent limit; "unknown" without one.
-        operation: Number of the last operation.
-        rejected: Number of records of the last inspection that cannot be used.
+        operation, rejected: Number of the last operation; unusable records of the last inspection.
         limits: States of the limits, the most urgent first.
         measured, changes: Means in the last inspection, and changes since the first.
         remarks: Reasons and remedies.
