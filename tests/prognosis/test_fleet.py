@@ -126,6 +126,15 @@ def test_operations_without_a_date_belong_to_the_inspection_before():
     assert len(inspections_of([rows[1], rows[4]])) == 1
 
 
+def test_an_error_of_one_drive_stops_no_other(drives, defaults, monkeypatch):
+    def infer(*_):
+        raise ValueError("phases")
+
+    monkeypatch.setattr(Diagnosis, "infer", infer)
+    found = examine(drives[0], defaults, {})
+    assert (found.state, [note.text for note in found.remarks]) == ("unknown", ["phases"])
+
+
 def test_limits_of_a_type_count_in_any_spelling(drives, defaults):
     types = {"GL 314": {"limits": {"closing stroke": [20, 22], "opening travel_time": [None, 50]}}}
     found = [

@@ -5,6 +5,7 @@ as ``breaker compare`` does, and a long life is followed. A fault of one drive s
 """
 
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from datetime import timedelta
 
@@ -81,6 +82,15 @@ def _grouped(pairs: Iterable[tuple]) -> dict:
     return found
 
 
+@contextmanager
+def _noted(remarks: list) -> Iterator[None]:
+    """Take an error as a remark, and go on."""
+    try:
+        yield
+    except ValueError as error:
+        remarks.append(error)
+
+
 def examine(drive: Drive, config: Mapping, types: Mapping[str, Mapping]) -> DriveResult:
     """Return the knowledge of a drive.
 
@@ -89,18 +99,15 @@ def examine(drive: Drive, config: Mapping, types: Mapping[str, Mapping]) -> Driv
     """
     limits, shipped = config["limits"], defaults()["limits"]
     limits = [each for each in limits if limits != shipped or each.get("of") == "change"]
-    diagnosis, remarks = Diagnosis(config, limits, types=types), []
-    try:
+    diagnosis, found, remarks = Diagnosis(config, limits, types=types), {}, []
+    with _noted(remarks):  # a type without an entry, which only a file states
         diagnosis = diagnosis.of_type(drive.type) if types and drive.type else diagnosis
-    except ValueError as error:  # only a file states this type
-        remarks.append(error)
+    with _noted(remarks):
+        found = _examined(drive, diagnosis, remarks)
     every = [each for rows in drive.inspections for _, each in rows]
     dates = sorted((each.date for each in every if each.date), key=instant) or [""]
-    found = _examined(drive, diagnosis, remarks)
     return DriveResult(
-        breaker=drive.breaker,
-        phase=drive.phase,
-        type=drive.type,
+        **{name: getattr(drive, name) for name in ("breaker", "phase", "type")},
         first=dates[0],
         last=dates[-1],
         operation=max(each.number for each in every),
@@ -117,50 +124,45 @@ def _examined(drive: Drive, diagnosis: Diagnosis, remarks: list) -> dict[str, ob
         diagnosis.read({motion: own[-_MOST:] for motion, own in _grouped(rows).items()})
         for rows in (*drive.inspections[:-1][:1], drive.inspections[-1])
     )
-    used = [each for each in diagnosis.infer(today) if not each.record.reason]
     remarks += [record.reason for record in today if record.reason]
-    found = {"rejected": len(today) - len(used), "measured": _measured(used)}
-    limits = _states(row for rows in diagnosis.judge(used) for row in rows)
-    try:
-        if used and before:
+    used = [each for each in diagnosis.infer(today) if not each.record.reason]
+    found = {"rejected": len(today) - len(used), "measured": [*_measured(used)]}
+    if not used:
+        return found
+    limits = [*_states(row for rows in diagnosis.judge(used) for row in rows)]
+    with _noted(remarks):  # no usable record in the first inspection
+        if before:
             change = diagnosis.compare({"before": before[0], "today": today})
             remarks += [*change.warnings, *change.limitations]
             found["changes"], on_both = change.measured, _states(change.limits)
             limits = [*{each.limit: each for each in (*limits, *on_both)}.values()]
             if change.differences:
                 return found
-    except ValueError as error:  # no usable record in the first inspection
-        remarks.append(error)
     rows = [row for some in drive.inspections for row in some]
-    try:
-        if used and len({each.number for _, each in rows}) >= _LIFE:
+    with _noted(remarks):  # no record counts as new
+        if len({each.number for _, each in rows}) >= _LIFE:
             limits = [LimitState(*each) for each in follow_drive(_grouped(rows), used, diagnosis)]
-    except ValueError as error:  # no record counts as new
-        remarks.append(error)
-    remarks += [] if limits or not used else [say("no-limit-of-drive")]
+    remarks += [] if limits else [say("no-limit-of-drive")]
     limits.sort(key=lambda each: (STATES.index(each.state), -(each.p_exceeded or 0.0)))
     return found | {"limits": limits, "state": limits[0].state if limits else "unknown"}
 
 
-def _states(verdicts: Iterable[Verdict]) -> list[LimitState]:
-    """Return the state of each limit by its mean probability over records."""
-    found = []
+def _states(verdicts: Iterable[Verdict]) -> Iterator[LimitState]:
+    """Yield the state of each limit by its mean probability over records."""
     for name, values in _grouped((each.name, each.p_exceeded) for each in verdicts).items():
         p = float(np.mean(np.array(values, dtype=float)))  # nan without a value
         state = "due" if p >= _SURE else "ok" if p <= 1.0 - _SURE else "unknown"
-        found.append(LimitState(name, state, p))
-    return found
+        yield LimitState(name, state, p)
 
 
-def _measured(used: Sequence[Estimate]) -> list[MeasuredValue]:
-    """Return the means of what the records of an inspection show."""
+def _measured(used: Sequence[Estimate]) -> Iterator[MeasuredValue]:
+    """Yield the means of what the records of an inspection show."""
     readings = _grouped(
         ((name, each.record.motion), measured[:2])
         for each in used
         for name, measured in each.measured.items()
         if np.isfinite(measured.value) and each.measured_directly(name)
     )
-    found = []
     for (name, motion), some in readings.items():
         values = np.array(some, dtype=float)
         stroke = np.mean(readings.get(("stroke", motion), [[0.0]]), axis=0)[0]
@@ -168,5 +170,4 @@ def _measured(used: Sequence[Estimate]) -> list[MeasuredValue]:
         sd = mean_error([values], usual_scatter(name, mean, float(stroke)))
         unit = quantities_of(motion, used[0].speeds, ("record",))[name].unit
         quantity = name if motion in name else f"{motion} {name}"  # as in a file of types
-        found.append(MeasuredValue(quantity, unit, mean, sd))
-    return found
+        yield MeasuredValue(quantity, unit, mean, sd)

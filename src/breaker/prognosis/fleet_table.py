@@ -74,8 +74,8 @@ class DriveResult(Plain):
         row |= vars(self.limits[0] if self.limits else LimitState("", self.state, None))
         changes = [(each.change[1], each.words) for each in self.changes if each.changed]
         most = max(changes, key=lambda change: abs(change[0]), default=(np.nan, ""))
-        row |= {"most_changed": most[1], "change": most[0]}
-        return row | {"remarks": first_of([note.text for note in self.remarks], _NAMED)}
+        remarks = first_of([note.text for note in self.remarks], _NAMED)
+        return row | {"most_changed": most[1], "change": most[0], "remarks": remarks}
 
 
 def read_results(text: str) -> list[DriveResult]:
