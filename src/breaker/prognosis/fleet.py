@@ -45,9 +45,8 @@ class Drive:
 def drives_of(
     rows: Mapping[str, Sequence[tuple[str, Operation]]], motions: Collection[str], form: Mapping
 ) -> Iterator[Drive]:
-    """Yield the drives in the rows of a table, as ``list_fleet`` returns them.
-
-    A file states the date and the type that no row states; ``form`` is ``endurance.format``.
+    """Yield the drives in the rows of ``list_fleet``. A file states a date or type that no row
+    states; ``form`` is ``endurance.format``.
     """
     files = Files()
     for breaker, every in rows.items():
