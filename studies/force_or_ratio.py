@@ -17,7 +17,7 @@ import pandas as pd
 
 from breaker.common.randomness import generator
 from breaker.configuration.loading import load
-from breaker.diagnosis.changes import compare, measured_changes
+from breaker.diagnosis.changes import Pair, compare, measured_changes
 from breaker.diagnosis.explanations import explain
 from breaker.diagnosis.inspection_change import inspection_change
 from breaker.diagnosis.reading import read_operations
@@ -104,12 +104,13 @@ def compared(before, today) -> list[dict]:
         {m: [e.raw for e in records if e.motion == m and not e.reason] for m in MOTIONS}
         for records in (before, today)
     ]
-    rows, found = [], compare(*visits, [*shipped_networks()], generator(1, "force or ratio"))
-    measured = measured_changes(*visits, SPEEDS)
+    rows, pair = [], Pair.of(*visits)
+    found = compare(pair, [*shipped_networks()], generator(1, "force or ratio"))
+    measured = measured_changes(pair, SPEEDS)
     about = {"settings": {}, "records": {}, "rejected": ()}
     for same in (False, True):
         regressions = shipped_sensitivities(found.family)
-        explanations = explain(*visits, regressions, same_transducer=same)
+        explanations = explain(pair, regressions, same_transducer=same)
         document = inspection_change(found, measured, explanations, **about)
         row = {"same": same, "family": found.family, "state": document.state}
         for each in explanations:

@@ -25,7 +25,7 @@ from scipy.optimize import brentq
 
 from breaker.common.randomness import generator
 from breaker.configuration.loading import load
-from breaker.diagnosis.changes import compare, inferred_changes
+from breaker.diagnosis.changes import Pair, compare, inferred_changes
 from breaker.diagnosis.estimate import Given
 from breaker.diagnosis.session import Diagnosis
 from breaker.family.network_files import shipped_networks
@@ -197,7 +197,8 @@ def visits(prior: Prior, count: int, records: int = 3) -> pd.DataFrame:
         for name in rng.choice(list(WEAR), rng.integers(1, 3) * (number % 2), replace=False):
             factors[NAMES.index(name)] += WEAR[name] * rng.uniform(0.3, 1.0)
         later = Other(drive.theta * factors, drive.more)
-        both = compare(visit(drive, records, rng), visit(later, records, rng), networks, rng)
+        pair = Pair.of(visit(drive, records, rng), visit(later, records, rng))
+        both = compare(pair, networks, rng)
         about = "change", "changed" if number % 2 else "unchanged"
         for row in (each for each in inferred_changes(both) if each.name in NAMES):
             low, _, high = row.change

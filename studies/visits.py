@@ -24,7 +24,7 @@ import pandas as pd
 from breaker.common.randomness import generator
 from breaker.configuration.definitions import family_of
 from breaker.configuration.loading import defaults
-from breaker.diagnosis.changes import compare, inferred_changes, measured_changes
+from breaker.diagnosis.changes import Pair, compare, inferred_changes, measured_changes
 from breaker.diagnosis.reading import read_operations
 from breaker.family.curve_file import write_curve
 from breaker.family.drive_family import Family
@@ -112,12 +112,13 @@ def one_rig(number: int, count: int, change: float | None, config: Mapping) -> p
     reading = Reading.draw(rng)
     before, today = (visit(each, count, sensor, reading, rng) for each in drives)
     misfit = config["endurance"]["misfit_p_value"]
-    found = compare(before, today, [*shipped_networks()], rng, misfit_p_value=misfit)
+    pair = Pair.of(before, today)
+    found = compare(pair, [*shipped_networks()], rng, misfit_p_value=misfit)
     parameters = [row for row in inferred_changes(found) if row.name in NAMES]
-    rows = pd.DataFrame([*measured_changes(before, today, SPEEDS), *parameters])
+    rows = pd.DataFrame([*measured_changes(pair, SPEEDS), *parameters])
     true = truth(drives)
     whole = {"rig": number, "records": count, "change": change}
-    whole |= {"still": drives[0] is drives[1], "agreement": found.agreement}
+    whole |= {"still": drives[0] is drives[1], "agreement": found.agreement["p_value"]}
     whole |= {"outside": found.state == "outside_family"}
     whole |= {"disagree": found.state == "operations_disagree"}
     rows["kind"] = np.where(rows.motion == "", "parameter", "measured")

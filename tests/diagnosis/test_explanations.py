@@ -5,9 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from breaker.diagnosis.changes import Pair
 from breaker.diagnosis.explanations import (
     Explanation,
-    _Pair,
+    _MeanChange,
     explain,
     measured_differences,
     other_measurement,
@@ -51,8 +52,7 @@ def explained(seed, regressions=None, same_transducer=False, motions=MOTIONS, **
     before = inspection(rng, motions=motions, **about)
     today = inspection(rng, motions=motions, **change)
     found = explain(
-        before,
-        today,
+        Pair.of(before, today),
         regressions or shipped_sensitivities(FAMILY),
         same_transducer=same_transducer,
     )
@@ -125,7 +125,7 @@ def test_a_recorded_contact_tells_a_ratio_from_a_force():
 def test_a_contact_that_may_slide_leaves_a_ratio_uncertain_unless_it_is_recorded(contact, certain):
     rng = np.random.default_rng(6)
     before, today = (inspection(rng, r, contact=contact) for r in (1.0, 0.94))
-    found = explain(before, today, shipped_sensitivities(FAMILY), sliding=0.3)
+    found = explain(Pair.of(before, today), shipped_sensitivities(FAMILY), sliding=0.3)
     drive = next(each for each in found if each.cause == "drive")
     assert (drive.probability < 0.05) == certain
 
@@ -139,7 +139,7 @@ def test_amounts_are_as_uncertain_as_they_say():
     for _ in range(400):
         truth = 0.5 * rng.standard_normal()
         change = truth * way + root @ rng.standard_normal(n)
-        low, middle, high = _Pair(way, change, np.ones(n, bool), usual, np.zeros(n)).amount(way)
+        low, middle, high = _MeanChange(way, change, usual, np.zeros(n)).amount(way)
         z.append((0.01 * middle - truth) / (0.01 * (high - low) / 3.29))
     assert abs(np.mean(np.square(z)) - 1.0) < 3.29 * np.sqrt(2.0 / 400.0)
 

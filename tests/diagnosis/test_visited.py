@@ -7,7 +7,13 @@ import numpy as np
 import pytest
 
 from breaker.common.document import text_of, tone_of
-from breaker.diagnosis.changes import QuantityChange, compare, mean_error, measured_changes
+from breaker.diagnosis.changes import (
+    Pair,
+    QuantityChange,
+    compare,
+    mean_error,
+    measured_changes,
+)
 from breaker.diagnosis.explanations import Explanation
 from breaker.diagnosis.identity import Difference
 from breaker.diagnosis.inspection_change import (
@@ -72,10 +78,11 @@ def family(name="any", fits=1.0, **factors):
 def document(*families, before=None, today=None, explanations=WEAKER, differences=(), limits=()):
     before = before or records()
     today = today or records(before)
-    changes = compare(before, today, families or [family()], np.random.default_rng(1))
+    pair = Pair.of(before, today)
+    changes = compare(pair, families or [family()], np.random.default_rng(1))
     found = inspection_change(
         changes,
-        measured_changes(before, today, SPEEDS),
+        measured_changes(Pair.of(before, today), SPEEDS),
         explanations,
         differences,
         settings={"seed": 1, "misfit_p_value": 0.001},
@@ -153,14 +160,16 @@ def test_the_first_family_that_fits_both_inspections_answers():
             yield each
 
     assert document(*families(), before=records(["opening"])).family == "second"
-    lazy = compare(records(), records(), families(), np.random.default_rng(1))
+    lazy = compare(Pair.of(records(), records()), families(), np.random.default_rng(1))
     assert (lazy.family, opened[3:]) == ("second", ["first", "second", "third"])
 
     def usual():
         yield family("first", 0.9)
         raise AssertionError("no other family has to be opened")
 
-    assert compare(records(), records(), usual(), np.random.default_rng(1)).family == "first"
+    assert (
+        compare(Pair.of(records(), records()), usual(), np.random.default_rng(1)).family == "first"
+    )
 
 
 @pytest.mark.parametrize(
@@ -255,7 +264,7 @@ def test_measured_changes_are_those_of_means():
     rng = np.random.default_rng(6)
     before = {"closing": [smooth(rng, noise=2e-4)]}
     today = {"closing": [smooth(rng, stroke=stroke, noise=2e-4) for stroke in (74.0, 75.0)]}
-    rows = {row.name: row for row in measured_changes(before, today, SPEEDS)}
+    rows = {row.name: row for row in measured_changes(Pair.of(before, today), SPEEDS)}
     # Nobody timed the contact. An over-travel of 0 is a value too.
     assert set(rows) == {"stroke", "travel_time", "over_travel", "closing_speed_mean"}
     stroke = rows["stroke"]
@@ -278,7 +287,7 @@ def test_an_over_travel_changes_in_shares_of_itself_and_a_late_touch_is_worse():
         raw = raw_of(80.0 * way + 0.02 * rng.standard_normal(time.size), 0.1, 19.0)
         return {"closing": [replace(raw, contact=ContactTimes(touch, 0.1))]}
 
-    rows = measured_changes(inspection(0.2, 29.0), inspection(0.1, 31.0), SPEEDS)
+    rows = measured_changes(Pair.of(inspection(0.2, 29.0), inspection(0.1, 31.0)), SPEEDS)
     touch, over = (next(e for e in rows if e.name == f) for f in ("touch_time", "over_travel"))
     assert over.change[1] == pytest.approx(-50.0, abs=0.5)
     assert (over.changed, over.p_worse) == (True, pytest.approx(0.0, abs=0.01))
@@ -289,4 +298,4 @@ def test_an_over_travel_changes_in_shares_of_itself_and_a_late_touch_is_worse():
 def test_means_are_known_no_better_than_their_readings():
     """However little 40 readings scatter, their stated sd counts."""
     readings = np.tile([1.0, 0.3], (40, 1))
-    assert mean_error([readings, readings], 0.01) == pytest.approx(0.3 * np.sqrt(2 / 40))
+    assert mean_error([readings, readings], "stroke", 1.0) == pytest.approx(0.3 * np.sqrt(2 / 40))

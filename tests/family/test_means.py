@@ -18,6 +18,11 @@ BASIS = Basis(np.zeros(SHAPE_TIMES.size), np.eye(SHAPE_TIMES.size)[20:60], np.on
 UNITS = Shape(np.zeros(SHAPE_TIMES.size), SHAPE_TIMES > 9.0, 0.0, 80.0, 5.0, 6.0)
 
 
+def change_of(before, after):
+    first = mean_record(before)
+    return mean_and_change(first, mean_record(after, first.units), BASIS)
+
+
 @pytest.fixture
 def bank(prior):
     return simulate_family(
@@ -52,7 +57,7 @@ def test_measured_records_are_seen_as_those_of_the_training(bank, monkeypatch):
             for c in (0, 1)
         )
         for d in range(DRIVES):
-            reference, change = mean_and_change([before[d]], [after[d]], BASIS)
+            reference, change = change_of([before[d]], [after[d]])
             for seen, trained in ((reference, references[motion]), (change, changes[motion])):
                 assert seen.present[0].tolist() == trained.present[d].tolist()
                 np.testing.assert_allclose(seen.way[0], trained.way[d], rtol=0, atol=1e-9)
@@ -88,7 +93,7 @@ def test_scatter_of_operations_is_noise_of_their_means():
         visits = [
             [smooth(rng, bump=bump * rng.standard_normal()) for _ in range(n)] for n in counts
         ]
-        return [float(seen.noise[0]) for seen in mean_and_change(*visits, BASIS)]
+        return [float(seen.noise[0]) for seen in change_of(*visits)]
 
     steady, scattering, single = noise(0.0, 6, 6), noise(0.1, 6, 6), noise(0.1, 1, 6)
     assert scattering[0] > 5.0 * steady[0]

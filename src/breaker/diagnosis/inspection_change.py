@@ -7,8 +7,6 @@ the records determine. docs/usage.md explains the keys of the JSON.
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
-import numpy as np
-
 from breaker.common.document import Cell, Document, Remark, Section, Table
 from breaker.common.numerals import first_of, in_digits, in_p
 from breaker.common.plain_values import Plain, note_of, plainly
@@ -16,17 +14,19 @@ from breaker.common.randomness import generator
 from breaker.common.wording import Sentence
 from breaker.configuration.definitions import advice_on, family_of
 from breaker.diagnosis.changes import (
+    SURE,
     NetworkChanges,
+    Pair,
     QuantityChange,
     compare,
     inferred_changes,
     mean_error,
+    mean_stroke,
     measured_changes,
-    usual_scatter,
+    readings_of,
 )
 from breaker.diagnosis.estimate import EstimateSettings
 from breaker.diagnosis.explanations import (
-    SURE,
     Explanation,
     explain,
     measured_differences,
@@ -158,7 +158,13 @@ class InspectionChange(Plain):
     def explained(self) -> Sentence:
         """Explanations with a probability above 5 %."""
         likely = [each for each in self.explanations if each.probability > 1.0 - SURE]
-        causes = "; or ".join(map(_cause, likely))
+        words, clauses = {parameter.name: parameter.word for parameter in PARAMETERS}, []
+        for each in likely:
+            several = each.cause == "drive" and not each.parameter
+            about = {"parameter": words.get(each.parameter), "amount": _amount(each.change)}
+            code = "several" if several else each.cause
+            clauses.append(say(f"cause-{code}", p=f"{each.probability:.2f}", **about))
+        causes = "; or ".join(clauses)
         code = "explained-by-setup" if other_measurement(likely) else "explained"
         return say(code, causes=causes[:1].upper() + causes[1:])
 
@@ -187,15 +193,12 @@ def _changes(code: str, rows: Sequence[QuantityChange], since: str) -> Sentence:
 
 def _amount(change: Sequence[float]) -> str:
     """Return a change in words, such as "8 % lower (5 to 11 %)"."""
-    low, middle, high = change
-    if low < 0.0 < high:
-        low, middle, high = _digits(change, sign=True)
-        return say("amount-uncertain", low=low, middle=middle, high=high)
-    side = "lower" if middle < 0.0 else "higher"
-    low, middle, high = _digits(sorted(map(abs, change)))
-    if low == high:
-        return say(f"amount-{side}", middle=middle)
-    return say(f"amount-{side}-between", low=low, middle=middle, high=high)
+    if change[0] < 0.0 < change[2]:
+        code, texts = "uncertain", _digits(change, sign=True)
+    else:
+        code = "lower" if change[1] < 0.0 else "higher"
+        texts = _digits(sorted(map(abs, change)))
+    return say(f"amount-{code}", low=texts[0], middle=texts[1], high=texts[2])
 
 
 def _digits(change: Sequence[float], *, sign: bool = False) -> list[str]:
@@ -205,14 +208,6 @@ def _digits(change: Sequence[float], *, sign: bool = False) -> list[str]:
         if texts[0] != texts[2]:
             break
     return texts
-
-
-def _cause(each: Explanation) -> Sentence:
-    """Return an explanation as a clause."""
-    words = {parameter.name: parameter.word for parameter in PARAMETERS}.get(each.parameter)
-    code = "several" if each.cause == "drive" and not words else each.cause
-    amount = _amount(each.change)
-    return say(f"cause-{code}", parameter=words, amount=amount, p=f"{each.probability:.2f}")
 
 
 # ---- the comparison --------------------------------------------------------------------------
@@ -241,35 +236,32 @@ def compare_inspections(
     Raises:
         ValueError: If no motion has a usable record in both inspections.
     """
-    before, today, rejected = _usable(inspections)
+    pair, rejected = _usable(inspections)
     used = {name: [e for e in some if not e.reason] for name, some in inspections.items()}
     rng, misfit = generator(settings.seed, "two visits"), settings.misfit_p_value
-    changes = compare(before, today, shipped_networks(*KINDS), rng, misfit_p_value=misfit)
+    changes = compare(pair, shipped_networks(*KINDS), rng, misfit_p_value=misfit)
     named_by = {each.operation.transducer for some in used.values() for each in some}
     explanations = explain(
-        before,
-        today,
+        pair,
         shipped_sensitivities(changes.family),
         same_transducer=same_transducer or (len(named_by) == 1 and named_by != {""}),
         sliding=family_of(changes.family)["contacts"]["sliding"],
     )
-    measured = measured_changes(before, today, speeds)
-    differences = stated_differences(inspections) + slack_differences(used, measured)
+    measured = measured_changes(pair, speeds)
     document = inspection_change(
         changes,
         measured,
         explanations,
-        differences,
+        stated_differences(inspections) + slack_differences(used, measured),
         settings={"seed": settings.seed, "misfit_p_value": misfit},
-        records={m: {"before": len(before[m]), "today": len(today[m])} for m in before},
+        records={m: {"before": len(pair.before[m]), "today": len(pair.today[m])} for m in pair[0]},
         rejected=rejected,
         dates={name: days_of(some) for name, some in used.items()},
         doubts=_doubts(inspections, used),
     )
-    entries = from_list(limits, [*before], speeds)
-    verdicts = judge_today(document, changes, today, entries, speeds)
-    look = advice_on(document.worse, advice or {})
-    return replace(document, limits=verdicts, advice=look)
+    entries = from_list(limits, [*pair.before], speeds)
+    verdicts = judge_today(document, changes, pair.today, entries, speeds)
+    return replace(document, limits=verdicts, advice=advice_on(document.worse, advice or {}))
 
 
 def inspection_change(
@@ -286,18 +278,13 @@ def inspection_change(
     other fields.
     """
     differences = [*differences, *measured_differences(explanations)]
-    changes = changes.unchanged_by(other_measurement(explanations))
-    inferred = [] if differences else inferred_changes(changes)
-    matches = {
-        motion: {name: {"p_value": e.p_value, "parts": e.parts} for name, e in by.items()}
-        for motion, by in changes.matches.items()
-    }
+    inferred = [] if differences else inferred_changes(changes, other_measurement(explanations))
     amounts = {row.name: row.if_changed for row in inferred if any(row.if_changed)}
     return InspectionChange(
         state="different_setup" if differences else changes.state,
         family=changes.family,
-        matches=plainly(matches),
-        agreement=plainly({"p_value": changes.agreement, "parameter": changes.least}),
+        matches=changes.matches,
+        agreement=changes.agreement,
         differences=plainly(differences),
         explanations=plainly(
             [replace(e, change=amounts.get(e.parameter, e.change)) for e in explanations]
@@ -316,42 +303,37 @@ def _doubts(inspections: Inspections, used: Inspections) -> list[str]:
         about = {"file": printable(record.operation.file), "motion": record.motion}
         remarks = (e for e in record.raw.remarks_on() if getattr(e, "code", "") in DISTURBED)
         doubts += [say("disturbed", remark=remark, **about) for remark in remarks]
-    first = {samples_of(record): record.operation.file for record in used["before"]}
+    first = {samples_of(record): printable(record.operation.file) for record in used["before"]}
     for record in used["today"]:
         if file := first.get(samples_of(record)):
-            doubts.append(
-                say("copy-of-before", file=printable(file), other=printable(record.operation.file))
-            )
+            other = printable(record.operation.file)
+            doubts.append(say("copy-of-before", file=file, other=other))
     return list(dict.fromkeys(doubts))
 
 
-def _usable(inspections: Inspections) -> tuple[dict, dict, list[dict]]:
+def _usable(inspections: Inspections) -> tuple[Pair, list[dict]]:
     """Return usable records of motions of both inspections, and the rejected records.
 
     Raises:
         ValueError: If there is no such motion.
     """
-    by = {
-        name: {m: [e for e in some if e.motion == m and not e.reason] for m in MOTIONS}
-        for name, some in inspections.items()
-    }
-    motions = [motion for motion in MOTIONS if all(some[motion] for some in by.values())]
-    rejected = []
-    for name, records in inspections.items():
+    shown = [{e.motion for e in some if not e.reason} for some in inspections.values()]
+    motions = [motion for motion in MOTIONS if all(motion in some for some in shown)]
+    rejected, by = [], {name: {m: [] for m in motions} for name in inspections}
+    for name, record in ((name, each) for name, some in inspections.items() for each in some):
+        file, reason = str(record.operation.file), record.reason
+        if not reason and record.motion in motions:
+            by[name][record.motion].append(record.raw)
+            continue
         other = "today" if name == "before" else "before"
-        for record in records:
-            file = str(record.operation.file)
-            reason = record.reason.removeprefix(f"{file}: ")
-            if not reason and record.motion not in motions:
-                reason = say("not-in-both", other=other, motion=record.motion)
-            if reason:
-                about = {"file": file, "motion": record.motion, "inspection": name}
-                rejected.append(about | {"reason": reason})
+        reason = reason.removeprefix(f"{file}: ")
+        reason = reason or say("not-in-both", other=other, motion=record.motion)
+        about = {"file": file, "motion": record.motion, "inspection": name}
+        rejected.append(about | {"reason": reason})
     if not motions:
         reasons = "".join(f"\n  {say('rejected', **each)}" for each in rejected)
         raise ValueError(say("nothing-to-compare", reasons=reasons))
-    before, today = ({m: [e.raw for e in some[m]] for m in motions} for some in by.values())
-    return before, today, rejected
+    return Pair.of(**by), rejected
 
 
 def judge_today(
@@ -364,23 +346,22 @@ def judge_today(
     """Return verdicts on limits: on the means of the later inspection, and on changes."""
     if not limits:
         return []
-    draws = changes.unchanged_by(other_measurement(document.explanations)).draws
+    draws = {} if document.differences else changes.shares(other_measurement(document.explanations))
     shown = {m: [raw.measured(speeds) for raw in raws] for m, raws in today.items()}
 
     def evidence(limit: Limit, name: str) -> Evidence:
         if limit.of == "model":
             return Evidence(reason=say("model-limit"))
         if limit.of == "change":
-            if document.differences or not draws:
+            if not draws:
                 return Evidence(reason=say("no-change-estimated"))
             return Evidence(draws=100.0 * draws[name])
-        measured = [record[name] for record in shown[limit.motion]]
-        readings = np.array([each[:2] for each in measured if np.isfinite(each.value)], float)
+        measured = shown[limit.motion]
+        readings = readings_of(measured, name)
         if not len(readings):
-            return Evidence(reason=measured[0].reason)
-        mean = float(readings[:, 0].mean())
-        stroke = np.nanmean([record["stroke"].value for record in shown[limit.motion]])
-        return Evidence(mean, mean_error([readings], usual_scatter(name, mean, float(stroke))))
+            return Evidence(reason=measured[0][name].reason)
+        error = mean_error([readings], name, mean_stroke(measured))
+        return Evidence(float(readings[:, 0].mean()), error)
 
     return plainly(judge(limits, evidence, document.settings["seed"], "visits"))
 

@@ -297,14 +297,12 @@ def mean_record(raws: Sequence[Record], like: Shape | None = None) -> Mean:
 
 
 def mean_and_change(
-    before: Sequence[Record], today: Sequence[Record], basis: Basis
+    first: Mean, second: Mean, basis: Basis
 ) -> tuple[NormalisedRecords, NormalisedRecords]:
     """Return the mean of a reference, and the change from it, as ``ChangeNetwork.draw`` takes them.
 
-    Their noise has the scatter of operations of both inspections.
+    Both means are in units of the first. Their noise has the scatter of operations of both.
     """
-    first = mean_record(before)
-    second = mean_record(today, first.units)
     noise = _noise_of_means([first, second], basis)
     there = first.seen.present & second.seen.present
     way = without_onset(first.seen.way, second.seen.way, there)
@@ -325,7 +323,7 @@ def _noise_of_means(means: Sequence[Mean], basis: Basis) -> list[np.ndarray]:
     square, noise = np.square(np.median(scatter)) if seen else 0.0, []
     for mean in means:
         single = np.square(mean.seen.noise) * len(mean.left)
-        scattered = shrunk_variance(seen * square, seen, single + _USUAL_SCATTER**2, _KNOWN)
+        scattered = shrunk_variance(seen * square, seen, single + _USUAL_SCATTER**2)
         noise.append(np.sqrt(np.maximum(single, scattered) / len(mean.left)))
     return noise
 
@@ -340,10 +338,10 @@ def more_scattered(means: Sequence[Mean], usual: float) -> float:
     seen = sum(len(mean.left) - 1 for mean in means)
     squares = sum(float(np.square(mean.left).sum()) for mean in means)
     known = np.mean([len(m.left) * m.seen.noise[0] ** 2 * m.left.shape[1] for m in means])
-    return max(float(shrunk_variance(squares - seen * known, seen, usual, _KNOWN)) / usual, 1.0)
+    return max(float(shrunk_variance(squares - seen * known, seen, usual)) / usual, 1.0)
 
 
-def shrunk_variance(squares: V, seen: float, usual: V, known: float) -> V:
+def shrunk_variance(squares: V, seen: float, usual: V, known: float = _KNOWN) -> V:
     """Return a variance, or a covariance, drawn to the usual one.
 
     Args:

@@ -13,7 +13,7 @@ import numpy as np
 
 from breaker.common.plain_values import note_of, plainly
 from breaker.configuration.loading import defaults
-from breaker.diagnosis.changes import mean_error, usual_scatter
+from breaker.diagnosis.changes import mean_error
 from breaker.diagnosis.estimate import Estimate
 from breaker.diagnosis.limits import Verdict
 from breaker.diagnosis.session import Diagnosis
@@ -166,7 +166,7 @@ def _measured(used: Sequence[Estimate]) -> Iterator[MeasuredValue]:
         values = np.array(some, dtype=float)
         stroke = np.mean(readings.get(("stroke", motion), [[0.0]]), axis=0)[0]
         mean = float(values[:, 0].mean())
-        sd = mean_error([values], usual_scatter(name, mean, float(stroke)))
+        sd = mean_error([values], name, float(stroke))
         unit = quantities_of(motion, used[0].speeds, ("record",))[name].unit
         quantity = name if motion in name else f"{motion} {name}"  # as in a file of types
         yield MeasuredValue(quantity, unit, mean, sd)
