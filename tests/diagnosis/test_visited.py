@@ -7,13 +7,7 @@ import numpy as np
 import pytest
 
 from breaker.common.document import text_of, tone_of
-from breaker.diagnosis.changes import (
-    Pair,
-    QuantityChange,
-    compare,
-    mean_error,
-    measured_changes,
-)
+from breaker.diagnosis.changes import Pair, QuantityChange, compare, mean_error, measured_changes
 from breaker.diagnosis.explanations import Explanation
 from breaker.diagnosis.identity import Difference
 from breaker.diagnosis.inspection_change import (
@@ -82,7 +76,7 @@ def document(*families, before=None, today=None, explanations=WEAKER, difference
     changes = compare(pair, families or [family()], np.random.default_rng(1))
     found = inspection_change(
         changes,
-        measured_changes(Pair.of(before, today), SPEEDS),
+        measured_changes(pair, SPEEDS),
         explanations,
         differences,
         settings={"seed": 1, "misfit_p_value": 0.001},
@@ -90,7 +84,7 @@ def document(*families, before=None, today=None, explanations=WEAKER, difference
         rejected=(),
         limits=(),
     )
-    return replace(found, limits=judge_today(found, changes, today, limits, SPEEDS))
+    return replace(found, limits=judge_today(found, today, limits, SPEEDS))
 
 
 def inferred(found):
@@ -167,9 +161,8 @@ def test_the_first_family_that_fits_both_inspections_answers():
         yield family("first", 0.9)
         raise AssertionError("no other family has to be opened")
 
-    assert (
-        compare(Pair.of(records(), records()), usual(), np.random.default_rng(1)).family == "first"
-    )
+    first = compare(Pair.of(records(), records()), usual(), np.random.default_rng(1))
+    assert first.family == "first"
 
 
 @pytest.mark.parametrize(

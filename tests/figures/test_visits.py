@@ -4,9 +4,7 @@ import pytest
 
 from breaker.diagnosis.changes import QuantityChange
 from breaker.diagnosis.explanations import Explanation
-from breaker.diagnosis.inspection_change import (
-    InspectionChange,
-)
+from breaker.diagnosis.inspection_change import InspectionChange
 from breaker.figures.reports import visits
 from tests.figures.drawn import assert_drawn, written
 

@@ -79,7 +79,7 @@ class Pair(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class NetworkChanges:
+class NetworkChanges(Plain):
     """Changes between two inspections that networks infer.
 
     Attributes:
@@ -97,7 +97,7 @@ class NetworkChanges:
     matches: Mapping[str, Mapping[str, Mapping]]
     state: str
     agreement: Mapping[str, float | str]
-    draws: Mapping[str, np.ndarray] = field(default_factory=dict)
+    draws: Mapping[str, Sequence[float]] = field(default_factory=dict)
     wear: Mapping[str, float] = field(default_factory=dict)
 
     def shares(self, unchanged: float) -> dict[str, np.ndarray]:

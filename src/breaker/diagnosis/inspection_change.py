@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 
 from breaker.common.document import Cell, Document, Remark, Section, Table
 from breaker.common.numerals import first_of, in_digits, in_p
-from breaker.common.plain_values import Plain, note_of, plainly
+from breaker.common.plain_values import note_of, plainly
 from breaker.common.randomness import generator
 from breaker.common.wording import Sentence
 from breaker.configuration.definitions import advice_on, family_of
@@ -36,6 +36,7 @@ from breaker.diagnosis.explanations import (
 from breaker.diagnosis.identity import (
     Difference,
     Inspections,
+    check_phases,
     days_of,
     doubts_about,
     order_doubts,
@@ -59,15 +60,11 @@ _NAMED = 4  # changes in a sentence; the table has all
 _HEAD = ("", "unit", "before", "today", "change", "90 % interval", "P unchanged", "P worse")
 
 
-@dataclass(frozen=True)
-class InspectionChange(Plain):
-    """The comparison of two inspections.
+@dataclass(frozen=True, eq=False, kw_only=True)
+class InspectionChange(NetworkChanges):
+    """The comparison of two inspections; its state may also be "different_setup".
 
     Attributes:
-        state: State of the parameters: that of ``NetworkChanges``, or "different_setup".
-        family: Family of the networks, or the nearest one.
-        matches: "p_value" and "parts" of the match with it, by motion and inspection.
-        agreement: "p_value" of the "parameter" in which closing and opening agree least.
         settings: "seed" and "misfit_p_value".
         records: Number of records, by motion and inspection.
         rejected: "file", "motion" and "inspection" of records that were not used, and the "reason".
@@ -81,10 +78,6 @@ class InspectionChange(Plain):
         doubts: Warnings about the records.
     """
 
-    state: str
-    family: str
-    matches: Mapping[str, Mapping[str, Mapping]]
-    agreement: Mapping[str, float | str]
     settings: Mapping[str, float]
     records: Mapping[str, Mapping[str, int]]
     rejected: Sequence[Mapping[str, str]]
@@ -98,9 +91,11 @@ class InspectionChange(Plain):
     doubts: Sequence[str] = ()
 
     def plain(self) -> dict:
-        """Return the values by name, after codes and texts of the sentences."""
+        """Return the values by name but those of draws, after the sentences with their codes."""
         sentences = [note_of(each) for each in (*self.warnings, *self.summary)]
-        return {"sentences": sentences, **super().plain()}
+        values = super().plain()
+        del values["draws"], values["wear"]
+        return {"sentences": sentences, **values}
 
     @property
     def since(self) -> str:
@@ -140,14 +135,14 @@ class InspectionChange(Plain):
         for limit in self.limits:
             by.setdefault(limit.verdict, []).append(limit.name)
         verdicts = "; ".join(f"{verdict}: {', '.join(names)}" for verdict, names in by.items())
+        sentences = [say("limits", verdicts=verdicts)] if by else []
         rows = [row for row in self.measured if row.changed]
         rows.sort(key=lambda row: -abs(row.change[1]))
-        own = [row for row in self.reported if not row.measured]
-        sentences = [say("limits", verdicts=verdicts)] if by else []
         sentences.append(_changes("measured", rows, self.since))
         changed = rows or any(each.cause != "none" for each in self.explanations[:1])
         if changed and not (self.differences and self.explained.code == "explained"):
             sentences.append(self.explained)
+        own = [row for row in self.reported if not row.measured]
         sentences += [_changes("parameters", own, self.since)] if self.inferred else []
         unknown = [e.words for e in self.inferred if e.name in NAMES and not e.identifiable]
         sentences += [say("not-identifiable", names=", ".join(unknown))] if unknown else []
@@ -160,9 +155,8 @@ class InspectionChange(Plain):
         likely = [each for each in self.explanations if each.probability > 1.0 - SURE]
         words, clauses = {parameter.name: parameter.word for parameter in PARAMETERS}, []
         for each in likely:
-            several = each.cause == "drive" and not each.parameter
             about = {"parameter": words.get(each.parameter), "amount": _amount(each.change)}
-            code = "several" if several else each.cause
+            code = "several" if each.cause == "drive" and not each.parameter else each.cause
             clauses.append(say(f"cause-{code}", p=f"{each.probability:.2f}", **about))
         causes = "; or ".join(clauses)
         code = "explained-by-setup" if other_measurement(likely) else "explained"
@@ -218,9 +212,9 @@ def compare_inspections(
     speeds: Sequence[Speed],
     settings: EstimateSettings,
     *,
-    limits: Sequence[Mapping[str, object]] = (),
-    advice: Mapping[str, str] | None = None,
-    same_transducer: bool = False,
+    limits: Sequence[Mapping[str, object]],
+    advice: Mapping[str, str],
+    same_transducer: bool,
 ) -> InspectionChange:
     """Return the comparison of two inspections.
 
@@ -234,8 +228,9 @@ def compare_inspections(
             if all records name one transducer.
 
     Raises:
-        ValueError: If no motion has a usable record in both inspections.
+        ValueError: If they state different phases, or no motion has a usable record in both.
     """
+    doubts = check_phases(inspections)
     pair, rejected = _usable(inspections)
     used = {name: [e for e in some if not e.reason] for name, some in inspections.items()}
     rng, misfit = generator(settings.seed, "two visits"), settings.misfit_p_value
@@ -257,11 +252,11 @@ def compare_inspections(
         records={m: {"before": len(pair.before[m]), "today": len(pair.today[m])} for m in pair[0]},
         rejected=rejected,
         dates={name: days_of(some) for name, some in used.items()},
-        doubts=_doubts(inspections, used),
+        doubts=[*_doubts(inspections, used), *doubts],
     )
     entries = from_list(limits, [*pair.before], speeds)
-    verdicts = judge_today(document, changes, pair.today, entries, speeds)
-    return replace(document, limits=verdicts, advice=advice_on(document.worse, advice or {}))
+    verdicts = judge_today(document, pair.today, entries, speeds)
+    return replace(document, limits=verdicts, advice=advice_on(document.worse, advice))
 
 
 def inspection_change(
@@ -280,19 +275,10 @@ def inspection_change(
     differences = [*differences, *measured_differences(explanations)]
     inferred = [] if differences else inferred_changes(changes, other_measurement(explanations))
     amounts = {row.name: row.if_changed for row in inferred if any(row.if_changed)}
-    return InspectionChange(
-        state="different_setup" if differences else changes.state,
-        family=changes.family,
-        matches=changes.matches,
-        agreement=changes.agreement,
-        differences=plainly(differences),
-        explanations=plainly(
-            [replace(e, change=amounts.get(e.parameter, e.change)) for e in explanations]
-        ),
-        measured=measured,
-        inferred=inferred,
-        **about,
-    )
+    own = [replace(each, change=amounts.get(each.parameter, each.change)) for each in explanations]
+    about |= {"measured": measured, "inferred": inferred, "explanations": plainly(own)}
+    about |= {"differences": plainly(differences), **vars(changes)}
+    return InspectionChange(**about | ({"state": "different_setup"} if differences else {}))
 
 
 def _doubts(inspections: Inspections, used: Inspections) -> list[str]:
@@ -338,7 +324,6 @@ def _usable(inspections: Inspections) -> tuple[Pair, list[dict]]:
 
 def judge_today(
     document: InspectionChange,
-    changes: NetworkChanges,
     today: Mapping[str, Sequence[Record]],
     limits: Sequence[Limit],
     speeds: Sequence[Speed],
@@ -346,7 +331,8 @@ def judge_today(
     """Return verdicts on limits: on the means of the later inspection, and on changes."""
     if not limits:
         return []
-    draws = {} if document.differences else changes.shares(other_measurement(document.explanations))
+    still = other_measurement(document.explanations)
+    draws = {} if document.differences else document.shares(still)
     shown = {m: [raw.measured(speeds) for raw in raws] for m, raws in today.items()}
 
     def evidence(limit: Limit, name: str) -> Evidence:

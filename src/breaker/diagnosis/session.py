@@ -15,7 +15,7 @@ from breaker.configuration.definitions import advice_of, entry_of_type
 from breaker.configuration.loading import defaults, merge
 from breaker.diagnosis import reading
 from breaker.diagnosis.estimate import KNOWN_VALUES, DriveRecord, Estimate, EstimateSettings, Given
-from breaker.diagnosis.identity import Inspections, check_phases, phase_of
+from breaker.diagnosis.identity import Inspections, phase_of
 from breaker.diagnosis.inference import Inference
 from breaker.diagnosis.limits import Verdict, judged
 from breaker.diagnosis.words import say
@@ -185,8 +185,7 @@ class Diagnosis:
         """
         from breaker.diagnosis.inspection_change import compare_inspections
 
-        remarks = check_phases(inspections)
-        found = compare_inspections(
+        return compare_inspections(
             inspections,
             self.speeds_of(record for some in inspections.values() for record in some),
             self.settings,
@@ -194,7 +193,6 @@ class Diagnosis:
             advice=advice_of(self.config["advice"]),
             same_transducer=self.same_transducer,
         )
-        return replace(found, doubts=[*found.doubts, *remarks])
 
 
 def given_by(config: Mapping, known: Mapping[str, Sequence[float]] | None = None) -> Given:
