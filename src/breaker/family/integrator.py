@@ -339,6 +339,14 @@ def _rate(piece, u):
 
 
 @_fast
+def _watched(n, closing, mode):
+    """Return whether the contact may touch or part in this mode."""
+    # As in the model a contact stays after its touch, but for one that the drive holds.
+    held = closing and n.contact == Contact.HELD
+    return closing == (mode == _Mode.FREE) or mode == _Mode.FLYING or held
+
+
+@_fast
 def follow(n, rest, closing, end, beyond):
     """Integrate a motion from the release on.
 
@@ -350,9 +358,9 @@ def follow(n, rest, closing, end, beyond):
         beyond: Time after 10 % of the way until which it is followed, in times from 10 to 50 %.
 
     Returns:
-        Pieces of the curve, ``(s,)``, see ``sampled``; the reading at the release, mm; and when the
-        contact first touches or parts, ms, ``inf`` if it does not. No pieces where the motion is
-        not finite or takes too many steps.
+        Pieces of the curve, ``(s,)``, see ``sampled``, none where the motion is not finite or takes
+        too many steps; the reading at the release, mm; and when the contact first touches or parts,
+        ms, ``inf`` if it does not.
     """
     pieces, count, switching = np.empty(_MOST, _PIECE), 0, np.inf
     state, new, k = np.zeros(4), np.zeros(4), np.zeros((7, 4))
@@ -372,10 +380,7 @@ def follow(n, rest, closing, end, beyond):
         if not error <= 1.0:
             h *= max(0.2, factor)
             continue
-        # As in the model a contact stays after its touch, but for one that the drive holds.
-        free = mode == _Mode.FREE
-        watched = closing == free or mode == _Mode.FLYING or (closing and n.contact == Contact.HELD)
-        over = watched and _margin(n, rest, now + h, closing, mode, new) < 0.0
+        over = _watched(n, closing, mode) and _margin(n, rest, now + h, closing, mode, new) < 0.0
         taken = _located(n, rest, now, closing, mode, state, h, new, k) if over else h
         piece, to = pieces[count], _reading(n, stroke, new, k[6])
         _join(piece, now, taken, _reading(n, stroke, state, k[0]), to)
@@ -394,8 +399,7 @@ def follow(n, rest, closing, end, beyond):
             _rates(n, rest, now, closing, mode, state, k, 0)
             h = min(h, _FIRST)
         else:
-            for i in range(4):
-                k[0, i] = k[6, i]
+            k[0] = k[6]
             h = min(_LONGEST, h * factor)
     return pieces[:count].copy(), released, switching
 

@@ -23,8 +23,6 @@ def infer_operations(
 ) -> xr.Dataset:
     """Infer measured operations, each in the family that its record gives most evidence of.
 
-    Draws of an operation do not depend on the others. Size and prior are those of the family.
-
     Args:
         curves: Measured curves in the layout of ``read_curves``; rejected ones stay in the result,
             as missing values with their reason.
@@ -33,8 +31,8 @@ def infer_operations(
 
     Returns:
         ``curves`` without what is in the records, with ``draws (operation, draw, output)`` of the
-        parameters, physical units, and over ``operation`` the ``family``, the ``p_value`` of
-        membership and the flag ``misfit``.
+        parameters, physical units, which do not depend on other operations; and over ``operation``
+        the ``family``, the ``p_value`` of membership and the flag ``misfit``.
     """
     motion, sign = curves.attrs["motion"], 1.0 if curves.attrs["motion"] == "closing" else -1.0
     count = curves.sizes["operation"]
