@@ -44,7 +44,7 @@ from breaker.configuration.definitions import family_of
 from breaker.configuration.loading import load
 from breaker.family.drive_family import Family
 from breaker.family.inputs import network_record
-from breaker.family.network_files import shipped_networks
+from breaker.family.networks import shipped_networks
 from breaker.family.rich_drive import Drive
 from breaker.family.shape import shape_of
 from breaker.model.limits import Limit

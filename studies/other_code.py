@@ -28,7 +28,7 @@ from breaker.configuration.loading import load
 from breaker.diagnosis.changes import Pair, compare, inferred_changes
 from breaker.diagnosis.estimate import Given
 from breaker.diagnosis.session import Diagnosis
-from breaker.family.network_files import shipped_networks
+from breaker.family.networks import shipped_networks
 from breaker.model.parameters import MOTIONS, NAMES, Size
 from breaker.model.prior import Prior
 from studies.mechanisms import OPTIONS, Curve, judge, records_of

@@ -14,7 +14,7 @@ from breaker.configuration.definitions import family_of
 from breaker.configuration.loading import load
 from breaker.family.bank import simulate_family
 from breaker.family.drive_family import Family
-from breaker.family.network_files import shipped_networks
+from breaker.family.networks import shipped_networks
 from breaker.family.training_rows import family_quality, rows_of, sample_rows
 from breaker.model.parameters import NAMES
 from breaker.model.prior import Prior
@@ -30,15 +30,14 @@ def main() -> None:
     levels, changes = next(shipped_networks())
     tables = []
     for source in ("closing", "opening", "both"):
-        given = {"noise": NOISE, "known_size": 1.0}
-        rows = rows_of("levels", bank, levels)
-        data = sample_rows(levels, rows, source, DRAWS, generator(2, source), **given)
+        rows = rows_of("levels", bank, levels, noise=NOISE, known_size=1.0)
+        data = sample_rows(levels, rows, source, DRAWS, generator(2, source))
         table = family_quality(data, log=True)
         tables.append(table.assign(network="levels", motions=source, drives=DRIVES))
     for k, kind in enumerate(bank.wear.kinds):
         some = bank.isel(drive=np.flatnonzero(bank.wear.values == k))
-        rows = rows_of("changes", some, changes)
-        data = sample_rows(changes, rows, "both", DRAWS, generator(3, kind), noise=OF_MEANS)
+        rows = rows_of("changes", some, changes, noise=OF_MEANS)
+        data = sample_rows(changes, rows, "both", DRAWS, generator(3, kind))
         table = family_quality(data, log=False)
         table["unchanged"] = (np.abs(data.draws) < 1e-3).mean(["curve", "draw"]).values
         about = {"network": "changes", "motions": "both", "drives": some.sizes["drive"]}

@@ -28,7 +28,7 @@ from breaker.diagnosis.changes import Pair, compare, inferred_changes, measured_
 from breaker.diagnosis.reading import read_operations
 from breaker.family.curve_file import write_curve
 from breaker.family.drive_family import Family
-from breaker.family.network_files import shipped_networks
+from breaker.family.networks import shipped_networks
 from breaker.family.rich_drive import Drive
 from breaker.model.parameters import MOTIONS, NAMES
 from breaker.model.prior import Prior

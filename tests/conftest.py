@@ -16,7 +16,7 @@ import pytest
 
 from breaker.configuration import loading
 from breaker.diagnosis import inference
-from breaker.family.network_files import open_network
+from breaker.family.networks import open_network
 from breaker.model.parameters import MOTIONS
 from breaker.model.prior import Prior
 from breaker.model.sensor import Sensor

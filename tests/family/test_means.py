@@ -42,11 +42,12 @@ def test_measured_records_are_seen_as_those_of_the_training(bank, monkeypatch):
 
     monkeypatch.setattr(training_records, "normalise", written)
     monkeypatch.setattr(training_records, "_record", record)
-    rows, order = ChangeRows(bank), np.array([[0] * DRIVES, [1] * DRIVES])
-    motions, rng = np.ones((DRIVES, 2), dtype=bool), np.random.default_rng(2)
-    references, changes, _ = rows._records(
-        np.arange(DRIVES), order, motions, rng, (3e-4, 3e-3), odd=False
+    rows, order = (
+        ChangeRows(bank, noise=(3e-4, 3e-3), odd=()),
+        np.array([[0] * DRIVES, [1] * DRIVES]),
     )
+    motions, rng = np.ones((DRIVES, 2), dtype=bool), np.random.default_rng(2)
+    references, changes, _ = rows._records(np.arange(DRIVES), order, motions, rng)
     made, noise = iter(samples), []  # by motion, all before and then all after
     for m, motion in enumerate(MOTIONS):
         before, after = (

@@ -6,7 +6,7 @@ import pytest
 from safetensors import safe_open
 
 from breaker.common.tensor_file import ModelFileError, write_model
-from breaker.family.network_files import open_network
+from breaker.family.networks import open_network
 from breaker.shipped import KINDS, model_file
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from breaker.family.network_files import shipped_networks
+from breaker.family.networks import shipped_networks
 from breaker.family.operations import infer_operations
 from breaker.model.curves import travel
 from breaker.model.parameters import MOTIONS, NAMES

@@ -7,14 +7,13 @@ from breaker.configuration.definitions import family_of
 from breaker.configuration.loading import load
 from breaker.family.bank import simulate_family
 from breaker.family.drive_family import Family
-from breaker.family.network_files import open_network
-from breaker.family.networks import WEARING
+from breaker.family.networks import WEARING, open_network
 from breaker.family.training_rows import rows_of, sample_rows
 from breaker.model.parameters import MOTIONS
 from breaker.model.prior import Prior
 from breaker.shipped import KINDS, model_file
 
-DRIVES = 160
+DRIVES, BOTH = 160, np.array([[True, True]])
 
 
 @pytest.fixture(scope="module")
@@ -35,10 +34,7 @@ def rows(bank, networks):
 
 
 def test_levels_are_logarithms_in_the_units_of_the_record(rows, bank):
-    both = np.ones((DRIVES, 2), dtype=bool)
-    x, y, there, units = rows["levels"].unscaled(
-        np.arange(DRIVES), np.random.default_rng(1), motions=both
-    )
+    x, y, there, units = rows["levels"].unscaled(np.arange(DRIVES), np.random.default_rng(1), BOTH)
     assert np.isfinite(x).all()
     assert there.all()
     theta = np.exp(y + units)[:, None, :7]  # of either condition
@@ -48,9 +44,11 @@ def test_levels_are_logarithms_in_the_units_of_the_record(rows, bank):
     assert (np.diff(events, axis=2) > 0.0).all()  # contacts switch after the start of motion
 
 
-def test_without_wear_nothing_changes_and_a_change_back_is_the_reverse(rows, bank):
+def test_without_wear_nothing_changes_and_a_change_back_is_the_reverse(networks, bank):
     y, back = (
-        rows["changes"].unscaled(np.arange(DRIVES), np.random.default_rng(1), back=back)[1]
+        rows_of("changes", bank, networks["changes"], back=back).unscaled(
+            np.arange(DRIVES), np.random.default_rng(1)
+        )[1]
         for back in (0.0, 1.0)
     )
     np.testing.assert_allclose(y[:, :7], -back[:, :7], atol=1e-12)
@@ -64,9 +62,8 @@ def test_without_wear_nothing_changes_and_a_change_back_is_the_reverse(rows, ban
 def test_a_curve_that_no_record_shows_is_not_there(networks, bank):
     still = bank.isel(drive=slice(4)).copy(deep=True)
     still["shape"][1, :, 0] = 14564  # at rest from end to end
-    both = np.ones((4, 2), dtype=bool)
     x, _, there, _ = rows_of("levels", still, networks["levels"]).unscaled(
-        np.arange(4), np.random.default_rng(1), motions=both
+        np.arange(4), np.random.default_rng(1), BOTH
     )
     assert np.isfinite(x).all()
     assert not there[1, 7:9].any()

@@ -8,7 +8,7 @@ import pytest
 
 from breaker.configuration.loading import load
 from breaker.family.inputs import network_record
-from breaker.family.network_files import open_network
+from breaker.family.networks import open_network
 from breaker.family.rich_drive import Drive, Elements
 from breaker.family.shape import shape_of
 from breaker.model.limits import Limit

@@ -1,7 +1,7 @@
 """Infer some operations of the endurance test by the networks of families that ship."""
 
 from breaker.common.zarr_store import describe, open_store, save
-from breaker.family.network_files import shipped_levels
+from breaker.family.networks import shipped_levels
 from breaker.family.operations import infer_operations
 from breaker.workflow.jobs import start
 

@@ -2,7 +2,7 @@
 
 from breaker.common.randomness import generator
 from breaker.common.zarr_store import describe, open_store, save
-from breaker.family.network_files import open_network
+from breaker.family.networks import open_network
 from breaker.family.training_rows import rows_of, sample_rows
 from breaker.shipped import model_file
 from breaker.workflow.jobs import start

@@ -118,8 +118,7 @@ def _numbers(overlay) -> dict:
 
 def _families(model: str | None) -> Callable[[], Iterable]:
     """Return what opens the networks of families."""
-    from breaker.family.network_files import open_network, shipped_levels
-    from breaker.family.networks import StateNetwork
+    from breaker.family.networks import StateNetwork, open_network, shipped_levels
 
     if model is None:
         return shipped_levels

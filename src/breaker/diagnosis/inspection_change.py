@@ -46,7 +46,7 @@ from breaker.diagnosis.limits import Evidence, Verdict, judge
 from breaker.diagnosis.reading import samples_of
 from breaker.diagnosis.tables import limits_table
 from breaker.diagnosis.words import say
-from breaker.family.network_files import shipped_networks
+from breaker.family.networks import shipped_networks
 from breaker.family.sensitivities import shipped_sensitivities
 from breaker.model.limits import Limit, from_list
 from breaker.model.parameters import MOTIONS, NAMES, PARAMETERS

@@ -19,8 +19,7 @@ from breaker.diagnosis.identity import Inspections, phase_of
 from breaker.diagnosis.inference import Inference
 from breaker.diagnosis.limits import Verdict, judged
 from breaker.diagnosis.words import say
-from breaker.family.network_files import shipped_levels
-from breaker.family.networks import StateNetwork
+from breaker.family.networks import StateNetwork, shipped_levels
 from breaker.model.limits import Limit, entries_of_type, from_list
 from breaker.model.parameters import MOTIONS, Size
 from breaker.model.quantities import OF_STROKE, Speed, every_speed, speeds_at

@@ -6,11 +6,13 @@ samples, noise, colour and rate, and stroke and duration where the size of the d
 """
 
 from collections.abc import Mapping, Sequence
-from typing import NamedTuple, Self, TypeVar
+from typing import NamedTuple, Self
 
 import numpy as np
 
 from breaker.family.shape import (
+    BEGIN,
+    END,
     SHAPE_STEP,
     SHAPE_TIMES,
     Shape,
@@ -21,24 +23,52 @@ from breaker.family.shape import (
 from breaker.model.parameters import MOTIONS
 from breaker.records.record import Record
 
-FINEST_STEP = 0.025
-"""Durations between samples, of which networks see no finer ones: those count as averages."""
-
 SCATTER_DIRECTIONS = 8
 """First components of changes, in which scatter of operations is measured, as noise."""
 
 _PARTS = 12  # of the grid: a network sees which share of each has samples
 _RIDGE = 1e-9  # keeps the fit of onset and zero regular without a sample
 _FARTHEST = 8.0  # sd of a component: no drive of a family is that far out
-_USUAL_NOISE, _USUAL_STEP = np.log(4e-3), np.log(0.05)  # in the middle of what training draws
+_MIDDLE = np.log([4e-3, 0.05])  # noise and step in the middle of what training draws
 _LEAST_NOISE = 5e-5  # over the stroke, below which no network was trained
-_REQUIRED = -0.4, 2.4  # durations after 10 % of the travel, in which trained records have samples
 
 # Of operations whose parameters scatter by 0.4 %, as noise over the stroke, and how well that is
 # known, in degrees of freedom.
 _USUAL_SCATTER, _KNOWN = 0.005, 4
 
-V = TypeVar("V", float, np.ndarray)
+
+class Sensors(NamedTuple):
+    """What sensors record: each record of a training is of another one.
+
+    Lengths are over the stroke, and times over the duration.
+
+    Attributes:
+        noise: Range of the noise of a sample, log-uniform; as good as none unless it is given.
+        step: Range of the time between samples, log-uniform. Networks see finer ones as averages.
+        quantum: Range of the steps of a rounded travel, log-uniform, over the noise.
+        begins, ends: Ranges after 10 % of the travel.
+        entire, white, smooth, gapless: Shares of records that end last, whose noise has no colour,
+            whose travel is not rounded, and that have no gap.
+        colour: Largest correlation of neighbouring samples.
+        gap: Range of the time without samples.
+        error: Of estimated noise: of its logarithm, and of its colour.
+    """
+
+    noise: tuple[float, float] = (1e-6, 1.1e-6)
+    step: tuple[float, float] = (0.025, 0.15)
+    quantum: tuple[float, float] = (0.1, 4.0)
+    begins: tuple[float, float] = (BEGIN, -0.5)
+    ends: tuple[float, float] = (2.5, END)
+    entire: float = 0.5
+    white: float = 0.6
+    smooth: float = 0.5
+    gapless: float = 0.9
+    colour: float = 0.8
+    gap: tuple[float, float] = (0.1, 1.5)
+    error: float = 0.1
+
+
+_SENSORS = Sensors()
 
 
 class NormalisedRecords(NamedTuple):
@@ -65,11 +95,16 @@ class NormalisedRecords(NamedTuple):
     step: np.ndarray
 
     @classmethod
+    def one(cls, way: np.ndarray, present: np.ndarray, *numbers: float) -> Self:
+        """Return one record; ``numbers`` are those from ``stroke`` to ``step``."""
+        return cls(*(np.array([value]) for value in (True, way, present, *numbers)))
+
+    @classmethod
     def nothing(cls, n: int) -> Self:
         """Return n records that are not there."""
-        one = np.ones(n)
-        shape = np.zeros((n, SHAPE_TIMES.size))
-        return cls(one == 0.0, shape, shape > 0.0, one, one, one, 0.0 * one, one)
+        shape, number = np.zeros((n, SHAPE_TIMES.size)), np.ones((5, n))
+        number[3] = 0.0  # the colour
+        return cls(number[3] > 0.0, shape, shape > 0.0, *number)
 
 
 class Basis(NamedTuple):
@@ -111,19 +146,20 @@ def state_inputs(
     """Return what a state network sees, ``(n, i)`` of float32.
 
     Args:
-        records: By motion; stroke and duration in the units of a drive of size 1.
+        records: By motion, where there are any; in units of a drive of size 1.
         known_size: Whether the size of the drive is known, ``(n,)`` of bool.
         bases: By motion.
         usual: Mean and sd of the logarithms of stroke and duration in the family, ``(2, 2)``.
     """
+    records = _of_both_motions(records)
     sizes = zip(units_of(records), usual, strict=True)
     columns = [records[m].there for m in MOTIONS] + [known_size]
     columns += [known_size * (np.log(unit) - mean) / sd for unit, (mean, sd) in sizes]
     columns += _opening_over_closing(records, usual)
     for motion, seen in records.items():
-        about = [_order_one(seen.noise), seen.colour, np.log(seen.step) - _USUAL_STEP]
-        scores = bases[motion].scores(seen.way, seen.noise)
-        columns.append(_if_there(seen, *about, _shares(seen.present), scores))
+        about = [_order_one(seen.noise), seen.colour, np.log(seen.step) - _MIDDLE[1]]
+        about += [_shares(seen.present), bases[motion].scores(seen.way, seen.noise)]
+        columns.append(seen.there[:, None] * np.column_stack(about))
     return np.column_stack(columns).astype(np.float32)
 
 
@@ -137,22 +173,26 @@ def change_inputs(
     """Return what a change network sees, ``(n, i)`` of float32.
 
     Args:
-        records: Reference of each motion, such as a mean of records of the drive as new.
+        records: References by motion, where there are any, such as means of the drive as new.
         changes: What ``without_onset`` leaves of the difference to it, and its noise.
         bases, change_bases: Components of both, by motion.
         usual: As of ``state_inputs``.
     """
+    records, changes = _of_both_motions(records), _of_both_motions(changes)
     columns = [records[m].there for m in MOTIONS] + _opening_over_closing(records, usual)
     for motion, seen in records.items():
         change, basis = changes[motion], change_bases[motion]
         about = [_order_one(seen.noise), _order_one(change.noise), _shares(change.present)]
-        scores = [
-            bases[motion].scores(seen.way, seen.noise),
-            basis.scores(change.way, change.noise),
-        ]
-        size = np.arcsinh(basis.amplitudes(change.way) / change.noise[:, None])
-        columns.append(_if_there(seen, *about, *scores, size))
+        about += [bases[motion].scores(seen.way, seen.noise)]
+        about += [basis.scores(change.way, change.noise)]
+        about += [np.arcsinh(basis.amplitudes(change.way) / change.noise[:, None])]
+        columns.append(seen.there[:, None] * np.column_stack(about))
     return np.column_stack(columns).astype(np.float32)
+
+
+def _of_both_motions(records: Mapping[str, NormalisedRecords]) -> dict[str, NormalisedRecords]:
+    nothing = NormalisedRecords.nothing(len(next(iter(records.values())).way))
+    return {motion: records.get(motion, nothing) for motion in MOTIONS}
 
 
 def units_of(records: Mapping[str, NormalisedRecords]) -> tuple[np.ndarray, np.ndarray]:
@@ -175,18 +215,13 @@ def _opening_over_closing(
 
 
 def _order_one(noise: np.ndarray) -> np.ndarray:
-    return (np.log(noise) - _USUAL_NOISE) / 2.0
+    return (np.log(noise) - _MIDDLE[0]) / 2.0
 
 
 def _shares(present: np.ndarray) -> np.ndarray:
     """Shares of the parts of the grid that have samples, ``(n, g) -> (n, parts)``."""
     whole = present[:, : SHAPE_TIMES.size // _PARTS * _PARTS]
     return whole.reshape(len(whole), _PARTS, -1).mean(axis=2)
-
-
-def _if_there(seen: NormalisedRecords, *columns: np.ndarray) -> np.ndarray:
-    """Columns about records, zeros where there is no record."""
-    return seen.there[:, None] * np.column_stack(columns)
 
 
 def without_onset(reference: np.ndarray, present: np.ndarray, there: np.ndarray) -> np.ndarray:
@@ -218,9 +253,9 @@ def normalise_record(raw: Record, like: Shape | None = None) -> tuple[Shape, Nor
     shape = shape_of(forward, raw.step, like)
     known = np.flatnonzero(~np.isnan(forward))
     first, last = raw.step * known[0] - shape.origin, raw.step * known[-1] - shape.origin
-    cut = f"begins {-first:.1f} ms before" if first > _REQUIRED[0] * shape.duration else ""
-    cut = cut or (f"ends {last:.1f} ms after" if last < _REQUIRED[1] * shape.duration else "")
-    if cut:
+    begins, ends = _SENSORS.begins[1] + SHAPE_STEP, _SENSORS.ends[0] - SHAPE_STEP
+    if (late := first > begins * shape.duration) or last < ends * shape.duration:
+        cut = f"begins {-first:.1f} ms before" if late else f"ends {last:.1f} ms after"
         raise ValueError(f"{cut} 10 % of the way, where the drive need not rest; record longer")
     seen = network_record(shape, *raw.process, raw.step, like)
     swing = raw.ripple / (like or shape).stroke
@@ -248,11 +283,11 @@ def network_record(
     units = like or shape
     noise = effective_noise(sd / units.stroke, colour, step / units.duration)
     share = step / shape.duration
-    if share < FINEST_STEP:  # the same noise, as samples that far apart have it
-        share, colour = FINEST_STEP, colour ** (FINEST_STEP / share)
+    finest = _SENSORS.step[0]
+    if share < finest:  # the same noise, as samples that far apart have it
+        share, colour = finest, colour ** (finest / share)
     numbers = shape.stroke, shape.duration, max(noise, _LEAST_NOISE), colour, share
-    there = np.array([True]), shape.way[None], shape.present[None]
-    return NormalisedRecords(*there, *(np.array([number]) for number in numbers))
+    return NormalisedRecords.one(shape.way, shape.present, *numbers)
 
 
 class Mean(NamedTuple):
@@ -290,10 +325,8 @@ def mean_record(raws: Sequence[Record], like: Shape | None = None) -> Mean:
     swing = np.mean([raw.ripple**2 for raw in raws]) / units.stroke**2  # in step in all of them
     noise = np.sqrt((np.mean(seen.noise**2) + (n - 1) * swing) / n)
     numbers = middle.stroke, middle.duration, noise, np.mean(seen.colour), np.mean(seen.step)
-    shape = np.array([True]), mean[None], there[None]
-    whole = NormalisedRecords(*shape, *(np.array([number]) for number in numbers))
     left = without_onset(np.tile(mean, (n, 1)), seen.way, seen.present & there)
-    return Mean(units, whole, left)
+    return Mean(units, NormalisedRecords.one(mean, there, *numbers), left)
 
 
 def mean_and_change(

@@ -1,22 +1,16 @@
-"""Read and write the model files of a family, and compare them with a configuration.
+"""Write the model files of a family, and compare them with a configuration.
 
 Importing this module is fast: the plan of the workflow compares files without numpy.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from functools import cache
+from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from breaker.common.lazy_numpy import np
-from breaker.common.tensor_file import ModelFileError, open_model, settings_of, write_model
-from breaker.model.parameters import MOTIONS, NAMES
-from breaker.shipped import FAMILIES, KINDS, model_file, widening
-
-if TYPE_CHECKING:
-    from breaker.family.networks import ChangeNetwork, StateNetwork
+from breaker.common.tensor_file import settings_of, write_model
 
 
 def header_of(config: Mapping[str, Any], kind: str, definition: Mapping) -> dict[str, Any]:
@@ -86,64 +80,3 @@ def write_network(
             for part, array in parts._asdict().items():
                 arrays[f"{name}.{motion}.{part}"] = np.float64(array)
     write_model(path, settings, arrays)
-
-
-def open_network(path: str | Path) -> StateNetwork | ChangeNetwork:
-    """Read a network; ``shipped.widening`` widens the posterior draws of a state network.
-
-    Raises:
-        FileNotFoundError: If the file does not exist.
-        ModelFileError: If the file is not that of a network of a family.
-    """
-    from breaker.family.inputs import Basis
-    from breaker.family.membership import Membership
-    from breaker.family.networks import EVENTS, ChangeNetwork, Network, StateNetwork
-    from breaker.model.prior import Prior
-
-    with open_model(path) as saved:
-        kind = saved.settings.get("kind")
-        if kind not in list(KINDS):
-            raise ModelFileError("it is not a network of a family of drives")
-        weights, arrays = {}, {}
-        for name in saved.arrays:
-            if name.startswith("network."):
-                weights[name.removeprefix("network.")] = saved.weight(name, "float32")
-            else:
-                arrays[name] = saved.weight(name, "float64")
-        Prior.from_settings(saved.settings["prior"])  # raises if the prior is not valid
-
-        def by_motion(name: str, of: type) -> dict:
-            parts = {m: [arrays[f"{name}.{m}.{part}"] for part in of._fields] for m in MOTIONS}
-            return {motion: of(*values) for motion, values in parts.items()}
-
-        parts = {name: arrays[name] for name in ("usual", "centre", "scale")}
-        parts |= {"settings": saved.settings, "bases": by_motion("bases", Basis)}
-        if kind == "changes":
-            network = Network(weights, ChangeNetwork.atoms)
-            change_bases = by_motion("change_bases", Basis)
-            return ChangeNetwork(network=network, change_bases=change_bases, **parts)
-        wider = {}
-        for count, factors in widening(saved.settings["family"]).items():
-            wider[count] = np.array([factors.get(name, 1.0) for name in (*NAMES, *EVENTS)])
-        return StateNetwork(
-            network=Network(weights, StateNetwork.atoms),
-            members=by_motion("members", Membership),
-            widening=wider,
-            **parts,
-        )
-
-
-def shipped_networks(*kinds: str) -> Iterator[tuple[StateNetwork | ChangeNetwork, ...]]:
-    """Yield the networks of each shipped family, of some kinds or all, and open them as needed."""
-    for family in FAMILIES:
-        yield tuple(_shipped(family, kind) for kind in kinds or KINDS)
-
-
-def shipped_levels() -> Iterator[StateNetwork]:
-    """Yield the shipped state networks, in the order in which families are tried."""
-    return (state for (state,) in shipped_networks("levels"))
-
-
-@cache
-def _shipped(family: str, kind: str) -> StateNetwork | ChangeNetwork:
-    return open_network(model_file(family, kind))

@@ -5,16 +5,21 @@ effects are drawn for every drive. They see shapes, and estimate in the units of
 of the first motion. So the estimate follows the size of the drive exactly.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cache
+from pathlib import Path
 from typing import ClassVar
 
 import numpy as np
 
-from breaker.common.tensor_file import ModelFileError
+from breaker.common.tensor_file import ModelFileError, open_model
 from breaker.family.inputs import Basis, NormalisedRecords, change_inputs, state_inputs
 from breaker.family.membership import Match, Membership
 from breaker.model.parameters import MOTIONS, NAMES, UNIT, Size
+from breaker.model.prior import Prior
+from breaker.networks import CLIP, WIDEST
+from breaker.shipped import FAMILIES, KINDS, model_file, widening
 
 EVENTS = tuple(f"{event} {motion}" for motion in MOTIONS for event in ("release", "switching"))
 """Outputs of a state network: start of each motion, and contact touch or separation."""
@@ -47,16 +52,14 @@ WEARING = tuple(name for name in EFFECTS if name not in ("sliding_contact", "tra
 LEAST_AGREEMENT = 0.01
 """Agreement of a parameter below which closing and opening contradict each other."""
 
-_CLIP, _WIDEST = 5.0, 7.0  # as of ``AutoregressiveMixture``
-_AT_ONCE = 2_000  # draws whose arrays stay in a processor's cache
+_AT_ONCE = 8_000  # draws: half a million at once would take some GB
 _LARGEST = 100.0  # logarithms of sizes, and times over durations, by far more than of any drive
-_BEYOND = 1e-3  # share of draws beyond these; the tails of a sound network reach there in 1e-6
 # Share of the variance added by factors of widening that outputs do not have in common. Errors for
 # drives of an independent simulator are not along the posterior. By 0, a recorded contact narrows L
 # too much: 76 % of 95 % intervals contain it for drives with all effects, and 89 % by this share
 # (``studies.mechanisms all --contact 0.1 --wipe 0.05``).
 _APART = 0.25
-_SURE = 0.95  # share of draws
+_SURE = 0.95  # share of draws; the tails of a sound network are beyond all drives in 1e-6
 _LARGEST_WEAR = np.log(2.0)  # of the logarithm of a parameter; wear of a family is below half of it
 
 
@@ -81,8 +84,9 @@ class Network:
         """Map inputs ``(n, i)`` to features ``(n, s)``."""
         h = self._layer("enter", x)
         for k in range(self.blocks):
-            h = h + self._layer(f"outer.{k}", _silu(self._layer(f"inner.{k}", _silu(h))))
-        return self._layer("leave", _silu(h))
+            inner = self._layer(f"inner.{k}", _silu_of_half(0.5 * h))
+            h = h + self._layer(f"outer.{k}", _silu_of_half(0.5 * inner))
+        return self._layer("leave", _silu_of_half(0.5 * h))
 
     def _layer(self, name: str, x: np.ndarray, part: str = "summary") -> np.ndarray:
         weight, bias = (self.arrays[f"{part}.{name}.{kind}"] for kind in ("weight", "bias"))
@@ -106,17 +110,14 @@ class Network:
         place, scale, below = np.split(head, [q, 2 * q], axis=1)
         weights = np.zeros((n, q, q), dtype=head.dtype)
         weights[:, *np.tril_indices(q, -1)] = below
-        scale = np.exp(np.clip(scale, -_WIDEST, _WIDEST))
+        scale = np.exp(np.clip(scale, -WIDEST, WIDEST))
         shift = self._layer("project", features, "inference").reshape(n, q, -1, 1)
         # What is linear in an output: place, scale, weights of the outputs before, half the shift.
         linear = place[..., None], scale[..., None], weights[:, :, None], 0.5 * shift
         uniform, normal = rng.random((draws, q, 2)), rng.standard_normal((draws, q))
         theta = np.zeros((n, q, draws))
-        inputs = max(1, _AT_ONCE // draws)
-        for some in (slice(k, k + inputs) for k in range(0, n, inputs)):
-            own = [part[some] for part in linear]
-            for few in (slice(k, k + _AT_ONCE) for k in range(0, draws, _AT_ONCE)):
-                self._fill(theta[some, :, few], own, there, uniform[few].T, normal[few].T)
+        for few in (slice(k, k + _AT_ONCE) for k in range(0, draws, _AT_ONCE)):
+            self._fill(theta[..., few], linear, there, uniform[few].T, normal[few].T)
         return theta.transpose(0, 2, 1)
 
     def _fill(
@@ -143,17 +144,13 @@ class Network:
             share = sums @ np.exp(logits - logits.max(axis=1, keepdims=True))
             chosen = (share < uniform[0, i] * share[:, -1:]).sum(axis=1)
             mean, width = (numbers[rows, k * self.components + chosen, columns] for k in (1, 2))
-            residual = mean + np.exp(width.clip(-_WIDEST, _WIDEST)) * normal[i]
+            residual = mean + np.exp(width.clip(-WIDEST, WIDEST)) * normal[i]
             absent = 0.5 * np.tanh(0.5 * numbers[:, -1]) + 0.5  # probability of the atom
             free = uniform[1, i] >= absent if self.atoms[i] else True
             value = place[:, i] + (weights[:, i, :, :i] @ theta[:, :i])[:, 0]
             theta[:, i] = np.where(free, value + scale[:, i] * residual, 0.0)
-            seen[:, 2 * i] = np.where(free, residual.clip(-_CLIP, _CLIP), 0.0)
+            seen[:, 2 * i] = np.where(free, residual.clip(-CLIP, CLIP), 0.0)
             seen[:, 2 * i + 1] = np.logical_not(free)
-
-
-def _silu(x: np.ndarray) -> np.ndarray:
-    return _silu_of_half(0.5 * x)
 
 
 def _silu_of_half(half: np.ndarray) -> np.ndarray:
@@ -162,6 +159,48 @@ def _silu_of_half(half: np.ndarray) -> np.ndarray:
     y += 1.0
     y *= half
     return y
+
+
+@dataclass(frozen=True, eq=False)
+class TrainedNetwork:
+    """A network, and in what scales it sees and estimates.
+
+    Attributes:
+        settings: How it was made; ``family``, its name, and ``prior`` among them.
+        network: Its weights.
+        bases: Components of the shapes of each motion.
+        usual: Mean and sd of the logarithms of stroke and duration, ``(2, 2)``.
+        centre, scale: Of the outputs, ``(q,)``.
+
+    Its class has the ``outputs``, which of them may be exactly 0 (``atoms``), how many ``times``
+    each motion has among them, and of what type ``parts`` are that each motion has.
+    """
+
+    kind: ClassVar[str]
+    outputs: ClassVar[tuple[str, ...]]
+    atoms: ClassVar[tuple[bool, ...]]
+    times: ClassVar[int]
+    parts: ClassVar[tuple[tuple[str, type], ...]]
+
+    settings: Mapping
+    network: Network
+    bases: Mapping[str, Basis]
+    usual: np.ndarray
+    centre: np.ndarray
+    scale: np.ndarray
+
+    @classmethod
+    def there(cls, motions: np.ndarray) -> np.ndarray:
+        """Return which outputs records of motions ``(n, 2)`` determine, ``(n, q)`` of bool."""
+        times, some = motions.repeat(cls.times, axis=1), motions.any(axis=1)[:, None]
+        effects = len(cls.outputs) - len(NAMES) - times.shape[1]
+        return np.hstack([some.repeat(len(NAMES), axis=1), times, some.repeat(effects, axis=1)])
+
+    def sample(
+        self, features: np.ndarray, there: np.ndarray, draws: int, rng: np.random.Generator
+    ) -> np.ndarray:
+        """Return ``Network.sample`` in the units of what is estimated."""
+        return self.centre + self.scale * self.network.sample(features, there, draws, rng)
 
 
 @dataclass(frozen=True)
@@ -190,32 +229,19 @@ class StateDraws:
 
 
 @dataclass(frozen=True, eq=False)
-class StateNetwork:
+class StateNetwork(TrainedNetwork):
     """A trained network that estimates the state of a drive from records of one operation.
 
     Attributes:
-        settings: How it was made; ``family``, its name, and ``prior`` among them.
-        network: Its weights.
-        bases: Components of the shapes of each motion.
-        usual: Mean and sd of the logarithms of stroke and duration, ``(2, 2)``.
-        centre, scale: Of the outputs, ``(q,)``.
         members: Distances of drives of the family, by motion.
         widening: Factors on the distances of draws from their median, ``(p + 4,)``, by the number
             of motions at hand: 1 where none is given.
     """
 
-    atoms: ClassVar[tuple[bool, ...]] = (
-        *[False] * (len(NAMES) + len(EVENTS)),
-        *[True] * len(EFFECTS),
-    )
-    """Which outputs may be exactly 0."""
+    kind, outputs, times = "levels", (*NAMES, *EVENTS, *EFFECTS), 2
+    atoms = (*[False] * len(NAMES + EVENTS), *[True] * len(EFFECTS))
 
-    settings: Mapping
-    network: Network
-    bases: Mapping[str, Basis]
-    usual: np.ndarray
-    centre: np.ndarray
-    scale: np.ndarray
+    parts = (("bases", Basis), ("members", Membership))
     members: Mapping[str, Membership]
     widening: Mapping[int, np.ndarray] = field(default_factory=dict)
 
@@ -234,34 +260,32 @@ class StateNetwork:
             size: Size of the drive relative to the family's, if it is known.
 
         Raises:
-            ModelFileError: If more than one draw in a thousand is not finite, or beyond all drives.
+            ModelFileError: If more than 5 % of the draws are not finite, or beyond all drives.
         """
         motions = [motion for motion in MOTIONS if motion in records]
-        seen = {m: records.get(m, NormalisedRecords.nothing(1)) for m in MOTIONS}
         unit = size or UNIT
-        at_one = {
+        seen = {
             m: one._replace(stroke=one.stroke / unit.lengths, duration=one.duration / unit.times)
-            for m, one in seen.items()
+            for m, one in records.items()
         }
-        x = state_inputs(at_one, np.array([size is not None]), self.bases, self.usual)
-        at_hand = np.repeat([m in records for m in MOTIONS], 2).tolist()
-        there = np.array([True] * len(NAMES) + at_hand + [True] * len(EFFECTS))
-        y = self.network.sample(self.network.features(x), there, draws, rng)[0]
-        y = self.centre + self.scale * y
-        beyond = ~(np.abs(y) < _LARGEST).all(axis=1)
-        if beyond.all() or beyond.sum() > 1 + _BEYOND * draws:
+        x = state_inputs(seen, np.array([size is not None]), self.bases, self.usual)
+        there = self.there(np.array([[m in records for m in MOTIONS]]))[0]
+        y = self.sample(self.network.features(x), there, draws, rng)[0]
+        sound = (np.abs(y) < _LARGEST).all(axis=1)
+        if sound.mean() < _SURE:
             remedy = "check the given size" if size else "train it again"
             raise ModelFileError(f"a network estimates sizes that no drive has: {remedy}")
-        y[beyond] = y[~beyond][: beyond.sum()]
+        y[~sound] = y[sound][: (~sound).sum()]
         if (factors := self.widening.get(len(motions))) is not None:
             y[:, : len(factors)] = _widened(y[:, : len(factors)], factors, rng)
         logs, events, effects = np.split(y, [len(NAMES), len(NAMES) + len(EVENTS)], axis=1)
-        release, switching = {}, {}
-        for m in motions:
-            first = 2 * MOTIONS.index(m)
-            times = float(seen[m].duration[0]) * events
-            release[m], switching[m] = times[:, first], times[:, first + 1]
-        stroke, duration = float(seen[motions[0]].stroke[0]), float(seen[motions[0]].duration[0])
+        events = dict(zip(EVENTS, events.T, strict=True))
+        release, switching = (
+            {m: float(records[m].duration[0]) * events[f"{event} {m}"] for m in motions}
+            for event in ("release", "switching")
+        )
+        first = records[motions[0]]
+        stroke, duration = float(first.stroke[0]), float(first.duration[0])
         theta = np.exp(logs) * Size(stroke, duration).factors
         return StateDraws(theta, release, switching, effect_draws(effects, EFFECTS, duration))
 
@@ -316,23 +340,22 @@ class ChangeDraws:
 
 
 @dataclass(frozen=True, eq=False)
-class ChangeNetwork:
+class ChangeNetwork(TrainedNetwork):
     """A trained network that estimates changes between two inspections.
 
     It sees the curves of the drive as they were and their change, and the noise of both. That a
-    parameter has not changed at all has a probability of its own. Attributes as of
-    ``StateNetwork``.
+    parameter has not changed at all has a probability of its own.
+
+    Attributes:
+        change_bases: Components of the changes of the shapes of each motion.
     """
 
-    atoms: ClassVar[tuple[bool, ...]] = (True,) * (len(NAMES) + len(MOTIONS) + len(WEARING))
+    kind, times = "changes", 1
+    outputs = (*NAMES, *(f"later {motion}" for motion in MOTIONS), *WEARING)
+    atoms = (True,) * len(outputs)
 
-    settings: Mapping
-    network: Network
-    bases: Mapping[str, Basis]
+    parts = (("bases", Basis), ("change_bases", Basis))
     change_bases: Mapping[str, Basis]
-    usual: np.ndarray
-    centre: np.ndarray
-    scale: np.ndarray
 
     def draw(
         self,
@@ -348,7 +371,7 @@ class ChangeNetwork:
             changes: Of the same motions, what ``without_onset`` leaves, in the units of the
                 references; its noise is that of both.
         """
-        y = self.draws(references, changes, draws, rng, effects=True)[0]
+        y = self.draws(references, changes, draws, rng, outputs=len(self.outputs))[0]
         logs, later, effects = np.split(y, [len(NAMES), len(NAMES) + len(MOTIONS)], axis=1)
         later = {
             m: float(references[m].duration[0]) * values
@@ -364,24 +387,18 @@ class ChangeNetwork:
         draws: int,
         rng: np.random.Generator,
         *,
-        effects: bool = False,
+        outputs: int = len(NAMES),
     ) -> np.ndarray:
-        """Draw from the posteriors of several changes, by the same random numbers for each.
+        """Draw from the posteriors of n changes, by the same random numbers for each.
 
         Returns:
-            Logarithms of the parameters over what they were, by how much touch and separation come
-            later, in durations, and outputs of the effects that wear, ``(n, d, q)``; these are 0
-            unless ``effects``.
+            The first of ``outputs``, in the order of the network, ``(n, d, q)``: logarithms of the
+            parameters over what they were, durations by which events come later, and effects.
         """
-        nothing = NormalisedRecords.nothing(len(next(iter(references.values())).way))
-        known, changed = (
-            {m: records.get(m, nothing) for m in MOTIONS} for records in (references, changes)
-        )
-        x = change_inputs(known, changed, self.bases, self.change_bases, self.usual)
-        motions = [m in references for m in MOTIONS]
-        there = np.array([True] * len(NAMES) + motions + [effects] * len(WEARING))
-        y = self.network.sample(self.network.features(x), there, draws, rng)
-        return self.centre + self.scale * y
+        x = change_inputs(references, changes, self.bases, self.change_bases, self.usual)
+        there = self.there(np.array([[m in references for m in MOTIONS]]))[0]
+        there[outputs:] = False
+        return self.sample(self.network.features(x), there, draws, rng)[..., :outputs]
 
 
 def plausible_wear(draws: np.ndarray) -> np.ndarray:
@@ -406,3 +423,51 @@ def agreement_of(one: np.ndarray, other: np.ndarray) -> np.ndarray:
         below = np.mean(sides)
         agreement[k] = 2.0 * min(below, 1.0 - below)
     return agreement
+
+
+def open_network(path: str | Path) -> StateNetwork | ChangeNetwork:
+    """Read a network; ``shipped.widening`` widens the posterior draws of a state network.
+
+    Raises:
+        FileNotFoundError: If the file does not exist.
+        ModelFileError: If the file is not that of a network of a family.
+    """
+    with open_model(path) as saved:
+        settings, arrays, weights = saved.settings, {}, {}
+        kind, kinds = settings.get("kind"), (StateNetwork, ChangeNetwork)
+        if kind not in [of.kind for of in kinds]:
+            raise ModelFileError("it is not a network of a family of drives")
+        of = kinds[kind == ChangeNetwork.kind]
+        for name in saved.arrays:
+            if name.startswith("network."):
+                weights[name.removeprefix("network.")] = saved.weight(name, "float32")
+            else:
+                arrays[name] = saved.weight(name, "float64")
+        Prior.from_settings(settings["prior"])  # raises if the prior is not valid
+        parts = {name: arrays[name] for name in ("usual", "centre", "scale")}
+        for name, part in of.parts:
+            paths = {m: [f"{name}.{m}.{each}" for each in part._fields] for m in MOTIONS}
+            parts[name] = {m: part(*(arrays[path] for path in each)) for m, each in paths.items()}
+        if of is StateNetwork:
+            outputs, known = (*NAMES, *EVENTS), widening(settings["family"])
+            parts["widening"] = {
+                count: np.array([factors.get(name, 1.0) for name in outputs])
+                for count, factors in known.items()
+            }
+        return of(settings=settings, network=Network(weights, of.atoms), **parts)
+
+
+def shipped_networks(*kinds: str) -> Iterator[tuple[StateNetwork | ChangeNetwork, ...]]:
+    """Yield the networks of each shipped family, of some kinds or all, and open them as needed."""
+    for family in FAMILIES:
+        yield tuple(_shipped(family, kind) for kind in kinds or KINDS)
+
+
+def shipped_levels() -> Iterator[StateNetwork]:
+    """Yield the shipped state networks, in the order in which families are tried."""
+    return (state for (state,) in shipped_networks("levels"))
+
+
+@cache
+def _shipped(family: str, kind: str) -> StateNetwork | ChangeNetwork:
+    return open_network(model_file(family, kind))

@@ -10,10 +10,10 @@ from torch import Tensor, nn
 
 from breaker.common.randomness import generator, seed_integer
 from breaker.family.bank import shapes
-from breaker.family.inputs import Basis, NormalisedRecords
+from breaker.family.inputs import Basis, NormalisedRecords, Sensors
 from breaker.family.membership import Membership, distances
 from breaker.family.training_records import record_shapes
-from breaker.family.training_rows import BankRows, StateRows
+from breaker.family.training_rows import BankRows
 from breaker.model.parameters import MOTIONS
 from breaker.networks.blocks import ResidualMLP
 from breaker.networks.mixture import AutoregressiveMixture
@@ -87,11 +87,11 @@ def train_network(
         The history of the training; weights by name, and scales of inputs and outputs, both as
         ``network_files.write_network`` takes them.
     """
-    rows.freeze(generator(seed, "family", rows.kind, "scales"))
+    rows.freeze(generator(seed, "family", rows.network.kind, "scales"))
     device = choose_device(settings["device"])
     x, y, _ = rows.rows(np.arange(1), np.random.default_rng(1))
     sizes, atoms = (x.shape[1], y.shape[1]), rows.network.atoms
-    network = FamilyNetwork(settings["network"], rows.kind, sizes, atoms=atoms, seed=seed)
+    network = FamilyNetwork(settings["network"], rows.network.kind, sizes, atoms=atoms, seed=seed)
     last = len(rows) - settings["training"]["validation_curves"]
     history = Trainer(
         network=network.to(device),
@@ -103,21 +103,24 @@ def train_network(
         **_TRAINING,
     ).run()
     frozen = rows.frozen
-    if rows.kind == "levels":
+    if rows.network.kind == "levels":
         rng = generator(seed, "family members")
         curves = {m: held_out["shape"].sel(motion=m, condition="new").values for m in MOTIONS}
         frozen["members"] = {
-            m: _membership(shapes(curves[m]), frozen["bases"][m], rng) for m in MOTIONS
+            m: _membership(shapes(curves[m]), frozen["bases"][m], rows.sensors, rng)
+            for m in MOTIONS
         }
     weights = {name: part.detach().cpu().numpy() for name, part in network.state_dict().items()}
     return history, weights, frozen
 
 
-def _membership(curves: np.ndarray, basis: Basis, rng: np.random.Generator) -> Membership:
+def _membership(
+    curves: np.ndarray, basis: Basis, sensors: Sensors, rng: np.random.Generator
+) -> Membership:
     """Return the distances of curves ``(n, u)`` of held-out drives, at levels of the noise."""
     noise, squares, left = [], [], []
-    for level in np.geomspace(*StateRows.noise, _LEVELS):
-        seen, _ = record_shapes(curves, rng, (level, 1.01 * level))
+    for level in np.geomspace(*sensors.noise, _LEVELS):
+        seen, _ = record_shapes(curves, rng, sensors._replace(noise=(level, 1.01 * level)))
         seen = NormalisedRecords(*(part[seen.there] for part in seen))
         if not noise:
             shares = 1.0 - np.geomspace(1.0, 0.5 / len(seen.way), _QUANTILES)

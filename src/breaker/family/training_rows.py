@@ -1,7 +1,7 @@
 """Rows of a bank for training: what the networks see and estimate; and their quality on others."""
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, fields
+from collections.abc import Sequence
+from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -15,6 +15,7 @@ from breaker.family.bank import GRID, GRID_STEP, shapes
 from breaker.family.inputs import (
     Basis,
     NormalisedRecords,
+    Sensors,
     change_inputs,
     state_inputs,
     units_of,
@@ -26,6 +27,7 @@ from breaker.family.networks import (
     WEARING,
     ChangeNetwork,
     StateNetwork,
+    TrainedNetwork,
     effect_outputs,
     plausible_wear,
 )
@@ -35,18 +37,15 @@ from breaker.family.training_records import record_shapes
 from breaker.model.parameters import FORCE, GAP, MOTIONS, NAMES, powers
 from breaker.paper.calibration import coverage, judge_ranks, ranks
 
+_SOME = np.array([[True, False], [False, True], [True, True]])  # motions that a drive records
 _MOST = 8000  # drives that components are of: more change none of them
-_CLEAN = (1e-6, 1.1e-6)  # noise as good as none, share of the stroke
 _COMPONENTS, _CHANGE_COMPONENTS = 64, 40
-_KNOWN_SIZE = 0.6  # share of the drives whose size is known: users know it more often than not
 _STROKE = 10.0  # mm, to which the fall of the force refers
 _WAY = LEVELS[1] - LEVELS[0]  # of the stroke, made in a duration
 _LEAST_SCALE = 1e-6  # scale of an effect that no drive has
-_BACK = 0.2  # share of the changes that go from worn to new, as after maintenance
 _SAME = 1e-4  # durations, by which touch or separation may move and count as unchanged
 _CHANGE = 0.03  # of the logarithm of a parameter, and of an effect over the closing force
-_ODD, _TERMS = (0.005, 0.05), 3  # shares of a change, and terms of curves that nobody explains
-_FASTEST = 0.3  # periods of a term in a duration
+_TERMS, _FASTEST = 3, 0.3  # terms of curves that nobody explains, and their periods in a duration
 
 
 @dataclass
@@ -54,23 +53,19 @@ class BankRows:
     """Drives of a bank, with new records of them for each batch.
 
     Attributes:
-        kind: "levels" or "changes".
-        names: Of the outputs.
-        noise: Range of the noise of a sample, share of the stroke.
         bank: Drives: see ``bank.simulate_family``.
-        frozen: Scales of inputs and outputs, as the networks have them: set by ``freeze``, or those
-            of the training.
+        frozen: Scales of inputs and outputs, as networks have them: from ``freeze`` or a network.
+        noise: Range of the noise of the sensors, as of ``Sensors``.
     """
 
-    kind: ClassVar[str]
-    network: ClassVar[type]
-    names: ClassVar[tuple[str, ...]]
-    noise: ClassVar[tuple[float, float]]
+    network: ClassVar[type[TrainedNetwork]]
 
     bank: xr.Dataset
     frozen: dict[str, Any] = field(default_factory=dict)
+    noise: tuple[float, float] = Sensors().noise
 
     def __post_init__(self) -> None:
+        self.sensors = Sensors(noise=self.noise)
         self.curves = self.bank["shape"].values  # (drive, condition, motion, u), as stored
         self.theta = self.bank.parameters.values
         self.stroke = self.bank.stroke.values
@@ -89,23 +84,12 @@ class BankRows:
         """Set the scales of inputs and outputs."""
         drives, bases = rng.permutation(len(self))[:_MOST], {}
         for m, motion in enumerate(MOTIONS):
-            seen, _ = record_shapes(shapes(self.curves[drives, 0, m]), rng, _CLEAN)
+            seen, _ = record_shapes(shapes(self.curves[drives, 0, m]), rng, Sensors())
             bases[motion] = Basis.of(seen.way[seen.present.mean(axis=1) > 0.9], _COMPONENTS)
         sizes = np.log(self.stroke[:, 0]), np.log(self.duration[:, 0])
         usual = np.array([[logs.mean(), logs.std()] for logs in sizes])
         self.frozen = {"bases": bases, "usual": usual}
         self.frozen |= self._more_scales(drives, rng)
-
-    def _motions(self, n: int, rng: np.random.Generator) -> np.ndarray:
-        """Which motions there are, ``(n, 2)`` of bool: closing, opening or both."""
-        return np.array([[True, False], [False, True], [True, True]])[rng.integers(0, 3, n)]
-
-    def _there(self, records: Mapping[str, NormalisedRecords], times: int) -> np.ndarray:
-        """Which outputs are there, ``(n, q)`` of bool, with so many times of each motion."""
-        motions = np.column_stack([seen.there for seen in records.values()])
-        some, more = motions.any(axis=1)[:, None], len(self.names) - len(NAMES) - 2 * times
-        known, effects = some.repeat(len(NAMES), axis=1), some.repeat(more, axis=1)
-        return np.hstack([known, motions.repeat(times, axis=1), effects])
 
     def _in_units(
         self, seen: NormalisedRecords, drives: np.ndarray, condition: np.ndarray, motion: int
@@ -113,6 +97,9 @@ class BankRows:
         """Records in mm and ms instead of the strokes and durations of their curves."""
         stroke, duration = self.stroke[drives, condition], self.duration[drives, condition, motion]
         return seen._replace(stroke=seen.stroke * stroke, duration=seen.duration * duration)
+
+    def _there(self, records: dict[str, NormalisedRecords]) -> np.ndarray:
+        return self.network.there(np.column_stack([seen.there for seen in records.values()]))
 
     def _effects(
         self, drives: np.ndarray, condition: np.ndarray, elements: np.ndarray
@@ -143,11 +130,18 @@ class BankRows:
         return {name: sizes[name] for name in EFFECTS}
 
 
+@dataclass
 class StateRows(BankRows):
-    """Records of one operation, and the state of the drive."""
+    """Records of one operation, and the state of the drive.
 
-    kind, network, names = "levels", StateNetwork, (*NAMES, *EVENTS, *EFFECTS)
-    noise, from_logarithms = (1e-4, 3e-2), staticmethod(np.exp)
+    Attributes:
+        known_size: Share of the drives whose size is known: users know it more often than not.
+    """
+
+    network, from_logarithms = StateNetwork, staticmethod(np.exp)
+
+    noise: tuple[float, float] = (1e-4, 3e-2)
+    known_size: float = 0.6
 
     def _more_scales(self, drives: np.ndarray, rng: np.random.Generator) -> dict[str, Any]:
         _, y, there, _ = self.unscaled(drives, rng)
@@ -159,13 +153,7 @@ class StateRows(BankRows):
         return {"centre": centre, "scale": scale}
 
     def unscaled(
-        self,
-        drives: np.ndarray,
-        rng: np.random.Generator,
-        *,
-        motions: np.ndarray | None = None,
-        noise: tuple[float, float] = noise,
-        known_size: float = _KNOWN_SIZE,
+        self, drives: np.ndarray, rng: np.random.Generator, motions: np.ndarray = _SOME
     ) -> tuple[np.ndarray, ...]:
         """Return inputs, outputs before their scales, which are there, and units of the outputs.
 
@@ -173,18 +161,16 @@ class StateRows(BankRows):
 
         Args:
             drives: Numbers of drives, ``(n,)``.
-            motions: Which motions there are, ``(n, 2)``; drawn if None.
-            noise: Range of the noise of a sample, share of the stroke.
-            known_size: Share of the drives whose size is known.
+            motions: Which motions there may be, ``(k, 2)``; each drive has one of these rows.
         """
         n = len(drives)
         condition = rng.integers(0, 2, n)
-        motions = self._motions(n, rng) if motions is None else motions
-        known = rng.random(n) < known_size
+        motions = motions[rng.integers(0, len(motions), n)]
+        known = rng.random(n) < self.known_size
         records, events = {}, []
         for m, motion in enumerate(MOTIONS):
             curves = shapes(self.curves[drives, condition, m])
-            seen, origin = record_shapes(curves, rng, noise, wanted=motions[:, m])
+            seen, origin = record_shapes(curves, rng, self.sensors, wanted=motions[:, m])
             after = self.events[drives, condition, m] - origin[:, None]
             events.append(after / seen.duration[:, None])
             records[motion] = self._in_units(seen, drives, condition, m)
@@ -195,17 +181,28 @@ class StateRows(BankRows):
         (length, time), logs = powers(), np.log(self.theta[drives, condition])
         scaled = logs - (np.log(stroke)[:, None] * length + np.log(duration)[:, None] * time)
         effects = effect_outputs(self._effects(drives, condition, condition), duration)
-        units = np.zeros((n, len(self.names)))
+        y = np.hstack([scaled, events, effects])
+        units = np.zeros_like(y)
         units[:, : len(NAMES)] = logs - scaled
-        return x, np.hstack([scaled, events, effects]), self._there(records, 2), units
+        return x, y, self._there(records), units
 
 
+@dataclass
 class ChangeRows(BankRows):
-    """Records of a drive in two conditions, and what has changed."""
+    """Records of a drive in two conditions, and what has changed.
 
-    kind, network = "changes", ChangeNetwork
-    names = (*NAMES, *(f"later {motion}" for motion in MOTIONS), *WEARING)
-    noise = (1e-5, 1e-2)  # of means of many records down
+    Attributes:
+        noise: Of means of many records down.
+        back: Share of the changes that go from worn to new, as after maintenance.
+        odd: Range of the size of what nobody explains, as a share of a change, log-uniform; none if
+            it is empty.
+    """
+
+    network = ChangeNetwork
+
+    noise: tuple[float, float] = (1e-5, 1e-2)
+    back: float = 0.2
+    odd: tuple[float, ...] = (0.005, 0.05)
 
     @staticmethod
     def from_logarithms(logs: np.ndarray) -> np.ndarray:
@@ -213,60 +210,50 @@ class ChangeRows(BankRows):
         return 100.0 * np.expm1(logs)
 
     def _more_scales(self, drives: np.ndarray, rng: np.random.Generator) -> dict[str, Any]:
-        order, motions = np.array([[0], [1]]) + 0 * drives, np.ones((len(drives), 2), dtype=bool)
-        _, changes, _ = self._records(drives, order, motions, rng, _CLEAN, odd=False)
-        bases = {
-            motion: Basis.of(change.way, _CHANGE_COMPONENTS)._replace(
-                mean=np.zeros(SHAPE_TIMES.size)
-            )
-            for motion, change in changes.items()
-        }
-        scale = np.full(len(self.names), _CHANGE)
+        order, both = np.array([[0], [1]]) + 0 * drives, np.ones((len(drives), 2), dtype=bool)
+        clean = replace(self, noise=Sensors().noise, odd=())
+        bases = {}
+        for motion, change in clean._records(drives, order, both, rng)[1].items():
+            basis = Basis.of(change.way, _CHANGE_COMPONENTS)
+            bases[motion] = basis._replace(mean=np.zeros(SHAPE_TIMES.size))
+        scale = np.full(len(self.network.outputs), _CHANGE)
         return {"change_bases": bases, "centre": 0.0 * scale, "scale": scale}
 
     def unscaled(
-        self,
-        drives: np.ndarray,
-        rng: np.random.Generator,
-        *,
-        motions: np.ndarray | None = None,
-        noise: tuple[float, float] = noise,
-        back: float = _BACK,
+        self, drives: np.ndarray, rng: np.random.Generator, motions: np.ndarray = _SOME
     ) -> tuple[np.ndarray, ...]:
         """Return inputs, outputs before their scales, which are there, and zeros as their units.
 
-        Args:
-            drives, motions, noise: As of ``StateRows.unscaled``.
-            back: Share of the changes from worn to new.
+        Arguments as of ``StateRows.unscaled``.
         """
         n = len(drives)
-        motions = self._motions(n, rng) if motions is None else motions
-        before = (rng.random(n) < back).astype(int)
+        motions = motions[rng.integers(0, len(motions), n)]
+        before = (rng.random(n) < self.back).astype(int)
         order = np.array([before, 1 - before])
-        records, changes, y = self._records(drives, order, motions, rng, noise)
+        records, changes, y = self._records(drives, order, motions, rng)
         scales = (self.frozen[name] for name in ("bases", "change_bases", "usual"))
         x = change_inputs(records, changes, *scales)
-        return x, y, self._there(records, 1), np.zeros_like(y)
+        return x, y, self._there(records), np.zeros_like(y)
 
-    def _records(self, drives, order, motions, rng, noise, *, odd=True):
+    def _records(self, drives, order, motions, rng):
         """References in mm and ms, changes from them, and outputs, ``(n, q)``.
 
-        ``order`` has the conditions before and after, ``(2, n)``; ``odd`` adds changes of no drive
-        of the family.
+        ``order`` has the conditions before and after, ``(2, n)``.
         """
         references, changes, moved = {}, {}, []
         for m, motion in enumerate(MOTIONS):
             curves = [shapes(self.curves[drives, each, m]) for each in order]
             stroke = [self.stroke[drives, each] for each in order]
             unit = [self.duration[drives, each, m] for each in order]
-            seen, _ = record_shapes(curves[0], rng, noise, wanted=motions[:, m])
+            seen, _ = record_shapes(curves[0], rng, self.sensors, wanted=motions[:, m])
             seen = self._in_units(seen, drives, order[0], m)
             like = seen.stroke / stroke[1], seen.duration / unit[1]
-            after, _ = record_shapes(curves[1], rng, noise, wanted=seen.there, like=like)
-            if odd:
+            after, _ = record_shapes(curves[1], rng, self.sensors, wanted=seen.there, like=like)
+            if self.odd:
                 some = after.there
                 sizes = [stroke[1] / stroke[0], unit[0] / unit[1]]
-                after.way[some] += _odd(*(values[some] for values in (*curves, *sizes)), rng)
+                size = _sizes(*(values[some] for values in (*curves, *sizes)))
+                after.way[some] += _odd(size, self.odd, rng)
             there = seen.present & after.present
             change = without_onset(seen.way, after.way, there)
             noises = np.hypot(seen.noise, after.noise)
@@ -286,16 +273,9 @@ class ChangeRows(BankRows):
         return references, changes, np.hstack([logs, np.array(moved).T, worn])
 
 
-def _odd(
-    before: np.ndarray,
-    after: np.ndarray,
-    length: np.ndarray,
-    unit: np.ndarray,
-    rng: np.random.Generator,
-) -> np.ndarray:
-    """Smooth random curves ``(n, g)``, as large as shares of the change of curves ``(n, u)``."""
-    size = _sizes(before, after, length, unit)
-    size *= np.exp(rng.uniform(*np.log(_ODD), len(size)))
+def _odd(size: np.ndarray, share: tuple[float, float], rng: np.random.Generator) -> np.ndarray:
+    """Smooth random curves ``(n, g)``, as large as shares of changes of a size ``(n,)``."""
+    size = size * np.exp(rng.uniform(*np.log(share), len(size)))
     rate, phase = rng.uniform(0.0, 1.0, (2, len(size), _TERMS, 1))
     curves = np.sin(2.0 * np.pi * (_FASTEST * rate * SHAPE_TIMES + phase)).sum(axis=1)
     return size[:, None] * np.clip(SHAPE_TIMES + 1.0, 0.0, 1.0) * curves  # none at the rest before
@@ -318,43 +298,40 @@ def _sizes(before, after, length, unit):
 
 
 def rows_of(
-    kind: str, bank: xr.Dataset, like: StateNetwork | ChangeNetwork | None = None
+    kind: str, bank: xr.Dataset, like: TrainedNetwork | None = None, **drawn: Any
 ) -> BankRows:
-    """Return rows of "levels" or "changes", in the scales of a network if one is given."""
+    """Return rows of "levels" or "changes", in the scales of a network if one is given.
+
+    Args:
+        drawn: What the rows draw otherwise than in training: attributes of ``StateRows`` or
+            ``ChangeRows``.
+    """
     frozen = {part.name: getattr(like, part.name) for part in fields(like)} if like else {}
-    return (StateRows if kind == StateRows.kind else ChangeRows)(bank, frozen)
+    return (StateRows if kind == StateNetwork.kind else ChangeRows)(bank, frozen, **drawn)
 
 
 def sample_rows(
-    network: StateNetwork | ChangeNetwork,
-    rows: BankRows,
-    source: str,
-    draws: int,
-    rng: np.random.Generator,
-    **sensor,
+    network: TrainedNetwork, rows: BankRows, source: str, draws: int, rng: np.random.Generator
 ) -> xr.Dataset:
     """Draw from the posteriors of one record of each motion of each drive.
 
     Args:
         rows: Drives, in the scales of the network.
         source: Which motions there are: "closing", "opening" or "both".
-        sensor: As of the ``unscaled`` of the rows.
 
     Returns:
         ``draws (curve, draw, output)`` and ``truth (curve, output)``: parameters, or their changes
         in percent, and events, in durations. What is exactly 0 has a random order, by a jitter of
         a billionth of a scale. Changes beyond any wear are left out; ``withheld`` counts them.
     """
-    n, logs = len(rows), len(NAMES)
-    motions = np.tile([source != "opening", source != "closing"], (n, 1))
-    x, y, there, units = rows.unscaled(np.arange(n), rng, motions=motions, **sensor)
+    logs, motions = len(NAMES), np.array([[source in (motion, "both") for motion in MOTIONS]])
+    x, y, there, units = rows.unscaled(np.arange(len(rows)), rng, motions)
     told = there.any(axis=0)
     x, y, units = (values[(there == told).all(axis=1)] for values in (x, y, units))
     features = network.network.features(x)
-    values = np.stack([network.network.sample(row[None], told, draws, rng)[0] for row in features])
-    values = network.centre + network.scale * values
+    values = np.stack([network.sample(row[None], told, draws, rng)[0] for row in features])
     kept = np.ones(len(values), dtype=bool)
-    if rows.kind == "changes":
+    if isinstance(network, ChangeNetwork):
         kept = plausible_wear(values[..., :logs])
 
     def physical(outputs: np.ndarray, units: np.ndarray) -> np.ndarray:
@@ -368,7 +345,7 @@ def sample_rows(
             "draws": (("curve", "draw", "output"), physical(values[kept], units[kept][:, None])),
             "truth": (("curve", "output"), physical(y[kept], units[kept])),
         },
-        {"output": np.array(rows.names)[told]},
+        {"output": np.array(network.outputs)[told]},
         {"withheld": int((~kept).sum())},
     )
 

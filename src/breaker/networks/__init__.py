@@ -10,3 +10,9 @@ numbers ``(n, q)``. ``summary.build`` makes the two networks of a posterior from
 
 ``mixture`` has the density of the family's networks; ``training`` trains any of them.
 """
+
+CLIP = 5.0
+"""Of residuals as inputs: one far outlier must not drive a network of later dimensions."""
+
+WIDEST = 7.0
+"""Largest logarithm of a scale or width, 1100 times the unit: its exponential stays finite."""

@@ -18,8 +18,7 @@ from collections.abc import Sequence
 import torch
 from torch import Tensor, nn
 
-_CLIP = 5.0  # of residuals as inputs: one far outlier must not drive a network of later dimensions
-_WIDEST = 7.0  # largest logarithm of a scale or width, 1100 times the unit: exp stays finite
+from breaker.networks import CLIP, WIDEST
 
 
 class AutoregressiveMixture(nn.Module):
@@ -72,12 +71,12 @@ class AutoregressiveMixture(nn.Module):
         residual = (theta - place - (weights @ theta.unsqueeze(-1)).squeeze(-1)) * torch.exp(-scale)
         atom = (self.atoms & (theta == 0.0)).to(theta.dtype)
         free = there * (1.0 - atom)
-        seen = torch.cat([residual.clamp(-_CLIP, _CLIP) * free, atom * there], dim=1)
+        seen = torch.cat([residual.clamp(-CLIP, CLIP) * free, atom * there], dim=1)
         shift = self.project(features).reshape(n, q, -1)
         hidden = torch.einsum("nj,ij,ijw->niw", seen, self.earlier, self.enter) + shift
         numbers = torch.einsum("niw,iwk->nik", nn.functional.silu(hidden), self.leave) + self.bias
         logits, means, widths = numbers[..., :-1].chunk(3, dim=-1)
-        widths = widths.clamp(-_WIDEST, _WIDEST)
+        widths = widths.clamp(-WIDEST, WIDEST)
         normal = -0.5 * ((residual.unsqueeze(-1) - means) * torch.exp(-widths)).square()
         normal = normal - widths - 0.5 * math.log(2.0 * math.pi)
         density = torch.logsumexp(torch.log_softmax(logits, dim=-1) + normal, dim=-1) - scale
@@ -96,4 +95,4 @@ class AutoregressiveMixture(nn.Module):
         weights = torch.zeros((n, q, q), dtype=features.dtype, device=features.device)
         rows, columns = torch.tril_indices(q, q, offset=-1, device=features.device)
         weights[:, rows, columns] = below
-        return place, scale.clamp(-_WIDEST, _WIDEST), weights
+        return place, scale.clamp(-WIDEST, WIDEST), weights

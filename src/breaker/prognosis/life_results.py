@@ -6,8 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import xarray as xr
 
-from breaker.family.network_files import shipped_networks
-from breaker.family.networks import LEAST_AGREEMENT, agreement_of
+from breaker.family.networks import LEAST_AGREEMENT, agreement_of, shipped_networks
 from breaker.model.limits import Limit
 from breaker.model.parameters import NAMES
 from breaker.model.sensor import grid
