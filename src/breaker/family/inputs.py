@@ -374,7 +374,7 @@ def more_scattered(means: Sequence[Mean], usual: float) -> float:
     return max(float(shrunk_variance(squares - seen * known, seen, usual)) / usual, 1.0)
 
 
-def shrunk_variance(squares: V, seen: float, usual: V, known: float = _KNOWN) -> V:
+def shrunk_variance(squares, seen, usual, known=_KNOWN):
     """Return a variance, or a covariance, drawn to the usual one.
 
     Args:
