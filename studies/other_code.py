@@ -193,10 +193,15 @@ def visits(prior: Prior, count: int, records: int = 3) -> pd.DataFrame:
     networks, rows = [*shipped_networks()], []
     for number in range(count):
         rng = generator(1, "other code, changes", number)
-        drive, factors = Other.drawn(prior, rng), np.ones(len(NAMES))
-        for name in rng.choice(list(WEAR), rng.integers(1, 3) * (number % 2), replace=False):
-            factors[NAMES.index(name)] += WEAR[name] * rng.uniform(0.3, 1.0)
-        later = Other(drive.theta * factors, drive.more)
+        while True:
+            drive, factors = Other.drawn(prior, rng), np.ones(len(NAMES))
+            for name in rng.choice(list(WEAR), rng.integers(1, 3) * (number % 2), replace=False):
+                factors[NAMES.index(name)] += WEAR[name] * rng.uniform(0.3, 1.0)
+            later = Other(drive.theta * factors, drive.more)
+            if (
+                later.excess(later.theta[NAMES.index("L")])[0] > 0.01
+            ):  # it closes, and when scattered
+                break
         pair = Pair.of(visit(drive, records, rng), visit(later, records, rng))
         both = compare(pair, networks, rng)
         about = "change", "changed" if number % 2 else "unchanged"
