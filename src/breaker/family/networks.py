@@ -436,10 +436,9 @@ def open_network(path: str | Path) -> StateNetwork | ChangeNetwork:
     """
     with open_model(path) as saved:
         settings, arrays, weights = saved.settings, {}, {}
-        kind, kinds = settings.get("kind"), (StateNetwork, ChangeNetwork)
-        if kind not in [of.kind for of in kinds]:
+        of = {of.kind: of for of in (StateNetwork, ChangeNetwork)}.get(settings.get("kind"))
+        if of is None:
             raise ModelFileError("it is not a network of a family of drives")
-        of = kinds[kind == ChangeNetwork.kind]
         for name in saved.arrays:
             if name.startswith("network."):
                 weights[name.removeprefix("network.")] = saved.weight(name, "float32")
@@ -448,8 +447,7 @@ def open_network(path: str | Path) -> StateNetwork | ChangeNetwork:
         Prior.from_settings(settings["prior"])  # raises if the prior is not valid
         parts = {name: arrays[name] for name in ("usual", "centre", "scale")}
         for name, part in of.parts:
-            paths = {m: [f"{name}.{m}.{each}" for each in part._fields] for m in MOTIONS}
-            parts[name] = {m: part(*(arrays[path] for path in each)) for m, each in paths.items()}
+            parts[name] = {m: _part(part, f"{name}.{m}", arrays) for m in MOTIONS}
         if of is StateNetwork:
             outputs, known = (*NAMES, *EVENTS), widening(settings["family"])
             parts["widening"] = {
@@ -457,6 +455,10 @@ def open_network(path: str | Path) -> StateNetwork | ChangeNetwork:
                 for count, factors in known.items()
             }
         return of(settings=settings, network=Network(weights, of.atoms), **parts)
+
+
+def _part(part: type, name: str, arrays: Mapping[str, np.ndarray]) -> Basis | Membership:
+    return part(*(arrays[f"{name}.{field}"] for field in part._fields))
 
 
 def shipped_networks(*kinds: str) -> Iterator[tuple[StateNetwork | ChangeNetwork, ...]]:
