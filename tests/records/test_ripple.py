@@ -37,18 +37,23 @@ def test_its_size_is_found(period, amplitude):
 
 
 def test_noise_bumps_kinks_and_drives_have_hardly_any():
-    """Some 2 % of the family's drives (23 of 1,000) swing as much themselves; of others none."""
+    """Of 200 drives of the family at most 2 % swing as much themselves; of others none.
+
+    Drives whose friction is complete only at some speed swing more often (23 of 1,000), and are
+    left out: their swing is not an error of the reading.
+    """
     ways = [rippled(0.0, 5.0, noise=1.0, seed=seed) for seed in range(50)]
     ways += [WAY + 4.0 * np.exp(-np.square((TIME - 45.0) / width)) for width in (0.7, 1, 2, 5)]
     ways += [np.minimum(WAY, 0.6 * STROKE + 0.5 * (WAY - 0.6 * STROKE)) / 0.8]
     ways += [WAY[::40], np.full(TIME.size, np.nan)]
     assert not any(ripple_of(way, STROKE) for way in ways)
     config, rng = load(), generator(4, "ripple")
-    family = Family(Prior.from_settings(config["prior"]), family_of(config["family"]["name"]))
+    definition = family_of(config["family"]["name"])
+    effects = {name: of for name, of in definition["effects"].items() if name != "friction_speed"}
+    family = Family(Prior.from_settings(config["prior"]), definition | {"effects": effects})
     times = np.arange(-5.0, 100.0, 0.05)
     drives = [family.new(rng).travel("closing", times) for _ in range(200)]
-    # More than 12 of 200 at a rate of 2.3 % have a probability below 1e-3.
-    assert sum(ripple_of(way, way[-1]) > 0.0 for way in drives) <= 12
+    assert sum(ripple_of(way, way[-1]) > 0.0 for way in drives) <= 4
 
 
 def test_a_ripple_is_an_error_of_times():
