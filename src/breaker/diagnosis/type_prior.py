@@ -1,11 +1,9 @@
-r"""The prior of a type of breaker, learned from records of some of its drives.
+"""The prior of a type of breaker, learned from records of some of its drives.
 
 Drives of one type share levers and dampers, and so the error of what networks infer from them. More
 drives do not reduce this error, and the posterior of a drive is far wider than the spread of its
-type. Therefore the model compares drives by the means ``x_b`` of their draws (logarithms), whose
-own error shows from operation to operation: ``x_b = m + u_b + e_b``, ``u_b ~ N(0, diag(tau^2))``.
-In a few drives one parameter deviates by more; the evidence for it is the log likelihood ratio.
-Expectation maximisation estimates m and tau from the drives that do not deviate.
+type. Therefore the means of their draws (logarithms) are compared, whose own error shows from
+operation to operation. Medians over drives resist a few that deviate.
 """
 
 import os
@@ -18,7 +16,7 @@ from typing import NamedTuple, Self
 import numpy as np
 import yaml
 
-from breaker.common.document import Document, Remark, Section, Table, text_of
+from breaker.common.document import Document, Remark, Section, text_of
 from breaker.common.numerals import in_digits
 from breaker.common.text import bare, usual_spelling
 from breaker.common.wording import Sentence
@@ -29,7 +27,7 @@ from breaker.diagnosis.session import Diagnosis
 from breaker.diagnosis.words import say
 from breaker.family.inputs import shrunk_variance
 from breaker.family.networks import StateNetwork
-from breaker.model.parameters import MOTIONS, NAMES, PARAMETERS, Size
+from breaker.model.parameters import MOTIONS, NAMES, Size
 from breaker.model.prior import Prior
 from breaker.model.sensor import Sensor
 from breaker.records.files import printable
@@ -37,13 +35,6 @@ from breaker.records.folder import is_folder, list_fleet, list_operations
 from breaker.records.operations import MANIFEST, Operation
 from breaker.shipped import HELD_BACK
 
-FEWEST = 5
-"""Drives of a type from which on one may deviate: of fewer, the spread is hardly known."""
-
-DEVIATES = 6.0
-"""Evidence that a drive deviates, nats: odds of 400, as a fleet has hundreds of drives."""
-
-_DEVIATION = 0.3  # sd of a deviation, in logarithms: the largest usual wear
 _LEAST_SPREAD = 0.1  # expected spread of a type, in log-sds of the prior of all drives
 _KNOWN = 4.0  # drives or operations that an expected variance counts for
 _SHARED = 0.6  # share of the posterior's variance that all drives of a type have in common
@@ -51,108 +42,42 @@ _MOST = 20  # records of one breaker and motion: more reduce no error that they 
 _LEFT_OUT = 0.02  # mm at size 1: what no model describes in records of little noise
 
 
-class TypeDraws(NamedTuple):
-    """Draws of the drives of a type.
+class DrawnType(NamedTuple):
+    """A type of breaker, learned from posterior draws of its drives.
 
     Attributes:
-        mean: Mean of the logarithms of the parameters over all operations, ``(n, p)``.
-        squares: Sum of products of the operations' deviations from it, ``(n, p, p)``.
-        count: Operations, ``(n,)``.
-        theta: Posterior draws, as many as of one operation, ``(n, d, p)``.
+        theta: Draws of each drive, as many as of one operation, ``(n, d, p)``.
+        medians: Medians of the drives, ``(p,)``.
+        log_sds: Log-sds of a further drive, ``(p,)``: the spread of the drives, and the doubt of
+            the medians, of which few drives inform, with an error that they share.
     """
 
-    mean: np.ndarray
-    squares: np.ndarray
-    count: np.ndarray
     theta: np.ndarray
+    medians: np.ndarray
+    log_sds: np.ndarray
 
     @classmethod
-    def of(cls, drives: Iterable[Sequence[np.ndarray]]) -> Self:
-        """Summarise the draws ``(d, p)`` of one or more operations of each drive."""
-        rows = []
+    def of(cls, drives: Iterable[Sequence[np.ndarray]], usual: np.ndarray) -> Self:
+        """Learn a type from the draws ``(d, p)`` of one or more operations of each drive.
+
+        One drive takes the spread of drives of any type, whose log-sds at one size are ``usual``.
+        """
+        means, theta = [], []
         for operations in drives:
-            means = np.array([np.log(theta).mean(axis=0) for theta in operations])
-            off, theta = means - means.mean(axis=0), np.concatenate(operations)
-            some = theta[:: len(operations)]
-            rows.append((means.mean(axis=0), off.T @ off, len(operations), some))
-        return cls(*map(np.array, zip(*rows, strict=True)))
-
-
-def draws_of(estimates: Iterable[Estimate]) -> list[np.ndarray]:
-    """Return the draws ``(d, p)`` of each operation; two motions may share them."""
-    return [*{id(e.draws): e.draws.theta for e in estimates if e.draws}.values()]
-
-
-@dataclass(frozen=True, eq=False)
-class TypeOfBreaker:
-    """A type of breaker, learned from drives.
-
-    Attributes:
-        medians: Medians of its drives, ``(p,)``.
-        spread: Log-sds of the drives, ``(p,)``.
-        doubt: Log-sds of the medians, ``(p,)``: few drives inform of them, and share an error.
-        evidence: Evidence that a parameter of a drive deviates, nats, ``(n, p)``; -inf below
-            ``FEWEST`` drives.
-        off: Distance of a drive's mean from the median, share, ``(n, p)``.
-    """
-
-    medians: np.ndarray
-    spread: np.ndarray
-    doubt: np.ndarray
-    evidence: np.ndarray
-    off: np.ndarray
-
-    @property
-    def log_sds(self) -> np.ndarray:
-        """Log-sds of a further drive, ``(p,)``."""
-        return np.hypot(self.spread, self.doubt)
-
-
-def learn_type(drawn: TypeDraws, usual: np.ndarray) -> TypeOfBreaker:
-    """Learn a type from its drives; from one drive, take the spread of drives of any type, whose
-    log-sds at one size are ``usual``, ``(p,)``.
-    """
-    x, posterior = drawn.mean, np.mean([np.cov(np.log(e).T) for e in drawn.theta], axis=0)
-    n, p = x.shape
-    squares, seen = drawn.squares.sum(axis=0), float((drawn.count - 1).sum())
-    one = shrunk_variance(squares, seen, (1.0 - _SHARED) * posterior, _KNOWN)
-    error = one / drawn.count[:, None, None]
-    centre, least = np.median(x, axis=0), np.square(_LEAST_SPREAD * usual)
-    variance = np.maximum(np.square(1.4826 * np.median(np.abs(x - centre), axis=0)), least)
-    settled = False
-    while not settled:
-        before = np.exp(centre), variance
-        log, mean, square = _components(x - centre, error, variance)
-        log[:, 1:] -= DEVIATES  # odds of a deviation before any record
-        share = np.exp(log - log.max(axis=1, keepdims=True))
-        share /= share.sum(axis=1, keepdims=True)
-        counts = share[:, :, None] * (1.0 - np.eye(p + 1, p, -1))  # without what deviates
-        total = counts.sum(axis=(0, 1))
-        centre = centre + (counts * mean).sum(axis=(0, 1)) / total
-        variance = shrunk_variance((counts * square).sum(axis=(0, 1)), total, least, _KNOWN)
-        settled = np.allclose(before, (np.exp(centre), variance), atol=0.0)
-    log, _, _ = _components(x - centre, error, variance)
-    evidence = log[:, 1:] - log[:, :1] if n >= FEWEST else np.full((n, p), -np.inf)
-    few = (variance + np.diagonal(error.mean(axis=0))) / n
-    doubt = np.sqrt(few + _SHARED * posterior.diagonal())
-    spread = np.sqrt(variance) if n > 1 else usual
-    return TypeOfBreaker(np.exp(centre), spread, doubt, evidence, np.expm1(x - centre))
-
-
-def _components(
-    off: np.ndarray, error: np.ndarray, variance: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the log likelihoods of drives without a deviation and with one in each parameter,
-    ``(n, 1 + p)``, and mean and mean square of their own part then, ``(n, 1 + p, p)``.
-    """
-    p = off.shape[1]
-    wider = variance + _DEVIATION**2 * np.vstack([np.zeros(p), np.eye(p)])
-    inverse = np.linalg.inv(error[:, None] + wider[:, :, None] * np.eye(p))
-    pulled = np.einsum("nkij,nj->nki", inverse, off)
-    log = 0.5 * np.linalg.slogdet(inverse)[1] - 0.5 * np.einsum("nki,ni->nk", pulled, off)
-    mean = wider * pulled
-    own = wider - np.square(wider) * np.diagonal(inverse, axis1=2, axis2=3)
-    return log, mean, np.square(mean) + own
+            means.append(np.array([np.log(each).mean(axis=0) for each in operations]))
+            theta.append(np.concatenate(operations)[:: len(operations)])
+        x, n = np.array([each.mean(axis=0) for each in means]), len(means)
+        posterior, count = np.log(theta).var(axis=1).mean(axis=0), np.array([*map(len, means)])
+        squares = sum(len(each) * each.var(axis=0) for each in means)
+        known = (1.0 - _SHARED) * posterior
+        error = shrunk_variance(squares, (count - 1).sum(), known, _KNOWN) * (1.0 / count).mean()
+        median = np.median(x, axis=0)
+        wide = np.square(1.4826 * np.median(np.abs(x - median), axis=0))  # of normal numbers
+        own = n * np.maximum(wide - error, 0.0)
+        variance = shrunk_variance(own, n, np.square(_LEAST_SPREAD * usual), _KNOWN)
+        doubt = (variance + error) / n + _SHARED * posterior
+        spread = variance if n > 1 else np.square(usual)
+        return cls(np.array(theta), np.exp(median), np.sqrt(spread + doubt))
 
 
 def list_type(
@@ -170,32 +95,32 @@ def list_type(
         FileNotFoundError: If a folder has no operation of the motions.
         ValueError: If a table is wrong, has several types to choose from, or none of this name.
     """
-    by_breaker: dict[tuple[str, str], list[Operation]] = {}
-    types, last = set(), 0
+    rows: list[tuple[str, Operation]] = []
     for folder in folders:
         name = printable(os.path.normpath(folder))
+        last = max((row.number for _, row in rows), default=0)  # numbers may repeat in each folder
         if os.path.lexists(Path(folder, MANIFEST)):
-            rows = [row for own in list_fleet(folder).values() for row in own if row[0] in motions]
-            rows.sort(key=lambda row: (row[1].phase, row[1].number))
+            own = [row for some in list_fleet(folder).values() for row in some if row[0] in motions]
         else:  # a breaker may have records of one motion alone
             there = [motion for motion in motions if is_folder(Path(folder, motion))]
-            rows = [(motion, e) for motion in there for e in list_operations(folder, motion)]
-        if not rows:
+            own = [(motion, e) for motion in there for e in list_operations(folder, motion)]
+        if not own:
             about = {"folder": name, "motions": " or ".join(motions)}
             raise FileNotFoundError(say("type-no-operation", **about))
-        types |= {row.type for _, row in rows}
-        for motion, row in rows:
-            if not of_type or bare(row.type) == bare(of_type):
-                own = replace(row, number=last + row.number, breaker=row.breaker or name)
-                by_breaker.setdefault((motion, own.breaker), []).append(own)
-        last += max(row.number for _, row in rows)  # numbers may repeat in another folder
-    if not by_breaker or (not of_type and len(usual_spelling(types)) > 1):
+        for motion, row in own:
+            number, breaker = last + row.number, row.breaker or name
+            rows.append((motion, replace(row, number=number, breaker=breaker)))
+    types = {row.type for _, row in rows}
+    chosen = [row for row in rows if not of_type or bare(row[1].type) == bare(of_type)]
+    if not chosen or (not of_type and len(usual_spelling(types)) > 1):
         stated = ", ".join(sorted(map(printable, types - {""}))) or "-"
         raise ValueError(say("type-choose", type=printable(of_type), types=stated))
+    by_breaker: dict[tuple[str, str], list[Operation]] = {}
+    for motion, row in sorted(chosen, key=lambda pair: (pair[1].phase, pair[1].number)):
+        by_breaker.setdefault((motion, row.breaker), []).append(row)
     listed: dict[str, list[Operation]] = {motion: [] for motion in motions}
     for (motion, _), every in by_breaker.items():
-        places = np.linspace(0, len(every) - 1, min(len(every), _MOST)).round().astype(int)
-        listed[motion] += [every[k] for k in places]
+        listed[motion] += every[:: -(-len(every) // _MOST)]
     return listed
 
 
@@ -207,16 +132,14 @@ class TypePrior:
         levels: State network of the family of all records.
         estimates: Estimates of the usable records, by breaker.
         rejected: Reason why a record is not usable, for each of these.
-        names, drawn: Breakers with a posterior, and their draws.
-        learned: The type.
+        names, drawn: Breakers with a posterior, and the type that was learned from them.
     """
 
     levels: StateNetwork
     estimates: Mapping[str, Sequence[Estimate]]
     rejected: Sequence[str]
     names: Sequence[str]
-    drawn: TypeDraws
-    learned: TypeOfBreaker
+    drawn: DrawnType
 
     @cached_property
     def records(self) -> dict[str, list[DriveRecord]]:
@@ -242,8 +165,8 @@ class TypePrior:
         """Prior of the type, with room for wear: changes that are spread evenly."""
         change = family_of(HELD_BACK)["wear"]["change"]
         ends = np.log1p([change.get(name, (0.0, 0.0)) for name in NAMES])
-        log_sds = np.hypot(self.learned.log_sds, np.ptp(ends, axis=1) / np.sqrt(12.0))
-        return Prior(self.learned.medians, np.minimum(log_sds, WIDEST))
+        log_sds = np.hypot(self.drawn.log_sds, np.ptp(ends, axis=1) / np.sqrt(12.0))
+        return Prior(self.drawn.medians, np.minimum(log_sds, WIDEST))
 
     @cached_property
     def sensor(self) -> Sensor:
@@ -284,15 +207,18 @@ def fit_type(listed: Mapping[str, Sequence[Operation]], asked: Diagnosis) -> Typ
         raise ValueError(say("type-no-record", count=len(rejected), reasons=first))
     estimates = asked.infer([record for record in records if not record.reason])
     by_breaker: dict[str, list[Estimate]] = {}
+    draws: dict[str, dict[int, np.ndarray]] = {}
     for each in estimates:
-        by_breaker.setdefault(each.record.operation.breaker, []).append(each)
-    draws = {name: some for name, own in by_breaker.items() if (some := draws_of(own))}
+        name = each.record.operation.breaker
+        by_breaker.setdefault(name, []).append(each)
+        if each.draws:  # two motions of an operation may share them
+            draws.setdefault(name, {})[id(each.draws)] = each.draws.theta
     if not draws:
         reasons = sorted({each.why_not_inferred for each in estimates})
         raise ValueError(say("type-not-inferred", reasons="; ".join(reasons)))
-    drawn = TypeDraws.of(draws.values())
-    learned = learn_type(drawn, Prior.from_settings(defaults()["prior"]).log_sds)
-    return TypePrior(estimates[0].levels, by_breaker, rejected, [*draws], drawn, learned)
+    operations = [[*some.values()] for some in draws.values()]
+    drawn = DrawnType.of(operations, Prior.from_settings(defaults()["prior"]).log_sds)
+    return TypePrior(estimates[0].levels, by_breaker, rejected, [*draws], drawn)
 
 
 def document_of(fitted: TypePrior) -> Document:
@@ -301,34 +227,21 @@ def document_of(fitted: TypePrior) -> Document:
     about |= {"records": sum(map(len, fitted.records.values()))}
     about |= {"breakers": ", ".join(fitted.names)}
     remarks = [Remark(sentence, "WARNING: ") for sentence in warnings_of(fitted)]
-    prior, usual, learned = fitted.prior, fitted.reference, fitted.learned
-    medians = np.array([prior.medians, usual.medians]).T
-    log_sds = np.array([usual.log_sds, prior.log_sds, learned.spread, learned.doubt]).T
-    rows = [
-        (f"{each.name} ({each.unit})", *(f"{m:.4g}" for m in some), *(f"{sd:.3f}" for sd in sds))
-        for each, some, sds in zip(PARAMETERS, medians, log_sds, strict=True)
-    ]
-    head = "parameter", "median", "default", "its log_sd", "log_sd", "of drives", "of medians"
     title = say("type-rejected", count=len(fitted.rejected))
     rejected = [Section(title, [Remark(e) for e in fitted.rejected])] if fitted.rejected else []
-    parts = [Section(parts=remarks), Table(head, rows), *rejected]
-    return Document(summary=[say("type-source", **about)], parts=parts)
+    return Document(
+        summary=[say("type-source", **about)], parts=[Section(parts=remarks), *rejected]
+    )
 
 
 def warnings_of(fitted: TypePrior) -> list[Sentence]:
     """Return warnings about breakers, and about what the prior lacks."""
-    names, learned = fitted.names, fitted.learned
-    said = [say("type-one-breaker")] if len(names) == 1 else []
+    said = [say("type-one-breaker")] if len(fitted.names) == 1 else []
     for name, estimates in fitted.estimates.items():
-        if name not in names:
+        if name not in fitted.names:
             said.append(say("type-left-out", breaker=name, reason=estimates[0].why_not_inferred))
         elif outside := sum(e.misfit for e in estimates):
             said.append(say("type-outside", breaker=name, count=outside, records=len(estimates)))
-    for name, evidence, off in zip(names, learned.evidence, learned.off, strict=True):
-        k = int(evidence.argmax())
-        if evidence[k] >= DEVIATES:
-            about = {"parameter": NAMES[k], "off": 100.0 * off[k], "evidence": evidence[k]}
-            said.append(say("type-deviates", breaker=name, **about))
     if wide := [NAMES[k] for k in np.flatnonzero(fitted.prior.log_sds == WIDEST)]:
         said.append(say("type-wide", parameters=", ".join(wide), widest=WIDEST))
     family = fitted.levels.settings["family"]
