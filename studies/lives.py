@@ -16,7 +16,7 @@ quantity, and one on the change of a parameter, at what the drive reaches at a r
 wear; where nothing changes enough for that, it has none. ``steady`` lives have no change of rate,
 ``faults`` a sudden one of a parameter. ``unworn`` drives do not wear, ``slow`` ones a quarter as
 fast as their limits are set for: what they are told is a false alarm. ``few`` drives are of the
-family, and have one or two records at each of ten visits; two visits are new. ``other`` are lives
+family, and have one or two records at each of ten visits. ``other`` are lives
 of drives of other code, by other laws of wear, of other lengths (``studies.other_lives``).
 
 A service is done at the operation that is told, by two ways of looking: ``watched``, at every
@@ -52,11 +52,10 @@ from breaker.model.parameters import NAMES
 from breaker.model.prior import Prior
 from breaker.model.sensor import Sensor
 from breaker.prognosis.forecast import Future
-from breaker.prognosis.life_records import MotionRecords, Series
-from breaker.prognosis.life_results import follow_life
-from breaker.prognosis.limit_states import STATES, standing
+from breaker.prognosis.life import forecast_of, trend_of
 from breaker.prognosis.readout import Readout
-from breaker.prognosis.tracker import Tracker
+from breaker.prognosis.series import MotionRecords, Series, inspections_of, new_of
+from breaker.prognosis.states import STATES, states_of
 from breaker.records.measurements import Measured, measure_curve
 from breaker.shipped import HELD_BACK
 from studies.other_lives import Curves, OtherLife, records_of, truth_of
@@ -107,11 +106,6 @@ class Life:
             return np.arange(EVERY, LIFE + 1, EVERY)
         first = LIFE // FEW_VISITS * np.arange(1, FEW_VISITS + 1) - self.a_visit + 1
         return (first[:, None] + np.arange(self.a_visit)).ravel()
-
-    def settings(self, config: Mapping) -> dict:
-        """How it is followed; of a few visits the first two are new."""
-        few = {"reference": 2 * self.a_visit, "settle": 2} if self.a_visit else {}
-        return config["trend"] | few
 
     @classmethod
     def drawn(cls, name: str, config: Mapping, rng: np.random.Generator) -> "Life":
@@ -190,9 +184,14 @@ def simulate(life: Life, config: Mapping, rng: np.random.Generator) -> tuple[Ser
             found = measured(drive.travel(motion, TIMES), motion)
             row |= {f"{motion} {q}": found[q].value if found else np.nan for q in quantities}
         rows.append(row)
-    new = np.arange(life.settings(config)["reference"])
-    series = Series(operations, motions, new, {})
-    return series, pd.DataFrame(rows).set_index("operation")
+    return series_of(operations, motions), pd.DataFrame(rows).set_index("operation")
+
+
+def series_of(operations: np.ndarray, motions: Mapping[str, MotionRecords]) -> Series:
+    """The series of records of which none is missing."""
+    inspections = inspections_of(operations)
+    new = new_of({motion: each.there for motion, each in motions.items()}, inspections)
+    return Series(operations, motions, new, {}, {}, inspections)
 
 
 def measured(curve: np.ndarray, motion: str) -> dict[str, Measured]:
@@ -210,7 +209,7 @@ def simulate_other(
     curves, operations = Curves(life), life.operations
     travels = records_of(life, curves, operations, rng)
     motions = {m: recorded(travels[m], m, sensor, reading, rng) for m in MEASURED}
-    series = Series(operations, motions, np.arange(config["trend"]["reference"]), {})
+    series = series_of(operations, motions)
     truth = truth_of(life, curves, TIMES, measured)
     return series, truth[[*NAMES, *(f"{m} {q}" for m in MEASURED for q in MEASURED[m])]]
 
@@ -325,10 +324,10 @@ def followed(name: str, number: int, seed: int, config: Mapping, networks) -> tu
         limits = dict.fromkeys(
             tolerances(series, family_of("medium_voltage")["wear"]["change"]), np.inf
         )
-    settings = life.settings(config) if isinstance(life, Life) else config["trend"]
+    settings = config["trend"]
     readout = Readout.of(series, networks, draws=settings["draws"], seed=seed, misfit_p_value=0.001)
-    tracker, future = Tracker.from_settings(settings), Future.from_settings(settings)
-    return life, truth, limits, readout, follow_life(readout, tracker, list(limits), future)
+    path, future = trend_of(readout, settings["threshold"]), Future(settings["horizon"])
+    return life, truth, limits, readout, forecast_of(readout, path, list(limits), future)
 
 
 def scored(name: str, number: int, seed: int, config: Mapping, networks) -> list[dict]:
@@ -340,7 +339,7 @@ def scored(name: str, number: int, seed: int, config: Mapping, networks) -> list
     rng = generator(seed, "benchmark of lives, asked", name, number)
     rows = [] if name in ("other", *FEW) else changes_of(life, data, readout)
     rows = [about | each for each in rows]
-    told, looks = data.attrs["told"], looked_at(life, data, config["planning"])
+    told, looks = data.attrs["reported_from"], looked_at(life, data, config["planning"])
     if name in PACES:
         return rows + [about | each for each in alarms_of(data, looks, worn=life.pace > 0.0)]
     for limit, fails in limits.items():
@@ -372,14 +371,14 @@ def looked_at(life, data: xr.Dataset, planning: Mapping) -> dict[str, xr.Dataset
     days = np.full(data.sizes["operation"], np.nan)
     if getattr(life, "a_visit", 0):
         planning = {**planning, "inspection": f"{LIFE // FEW_VISITS} operations"}
-        return {"visits": standing(data, planning, days)}
+        return {"visits": states_of(data, planning, days)}
     visit = max(round(life.length / VISITS), 1)
     asked = data.asked.values
     visits = np.arange(visit, asked[-1] + 1, visit)
     last = np.unique(asked[np.maximum(np.searchsorted(asked, visits, side="right") - 1, 0)])
     ways = {"watched": (data, life.every), "visits": (data.sel(asked=last), visit)}
     return {
-        way: standing(each, {**planning, "inspection": f"{apart} operations"}, days)
+        way: states_of(each, {**planning, "inspection": f"{apart} operations"}, days)
         for way, (each, apart) in ways.items()
     }
 
@@ -443,7 +442,7 @@ def alarms_of(data: xr.Dataset, looks: Mapping[str, xr.Dataset], *, worn: bool) 
     Args:
         worn: Whether the drive wears, so that its parameters are rightly told as changed.
     """
-    told, end, found = data.attrs["told"], float(data.operation[-1]), []
+    told, end, found = data.attrs["reported_from"], float(data.operation[-1]), []
 
     def add(way: str, what: str, limit: str, operations: np.ndarray) -> None:
         first = float(operations[0]) if operations.size else np.inf
@@ -454,7 +453,7 @@ def alarms_of(data: xr.Dataset, looks: Mapping[str, xr.Dataset], *, worn: bool) 
     way = next(iter(looks))  # of what is told at every record, whoever looks
     for each, stands in looks.items():
         for limit in stands.limit.values:
-            for state in ("plan", "now"):
+            for state in ("planned", "due"):
                 on = stands.state.sel(limit=limit).values >= STATES.index(state)
                 add(each, state, limit, stands.operation.values[on])
     if not worn:
@@ -498,15 +497,16 @@ def acted(limit: str, fails: float, stands: xr.Dataset) -> dict:
     """
     one, operations = stands.sel(limit=limit), stands.operation.values
     state = one.state.values
-    planned, due = (np.flatnonzero(state >= STATES.index(s)) for s in ("plan", "now"))
+    planned = np.flatnonzero(state >= STATES.index("planned"))
+    due = np.flatnonzero((state == STATES.index("due")) | (one.service_by.values <= operations))
     first = float(operations[planned[0]]) if planned.size else np.nan
     service = float(operations[due[0]]) if due.size else np.inf
     at = np.searchsorted(operations, min(service, fails), side="right") - 1
-    until = (operations <= min(service, fails)) & (state == STATES.index("plan"))
+    until = (operations <= min(service, fails)) & (state == STATES.index("planned"))
     by = one.service_by.values[until]
     moves = int((by[1:] != by[:-1]).sum()) if by.size else 0
-    told = np.isfinite(one.service_by.values) & one.left.notnull().all("quantile").values
-    last = operations + one.left.values[:, 0].round()
+    told = np.isfinite(one.service_by.values) & one.remaining.notnull().all("quantile").values
+    last = operations + one.remaining.values[:, 0].round()
     return {
         "records": int(told.sum()),
         "count": int((one.service_by.values > last)[told].sum()),

@@ -1,32 +1,33 @@
-"""Lives made up: what ``follow_life`` returns, and ``standing``, as decisions and figures want."""
+"""Lives made up: what ``forecast_of`` returns, and ``states_of``, as decisions and figures want."""
 
 import numpy as np
 import xarray as xr
 
 from breaker.common.randomness import generator
 from breaker.model.parameters import NAMES
-from breaker.prognosis.forecast import Future
 
 _QUANTILE = [0.05, 0.5, 0.95]
 _DIMS = {
     **dict.fromkeys(("evidence", "weight"), "operation"),
     "remaining": ("asked", "limit", "quantile"),
+    "p_nearer": ("asked", "limit"),
+    "turns": ("asked", "draw"),
+    "noticed_in": "asked",
     "lives": ("asked", "limit", "draw"),
     "p_value": "motion",
     "changed": ("asked", "parameter", "quantile"),
     "unchanged": ("asked", "parameter"),
     "names": "asked",
-    "beyond": ("asked", "limit"),
+    "p_exceeded": ("asked", "limit"),
     "value": ("asked", "part", "quantile"),
     "new": "part",
-    "common": ("asked", "part"),
 }
 
 
 def life_of(operation, asked, limits, parts, changes, values, attrs):
     """A life told at ``asked``; ``limits`` are words by name, ``parts`` the rest of them."""
-    size = len(asked), len(parts["limit"])
-    data = {"new": np.zeros(size[1]), "common": np.zeros(size)} | values
+    size = len(parts["limit"])
+    data = {"new": np.zeros(size)} | values
     return xr.Dataset(
         {name: (_DIMS[name], each) for name, each in data.items()}
         | {name: ("change", each) for name, each in changes.items()},
@@ -74,7 +75,7 @@ def a_life(
     parts |= {"upper": (True, True), "unit": ("ms", "%")}
     changes = {"noticed": [310], "start": [300], "earliest": [295], "latest": [305]}
     changes |= {"kind": ["rate"], "certainty": [20.0], "change_names": ["gamma_a or f"]}
-    changes |= {"work": [False]}
+    changes |= {"maintenance": [False]}
     values = {
         "evidence": np.where(operations > 50, 0.5, np.nan),
         "weight": np.ones(operations.size),
@@ -82,13 +83,16 @@ def a_life(
         "changed": changed,
         "unchanged": np.where(changed[..., 1] > 0.0, 0.0, 1.0),
         "names": np.full(asked.size, "gamma_a"),
-        "beyond": (left == 0.0).astype(float),
+        "p_exceeded": (left == 0.0).astype(float),
+        "p_nearer": np.where((asked < told)[:, None], np.nan, np.isfinite(fails).astype(float)),
+        "turns": np.full((asked.size, 41), np.inf),
+        "noticed_in": np.full(asked.size, 50.0),
         "remaining": left[..., None] * [0.5, 1.0, 1.5],
         "lives": left[..., None] * np.linspace(0.9, 1.1, 41),
         "value": gone[..., None] + np.array(half)[:, None] * [-1.0, 0.0, 1.0],
     }
-    attrs = {"family": family, "agreement": 0.4, "told": told, "needed": told, "threshold": 10.0}
-    attrs |= Future(changes=0.001)._asdict()
+    attrs = {"family": family, "agreement": 0.4, "reported_from": told, "needed": told}
+    attrs |= {"threshold": 10.0, "horizon": 10000}
     life = life_of(operations, asked, _TWO, parts, changes, values, attrs)
     return life.assign_coords(of=("limit", ["record", "change"]))
 
@@ -130,27 +134,33 @@ def life_data(operations=200, changes=("rate",)):
     moments = {"noticed": start + 4, "start": start, "earliest": start - 3, "latest": start + 2}
     moments |= {"kind": np.array(changes, dtype=str), "certainty": np.full(len(start), 12.0)}
     moments |= {"change_names": np.array(["gamma_a or f"] * len(start), dtype=str)}
-    attrs = {"family": "medium", "agreement": 0.5, "told": 20, "needed": 20, "threshold": 10.0}
+    attrs = {
+        "family": "medium",
+        "agreement": 0.5,
+        "reported_from": 20,
+        "needed": 20,
+        "threshold": 10.0,
+    }
     words = dict(zip(LIMITS, _WORDS, strict=True))
     return life_of(number, asked, words, parts, moments, values, attrs)
 
 
 def standing_data(life):
-    """Stand healthy first, and in the last quarter as ``LIMITS`` says; the last limit never."""
+    """Stand ok first, and in the last quarter as ``LIMITS`` says; the last limit never."""
     number, each = life.operation.values, ("operation", "limit")
     late = (number > 0.75 * len(number))[:, None]
     state = np.where(late, _STATES, [1, 1, 1, 0])
-    state[number < life.told] = 0
+    state[number < life.reported_from] = 0
     by = np.where(late & (state >= 2), [number[-1] - 20, number[-1] + 40, 0, 0], np.inf)
     nowhere = [np.nan] * 3
     return xr.Dataset(
         {
             "state": (each, state.astype(np.int8)),
-            "beyond": (each, np.where(late, _BEYOND, [0.0, 0.0, 0.0, 0.3])),
+            "p_exceeded": (each, np.where(late, _BEYOND, [0.0, 0.0, 0.0, 0.3])),
             "service_by": (each, by),
-            "since": (each, np.where(state >= 2, 0.75 * number[-1] + 1, np.nan)),
+            "recommended_since": (each, np.where(state >= 2, 0.75 * number[-1] + 1, np.nan)),
             "drive_state": ("operation", state.max(axis=1).astype(np.int8)),
-            "left": ((*each, "quantile"), np.tile(_LEFT, (len(number), 1, 1))),
+            "remaining": ((*each, "quantile"), np.tile(_LEFT, (len(number), 1, 1))),
             "certain": ("limit", [0.75 * len(number) + 1, *nowhere]),
             "crossed": ("limit", [0.75 * len(number) - 9, *nowhere]),
         },

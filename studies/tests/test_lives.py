@@ -10,7 +10,7 @@ import xarray as xr
 from breaker.configuration.loading import load
 from breaker.model.limits import Limit
 from breaker.model.prior import Prior
-from breaker.prognosis.limit_states import STATES
+from breaker.prognosis.states import STATES
 from studies.lives import against_fixed, alarms_of, planned_of, shown_beyond
 from studies.other_lives import LAWS, RECORDS, OtherLife
 
@@ -79,16 +79,16 @@ def test_records_show_a_limit_beyond_once_their_median_is():
 def test_what_is_told_without_cause_counts_with_how_long_it_was_not():
     """A drive that is told now from operation 300 on; nothing else, and nothing before 100."""
     operations = np.arange(0, 500, 10)
-    state = np.where(operations >= 300, STATES.index("now"), STATES.index("healthy"))[:, None]
+    state = np.where(operations >= 300, STATES.index("due"), STATES.index("ok"))[:, None]
     about = {"operation": operations, "limit": ["measured stroke"]}
     stands = xr.Dataset({"state": (("operation", "limit"), state)}, about)
     data = xr.Dataset(
         {"names": ("asked", np.full(50, "")), "noticed": ("change", np.zeros(0))},
         {"operation": operations, "asked": operations},
-        {"told": 100},
+        {"reported_from": 100},
     )
     found = pd.DataFrame(alarms_of(data, {"watched": stands}, worn=False)).set_index("names")
-    assert found.operation.to_dict() == {"plan": 200, "now": 200, "worn": 390, "change": 390}
+    assert found.operation.to_dict() == {"planned": 200, "due": 200, "worn": 390, "change": 390}
     assert np.isfinite(found["first"]).to_dict() == {
-        "plan": True, "now": True, "worn": False, "change": False
+        "planned": True, "due": True, "worn": False, "change": False
     }  # fmt: skip

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from breaker.prognosis.life_tables import CHANGES, DECISIONS, LIMITS
+from breaker.prognosis.tables import CHANGES, DECISIONS, LIMITS
 
 PAGE = Path(__file__).parents[2] / "docs" / "decisions.md"
 

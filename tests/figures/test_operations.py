@@ -18,7 +18,7 @@ from breaker.figures.life import (
 )
 from breaker.model.parameters import NAMES
 from breaker.paper.run_numbers import blocks_of, held
-from breaker.prognosis.limit_states import standing as stands
+from breaker.prognosis.states import states_of as stands
 from tests.figures.drawn import assert_drawn, line_of, words
 from tests.lives import LIMITS, OPERATIONS, a_life, life_data, standing_data
 
@@ -38,8 +38,8 @@ def test_health_shows_probability_state_and_since_when(life, standing):
     assert_drawn(figure)
     for k, axis in enumerate(figure.axes):
         shown = line_of(axis, style.MODEL).get_ydata()
-        assert np.isin(shown, standing.beyond.isel(limit=k)).all()
-    standing["state"][:], standing["beyond"][:] = 1, np.nan
+        assert np.isin(shown, standing.p_exceeded.isel(limit=k)).all()
+    standing["state"][:], standing["p_exceeded"][:] = 1, np.nan
     standing["certain"][:], standing["crossed"][:] = np.nan, np.nan
     assert_drawn(health(life, standing))
 
@@ -61,7 +61,7 @@ def test_operations_hold_the_truth_between_what_is_told_and_the_failure(life):
         [1.0, 0.0, np.nan, np.nan], nan_ok=True
     )
     asked = life.asked.values
-    asked = asked[(asked >= life.attrs["told"]) & (asked < 150)]
+    asked = asked[(asked >= life.attrs["reported_from"]) & (asked < 150)]
     inside = (0.8 * (180 - asked) <= 150 - asked) & (150 - asked <= 1.2 * (180 - asked))
     assert 0.0 < inside.mean() < 1.0
     assert coverage(life, [150.0] * 4)[0] == pytest.approx(inside.mean())

@@ -9,7 +9,7 @@ import xarray as xr
 from matplotlib.colors import to_rgb
 
 from breaker.figures import panels, style
-from breaker.prognosis.limit_states import STATES
+from breaker.prognosis.states import STATES
 
 POSTERIORS = {
     name: getattr(style, name)

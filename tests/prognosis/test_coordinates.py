@@ -6,7 +6,7 @@ import pytest
 from breaker.family.inputs import Basis
 from breaker.family.shape import SHAPE_TIMES
 from breaker.prognosis.coordinates import Coordinates
-from breaker.prognosis.life_records import MotionRecords, Series
+from breaker.prognosis.series import MotionRecords, Series
 
 N, G = 400, SHAPE_TIMES.size
 
@@ -102,7 +102,8 @@ def test_few_readings_scatter_as_is_usual_and_stated_with_them(sd):
     steps, usual = np.diff(times) / np.sqrt(2.0), sd**2 + (0.005 * times.mean()) ** 2
     assert reading.scatter == pytest.approx(np.sqrt((steps @ steps + 10.0 * usual) / 13.0))
     single = Series(series.operations, series.motions, np.arange(1), {})
-    assert not Coordinates.of(single, {"closing": a_basis()}).readings
+    (reading,) = Coordinates.of(single, {"closing": a_basis()}).readings
+    assert reading.scatter == pytest.approx(np.hypot(sd, 0.005 * reading.mean))
 
 
 def test_the_noise_told_of_the_new_mean_is_that_of_its_records(seen):

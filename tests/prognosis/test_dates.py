@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from breaker.prognosis.life_tables import days_per_operation, on_date
+from breaker.prognosis.tables import days_per_operation, on_date
 
 NAN = np.nan
 

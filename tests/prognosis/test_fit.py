@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from breaker.prognosis.path_fit import Block, PathFit
+from breaker.prognosis.trend import Block, PathFit
 
 
 def a_fit(n=40, k=3, last=39, precision=0.01):
@@ -12,7 +12,7 @@ def a_fit(n=40, k=3, last=39, precision=0.01):
     design = np.stack([np.ones(n), time], axis=1)
     values = rng.standard_normal((n, k)) + np.outer(time, [3.0, -1.0, 0.0])
     values[5] = np.nan
-    fit = PathFit([Block(values, np.ones(k))])
+    fit = PathFit([Block(values, np.ones(k), np.ones(k))])
     fit.noise = np.array([1.0, 2.0, 0.5])
     for i in range(last + 1):
         fit.sum_up(design[i : i + 1], i)

@@ -168,7 +168,8 @@ def test_many_operations_are_a_life(tmp_path, prior, defaults, loss, monkeypatch
     lines = write(tmp_path, "Q0", thetas, rng)
     (tmp_path / "Q0_closing_1.csv").write_text("nothing")
     monkeypatch.setattr(fleet, "_LIFE", 30)
-    wear = {**defaults["trend"], "reference": 6, "settle": 5, "draws": 60}
+    monkeypatch.setattr("breaker.prognosis.series._FIRST", 6)
+    wear = {**defaults["trend"], "draws": 60}
     (drive,) = listed(tmp_path, lines, defaults)
     found = examine(drive, {**defaults, "trend": wear}, {})
     assert {each.limit for each in found.limits} == {"stiff_drive", "tired_closing"}

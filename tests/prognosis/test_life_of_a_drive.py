@@ -14,12 +14,11 @@ from breaker.family.shape import shape_of
 from breaker.model.limits import Limit
 from breaker.model.parameters import MOTIONS, NAMES
 from breaker.prognosis.forecast import Future
-from breaker.prognosis.life_records import MotionRecords, Series
-from breaker.prognosis.life_results import _age, _work, follow_life
-from breaker.prognosis.limit_states import STATES, standing
-from breaker.prognosis.path_fit import Change
+from breaker.prognosis.life import _age, _maintenance, forecast_of, trend_of
 from breaker.prognosis.readout import Readout, name_set
-from breaker.prognosis.tracker import Tracker
+from breaker.prognosis.series import MotionRecords, Series
+from breaker.prognosis.states import STATES, states_of
+from breaker.prognosis.trend import Change
 from breaker.records.measurements import measure_curve
 from breaker.shipped import KINDS, model_file
 
@@ -71,7 +70,7 @@ def followed(families):
     def followed(series, limits=LIMITS, p_value=0.001):
         found = Readout.of(series, families, draws=200, seed=1, misfit_p_value=p_value)
         assert (found.changes is None) == (p_value > 1.0)
-        return follow_life(found, Tracker(reference=NEW, settle=20), limits, Future())
+        return forecast_of(found, trend_of(found, 10.0), limits, Future())
 
     return followed
 
@@ -84,7 +83,7 @@ def life(followed):
 def test_work_is_on_the_drive_and_not_on_its_transducer():
     kinds = (("event", False), ("event", True), ("rate", False))
     each = [Change(1, 1, 1, 1, kind, np.inf, transducer) for kind, transducer in kinds]
-    assert [_work(change) for change in each] == [True, False, False]
+    assert [_maintenance(change) for change in each] == [True, False, False]
 
 
 def test_a_drive_is_as_old_as_its_last_work():
@@ -122,8 +121,8 @@ def test_limits_are_judged_by_what_they_are_read_from(life):
     assert last.value.sel(part=0).values[1] == pytest.approx(
         measure_curve(TIMES, worn, "closing")["travel_time"].value, abs=0.05
     )
-    assert last.beyond.sel(limit="stiff") > 0.9
-    assert last.beyond.sel(limit="strong") < 0.2
+    assert last.p_exceeded.sel(limit="stiff") > 0.9
+    assert last.p_exceeded.sel(limit="strong") < 0.2
     assert life.new.values[0] == pytest.approx(8.4, abs=0.5)
     assert life.new.values[1] == 0.0
 
@@ -155,16 +154,16 @@ def first(count):
     return Series(series.operations[:count], motions, series.new, {})
 
 
-@pytest.mark.parametrize("count", [NEW, NEW + 19, NEW + 20])
+@pytest.mark.parametrize("count", [NEW, NEW + 49, NEW + 50])
 def test_nothing_is_told_before_enough_records(followed, count):
-    """Of what is new, and then 20: as many as settle."""
+    """Of what is new, and then 50: as many as settle."""
     life = followed(first(count))
-    assert life.attrs["needed"] == NEW + 20
-    stands = standing(life, PLANNING, np.full(count, np.nan))
+    assert life.attrs["needed"] == NEW + 50
+    stands = states_of(life, PLANNING, np.full(count, np.nan))
     unknown = stands.state.values == STATES.index("unknown")
     assert unknown[:-1].all()
-    assert unknown[-1].all() == (count < NEW + 20)
-    assert (life.attrs["told"] <= life.operation.values[-1]) == (count == NEW + 20)
+    assert unknown[-1].all() == (count < NEW + 50)
+    assert (life.attrs["reported_from"] <= life.operation.values[-1]) == (count == NEW + 50)
 
 
 def test_what_comes_later_changes_nothing_before(followed, life):
@@ -182,7 +181,7 @@ def test_a_drive_of_no_family_is_measured_only(followed):
     assert life.attrs["family"] == ""
     assert np.isnan(life.changed).all()
     assert np.isfinite(life.value.sel(part=0)).all()
-    assert np.isnan(life.beyond.sel(limit=["stiff", "strong"])).all()
+    assert np.isnan(life.p_exceeded.sel(limit=["stiff", "strong"])).all()
 
 
 def test_one_motion_alone_is_followed(followed):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from breaker.prognosis.life_records import Event, series_of
+from breaker.prognosis.series import Event, inspections_of, series_of
 
 STEP, LENGTH = 0.2, 400
 TIME = STEP * np.arange(LENGTH)
@@ -34,13 +34,13 @@ def curves(numbers, motion="closing", *, stroke=14.0, lost=()):
     )
 
 
-def series(reference=10, **about):
+def series(**about):
     data = {
         "closing": curves(np.arange(1, 41), lost=[3]),
         "opening": curves(np.arange(2, 43), "opening"),
     }
     about = {"events": {}, "conditions": {}} | about
-    return series_of(data, reference, followed={"closing": ["travel_time"]}, **about)
+    return series_of(data, followed={"closing": ["travel_time"]}, **about)
 
 
 def test_motions_are_aligned_over_all_operations():
@@ -63,19 +63,43 @@ def test_shapes_are_in_the_units_of_the_new_records():
     assert np.isnan(closing.noise[2])
 
 
-def test_new_are_the_first_with_all_motions_unless_it_is_said():
-    assert series().operations[series().new].tolist() == [2, *range(4, 13)]
-    found = series([20, 24])
-    assert found.operations[found.new].tolist() == list(range(20, 25))
-    with pytest.raises(ValueError, match=r"trend\.reference"):
-        series([100, 200])
+def test_new_are_the_first_50_with_all_motions_under_monitoring():
+    found = series()
+    assert found.inspections is None
+    assert found.operations[found.new].tolist() == [2, *range(4, 41)]
+    many = series_of({"closing": curves(np.arange(1, 80))}, followed={}, events={}, conditions={})
+    assert many.new.tolist() == list(range(50))
+    none = {"closing": curves(np.arange(1, 4), lost=[1, 2, 3])}
+    with pytest.raises(ValueError, match="first inspection"):
+        series_of(none, followed={}, events={}, conditions={})
+
+
+@pytest.mark.parametrize("dated", [False, True])
+def test_new_is_the_first_inspection(dated):
+    """By numbers, or by dates where the counter hardly moves."""
+    numbers = np.arange(1, 9) if dated else np.array([1, 2, 201, 202, 401, 402, 601, 602])
+    data = curves(numbers)
+    if dated:
+        data["date"] = "operation", [f"{2000 + k // 2}-05-01" for k in range(8)]
+    found = series_of({"closing": data}, followed={}, events={}, conditions={})
+    assert found.new.tolist() == [0, 1]
+    assert found.inspections.tolist() == [0, 0, 1, 1, 2, 2, 3, 3]
+    means, count = found.gathered(np.arange(8.0)[:, None])
+    assert count == 2.0
+    assert means[1::2, 0].tolist() == [0.5, 2.5, 4.5, 6.5]
+    assert np.isnan(means[::2]).all()
+
+
+def test_maintenance_ends_an_inspection():
+    found = inspections_of(np.array([1, 2, 201, 202]), None, {3: Event.from_text("greased")})
+    assert found.tolist() == [0, 0, 1, 2]
 
 
 def test_work_between_ends_what_is_new():
-    greased = {8: Event.from_text("greased"), 6: Event.from_text("inspected")}
+    greased = {30: Event.from_text("greased"), 6: Event.from_text("inspected")}
     found = series(events=greased)
-    assert found.operations[found.new].tolist() == [2, 4, 5, 6, 7]
-    assert found.events[7].renews
+    assert found.operations[found.new].tolist() == [2, *range(4, 30)]
+    assert found.events[29].renews
     assert not found.events[5].renews
 
 
@@ -83,8 +107,8 @@ def test_new_operations_are_about_as_warm():
     warm = dict.fromkeys(range(1, 43), 20.0) | {5: 35.0}
     found = series(conditions={"temperature": warm})
     assert 5 not in found.operations[found.new]
-    assert found.apart["temperature"][found.operations == 5] == pytest.approx(1.5)
-    assert not series().apart
+    assert found.relative["temperature"][found.operations == 5] == pytest.approx(1.5)
+    assert not series().relative
 
 
 def test_new_operations_are_at_about_the_same_voltage():
@@ -93,7 +117,7 @@ def test_new_operations_are_at_about_the_same_voltage():
         volts = dict.fromkeys(range(1, 43), rated) | {5: 0.85 * rated}
         found = series(conditions={"voltage": volts})
         assert 5 not in found.operations[found.new]
-        assert found.apart["voltage"][found.operations == 5] == pytest.approx(-1.5)
+        assert found.relative["voltage"][found.operations == 5] == pytest.approx(-1.5)
 
 
 def test_events_mean_what_they_start_anew():

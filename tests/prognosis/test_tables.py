@@ -5,7 +5,8 @@ import pandas as pd
 import xarray as xr
 
 from breaker.configuration.loading import defaults
-from breaker.prognosis.life_tables import (
+from breaker.prognosis.states import states_of
+from breaker.prognosis.tables import (
     CHANGES,
     DECISIONS,
     LIMITS,
@@ -14,7 +15,6 @@ from breaker.prognosis.life_tables import (
     limit_table,
     operation_metadata,
 )
-from breaker.prognosis.limit_states import standing
 from tests.lives import OPERATIONS, a_life
 
 PLANNING = defaults()["planning"] | {"operations": 150, "years": 2.0}
@@ -34,7 +34,7 @@ def tables(life=None, **columns):
     known = operation_metadata(
         {"closing": curves(**columns), "opening": curves()}, life.operation.values
     )
-    stands = standing(life, PLANNING, np.full(OPERATIONS.size, np.nan))
+    stands = states_of(life, PLANNING, np.full(OPERATIONS.size, np.nan))
     return decide(life, stands, known), limit_table(life, stands), change_table(life)
 
 
@@ -59,13 +59,13 @@ def test_what_is_known_of_operations_is_kept():
 def test_decisions_say_state_limit_and_what_is_left():
     table, _, _ = tables()
     row = table.set_index("operation").loc[380]
-    assert (row.state, row.limit) == ("plan", "slow")
+    assert (row.state, row.limit) == ("planned", "slow")
     assert row.operations_left_5 < row.operations_left < row.operations_left_95
     assert 380 < row.service_by < 450
-    assert table.service_by[table.state == "healthy"].isna().all()
+    assert table.service_by[table.state == "ok"].isna().all()
     assert table.set_index("operation").change[310] == "rate"
-    assert (table.worn[:99] == "").all()
-    assert row.worn == "gamma_a"
+    assert (table.most_changed[:99] == "").all()
+    assert row.most_changed == "gamma_a"
     assert table.exceeded.iloc[-1] == "slow"
 
 
@@ -73,7 +73,7 @@ def test_limits_have_new_now_bound_and_probability():
     _, table, _ = tables()
     assert list(table) == list(LIMITS)
     row = table.iloc[0]
-    assert (row.limit, row.unit, row.state, row.probability) == ("slow", "ms", "now", 1.0)
+    assert (row.limit, row.unit, row.state, row.p_exceeded) == ("slow", "ms", "due", 1.0)
     assert row.now_5 < row.now < row.now_95
     assert row.certain == 450
     assert pd.isna(table.certain[1])

@@ -4,7 +4,7 @@ import numpy as np
 
 from breaker.configuration.definitions import advice_of
 from breaker.diagnosis.words import say
-from breaker.prognosis.first_page import (
+from breaker.prognosis.page import (
     limit_words,
     look_first,
     opening,
@@ -24,7 +24,7 @@ def test_where_to_look_first_is_said_for_all_limits_that_are_due():
     assert not any(advice[name] in look for name in limits.quantity if name not in {*names})
     assert look_first(decisions, limits, {}) == []
     decisions, limits, _ = tables(a_life(fails=(450.0, 560.0), half=(0.01, 0.1)))  # both are due
-    assert limits.state.isin(["plan", "now"]).all()
+    assert limits.state.isin(["planned", "due"]).all()
     (look,) = look_first(decisions, limits, advice)
     first, second = (limits.quantity[limits.limit == name].iloc[0] for name in ("slow", "stiff"))
     assert look.index(advice[first]) < look.index(advice[second])

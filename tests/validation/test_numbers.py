@@ -136,7 +136,7 @@ def test_when_a_life_changed_and_what_was_decided():
     decisions = pd.DataFrame(
         {
             "operation": [1, 2, 3, 4],
-            "state": ["healthy", "plan", "plan", "now"],
+            "state": ["ok", "planned", "planned", "due"],
             "service_by": [np.nan, 30.0, 20.0, 20.0],
         }
     )
@@ -148,6 +148,6 @@ def test_when_a_life_changed_and_what_was_decided():
         "first_plan": "2",
         "service_moves": "1",
     }
-    nothing = decisions.assign(state="healthy", service_by=np.nan)
+    nothing = decisions.assign(state="ok", service_by=np.nan)
     found = numbers_of_life(life.isel(change=[]), limits.iloc[:0], nothing, {})
     assert found == {"changes": "0"}

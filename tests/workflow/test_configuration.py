@@ -248,8 +248,6 @@ planning: {service_cost: 5, failure_cost: 2}
     planning.failure_cost is 2
 planning: {inspection: 0 years}
     planning.inspection is "0 years"
-trend: {reference: [300, 200]}
-    trend.reference is [300, 200]
 family: {name: nobody}
     family.name
 # units, and what cannot be read

@@ -4,9 +4,10 @@ import json
 from pathlib import Path
 
 from breaker.common.text import save_frame
-from breaker.common.zarr_store import describe, open_store, save
-from breaker.prognosis.first_page import headline, limit_words, look_first, since_new, trust
-from breaker.prognosis.life_tables import change_table, decided, limit_table
+from breaker.common.zarr_store import describe, save
+from breaker.prognosis.life import Life, decided
+from breaker.prognosis.page import headline, limit_words, look_first, since_new, trust
+from breaker.prognosis.tables import change_table, limit_table
 from breaker.records.curves import open_curves
 from breaker.workflow.jobs import start
 
@@ -14,14 +15,14 @@ UNUSED = ("travel", "record", "measured", "measured_sd", "measured_reason", "rem
 
 log = start(snakemake)
 planning, output = snakemake.params.planning, snakemake.output
-life = open_store(snakemake.input.life).load()
+life = Life.load(snakemake.input.life)
 inputs = snakemake.input
 curves = {m: open_curves(inputs[m], without=UNUSED) for m in snakemake.params.motions}
 stands, decisions = decided(life, curves, planning)
-limits = limit_table(life, stands)
-changes = change_table(life)
-sentences = [headline(decisions, limits), since_new(changes, life)]
-sentences += [*look_first(decisions, limits, snakemake.params.advice), trust(life)]
+limits = limit_table(life.forecast, stands)
+changes = change_table(life.forecast)
+sentences = [headline(decisions, limits), since_new(changes, life.forecast)]
+sentences += [*look_first(decisions, limits, snakemake.params.advice), trust(life.forecast)]
 log.info(" ".join(sentences))
 
 save(describe(stands, "standing", planning=planning), output.standing)

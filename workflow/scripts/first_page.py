@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from breaker.prognosis.first_page import opening
+from breaker.prognosis.page import opening
 from breaker.workflow.jobs import start
 
 log = start(snakemake)

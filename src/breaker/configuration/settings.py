@@ -94,7 +94,6 @@ Numbers = _where(_list(_number(int, 0, 10**9), 2, 2), *_ORDERED)
 Range = _where(_list(_number(float, -100, 100), 2, 2), *_ORDERED)
 Motions = _where(_list(Motion, 1, 2), lambda some: len({*some}) == len(some), "no motion twice")
 Interval = _text(40, pattern=r"^(every operation|([0-9]+\.)?[0-9]*[1-9][0-9]* (operation|year)s?)$")
-FirstRecords = _number(int, 2, 100_000) | Numbers
 Events = dict[str, _list(Literal[("all", "transducer", *NAMES)], 0, 9)]
 
 LogNormal = _section(
@@ -317,8 +316,6 @@ Settings = _section(
     ),
     trend=_section(
         "How the life of a drive is followed in its own curves.",
-        reference=_f(FirstRecords, 50, "Records that are new: how many, or [first, last]."),
-        settle=_f(int, 50, "Records after these, or a change, before a change counts.", 1, 100_000),
         threshold=_f(float, 10.0, "nats, evidence from which a change is detected.", 0, 1e6),
         draws=_f(int, 200, "Draws of a change of the parameters.", 20, 10_000),
         horizon=_f(int, 10_000, "Operations, longest remaining life that is predicted.", 1, 10**9),

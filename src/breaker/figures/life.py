@@ -1,6 +1,6 @@
 """Health, cost of a service, operations left and changes, over the operations of a life.
 
-``life`` is what ``follow_life`` returns, ``standing`` what ``limit_states`` makes of it.
+``life`` is what ``forecast_of`` returns, ``standing`` what ``states_of`` makes of it.
 """
 
 from collections.abc import Sequence
@@ -14,7 +14,7 @@ from breaker.common.numerals import first_of, in_digits
 from breaker.diagnosis.words import say
 from breaker.figures import panels as p
 from breaker.figures import style
-from breaker.prognosis.first_page import about, exceeded, in_percent, span
+from breaker.prognosis.page import about, exceeded, in_percent, span
 
 _KINDS = {"rate": "the wear changed its rate", "step": "a sudden fault", "event": "known work"}
 _FLAT = 0.1  # services, within which an operation is as good as the best
@@ -26,7 +26,7 @@ def health(life: xr.Dataset, standing: xr.Dataset) -> Figure:
     operation, titles = standing["operation"].values, []
     for j, words in enumerate(life["words"].values):
         one = standing.isel(limit=j, operation=-1)
-        name, beyond = [*p.STATES][one["state"].item()], one["beyond"].item()
+        name, beyond = [*p.STATES][one["state"].item()], one["p_exceeded"].item()
         now = f"{name}: {in_percent(beyond)} beyond it" if np.isfinite(beyond) else name
         if np.isfinite(one["certain"].item()):
             now = exceeded(one["certain"].item(), one["crossed"].item())
@@ -35,7 +35,7 @@ def health(life: xr.Dataset, standing: xr.Dataset) -> Figure:
     for j, axis in enumerate(axes):
         one = standing.isel(limit=j)
         look = {"lw": 1.8, "ms": 2.0, "mew": 0, "label": "probability"}
-        axis.plot(operation, one["beyond"], ".-", color=style.MODEL, **look)
+        axis.plot(operation, one["p_exceeded"], ".-", color=style.MODEL, **look)
         p.state_strip(axis, operation, one["state"].values)
         if np.isfinite(one["certain"].item()):
             look = {"color": style.WARNING, "lw": 1.4}
@@ -57,7 +57,7 @@ def service_cost(standing: xr.Dataset) -> Figure:
     """Draw one panel per limit that is known: what a service costs more than at the best time."""
     last = standing.isel(operation=-1)
     over = last["certain"].notnull().values
-    known = last["extra"].notnull().all("ahead") & last["left"].notnull().all("quantile")
+    known = last["extra"].notnull().all("ahead") & last["remaining"].notnull().all("quantile")
     note = ", ".join(p.spoken(name) for name in last["limit"].values[over])
     note = f"Exceeded, so service now: {note}." if note else ""
     shown = np.flatnonzero(known.values & ~over)
@@ -71,7 +71,7 @@ def service_cost(standing: xr.Dataset) -> Figure:
     for axis, one in zip(axes, each, strict=True):
         _cost(axis, one)
     p.label_outer(axes, "operation", "services beyond the least")
-    due = [p.spoken(one["limit"].item()) for one in each if one["left"].values[0] == 0.0]
+    due = [p.spoken(one["limit"].item()) for one in each if one["remaining"].values[0] == 0.0]
     first = min(each, key=_best)
     now, (best, _, high) = float(first["operation"]), _best(first)
     finding = f"Service is cheapest at operation {now + best:,.0f} ({first['limit'].item()}), "
@@ -103,7 +103,7 @@ def _cost_words(one: xr.Dataset) -> str:
     """Say where the least is, how flat it is, and since when the service is due."""
     (best, low, high), now, by = _best(one), float(one["operation"]), one["service_by"].item()
     due = f"\ndue since {by:,.0f}" if by <= now else ""
-    if one["left"].values[0] == 0.0:  # exceeded already with 5 %, whatever waiting costs
+    if one["remaining"].values[0] == 0.0:  # exceeded already with 5 %, whatever waiting costs
         return f"perhaps exceeded already, so service now{due}"
     if np.isinf(best):
         return "nothing leads to it within the horizon"
@@ -121,7 +121,7 @@ def _cost(axis: Axes, one: xr.Dataset) -> None:
     axis.axvspan(now + low, now + high, color=style.CORRECTED, alpha=0.15, lw=0, label=label)
     for value, color, label in (
         (one["service_by"].item(), style.SERVICE, "service by"),
-        (now + one["left"].values[0], style.WARNING, "exceeded by here with 5 %"),
+        (now + one["remaining"].values[0], style.WARNING, "exceeded by here with 5 %"),
     ):
         if now < value < np.inf:
             axis.axvline(value, color=color, lw=1.6, label=label)
@@ -144,7 +144,7 @@ def remaining_life(
     note = f"Too little is known to draw: {vague}." if vague else ""
     if not known.any():
         return p.empty("The operations left until a limit are not known", note)
-    told = life.sel(asked=slice(life.attrs["told"], None)).isel(limit=known)
+    told = life.sel(asked=slice(life.attrs["reported_from"], None)).isel(limit=known)
     standing = standing.isel(limit=known)
     titles = told["words"].values.astype(object)
     if truth is not None:
@@ -171,10 +171,10 @@ def coverage(life: xr.Dataset, failure: Sequence[float]) -> list[float]:
     first prediction until the drive exceeds the limit; nan if there are no such operations.
 
     Args:
-        life: What ``life_results.follow_life`` returns.
+        life: What ``life.forecast_of`` returns.
         failure: Operations at which the drive first exceeds each limit, ``(limit,)``.
     """
-    predicted = life.sel(asked=slice(life.attrs["told"], None))
+    predicted = life.sel(asked=slice(life.attrs["reported_from"], None))
     intervals = predicted.remaining.transpose("limit", "asked", "quantile").values
     shares = []
     for end, values in zip(failure, intervals, strict=True):
@@ -189,8 +189,8 @@ def _next(last: xr.Dataset, truth: xr.Dataset | None) -> str:
     if truth is not None and (shares := truth["held"].values[truth["held"].notnull()]).size:
         ends = p.from_to([in_percent(shares.min()), in_percent(shares.max())])
         return f"90 % intervals contain the truth at {ends} of the operations, limit by limit"
-    k = int(np.argmin(last["left"].isel(quantile=1).fillna(np.inf).values))
-    low, middle, high = last["left"].values[k]
+    k = int(np.argmin(last["remaining"].isel(quantile=1).fillna(np.inf).values))
+    low, middle, high = last["remaining"].values[k]
     if not np.isfinite(middle):
         return "No limit will be exceeded within the horizon"
     left = f"{about(middle)} ({span(low, high)})"
@@ -211,7 +211,7 @@ def _left(axis: Axes, told: xr.DataArray, standing: xr.Dataset, failure: float) 
     axis.plot(told["asked"], middle, ".-", color=style.CORRECTED, **look)
     # Operations until the service, where one is planned and no limit exceeded yet.
     ahead = np.maximum(standing["service_by"] - standing["operation"], 0.0)
-    over = standing["left"].isel(quantile=-1) == 0.0
+    over = standing["remaining"].isel(quantile=-1) == 0.0
     service = ahead.where(np.isfinite(ahead) & ~over).values
     look = {"color": style.SERVICE, "lw": 1.4, "drawstyle": "steps-post"}
     look["label"] = "until the service" if np.isfinite(service).any() else None

@@ -30,7 +30,7 @@ OUTPUTS = _Outputs({each.name: each for each in (*PARAMETERS, ONSET)})
 """What is inferred, by name: symbols, units, meanings and colours."""
 
 SOURCES = {"closing": "Closing", "opening": "Opening", "both": "Both motions"}
-STATES = {"unknown": "#5A5A5A", "healthy": "#1B9E77", "plan": "#E08A00", "now": style.WARNING}
+STATES = {"unknown": "#5A5A5A", "ok": "#1B9E77", "planned": "#E08A00", "due": style.WARNING}
 """States of a limit by their numbers, and the colour of each; its word always stands there too."""
 
 _NAMES = re.compile(rf"\b({'|'.join(OUTPUTS)})\b")

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from breaker.common.numerals import in_digits
 from breaker.figures import panels as p
 from breaker.figures import style
-from breaker.prognosis.first_page import about, in_percent, span
+from breaker.prognosis.page import about, in_percent, span
 
 
 @style.styled
@@ -111,20 +111,22 @@ def _values(axis: Axes, row: int, way: np.ndarray, part: xr.Dataset) -> None:
 
 def _words(state: str, one: xr.Dataset) -> str:
     """Return what to do about a limit, then why, how sure, and since when."""
-    low, middle, high = one["left"].values
-    by, since, certain = (one[name].item() for name in ("service_by", "since", "certain"))
+    low, middle, high = one["remaining"].values
+    by, since, certain = (
+        one[name].item() for name in ("service_by", "recommended_since", "certain")
+    )
     if np.isfinite(certain):
         crossed = one["crossed"].item()
         told = f"recommended since {since:,.0f}, at last by {by:,.0f}"
         told = told if since < certain else "no service was recommended before"
-        return f"now: exceeded\ncertain at {certain:,.0f}, crossed about {crossed:,.0f}\n{told}"
-    chance = one["beyond"].item()
+        return f"due: exceeded\ncertain at {certain:,.0f}, crossed about {crossed:,.0f}\n{told}"
+    chance = one["p_exceeded"].item()
     probable = f"P {in_percent(chance)} that it is exceeded" if np.isfinite(chance) else ""
     if state == "unknown":
         return f"unknown\n{probable}"
     left = "beyond the horizon" if np.isinf(low) else f"{about(middle)} ({span(low, high)})"
     left = f"operations left: {left}"
-    if state == "healthy":
-        return f"healthy: no service is planned\n{left}\n{probable}"
-    due = "now: service is due" if state == "now" else f"plan: service by operation {by:,.0f}"
+    if state == "ok":
+        return f"ok: no service is planned\n{left}\n{probable}"
+    due = "due: service now" if state == "due" else f"planned: service by operation {by:,.0f}"
     return f"{due}\n{left}\n{probable}; recommended since {since:,.0f}"

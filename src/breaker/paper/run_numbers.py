@@ -118,7 +118,7 @@ def numbers_of_life(
     found |= {f"{name}.failure": operation for name, operation in failures.items()}
     exceeded = limits.drop_duplicates("limit").set_index("limit").certain
     found |= {f"{name}.exceeded": operation for name, operation in exceeded.items()}
-    planned = decisions[decisions.state.isin(["plan", "now"]) & decisions.service_by.notna()]
+    planned = decisions[decisions.state.isin(["planned", "due"]) & decisions.service_by.notna()]
     if len(planned):
         found["first_plan"] = planned.operation.iloc[0]
         found["service_moves"] = (planned.service_by.diff().fillna(0) != 0).sum()

@@ -14,8 +14,8 @@ import numpy as np
 
 from breaker.family.inputs import SCATTER_DIRECTIONS, Basis, shrunk_variance, without_onset
 from breaker.model.quantities import CURRENTS, SHARES
-from breaker.prognosis.life_records import Series
-from breaker.prognosis.path_fit import Block
+from breaker.prognosis.series import Series
+from breaker.prognosis.trend import Block
 
 _COMPONENTS = 24
 _ROWS = 1000  # records that are projected at once
@@ -35,6 +35,9 @@ _SCATTERS = 0.005  # share by which what is measured of operations usually scatt
 _FEWEST = 10  # readings from which on a curve says something of a quantity, and its scatter is seen
 _LATELY = 50  # readings, over which what is stated with them is averaged
 _LEAST = 1e-12
+# A transducer that is mounted again reads another linearity, a share of the stroke, with waves of
+# half the stroke. Readings of one inspection share as much, by the temperature of the day, too.
+_MOUNTED, _LENGTH = 0.0035, 0.5
 
 
 class LifeCurve(NamedTuple):
@@ -90,6 +93,16 @@ class LifeCurve(NamedTuple):
         """Return changes of the curve, ``(..., k) -> (..., g)``, way over stroke."""
         return coordinates @ self.back @ self.basis
 
+    def shared(self) -> np.ndarray:
+        """Return the variance of the error that all records of an inspection share, ``(k,)``.
+
+        A transducer mounted again reads a smooth function of the travel, with Fourier components.
+        """
+        place = self.mean[None, :] / _LENGTH
+        waves = np.concatenate([wave(k * place) for k in (1.0, 2.0) for wave in (np.sin, np.cos)])
+        ways = self.mean + _MOUNTED * waves / np.sqrt(2.0)
+        return np.square(self.project(ways, np.ones(ways.shape, dtype=bool))).sum(axis=0)
+
     def input_noise(self, variance: np.ndarray) -> np.ndarray:
         """Return the noise that a network is told of coordinates' variances, ``(..., k)``."""
         return np.sqrt(_told(self.back, variance))
@@ -124,7 +137,7 @@ class CoordinateReading(NamedTuple):
         curve: np.ndarray,
         new: np.ndarray,
     ) -> Self | None:
-        """Return the reading of values ``(o,)`` by coordinates ``(o, k)``; None of a single one.
+        """Return the reading of values ``(o,)`` by coordinates ``(o, k)``; None without a new one.
 
         Few readings scatter as is usual of drives and stated with them, as far as they do not tell.
 
@@ -132,7 +145,7 @@ class CoordinateReading(NamedTuple):
             stated: Standard deviations that are stated with the values, ``(o,)``.
         """
         there = new[np.isfinite(values[new]) & np.isfinite(curve[new]).all(axis=1)]
-        if there.size < 2:
+        if not there.size:
             return None
         seen, read = (np.diff(each[there], axis=0) / np.sqrt(2.0) for each in (curve, values))
         slopes = np.zeros(curve.shape[1])
@@ -186,16 +199,17 @@ class Coordinates(NamedTuple):
         return cls(curves, tuple(readings))
 
     def blocks(self, series: Series) -> list[Block]:
-        """Return what a tracker follows."""
+        """Return what is followed: records, or means of inspections."""
         seen = {
             motion: curve.project(series.motions[motion].way, series.motions[motion].present)
             for motion, curve in self.curves.items()
         }
-        found = [Block(seen[motion], curve.variance) for motion, curve in self.curves.items()]
+        found = [_block(series, seen[m], e.variance, e.shared()) for m, e in self.curves.items()]
         for each in self.readings:
             values = series.motions[each.motion].measured[each.name]
             own = each.project(values, seen[each.motion]), np.array([_MOVES**2])
-            found.append(Block(*own, sought=each.name in _APART))
+            shared = np.array([(_MOUNTED * each.mean / each.scatter) ** 2])
+            found.append(_block(series, *own, shared, sought=each.name in _APART))
         return found
 
     def places(self, motion: str) -> slice:
@@ -217,6 +231,17 @@ class Coordinates(NamedTuple):
                 row[begin + k] = each.scatter
                 return each, row
         return None
+
+
+def _block(
+    series: Series, values: np.ndarray, variance: np.ndarray, shared: np.ndarray, *, sought=True
+) -> Block:
+    """Coordinates as they are followed, with what is known of their scatter beforehand."""
+    means, count = series.gathered(values)
+    noise = np.ones_like(variance)
+    if series.inspections is not None:
+        noise = 1.0 / count + shared
+    return Block(means, variance, noise, sought)
 
 
 def _changes(

@@ -20,7 +20,7 @@ from breaker.diagnosis.session import Diagnosis
 from breaker.diagnosis.words import say
 from breaker.model.quantities import quantities_of
 from breaker.prognosis.fleet_table import STATES, DriveResult, LimitState, MeasuredValue
-from breaker.prognosis.life_results import follow_drive
+from breaker.prognosis.life import follow_drive
 from breaker.records.dates import instant, one_date
 from breaker.records.files import Files
 from breaker.records.formats.registry import stated_in

@@ -1,39 +1,37 @@
-"""How long a drive may go on: when its path is beyond a limit, if the wear goes on as it does.
+"""Forecast when a drive exceeds a limit: draws of its path, continued at a rate that may change.
 
-The rate drifts with each draw of the path (``drift``), and may become another one at once. How
-likely that is, and by how much, was learned from lives (``Future``): as likely each time
-that the drive has become a tenth older. The probability to be beyond a limit after so many
-operations is that of the path so much further on, over all the changes that there may be. A change
-that is noticed ends in a service; draws are then followed until then.
+The rate drifts with each draw: ``h`` operations ahead of an age ``a`` it is ``(1 + h / a)^k`` times
+that of now. A drift ``k`` of 0 is a steady rate. The bend of the path shows k in part, the rest
+comes from a prior about 0, with Student's tails as some wear drifts much more. The rate may also
+change at once, as likely each time that the drive becomes a tenth older (``Future``).
+
+Shapes: ``n`` operations at which it is asked, ``d`` draws, ``m`` nodes ahead, ``k`` coordinates.
 """
 
-from collections.abc import Mapping
 from typing import NamedTuple, Self
 
 import numpy as np
-from scipy.special import ndtri
+from scipy.special import ndtri, stdtrit
 
+from breaker.common.randomness import generator
 from breaker.model.limits import Limit
-from breaker.prognosis.drift import Drift
-from breaker.prognosis.path_fit import Path
 from breaker.prognosis.readout import Condition, Readout
+from breaker.prognosis.trend import Path
 
-_NODES, _NEAREST, _FARTHEST = 12, 10.0, 8.0  # along the path, operations, horizons
-_AHEAD = 160  # operations ahead at which a distribution is computed
-_FINE = 1500  # and lengths of a path at which the share of draws that is beyond is tabled
-_WHEN, _HOW = 48, 3  # nodes of when the next change comes, and of its size
-_BLOCK = 32  # rows at once
-_SHARES = (0.05, 0.5, 0.95)
+QUANTILES = (0.05, 0.5, 0.95)
+_NODES, _NEAREST, _FARTHEST = 12, 10.0, 8.0  # nodes ahead; first, operations; last, horizons
+_TAILS = 3.0  # degrees of freedom of the drift, from simulated lives
+_STEADY = 1e-6  # a power this close to 0 is none
+_FUTURES = 5  # changes of rate that are drawn for each draw of the path
 
 
 class Future(NamedTuple):
-    """What may become of the wear.
+    """What may become of the wear; the values were learned from simulated lives.
 
     Attributes:
         horizon: Operations, the farthest that is looked for.
         changes: Changes of the rate to expect while a drive becomes e times as old.
-        faster: Median of the factor on the rate,
-        spread: and sd of its logarithm.
+        faster, spread: Median of the factor on the rate, and sd of its logarithm.
         noticed: Records after which a change of the rate is noticed.
         drift: Standard deviation of the drift of the rate, where the path does not show it,
         drifting: and of that to come, about that so far.
@@ -47,87 +45,66 @@ class Future(NamedTuple):
     drift: float = 1.0
     drifting: float = 0.4
 
+    def turns(self, past: np.ndarray, count: int, seed: int) -> tuple[np.ndarray, np.ndarray]:
+        """Return in how many operations the rate changes, ``(n, count)``, and by which factor.
+
+        The same stratified random numbers count after each number of operations ``past (n,)``.
+        """
+        rng = generator(seed, "future of wear")
+        when, how = (rng.permutation((np.arange(count) + 0.5) / count) for _ in range(2))
+        turns = past[:, None] * (when ** (-1.0 / self.changes) - 1.0)
+        return turns, self.faster * np.exp(self.spread * ndtri(how))
+
+
+class Forecast(NamedTuple):
+    """What is known of one limit after some operations.
+
+    Attributes:
+        p_exceeded: Probability that the limit is exceeded now, ``(n,)``.
+        value: Quantities of the limit now, ``(n, parts, 3)``, at 5, 50 and 95 %.
+        remaining: Operations left, ``(n, 3)``, at 5, 50 and 95 %; 0 where the limit is exceeded,
+            inf beyond the horizon.
+        lives: Operations left to each draw, ``(n, d)``; nan where nothing is known.
+        p_nearer: Probability that the trend leads to the limit, ``(n,)``.
+    """
+
+    p_exceeded: np.ndarray
+    value: np.ndarray
+    remaining: np.ndarray
+    lives: np.ndarray
+    p_nearer: np.ndarray
+
     @classmethod
-    def from_settings(cls, settings: Mapping) -> Self:
-        """Build from the section ``trend`` of the configuration."""
-        return cls(settings["horizon"])
-
-    def ahead(self) -> np.ndarray:
-        """Return operations ahead at which it is asked, ``(h,)``; the first is 0."""
-        return np.append(0.0, np.geomspace(1.0, self.horizon, _AHEAD - 1))
-
-    def ways(self, lag: np.ndarray | float = np.inf) -> np.ndarray:
-        """Return how far the path has come, in operations at its rate so far, ``(..., h, w)``.
-
-        One for each of ``ahead`` and each change that may come, the first none.
+    def of(
+        cls, limit: Limit, onward: "Onward", drift: np.ndarray, age: np.ndarray, future: Future
+    ) -> Self:
+        """Return the forecast of a limit.
 
         Args:
-            lag: Operations from a change until it is noticed, from where on the path is not
-                followed, ``(...)``.
+            onward: The path from each operation on.
+            drift: What ``drift_of`` returns.
+            age: Operations since new, or since the last maintenance, ``(n,)``.
         """
-        ahead, lag = (
-            self.ahead()[:, None, None],
-            np.asarray(lag, dtype=float)[..., None, None, None],
+        now, along = onward.now(limit), _continued(onward.values(limit), onward.nodes)
+        known = np.isfinite(now).any(axis=(1, 2))
+        excess, steady = limit.excess(along), np.full(now.shape[:2], np.nan)
+        for k in np.flatnonzero(known):
+            steady[k] = _crossings(excess[:, k], onward.nodes)
+        # The trend is that until the drive is twice as old: farther, networks know no wear.
+        then = np.maximum(np.abs(onward.nodes[:, None] - age).argmin(axis=0), 1)
+        gain = excess[then, np.arange(age.size)] - excess[0]
+        nearer = (gain > 0.0).all(axis=-1).mean(axis=1)
+        lives = np.tile(_drifted(steady, age, drift), _FUTURES)
+        turns, faster = onward.turns
+        lives = np.where(lives > turns, turns + (lives - turns) / faster, lives)
+        lives = np.where(lives > future.horizon, np.inf, lives)
+        return cls(
+            np.where(known, limit.exceeded(now).mean(axis=1), np.nan),
+            np.moveaxis(np.quantile(now, QUANTILES, axis=1), 0, -1),
+            np.quantile(lives, QUANTILES, axis=1, method="inverted_cdf").T,
+            lives,
+            np.where(known, nearer, np.nan),
         )
-        when = np.minimum(self._when()[:, None], ahead)
-        until = np.minimum(ahead, when + lag)
-        factor = self.faster * np.exp(self.spread * ndtri((np.arange(_HOW) + 0.5) / _HOW))
-        way = when + factor * (until - when)
-        way = way.reshape(*way.shape[:-2], -1)
-        none = np.broadcast_to(self.ahead()[:, None], (*way.shape[:-1], 1))
-        return np.concatenate([none, way], axis=-1)
-
-    def shares(self, past: np.ndarray | float) -> np.ndarray:
-        """Return how probable each change of ``ways`` is, ``(..., w)``.
-
-        Args:
-            past: Operations so far, ``(...)``.
-        """
-        past, when = np.asarray(past, dtype=float)[..., None], self._when()
-        ends = np.concatenate([[0.0], np.sqrt(when[1:] * when[:-1]), [self.horizon]])
-        stays = (1.0 + ends / past) ** -self.changes
-        each = (stays[..., :-1] - stays[..., 1:]) / _HOW
-        return np.concatenate([stays[..., -1:], np.repeat(each, _HOW, axis=-1)], axis=-1)
-
-    def _when(self) -> np.ndarray:
-        return np.geomspace(1.0, self.horizon, _WHEN)
-
-    def fails(
-        self, lives: np.ndarray, past: np.ndarray, lag: np.ndarray | float = np.inf
-    ) -> np.ndarray:
-        """Return the probability to be beyond a limit, by each of ``ahead``, ``(n, h)``.
-
-        Args:
-            lives: Operations that are left to each draw at the rate so far, ``(n, d)``, sorted; inf
-                where it never is beyond, nan where nothing is known.
-            past: Operations so far, ``(n,)``.
-            lag: As of ``ways``, ``(n,)``; inf where nobody looks.
-        """
-        fine = np.append(0.0, np.geomspace(0.5, _FARTHEST * self.horizon, _FINE))
-        lag, found = np.broadcast_to(lag, past.shape), np.full((len(past), _AHEAD), np.nan)
-        shares = self.shares(past)
-        known = np.flatnonzero(~np.isnan(lives[:, 0]))
-        for lags in np.unique(lag[known]):
-            places = np.searchsorted(0.5 * (fine[1:] + fine[:-1]), self.ways(lags))
-            rows = known[lag[known] == lags]
-            for some in np.split(rows, range(_BLOCK, len(rows), _BLOCK)):
-                over = [np.searchsorted(each, fine, side="right") for each in lives[some]]
-                over = np.array(over, dtype=np.float32).reshape(-1, fine.size) / lives.shape[1]
-                found[some] = np.einsum("nhw,nw->nh", over[:, places], shares[some])
-        return np.maximum.accumulate(found, axis=1)
-
-    def quantiles(self, fails: np.ndarray) -> np.ndarray:
-        """Return operations ahead by which 5, 50 and 95 % are beyond, ``(n, 3)``; inf if never."""
-        ahead, found = self.ahead(), np.full((len(fails), len(_SHARES)), np.nan)
-        rows = np.flatnonzero(~np.isnan(fails[:, 0]))
-        for j, share in enumerate(_SHARES):
-            k = (fails[rows] < share).sum(axis=1)
-            low, high = np.maximum(k - 1, 0), np.minimum(k, _AHEAD - 1)
-            before, after = fails[rows, low], fails[rows, high]
-            part = (share - before) / np.where(after > before, after - before, 1.0)
-            between = ahead[low] + part * (ahead[high] - ahead[low])
-            found[rows, j] = np.where(k == 0, 0.0, np.where(k == _AHEAD, np.inf, between))
-        return found
 
 
 class Onward:
@@ -139,33 +116,40 @@ class Onward:
     Args:
         path, readout: Of the drive.
         where: Indices of the operations, ``(n,)``.
-        horizon: Operations, the farthest that is looked for.
+        past: Operations so far, ``(n,)``.
         since: What a change is since, ``"new"`` or ``"event"``.
 
     Attributes:
         nodes: Operations ahead, at the rate of now, ``(m,)``; the first is 0.
+        turns: As of ``Future.turns``.
     """
 
     def __init__(
-        self, path: Path, readout: Readout, where: np.ndarray, horizon: float, since: str
+        self,
+        path: Path,
+        readout: Readout,
+        where: np.ndarray,
+        past: np.ndarray,
+        future: Future,
+        since: str,
     ) -> None:
-        self.nodes = np.append(0.0, np.geomspace(_NEAREST, _FARTHEST * horizon, _NODES - 1))
+        self.nodes = np.append(0.0, np.geomspace(_NEAREST, _FARTHEST * future.horizon, _NODES - 1))
+        self.turns = future.turns(past, _FUTURES * readout.draws, readout.seed)
         ahead = self.nodes[:, None, None]
-        now = (path.change, path.variance, path.covariance)
-        if since == "event":
-            now = (path.since, path.since_variance, path.covariance)
-        change, variance, both = (each[where] for each in now)
+        now = (path.change, path.variance)
+        now = (path.since, path.since_variance) if since == "event" else now
+        change, variance = (each[where] for each in now)
+        variance = np.maximum(variance, 1e-12)
         onward = change + ahead * path.rate[where]
-        more = 2.0 * ahead * both + ahead**2 * path.rate_variance[where]
-        self.shape, every = onward.shape[:2], np.tile(where, _NODES)
-        self._seed = readout.seed
+        more = 2.0 * ahead * path.covariance[where] + ahead**2 * path.rate_variance[where]
+        self._shape, every = onward.shape[:2], np.tile(where, _NODES)
 
         def condition(of: Readout, change: np.ndarray, variance: np.ndarray) -> Condition:
-            flat = (each.reshape(-1, of.size) for each in (change, np.maximum(variance, 1e-12)))
-            return of.condition(*flat, every)
+            return of.condition(*(e.reshape(-1, of.size) for e in (change, variance)), every)
 
-        self._now = readout.condition(change, np.maximum(variance, 1e-12), where)
-        self._measured = condition(readout, onward, variance + more)
+        self._seed = readout.seed
+        self._now = readout.condition(change, variance, where)
+        self._measured = condition(readout, onward, np.maximum(variance + more, 1e-12))
         aside, still = np.sqrt(np.maximum(more, 0.0)), np.broadcast_to(variance, onward.shape)
         self._ways = [condition(of, onward + way * aside, still) for of, way in readout.ways()]
 
@@ -176,58 +160,57 @@ class Onward:
     def values(self, limit: Limit) -> np.ndarray:
         """Return draws of the quantities along the path, ``(m, n, d, parts)``.
 
-        The few ways have no tails; their spread says how far draws are apart.
+        The few ways have no tails; their spread shows how far draws are from each other.
         """
         if limit.of == "record":
             found = limit.read(self._measured)
-            return found.reshape(*self.shape, *found.shape[1:])
-        each = [limit.read(condition) for condition in self._ways]
-        middles = np.stack([np.median(draws, axis=1, keepdims=True) for draws in each])
+            return found.reshape(*self._shape, *found.shape[1:])
+        every = [limit.read(condition) for condition in self._ways]
+        middles = np.stack([np.median(draws, axis=1, keepdims=True) for draws in every])
         with np.errstate(invalid="ignore"):
-            within = [draws - middle for draws, middle in zip(each, middles, strict=True)]
-            within = np.concatenate(within, axis=1)
-            count = within.shape[1]
-            normal = ndtri((np.arange(count) + 0.5) / count)
-            normal = np.random.default_rng(self._seed).permutation(normal)[:, None]
+            within = np.concatenate([e - m for e, m in zip(every, middles, strict=True)], axis=1)
+            normal = ndtri((np.arange(within.shape[1]) + 0.5) / within.shape[1])
+            normal = generator(self._seed, "ways of a path").permutation(normal)[:, None]
             found = middles.mean(axis=0) + within + middles.std(axis=0) * normal
-        return found.reshape(*self.shape, *found.shape[1:])
+        return found.reshape(*self._shape, *found.shape[1:])
 
 
-class Forecast(NamedTuple):
-    """What is known of one limit after some operations.
+def drift_of(path: Path, where: np.ndarray, age: np.ndarray, future: Future, readout: Readout):
+    """Return draws of the drift of the rate after some operations, ``(n, d)``; a draw is a drive.
 
-    Attributes:
-        beyond: Probability to be beyond the limit now, ``(n,)``.
-        value: Quantities of the limit now, ``(n, parts, 3)``, at 5, 50 and 95 %.
-        remaining: Operations left, ``(n, 3)``, at 5, 50 and 95 %; 0 where the limit is exceeded,
-            inf beyond the horizon.
-        lives: Operations left to each draw if the wear drifts as it does, ``(n, d)``, sorted.
+    Args:
+        where: Indices of the operations, ``(n,)``.
+        age: Operations since new, or since the last maintenance, ``(n,)``.
     """
+    rate, bend, variance = (each[where] for each in (path.rate, path.bend, path.bend_variance))
+    shown = (np.square(rate) / variance).sum(axis=1)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        seen = age * (rate * bend / variance).sum(axis=1) / shown
+        known = 1.0 / (np.square(age) / shown + future.drifting**2)
+    precision = known + future.drift**-2.0
+    mean = np.where(shown > 0.0, known * np.nan_to_num(seen) / precision, 0.0)
+    shares = generator(readout.seed, "drift of wear").permutation(readout.draws)
+    students = stdtrit(_TAILS, (shares + 0.5) / readout.draws)
+    return mean[:, None] + precision[:, None] ** -0.5 * students
 
-    beyond: np.ndarray
-    value: np.ndarray
-    remaining: np.ndarray
-    lives: np.ndarray
 
-    @classmethod
-    def of(
-        cls, limit: Limit, onward: Onward, drift: Drift, past: np.ndarray, future: Future
-    ) -> Self:
-        """Return the forecast of a limit after ``past`` operations, ``(n,)``."""
-        now, along = onward.now(limit), _continued(onward.values(limit), onward.nodes)
-        excess, lives = limit.excess(along), np.full(now.shape[:2], np.nan)
-        known = np.isfinite(now).any(axis=(1, 2))
-        for k in np.flatnonzero(known):
-            lives[k] = _crossings(excess[:, k], onward.nodes)
-        lives = np.sort(drift.operations(lives), axis=1)
-        remaining = future.quantiles(future.fails(lives, past))
-        beyond = np.where(known, limit.exceeded(now).mean(axis=1), np.nan)
-        value = np.moveaxis(np.quantile(now, _SHARES, axis=1), 0, -1)
-        return cls(beyond, value, remaining, lives)
+def _drifted(steady: np.ndarray, age: np.ndarray, drift: np.ndarray) -> np.ndarray:
+    """Return in how many operations as much wears as in ``steady`` ones at the rate of now,
+    ``(n, d)``.
+
+    >>> age, steady = np.full(1, 100.0), np.full((1, 1), 150.0)
+    >>> _drifted(steady, age, np.ones((1, 1))).round(6)
+    array([[100.]])
+    """
+    power, age = 1.0 + drift, age[:, None]
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        share = steady / age
+        logs = np.log1p(np.maximum(power * share, -1.0)) / power
+        return age * np.expm1(np.where(np.abs(power) < _STEADY, share, logs))
 
 
 def _continued(draws: np.ndarray, nodes: np.ndarray) -> np.ndarray:
-    """Draws along paths, ``(nodes, n, d, parts)``; what no network knows goes on straight."""
+    """Draws along paths, ``(m, n, d, parts)``; what no network knows goes on straight."""
     found = draws.copy()
     for k in range(2, len(nodes)):
         share = (nodes[k] - nodes[k - 1]) / (nodes[k - 1] - nodes[k - 2])
@@ -238,13 +221,13 @@ def _continued(draws: np.ndarray, nodes: np.ndarray) -> np.ndarray:
 
 
 def _crossings(excess: np.ndarray, nodes: np.ndarray) -> np.ndarray:
-    """How far along its path each draw is beyond all parts of a limit, ``(d,)``; inf if it is not.
+    """How far along its path each draw exceeds all parts of a limit, ``(d,)``; inf if it does not.
 
-    ``excess`` is how far each part is beyond at the nodes, ``(nodes, d, parts)``.
+    ``excess`` is how far each part is beyond at the nodes, ``(m, d, parts)``.
     """
-    holds = (excess > 0.0).all(axis=-1)
-    first = holds.argmax(axis=0)
-    found = np.where(holds.any(axis=0), 0.0, np.inf)
+    over = (excess > 0.0).all(axis=-1)
+    first = over.argmax(axis=0)
+    found = np.where(over.any(axis=0), 0.0, np.inf)
     coming = np.flatnonzero(first > 0)
     before, after = excess[first[coming] - 1, coming], excess[first[coming], coming]
     with np.errstate(invalid="ignore", divide="ignore"):

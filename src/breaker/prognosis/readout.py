@@ -18,7 +18,7 @@ from breaker.family.networks import ChangeNetwork, StateNetwork, plausible_wear
 from breaker.model.limits import Limit
 from breaker.model.parameters import NAMES
 from breaker.prognosis.coordinates import Coordinates
-from breaker.prognosis.life_records import Series
+from breaker.prognosis.series import Series
 
 _BLOCK = 64  # changes that are read at once
 _SURE = 0.9  # probability of the set of names

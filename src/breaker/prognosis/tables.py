@@ -1,6 +1,6 @@
 """Tables of a life: what to do after each operation, how each limit stands, and what changed.
 
-``breaker.prognosis.first_page`` says the same in sentences; no table holds one.
+``breaker.prognosis.page`` says the same in sentences; no table holds one.
 """
 
 from collections.abc import Mapping, Sequence
@@ -11,7 +11,7 @@ import pandas as pd
 import xarray as xr
 
 from breaker.model.quantities import ABOUT, CONDITIONS, metadata_names
-from breaker.prognosis.limit_states import STATES, standing
+from breaker.prognosis.states import STATES
 from breaker.records.dates import instant
 
 DECISIONS = {
@@ -22,7 +22,7 @@ DECISIONS = {
     "temperature": "of the drive, °C",
     "voltage": "of the control circuit, as the table has it",
     "event": "what was done before it",
-    "state": "of the drive: unknown, healthy, plan (a service) or now",
+    "state": "of the drive: unknown, ok, planned (a service) or due",
     "limit": "the limit that the state is about; empty without one",
     "operations_left_5": "operations left, quantile at 5 %: 0 exceeded, inf beyond the horizon",
     "operations_left": "the same at 50 %",
@@ -30,10 +30,10 @@ DECISIONS = {
     "days_left": "days left to it at the recent rate, quantile at 50 %",
     "service_by": "operation by which to service, of the most urgent limit",
     "service_by_date": "its date at the recent rate",
-    "told_since": "operation since when a service has been told without a break",
+    "recommended_since": "operation since when a service is recommended without a break",
     "risk": "probability to exceed that limit, or to fail suddenly, before the next inspection",
     "exceeded": "limits that are exceeded",
-    "worn": "what has changed most since new: of these one, by 90 %",
+    "most_changed": "what has changed most since new: of these one, by 90 %",
     "change": "kind of a change that was noticed at this operation",
     "not_used": "motions without a usable record",
 }
@@ -49,15 +49,15 @@ LIMITS = {
     "now_95": "and at 95 %",
     "bound": "the limit",
     "unit": "unit of these",
-    "state": "unknown, healthy, plan or now",
-    "probability": "that it is exceeded",
+    "state": "unknown, ok, planned or due",
+    "p_exceeded": "probability that it is exceeded",
     "certain": "operation at which that is sure; empty where it is not exceeded",
     "crossed": "operation from which on it is likelier than not",
     "operations_left_5": "operations left, quantile at 5 %",
     "operations_left": "the same at 50 %",
     "operations_left_95": "and at 95 %",
     "service_by": "operation by which to service; empty where none is planned",
-    "told_since": "operation since when a service has been told without a break",
+    "recommended_since": "operation since when a service is recommended without a break",
     "risk": "probability to exceed it, or to fail suddenly, before the next inspection",
 }
 """Columns of ``limits.csv``, one row per part of a limit, after the last operation."""
@@ -112,22 +112,12 @@ def _joined(name: str, values: Sequence) -> object:
     return ", ".join(words if name == "event" else words[:1])
 
 
-def decided(
-    life: xr.Dataset, curves: Mapping[str, xr.Dataset], planning: Mapping[str, object]
-) -> tuple[xr.Dataset, pd.DataFrame]:
-    """Return how a drive stands to its limits, and the decisions: see ``standing``, ``decide``."""
-    known = operation_metadata(curves, life.operation.values)
-    pace = days_per_operation(life.operation.values, list(known.date))
-    stands = standing(life, planning, pace)
-    return stands, decide(life, stands, known)
-
-
 def decide(life: xr.Dataset, stands: xr.Dataset, known: pd.DataFrame) -> pd.DataFrame:
     """Return one row per operation, with the columns ``DECISIONS`` of which anything is known.
 
     Args:
-        life: What ``life_results.follow_life`` returns.
-        stands: What ``standing`` returns.
+        life: What ``life.forecast_of`` returns.
+        stands: What ``states_of`` returns.
         known: What ``operation_metadata`` returns.
     """
     operations, subject = life.operation.values, stands.subject.values
@@ -135,14 +125,14 @@ def decide(life: xr.Dataset, stands: xr.Dataset, known: pd.DataFrame) -> pd.Data
     limits = np.append(life.limit.values, "")
     left = np.full((len(rows), 3), np.nan)
     some = subject >= 0
-    left[some] = stands.left.values[rows[some], subject[some]]
+    left[some] = stands.remaining.values[rows[some], subject[some]]
     risk = np.full(len(rows), np.nan)
     risk[some] = stands.risk.values[rows[some], subject[some]]
     by = stands.drive_service_by.values
     at = np.searchsorted(life.asked.values, operations, side="right") - 1
     names = np.where(at >= 0, life.names.values[np.maximum(at, 0)], "")
     changed = dict(zip(life.noticed.values.tolist(), life.kind.values.tolist(), strict=True))
-    over = np.isin(stands.state.values, STATES.index("now")) & (stands.beyond.values >= 0.5)
+    over = np.isin(stands.state.values, STATES.index("due")) & (stands.p_exceeded.values >= 0.5)
     data = {
         **{name: list(known[name]) for name in ABOUT},
         "operation": operations,
@@ -152,10 +142,10 @@ def decide(life: xr.Dataset, stands: xr.Dataset, known: pd.DataFrame) -> pd.Data
         "days_left": np.where(left[:, 1] == 0.0, 0.0, left[:, 1] * pace).round(1),
         "service_by": _whole(by),
         "service_by_date": on_date(by, operations, list(known.date), pace),
-        "told_since": _whole(stands.drive_since.values),
+        "recommended_since": _whole(stands.drive_since.values),
         "risk": risk,
         "exceeded": [", ".join(life.limit.values[row]) for row in over],
-        "worn": np.where(operations >= life.attrs["told"], names, ""),
+        "most_changed": np.where(operations >= life.attrs["reported_from"], names, ""),
         "change": [changed.get(number, "") for number in operations.tolist()],
         "not_used": list(known.not_used),
     }
@@ -178,7 +168,7 @@ def limit_table(life: xr.Dataset, stands: xr.Dataset) -> pd.DataFrame:
     """Return one row per part of a limit, after the last operation, with the columns ``LIMITS``."""
     of = pd.Index(life.limit.values).get_indexer(life.part_limit.values)
     last, now = stands.isel(operation=-1), life.value.values[-1]
-    state, left = last.state.values[of], last.left.values[of].round()
+    state, left = last.state.values[of], last.remaining.values[of].round()
     data = {
         "limit": life.part_limit.values,
         "quantity": life.part_quantity.values,
@@ -188,12 +178,12 @@ def limit_table(life: xr.Dataset, stands: xr.Dataset) -> pd.DataFrame:
         "bound": life.part_bound.values,
         "unit": life.part_unit.values,
         "state": np.array(STATES)[state],
-        "probability": last.beyond.values[of],
+        "p_exceeded": last.p_exceeded.values[of],
         "certain": _whole(stands.certain.values[of]),
         "crossed": _whole(stands.crossed.values[of]),
         **dict(zip(_LEFT, left.T, strict=True)),
         "service_by": _whole(last.service_by.values[of]),
-        "told_since": _whole(last.since.values[of]),
+        "recommended_since": _whole(last.recommended_since.values[of]),
         "risk": last.risk.values[of],
     }
     return pd.DataFrame({name: data[name] for name in LIMITS})

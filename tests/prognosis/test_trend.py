@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from breaker.prognosis.path_fit import Block
-from breaker.prognosis.tracker import Tracker
+from breaker.prognosis import trend
+from breaker.prognosis.trend import Block
 
 N, NEW = 300, 50
 TIME = np.arange(N)
@@ -16,11 +16,11 @@ def blocks(seed=1, *, add=0.0, aside=0.0, k=6):
     values = [rng.standard_normal((N, k)) for _ in range(2)]
     values[0][:, 0] += add
     values[0][:, 2] += aside
-    return [Block(each, np.geomspace(1e4, 1.0, k)) for each in values]
+    return [Block(each, np.geomspace(1e4, 1.0, k), np.ones(k)) for each in values]
 
 
 def follow(some, **about):
-    return Tracker().follow(TIME, some, **about)
+    return trend.follow(TIME, some, new=np.arange(NEW), **about)
 
 
 def test_a_straight_path_is_known_as_a_regression_knows_it():
@@ -79,13 +79,14 @@ def test_one_odd_record_is_no_change_and_hardly_counts():
     assert abs(path.change[-1, 0] - usual.change[-1, 0]) < np.sqrt(path.variance[-1, 0])
 
 
-def test_a_bent_path_is_no_change_unless_its_bend_is_denied():
-    """A curvature of a tenth of the change; the planted fault is a tracker that knows of none."""
+def test_a_bent_path_is_no_change_unless_its_bend_is_denied(monkeypatch):
+    """A curvature of a tenth of the change; the planted fault is a trend that knows of none."""
     share = TIME / N
     bent = 60.0 * (share + 0.1 * share**2)
-    assert not Tracker(aside=1e-6).follow(TIME, blocks(add=bent)).changes
-    stiff = Tracker(bend=1e-6, aside=1e-6).follow(TIME, blocks(add=bent))
-    assert stiff.changes
+    monkeypatch.setattr(trend, "_ASIDE", 1e-6)
+    assert not follow(blocks(add=bent)).changes
+    monkeypatch.setattr(trend, "_BEND", 1e-6)
+    assert follow(blocks(add=bent)).changes
 
 
 def test_work_begins_anew_without_an_alarm_and_what_a_transducer_moved_is_no_change():
@@ -134,7 +135,7 @@ def test_a_motion_may_be_missing():
 
 def test_changes_are_not_sought_in_a_block_that_is_not_to_be():
     some = blocks(add=40.0 * (TIME >= 200))
-    quiet = [Block(*some[0][:2], sought=False), some[1]]
+    quiet = [some[0]._replace(sought=False), some[1]]
     assert not follow(quiet).changes
 
 

@@ -24,14 +24,14 @@ def since_new(changes: pd.DataFrame, life: xr.Dataset) -> str:
 
     Args:
         changes: What ``change_table`` returns; its last row counts.
-        life: What ``life_results.follow_life`` returns.
+        life: What ``life.forecast_of`` returns.
     """
     row = changes.iloc[-1]
     if not life.attrs["family"]:
         return "Since new: parameters are withheld, see trust; what is measured holds."
-    if row.noticed < life.attrs["told"]:
+    if row.noticed < life.attrs["reported_from"]:
         records = f"{life.attrs['needed']:,}, and there are {life.sizes['operation']:,}"
-        return f"Since new: nothing is told before record {records} (trend.reference, settle)."
+        return f"Since new: nothing is told before record {records}."
     names = [str(name) for name in life.parameter.values]
     if math.isnan(row[names[0]]):
         return f"Since new: {say('change-beyond-wear')}."
@@ -65,32 +65,28 @@ def headline(decisions: pd.DataFrame, limits: pd.DataFrame) -> str:
     unknown = by_limit[by_limit.state == "unknown"]
     ends = span(row.operations_left_5, row.operations_left_95)
     left = f"{about(row.operations_left)} operations left ({ends})"
-    if row.state == "now":
+    if row.state == "due":
         over = by_limit[by_limit.certain.notna()].sort_values("certain")
         each = [f"{one.limit} (certain at {one.certain:,})" for one in over.itertuples()]
         why = f"exceeded: {first_of(each, _MOST)}" if each else f"{row.limit} is due, {left}"
         words = f"Service now: {why}"
-    elif row.state == "plan":
+    elif row.state == "planned":
         on = f" ({row.service_by_date})" if row.get("service_by_date") else ""
         words = f"Plan service by operation {row.service_by:,}{on}: {row.limit}, {left}"
-    elif row.state == "healthy":
+    elif row.state == "ok":
         known = row.limit and math.isfinite(row.operations_left)
-        words = (
-            f"Healthy: next is {row.limit}, {left}"
-            if known
-            else "Healthy: nothing leads to a limit"
-        )
+        words = f"OK: next is {row.limit}, {left}" if known else "OK: nothing leads to a limit"
     else:
         words = "Unknown: no limit can be told yet"
     cannot = [
-        f"{one.limit} (P {in_percent(one.probability)})"
+        f"{one.limit} (P {in_percent(one.p_exceeded)})"
         for one in unknown.itertuples()
-        if one.probability == one.probability
+        if one.p_exceeded == one.p_exceeded
     ]
     doubts = f" Cannot tell {first_of(cannot, _MOST)}." if cannot and row.state != "unknown" else ""
-    if row.state in ("plan", "now"):
-        words += f". Told since operation {row.told_since:,}"
-    if row.state == "plan" and row.risk == row.risk:
+    if row.state in ("planned", "due"):
+        words += f". Recommended since operation {row.recommended_since:,}"
+    if row.state == "planned" and row.risk == row.risk:
         words += f"; P {in_percent(row.risk)} to fail before the next inspection"
     return f"{words}.{doubts} As of operation {row.operation:,}."
 
@@ -99,7 +95,7 @@ def look_first(
     decisions: pd.DataFrame, limits: pd.DataFrame, advice: Mapping[str, str]
 ) -> list[str]:
     """Say where to look first for the limits that are due or planned, the one due first first."""
-    due = limits[limits.state.isin(["plan", "now"])]
+    due = limits[limits.state.isin(["planned", "due"])]
     first = due.limit == decisions.iloc[-1].limit
     names = dict.fromkeys([*due.quantity[first], *due.quantity[~first]])
     look = say("look-first")
@@ -141,7 +137,7 @@ def limit_words(limits: pd.DataFrame) -> pd.DataFrame:
                     *(in_digits(each, 4) for each in (one.now, one.now_5, one.now_95))
                 ),
                 "at": f"{in_digits(one.bound, 4)} {one.unit}",
-                "P": in_percent(one.probability) if one.probability == one.probability else "",
+                "P": in_percent(one.p_exceeded) if one.p_exceeded == one.p_exceeded else "",
                 "operations left (90 %)": left,
             }
         )
