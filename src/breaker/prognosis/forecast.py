@@ -65,7 +65,7 @@ class Forecast(NamedTuple):
         remaining: Operations left, ``(n, 3)``, at 5, 50 and 95 %; 0 where the limit is exceeded,
             inf beyond the horizon.
         lives: Operations left to each draw, ``(n, d)``; nan where nothing is known.
-        p_nearer: Probability that the trend leads to the limit, ``(n,)``.
+        p_nearer: Probability that the drive is nearer to the limit than as new, ``(n,)``.
     """
 
     p_exceeded: np.ndarray
@@ -76,12 +76,19 @@ class Forecast(NamedTuple):
 
     @classmethod
     def of(
-        cls, limit: Limit, onward: "Onward", drift: np.ndarray, age: np.ndarray, future: Future
+        cls,
+        limit: Limit,
+        onward: "Onward",
+        new: np.ndarray,
+        drift: np.ndarray,
+        age: np.ndarray,
+        future: Future,
     ) -> Self:
         """Return the forecast of a limit.
 
         Args:
             onward: The path from each operation on.
+            new: Draws of the quantities of the limit as new, ``(d, parts)``.
             drift: What ``drift_of`` returns.
             age: Operations since new, or since the last maintenance, ``(n,)``.
         """
@@ -90,10 +97,7 @@ class Forecast(NamedTuple):
         excess, steady = limit.excess(along), np.full(now.shape[:2], np.nan)
         for k in np.flatnonzero(known):
             steady[k] = _crossings(excess[:, k], onward.nodes)
-        # The trend is that until the drive is twice as old: farther, networks know no wear.
-        then = np.maximum(np.abs(onward.nodes[:, None] - age).argmin(axis=0), 1)
-        gain = excess[then, np.arange(age.size)] - excess[0]
-        nearer = (gain > 0.0).all(axis=-1).mean(axis=1)
+        nearer = (limit.excess(now) > limit.excess(new)).all(axis=-1).mean(axis=1)
         lives = np.tile(_drifted(steady, age, drift), _FUTURES)
         turns, faster = onward.turns
         lives = np.where(lives > turns, turns + (lives - turns) / faster, lives)

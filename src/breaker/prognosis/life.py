@@ -231,10 +231,13 @@ def _limits(
         since: Onward(path, readout, where, past, future, since)
         for since in {"new", *(limit.since for limit in limits)}
     }
-    found = [Forecast.of(limit, onward[limit.since], drift, age, future) for limit in limits]
     zero = np.zeros((1, readout.size))
     as_new = readout.condition(zero, zero + 1e-12, readout.series.new[-1:])
-    new = [np.median(limit.read(as_new)[0], axis=0) for limit in limits]
+    new = [limit.read(as_new)[0] for limit in limits]
+    found = [
+        Forecast.of(limit, onward[limit.since], draws, drift, age, future)
+        for limit, draws in zip(limits, new, strict=True)
+    ]
     turns = onward["new"].turns[0]
     spacing = past / np.maximum(where, 1)
     noticed = np.minimum(future.noticed * spacing, _NOTICED * past)
@@ -255,7 +258,7 @@ def _limits(
             ("asked", "part", "quantile"),
             np.hstack([none[..., None].repeat(3, axis=2), *(one.value for one in found)]),
         ),
-        "new": ("part", np.concatenate([np.zeros(0), *new])),
+        "new": ("part", np.concatenate([np.zeros(0), *(np.median(each, axis=0) for each in new)])),
     }
 
 

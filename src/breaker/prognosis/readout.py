@@ -224,8 +224,9 @@ class Condition:
             if known is not None:
                 reading, row = known
                 mean = reading.mean + self.change @ row
-                sd = np.sqrt(self.variance @ np.square(row) + reading.common[self.where] ** 2)
+                sd = np.sqrt(self.variance @ np.square(row))
                 found[..., k] = mean[:, None] + sd[:, None] * rng.permutation(normal)
+                found[..., k] += reading.common[self.where, None] * rng.permutation(normal)
         return found
 
 

@@ -21,7 +21,7 @@ _TRANSDUCER = "transducer"
 _STEP = {"temperature": 10.0, "voltage": 0.1}  # of a condition: K; share of that of the new ones
 _SIMILAR = 0.5  # steps, within which new operations are compared
 _FIRST = 50  # operations that are new under monitoring; more inspections than these are monitoring
-_COUNTED = 10.0  # inspections, as which the usual scatter counts
+_COUNTED = 4.0  # inspections, as which the usual scatter counts
 _STEPS = 10  # operations from one record to the next, at most, under monitoring
 _DAYS = 30.0  # an inspection takes days, and the next one is months later
 

@@ -16,8 +16,9 @@ STATES = ("unknown", "ok", "planned", "due")
 
 _SURE = 0.95  # probability from which a limit is exceeded, or a trend leads to it
 _LIKELY = 0.5  # probability from which a limit was crossed, and below which a trend has turned
-_SHARE = 1 / 3  # of the age, within which a service is planned: the last quarter of a life
-_STAYS = 1.5  # planning horizons, within which a plan stays one
+_EARLY = 0.2
+_SHARE = 0.25  # of the age, within which a service is planned: the last quarter of a life
+_STAYS = 2.0  # planning horizons, within which a plan stays one
 _MOVES = 0.5  # share of what is left, by which an estimate has to leave what is recommended
 
 
@@ -174,8 +175,10 @@ def _judged(
     asked = life.asked.values
     days = per_operation[np.searchsorted(life.operation.values, asked)]
     horizon = np.fmax(planning["operations"], planning["years"] * YEAR / days)
-    horizon = np.minimum(horizon, _SHARE * _age(life, life.start.values[life.maintenance.values]))
+    late = _SHARE * _age(life, life.start.values[life.maintenance.values])
+    horizon = np.minimum(horizon, np.maximum(late, np.diff(asked, prepend=asked[:1])))
     least = life.remaining.values[..., 0]
+    early = np.quantile(life.lives.values, _EARLY, axis=-1, method="inverted_cdf")
     left = np.floor(np.fmin(best, least))
     states, found = np.zeros(best.shape, dtype=int), np.full(best.shape, np.inf)
     for j in range(best.shape[1]):
@@ -184,8 +187,8 @@ def _judged(
             maintained = bool(i and spell[i] != spell[i - 1])
             p_exceeded = float(life.p_exceeded.values[i, j])
             p_nearer = float(life.p_nearer.values[i, j])
-            soon = bool(left[i, j] <= horizon[i])
-            far = bool(left[i, j] > _STAYS * horizon[i])
+            soon = bool(early[i, j] <= horizon[i])
+            far = bool(early[i, j] > _STAYS * horizon[i])
             state = next_state(Facts(state, maintained, p_exceeded, p_nearer, soon, far))
             if state == "planned":
                 by = _moved(np.inf if maintained else by, asked[i], left[i, j])
