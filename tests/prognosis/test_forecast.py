@@ -40,7 +40,7 @@ def forecast(change, rate, future=SURE, *, sd=0.01, rate_sd=1e-6, bend=0.0, bend
     first, past, readout = np.array([0]), np.array([1000.0]), OneQuantity()
     onward = Onward(path, readout, first, past, future, "new")
     drift = drift_of(path, first, past, future, readout)
-    return Forecast.of(LIMIT, onward, drift, past, future)
+    return Forecast.of(LIMIT, onward, np.full((200, 1), 8.0), drift, past, future)
 
 
 def test_a_straight_path_crosses_where_it_does():
@@ -56,7 +56,7 @@ def test_a_path_that_leads_away_never_does_and_one_beyond_has_nothing_left(at, r
     found = forecast(at, rate)
     assert found.p_exceeded[0] == (at > 2.0)
     assert (found.remaining[0] == left).all()
-    assert found.p_nearer[0] == (rate > 0.0)
+    assert found.p_nearer[0] == 1.0
 
 
 def test_wear_that_may_become_faster_shortens_the_early_end():
@@ -66,8 +66,9 @@ def test_wear_that_may_become_faster_shortens_the_early_end():
     assert np.ptp(forecast(1.0, 0.002, sd=0.6).remaining) > 5.0 * np.ptp(steady.remaining)
 
 
-def test_a_rate_that_is_not_known_leads_nowhere_for_sure():
-    assert forecast(1.0, 1e-5, rate_sd=1e-3).p_nearer[0] < 0.8
+def test_a_change_that_is_not_known_leads_nowhere_for_sure():
+    assert forecast(0.5, 1e-3, sd=0.6).p_nearer[0] < 0.95
+    assert forecast(-0.5, 1e-3).p_nearer[0] == 0.0
 
 
 def test_changes_come_as_often_in_any_unit_of_operations():

@@ -15,7 +15,7 @@ from breaker.model.limits import Limit
 from breaker.model.parameters import MOTIONS, NAMES
 from breaker.prognosis.forecast import Future
 from breaker.prognosis.life import _age, _maintenance, forecast_of, trend_of
-from breaker.prognosis.readout import Readout, name_set
+from breaker.prognosis.readout import Readout
 from breaker.prognosis.series import MotionRecords, Series
 from breaker.prognosis.states import STATES, states_of
 from breaker.prognosis.trend import Change
@@ -106,7 +106,6 @@ def test_what_wears_is_told_and_nothing_else(life):
     for name in ("f", "k_a", "L"):
         low, _, high = life.changed.isel(asked=-1).sel(parameter=name).values
         assert low <= 0.0 <= high
-    assert life.names.values[-1].split(" or ")[0] == "gamma_a"
     assert life.attrs["family"] == "medium_voltage"
     assert life.attrs["agreement"] > 0.01
     assert not life.sizes["change"]
@@ -133,7 +132,6 @@ def test_an_unchanged_drive_has_no_change(followed):
     assert (low <= 0.0).all()
     assert (high >= 0.0).all()
     assert np.abs(middle).max() < 1.0
-    assert still.names.values[-1] == ""
 
 
 def first(count):
@@ -190,11 +188,3 @@ def test_one_motion_alone_is_followed(followed):
     life = followed(one, LIMITS[:2])
     assert life.attrs["agreement"] == 1.0
     assert life.changed.isel(asked=-1).sel(parameter="gamma_a").values[1] > 5.0
-
-
-def test_sets_of_names_grow_with_doubt():
-    draws = np.zeros((100, 7))
-    draws[:60, 3], draws[60:, 5] = 8.0, -4.0
-    assert name_set(draws, np.full(7, 10.0)) == ["gamma_a", "f"]
-    draws[:50] = 0.0
-    assert name_set(draws, np.full(7, 10.0)) == []  # most likely nothing

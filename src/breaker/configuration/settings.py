@@ -310,7 +310,6 @@ Settings = _section(
         years=_f(float, 2.0, "Years ahead, where dates are known.", 0, 100),
         service_cost=_f(float, 1.0, "Cost of a planned service.", high=1e12, gt=0),
         failure_cost=_f(float, 20.0, "Cost of a failure; more than a service.", 0, 1e12),
-        inspection_cost=_f(float, 0.1, "Cost of an inspection; none under monitoring.", 0, 1e12),
         inspection=_f(Interval, "every operation", "Or 1 year, 100 operations: their interval."),
         sudden_failures=_f(float, 0.0015, "Sudden failures of a drive per year; 0: none.", 0, 10),
     ),

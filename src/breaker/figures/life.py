@@ -256,7 +256,6 @@ def _change_words(change: xr.Dataset, number: int) -> str:
         f"{change[name].item():,}" for name in ("start", "earliest", "latest", "noticed")
     )
     words = f"{number}: {_KINDS[change['kind'].item()]} at operation {start}"
-    words += f" ({change['change_names'].item()})" if change["change_names"].item() else ""
     if change["kind"].item() != "event":
         words += f", 90 %: {earliest} to {latest}, noticed at {noticed}"
     words += ", taken back by later records" * (change["certainty"].item() < 0.0)

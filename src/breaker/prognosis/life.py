@@ -15,7 +15,7 @@ from breaker.model.limits import Limit
 from breaker.model.parameters import NAMES
 from breaker.model.sensor import grid
 from breaker.prognosis.forecast import QUANTILES, Forecast, Future, Onward, drift_of
-from breaker.prognosis.readout import Readout, name_set
+from breaker.prognosis.readout import Readout
 from breaker.prognosis.series import Event, Series, series_of
 from breaker.prognosis.states import STATES, states_of
 from breaker.prognosis.tables import days_per_operation, decide, operation_metadata
@@ -146,14 +146,13 @@ def forecast_of(
         Dataset over ``operation``, every one: ``evidence`` for a change (nats) and ``weight`` of
         the record; over ``asked``, numbers of the operations at which the life was read:
         ``changed`` ``(asked, parameter, quantile)``, percent since new, ``unchanged`` ``(asked,
-        parameter)``, the probability of no change, ``names``, the set of what has changed most,
-        ``p_exceeded`` and ``p_nearer`` ``(asked, limit)``, ``remaining`` ``(asked, limit,
+        parameter)``, the probability of no change, ``p_exceeded`` and ``p_nearer`` ``(asked, limit)``, ``remaining`` ``(asked, limit,
         quantile)`` and ``lives`` ``(asked, limit, draw)``, as of ``Forecast``, ``turns (asked,
         draw)``, as of ``Future.turns``, ``noticed_in (asked)``, operations in which a change shows,
         and ``value`` ``(asked, part, quantile)`` of the limits' parts, with ``new (part)``; over
         ``change``: ``noticed``, ``start``, ``earliest`` and ``latest``, numbers of operations,
-        ``kind``, ``certainty`` (nats; below 0 taken back), ``maintenance``, whether it is work on
-        the drive, and ``change_names``; over ``motion``: ``p_value`` of the family. Attributes:
+        ``kind``, ``certainty`` (nats; below 0 taken back), and ``maintenance``, whether it is work
+        on the drive; over ``motion``: ``p_value`` of the family. Attributes:
         ``family``, empty if it is of none, ``agreement`` of the motions, 1 of a single one,
         ``reported_from``, the first operation at which a trend is reported, later than the last one
         while there are fewer than ``needed`` of them, ``threshold`` and ``horizon``.
@@ -171,7 +170,7 @@ def forecast_of(
         "p_value": ("motion", [each.p_value for each in readout.matches.values()]),
         **_parameters(readout, path, where),
         **_limits(limits, readout, path, where, future),
-        **_changes(readout, path, series.settle),
+        **_changes(readout, path),
     }
     late = number[where] >= first
     found["p_nearer"][1][~late] = np.nan
@@ -208,14 +207,12 @@ def agreement(readout: Readout, path: Path) -> float:
 
 def _parameters(readout: Readout, path: Path, where: np.ndarray) -> Mapping[str, tuple]:
     """Changes of the parameters since new."""
-    draws, usual = readout.parameters(path.change[where], path.variance[where]), readout.usual()
+    draws = readout.parameters(path.change[where], path.variance[where])
     quantiles = np.moveaxis(np.quantile(draws, QUANTILES, axis=1), 0, -1)
     unchanged = np.where(np.isfinite(draws[:, 0]), (draws == 0.0).mean(axis=1), np.nan)
-    names = [" or ".join(name_set(each, usual)) for each in draws]
     return {
         "changed": (("asked", "parameter", "quantile"), quantiles, {"unit": "%"}),
         "unchanged": (("asked", "parameter"), unchanged),
-        "names": ("asked", np.array(names, dtype=str)),
     }
 
 
@@ -283,38 +280,22 @@ def _limit_coords(limits: Sequence[Limit]) -> dict[str, object]:
     return found
 
 
-def _changes(readout: Readout, path: Path, settle: int) -> Mapping[str, tuple]:
-    """Changes of the path, and what has most to do with each."""
-    number, names = readout.series.operations, []
-    for k, change in enumerate(path.changes):
-        begins = [later.start for later in path.changes[k + 1 :]]
-        last = min([change.noticed + settle, len(number) - 1, *(b - 1 for b in begins)])
-        names.append(_named(readout, path, max(change.start - 1, 0), max(last, change.start)))
-    places = np.array([change[:4] for change in path.changes], dtype=int).reshape(-1, 4)
+def _changes(readout: Readout, path: Path) -> Mapping[str, tuple]:
+    """Changes of the path."""
+    number, changes = readout.series.operations, path.changes
+    places = np.array([change[:4] for change in changes], dtype=int).reshape(-1, 4)
     about = zip(Change._fields[:4], number[places].astype(int).T, strict=True)
-    maintained = [_maintenance(change) for change in path.changes]
+    maintained = [_maintenance(change) for change in changes]
     return {name: ("change", column) for name, column in about} | {
-        "kind": ("change", np.array([change.kind for change in path.changes], dtype=str)),
-        "certainty": ("change", np.array([change.evidence for change in path.changes])),
+        "kind": ("change", np.array([change.kind for change in changes], dtype=str)),
+        "certainty": ("change", np.array([change.evidence for change in changes])),
         "maintenance": ("change", np.array(maintained, dtype=bool)),
-        "change_names": ("change", np.array(names, dtype=str)),
     }
 
 
 def _maintenance(change: Change) -> bool:
     """Whether a change is maintenance of the drive, not of its transducer alone."""
     return change.kind == "event" and not change.transducer
-
-
-def _named(readout: Readout, path: Path, before: int, after: int) -> str:
-    """Name what has most to do with the way off a line that the drive was on; empty if nothing."""
-    number = readout.series.operations
-    on = float(number[after] - number[before])
-    off = path.change[after] - path.change[before] - on * path.rate[before]
-    variance = path.variance[after] + path.variance[before] + on**2 * path.rate_variance[before]
-    if readout.changes is None or not np.isfinite(off).all():
-        return ""
-    return " or ".join(name_set(readout.parameters(off[None], variance[None])[0], readout.usual()))
 
 
 def follow_drive(

@@ -21,7 +21,6 @@ from breaker.prognosis.coordinates import Coordinates
 from breaker.prognosis.series import Series
 
 _BLOCK = 64  # changes that are read at once
-_SURE = 0.9  # probability of the set of names
 _WAYS = 4  # ways of a path that are drawn apart
 
 
@@ -164,14 +163,6 @@ class Readout:
             found.append((of, ways[k]))
         return found
 
-    def usual(self) -> np.ndarray:
-        """Return the largest change that the family's wear makes of each parameter, percent."""
-        if self.changes is None:
-            return np.ones(len(NAMES))
-        ranges = self.changes.settings["definition"]["wear"]["change"]
-        ends = [np.abs(ranges.get(name, [0.0])).max() for name in NAMES]
-        return 100.0 * np.where(np.array(ends) > 0.0, ends, np.inf)
-
 
 @dataclass(frozen=True, eq=False)
 class Condition:
@@ -228,26 +219,3 @@ class Condition:
                 found[..., k] = mean[:, None] + sd[:, None] * rng.permutation(normal)
                 found[..., k] += reading.common[self.where, None] * rng.permutation(normal)
         return found
-
-
-def name_set(draws: np.ndarray, usual: np.ndarray) -> list[str]:
-    """Return the fewest names of which one has changed most, with 90 % of the draws, the likeliest
-    first; none where most draws have no change.
-
-    >>> draws = np.zeros((10, 7))
-    >>> draws[:, 5], draws[:2, 3] = -2.0, 9.0
-    >>> name_set(draws, np.full(7, 10.0))
-    ['f', 'gamma_a']
-
-    Args:
-        draws: Changes of the parameters, ``(d, p)``, percent.
-        usual: Scale of each, ``(p,)``.
-    """
-    size = np.abs(draws) / usual
-    some = size.max(axis=1) > 0.0
-    if not np.isfinite(draws).all() or some.mean() < _SURE:
-        return []
-    shares = np.bincount(size[some].argmax(axis=1), minlength=len(NAMES)) / some.sum()
-    order = np.argsort(-shares, kind="stable")
-    count = int((np.cumsum(shares[order]) < _SURE - 1e-9).sum()) + 1
-    return [NAMES[k] for k in order[:count]]

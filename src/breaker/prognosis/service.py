@@ -22,14 +22,13 @@ class Costs(NamedTuple):
     """What is planned with: the section ``planning`` of the configuration.
 
     Attributes:
-        service, failure, inspection: What each costs, in any unit.
+        service, failure: What each costs, in any unit.
         often, unit: How far inspections are from each other, in units "operation" or "year".
         sudden: Failures of a drive in a year that no wear announces.
     """
 
     service: float
     failure: float
-    inspection: float
     often: float
     unit: str
     sudden: float
@@ -38,12 +37,11 @@ class Costs(NamedTuple):
     def from_settings(cls, planning: Mapping) -> Self:
         """Build from the section.
 
-        >>> usual = {f"{name}_cost": 1.0 for name in ("service", "failure", "inspection")}
-        >>> usual |= {"inspection": "2 years", "sudden_failures": 0.0}
-        >>> Costs.from_settings(usual)[3:5]
+        >>> usual = {"service_cost": 1.0, "failure_cost": 20.0, "sudden_failures": 0.0}
+        >>> Costs.from_settings(usual | {"inspection": "2 years"})[2:4]
         (2.0, 'year')
         """
-        costs = (planning[f"{name}_cost"] for name in ("service", "failure", "inspection"))
+        costs = planning["service_cost"], planning["failure_cost"]
         number, unit = planning["inspection"].split()  # "every operation" or "100 operations"
         often = 1.0 if number == "every" else float(number)
         return cls(*costs, often, unit.removesuffix("s"), planning["sudden_failures"])
@@ -67,15 +65,13 @@ class Plan(NamedTuple):
         best: Operations ahead at which a service costs least, ``(n,)``; inf beyond the horizon, nan
             where nothing is known.
         risk: Probability to exceed the limit or to fail suddenly before the next inspection.
-        extra: What a service costs more at each of ``ahead`` than at the best, ``(n, h)``,
-        rate: and the expected cost of an operation by this plan, ``(n,)``, in services; inspections
-            count unless every operation is recorded.
+        extra: What a service costs more at each of ``ahead`` than at the best, ``(n, h)``, in
+            services.
     """
 
     best: np.ndarray
     risk: np.ndarray
     extra: np.ndarray
-    rate: np.ndarray
 
 
 def ahead_of(horizon: float) -> np.ndarray:
@@ -125,8 +121,7 @@ def plan(
     with np.errstate(invalid="ignore"):
         by_then = (lives <= interval[:, None]).mean(axis=1)
         risk = 1.0 - (1.0 - by_then) * np.exp(-sudden * interval)
-    visits = np.where(interval > 1.0, costs.inspection / costs.service / interval, 0.0)
     best = np.where(at == len(ahead) - 1, np.inf, ahead[at])
     extra = (cost - least[:, None]) * (age[:, None] + ahead)
     best, risk = (np.where(known, each, np.nan) for each in (best, risk))
-    return Plan(best, risk, extra, least + visits + sudden * costs.failure / costs.service)
+    return Plan(best, risk, extra)

@@ -14,10 +14,10 @@ from breaker.prognosis.service import YEAR, Costs, Plan, ahead_of, plan
 STATES = ("unknown", "ok", "planned", "due")
 """States of a limit and of a drive, the most urgent last."""
 
-_SURE = 0.95  # probability from which a limit is exceeded, or a trend leads to it
-_LIKELY = 0.5  # probability from which a limit was crossed, and below which a trend has turned
-_EARLY = 0.2
-_SHARE = 0.25  # of the age, within which a service is planned: the last quarter of a life
+_SURE = 0.95  # probability from which a limit is exceeded, or the drive is nearer to it
+_LIKELY = 0.5  # probability from which a limit was crossed, and below which nothing is nearer
+_EARLY = 0.2  # probability to exceed a limit within the planning horizon, that makes a plan
+_SHARE = 0.25  # of the age, the longest planning horizon: a plan helps no earlier
 _STAYS = 2.0  # planning horizons, within which a plan stays one
 _MOVES = 0.5  # share of what is left, by which an estimate has to leave what is recommended
 
@@ -29,9 +29,9 @@ class Facts(NamedTuple):
         before: Its state after the operation before; "unknown" of the first.
         maintained: Whether the drive was maintained since.
         p_exceeded: Probability that the limit is exceeded; nan where nothing is known.
-        p_nearer: Probability that the trend leads to the limit.
-        soon: Whether the cheapest service is within the planning horizon.
-        far: Whether it is far beyond it.
+        p_nearer: Probability that the drive is nearer to the limit than as new.
+        soon: Whether the limit may be exceeded within the planning horizon.
+        far: Whether it is not even within twice this horizon.
     """
 
     before: str
@@ -52,19 +52,19 @@ TRANSITIONS: tuple[tuple[str, str, Callable[[Facts], bool]], ...] = (
     ),
     (
         "planned",
-        "a sure trend leads to it soon",
+        "surely nearer than as new, and perhaps exceeded soon",
         lambda f: f.p_nearer >= _SURE and f.soon,
     ),
     (
         "planned",
-        "planned before, and neither far nor turned",
+        "planned before, and neither far nor back",
         lambda f: (
             f.before == "planned" and not f.maintained and not f.far and f.p_nearer >= _LIKELY
         ),
     ),
     (
         "unknown",
-        "perhaps exceeded, but no sure trend",
+        "perhaps exceeded, but not surely nearer than as new",
         lambda f: f.p_exceeded > 1.0 - _SURE and f.p_nearer < _SURE,
     ),
     ("ok", "else", lambda f: True),
@@ -92,7 +92,7 @@ def states_of(life: xr.Dataset, planning: Mapping, per_operation: np.ndarray) ->
         probability to fail before the next inspection. Over ``operation`` the drive's own
         ``drive_state``, ``drive_since`` and ``drive_service_by``, and ``subject``, the limit that
         they are about (-1 without one). Over ``limit``: ``certain`` and ``crossed``, the operations
-        from which on it is exceeded for sure, and probably, nan if not; ``rate`` and, over
+        from which on it is exceeded for sure, and probably, nan if not; over
         ``ahead``, ``extra``, as of ``service.Plan``, at the end.
     """
     asked, operations = life.asked.values, life.operation.values
@@ -128,7 +128,6 @@ def states_of(life: xr.Dataset, planning: Mapping, per_operation: np.ndarray) ->
         "risk": (both, np.where(show, plans.risk[at], np.nan)),
         "certain": ("limit", _since(over, operations)[-1]),
         "crossed": ("limit", _since(over | (p_exceeded >= _LIKELY), operations)[-1]),
-        "rate": ("limit", plans.rate[-1]),
         "extra": (("limit", "ahead"), plans.extra[-1]),
         "drive_state": ("operation", drive.astype(np.int8)),
         "drive_service_by": ("operation", by.min(axis=1, initial=np.inf)),
@@ -153,7 +152,7 @@ def _plans(life: xr.Dataset, costs: Costs, per_operation: np.ndarray, events: np
     ]
     if not found:
         none = np.zeros((asked.size, 0))
-        return Plan(none, none, np.zeros((asked.size, 0, ahead.size)), none)
+        return Plan(none, none, np.zeros((asked.size, 0, ahead.size)))
     return Plan(*(np.stack(each, axis=1) for each in zip(*found, strict=True)))
 
 

@@ -33,7 +33,6 @@ DECISIONS = {
     "recommended_since": "operation since when a service is recommended without a break",
     "risk": "probability to exceed that limit, or to fail suddenly, before the next inspection",
     "exceeded": "limits that are exceeded",
-    "most_changed": "what has changed most since new: of these one, by 90 %",
     "change": "kind of a change that was noticed at this operation",
     "not_used": "motions without a usable record",
 }
@@ -69,7 +68,6 @@ CHANGES = {
     "latest": "and to, by 90 %",
     "kind": "rate (of wear), step or event; now: the last operation",
     "evidence": "of the change beside none, nats; below 0 it was taken back",
-    "names": "what has most to do with it: of these one, by 90 %",
 }
 """First columns of ``changes.csv``; behind them, of each parameter, the change since new in percent
 at 5, 50 and 95 % and the probability of none, as known when the change was noticed."""
@@ -129,8 +127,6 @@ def decide(life: xr.Dataset, stands: xr.Dataset, known: pd.DataFrame) -> pd.Data
     risk = np.full(len(rows), np.nan)
     risk[some] = stands.risk.values[rows[some], subject[some]]
     by = stands.drive_service_by.values
-    at = np.searchsorted(life.asked.values, operations, side="right") - 1
-    names = np.where(at >= 0, life.names.values[np.maximum(at, 0)], "")
     changed = dict(zip(life.noticed.values.tolist(), life.kind.values.tolist(), strict=True))
     over = np.isin(stands.state.values, STATES.index("due")) & (stands.p_exceeded.values >= 0.5)
     data = {
@@ -145,7 +141,6 @@ def decide(life: xr.Dataset, stands: xr.Dataset, known: pd.DataFrame) -> pd.Data
         "recommended_since": _whole(stands.drive_since.values),
         "risk": risk,
         "exceeded": [", ".join(life.limit.values[row]) for row in over],
-        "most_changed": np.where(operations >= life.attrs["reported_from"], names, ""),
         "change": [changed.get(number, "") for number in operations.tolist()],
         "not_used": list(known.not_used),
     }
@@ -196,11 +191,9 @@ def change_table(life: xr.Dataset) -> pd.DataFrame:
     ``NAME_unchanged``.
     """
     last, ends = int(life.operation[-1]), ("noticed", "start", "earliest", "latest")
-    names = life.names.values[-1] if life.sizes["asked"] else ""
     data = {name: np.append(life[name].values, last) for name in ends} | {
         "kind": np.append(life.kind.values, "now"),
         "evidence": np.append(life.certainty.values, np.nan),
-        "names": np.append(life.change_names.values, names),
     }
     known = life[["changed", "unchanged"]].reindex(asked=data["noticed"], method="bfill")
     for k, name in enumerate(life.parameter.values):
