@@ -19,7 +19,7 @@ fast as their limits are set for: what they are told is a false alarm. ``few`` d
 family, and have one or two records at each of ten visits. ``other`` are lives
 of drives of other code, by other laws of wear, of other lengths (``studies.other_lives``).
 
-A service is done at the operation that is told, by two ways of looking: ``watched``, at every
+A service is done at the operation by which it is planned, by two ways of looking: ``watched``, at every
 record, and ``visits``, where the records are read at each twentieth of the life. What a life costs,
 divided by its operations, is compared with a service at a fixed interval, of all intervals the one
 that would have been cheapest in all other lives of the set. A life that is never serviced fails.
@@ -83,6 +83,7 @@ ASKED = 3  # operations of a life at which it is asked
 INTERVAL = ("low", "middle", "high")  # columns of an answer
 VISITS, FEW_VISITS = 20, 10  # in a life, where nobody watches
 LEAD = "lead of the plan, share of the life"
+UNCHANGED = 0.05  # probability of no change, below which a parameter is reported as changed
 RESAMPLES, ABOUT = 2000, 31  # lives drawn again; readings about an operation
 
 
@@ -354,13 +355,8 @@ def scored(name: str, number: int, seed: int, config: Mapping, networks) -> list
     reference = np.mean([_at(truth[list(NAMES)], each) for each in new], axis=0)
     for operation in where:
         true = 100.0 * (_at(truth[list(NAMES)], operation) / reference - 1.0)
-        one = data.sel(asked=operation)
-        sizes = np.abs(true) / readout.usual()
-        names = one.names.item().split(" or ")
-        named = {"right": NAMES[int(sizes.argmax())] in names, "size": sizes.max()}
-        named["count"] = len(names) if names[0] else 0
-        rows.append(about | {"score": "named"} | named)
-        for parameter, truly, interval in zip(NAMES, true, one.changed.values, strict=True):
+        intervals = data.changed.sel(asked=operation).values
+        for parameter, truly, interval in zip(NAMES, true, intervals, strict=True):
             change = {"score": "change", "name": parameter, "truth": truly}
             rows.append(about | change | dict(zip(INTERVAL, interval, strict=True)))
     return rows
@@ -417,8 +413,6 @@ def changes_of(life: Life, data: xr.Dataset, readout: Readout) -> list[dict]:
                 "late": noticed - true,
                 "start": float(data.start[k]) - true,
                 "kind": data.kind[k].item(),
-                "names": data.change_names[k].item(),
-                "right": life.fault[1] in data.change_names[k].item().split(" or "),
             }
         )
     quiet = np.isfinite(data.evidence.values) & (data.operation.values <= true)
@@ -457,7 +451,7 @@ def alarms_of(data: xr.Dataset, looks: Mapping[str, xr.Dataset], *, worn: bool) 
                 on = stands.state.sel(limit=limit).values >= STATES.index(state)
                 add(each, state, limit, stands.operation.values[on])
     if not worn:
-        named = (data.names.values != "") & (data.asked.values >= told)
+        named = (data.unchanged.values < UNCHANGED).any(axis=1) & (data.asked.values >= told)
         add(way, "worn", "", data.asked.values[named])
     add(way, "change", "", data.noticed.values)
     return found
@@ -498,9 +492,11 @@ def acted(limit: str, fails: float, stands: xr.Dataset) -> dict:
     one, operations = stands.sel(limit=limit), stands.operation.values
     state = one.state.values
     planned = np.flatnonzero(state >= STATES.index("planned"))
-    due = np.flatnonzero((state == STATES.index("due")) | (one.service_by.values <= operations))
+    # A planned service is done at its operation, if that comes before the next look.
+    due, by = state == STATES.index("due"), np.maximum(one.service_by.values, operations)
+    done = np.where(due, operations, np.where(by < np.append(operations[1:], np.inf), by, np.inf))
     first = float(operations[planned[0]]) if planned.size else np.nan
-    service = float(operations[due[0]]) if due.size else np.inf
+    service = float(done[np.isfinite(done)][0]) if np.isfinite(done).any() else np.inf
     at = np.searchsorted(operations, min(service, fails), side="right") - 1
     until = (operations <= min(service, fails)) & (state == STATES.index("planned"))
     by = one.service_by.values[until]
@@ -536,7 +532,7 @@ def follow(seed_name: str, file: str, *sets: str) -> None:
 
 COLUMNS = [
     *("set", "life", "knee", "faster", "family", "score", "name", "truth", *INTERVAL),
-    *("operation", "late", "start", "kind", "names", "right", "size", "count", "records"),
+    *("operation", "late", "start", "kind", "names", "size", "count", "records"),
     *("evidence", "fails", "first", "service", "moves", "known", "shown"),
 ]
 
@@ -579,9 +575,6 @@ def summed(some: pd.DataFrame) -> dict[str, Score]:
         found[f"change of {name}: half width, %, where it changed"] = Score(
             half.median(), len(half)
         )
-    named = some[(some.score == "named") & (some["size"] > 0.05) & (some["count"] > 0)]
-    found["names hold what changed most"] = Score.share(named.right, named.life)
-    found["names in a set"] = Score(named["count"].mean(), len(named))
     quiet, false = (some[some.score == each] for each in ("quiet", "false"))
     if len(quiet):
         rate = 1e4 * len(false) / quiet.records.sum()

@@ -146,8 +146,9 @@ def forecast_of(
         Dataset over ``operation``, every one: ``evidence`` for a change (nats) and ``weight`` of
         the record; over ``asked``, numbers of the operations at which the life was read:
         ``changed`` ``(asked, parameter, quantile)``, percent since new, ``unchanged`` ``(asked,
-        parameter)``, the probability of no change, ``p_exceeded`` and ``p_nearer`` ``(asked, limit)``, ``remaining`` ``(asked, limit,
-        quantile)`` and ``lives`` ``(asked, limit, draw)``, as of ``Forecast``, ``turns (asked,
+        parameter)``, the probability of no change, ``p_exceeded`` and ``p_nearer`` ``(asked,
+        limit)``, ``remaining`` ``(asked, limit, quantile)`` and ``lives`` ``(asked, limit,
+        draw)``, as of ``Forecast``, ``turns (asked,
         draw)``, as of ``Future.turns``, ``noticed_in (asked)``, operations in which a change shows,
         and ``value`` ``(asked, part, quantile)`` of the limits' parts, with ``new (part)``; over
         ``change``: ``noticed``, ``start``, ``earliest`` and ``latest``, numbers of operations,
