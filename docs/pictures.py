@@ -47,7 +47,8 @@ MODULES = {
 """The module of ``breaker.figures`` that draws a picture."""
 
 _LIFE = ["value", "new"]
-_STANDING = ["state", "beyond", "service_by", "since", "left", "certain", "crossed", "drive_state"]
+_STANDING = ["state", "p_exceeded", "service_by", "recommended_since", "remaining", "certain"]
+_STANDING += ["crossed", "drive_state"]
 _TIMES, _RELEASE = 0.1 * np.arange(900), 15.0  # ms
 _NOISE, _SCATTER = 0.01, 0.002  # mm; of parameters from one operation to the next
 _CHANGES = {"f": 0.92, "gamma_a": 1.15}

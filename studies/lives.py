@@ -19,10 +19,11 @@ fast as their limits are set for: what they are told is a false alarm. ``few`` d
 family, and have one or two records at each of ten visits. ``other`` are lives
 of drives of other code, by other laws of wear, of other lengths (``studies.other_lives``).
 
-A service is done at the operation by which it is planned, by two ways of looking: ``watched``, at every
-record, and ``visits``, where the records are read at each twentieth of the life. What a life costs,
-divided by its operations, is compared with a service at a fixed interval, of all intervals the one
-that would have been cheapest in all other lives of the set. A life that is never serviced fails.
+A service is done at the operation by which it is planned, by two ways of looking: ``watched``, at
+every record, and ``visits``, where the records are read at each twentieth of the life. What a life
+costs, divided by its operations, is compared with a service at a fixed interval, of all intervals
+the one that would have been cheapest in all other lives of the set. A life that is never serviced
+fails.
 """
 
 import sys

@@ -83,7 +83,10 @@ def test_what_is_told_without_cause_counts_with_how_long_it_was_not():
     about = {"operation": operations, "limit": ["measured stroke"]}
     stands = xr.Dataset({"state": (("operation", "limit"), state)}, about)
     data = xr.Dataset(
-        {"names": ("asked", np.full(50, "")), "noticed": ("change", np.zeros(0))},
+        {
+            "unchanged": (("asked", "parameter"), np.ones((50, 7))),
+            "noticed": ("change", np.zeros(0)),
+        },
         {"operation": operations, "asked": operations},
         {"reported_from": 100},
     )

@@ -99,32 +99,24 @@ def states_of(life: xr.Dataset, planning: Mapping, per_operation: np.ndarray) ->
     events = life.start.values[life.maintenance.values]
     spell = np.searchsorted(events, asked, side="right")
     at = np.searchsorted(asked, operations, side="right") - 1
-    shown = (at >= 0) & (spell[at] == np.searchsorted(events, operations, side="right"))
     plans = _plans(life, Costs.from_settings(planning), per_operation, events)
     state, by = _judged(life, planning, per_operation, plans.best, spell)
-    show, p_exceeded = shown[:, None], life.p_exceeded.values
-    latched = show | (state[at] == STATES.index("due"))  # until the records after maintenance
-    latched &= (at >= 0)[:, None]
-    state = np.where(show, state[at], 0)
-    by = np.where(show, by[at], np.inf)
+    shown = (at >= 0) & (spell[at] == np.searchsorted(events, operations, side="right"))
+    show = shown[:, None]  # what was read last counts until a maintenance
+    state, by = np.where(show, state[at], 0), np.where(show, by[at], np.inf)
+    p_exceeded = np.where(show, life.p_exceeded.values[at], np.nan)
     over = state == STATES.index("due")
-    remaining = life.remaining.values[at] - (operations - asked[at])[:, None, None]
-    remaining = np.where(show[..., None], np.maximum(remaining, 0.0), np.nan)
-    remaining = np.where(over[..., None], 0.0, remaining)
-    p_exceeded = np.where(show, p_exceeded[at], np.nan)
+    left = life.remaining.values[at] - (operations - asked[at])[:, None, None]
+    left = np.where(shown[:, None, None], np.maximum(left, 0.0), np.nan)
+    left = np.where(over[..., None], 0.0, left)
     drive = state.max(axis=1, initial=0)
-    urgency = np.where(np.isfinite(by), by, np.nan_to_num(remaining[..., 1], nan=np.inf))
-    urgency = np.where((state == drive[:, None]) & (state > 0), urgency, np.inf)
-    subject = np.full(len(drive), -1)
-    if state.shape[1]:
-        subject = np.where(np.isfinite(urgency).any(axis=1), urgency.argmin(axis=1), -1)
     both = ("operation", "limit")
     found = {
         "state": (both, state.astype(np.int8)),
         "p_exceeded": (both, p_exceeded),
         "service_by": (both, by),
         "recommended_since": (both, _since(state >= STATES.index("planned"), operations)),
-        "remaining": ((*both, "quantile"), remaining),
+        "remaining": ((*both, "quantile"), left),
         "risk": (both, np.where(show, plans.risk[at], np.nan)),
         "certain": ("limit", _since(over, operations)[-1]),
         "crossed": ("limit", _since(over | (p_exceeded >= _LIKELY), operations)[-1]),
@@ -132,12 +124,22 @@ def states_of(life: xr.Dataset, planning: Mapping, per_operation: np.ndarray) ->
         "drive_state": ("operation", drive.astype(np.int8)),
         "drive_service_by": ("operation", by.min(axis=1, initial=np.inf)),
         "drive_since": ("operation", _since(drive >= STATES.index("planned"), operations)),
-        "subject": ("operation", subject),
+        "subject": ("operation", _subject(state, by, left[..., 1])),
     }
     found["crossed"][1][np.isnan(found["certain"][1])] = np.nan
     coords = {name: life[name] for name in ("operation", "limit", "quantile")}
     coords["ahead"] = ahead_of(life.attrs["horizon"])
     return xr.Dataset(found, coords, {"states": list(STATES)})
+
+
+def _subject(state: np.ndarray, by: np.ndarray, left: np.ndarray) -> np.ndarray:
+    """Return the limit that the state of the drive is about, ``(o,)``; -1 without one."""
+    if not state.shape[1]:
+        return np.full(len(state), -1)
+    urgency = np.where(np.isfinite(by), by, np.nan_to_num(left, nan=np.inf))
+    most = (state == state.max(axis=1, keepdims=True)) & (state > 0)
+    urgency = np.where(most, urgency, np.inf)
+    return np.where(np.isfinite(urgency).any(axis=1), urgency.argmin(axis=1), -1)
 
 
 def _plans(life: xr.Dataset, costs: Costs, per_operation: np.ndarray, events: np.ndarray) -> Plan:
