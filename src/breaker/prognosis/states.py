@@ -16,8 +16,9 @@ STATES = ("unknown", "ok", "planned", "due")
 
 _SURE = 0.95  # probability from which a limit is exceeded, or the drive is nearer to it
 _LIKELY = 0.5  # probability from which a limit was crossed, and below which nothing is nearer
-_EARLY = 0.2  # probability to exceed a limit within the planning horizon, that makes a plan
-_SHARE = 0.25  # of the age, the longest planning horizon: a plan helps no earlier
+_EARLY = 0.4  # probability to exceed a limit within the planning horizon, that makes a plan
+_SHARE = 0.2  # of the age, the longest planning horizon: a plan helps no earlier
+_UNSEEN = 1.5  # intervals of inspection, as the next one may be late: exceeded there with 5 %
 _STAYS = 2.0  # planning horizons, within which a plan stays one
 _MOVES = 0.5  # share of what is left, by which an estimate has to leave what is recommended
 
@@ -177,9 +178,11 @@ def _judged(
     days = per_operation[np.searchsorted(life.operation.values, asked)]
     horizon = np.fmax(planning["operations"], planning["years"] * YEAR / days)
     late = _SHARE * _age(life, life.start.values[life.maintenance.values])
-    horizon = np.minimum(horizon, np.maximum(late, np.diff(asked, prepend=asked[:1])))
+    horizon = np.minimum(horizon, late)[:, None]
+    unseen = _UNSEEN * np.maximum(np.diff(asked, prepend=asked[:1]), 1.0)[:, None]
     least = life.remaining.values[..., 0]
     early = np.quantile(life.lives.values, _EARLY, axis=-1, method="inverted_cdf")
+    ahead = np.minimum(early / horizon, least / unseen)  # in horizons
     left = np.floor(np.fmin(best, least))
     states, found = np.zeros(best.shape, dtype=int), np.full(best.shape, np.inf)
     for j in range(best.shape[1]):
@@ -188,8 +191,7 @@ def _judged(
             maintained = bool(i and spell[i] != spell[i - 1])
             p_exceeded = float(life.p_exceeded.values[i, j])
             p_nearer = float(life.p_nearer.values[i, j])
-            soon = bool(early[i, j] <= horizon[i])
-            far = bool(early[i, j] > _STAYS * horizon[i])
+            soon, far = bool(ahead[i, j] <= 1.0), bool(ahead[i, j] > _STAYS)
             state = next_state(Facts(state, maintained, p_exceeded, p_nearer, soon, far))
             if state == "planned":
                 by = _moved(np.inf if maintained else by, asked[i], left[i, j])
