@@ -65,7 +65,7 @@ def reported(capsys, monkeypatch):
     assert main(["report", "one.csv", "--output", "a.html", "--config", "own.yaml"]) == 0
     capsys.readouterr()
     (diagnosis,) = caught
-    found = result_of(diagnosis.estimates, diagnosis.verdicts)
+    found = result_of(diagnosis.estimates, diagnosis.judge(diagnosis.estimates))
     return told(json.loads(to_json(found))["records"])
 
 

@@ -7,9 +7,10 @@ import pytest
 
 from breaker.diagnosis.estimate import EstimateSettings, Given
 from breaker.diagnosis.inference import Inference
-from breaker.diagnosis.reading import ANY, read_operations
+from breaker.diagnosis.reading import read_operations
 from breaker.model.quantities import speeds_at
 from breaker.records.contacts import ContactTimes
+from breaker.records.named import ANY
 from breaker.records.operations import Operation
 from tests.cli.conftest import written
 

@@ -8,8 +8,8 @@ import pytest
 
 from breaker.diagnosis.estimate import DriveRecord
 from breaker.diagnosis.identity import check_phases, days_of, doubts_about, order_doubts
-from breaker.diagnosis.reading import number_poles, without_copies
-from breaker.family.inputs import normalise_record
+from breaker.diagnosis.reading import without_copies
+from breaker.records.file_names import number_poles
 from breaker.records.header import Header
 from breaker.records.operations import Operation
 from tests.raws import raw_of
@@ -17,41 +17,26 @@ from tests.raws import raw_of
 STEP = 0.05
 
 
-def record(number=1, *, seed=None, phase="", **more):
+def record(number=1, *, seed=None, phase="", date="", **stated):
     """A closing with noise, as it is read from a file of its own."""
     rng = np.random.default_rng([40, number if seed is None else seed])
-    time = STEP * np.arange(2400)
-    share = np.clip((time - 30.0) / 12.0, 0.0, 1.0)
-    way = 14.0 * share**2 * (3.0 - 2.0 * share) + 0.05 * rng.standard_normal(time.size)
-    return of(raw_of(way, STEP, 29.0), number, phase, **more)
-
-
-def of(raw, number=1, phase="", date="", serial="", bay=""):
-    """A record of samples."""
+    share = np.clip((STEP * np.arange(2400) - 30.0) / 12.0, 0.0, 1.0)
+    way = 14.0 * share**2 * (3.0 - 2.0 * share) + 0.05 * rng.standard_normal(share.size)
     operation = Operation(number, f"{number}{phase}.csv", phase=phase, date=date)
-    shape, seen = normalise_record(raw)
-    stated = Header(serial=serial, bay=bay)
-    return DriveRecord(
-        operation, "closing", stated, "", replace(raw, operation=operation), shape, seen
-    )
+    raw = replace(raw_of(way, STEP, 29.0), operation=operation)
+    return DriveRecord(operation, "closing", Header(**stated), "", raw)
 
 
 def test_a_copy_counts_once_and_is_named():
-    first, again = without_copies([record(1), record(2, seed=1)])
-    assert not first.reason
+    """Also as another phase; operations of one drive are no copies."""
+    first, again, *others = without_copies(
+        [record(1), record(2, seed=1), *map(record, range(3, 9))]
+    )
+    assert not any(each.reason for each in (first, *others))
     assert again.reason.code == "copy"
     assert again.reason.values == {"name": "2.csv", "other": "1.csv"}
-
-
-def test_operations_of_one_drive_are_no_copies():
-    assert not any(each.reason for each in without_copies([record(n) for n in range(12)]))
-
-
-def test_three_phases_of_the_same_samples_are_one():
-    poles = [record(1, seed=7, phase=phase) for phase in "RYB"]
-    reasons = [each.reason for each in without_copies(poles)]
-    assert reasons[0] == ""
-    assert all(reason.code == "copy" for reason in reasons[1:])
+    poles = without_copies([record(1, seed=7, phase=phase) for phase in "RYB"])
+    assert [getattr(pole.reason, "code", "") for pole in poles] == ["", "copy", "copy"]
 
 
 def test_breakers_that_files_state():
@@ -60,6 +45,7 @@ def test_breakers_that_files_state():
     assert doubts_about(poles) == []  # poles may have numbers of their own
     assert len(doubts_about([record(1, bay="E01"), record(2, bay="e02")])) == 1
     assert doubts_about([record(1, bay="E 01"), record(2, bay="e  01")]) == []
+    assert doubts_about([record(1, type="GL314"), record(2, type="gl-314")]) == []
 
 
 def test_a_visit_before_that_is_later():
@@ -67,14 +53,6 @@ def test_a_visit_before_that_is_later():
     assert len(order_doubts({"before": before, "today": today})) == 1
     assert order_doubts({"before": today, "today": before}) == []
     assert order_doubts({"before": [record(1)], "today": today}) == []
-
-
-def test_a_type_in_two_spellings_is_one():
-    types = [
-        replace(record(n), stated=Header(type=name))
-        for n, name in enumerate(("GL314", "GL 314", "gl-314"))
-    ]
-    assert doubts_about(types) == []
 
 
 def test_no_day_of_an_inspection_is_left_out():

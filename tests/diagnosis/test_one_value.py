@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 from breaker.common.numerals import in_digits
-from breaker.diagnosis.reading import ANY
 from breaker.diagnosis.report import report_of
 from breaker.diagnosis.result import result_of
 from breaker.diagnosis.session import Diagnosis
 from breaker.model.quantities import EVENTS, INFERRED
+from breaker.records.named import ANY
 from breaker.records.operations import Operation
 from tests.exports import write
 
@@ -45,7 +45,7 @@ def test_a_quantity_has_one_value_on_all_pages(seed, tmp_path, levels, defaults)
     config = defaults | {"endurance": defaults["endurance"] | FEW | {"format": form}}
     diagnosis = Diagnosis(config, LIMITS, families=lambda: [levels])
     diagnosis = replace(diagnosis, records=diagnosis.read(operations))
-    answers = result_of(diagnosis.estimates, diagnosis.verdicts)
+    answers = result_of(diagnosis.estimates, diagnosis.judge(diagnosis.estimates))
     entries = [e for e in answers.records if e.accepted]
     found = report_of(diagnosis)
     tables = [each for each in found.parts if "± 95 %" in each.head]

@@ -2,8 +2,9 @@
 
 import numpy as np
 
-from breaker.diagnosis.reading import ANY, read_operations
+from breaker.diagnosis.reading import read_operations
 from breaker.family.curve_file import write_curve
+from breaker.records.named import ANY
 from breaker.records.operations import Operation
 
 TIME = 0.1 * np.arange(6000)  # ms

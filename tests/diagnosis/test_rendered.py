@@ -13,9 +13,8 @@ from breaker.common.plain_values import to_json
 from breaker.diagnosis.arviz import tree
 from breaker.diagnosis.estimate import Given
 from breaker.diagnosis.limits import VERDICTS, judged
-from breaker.diagnosis.report import document_of
 from breaker.diagnosis.result import csv_of, result_of
-from breaker.diagnosis.tables import RESULTS
+from breaker.diagnosis.tables import RESULTS, document_of
 from breaker.family.networks import StateDraws
 from breaker.model.limits import Limit, from_list
 from breaker.model.parameters import MOTIONS, NAMES

@@ -12,7 +12,7 @@ import yaml
 
 from breaker.configuration.__main__ import main
 from breaker.configuration.checking import leaves
-from breaker.configuration.definitions import advice_of, family_of, simulated_test
+from breaker.configuration.definitions import advice_of, family_of, of_drive, simulated_test
 from breaker.configuration.loading import (
     ConfigurationError,
     check,
@@ -491,3 +491,27 @@ def test_a_wrong_entry_of_a_type_is_named_by_file_and_key(complaint, tmp_path, e
     found = complaint(f"types: {file}")
     for part in ("types.yaml", *parts):
         assert part in found
+
+
+def test_the_workflow_takes_the_entry_of_its_drives_type(tmp_path):
+    """Of one breaker, by the column of its table; a fleet is left as it is."""
+    types = tmp_path / "types.yaml"
+    entry = (
+        "limits: {stroke: [1, 9]}, ratio: 2.0, speeds: {closing_speed: [10 ms before touch, touch]}"
+    )
+    types.write_text(f"GL 314: {{{entry}}}\nLTB: {{}}\n", encoding="utf-8")
+    rows = ["a.csv,closing,1,A,GL314", "a.csv,closing,2,A,gl-314", "b.csv,closing,1,B,LTB"]
+    table = "\n".join(["file,motion,operation,breaker,type", *rows, ""])
+    (tmp_path / "operations.csv").write_text(table, encoding="utf-8")
+    about = {"curves": str(tmp_path), "breaker": "A"}
+    config = merge(defaults(), {"types": str(types), "endurance": about})
+    laid = of_drive(config)
+    assert laid["endurance"] == merge(config["endurance"], {"format": {"ratio": 2.0}})
+    assert laid["speeds"]["closing_speed"] == ["10 ms before touch", "touch"]
+    own = [each["pair"] for each in laid["limits"][len(config["limits"]) :]]
+    assert {*own} == {"closing stroke by type", "opening stroke by type"}
+    for other in ({"types": None}, {"endurance": about | {"breaker": None}}):
+        assert of_drive(merge(config, other)) == merge(config, other)
+    (tmp_path / "operations.csv").write_text(table.replace("gl-314", "LTB"), encoding="utf-8")
+    with pytest.raises(ConfigurationError, match="several types"):
+        of_drive(config)

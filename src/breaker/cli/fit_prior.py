@@ -29,10 +29,10 @@ def run(options: argparse.Namespace) -> int:
     from breaker.common.document import text_of
     from breaker.configuration.definitions import types_of
     from breaker.configuration.loading import check, defaults, merge
-    from breaker.diagnosis.reading import each_once
     from breaker.diagnosis.session import Diagnosis
     from breaker.diagnosis.type_prior import configuration_lines, document_of, fit_type, list_type
     from breaker.diagnosis.words import say as in_words
+    from breaker.records.folder import each_once
 
     listed = list_type(each_once(options.folders), config["motions"], options.type)
     asked = Diagnosis(config, types=types_of(config))

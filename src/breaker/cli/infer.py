@@ -8,7 +8,6 @@ from dataclasses import replace
 from breaker.cli import inputs
 from breaker.cli.outputs import check_outputs, draw, say_written, write, write_lines
 from breaker.common.text import say
-from breaker.model.parameters import MOTIONS
 
 
 def add(infer: argparse.ArgumentParser) -> None:
@@ -67,9 +66,9 @@ def run(options: argparse.Namespace) -> int:
     from breaker.common.document import text_of
     from breaker.common.plain_values import to_json
     from breaker.configuration.definitions import types_of
-    from breaker.diagnosis.report import document_of
     from breaker.diagnosis.result import result_of
     from breaker.diagnosis.session import Diagnosis, given_by
+    from breaker.diagnosis.tables import document_of
     from breaker.diagnosis.words import say as words_for
 
     given = given_by(config, dict(options.known))
@@ -82,14 +81,14 @@ def run(options: argparse.Namespace) -> int:
     overlays = inputs.overlays_of(records, good, options)
     answers = diagnosis.estimates
     words = [words_for("own-prior")] if given.prior else []
-    asked = diagnosis.limits_on(answers, [options.motion] if options.motion else MOTIONS)
+    asked = diagnosis.limits_on(answers, choice.motions)
     if apart := dict.fromkeys(e.pair or e.name for e in asked if e.of == "change"):
         words = [*words, words_for("limits-of-change", names=", ".join(apart))]
     settings = diagnosis.settings._asdict() | {"known": given.known}
     settings["size"] = given.size and vars(given.size)
     found = result_of(
         answers,
-        diagnosis.verdicts,
+        diagnosis.judge(answers),
         prior=given.prior,
         remarks=words,
         settings=settings,

@@ -70,10 +70,11 @@ def add_type(command: argparse.ArgumentParser) -> None:
 
 def choice_of(options: argparse.Namespace):
     """Return the ``Choice`` of the options of ``add_choice``."""
-    from breaker.diagnosis.reading import Choice
+    from breaker.records.named import Choice
 
     channels = [options.channel] if options.channel else []
-    return Choice(options.motion or "", channels, options.breaker, options.phase)
+    motions = [options.motion] if options.motion else MOTIONS
+    return Choice(motions, channels, options.breaker, options.phase)
 
 
 def add_reference(command: argparse.ArgumentParser) -> None:

@@ -65,9 +65,9 @@ def read_of(options: argparse.Namespace, opened=None):
     """
     from breaker.configuration.definitions import types_of
     from breaker.diagnosis.identity import check_inspection
-    from breaker.diagnosis.reading import Choice
     from breaker.diagnosis.session import Diagnosis, given_by
     from breaker.records.files import Files
+    from breaker.records.named import Choice
 
     config = inputs.settings_of(options.config)
     limits = inputs.limits_of(config, options.config)

@@ -4,8 +4,8 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
-from breaker.common.text import bare
-from breaker.configuration.loading import read
+from breaker.common.text import bare, usual_spelling
+from breaker.configuration.loading import merge, read
 from breaker.configuration.yaml_sources import ConfigurationError
 from breaker.shipped import ADVICE, FAMILIES, SIMULATED_TEST, family_file
 
@@ -32,17 +32,52 @@ def family_of(name: str) -> dict[str, Any]:
 
 def types_of(config: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
     """Return the entries of the file ``types`` by type; ConfigurationError if one is wrong."""
-    from breaker.model.limits import entries_of_type
-    from breaker.model.quantities import every_speed
-
     types = _checked(config["types"], "TypesFile") if config["types"] else {}
     for name in types:
         try:
-            entry = {"speeds": {}, "limits": {}} | entry_of_type(types, name)
-            entries_of_type(entry["limits"], every_speed(config["speeds"] | entry["speeds"]))
+            laid_over({"speeds": config["speeds"], "limits": []}, entry_of_type(types, name))
         except ValueError as error:
             raise ConfigurationError(f"{config['types']}: {name}.limits: {error}") from error
     return types
+
+
+def laid_over(config: Mapping[str, Any], entry: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a configuration with the entry of a type over it; the limits of both count.
+
+    Raises:
+        ValueError: If a limit of the entry is wrong.
+    """
+    from breaker.model.limits import entries_of_type
+    from breaker.model.quantities import every_speed
+
+    ratio = {"ratio": entry["ratio"]} if "ratio" in entry else {}
+    over = {"speeds": entry.get("speeds", {}), "endurance": {"format": ratio}}
+    found = merge(config, over)
+    limits = entries_of_type(entry.get("limits", {}), every_speed(found["speeds"]))
+    return found | {"limits": [*config["limits"], *limits]}
+
+
+def of_drive(config: Mapping[str, Any]) -> Mapping[str, Any]:
+    """Return the configuration of the workflow, with the entry of its drive's type over it.
+
+    The column ``type`` of the table of ``endurance.curves`` states the type. Of several breakers,
+    or without a type or a file of types, the configuration is returned as it is.
+
+    Raises:
+        ConfigurationError: If rows state several types, or one that has no entry.
+    """
+    some, types = config["endurance"], types_of(config)
+    if not types or some["curves"] is None:
+        return config
+    from breaker.records.folder import list_fleet
+
+    chosen = {"breakers": [some["breaker"]] if some["breaker"] else None, "phase": some["phase"]}
+    fleet = [*list_fleet(some["curves"], **chosen, events=some["events"]).values()]
+    stated = usual_spelling(row.type for _, row in fleet[0] if row.type) if len(fleet) == 1 else {}
+    if len(stated) > 1:
+        names = ", ".join(stated.values())
+        raise ConfigurationError(f"{some['curves']} states several types of one breaker: {names}")
+    return laid_over(config, entry_of_type(types, *stated.values())) if stated else config
 
 
 def entry_of_type(types: Mapping[str, dict[str, Any]], name: str) -> dict[str, Any]:

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -12,15 +12,13 @@ from breaker.family.membership import Match
 from breaker.family.networks import StateDraws, StateNetwork
 from breaker.family.shape import Shape
 from breaker.model.parameters import GAP, MOTIONS, NAMES, Size, powers
+from breaker.model.prior import Prior
 from breaker.model.quantities import AFTER_RELEASE, ANSWERED, EVENTS, INFERRED, Speed
 from breaker.records.contacts import ContactTimes
 from breaker.records.header import Header
 from breaker.records.measurements import Measured
 from breaker.records.operations import Operation
 from breaker.records.record import Record
-
-if TYPE_CHECKING:
-    from breaker.model.prior import Prior
 
 SWITCHING = {"closing": "touch_time", "opening": "separation_time"}
 """Quantity of the time of contact touch or separation, by motion."""
@@ -55,10 +53,6 @@ class DriveRecord:
     raw: Record | None = None
     shape: Shape | None = None
     seen: NormalisedRecords | None = None
-
-    def rejected(self, reason: str) -> "DriveRecord":
-        """Return the record as one that cannot be used."""
-        return DriveRecord(self.operation, self.motion, self.stated, reason)
 
     @property
     def timed(self) -> bool:
@@ -95,7 +89,7 @@ class Given:
     """
 
     size: Size | None = None
-    prior: "Prior | None" = None
+    prior: Prior | None = None
     known: Mapping[str, Sequence[float]] = field(default_factory=dict)
 
     @property
@@ -110,33 +104,31 @@ class Given:
         rows = {"Given": say("own-prior") if self.prior else "", "Known": ", ".join(known)}
         return {name: text for name, text in rows.items() if text}
 
-    def family_prior(self, estimate: "Estimate") -> "Prior":
+    def family_prior(self, estimate: "Estimate") -> Prior:
         """Return the family's prior, at the size that the record shows where none is given."""
-        from breaker.model.prior import Prior
-
         size = self.size
         if size is None:
             seen, usual = estimate.record.seen, np.exp(estimate.levels.usual[:, 0])
             size = Size(float(seen.stroke[0] / usual[0]), float(seen.duration[0] / usual[1]))
         return Prior.from_settings(estimate.levels.settings["prior"]).sized(size)
 
-    def _powers(self, estimate: "Estimate") -> np.ndarray:
+    def _spread(self, estimate: "Estimate") -> np.ndarray:
         """Return log-sds ``(2, p)`` by which unknown stroke and duration spread parameters."""
-        return np.zeros((2, 1)) if self.size else estimate.levels.usual[:, 1:] * powers()
+        return (0.0 if self.size else estimate.levels.usual[:, 1:]) * powers()
 
-    def prior_log_sds(self, estimate: "Estimate") -> np.ndarray:
-        """Return standard deviations of logarithms before the record, ``(p,)``."""
+    def prior_variance(self, estimate: "Estimate") -> np.ndarray:
+        """Return variances of logarithms before the record, ``(p,)``."""
         if self.prior is not None:
-            return np.asarray(self.prior.log_sds)
-        sds = np.asarray(self.family_prior(estimate).log_sds)
-        return np.sqrt(np.square(sds) + np.square(self._powers(estimate)).sum(axis=0))
+            return np.square(self.prior.log_sds)
+        own = np.square(self.family_prior(estimate).log_sds)
+        return own + np.square(self._spread(estimate)).sum(axis=0)
 
     def sample_prior(self, estimate: "Estimate", n: int, rng: np.random.Generator) -> np.ndarray:
         """Draw parameters from the prior before the record, ``(n, p)``."""
         if self.prior is not None:
             return self.prior.sample(n, rng)
         theta = self.family_prior(estimate).sample(n, rng)
-        return theta * np.exp(rng.standard_normal((n, 2)) @ self._powers(estimate))
+        return theta * np.exp(rng.standard_normal((n, 2)) @ self._spread(estimate))
 
 
 @dataclass(frozen=True, eq=False)
@@ -188,16 +180,16 @@ class Estimate:
 
     def why_not(self, name: str) -> str:
         """Return the reason why a parameter or quantity has no value; empty if it has one."""
-        if self.measured_directly(name):
-            return self.measured.get(name, NOTHING).reason
-        if self.draws is None:
-            return self.why_not_inferred
-        if self.contact_unknown and (name in _NEED_CONTACT or not self.is_inferred(name)):
-            return say("contact-may-slide", gap=GAP.name)
-        if not self.is_inferred(name):
-            return self.measured.get(name, NOTHING).reason
-        lacks_stroke = name == "spring_compression" and self.stroke is None
-        return self.measured["stroke"].reason if lacks_stroke else ""
+        inferred = self.is_inferred(name)
+        if not self.measured_directly(name):
+            if self.draws is None:
+                return self.why_not_inferred
+            if self.contact_unknown and (name in _NEED_CONTACT or not inferred):
+                return say("contact-may-slide", gap=GAP.name)
+        if inferred:
+            lacks_stroke = name == "spring_compression" and self.stroke is None
+            return self.measured["stroke"].reason if lacks_stroke else ""
+        return self.measured.get(name, NOTHING).reason
 
     def is_inferred(self, name: str) -> bool:
         """Return whether a value is from posterior draws, not from a measurement."""

@@ -14,17 +14,12 @@ from breaker.common.plain_values import Plain
 from breaker.common.text import bare
 from breaker.common.wording import Sentence
 from breaker.diagnosis.estimate import DriveRecord
-from breaker.diagnosis.reading import stated_phase
 from breaker.diagnosis.words import say
 from breaker.model.quantities import Speed
 from breaker.records.dates import earlier
 from breaker.records.files import printable
 from breaker.records.header import stated_as
-from breaker.records.printed import meant_motions, measured_name, stated_speeds
-from breaker.records.words import channel_of, phase_in
-
-_OF_BREAKER = ("station", "bay", "type", "serial")
-_OF_TEST = ("Gas pressure", "Temperature", "Operator")
+from breaker.records.printed import results_of
 
 Inspections = Mapping[str, Sequence[DriveRecord]]
 """Records "before" and "today"."""
@@ -36,12 +31,11 @@ def contradictions(records: Iterable[DriveRecord]) -> list[Sentence]:
     Poles may have serial numbers of their own; where a table names the breaker, it is right.
     """
     usable, found = [record for record in records if not record.reason], []
-    for name in ("serial", "bay", "type"):
+    for name in () if any(e.operation.breaker for e in usable) else ("serial", "bay", "type"):
         stated = {bare(value): value for e in usable if (value := getattr(e.stated, name))}
         poles = {(phase_of(record), bare(getattr(record.stated, name))) for record in usable}
-        phases = {phase for phase, _ in poles} - {""}
-        own = name == "serial" and len(poles) == len(phases)
-        if len(stated) > 1 and not own and not any(e.operation.breaker for e in usable):
+        own = name == "serial" and len(poles) == len({phase for phase, _ in poles} - {""})
+        if len(stated) > 1 and not own:
             found.append(say(f"{name}-differs", values=" and ".join(sorted(stated.values()))))
     return found
 
@@ -70,13 +64,13 @@ def days_of(records: Iterable[DriveRecord]) -> str:
 
 def order_doubts(inspections: Inspections) -> list[Sentence]:
     """Return a warning where the inspection "before" is later than that of "today"."""
-    dates = [
+    before, today = (
         sorted(e.operation.date for e in some if e.operation.date and not e.reason)
         for some in inspections.values()
-    ]
-    if not (all(dates) and earlier(dates[0][0], dates[1][-1])):
+    )
+    if not (before and today and earlier(before[0], today[-1])):
         return []
-    return [say("before-is-later", before=dates[0][0], today=dates[1][-1])]
+    return [say("before-is-later", before=before[0], today=today[-1])]
 
 
 def phase_of(record: DriveRecord) -> str:
@@ -88,7 +82,7 @@ def phase_of(record: DriveRecord) -> str:
     if operation.phase and operation.phase != str(operation.channel):
         return operation.phase
     usual = record.raw.settings["travel_column"] if record.raw else ""
-    return stated_phase(record.stated, operation.channel or usual)
+    return record.stated.phase_of(operation.channel or usual)
 
 
 def check_phases(inspections: Inspections) -> list[Sentence]:
@@ -143,14 +137,9 @@ def stated_differences(inspections: Inspections) -> list[Difference]:
     for name, key in {"linkage ratio": "ratio", "serial number": "serial", "bay": "bay"}.items():
         both = [{getattr(e.stated, key) for e in some} for some in inspections.values()]
         before, today = ([value for value in each if value and value == value] for each in both)
-        if len(before) == len(today) == 1 and _as_stated(before[0]) != _as_stated(today[0]):
+        if len(before) == len(today) == 1 and bare(str(before[0])) != bare(str(today[0])):
             found.append(Difference(name, "", "", before[0], today[0]))
     return found
-
-
-def _as_stated(value: float | str) -> str:
-    """Return a number as texts round it, or a name in any spelling."""
-    return bare(value) if isinstance(value, str) else in_digits(value, 6)
 
 
 def nameplate(
@@ -158,17 +147,17 @@ def nameplate(
 ) -> list[tuple[str, str | Cell]]:
     """Return nameplate and test as far as tables and files state them, as rows of a report."""
     rows, stated = [e.operation for e in records], [e.stated for e in records]
-    read = (e.operation for e in records if not e.reason)
-    files = dict.fromkeys(printable(e.file).rpartition("/")[2] for e in read)
+    files = dict.fromkeys(printable(e.operation.file) for e in records if not e.reason)
     known = {
         "Breaker": [e.breaker for e in rows if e.breaker] or [e.serial for e in stated],
         "Test date": [e.date for e in rows],
         "Earlier inspection": [days_of(before)],
-        "Files": [first_of([*files], 1)],
-        **{name.title(): [getattr(e, name) for e in stated] for name in _OF_BREAKER},
+        "Files": [first_of([file.rpartition("/")[2] for file in files], 1)],
+        **{e.title(): [getattr(one, e) for one in stated] for e in ("station", "bay", "type")},
+        "Serial": [e.serial for e in stated],
         "Linkage ratio": [in_digits(e.ratio, 6) for e in stated if not isnan(e.ratio)],
     }
-    for name in _OF_TEST:
+    for name in ("Gas pressure", "Temperature", "Operator"):
         pairs = [pair for e in stated for pair in stated_as(e.pairs, name)[:1]]
         known[name] = [f"{pair.text} {pair.unit}".rstrip() for pair in pairs]
     degrees = [f"{in_digits(e.temperature, 4)} °C" for e in rows if not isnan(e.temperature)]
@@ -182,27 +171,16 @@ def nameplate(
 
 def printed_values(
     records: Sequence[DriveRecord], speeds: Sequence[Speed]
-) -> dict[tuple[str, str, str, str], tuple[float, str, str]]:
-    """Return values that the analyser printed, by file, motion, phase and quantity.
-
-    A channel of a printed value is its phase, or else its place among those of the file. The value
-    stands with how its definition differs, and with its quantity.
+) -> dict[tuple[str, str, str, str], tuple[float, str]]:
+    """Return values that the analyser printed, and their quantities, by file, motion, phase and
+    name.
     """
-    defined, found = {speed.name: speed for speed in speeds}, {}
-    for file, stated in {str(e.operation.file): e.stated for e in records}.items():
-        own = [record for record in records if str(record.operation.file) == file]
-        phases = list(dict.fromkeys(record.operation.phase for record in own))
-        zones = stated_speeds(stated)
-        for printed in stated.results:
-            phase = phase_in(printed.channel) or printed.channel
-            place = channel_of(printed.channel) - 1
-            if phase not in phases and 0 <= place < len(phases):
-                phase = phases[place]
-            for motion in meant_motions(printed, (record.motion for record in own)):
-                name = measured_name(printed, motion)
-                other = printed.speed(motion, zones) != defined.get(name)
-                other = other and printed.quantity == "speed"
-                if name and not isnan(printed.size):
-                    value = printed.value * printed.size, "other points" * other, printed.quantity
-                    found.setdefault((printable(file), motion, phase, name), value)
+    by_file: dict[str, list[DriveRecord]] = {}
+    for record in records:
+        by_file.setdefault(printable(record.operation.file), []).append(record)
+    found = {}
+    for file, own in by_file.items():
+        motions, phases = [e.motion for e in own], [e.operation.phase for e in own]
+        results = results_of(own[-1].stated, motions, [*dict.fromkeys(phases)], speeds)
+        found |= {(file, *key): value for key, value in results.items()}
     return found

@@ -8,6 +8,7 @@ speeds keep it. Everything else is measured, at the inferred contact where none 
 
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from dataclasses import replace
+from functools import partial
 from operator import itemgetter
 from typing import NamedTuple
 
@@ -51,7 +52,6 @@ class Inference(NamedTuple):
 
     def infer(self, records: Sequence[DriveRecord], speeds: tuple[Speed, ...]) -> list[Estimate]:
         """Infer all records of a drive, in their order, with definitions of its speeds."""
-        found = {id(record): Estimate(record) for record in records}
         usable = [record for record in records if not record.reason]
         estimates = self._infer_in(self.families(), usable) if usable else []
         if any(map(_contact_disagrees, estimates)):
@@ -59,12 +59,13 @@ class Inference(NamedTuple):
             wider = self._infer_in(others, usable) if others else estimates
             if not any(e.misfit or e.unresolved or _contact_disagrees(e) for e in wider):
                 estimates = wider
+        found = {}
         for estimate in estimates:
             raw = estimate.record.raw
-            remarks = (*raw.remarks_on(), *estimate.remarks)
-            about = {"measured": raw.measured(speeds, estimate.contact), "remarks": remarks}
-            found[id(estimate.record)] = replace(estimate, speeds=speeds, **about)
-        return list(found.values())
+            about = {"speeds": speeds, "measured": raw.measured(speeds, estimate.contact)}
+            about["remarks"] = (*raw.remarks_on(), *estimate.remarks)
+            found[id(estimate.record)] = replace(estimate, **about)
+        return [found.get(id(record)) or Estimate(record) for record in records]
 
     def _infer_in(
         self, families: Iterable[StateNetwork], usable: Sequence[DriveRecord]
@@ -82,23 +83,20 @@ class Inference(NamedTuple):
             some = estimates if misfit else operations.setdefault(key, [])
             some.append(Estimate(record, levels, match, misfit))
         for together in operations.values():
-            square = self._distance(together) if len(together) > 1 else 0.0
-            if square <= _ONE_DRIVE:
-                estimates += self._infer_together(together)
-                continue
-            remark = say("motions-contradict", square=square, most=_ONE_DRIVE)
-            for estimate in together:
-                estimates += self._infer_together([replace(estimate, remarks=(remark,))])
+            parts = [together]
+            if len(together) > 1 and (square := self._distance(together)) > _ONE_DRIVE:
+                remark = say("motions-contradict", square=square, most=_ONE_DRIVE)
+                parts = [[replace(estimate, remarks=(remark,))] for estimate in together]
+            for part in parts:
+                estimates += self._infer_together(part)
         return estimates
 
     def _distance(self, operation: Sequence[Estimate]) -> float:
         """Return the squared distance between the posteriors of both records of an operation."""
         rng = generator(self.settings.seed, "motions", operation[0].record.operation.number)
-        logs, (_, draws) = [], _ROUNDS[0]
-        for each in operation:
-            seen = {each.record.motion: each.record.seen}
-            logs.append(np.log(each.levels.draw(seen, draws, rng, size=self.given.size).theta))
-        return squared_distance(*logs)
+        draw = partial(operation[0].levels.draw, draws=_ROUNDS[0][1], rng=rng, size=self.given.size)
+        drawn = (draw({each.record.motion: each.record.seen}) for each in operation)
+        return squared_distance(*(np.log(draws.theta) for draws in drawn))
 
     def _infer_together(
         self, operation: Sequence[Estimate], contacts: Collection[str] | None = None
@@ -109,8 +107,8 @@ class Inference(NamedTuple):
         """
         timed = {e.record.motion: e.record for e in operation if e.record.timed}
         contacts = set(timed) if contacts is None else contacts
-        number = operation[0].record.operation.number
-        rng, count = generator(self.settings.seed, "levels", number), self.settings.draws
+        rng = generator(self.settings.seed, "levels", operation[0].record.operation.number)
+        count = self.settings.draws
         drawn, weights, effective = self._weighted(operation, contacts, rng)
         draws, strokes = drawn[0].draws, drawn[0].stroke
         sds = {
@@ -129,7 +127,7 @@ class Inference(NamedTuple):
             if weights.size != count or weights.min() < 1.0:
                 chosen = systematic(weights, count, rng.random(), rng)
                 draws, strokes = draws.of(chosen), None if strokes is None else strokes[chosen]
-            share = np.square(np.log(draws.theta).std(axis=0) / self.given.prior_log_sds(drawn[0]))
+            share = np.log(draws.theta).var(axis=0) / self.given.prior_variance(drawn[0])
             about |= {"draws": draws, "stroke": strokes, "prior_share": share}
         remarks = [*self._disagreements(drawn)]
         for k, each in enumerate(drawn):

@@ -11,19 +11,21 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from breaker.configuration.definitions import advice_of, entry_of_type
-from breaker.configuration.loading import defaults, merge
-from breaker.diagnosis import reading
+from breaker.configuration.definitions import advice_of, entry_of_type, laid_over
+from breaker.configuration.loading import defaults
 from breaker.diagnosis.estimate import KNOWN_VALUES, DriveRecord, Estimate, EstimateSettings, Given
 from breaker.diagnosis.identity import Inspections, phase_of
 from breaker.diagnosis.inference import Inference
 from breaker.diagnosis.limits import Verdict, judged
+from breaker.diagnosis.reading import read_operations
 from breaker.diagnosis.words import say
 from breaker.family.networks import StateNetwork, shipped_levels
-from breaker.model.limits import Limit, entries_of_type, from_list
+from breaker.model.limits import Limit, from_list
 from breaker.model.parameters import MOTIONS, Size
-from breaker.model.quantities import OF_STROKE, Speed, every_speed, speeds_at
+from breaker.model.prior import Prior
+from breaker.model.quantities import OF_STROKE, Speed, speeds_at
 from breaker.records.files import Files
+from breaker.records.named import Choice, Operations, list_named, stated_types
 from breaker.records.printed import stated_speeds
 
 if TYPE_CHECKING:
@@ -71,19 +73,13 @@ class Diagnosis:
         Raises:
             ConfigurationError: If there is no entry of the type.
         """
-        entry = {"limits": {}, "speeds": {}} | entry_of_type(self.types, name)
-        ratio = {"ratio": entry["ratio"]} if "ratio" in entry else {}
-        config = merge(self.config, {"speeds": entry["speeds"], "endurance": {"format": ratio}})
-        limits = [*self.limits, *entries_of_type(entry["limits"], every_speed(config["speeds"]))]
-        good = entry.get("reference") or ""
-        return replace(self, config=config, type=name, limits=limits, reference=good)
+        entry = entry_of_type(self.types, name)
+        config = laid_over({**self.config, "limits": self.limits}, entry)
+        about = {"limits": config["limits"], "reference": entry.get("reference") or ""}
+        return replace(self, config=config, type=name, **about)
 
     def of_files(
-        self,
-        named: Sequence[str],
-        choice: reading.Choice,
-        files: Files | None = None,
-        of_type: str = "",
+        self, named: Sequence[str], choice: Choice, files: Files | None = None, of_type: str = ""
     ) -> "Diagnosis":
         """Return the diagnosis of the drive in files and folders, with its records.
 
@@ -93,25 +89,22 @@ class Diagnosis:
         Raises:
             FileNotFoundError, ValueError: As of ``list_named`` and ``of_type``.
         """
-        files, settings, found = Files() if files is None else files, self.config["endurance"], self
-        listed = reading.list_named(named, settings, choice, files)
-        if of_type or self.types:
-            stated = reading.stated_types(listed, settings["format"], files)
-            types = [of_type] if of_type else stated
-            if len(types) > 1:
-                raise ValueError(say("several-types", types=", ".join(types)))
-            found = self.of_type(types[0]) if types else self
+        files, settings = Files() if files is None else files, self.config["endurance"]
+        listed = list_named(named, settings, choice, files)
+        types = [of_type] if of_type else []
+        if self.types and not of_type:
+            types = stated_types(listed, settings["format"], files)
+        if len(types) > 1:
+            raise ValueError(say("several-types", types=", ".join(types)))
+        found = self.of_type(*types) if types else self
         return replace(found, records=found.read(listed, choice.motions, files))
 
     def read(
-        self,
-        operations: reading.Operations,
-        motions: Sequence[str] = MOTIONS,
-        files: Files | None = None,
+        self, operations: Operations, motions: Sequence[str] = MOTIONS, files: Files | None = None
     ) -> list[DriveRecord]:
         """Read records: see ``read_operations``."""
         form = self.config["endurance"]["format"]
-        return reading.read_operations(operations, form, motions=motions, files=files)
+        return read_operations(operations, form, motions=motions, files=files)
 
     def speeds_of(self, records: Iterable[DriveRecord]) -> tuple[Speed, ...]:
         """Return the speeds of a drive: those that any record shows (``OF_STROKE``), and between
@@ -139,11 +132,6 @@ class Diagnosis:
         inference = Inference(self.families, self.given, self.settings)
         return inference.infer(records, self.speeds_of(records))
 
-    @cached_property
-    def verdicts(self) -> list[list[Verdict]]:
-        """Verdicts on the limits of each estimate."""
-        return self.judge(self.estimates)
-
     def judge(self, estimates: Sequence[Estimate]) -> list[list[Verdict]]:
         """Return the verdicts of each estimate: see ``judged``."""
         limits = self.limits_on(estimates)
@@ -161,15 +149,16 @@ class Diagnosis:
         """Comparisons with the inspection before, by phase or channel; limits are not judged. A
         text says why a phase cannot be compared.
         """
-        names = list(dict.fromkeys(record.operation.phase for record in self.records))
+        by_phase: dict[str, list[DriveRecord]] = {}
+        for record in self.records if self.before else ():
+            by_phase.setdefault(record.operation.phase, []).append(record)
         rejected = [record.reason for record in self.before if record.reason]
         unjudged, found = replace(self, limits=()), {}
-        for name in names if self.before else ():
-            today = [record for record in self.records if record.operation.phase == name]
+        for name, today in by_phase.items():
             phase = phase_of(today[0])
             before = [e for e in self.before if phase_of(e) == phase] or self.before
             try:
-                if len(names) > 1 and not phase:
+                if len(by_phase) > 1 and not phase:
                     raise ValueError(say("phases-needed"))
                 found[name] = unjudged.compare({"before": before, "today": today})
             except ValueError as error:
@@ -202,12 +191,9 @@ def given_by(config: Mapping, known: Mapping[str, Sequence[float]] | None = None
     Raises:
         ValueError: If a known value is of nothing that is inferred.
     """
-    values = {**config["known"], **(known or {})}
+    values, usual = {**config["known"], **(known or {})}, defaults()
     if wrong := [name for name in values if name not in KNOWN_VALUES]:
         raise ValueError(say("known-of-nothing", name=wrong[0], known=", ".join(KNOWN_VALUES)))
-    usual = defaults()
     if all(config[key] == usual[key] for key in ("prior", "size")):
         return Given(known=values)
-    from breaker.model.prior import Prior
-
     return Given(Size(**config["size"]), Prior.from_settings(config["prior"]), values)

@@ -5,11 +5,11 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 
 import numpy as np
 
-from breaker.common.document import Cell, Table
+from breaker.common.document import Cell, Document, Table
 from breaker.common.numerals import first_of, in_digits, in_p
 from breaker.common.plain_values import Note, note_of
 from breaker.diagnosis.limits import NORMAL, VERDICTS, JudgedPart, Simultaneity, Verdict
-from breaker.diagnosis.result import DiagnosisResult, RecordResult, Value
+from breaker.diagnosis.result import DiagnosisResult, RecordResult, Value, operations_of
 from breaker.diagnosis.words import say
 from breaker.model.parameters import NAMES, PARAMETERS
 from breaker.model.quantities import EVENTS, INFERRED, OF_STROKE
@@ -19,6 +19,7 @@ _PRIOR = 0.8  # share of the prior's variance: above it, 90 % of an interval's w
 _PRESENT = 0.9  # probability from which on an effect is listed: one in ten may be absent
 _NO_STATE = ("outside-family", "few-draws")  # reasons that the table of the state gives
 _MOST = 8  # sentences of a list, labels of a sentence; JSON has all of them
+_SINGLE = 3  # operations of a motion that have a table; of more, one table has median and range
 
 RESULTS = {
     "fail": Cell("FAIL", "bad"),
@@ -80,7 +81,7 @@ def verdict_of(result: DiagnosisResult) -> Cell:
 
 
 def measured_table(
-    title: str, columns: Columns, printed: Mapping[tuple, tuple[float, str, str]] | None = None
+    title: str, columns: Columns, printed: Mapping[tuple, tuple[float, str]] | None = None
 ) -> Table:
     """Return measured values of one motion with limits and verdicts: one operation, or the median
     and range of several.
@@ -88,8 +89,8 @@ def measured_table(
     Args:
         title: Motion and operation.
         columns: Records by pole.
-        printed: What the analyser printed, by file, motion, channel and quantity: value, difference
-            in its definition, and its name.
+        printed: Values that the analyser printed, and their quantities, by file, motion, phase and
+            name.
     """
     records = [each for some in columns.values() for each in some]
     several = len(records) > len(columns)
@@ -141,8 +142,8 @@ def _printed_notes(columns: Columns, printed: Mapping) -> list[str]:
     for label, (record,) in columns.items():
         for name, known in record.quantities.items():
             key = record.file, record.motion, label, name
-            value, other_definition, quantity = printed.get(key, (0.0, "", ""))
-            if not quantity or other_definition or known.source != "measured":
+            value, quantity = printed.get(key, (0.0, ""))
+            if not quantity or known.source != "measured":
                 continue
             if differs(quantity, value, known.median, known.half / NORMAL[95]):
                 percent = in_digits(100.0 * (known.median / value - 1.0), 2, sign=True)
@@ -336,3 +337,76 @@ def rejected_table(result: DiagnosisResult) -> Table:
             reasons.setdefault(reason, {})[each.file] = None
     notes = [f"{first_of([*files], 3)}: {reason}" for reason, files in reasons.items()]
     return Table(title="Rejected records", notes=notes)
+
+
+# ---- the document --------------------------------------------------------------------------------
+
+
+def _by_motion(result: DiagnosisResult) -> dict[str, list[list[RecordResult]]]:
+    found: dict[str, list[list[RecordResult]]] = {}
+    for group in operations_of(result.records):
+        found.setdefault(group[0].motion, []).append(group)
+    return found
+
+
+def shown_of(result: DiagnosisResult) -> list[list[RecordResult]]:
+    """Return the operations whose curves are shown: the first few of each motion."""
+    return [group for own in _by_motion(result).values() for group in own[:_SINGLE]]
+
+
+def document_of(
+    result: DiagnosisResult,
+    said: Iterable[str] = (),
+    *,
+    printed: Mapping[tuple, tuple[float, str]] | None = None,
+    changes: Iterable[Table] = (),
+    doubts: Iterable[str] = (),
+) -> Document:
+    """Return the document of a result.
+
+    Args:
+        result: The result.
+        said: Further remarks.
+        printed: As of ``measured_table``.
+        changes, doubts: Tables of changes since the inspection before, and warnings about them.
+    """
+    tables = _operation_tables(result, printed)
+    limits = [each for record in result.records for each in record.limits or ()]
+    others = [e for e in limits if len(e.parts) > 1 or e.parts[0].quantity in INFERRED]
+    tables += [limits_table(others)] if others else []
+    notes = [simultaneity_in_words(each) for each in result.simultaneity]
+    tables += [Table(title="Simultaneity of poles", notes=notes)] if notes else []
+    tables += [*changes, remarks_table(result, said), rejected_table(result), state_table(result)]
+    warnings = [("", note) for note in result.warnings]
+    warnings = dict.fromkeys([*grouped(warnings, warnings), *doubts])
+    summary = [Cell(f"WARNING: {text}", "bad") for text in warnings]
+    parts = [each for each in tables if each.rows or each.notes]
+    return Document("Diagnosis", summary=[*summary, verdict_of(result)], parts=parts)
+
+
+def _operation_tables(result: DiagnosisResult, printed: Mapping | None) -> list[Table]:
+    """Return measured values of each motion: of a few operations one by one, of more together."""
+    tables = []
+    for motion, own in _by_motion(result).items():
+        columns: dict[str, list[RecordResult]] = {}
+        for group in own:
+            for record in group:
+                columns.setdefault(record.phase, []).append(record)
+            if len(own) <= _SINGLE:
+                tables.append(measured_table(title_of(group), columns, printed))
+                columns = {}
+        if columns:
+            title = f"{motion}: median (range) of {len(own)} operations"
+            tables.append(measured_table(title, columns))
+    return tables
+
+
+def title_of(group: Sequence[RecordResult]) -> str:
+    """Return the motion, its time in a file of several, its operation and file."""
+    record, files = group[0], list(dict.fromkeys(each.file for each in group))
+    title = record.motion
+    if record.part:
+        title += f" at {record.fit.first_motion:.0f} ms"
+    if record.about.get("breaker") or record.about.get("date"):
+        title += f", operation {record.operation}"
+    return f"{title}: {first_of([file.rpartition('/')[2] for file in files], 1)}"

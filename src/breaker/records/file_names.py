@@ -5,8 +5,8 @@ one that varies: names that are added may make it ambiguous, but never make anot
 """
 
 import re
-from collections import defaultdict
-from collections.abc import Iterable, Sequence
+from collections import Counter, defaultdict
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
 from breaker.records.dates import MONTHS, STAMP
@@ -75,3 +75,17 @@ def phases_in_names(files: Iterable[Path]) -> dict[Path, str]:
             return {}
         named |= {file: found[0] for file, found in phases.items()}
     return named
+
+
+def number_poles(files: Mapping[Path, tuple[Sequence[str], str]]) -> dict[Path, int]:
+    """Return the number of the operation of each file, from 1, by its phases and its day.
+
+    The first files of several phases on one day are poles of one operation, their second files are
+    the next operation. A file without a stated phase is an operation of its own.
+    """
+    turns, operations, found = Counter(), {}, {}
+    for path, (phases, day) in files.items():
+        turns.update((day, phase) for phase in {*phases})
+        turn = max((turns[day, phase] for phase in phases), default=path)
+        found[path] = operations.setdefault((day, turn), len(operations) + 1)
+    return found

@@ -16,7 +16,7 @@ from itertools import pairwise
 from pathlib import Path
 from statistics import fmean
 
-from breaker.common.numerals import first_of
+from breaker.common.numerals import first_of, natural
 from breaker.model.quantities import CONDITIONS
 from breaker.records.file_names import numbers_in
 from breaker.records.files import is_store, printable
@@ -46,6 +46,15 @@ def record_files(folder: str | Path) -> list[Path]:
 def is_folder(name: str | Path) -> bool:
     """Return whether a name is that of a folder that is not itself a record."""
     return os.path.isdir(name) and not is_store(name)
+
+
+def each_once(paths: Iterable[str | Path]) -> list:
+    """Return files or folders in natural order, each once, whatever names lead to it.
+
+    Draws depend on the number of a record, and must not depend on the order of arguments.
+    """
+    rising = sorted(paths, key=natural, reverse=True)
+    return [*{os.path.realpath(path): path for path in rising}.values()][::-1]
 
 
 def list_operations(

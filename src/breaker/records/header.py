@@ -13,7 +13,16 @@ from breaker.records.dates import clock_of, dates_of, day_order, in_order
 from breaker.records.header_pairs import Pair, line_of, number_of, pairs_of
 from breaker.records.printed import Printed, printed_in
 from breaker.records.settings import RATES, SAME_RATE, TO_MS
-from breaker.records.words import PHASE, WORDS, any_of, by_words, phase_in, sequence_of, unit_of
+from breaker.records.words import (
+    PHASE,
+    WORDS,
+    any_of,
+    by_words,
+    channel_of,
+    phase_in,
+    sequence_of,
+    unit_of,
+)
 
 _MOST = (400, 60, 300)  # lines, cells in a line and signs in a cell that are read: bounds the time
 _meant = by_words(WORDS["stated"])
@@ -56,6 +65,11 @@ class Header:
     phases: Mapping[int, str] = field(default_factory=dict)
     speed_points: tuple[Pair, ...] = ()
     results: tuple[Printed, ...] = ()
+
+    def phase_of(self, column: str | int) -> str:
+        """Return the phase of a column of travel by its name or what is stated of it, or ""."""
+        stated = self.phases.get(channel_of(str(column)), self.phases.get(0, ""))
+        return phase_in(str(column)) or stated
 
 
 def header_of(rows: Sequence[Sequence[str]], decimal: str = ".", samples: int = 0) -> Header:

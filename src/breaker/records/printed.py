@@ -288,6 +288,31 @@ def stated_speeds(stated: Header) -> dict[str, Speed]:
     return found
 
 
+def results_of(
+    stated: Header, motions: Sequence[str], phases: Sequence[str], speeds: Sequence[Speed]
+) -> dict[tuple[str, str, str], tuple[float, str]]:
+    """Return the results that a text states, by motion, phase and name: value, and its quantity.
+
+    Args:
+        stated: The text.
+        motions, phases: Of the records of the file; a channel that is no phase is one by its place.
+        speeds: Definitions; a speed between other points is left out.
+    """
+    defined, zones, found = {speed.name: speed for speed in speeds}, stated_speeds(stated), {}
+    for printed in stated.results:
+        phase = words.phase_in(printed.channel) or printed.channel
+        place = words.channel_of(printed.channel) - 1
+        if phase not in phases and 0 <= place < len(phases):
+            phase = phases[place]
+        for motion in meant_motions(printed, motions):
+            name, speed = measured_name(printed, motion), printed.speed(motion, zones)
+            alike = printed.quantity != "speed" or speed == defined.get(name)
+            if name and alike and not math.isnan(printed.size):
+                value = printed.value * printed.size, printed.quantity
+                found.setdefault((motion, phase, name), value)
+    return found
+
+
 def compare_printed(
     layout: Sheet, travels: Sequence[Travel], motions: Sequence[InspectedMotion]
 ) -> list[PrintedComparison]:

@@ -157,10 +157,6 @@ def _columns_of(opened: Opened, operation: Operation, motion: str, settings: Map
     """Return the columns that belong to a travel, by key of the settings; of the usual travel, only
     those that the settings do not name.
     """
-    # Imported here, since most files need neither.
-    from breaker.records.channels import current_of
-    from breaker.records.description import travel_channels
-
     columns = read_columns(opened, settings, operation.channel, operation.line)
     usual = settings["travel_column"]
     if len(columns.sheet.names) < 2 + (settings["time_column"] is not None):
@@ -173,6 +169,10 @@ def _columns_of(opened: Opened, operation: Operation, motion: str, settings: Map
     )
     if not operation.channel and lacking <= {"current", "motor"} and not flows:
         return {}  # no column to find, for which the whole file is read once more
+    # Imported here, since most files need neither.
+    from breaker.records.channels import current_of
+    from breaker.records.description import travel_channels
+
     layout = look_into(opened, operation.channel or usual)
     place = layout.place_of(operation.channel or usual)
     if place is None:

@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from math import isfinite
+from typing import TYPE_CHECKING
 
 from breaker.common.numerals import in_digits
 from breaker.model.quantities import Speed
@@ -21,12 +22,14 @@ from breaker.records.checks import (
 )
 from breaker.records.contacts import ContactTimes
 from breaker.records.currents import Currents
-from breaker.records.grid import Grid
 from breaker.records.measurements import Measured, Reading
 from breaker.records.motion import LocatedMotion
 from breaker.records.noise import noise_remarks
 from breaker.records.operations import Operation
 from breaker.records.rejections import Remark
+
+if TYPE_CHECKING:
+    from breaker.records.grid import Grid
 
 
 @dataclass(frozen=True)
@@ -56,7 +59,7 @@ class Record(LocatedMotion):
         """Number of doubtful samples of the motion, which are left out."""
         return int((self.doubts[self.inside] != "").sum())
 
-    def remarks_on(self, grid: Grid | None = None) -> list[str]:
+    def remarks_on(self, grid: "Grid | None" = None) -> list[str]:
         """Return remarks on the record, and on how it fits the errors that a model assumes."""
         before, after, time = self.segment.before, self.segment.after, self.time[self.inside]
         done = (self.left - before) / (after - before)

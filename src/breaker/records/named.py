@@ -1,0 +1,153 @@
+"""The operations in the files and folders that a user names, and the choice among them.
+
+In a folder with a table ``operations.csv`` the rows are the operations. In a folder with subfolders
+``closing`` and ``opening`` the names of the files number them. Any other file may have one motion
+or both, and each of them several times.
+"""
+
+import os
+from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import replace
+from pathlib import Path
+from typing import NamedTuple
+
+from breaker.common.text import usual_spelling
+from breaker.model.parameters import MOTIONS
+from breaker.records import folder
+from breaker.records.dates import one_date
+from breaker.records.file_names import number_poles, phases_in_names
+from breaker.records.files import Files, Opened, printable
+from breaker.records.formats.registry import stated_in
+from breaker.records.operations import MANIFEST, Operation
+
+ANY = ""
+"""Key of operations whose files may have any motion."""
+
+Operations = Mapping[str, Sequence[Operation]]
+"""Operations by motion, and those of any motion by ``ANY``."""
+
+
+class Choice(NamedTuple):
+    """Records of the drive among those in files and folders.
+
+    Attributes:
+        motions: Motions to read.
+        channels: Columns of travel; without them the configured one, or all that move (``every``).
+        breaker, phase: Names in the table of a folder; a phase also as a file states it.
+        every: Whether to take all channels and all phases.
+    """
+
+    motions: Sequence[str] = MOTIONS
+    channels: Sequence[str] = ()
+    breaker: str | None = None
+    phase: str | None = None
+    every: bool = False
+
+
+def list_named(
+    named: Iterable[str | Path], endurance: Mapping, choice: Choice, files: Files
+) -> dict[str, list[Operation]]:
+    """Return the operations in files and folders, by motion; ``endurance`` is the section.
+
+    Raises:
+        FileNotFoundError: If a folder has no file of a record.
+        ValueError: If a table is wrong or has several drives, or a choice cannot be made.
+    """
+    listed: dict[str, list[Operation]] = {motion: [] for motion in choice.motions}
+    loose: list[Path] = []
+    for place in map(Path, named):
+        if not folder.is_folder(place):
+            loose.append(place)
+        elif any(os.path.lexists(place / name) for name in (MANIFEST, *MOTIONS)):
+            for motion, some in _in_folder(place, endurance, choice).items():
+                listed[motion] += some
+        elif inside := folder.record_files(place):
+            loose += inside
+        else:
+            what = f"{printable(place)} has no file of a record and no table {MANIFEST}"
+            raise FileNotFoundError(f"{what}. Name a folder with records")
+    rows = [row for some in listed.values() for row in some]
+    if len(names := sorted({row.breaker for row in rows} - {""})) > 1:
+        what = f"the tables name several breakers: {', '.join(names)}"
+        raise ValueError(f"{what}. Name the records of one breaker")
+    if loose and choice.breaker:
+        what = f"--breaker chooses in the table {MANIFEST} of a folder"
+        raise ValueError(f"{what}, and {printable(loose[0])} is in none. Leave it out")
+    last = max((row.number for row in rows), default=0)
+    loose = folder.each_once(loose)
+    return {**listed, ANY: _in_files(loose, endurance["format"], choice, files, last)}
+
+
+def _in_folder(place: Path, endurance: Mapping, choice: Choice) -> dict[str, list[Operation]]:
+    """Return the operations of a folder that states their motions."""
+    if choice.every and (fleet := folder.list_fleet(place)):
+        rows = [row for some in fleet.values() for row in some]
+        return {motion: [each for of, each in rows if of == motion] for motion in choice.motions}
+    chosen = {name: getattr(choice, name) or endurance[name] for name in ("breaker", "phase")}
+    chosen, channels = ({}, ()) if choice.every else (chosen, choice.channels[:1])
+    found, lacking = {}, []
+    for motion in choice.motions:
+        try:
+            some = folder.list_operations(place, motion, **chosen)
+        except FileNotFoundError as error:
+            lacking.append(error)
+            continue
+        if channels and any(each.channel for each in some):
+            what = "the table of a folder names the channels"
+            raise ValueError(f"{what}. Leave --channel out, or choose by --phase")
+        found[motion] = [replace(each, channel=each.channel or "".join(channels)) for each in some]
+    if not found:
+        raise lacking[0]
+    return found
+
+
+def _in_files(
+    paths: Sequence[Path], form: Mapping, choice: Choice, files: Files, last: int
+) -> list[Operation]:
+    """Return the operations in files that state no motion, numbered from the last one on."""
+    in_names, channels, poles = phases_in_names(paths), {}, {}
+    for path in paths:
+        phases = _channels(files[path], form, choice)
+        if len(phases) == 1 and path in in_names:
+            phases = {channel: phase or in_names[path] for channel, phase in phases.items()}
+        day = one_date("", stated_in(files[path], form, next(iter(phases))).dates, path)[:10]
+        sure = all(phase not in ("", channel) for channel, phase in phases.items())
+        poles[path] = [*phases.values()] if sure else [], day
+        channels |= {(path, channel): phase for channel, phase in phases.items()}
+    wanted = {k: v for k, v in channels.items() if choice.phase in (None, v)}
+    if channels and not wanted:
+        known = ", ".join(sorted({*channels.values()} - {""})) or "none"
+        what = f"no file states phase {choice.phase}; they state: {known}"
+        raise ValueError(f"{what}. Name another phase, or write a table {MANIFEST}")
+    numbers = number_poles(poles)
+    return folder.each_line(
+        Operation(last + numbers[path], path, channel, phase=phase)
+        for (path, channel), phase in wanted.items()
+    )
+
+
+def _channels(file: Opened, form: Mapping, choice: Choice) -> dict[str, str]:
+    """Return the phase of each column of travel that counts; "" where none is stated.
+
+    Where all channels count and there are several, one without a phase is called by its column.
+    """
+    if not (choice.every or choice.phase):
+        channel = "".join(choice.channels[:1])
+        stated = stated_in(file, form, channel)
+        return {channel: stated.phase_of(channel or form["travel_column"])}
+    from breaker.records.description import travel_channels  # most commands need none
+
+    moving = {}
+    with suppress(ValueError):  # read as configured, or rejected with the reason
+        found = travel_channels(file, form["travel_column"])
+        moving = {column: name for column, (name, _) in found.items()}
+    names = {each: moving.get(each, each) for each in choice.channels or moving or [""]}
+    return {key: "" if len(names) == 1 and name == key else name for key, name in names.items()}
+
+
+def stated_types(operations: Operations, form: Mapping, files: Files) -> list[str]:
+    """Return the types of breaker that rows of a table, or else files, state, each once."""
+    every = (each for some in operations.values() for each in some)
+    named = (each.type or stated_in(files[each.file], form, each.channel).type for each in every)
+    return [*usual_spelling(filter(None, named)).values()]
