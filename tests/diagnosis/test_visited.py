@@ -18,7 +18,6 @@ from breaker.diagnosis.inspection_change import (
 )
 from breaker.family.inputs import Basis
 from breaker.family.membership import PARTS, Match
-from breaker.family.networks import ChangeDraws
 from breaker.family.shape import SHAPE_TIMES
 from breaker.model.limits import from_list
 from breaker.model.parameters import MOTIONS, NAMES
@@ -55,7 +54,7 @@ def family(name="any", fits=1.0, **factors):
             wide = 0.1 if parameter == "k_b" else 0.01
             drawn = factor * np.exp(wide * rng.standard_normal(draws))
             ratios[:, k] = np.where(moved, drawn, 1.0)
-        return ChangeDraws(ratios, {}, {"drag": np.full(draws, 0.03)})
+        return np.log(ratios)[None], {"drag": np.full((1, draws), 0.03)}
 
     def match(motion, seen):
         p_value = fits * {"closing": 1.0, "opening": 0.5}[motion] * (seen.stroke[0] < 100.0)

@@ -89,7 +89,7 @@ class NetworkChanges(Plain):
             family; "operations_disagree", of closing and opening that contradict each other.
         agreement: "p_value" of the "parameter" in which motions agree least; 1 of a single one.
         draws: Posterior draws of the relative change of each parameter, then of each additional
-            effect as a share of ``CHANGE_OF``, ``(d,)``, by name.
+            effect as a share of the closing force (``build_up``: of the duration), ``(d,)``.
         wear: Usual change of each parameter by wear in the family, as a share.
     """
 
@@ -297,18 +297,19 @@ def compare(
     }
     motions = [[*seen], *([motion] for motion in seen if len(seen) > 1)]
     references, changed = ({m: each[k] for m, each in seen.items()} for k in (0, 1))
-    together, *alone = (
+    (logs, effects), *alone = (
         network.draw({m: references[m] for m in some}, {m: changed[m] for m in some}, _DRAWS, rng)
         for some in motions
     )
-    if not plausible_wear(np.log(together.ratios)):
+    if not plausible_wear(logs[0]):
         return NetworkChanges(**about, state="beyond_wear")
     if alone:
-        apart = agreement_of(*(each.ratios for each in alone))
+        apart = agreement_of(*(each[0] for each, _ in alone))
         agreement |= plainly({"p_value": apart.min(), "parameter": NAMES[int(apart.argmin())]})
         if apart.min() < LEAST_AGREEMENT:
             return NetworkChanges(**about, state="operations_disagree")
-    draws = dict(zip(NAMES, together.ratios.T - 1.0, strict=True)) | dict(together.effects)
+    draws = dict(zip(NAMES, np.exp(logs[0].T) - 1.0, strict=True))
+    draws |= {name: each[0] for name, each in effects.items()}
     ranges = network.settings["definition"]["wear"]["change"]
     wear = {name: float(np.abs(ranges[name]).mean()) for name in NAMES if name in ranges}
     return NetworkChanges(**about, state="estimated", draws=draws, wear=wear)

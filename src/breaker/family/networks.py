@@ -1,15 +1,13 @@
 """The networks of a family as arrays: the state of a drive, and its changes. Needs no torch.
 
-The networks were trained on simulated drives, whose parameters are known and whose additional
-effects are drawn for every drive. They see shapes, and estimate in the units of stroke and duration
-of the first motion. So the estimate follows the size of the drive exactly.
+They see shapes, and estimate in the units of stroke and duration of the first motion. So the
+estimate follows the size of the drive exactly.
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
-from typing import ClassVar
 
 import numpy as np
 
@@ -38,19 +36,13 @@ EFFECTS = {
 }
 """Additional effects by name: what the size of each is, as outputs of a state network.
 
-Most are shares of the closing force, which need no unit; forces that depend on the speed count at
-the mean speed of a closing from 10 to 50 % of its travel. ``build_up`` is in ms. What is absent is
-exactly 0.
+Forces that depend on the speed count at the mean speed of a closing from 10 to 50 % of its travel.
+``build_up`` is in ms. What is absent is exactly 0.
 """
 
-CHANGE_OF = "the closing force (build_up: of the duration)"
-"""What changes of effects are shares of."""
-
+# Effects that wear: outputs of a change network.
 WEARING = tuple(name for name in EFFECTS if name not in ("sliding_contact", "train_mass"))
-"""Effects that wear: outputs of a change network."""
-
-LEAST_AGREEMENT = 0.01
-"""Agreement of a parameter below which closing and opening contradict each other."""
+LEAST_AGREEMENT = 0.01  # of a parameter, below which closing and opening contradict each other
 
 _AT_ONCE = 8_000  # draws: half a million at once would take some GB
 _LARGEST = 100.0  # logarithms of sizes, and times over durations, by far more than of any drive
@@ -67,17 +59,14 @@ _LARGEST_WEAR = np.log(2.0)  # of the logarithm of a parameter; wear of a family
 class Network:
     """Residual network with an autoregressive mixture: features of an input, and draws given these.
 
-    Same numbers as ``blocks.ResidualMLP`` and ``mixture.AutoregressiveMixture``, as a test shows.
-
-    Args:
-        arrays: Weights by their names in ``training.FamilyNetwork``.
-        atoms: Which outputs may be exactly 0, ``(q,)`` of bool.
+    Same numbers as ``blocks.ResidualMLP`` and ``mixture.AutoregressiveMixture``, as a test shows,
+    of weights by their names in ``training.FamilyNetwork``. Outputs with ``atoms`` may be 0.
     """
 
     def __init__(self, arrays: Mapping[str, np.ndarray], atoms: Sequence[bool]) -> None:
         self.arrays = arrays
         self.blocks = sum(name.startswith("summary.inner.") for name in arrays) // 2
-        self.dims, self.width, outputs = arrays["inference.leave"].shape
+        self.dims, _, outputs = arrays["inference.leave"].shape
         self.components = (outputs - 1) // 3
         self.atoms = tuple(atoms)
 
@@ -96,15 +85,8 @@ class Network:
     def sample(
         self, features: np.ndarray, there: np.ndarray, draws: int, rng: np.random.Generator
     ) -> np.ndarray:
-        """Draw outputs for inputs, by the same random numbers for each input.
-
-        Args:
-            features: ``(n, s)``.
-            there: Which outputs the inputs determine, ``(q,)`` of bool.
-            draws: Number of draws d.
-
-        Returns:
-            ``(n, d, q)``; 0 where an output is not there.
+        """Draw outputs ``(n, d, q)`` by features ``(n, s)``, by the same random numbers for each; 0
+        where the inputs do not determine an output, as ``there`` tells, ``(q,)`` of bool.
         """
         n, q = len(features), self.dims
         head = self._layer("head", features, "inference")
@@ -116,27 +98,19 @@ class Network:
         # What is linear in an output: place, scale, weights of the outputs before, half the shift.
         linear = place[..., None], scale[..., None], weights[:, :, None], 0.5 * shift
         uniform, normal = rng.random((draws, q, 2)), rng.standard_normal((draws, q))
-        theta = np.zeros((n, q, draws))
-        for few in (slice(k, k + _AT_ONCE) for k in range(0, draws, _AT_ONCE)):
-            self._fill(theta[..., few], linear, there, uniform[few].T, normal[few].T)
-        return theta.transpose(0, 2, 1)
+        parts = [slice(k, k + _AT_ONCE) for k in range(0, draws, _AT_ONCE)]
+        found = [self._some(linear, there, uniform[few].T, normal[few].T) for few in parts]
+        return np.concatenate(found, axis=2).transpose(0, 2, 1)
 
-    def _fill(
-        self,
-        theta: np.ndarray,
-        linear: Sequence[np.ndarray],
-        there: np.ndarray,
-        uniform: np.ndarray,
-        normal: np.ndarray,
-    ) -> None:
-        """Draw outputs ``(n, q, d)`` by random numbers ``(2, q, d)`` and ``(q, d)``, in place."""
+    def _some(self, linear, there, uniform, normal):
+        """Return outputs ``(n, q, d)`` by random numbers ``(2, q, d)`` and ``(q, d)``."""
         place, scale, weights, half_shift = linear
-        (n, q, draws), dtype = theta.shape, place.dtype
+        (n, q), draws, dtype = place.shape[:2], normal.shape[1], place.dtype
         enter, leave, bias = (self.arrays[f"inference.{k}"] for k in ("enter", "leave", "bias"))
         # Residual and atom of each output before, which an output sees side by side; halved.
         halves = 0.5 * enter.reshape(q, 2, q, -1).transpose(0, 3, 2, 1).reshape(q, -1, 2 * q)
-        seen, sums = np.zeros((n, 2 * q, draws), dtype), np.tri(self.components, dtype=dtype)
-        rows, columns = np.arange(n)[:, None], np.arange(draws)
+        theta, seen = np.zeros((n, q, draws)), np.zeros((n, 2 * q, draws), dtype)
+        sums, rows, columns = np.tri(self.components, dtype=dtype), *np.ogrid[:n, :draws]
         for i in np.flatnonzero(there):
             half = halves[i, :, : 2 * i] @ seen[:, : 2 * i]
             half += half_shift[:, i]
@@ -152,6 +126,7 @@ class Network:
             theta[:, i] = np.where(free, value + scale[:, i] * residual, 0.0)
             seen[:, 2 * i] = np.where(free, residual.clip(-CLIP, CLIP), 0.0)
             seen[:, 2 * i + 1] = np.logical_not(free)
+        return theta
 
 
 def _silu_of_half(half: np.ndarray) -> np.ndarray:
@@ -167,21 +142,13 @@ class TrainedNetwork:
     """A network, and in what scales it sees and estimates.
 
     Attributes:
+        outputs, atoms: Of its class: names of outputs, and which of them may be exactly 0.
         settings: How it was made; ``family``, its name, and ``prior`` among them.
         network: Its weights.
         bases: Components of the shapes of each motion.
         usual: Mean and sd of the logarithms of stroke and duration, ``(2, 2)``.
         centre, scale: Of the outputs, ``(q,)``.
-
-    Its class has the ``outputs``, which of them may be exactly 0 (``atoms``), how many ``times``
-    each motion has among them, and of what type ``parts`` are that each motion has.
     """
-
-    kind: ClassVar[str]
-    outputs: ClassVar[tuple[str, ...]]
-    atoms: ClassVar[tuple[bool, ...]]
-    times: ClassVar[int]
-    parts: ClassVar[tuple[tuple[str, type], ...]]
 
     settings: Mapping
     network: Network
@@ -192,10 +159,9 @@ class TrainedNetwork:
 
     @classmethod
     def there(cls, motions: np.ndarray) -> np.ndarray:
-        """Return which outputs records of motions ``(n, 2)`` determine, ``(n, q)`` of bool."""
-        times, some = motions.repeat(cls.times, axis=1), motions.any(axis=1)[:, None]
-        effects = len(cls.outputs) - len(NAMES) - times.shape[1]
-        return np.hstack([some.repeat(len(NAMES), axis=1), times, some.repeat(effects, axis=1)])
+        """Return which outputs records of motions ``(n, m)`` determine, ``(n, q)`` of bool."""
+        of, some = dict(zip(MOTIONS, motions.T, strict=True)), motions.any(axis=1)
+        return np.column_stack([of.get(name.split()[-1], some) for name in cls.outputs])
 
     def sample(
         self, features: np.ndarray, there: np.ndarray, draws: int, rng: np.random.Generator
@@ -233,16 +199,13 @@ class StateDraws:
 class StateNetwork(TrainedNetwork):
     """A trained network that estimates the state of a drive from records of one operation.
 
-    Attributes:
-        members: Distances of drives of the family, by motion.
-        widening: Factors on the distances of draws from their median, ``(p + 4,)``, by the number
-            of motions at hand: 1 where none is given.
+    It has the distances of drives of the family, by motion, and factors on the distances of draws
+    from their median, ``(p + 4,)``, by the number of motions at hand: 1 where none is given.
     """
 
-    kind, outputs, times = "levels", (*NAMES, *EVENTS, *EFFECTS), 2
-    atoms = (*[False] * len(NAMES + EVENTS), *[True] * len(EFFECTS))
+    kind, outputs = "levels", (*NAMES, *EVENTS, *EFFECTS)
+    atoms = tuple(name in EFFECTS for name in outputs)
 
-    parts = (("bases", Basis), ("members", Membership))
     members: Mapping[str, Membership]
     widening: Mapping[int, np.ndarray] = field(default_factory=dict)
 
@@ -254,11 +217,8 @@ class StateNetwork(TrainedNetwork):
         *,
         size: Size | None = None,
     ) -> StateDraws:
-        """Draw from the posterior of one operation.
-
-        Args:
-            records: One record of each motion at hand, physical units.
-            size: Size of the drive relative to the family's, if it is known.
+        """Draw from the posterior of one operation, with a record of each motion at hand, physical
+        units, and the size of the drive relative to the family's, if it is known.
 
         Raises:
             ModelFileError: If many draws are not finite, or beyond all drives.
@@ -304,13 +264,8 @@ def _widened(y: np.ndarray, factors: np.ndarray, rng: np.random.Generator) -> np
 
 
 def effect_outputs(sizes: Mapping[str, np.ndarray], duration: np.ndarray) -> np.ndarray:
-    """Return what networks estimate of sizes of effects or their changes, before its scale.
-
-    It is ``arsinh`` of a size: about the size where that is small, and its logarithm where large.
-
-    Args:
-        sizes: By name, ``(n,)``.
-        duration: Of the first motion that is there, ms, ``(n,)``.
+    """Return what networks estimate of effects or their changes, ``(n,)`` by name, in units of a
+    duration: about the size where that is small, and its logarithm where large.
     """
     units = {"build_up": duration}
     return np.arcsinh(np.column_stack([v / units.get(name, 1.0) for name, v in sizes.items()]))
@@ -319,44 +274,22 @@ def effect_outputs(sizes: Mapping[str, np.ndarray], duration: np.ndarray) -> np.
 def effect_draws(
     outputs: np.ndarray, names: Iterable[str], duration: float
 ) -> dict[str, np.ndarray]:
-    """Return sizes of effects, or their changes, by name, of outputs ``(d, m)``."""
-    units = {"build_up": duration}
-    return {n: units.get(n, 1.0) * np.sinh(v) for n, v in zip(names, outputs.T, strict=True)}
-
-
-@dataclass(frozen=True)
-class ChangeDraws:
-    """Posterior draws of a change.
-
-    Attributes:
-        ratios: Parameters over what they were, ``(d, p)``; 1 where they have not changed.
-        later: By how much touch or separation of each motion at hand comes later after the start of
-            motion, ``(d,)``, ms.
-        effects: By how much the size of each of ``WEARING`` has changed, ``(d,)``; that of
-            ``build_up`` as a share of the duration.
-    """
-
-    ratios: np.ndarray
-    later: Mapping[str, np.ndarray]
-    effects: Mapping[str, np.ndarray] = field(default_factory=dict)
+    """Return sizes of effects, or their changes, by name, of outputs ``(..., m)``."""
+    units, each = {"build_up": duration}, np.moveaxis(outputs, -1, 0)
+    return {n: units.get(n, 1.0) * np.sinh(v) for n, v in zip(names, each, strict=True)}
 
 
 @dataclass(frozen=True, eq=False)
 class ChangeNetwork(TrainedNetwork):
     """A trained network that estimates changes between two inspections.
 
-    It sees the curves of the drive as they were and their change, and the noise of both. That a
-    parameter has not changed at all has a probability of its own.
-
-    Attributes:
-        change_bases: Components of the changes of the shapes of each motion.
+    It sees the curves of the drive as they were and their change, by motion in components of
+    ``change_bases``, and the noise of both. No change at all has a probability of its own.
     """
 
-    kind, times = "changes", 1
-    outputs = (*NAMES, *(f"later {motion}" for motion in MOTIONS), *WEARING)
+    kind, outputs = "changes", (*NAMES, *(f"later {motion}" for motion in MOTIONS), *WEARING)
     atoms = (True,) * len(outputs)
 
-    parts = (("bases", Basis), ("change_bases", Basis))
     change_bases: Mapping[str, Basis]
 
     def draw(
@@ -365,73 +298,51 @@ class ChangeNetwork(TrainedNetwork):
         changes: Mapping[str, NormalisedRecords],
         draws: int,
         rng: np.random.Generator,
-    ) -> ChangeDraws:
-        """Draw from the posterior of the change of one drive.
+        *,
+        effects: bool = True,
+    ) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+        """Draw from the posteriors of n changes, with effects or without, by the same random
+        numbers for each.
 
         Args:
             references: Of each motion at hand, physical units.
             changes: Of the same motions, what ``without_onset`` leaves, in the units of the
                 references; its noise is that of both.
-        """
-        y = self.draws(references, changes, draws, rng, outputs=len(self.outputs))[0]
-        logs, later, effects = np.split(y, [len(NAMES), len(NAMES) + len(MOTIONS)], axis=1)
-        later = {
-            m: float(references[m].duration[0]) * values
-            for m, values in zip(MOTIONS, later.T, strict=True)
-            if m in references
-        }
-        return ChangeDraws(np.exp(logs), later, effect_draws(effects, WEARING, 1.0))
-
-    def draws(
-        self,
-        references: Mapping[str, NormalisedRecords],
-        changes: Mapping[str, NormalisedRecords],
-        draws: int,
-        rng: np.random.Generator,
-        *,
-        outputs: int = len(NAMES),
-    ) -> np.ndarray:
-        """Draw from the posteriors of n changes, by the same random numbers for each.
 
         Returns:
-            The first of ``outputs``, in the order of the network, ``(n, d, q)``: logarithms of the
-            parameters over what they were, durations by which events come later, and effects.
+            Logarithms of the parameters over what they were, ``(n, d, p)``, 0 where they have not
+            changed; and by how much the size of each of ``WEARING`` has changed, ``(n, d)``, that
+            of ``build_up`` as a share of the duration.
         """
         x = change_inputs(references, changes, self.bases, self.change_bases, self.usual)
         there = self.there(np.array([[m in references for m in MOTIONS]]))[0]
-        there[outputs:] = False
-        return self.sample(self.network.features(x), there, draws, rng)[..., :outputs]
+        there[len(NAMES) :] &= effects
+        y = self.sample(self.network.features(x), there, draws, rng)
+        return y[..., : len(NAMES)], effect_draws(y[..., -len(WEARING) :], WEARING, 1.0)
 
 
 def plausible_wear(draws: np.ndarray) -> np.ndarray:
-    """Return whether draws may be of wear, ``(...)``: 95 % of each are below a factor of 2.
-
-    No network knows of larger changes than its family has.
-
-    Args:
-        draws: Logarithms of the parameters over what they were, ``(..., d, p)``.
+    """Return whether logarithms of parameters over what they were ``(..., d, p)`` may be of wear,
+    ``(...)``: 95 % of each are below a factor of 2. No network knows of larger changes.
     """
     return ((np.abs(draws) < _LARGEST_WEAR).mean(axis=-2) > _SURE).all(axis=-1)
 
 
 def agreement_of(one: np.ndarray, other: np.ndarray) -> np.ndarray:
-    """Return the probability that draws ``(d, p)`` and others differ as much as they do, ``(p,)``.
-
-    Twice the share of pairs in which that of the larger draws is the smaller one.
+    """Return the probability that draws ``(d, p)`` and others differ as much as they do, ``(p,)``:
+    twice the share of pairs in which that of the larger draws is the smaller one.
     """
     agreement = np.empty(one.shape[1])
     for k, (a, b) in enumerate(zip(one.T, np.sort(other, axis=0).T, strict=True)):
-        sides = [np.searchsorted(b, a, side).mean() / len(b) for side in ("left", "right")]
-        below = np.mean(sides)
+        below = np.mean([np.searchsorted(b, a, side).mean() / len(b) for side in ("left", "right")])
         agreement[k] = 2.0 * min(below, 1.0 - below)
     return agreement
 
 
 def open_network(path: str | Path) -> StateNetwork | ChangeNetwork:
-    """Read a network; ``shipped.widening`` widens the posterior draws of a state network.
+    """Read a network, as ``open_model``; ``shipped.widening`` widens the draws of a state network.
 
     Raises:
-        FileNotFoundError: If the file does not exist.
         ModelFileError: If the file is not that of a network of a family.
     """
     with open_model(path) as saved:
@@ -440,29 +351,25 @@ def open_network(path: str | Path) -> StateNetwork | ChangeNetwork:
         if of is None:
             raise ModelFileError("it is not a network of a family of drives")
         for name in saved.arrays:
-            if name.startswith("network."):
-                weights[name.removeprefix("network.")] = saved.weight(name, "float32")
-            else:
-                arrays[name] = saved.weight(name, "float64")
+            own = name.removeprefix("network.")
+            some, dtype = (arrays, "float64") if own == name else (weights, "float32")
+            some[own] = saved.weight(name, dtype)
         Prior.from_settings(settings["prior"])  # raises if the prior is not valid
+        own = ("members", Membership) if of is StateNetwork else ("change_bases", Basis)
         parts = {name: arrays[name] for name in ("usual", "centre", "scale")}
-        for name, part in of.parts:
-            parts[name] = {m: _part(part, f"{name}.{m}", arrays) for m in MOTIONS}
+        for name, part in (("bases", Basis), own):
+            paths = {m: [f"{name}.{m}.{field}" for field in part._fields] for m in MOTIONS}
+            parts[name] = {m: part(*map(arrays.__getitem__, each)) for m, each in paths.items()}
         if of is StateNetwork:
-            outputs, known = (*NAMES, *EVENTS), widening(settings["family"])
             parts["widening"] = {
-                count: np.array([factors.get(name, 1.0) for name in outputs])
-                for count, factors in known.items()
+                count: np.array([factors.get(name, 1.0) for name in (*NAMES, *EVENTS)])
+                for count, factors in widening(settings["family"]).items()
             }
         return of(settings=settings, network=Network(weights, of.atoms), **parts)
 
 
-def _part(part: type, name: str, arrays: Mapping[str, np.ndarray]) -> Basis | Membership:
-    return part(*(arrays[f"{name}.{field}"] for field in part._fields))
-
-
 def shipped_networks(*kinds: str) -> Iterator[tuple[StateNetwork | ChangeNetwork, ...]]:
-    """Yield the networks of each shipped family, of some kinds or all, and open them as needed."""
+    """Yield the networks of each shipped family, of some kinds or all, opened as needed."""
     for family in FAMILIES:
         yield tuple(_shipped(family, kind) for kind in kinds or KINDS)
 

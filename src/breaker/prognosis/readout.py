@@ -139,7 +139,7 @@ class Readout:
             some = known[begin : begin + _BLOCK]
             seen = self.curves(change[some], variance[some], motions)
             rng = np.random.default_rng(self.seed)
-            logs = self.changes.draws(*seen, self.draws, rng)[..., : len(NAMES)]
+            logs, _ = self.changes.draw(*seen, self.draws, rng, effects=False)
             found[some] = np.where(
                 plausible_wear(logs)[:, None, None], 100.0 * np.expm1(logs), np.nan
             )
