@@ -14,8 +14,7 @@ def write_curve(
     Args:
         time: Times, ``(t,)``, ms; written in s.
         travel: Travel, ``(t,)``, mm, zero at the open position.
-        motion: Motion above the samples.
-        operation: Operation above the samples.
+        motion, operation: Those above the samples.
     """
     above = ["travel record", f"motion: {motion}", f"operation: {operation}", "zero: open position"]
     columns = {"time": ["s", *texts(time / 1e3, 7)], "travel": ["mm", *texts(travel, 3)]}

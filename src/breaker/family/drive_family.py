@@ -1,9 +1,8 @@
 """A family of drives that the model does not fit: ranges of what it lacks, and of how it wears.
 
-A drive is a draw of the prior, which gives the true values of the seven parameters, and on top of
-it every element that the model lacks, drawn from its range: uniformly if that contains 0, else
-uniformly in the logarithm. A draw whose drive holds no closed position is drawn again. A worn drive
-has changes of a few parameters and elements, as a share of their values in new condition.
+A drive has the seven parameters, a draw of the prior, and on top of it every element that the model
+lacks, drawn from its range. A draw whose drive holds no closed position is drawn again. A worn
+drive has changes of a few parameters and elements, as a share of their values in new condition.
 
 In a family that networks are trained on each mechanism is there or not, with a strength of its own:
 how many a drive has is uniform, from none, which is the model, to all of them.
@@ -20,28 +19,18 @@ from breaker.model.parameters import FORCE, GAP, NAMES
 from breaker.model.prior import Prior
 
 WEAR = ("none", "sparse", "dense")
-
-TRIES = 10_000
-"""Draws of a family, of which a drive has to hold and to have a curve."""
+TRIES = 10_000  # draws of a family, of which a drive has to hold and to have a curve
 
 
 @dataclass(frozen=True, eq=False)
 class Family:
-    """The family.
-
-    Attributes:
-        prior: Prior of the parameters.
-        settings: Definition of the family (``definitions.family_of``), of drives of size 1.
-    """
+    """The family: prior of its parameters, and its definition (``definitions.family_of``)."""
 
     prior: Prior
     settings: Mapping
 
     def new(self, rng: np.random.Generator) -> Drive:
-        """Draw a drive in new condition.
-
-        A drive that holds no closed position is drawn again with another of its kind of contact, so
-        kinds have the shares that they are given.
+        """Draw a drive in new condition; again with its kind of contact if it does not work.
 
         Raises:
             RuntimeError: If no drive of the family holds a closed position.
@@ -51,15 +40,11 @@ class Family:
         for _ in range(TRIES):
             if (drive := self._proposed(contact, rng)) is not None:
                 return drive
-        raise RuntimeError(
-            f"none of {TRIES} drives of the family holds a closed position; lower the preloads or "
-            "the strength in its file"
-        )
+        why = f"none of {TRIES} drives of the family holds a closed position; lower the preloads"
+        raise RuntimeError(f"{why} or the strength in its file")
 
     def _proposed(self, contact: str, rng: np.random.Generator) -> Drive | None:
-        """Draw a drive of a kind of contact, "" where the family has one kind; None if it does not
-        work.
-        """
+        """Draw a drive with a contact, "" where a family has one kind; None if it does not work."""
         theta = tuple(self.prior.sample(1, rng)[0].tolist())
         elements = _draw_all(self.settings["effects"], Elements, rng)
         drive = Drive(theta, elements.scaled(self._strength(rng)))
@@ -68,28 +53,23 @@ class Family:
             if contact == "held":
                 drive = drive.changed(contact_preload=preload * drive.value(FORCE.name))
             drive = drive.changed(contact=contact)
-        return drive if drive.holds and (contact != "sliding" or self._touches(drive)) else None
+        if contact == "sliding" and drive.holds:
+            low, high = self.settings["touch"]
+            touch = drive.value(GAP.name) / drive.travel("opening", np.zeros(1))[0]
+            return drive if low <= touch <= high else None
+        return drive if drive.holds else None
 
     def _strength(self, rng: np.random.Generator) -> dict[str, float]:
         """Draw the strength of each mechanism, 0 where it is not there; or one for all."""
         strength = self.settings["strength"]
         if not isinstance(strength, Sequence):
             return dict.fromkeys(SIZES, strength)
-        there = rng.random() > rng.random(len(SIZES))
-        low, high = strength
-        size = rng.triangular(low, low, high, len(SIZES))
+        (low, high), n = strength, len(SIZES)
+        there, size = rng.random() > rng.random(n), rng.triangular(low, low, high, n)
         return dict(zip(SIZES, (there * size).tolist(), strict=True))
-
-    def _touches(self, drive: Drive) -> bool:
-        """Whether a sliding contact touches where it may, as a share of the stroke."""
-        low, high = self.settings["touch"]
-        return low <= drive.value(GAP.name) / drive.travel("opening", np.zeros(1))[0] <= high
 
     def worn(self, drive: Drive, rng: np.random.Generator, kind: str = "") -> Drive:
         """Draw a worn condition of a drive that is still in the prior's support.
-
-        Args:
-            kind: Of the wear, one of ``WEAR``, where the family has several.
 
         Raises:
             RuntimeError: If no worn condition holds a closed position.
@@ -99,13 +79,13 @@ class Family:
             worn = drive.changed(**{name: drive.value(name) * (1.0 + by) for name, by in wear})
             if worn.holds and self.prior.supported(np.array(worn.theta)):
                 return worn
-        raise RuntimeError(
-            f"in none of {TRIES} worn conditions does a drive hold a closed position; narrow the "
-            f"ranges of wear in the file of the family: {drive}"
-        )
+        why = f"in none of {TRIES} worn conditions does a drive hold a closed position; narrow the"
+        raise RuntimeError(f"{why} ranges of wear in the file of the family: {drive}")
 
     def wear(self, rng: np.random.Generator, kind: str = "") -> dict[str, float]:
-        """Draw what wears, by name, and by which share of its value in new condition."""
+        """Draw what wears, by name, and by which share of its value in new condition; of a kind of
+        ``WEAR`` where the family has several.
+        """
         wear, chosen = self.settings["wear"], []
         counts = wear["kinds"][kind] if kind else wear
         for part in ("parameters", "elements"):
@@ -130,20 +110,17 @@ def _chosen(shares: Mapping[str, float], names: Sequence[str], rng: np.random.Ge
 
 def _draw(ends: Sequence[float], rng: np.random.Generator) -> float:
     """Draw from a range: uniform where it contains 0, else uniform in the logarithm of the size."""
-    low, high = ends
-    if low <= 0.0 <= high:
-        return float(rng.uniform(low, high))
-    return float(np.sign(low) * np.exp(rng.uniform(*sorted(np.log(np.abs(ends))))))
+    if ends[0] <= 0.0 <= ends[1]:
+        return float(rng.uniform(*ends))
+    return float(np.sign(ends[0]) * np.exp(rng.uniform(*sorted(np.log(np.abs(ends))))))
 
 
 def _small(ends: Sequence[float], smallest: float, rng: np.random.Generator) -> float:
     """Draw from a range, uniform in the logarithm of the size from a share of an end on."""
     sizes = np.abs(ends)
-    if ends[0] * ends[1] >= 0.0:
-        end = ends[int(sizes.argmax())]
-    else:
-        end = ends[int(rng.random() * sizes.sum() > sizes[0])]
-    return float(end * smallest ** rng.random())
+    one_side = ends[0] * ends[1] >= 0.0
+    side = sizes.argmax() if one_side else rng.random() * sizes.sum() > sizes[0]
+    return float(ends[int(side)] * smallest ** rng.random())
 
 
 def _draw_all(ranges: Mapping, kind: type, rng: np.random.Generator) -> Any:

@@ -16,12 +16,8 @@ from breaker.model.parameters import NAMES
 
 @dataclass(frozen=True)
 class EnduranceTest:
-    """The drive of an endurance test, its wear and its sensor.
-
-    Attributes:
-        new: Drive before the first operation.
-        settings: What ``definitions.simulated_test`` returns.
-        seed: Seed of the configuration.
+    """The drive of a test before its first operation; what ``definitions.simulated_test`` returns,
+    its wear and its sensor; and the seed of the configuration.
     """
 
     new: Drive
@@ -53,8 +49,8 @@ class EnduranceTest:
     def worn(self, operation: int, *, scatter: bool = True) -> Drive:
         """Return the drive at an operation, counted from 1.
 
-        Parameters and effects that wear change linearly up to the knee, and ``faster`` times as
-        fast after it, to their change at the end of life. Operations scatter around these values.
+        What wears changes linearly up to the knee, and ``faster`` times as fast after it, to its
+        change at the end of life. Operations scatter around these values.
         """
         wear, life = self.settings["wear"], operation / self.operations
         knee, faster = wear["knee"], wear["faster"]

@@ -13,7 +13,7 @@ from breaker.model.quantities import SPEEDS, Speed, quantities_of
 from breaker.records.contacts import ContactTimes
 from breaker.records.measurements import measure_curve
 
-_STAGES = 41  # of a life, at which quantities are measured; wear is linear in between
+_STAGES = 41  # of a life, at which drives are simulated; wear is linear in between
 _NEW = 50  # first operations, whose mean is the reference of changes
 
 
@@ -23,59 +23,44 @@ def truth_of(
     """Return the true state over the life, without the scatter from operation to operation.
 
     Returns:
-        Dataset over ``operation``, ``parameter``, ``motion`` and ``quantity``. ``value (operation,
-        parameter)``: true parameters. ``measured (operation, motion, quantity)``: quantities of a
-        record without noise and with contact timing; nan if the record does not show one.
-        ``difference (operation, motion)``: largest difference of the drive's curve and the model's
-        at ``times``, mm.
+        ``value (operation, parameter)``: true parameters. ``measured (operation, motion,
+        quantity)``: quantities of a record without noise and with contact timing; nan if it does
+        not show one. ``difference (operation, motion)``: largest difference of the drive's curve
+        and the model's at ``times``, mm.
     """
-    operations = np.arange(1, test.operations + 1)
-    drives = [test.worn(int(operation), scatter=False) for operation in operations]
-    theta = np.array([drive.theta for drive in drives])
-    difference = []
-    for motion in motions:
-        curves = np.stack([drive.travel(motion, times) for drive in drives])
-        difference.append(np.abs(curves - travel(theta, times, motion).travel).max(axis=1))
-    return xr.Dataset(
-        {
-            "value": (("operation", "parameter"), theta),
-            "measured": _measured(test, motions, speeds).interp(operation=operations),
-            "difference": (("operation", "motion"), np.stack(difference, axis=-1), {"unit": "mm"}),
-        },
-        coords={"operation": operations, "parameter": list(NAMES), "motion": list(motions)},
-    )
-
-
-def _measured(test: EnduranceTest, motions: Sequence[str], speeds: Sequence[Speed]) -> xr.DataArray:
-    """Return what records without noise show at some operations, one of them the knee of wear."""
     sensor, knee = test.settings["sensor"], test.settings["wear"]["knee"]
-    times = np.arange(-sensor["lead"], sensor["length"], 1.0 / sensor["rate"])
+    recorded = np.arange(-sensor["lead"], sensor["length"], 1.0 / sensor["rate"])
+    operations = np.arange(1, test.operations + 1)
     stages = np.append(np.linspace(1, test.operations, _STAGES), knee * test.operations)
     stages = np.unique(np.clip(stages.round(), 1, test.operations)).astype(int)
     names = [name for motion in motions for name in quantities_of(motion, speeds, ("record",))]
     axes = {"operation": stages, "motion": list(motions), "quantity": list(dict.fromkeys(names))}
     measured = xr.DataArray(np.nan, axes, list(axes))
+    difference = measured[..., 0].drop_vars("quantity").copy()
     for operation in stages.tolist():
         drive = test.worn(operation, scatter=False)
         for motion in motions:
-            curve, switching = drive.operate(motion, times)
+            exact = travel(np.array([drive.theta]), times, motion).travel[0]
+            off = np.abs(drive.travel(motion, times) - exact)
+            difference.loc[operation, motion] = off.max()
+            curve, switching = drive.operate(motion, recorded)
             contact = ContactTimes(switching if np.isfinite(switching) else np.nan, 0.0)
             try:
-                values = measure_curve(times, curve, motion, contact=contact, speeds=speeds)
+                values = measure_curve(recorded, curve, motion, contact=contact, speeds=speeds)
             except ValueError:  # the reader rejects this motion, too: the record is too short
                 continue
             for name, value in values.items():
                 measured.loc[operation, motion, name] = value.value
-    return measured
+    theta = [test.worn(int(operation), scatter=False).theta for operation in operations]
+    found = xr.Dataset({"measured": measured, "difference": difference.assign_attrs(unit="mm")})
+    return found.interp(operation=operations).assign(
+        value=xr.DataArray(theta, {"operation": operations, "parameter": list(NAMES)})
+    )
 
 
 def failure_times(truth: xr.Dataset, limits: Sequence[Limit]) -> dict[str, float]:
-    """Return the operation at which a true state first exceeds each limit; nan if it never does.
-
-    Args:
-        truth: What ``truth_of`` returns.
-        limits: Limits of the model's quantities, infinite where it lacks one, of quantities of
-            records, or of changes since the first operations.
+    """Return the operation at which what ``truth_of`` returns first exceeds each limit; nan if it
+    never does. A quantity that the model lacks is infinite.
     """
     times = {}
     for limit in limits:

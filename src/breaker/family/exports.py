@@ -1,6 +1,4 @@
-"""Write simulated records as files of instruments: the exports of ``breaker example``, and curves
-of the model, by which the workflow validates the reader.
-"""
+"""Files of instruments: exports of ``breaker example``, and curves that validate the reader."""
 
 import tempfile
 import zlib
@@ -24,8 +22,7 @@ _EXAMPLES = read(Path(__file__).with_name("examples.yaml"))
 _HIGH, _VISITS, _WIDE = (_EXAMPLES[key] for key in ("high_voltage", "inspections", "wide"))
 HIGH_VOLTAGE = Size(lengths=_HIGH["lengths"], times=_HIGH["times"])
 """Size of the high-voltage breaker, relative to the drive of the simulated endurance test."""
-CHANNELS = ("S 1", "S 2", "S 3", "R 1", "R 2", "R 3")
-"""Names of the columns of travel in an export of an analyser."""
+CHANNELS = ("S 1", "S 2", "S 3", "R 1", "R 2", "R 3")  # columns of travel of an analyser
 _STATED = "Station: Example\nSerial No: EX-0001\nType: 12 kV\nTest Date: {date}\nOperation: C-O"
 
 
@@ -36,10 +33,9 @@ def write_wide(
 
     Args:
         time: Times at the rate of the layout, ``(t,)``, ms.
-        travel: Travel of the first channels, ``(t,)`` or ``(channels, t)``, mm; NaN for a missing
-            sample. Other channels are at rest, and end early.
-        motion: Motion above the samples.
-        operation: Operation; the number of lines above the samples depends on both.
+        travel: Of the first channels, ``(t,)`` or ``(channels, t)``, mm; NaN for a missing sample.
+            Other channels are at rest, and end early.
+        motion, operation: The number of lines above the samples depends on both.
     """
     rate = (time.size - 1) / (time[-1] - time[0])
     above = [f"Sampling rate;{rate:g} kHz", "Gerät;Prüfstand 7", f"{motion}: {operation}"]
@@ -54,41 +50,32 @@ def write_wide(
     Path(file).write_text("\n".join([*lines, ""]), encoding="utf-8", newline="\r\n")
 
 
-# ---- exports of ``breaker example`` --------------------------------------------------------------
-
-
 def _close_open(
     drive: Drive, time: np.ndarray, numbers: Mapping, poles: int, rng: np.random.Generator
 ) -> tuple[list[Drive], np.ndarray, np.ndarray]:
-    """Simulate a close and an open of poles that scatter around a drive.
-
-    Returns their drives, starts of the motions, ``(poles, m)``, ms, and travel, ``(poles, t)``, mm.
+    """Simulate a close and an open of poles that scatter around a drive: return their drives,
+    starts of the motions, ``(poles, m)``, ms, and travel, ``(poles, t)``, mm.
     """
     trigger = numbers["start"] + numbers["start_sd"] * rng.standard_normal()
     drives, starts, travels = [], [], []
     for _ in range(poles):
-        changed = {}
-        for name, sd in numbers["scatter"].items():
-            changed[name] = drive.value(name) * (1.0 + sd * rng.standard_normal())
-        drives.append(drive.changed(**changed))
+        sds = {name: sd * rng.standard_normal() for name, sd in numbers["scatter"].items()}
+        own = drive.changed(**{n: drive.value(n) * (1.0 + sd) for n, sd in sds.items()})
         shifts = numbers["phases_sd"] * rng.standard_normal(2)
-        starts.append(trigger + shifts + (0.0, numbers["apart"]))
-        ways = [drives[-1].travel(m, time - at) for m, at in zip(MOTIONS, starts[-1], strict=True)]
-        way = np.where(time < starts[-1][1], *ways)
+        begins = trigger + shifts + (0.0, numbers["apart"])
+        ways = [own.travel(m, time - at) for m, at in zip(MOTIONS, begins, strict=True)]
+        way = np.where(time < begins[1], *ways)
         travels.append(way + numbers["noise_sd"] * rng.standard_normal(time.size))
+        drives.append(own)
+        starts.append(begins)
     return drives, np.array(starts), np.array(travels)
 
 
 def write_close_opens(
     drive: Drive, seed: int, folder: Path, operations: Sequence[int]
 ) -> dict[int, np.ndarray]:
-    """Write a file for each operation of a high-voltage breaker, such as ``rack_0001.txt``.
-
-    Args:
-        drive: Drive of the size of the simulated endurance test, which is enlarged.
-        seed: Seed, which determines the files.
-        folder: Folder of the files, which is made if it does not exist.
-        operations: Numbers of the operations.
+    """Write a file for each operation of a drive of the simulated endurance test, as large as of
+    high voltage, such as ``rack_0001.txt``, to a folder that need not exist.
 
     Returns:
         By operation, the start of each motion of each channel, ms of the record, ``(channels, m)``.
@@ -105,10 +92,8 @@ def write_close_opens(
 
 
 def write_inspections(settings: Mapping, folder: Path) -> int:
-    """Write exports of two inspections, and one without a date or times; return their number.
-
-    Args:
-        settings: Configuration; the drive of its simulated endurance test is inspected.
+    """Write exports of two inspections of a drive, and one without a date or times; return their
+    number. The drive is that of the simulated endurance test of a configuration.
     """
     test = EnduranceTest.from_settings(simulated_test(settings), settings["seed"])
     for date, share in _VISITS["dates"].items():
@@ -116,9 +101,8 @@ def write_inspections(settings: Mapping, folder: Path) -> int:
         columns = _inspection(test.worn(round(share * test.operations), scatter=False), rng)
         text = "\n".join([_STATED.format(date=date), "", *rows(columns, ";"), ""])
         (folder / f"visit_{date}.csv").write_text(text, encoding="utf-8")
-    travels = [column for name, column in columns.items() if name.startswith("Travel")]
-    bare = rows(dict(zip(("s1", "s2", "s3"), travels, strict=True)), ";")
-    (folder / "unknown.txt").write_text("\n".join([*bare, ""]), encoding="utf-8")
+    bare = {f"s{i + 1}": columns[f"Travel {pole} (mm)"] for i, pole in enumerate("RST")}
+    (folder / "unknown.txt").write_text("\n".join([*rows(bare, ";"), ""]), encoding="utf-8")
     return len(_VISITS["dates"]) + 1
 
 
@@ -127,8 +111,7 @@ def _inspection(drive: Drive, rng: np.random.Generator) -> dict[str, list[str]]:
     time = np.arange(round(_VISITS["length"] * _VISITS["rate"])) / _VISITS["rate"]
     drives, starts, travels = _close_open(drive, time, _VISITS, 3, rng)
     columns = {"Time (ms)": texts(time, 2)}
-    for pole, way in zip("RST", travels, strict=True):
-        columns[f"Travel {pole} (mm)"] = texts(way, 3)
+    columns |= {f"Travel {p} (mm)": texts(way, 3) for p, way in zip("RST", travels, strict=True)}
     for pole, own, way in zip("RST", drives, travels, strict=True):
         columns[f"Contact {pole}"] = texts(1.0 * (way > own.value(GAP.name)), 0)
     for motion, start in zip(MOTIONS, starts[0], strict=True):
@@ -139,13 +122,8 @@ def _inspection(drive: Drive, rng: np.random.Generator) -> dict[str, list[str]]:
     return columns
 
 
-# ---- curves of the model through files -----------------------------------------------------------
-
-
 class Layout(NamedTuple):
-    """Form of files: function that writes one, section ``endurance.format`` that reads it, ending
-    of its name, and rate of the samples, kHz.
-    """
+    """Form of files: what writes one, section ``endurance.format`` that reads it, ending, kHz."""
 
     write: Callable
     settings: Mapping
@@ -154,7 +132,6 @@ class Layout(NamedTuple):
 
 
 LAYOUTS = {"comma": Layout(write_curve, {}), "wide": Layout(write_wide, _WIDE)}
-"""Layouts in which the validation writes curves of the model."""
 
 
 def through_files(
@@ -165,10 +142,8 @@ def through_files(
     rng: np.random.Generator,
     layouts: Mapping[str, Layout] = LAYOUTS,
 ) -> tuple[np.ndarray, np.ndarray, list[str]]:
-    """Draw ``n`` records from the prior, write each in one of the layouts, and read them.
-
-    The noise is that of a simulated record; the start of motion is random; the layouts take turns.
-    A rejection depends on the record alone, so the ranks of the other truths stay uniform.
+    """Draw ``n`` records from the prior, write each in one of the layouts, and read them. A
+    rejection depends on the record alone, so the ranks of the other truths stay uniform.
 
     Returns:
         Records on the grid, ``(n, t)``, mm; their parameters, and where the onset is inferred the

@@ -1,8 +1,8 @@
 """Records of drives, and means of records, as the networks of a family see them.
 
-A network sees the shape of a record in principal components, each divided by the root of its
-variance and of the noise's, so that it is of order 1. It also sees which parts of the record have
-samples, noise, colour and rate, and stroke and duration where the size of the drive is known.
+A network sees the shape in principal components, each divided by the root of its variance and of
+the noise's, which parts of the record have samples, noise, colour and rate, and stroke and duration
+where the size of the drive is known.
 """
 
 from collections.abc import Mapping, Sequence
@@ -11,10 +11,9 @@ from typing import NamedTuple, Self
 import numpy as np
 
 from breaker.family.shape import (
-    BEGIN,
-    END,
     SHAPE_STEP,
     SHAPE_TIMES,
+    WINDOW,
     Shape,
     effective_noise,
     median_units,
@@ -23,9 +22,7 @@ from breaker.family.shape import (
 from breaker.model.parameters import MOTIONS
 from breaker.records.record import Record
 
-SCATTER_DIRECTIONS = 8
-"""First components of changes, in which scatter of operations is measured, as noise."""
-
+SCATTER_DIRECTIONS = 8  # first components of changes, in which scatter is measured, as noise
 _PARTS = 12  # of the grid: a network sees which share of each has samples
 _RIDGE = 1e-9  # keeps the fit of onset and zero regular without a sample
 _FARTHEST = 8.0  # sd of a component: no drive of a family is that far out
@@ -38,27 +35,25 @@ _USUAL_SCATTER, _KNOWN = 0.005, 4
 
 
 class Sensors(NamedTuple):
-    """What sensors record: each record of a training is of another one.
-
-    Lengths are over the stroke, and times over the duration.
+    """What sensors record, each record of a training another one: ranges in strokes and durations.
 
     Attributes:
-        noise: Range of the noise of a sample, log-uniform; as good as none unless it is given.
-        step: Range of the time between samples, log-uniform. Networks see finer ones as averages.
-        quantum: Range of the steps of a rounded travel, log-uniform, over the noise.
-        begins, ends: Ranges after 10 % of the travel.
+        noise: Of a sample, log-uniform; as good as none unless it is given.
+        step: Between samples, log-uniform. Networks see finer ones as averages.
+        quantum: Steps of a rounded travel, log-uniform, over the noise.
+        begins, ends: After 10 % of the travel.
         entire, white, smooth, gapless: Shares of records that end last, whose noise has no colour,
             whose travel is not rounded, and that have no gap.
         colour: Largest correlation of neighbouring samples.
-        gap: Range of the time without samples.
+        gap: Time without samples.
         error: Of estimated noise: of its logarithm, and of its colour.
     """
 
     noise: tuple[float, float] = (1e-6, 1.1e-6)
     step: tuple[float, float] = (0.025, 0.15)
     quantum: tuple[float, float] = (0.1, 4.0)
-    begins: tuple[float, float] = (BEGIN, -0.5)
-    ends: tuple[float, float] = (2.5, END)
+    begins: tuple[float, float] = (WINDOW[0], -0.5)
+    ends: tuple[float, float] = (2.5, WINDOW[1])
     entire: float = 0.5
     white: float = 0.6
     smooth: float = 0.5
@@ -76,10 +71,8 @@ class NormalisedRecords(NamedTuple):
 
     Attributes:
         there: Whether there is a record, ``(n,)`` of bool; what it lacks may be any number.
-        way: Normalised shapes, ``(n, g)``.
-        present: Where there are samples, ``(n, g)`` of bool.
-        stroke: mm, ``(n,)``.
-        duration: From 10 to 50 % of the travel, ms, ``(n,)``.
+        way, present: Normalised shapes, ``(n, g)``, and where there are samples.
+        stroke, duration: mm, and from 10 to 50 % of the travel, ms, ``(n,)``.
         noise: Standard deviation over the stroke, after the average over a step of the grid.
         colour: Correlation of neighbouring samples.
         step: Time between samples, in durations.
@@ -108,12 +101,8 @@ class NormalisedRecords(NamedTuple):
 
 
 class Basis(NamedTuple):
-    """Principal components of shapes, or of their changes.
-
-    Attributes:
-        mean: ``(g,)``.
-        directions: Orthonormal, ``(k, g)``.
-        variances: Of the components, ``(k,)``.
+    """Principal components of shapes, or of their changes: their mean ``(g,)``, orthonormal
+    directions ``(k, g)`` and variances ``(k,)``.
     """
 
     mean: np.ndarray
@@ -146,9 +135,8 @@ def state_inputs(
     """Return what a state network sees, ``(n, i)`` of float32.
 
     Args:
-        records: By motion, where there are any; in units of a drive of size 1.
+        records, bases: By motion, where there are any; in units of a drive of size 1.
         known_size: Whether the size of the drive is known, ``(n,)`` of bool.
-        bases: By motion.
         usual: Mean and sd of the logarithms of stroke and duration in the family, ``(2, 2)``.
     """
     records = _of_both_motions(records)
@@ -170,13 +158,9 @@ def change_inputs(
     change_bases: Mapping[str, Basis],
     usual: Sequence,
 ) -> np.ndarray:
-    """Return what a change network sees, ``(n, i)`` of float32.
-
-    Args:
-        records: References by motion, where there are any, such as means of the drive as new.
-        changes: What ``without_onset`` leaves of the difference to it, and its noise.
-        bases, change_bases: Components of both, by motion.
-        usual: As of ``state_inputs``.
+    """Return what a change network sees, ``(n, i)`` of float32; of references, and what
+    ``without_onset`` leaves of the difference to these, components of both, and ``usual`` as of
+    ``state_inputs``.
     """
     records, changes = _of_both_motions(records), _of_both_motions(changes)
     columns = [records[m].there for m in MOTIONS] + _opening_over_closing(records, usual)
@@ -195,20 +179,17 @@ def _of_both_motions(records: Mapping[str, NormalisedRecords]) -> dict[str, Norm
     return {motion: records.get(motion, nothing) for motion in MOTIONS}
 
 
-def units_of(records: Mapping[str, NormalisedRecords]) -> tuple[np.ndarray, np.ndarray]:
-    """Return stroke and duration of the first motion that is there, ``(n,)`` each."""
-    first, second = (records[motion] for motion in MOTIONS)
-    return (
-        np.where(first.there, first.stroke, second.stroke),
-        np.where(first.there, first.duration, second.duration),
-    )
+def units_of(records: Mapping[str, NormalisedRecords]) -> np.ndarray:
+    """Return stroke and duration of the first motion that is there, ``(2, n)``."""
+    first, second = (np.array([seen.stroke, seen.duration]) for seen in records.values())
+    return np.where(records[MOTIONS[0]].there, first, second)
 
 
 def _opening_over_closing(
     records: Mapping[str, NormalisedRecords], usual: Sequence
 ) -> list[np.ndarray]:
     """Logarithms of the ratios of stroke and duration, in sds of the family; 0 without both."""
-    first, second = (records[motion] for motion in MOTIONS)
+    first, second = records.values()
     both = first.there & second.there
     ratios = second.stroke / first.stroke, second.duration / first.duration
     return [both * np.log(ratio) / sd for ratio, (_, sd) in zip(ratios, usual, strict=True)]
@@ -225,11 +206,8 @@ def _shares(present: np.ndarray) -> np.ndarray:
 
 
 def without_onset(reference: np.ndarray, present: np.ndarray, there: np.ndarray) -> np.ndarray:
-    """Return a change without what a shift in time or of the zero would explain, ``(n, g)``.
-
-    Args:
-        reference, present: Shapes in the units of the reference, ``(n, g)``.
-        there: Where both have samples, ``(n, g)`` of bool; the result is 0 elsewhere.
+    """Return a change without what a shift in time or of the zero would explain, ``(n, g)``; of
+    shapes in the units of the reference, ``(n, g)``, and 0 but where both are there.
     """
     slope = np.gradient(reference, SHAPE_STEP, axis=1)
     rows = np.stack([np.ones_like(slope), slope], axis=1) * there[:, None]
@@ -240,17 +218,15 @@ def without_onset(reference: np.ndarray, present: np.ndarray, there: np.ndarray)
 
 
 def normalise_record(raw: Record, like: Shape | None = None) -> tuple[Shape, NormalisedRecords]:
-    """Normalise a measured record: return its shape, and the same for networks, physical units.
-
-    Args:
-        like: Shape of another record of the drive, in whose units this one is given; its own if
-            None.
+    """Normalise a measured record, in units of ``like``, another one's shape, or of its own: return
+    its shape, and the same for networks, physical units.
 
     Raises:
         ValueError: If the record has no motion from one rest to another, or does not show them.
     """
     forward = raw.left if raw.motion == "closing" else -raw.left
-    shape = shape_of(forward, raw.step, like)
+    if (shape := shape_of(forward, raw.step, like)) is None:
+        raise ValueError("the record has no motion from one rest to another")
     known = np.flatnonzero(~np.isnan(forward))
     first, last = raw.step * known[0] - shape.origin, raw.step * known[-1] - shape.origin
     begins, ends = _SENSORS.begins[1] + SHAPE_STEP, _SENSORS.ends[0] - SHAPE_STEP
@@ -262,23 +238,14 @@ def normalise_record(raw: Record, like: Shape | None = None) -> tuple[Shape, Nor
     return shape, seen._replace(noise=np.hypot(seen.noise, swing))
 
 
-def stored_shape(record: np.ndarray, step: float, like: Shape | None = None) -> Shape | None:
-    """Return ``shape_of`` a record of a store, padded with NaN; None if it shows no motion."""
-    try:
-        return shape_of(record, step, like)
-    except ValueError:
-        return None
-
-
 def network_record(
     shape: Shape, sd: float, colour: float, step: float, like: Shape | None = None
 ) -> NormalisedRecords:
-    """Return a normalised record as networks see it, one record, physical units.
+    """Return a normalised record as networks see it, physical units; ``like`` another's shape.
 
     Args:
         sd, colour: Noise of a sample, mm, and the correlation of neighbouring ones.
         step: Time between samples, ms.
-        like: As of ``normalise_record``.
     """
     units = like or shape
     noise = effective_noise(sd / units.stroke, colour, step / units.duration)
@@ -294,8 +261,8 @@ class Mean(NamedTuple):
     """Mean of records of one motion, normalised in common units, each by its own time and zero.
 
     Attributes:
-        units: A shape with the stroke and duration in which it is given.
-        seen: The mean, one record, physical units; its noise is that of the sensor alone.
+        units: Shape of the stroke and duration in which it is given.
+        seen: The mean, physical units; its noise is that of the sensor alone.
         left: What each record leaves of it, without onset and zero, ``(n, g)``; 0 of a single one.
     """
 
@@ -305,15 +272,8 @@ class Mean(NamedTuple):
 
 
 def mean_record(raws: Sequence[Record], like: Shape | None = None) -> Mean:
-    """Normalise records of one motion and average them.
-
-    A step of the grid is there where half of the records have samples, whose mean it is.
-
-    Args:
-        like: A shape in whose units they are given; the medians of their own if None.
-
-    Raises:
-        ValueError: If a record has no motion from one rest to another.
+    """Normalise records of one motion and average them, each step of the grid where half of them
+    have samples; in units of ``like``, or of their own medians. Raise as ``normalise_record``.
     """
     middle = median_units([normalise_record(raw)[0] for raw in raws])
     units, n = like or middle, len(raws)
@@ -332,9 +292,8 @@ def mean_record(raws: Sequence[Record], like: Shape | None = None) -> Mean:
 def mean_and_change(
     first: Mean, second: Mean, basis: Basis
 ) -> tuple[NormalisedRecords, NormalisedRecords]:
-    """Return the mean of a reference, and the change from it, as ``ChangeNetwork.draw`` takes them.
-
-    Both means are in units of the first. Their noise has the scatter of operations of both.
+    """Return a reference, and the change from it in its units, as ``ChangeNetwork.draw`` takes
+    them. Their noise has the scatter of operations of both.
     """
     noise = _noise_of_means([first, second], basis)
     there = first.seen.present & second.seen.present
@@ -344,10 +303,8 @@ def mean_and_change(
 
 
 def _noise_of_means(means: Sequence[Mean], basis: Basis) -> list[np.ndarray]:
-    """Noise of each mean, ``(1,)``: of the sensor, or of operations that scatter if larger.
-
-    Scatter is measured in the shapes in which drives of the family change. Few records leave it
-    near to what is usual of drives.
+    """Noise of each mean, ``(1,)``: of the sensor, or of operations that scatter if larger, in the
+    shapes in which drives of the family change; of few records near to what is usual of drives.
     """
     scatter, seen = [], sum(len(mean.left) - 1 for mean in means)
     for left in (mean.left for mean in means if len(mean.left) > 1):
@@ -362,11 +319,8 @@ def _noise_of_means(means: Sequence[Mean], basis: Basis) -> list[np.ndarray]:
 
 
 def more_scattered(means: Sequence[Mean], usual: float) -> float:
-    """Return by what factor the variance of operations exceeds a usual one, at least 1.
-
-    Args:
-        means: Of several inspections.
-        usual: Variance of a record over the stroke, the sum over the grid.
+    """Return by what factor the variance of operations of some inspections exceeds a usual one of a
+    record over the stroke, the sum over the grid; at least 1.
     """
     seen = sum(len(mean.left) - 1 for mean in means)
     squares = sum(float(np.square(mean.left).sum()) for mean in means)
@@ -375,10 +329,7 @@ def more_scattered(means: Sequence[Mean], usual: float) -> float:
 
 
 def shrunk_variance(squares, seen, usual, known=_KNOWN):
-    """Return a variance, or a covariance, drawn to the usual one.
-
-    Args:
-        squares: Sum of the squares, or products, of the observations.
-        seen, known: Degrees of freedom of the observations, and of the usual variance.
+    """Return a variance, or a covariance, drawn to the usual one: of the sum of squares, or of
+    products, of observations, and degrees of freedom of these and of the usual one.
     """
     return (squares + known * usual) / (seen + known)

@@ -6,9 +6,8 @@ Prince, 1980, J. Comput. Appl. Math. 6, 19), each as long as its error allows.
 
 Within a step the travel is the polynomial of the fifth degree through travel, speed and
 acceleration at both ends. The linkage of a transducer follows it as a slightly damped oscillator,
-``d'' + 2 z w d' + w^2 d = -x''`` for the difference d of reading and travel x: a polynomial and a
-free oscillation, without an error of steps. All is in one file, as numba does not see that
-functions of another one change.
+``d'' + 2 z w d' + w^2 d = -x''`` for the difference d of reading and travel x, without an error of
+steps. All is in one file, as numba does not see that functions of another one change.
 """
 
 from enum import IntEnum
@@ -32,11 +31,11 @@ _SMOOTH_WAY = 0.3  # mm, beyond which a preload is fully there
 _SLOWEST = 0.02  # mm/ms, a contact that bounces with less stays
 _LASTING = 4.0  # ms after the release, where a random force in time is largest
 _RINGING = 0.05  # damping ratio z of the linkage
-_STROKE = 10.0  # mm, to which the lever's turn and the fall of the force refer
+STROKE = 10.0  # mm, to which the lever's turn and the fall of the force refer
 _LOOKS = 40  # places along the way at which random forces may hold a drive up
-_HALVINGS, _FINEST = 60, 50  # of an arc or a step, and of a piece
+_FINEST = 50  # halvings of a piece, and most rounds until an event is found
 _AT_EVENT = 1e-10  # mm or mm/ms^2, that a touch or a parting may be off
-_FIRST, _SHORTEST, _LONGEST = 0.01, 1e-8, 2.0  # ms, steps
+_STEPS = 0.01, 2.0  # ms, the first after an event, and the longest
 _TOLERANCE = 1e-6  # mm and mm/ms, error of a step
 _MOST = 100_000  # steps
 
@@ -55,7 +54,7 @@ def _sign(x):
 @_fast
 def _lever(n, arc):
     """Travel, its slope and its bend where the arm's end has moved along its arc."""
-    bend, ratio = n.lever_turn / _STROKE, np.cos(n.lever_lean)
+    bend, ratio = n.lever_turn / STROKE, np.cos(n.lever_lean)
     if bend < 1e-9:
         return arc * ratio, ratio, 0.0
     turn = bend * arc - n.lever_lean
@@ -97,52 +96,32 @@ def _random(n, rest, time, closing, held, state):
     if n.time_force.share > 0.0 and time < np.inf:
         age = time / _LASTING
         total += (1.0 - held) * age * np.exp(1.0 - age) * _waves(n.time_force, age)[0]
-    if (
-        n.speed_force.share > 0.0
-    ):  # even in the speed, so that it does not keep an oscillation alive
+    if n.speed_force.share > 0.0:  # even in the speed, which keeps no oscillation alive
         window = speed * speed / (1.0 + speed * speed)
         total += window * _waves(n.speed_force, 0.5 * np.pi * speed)[0]
     return total * (n.f if closing else n.k_a * rest)
 
 
 @_fast
-def _spring(n, mode, x, rate, state):
-    """Force of the contact on the drive, of a travel x that changes at a rate; 0 where rigid."""
-    if n.contact == Contact.SLIDING or (n.contact == Contact.HELD and mode == _Mode.FREE):
-        return 0.0
-    u = x - state[2]
-    force = n.k_b * u + n.gamma_b * (rate - state[3])
-    if n.contact == Contact.HELD:
-        return force + n.contact_preload
-    return force + n.contact_preload * _sign(u / _SMOOTH_WAY) if n.contact_preload > 0.0 else force
-
-
-@_fast
-def _held(n, time):
-    """Share of the closing force that is still there at a time after it is released."""
-    if not time < 40.0 * n.build_up:
-        return 0.0
-    share = time / n.build_up
-    return np.exp(-share if n.growth == 1.0 else -(share**n.growth))
-
-
-@_fast
 def _forces(n, rest, time, closing, mode, state):
-    """Forces on the drive and on the contact, per drive mass, and the lever's slope and bend."""
-    arc, speed = state[0], state[1]
+    """Forces on the drive and of the contact, per drive mass, and the lever's slope and bend."""
+    arc, speed, spring, held = state[0], state[1], 0.0, 0.0
     x, ratio, bend = _lever(n, arc)
-    spring = _spring(n, mode, x, ratio * speed, state)
-    held = _held(n, time)
-    force = n.f * (1.0 - n.force_fall * x / _STROKE) * (1.0 - held if closing else held)
+    if n.contact == Contact.ELASTIC or (n.contact == Contact.HELD and mode != _Mode.FREE):
+        u = x - state[2]  # else the contact is rigid, or leaves no trace
+        spring = n.k_b * u + n.gamma_b * (ratio * speed - state[3])
+        if n.contact == Contact.HELD:
+            spring += n.contact_preload
+        elif n.contact_preload > 0.0:
+            spring += n.contact_preload * _sign(u / _SMOOTH_WAY)
+    if time < 40.0 * n.build_up:  # share of the closing force that is still there after its release
+        held = np.exp(-((time / n.build_up) ** n.growth))
+    force = n.f * (1.0 - n.force_fall * x / STROKE) * (1.0 - held if closing else held)
     friction = n.gamma_a * (1.0 + (n.train_friction if closing else 0.0))
-    total = (
-        force
-        - n.k_a * arc * (1.0 + n.opening_progress * arc / _STROKE)
-        - friction * speed
-        - ratio * spring
-        - _stop(n.closing_stop, arc - rest, speed)
-        + _stop(n.opening_stop, -arc, -speed)
-    )
+    total = force - n.k_a * arc * (1.0 + n.opening_progress * arc / STROKE) - friction * speed
+    total -= ratio * spring
+    total -= _stop(n.closing_stop, arc - rest, speed)
+    total += _stop(n.opening_stop, -arc, -speed)
     if n.opening_preload > 0.0:
         total -= n.opening_preload * _sign(arc / _SMOOTH_WAY)
     if n.dry_friction > 0.0:
@@ -162,22 +141,22 @@ def closed_rest(n):
     """Arc at rest, held closed by the closing force, by bisection; nan where the contact is not
     pressed, the lever is past its dead centre, or random forces hold the drive up on its way.
     """
-    low, high = 0.0, 5.0 * n.L
-    for _ in range(_HALVINGS):
-        arc = 0.5 * (low + high)
+    low, arc, high = 0.0, 2.5 * n.L, 5.0 * n.L
+    while low < arc < high:  # as long as a number is between them
         pulls = _forces(n, np.inf, np.inf, True, _Mode.CLOSED, (arc, 0.0, n.L, 0.0))[0] > 0.0
         low, high = (arc, high) if pulls else (low, arc)
+        arc = 0.5 * (low + high)
     x, ratio, _ = _lever(n, low)
     if x <= n.L or ratio <= 0.0 or low >= 5.0 * n.L * (1.0 - 1e-9):
         return np.nan
     for i in range(1, _LOOKS if n.way_force.share > 0.0 else 1):
-        arc = low * i / _LOOKS
-        x = _lever(n, arc)[0]
-        mode, state = (_Mode.FREE if x < n.L else _Mode.CLOSED), (arc, 0.0, min(x, n.L), 0.0)
+        place = low * i / _LOOKS
+        x = _lever(n, place)[0]
+        mode, state = (_Mode.FREE if x < n.L else _Mode.CLOSED), (place, 0.0, min(x, n.L), 0.0)
         closes = _forces(n, low, np.inf, True, mode, state)[0] > 0.0
         if not closes or _forces(n, low, np.inf, False, mode, state)[0] >= 0.0:
             return np.nan
-    return 0.5 * (low + high)
+    return arc
 
 
 @_fast
@@ -198,7 +177,6 @@ def _rates(n, rest, time, closing, mode, state, out, row):
 @_fast
 def _advance(n, rest, time, closing, mode, state, h, new, k):
     """One step of size h, into ``new``, from the rates in ``k[0]``; those of its end in ``k[6]``.
-
     Returns its error, mm and mm/ms; nan where it is not finite.
     """
     for stage in range(1, 7):
@@ -247,14 +225,13 @@ def _switch(n, closing, mode, state):
 
 @_fast
 def _located(n, rest, time, closing, mode, state, h, new, k):
-    """Time in a step of size h after which the mode ends, by the rule of false position.
-
-    Takes that step again, up to there. An end that stays for a second time counts half (Illinois).
+    """Time in a step after which the mode ends, by the rule of false position: takes that step
+    again, up to there. An end that stays for a second time counts half (Illinois).
     """
     low, high, side = 0.0, h, 0.0
     above = max(0.0, _margin(n, rest, time, closing, mode, state))
     below = _margin(n, rest, time + h, closing, mode, new)
-    for _ in range(_HALVINGS):
+    for _ in range(_FINEST):
         h = low + (high - low) * above / (above - below)
         _advance(n, rest, time, closing, mode, state, h, new, k)
         margin = _margin(n, rest, time + h, closing, mode, new)
@@ -301,7 +278,9 @@ def _join(piece, begin, h, start, end):
 
 @_fast
 def _ring(piece, w, reading, speed):
-    """Add to a piece of travel what the linkage does, from reading and speed at its begin."""
+    """Add to a piece of travel what the linkage does, from reading and speed at its begin; return
+    both at its end. Speeds are by the share of the piece.
+    """
     c = piece.powers
     z = 2.0 * _RINGING * w
     p3 = -20.0 * c[5] / w**2
@@ -312,6 +291,12 @@ def _ring(piece, w, reading, speed):
     piece.decay, piece.turn = _RINGING * w, w * np.sqrt(1.0 - _RINGING**2)
     piece.cosine = reading - c[0]
     piece.sine = (speed - c[1] + piece.decay * piece.cosine) / piece.turn
+    rate, sine, cosine = 5.0 * c[5], np.sin(piece.turn), np.cos(piece.turn)
+    for i in range(4, 0, -1):
+        rate += i * c[i]
+    free = piece.cosine * cosine + piece.sine * sine
+    turned = piece.turn * (piece.sine * cosine - piece.cosine * sine)
+    return _within(piece, 1.0), rate + (turned - piece.decay * free) * np.exp(-piece.decay)
 
 
 @_fast
@@ -327,40 +312,13 @@ def _within(piece, u):
 
 
 @_fast
-def _rate(piece, u):
-    """Its derivative by the share."""
-    value = 5.0 * piece.powers[5]
-    for i in range(4, 0, -1):
-        value = i * piece.powers[i] + u * value
-    s, c = np.sin(piece.turn * u), np.cos(piece.turn * u)
-    free = piece.cosine * c + piece.sine * s
-    turned = piece.turn * (piece.sine * c - piece.cosine * s)
-    return value + (turned - piece.decay * free) * np.exp(-piece.decay * u)
-
-
-@_fast
-def _watched(n, closing, mode):
-    """Return whether the contact may touch or part in this mode."""
-    # As in the model a contact stays after its touch, but for one that the drive holds.
-    held = closing and n.contact == Contact.HELD
-    return closing == (mode == _Mode.FREE) or mode == _Mode.FLYING or held
-
-
-@_fast
 def follow(n, rest, closing, end, beyond):
-    """Integrate a motion from the release on.
-
-    Args:
-        n: Numbers of the drive, of size 1.
-        rest: Its closed position, from ``closed_rest``.
-        closing: Whether it closes.
-        end: Time until which the motion is followed, ms.
-        beyond: Time after 10 % of the way until which it is followed, in times from 10 to 50 %.
+    """Integrate a motion from the release on, of a drive of size 1 with its ``closed_rest``, until
+    ``end``, ms, or ``beyond`` times its time from 10 to 50 % after 10 % of the way.
 
     Returns:
-        Pieces of the curve, ``(s,)``, see ``sampled``, none where the motion is not finite or takes
-        too many steps; the reading at the release, mm; and when the contact first touches or parts,
-        ms, ``inf`` if it does not.
+        Pieces of the curve, ``(s,)``, none where the motion is not finite or takes too many steps;
+        the reading at the release, mm; and when the contact first touches or parts, ms, or ``inf``.
     """
     pieces, count, switching = np.empty(_MOST, _PIECE), 0, np.inf
     state, new, k = np.zeros(4), np.zeros(4), np.zeros((7, 4))
@@ -368,25 +326,28 @@ def follow(n, rest, closing, end, beyond):
     if not closing:
         state[0], state[2], mode = rest, n.L, _Mode.CLOSED
     begin, stroke = _lever(n, state[0])[0], _lever(n, rest)[0]
-    now, h, first = 0.0, _FIRST, np.inf
+    now, h, first = 0.0, _STEPS[0], np.inf
     _rates(n, rest, now, closing, mode, state, k, 0)
     released = _reading(n, stroke, state, k[0])[0]
     shows, speed = released, 0.0
     while now < end:
         error = _advance(n, rest, now, closing, mode, state, h, new, k) / _TOLERANCE
-        if count == _MOST or h < _SHORTEST:
+        if count == _MOST or now + h == now:
             return pieces[:0], released, switching
         factor = 0.9 * max(error, 1e-4) ** -0.2 if error < np.inf else 0.0
         if not error <= 1.0:
             h *= max(0.2, factor)
             continue
-        over = _watched(n, closing, mode) and _margin(n, rest, now + h, closing, mode, new) < 0.0
+        # As in the model a contact stays after its touch, but for one that the drive holds.
+        held = closing and n.contact == Contact.HELD
+        watched = closing == (mode == _Mode.FREE) or mode == _Mode.FLYING or held
+        over = watched and _margin(n, rest, now + h, closing, mode, new) < 0.0
         taken = _located(n, rest, now, closing, mode, state, h, new, k) if over else h
         piece, to = pieces[count], _reading(n, stroke, new, k[6])
         _join(piece, now, taken, _reading(n, stroke, state, k[0]), to)
         if n.linkage > 0.0:
-            _ring(piece, 2.0 * np.pi * taken / n.linkage, shows, speed * taken)
-            shows, speed = _within(piece, 1.0), _rate(piece, 1.0) / taken
+            shows, rate = _ring(piece, 2.0 * np.pi * taken / n.linkage, shows, speed * taken)
+            speed = rate / taken
         way = abs(to[0] - begin) / stroke
         first = min(first, now) if way >= LEVELS[0] else first
         count, now = count + 1, now + taken
@@ -397,10 +358,10 @@ def follow(n, rest, closing, end, beyond):
             switching = min(switching, now)
             mode = _switch(n, closing, mode, state)
             _rates(n, rest, now, closing, mode, state, k, 0)
-            h = min(h, _FIRST)
+            h = min(h, _STEPS[0])
         else:
             k[0] = k[6]
-            h = min(_LONGEST, h * factor)
+            h = min(_STEPS[1], h * factor)
     return pieces[:count].copy(), released, switching
 
 

@@ -1,9 +1,9 @@
 """Whether a record is of a drive of the family: its distance from the family's shapes.
 
-Shapes of the family are taken for normal in their principal components, and records for these with
-noise, whatever rests and times they were normalised by. The squared Mahalanobis distance is
-compared with those of held-out drives of the family, at the record's own noise. So its p-value is
-calibrated though shapes are not normal.
+Shapes are taken for normal in their principal components, and records for these with noise,
+whatever rests and times they were normalised by. The squared Mahalanobis distance is compared with
+those of held-out drives, at the record's own noise. So its p-value is calibrated though shapes are
+not normal.
 """
 
 from collections.abc import Callable, Hashable, Iterable, Sequence
@@ -18,9 +18,8 @@ T = TypeVar("T")
 
 _USUAL = 0.1  # p-value above which no other family is tried: 90 % of its own drives stay inside
 _FREE = 4.0  # variance of what a record's own rests and times leave open: next to nothing known
-
+# Parts of a motion, in durations after 10 % of the travel.
 PARTS = {"start": (-np.inf, 0.0), "main motion": (0.0, 2.0), "end": (2.0, np.inf)}
-"""Parts of a motion, in durations after 10 % of the travel."""
 
 
 class Match(NamedTuple):
@@ -45,8 +44,7 @@ class Membership(NamedTuple):
 
     Attributes:
         noise: Levels of the noise over the stroke, rising, ``(l,)``.
-        squares: Quantiles of the squared distance at each, ``(l, k)``.
-        shares: Shares of the drives that the quantiles belong to, ``(k,)``.
+        squares, shares: Quantiles of the squared distance at each, ``(l, k)``, and of which shares.
         left: 99 % quantiles of what the nearest shape leaves of each part, in noise, ``(l, 3)``.
     """
 
@@ -76,9 +74,9 @@ def distances(seen: NormalisedRecords, basis: Basis) -> tuple[np.ndarray, ...]:
     """Return how far records are from the family's shapes.
 
     Returns:
-        Squares of their distances over the number of samples of the grid, ``(n,)``; root mean
-        square of what the nearest shape leaves of each part, in noise, ``(n, 3)``, nan without a
-        sample; the nearest shapes, ``(n, g)``; and the evidence, as of ``Match``, ``(n,)``.
+        Squares of their distances over the number of samples, ``(n,)``; root mean square of what
+        the nearest shape leaves of each part, in noise, ``(n, 3)``, nan without a sample; the
+        nearest shapes, ``(n, g)``; and the evidence, as of ``Match``, ``(n,)``.
     """
     slope, mean = np.gradient(basis.mean, SHAPE_TIMES), basis.mean
     # Changes by another zero, stroke, origin and duration, to first order.
@@ -87,38 +85,34 @@ def distances(seen: NormalisedRecords, basis: Basis) -> tuple[np.ndarray, ...]:
     directions = np.vstack([basis.directions, free])
     variances = np.append(basis.variances, np.full(len(free), _FREE))
     parts = [(begin <= SHAPE_TIMES) & (end > SHAPE_TIMES) for begin, end in PARTS.values()]
-    n, spread = len(seen.way), np.log(variances).sum()
-    squares, evidence, nearest = np.empty(n), np.empty(n), np.empty(seen.way.shape)
-    lefts = np.full((n, len(parts)), np.nan)
-    for i, (way, there, noise) in enumerate(zip(seen.way, seen.present, seen.noise, strict=True)):
+    spread, found = np.log(variances).sum(), []
+    for way, there, noise in zip(seen.way, seen.present, seen.noise, strict=True):
         rows = directions[:, there]
         off = way[there] - mean[there]
         precision = rows @ rows.T / noise**2 + np.diag(1.0 / variances)
         scores = np.linalg.solve(precision, rows @ off / noise**2)
-        nearest[i] = mean + scores @ directions
-        left = (way - nearest[i]) / noise
+        nearest = mean + scores @ directions
+        left = (way - nearest) / noise
         total = (off @ left[there]) / noise
-        squares[i] = total / there.sum()
-        evidence[i] = -0.5 * (total + np.linalg.slogdet(precision)[1] + spread)
-        for k, part in enumerate(parts):
-            if (part & there).any():
-                lefts[i, k] = np.sqrt(np.mean(np.square(left[part & there])))
-    return squares, lefts, nearest, evidence
+        evidence = -0.5 * (total + np.linalg.slogdet(precision)[1] + spread)
+        of = [np.square(left[part & there]) for part in parts]
+        lefts = [np.sqrt(square.mean()) if square.size else np.nan for square in of]
+        found.append((total / there.sum(), lefts, nearest, evidence))
+    return tuple(map(np.array, zip(*found, strict=True)))
 
 
 def choose_family(
     families: Iterable[T], match: Callable[[T], Sequence[tuple[Hashable, Match]]], least: float
 ) -> tuple[T, list[tuple[Hashable, Match]], bool]:
-    """Return the family that records give most evidence of, what ``match`` returned of it, and
-    whether the records fit; where they fit no family, that which they fit best.
+    """Return the family that records give most evidence of, or fit best where they fit none; what
+    ``match`` returned of it; and whether the records fit.
 
-    A group of records fits as well as the median of them, and all have to. Drives of an independent
-    simulator are often just inside the first family, with wrong answers. A wider family has wider
-    intervals, and they contain the truth.
+    Drives of an independent simulator are often just inside the first family, with wrong answers.
+    A wider family has wider intervals, and they contain the truth.
 
     Args:
         families: Families, the narrowest first; the next is opened only where records are unusual.
-        match: Returns how each record fits, with the group that it is in.
+        match: Returns how each record fits, with the group that it is in: its median has to fit.
         least: p-value below which a group does not fit.
     """
     tried = []

@@ -16,8 +16,8 @@ from breaker.common.tensor_file import settings_of, write_model
 def header_of(config: Mapping[str, Any], kind: str, definition: Mapping) -> dict[str, Any]:
     """Return the header of a network of "levels" or "changes", of a family with a definition."""
     family = config["family"]
-    # No weight depends on the number of workers.
-    training = {name: value for name, value in family["training"].items() if name != "workers"}
+    training = {**family["training"]}
+    del training["workers"]  # no weight depends on it
     return {
         "kind": kind,
         "family": family["name"],
@@ -30,11 +30,8 @@ def header_of(config: Mapping[str, Any], kind: str, definition: Mapping) -> dict
 
 
 def unfit(path: str | Path, config: Mapping[str, Any], kind: str, definition: Mapping) -> list[str]:
-    """Return differences of a network and a configuration in the prior and the family.
-
-    Raises:
-        FileNotFoundError: If the file does not exist.
-        ModelFileError: If the file is not a model file.
+    """Return differences of a network and a configuration in the prior and the family; raise as
+    ``settings_of``.
     """
     both = settings_of(path), header_of(config, kind, definition)
     parts = [{key: one.get(key) for key in ("family", "definition", "prior")} for one in both]
@@ -42,12 +39,7 @@ def unfit(path: str | Path, config: Mapping[str, Any], kind: str, definition: Ma
 
 
 def differing(found: Any, wanted: Any, key: str = "") -> list[str]:
-    """Return the differences of settings, as ``key: found, not wanted``.
-
-    Example:
-        >>> differing({"seed": 1, "prior": {"f": 2}}, {"seed": 1, "prior": {"f": 3}})
-        ['prior.f: 2, not 3']
-    """
+    """Return the differences of settings, as ``prior.f: 2, not 3``."""
     if not (isinstance(found, Mapping) and isinstance(wanted, Mapping)):
         return [] if found == wanted else [f"{key}: {found}, not {wanted}"]
     lines = []
@@ -58,18 +50,10 @@ def differing(found: Any, wanted: Any, key: str = "") -> list[str]:
 
 
 def write_network(
-    path: str | Path,
-    settings: Mapping,
-    weights: Mapping[str, np.ndarray],
-    frozen: Mapping[str, object],
+    path: str | Path, settings: Mapping, weights: Mapping[str, np.ndarray], frozen: Mapping
 ) -> None:
-    """Write a network.
-
-    Args:
-        settings: What ``header_of`` returns.
-        weights: Weights of ``training.FamilyNetwork``.
-        frozen: Other arrays of ``StateNetwork`` or ``ChangeNetwork``: ``usual``, ``centre`` and
-            ``scale``; and by motion ``bases``, ``change_bases`` and ``members``.
+    """Write a network: what ``header_of`` returns, weights of ``training.FamilyNetwork``, and other
+    arrays of ``StateNetwork`` or ``ChangeNetwork``, some of them by motion.
     """
     arrays = {f"network.{name}": np.float32(weight) for name, weight in weights.items()}
     for name, value in frozen.items():

@@ -7,16 +7,16 @@ import xarray as xr
 from tqdm import tqdm
 
 from breaker.common.randomness import generator
-from breaker.family.inputs import network_record, stored_shape
+from breaker.family.inputs import network_record
 from breaker.family.membership import choose_family
 from breaker.family.networks import StateNetwork
-from breaker.model.parameters import PARAMETERS
+from breaker.family.shape import shape_of
+from breaker.model.parameters import NAMES, PARAMETERS
 
 
 def infer_operations(
     curves: xr.Dataset,
     families: Sequence[StateNetwork],
-    *,
     draws: int,
     seed: int,
     misfit_p_value: float,
@@ -24,8 +24,7 @@ def infer_operations(
     """Infer measured operations, each in the family that its record gives most evidence of.
 
     Args:
-        curves: Measured curves in the layout of ``read_curves``; rejected ones stay in the result,
-            as missing values with their reason.
+        curves: Curves in the layout of ``read_curves``; rejected ones stay, with their reason.
         families: State networks, in the order in which they are tried.
         misfit_p_value: p-value of the membership below which nothing is inferred of a record.
 
@@ -34,8 +33,8 @@ def infer_operations(
         parameters, physical units, which do not depend on other operations; and over ``operation``
         the ``family``, the ``p_value`` of membership and the flag ``misfit``.
     """
-    motion, sign = curves.attrs["motion"], 1.0 if curves.attrs["motion"] == "closing" else -1.0
-    count = curves.sizes["operation"]
+    motion, count = curves.attrs["motion"], curves.sizes["operation"]
+    sign = 1.0 if motion == "closing" else -1.0
     values = np.full((count, draws, len(PARAMETERS)), np.nan, dtype=np.float32)
     p_value, names = np.full(count, np.nan), np.full(count, "", dtype=object)
     reasons = curves.reason.values.astype(object)
@@ -43,7 +42,7 @@ def infer_operations(
     for i in tqdm(accepted, desc=f"inferring {motion}", mininterval=5, unit="operation"):
         one = curves.isel(operation=i)
         step = 1.0 / float(one.rate)
-        if (shape := stored_shape(sign * one.record.values, step)) is None:
+        if (shape := shape_of(sign * one.record.values, step)) is None:
             reasons[i] = f"{one.file.item()}: shows no motion from one rest to another"
             continue
         seen = network_record(shape, float(one.record_noise), float(one.record_colour), step)
@@ -54,6 +53,7 @@ def infer_operations(
         if fits:
             rng = generator(seed, "levels of operations", motion, int(one.operation))
             values[i] = network.draw({motion: seen}, draws, rng).theta
+    units = [parameter.unit for parameter in PARAMETERS]
     return (
         curves.drop_dims(["time", "sample", "quantity"], errors="ignore")
         .assign(
@@ -63,8 +63,6 @@ def infer_operations(
             misfit=("operation", p_value < misfit_p_value),
             reason=("operation", reasons.astype(str)),
             accepted=("operation", reasons == ""),
-            output=[parameter.name for parameter in PARAMETERS],
-            output_unit=("output", [parameter.unit for parameter in PARAMETERS]),
         )
-        .set_coords("output_unit")
+        .assign_coords(output=list(NAMES), output_unit=("output", units))
     )

@@ -1,10 +1,9 @@
 """A richer drive than the model: what the model has, and on top of it what the model lacks.
 
-The seven parameters are those of the model, with its units: forces per drive mass, mm/ms^2. With
-every element absent the drive *is* the model. Elements are what real drives have and the two masses
-do not, such as a lever, friction, preloads, dampers and other contacts, and smooth random forces,
-which stand for what nobody foresaw. Results agree with ``solve_ivp`` to a micrometre
-(tests/family/test_drive.py), some thousand times as fast.
+Forces are per drive mass, mm/ms^2. With every element absent the drive *is* the model. Elements are
+what real drives have and the two masses do not; smooth random forces stand for what nobody foresaw.
+Results agree with ``solve_ivp`` to a micrometre (tests/family/test_drive.py), some thousand times
+as fast.
 """
 
 from collections.abc import Mapping
@@ -18,8 +17,8 @@ from breaker.family.integrator import Contact, closed_rest, follow, sampled
 from breaker.model.parameters import NAMES, UNIT, Size
 
 CONTACTS = tuple(kind.name.lower() for kind in Contact)
+# Fields of ``Elements`` that say how others act, and have no size of their own.
 LAWS = ("contact", "stick", "slip", "load", "growth", "drag_power", "friction_speed")
-"""Fields of ``Elements`` that say how others act, and have no size of their own."""
 
 
 @dataclass(frozen=True)
@@ -27,7 +26,6 @@ class Stop:
     """A damper and a bumper at one end of the stroke, pushing back only.
 
     The force of the damper is ``damping * |speed|^power``; over the first ``depth`` it comes in.
-    ``shipped/families/medium_voltage.yaml`` has the meaning and the unit of each number.
     """
 
     reach: float = 0.0
@@ -40,11 +38,8 @@ class Stop:
 
 @dataclass(frozen=True)
 class Waves:
-    """A smooth random function, of three harmonics: a mechanism that nobody named.
-
-    Attributes:
-        share: Root mean square of a force, share of the force that drives the motion.
-        harmonics: Coefficients of sine and cosine of each harmonic, of root mean square 1.
+    """A smooth random function: root mean square, as a share of the force that drives the motion,
+    and coefficients of sine and cosine of three harmonics, of root mean square 1.
     """
 
     share: float = 0.0
@@ -56,16 +51,9 @@ class Elements:
     """What a drive has and the model lacks; all absent by default.
 
     ``shipped/families/medium_voltage.yaml`` has the meaning and the unit of each number. Random
-    forces vanish at both rests. ``reading`` is beside 1 what a lever of any smooth ratio shows of
-    the pushrod, ``sum_k c_k cos(k pi x / stroke) / k`` times its share; both rests stay. The law of
-    ``build_up`` is ``1 - exp(-(t / build_up)^growth)``.
-
-    Attributes:
-        contact: "elastic" as in the model; "held", where the drive carries the contact against a
-            stop, under the preload of its spring, until it touches, and picks it up again when it
-            parts; or "sliding", whose force and mass leave no trace.
-        friction_speed: Speed from which dry friction is fully there, mm/ms: next to 0 in dry
-            bearings, more in lubricated ones.
+    forces vanish at both rests. A lever of any smooth ratio shows the pushrod by 1 + ``reading``:
+    ``sum_k c_k cos(k pi x / stroke) / k`` times its share; both rests stay. The law of ``build_up``
+    is ``1 - exp(-(t / build_up)^growth)``.
     """
 
     lever_turn: float = 0.0
@@ -103,20 +91,13 @@ class Elements:
         return cls(**{**settings, **parts})
 
     def scaled(self, strength: Mapping[str, float]) -> "Elements":
-        """Return the elements with some at another strength, by name: at 0 they are absent.
-
-        A stop keeps its place and its law, and so do all forces; their sizes change.
-        """
+        """Return the elements with some at another strength, by name: sizes of forces, no laws."""
         parts = {}
         for name, size in strength.items():
             value = getattr(self, name)
-            if isinstance(value, Stop):
-                forces = {"damping": size * value.damping, "stiffness": size * value.stiffness}
-                parts[name] = replace(value, **forces)
-            elif isinstance(value, Waves):
-                parts[name] = replace(value, share=size * value.share)
-            else:
-                parts[name] = size * value
+            forces = {Stop: ("damping", "stiffness"), Waves: ("share",)}.get(type(value))
+            scaled = {each: size * getattr(value, each) for each in forces or ()}
+            parts[name] = replace(value, **scaled) if forces else size * value
         return replace(self, **parts)
 
 
@@ -129,10 +110,8 @@ _FORMS = {
     Stop: np.dtype((np.record, [(each.name, float) for each in fields(Stop)])),
     Waves: np.dtype((np.record, [("share", float), ("harmonics", "6f8")])),
 }
-_PARAMETERS = [(name, float) for name in NAMES]
-_LAYOUT = np.dtype(
-    (np.record, _PARAMETERS + [(each.name, _FORMS[each.type]) for each in fields(Elements)])
-)
+_NUMBERS = {name: float for name in NAMES} | {e.name: _FORMS[e.type] for e in fields(Elements)}
+_LAYOUT = np.dtype((np.record, [*_NUMBERS.items()]))
 
 
 def _flat(parts: Elements | Stop | Waves, above: str = "") -> dict[str, float]:
@@ -148,8 +127,7 @@ def _flat(parts: Elements | Stop | Waves, above: str = "") -> dict[str, float]:
     return found
 
 
-ELEMENTS = tuple(_flat(Elements()))
-"""Name of each of the numbers of ``Elements``, a part's as ``part.name``."""
+ELEMENTS = tuple(_flat(Elements()))  # names of the numbers of ``Elements``, as ``part.name``
 
 
 @dataclass(frozen=True)
@@ -159,7 +137,6 @@ class Drive:
     Attributes:
         theta: The seven parameters, ``(p,)``, in the model's order and units.
         elements: What it has on top, in the units of a drive of size 1.
-        size: Its size.
 
     Example:
         >>> drive = Drive((2.0, 0.045, 0.040, 0.30, 0.12, 0.75, 10.0), Elements())
@@ -172,20 +149,15 @@ class Drive:
     size: Size = UNIT
 
     def changed(self, **values) -> "Drive":
-        """Return the drive with other parameters or elements, by name; a stop's as ``stop.name``.
-
-        >>> Drive((1.0,) * 7, Elements()).changed(f=2.0, drag=0.1).theta[5]
-        2.0
-        """
+        """Return the drive with other parameters or elements, by name; of a stop ``stop.name``."""
         theta, elements = dict(zip(NAMES, self.theta, strict=True)), self.elements
         for name, value in values.items():
+            stop, _, part = name.partition(".")
             if name in theta:
                 theta[name] = float(value)
-                continue
-            stop, _, part = name.partition(".")
-            if part:
-                value = replace(getattr(elements, stop), **{part: value})
-            elements = replace(elements, **{stop: value})
+            else:
+                new = replace(getattr(elements, stop), **{part: value}) if part else value
+                elements = replace(elements, **{stop: new})
         return replace(self, theta=tuple(theta.values()), elements=elements)
 
     def value(self, name: str) -> float:
@@ -221,19 +193,16 @@ class Drive:
         return bool(np.isfinite(self.rest))
 
     def travel(self, motion: str, times: np.ndarray) -> np.ndarray:
-        """Return the travel alone of what ``operate`` returns."""
+        """Return the travel alone, as ``operate``."""
         return self.operate(motion, times)[0]
 
     def operate(self, motion: str, times: np.ndarray) -> tuple[np.ndarray, float]:
-        """Return the travel, and when the contact touches for the first time, or parts.
+        """Return the travel as the transducer reads it, ``(t,)``, mm, and when the contact first
+        touches or parts, ms after the release, ``inf`` if not by the last of the times.
 
         Args:
             motion: "closing" or "opening".
             times: Times after the release, ms, rising, ``(t,)``; before 0 the drive rests.
-
-        Returns:
-            Travel of the pushrod's drive end as the transducer reads it, ``(t,)``, mm; and the time
-            of touch or parting after the release, ms, ``inf`` if not by the last of the times.
 
         Raises:
             ValueError: If the drive has no closed position.

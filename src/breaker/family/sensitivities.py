@@ -1,8 +1,8 @@
 """How curves of a family's drives change with each parameter, predicted from their shapes.
 
-The two-mass model predicts these changes badly for drives with additional effects: for drives of an
-independent simulator, a third of the change remains. A regression over drives of the family leaves
-10 %, with a covariance of its errors. ``envs/sensitivities.py`` fits those that ship.
+Of the change of drives of an independent simulator, the two-mass model leaves a third. A regression
+over drives of the family leaves 10 %, with a covariance of its errors. ``envs/sensitivities.py``
+fits those that ship.
 """
 
 from functools import cache
@@ -15,9 +15,7 @@ from breaker.family.inputs import Basis
 from breaker.model.parameters import MOTIONS, NAMES
 from breaker.shipped import model_file
 
-SETS = (MOTIONS, *((motion,) for motion in MOTIONS))
-"""Motions whose records are at hand; each set has a regression of its own."""
-
+SETS = (MOTIONS, *((motion,) for motion in MOTIONS))  # at hand, each with a regression
 _SQUARED = 6  # components of shapes, of which there are products
 _FARTHEST = 3.0  # sds of a component; products of larger ones are extrapolations
 
@@ -28,8 +26,8 @@ class Sensitivities(NamedTuple):
     Attributes:
         shapes: Components of the shapes of all motions, one after the other.
         weights: Of the features of a drive, ``(f, p * k)``.
-        curves: In which they change, ``(k, m * (g + 1))``.
-        errors: Covariance of the errors of each parameter in these, ``(p, k, k)``.
+        curves, errors: In which they change, ``(k, m * (g + 1))``; covariance of the errors of each
+            parameter in these, ``(p, k, k)``.
     """
 
     shapes: Basis
@@ -38,15 +36,12 @@ class Sensitivities(NamedTuple):
     errors: np.ndarray
 
     def of(self, shapes: np.ndarray, pace: float) -> tuple[np.ndarray, np.ndarray]:
-        """Return how the curves of one drive change.
+        """Return derivatives of a drive's curves by the logarithm of each parameter, ``(p, c)``, c
+        being ``m * (g + 1)``, and covariances of their errors, ``(p, c, c)``.
 
         Args:
             shapes: Its curves over their strokes, ``(m * g,)``.
             pace: Logarithm of the duration of the last motion over the first.
-
-        Returns:
-            Derivatives by the logarithm of each parameter, ``(p, m * (g + 1))``, and covariances of
-            their errors, ``(p, m * (g + 1), m * (g + 1))``.
         """
         changes = features(self.shapes, shapes[None], np.array([pace])) @ self.weights
         errors = self.curves.T @ self.errors @ self.curves

@@ -12,17 +12,12 @@ import numpy as np
 
 from breaker.common.compiling import compiled
 
-SHAPE_STEP = 0.1
-"""Step of the grid, in durations."""
-
+SHAPE_STEP = 0.1  # durations
 SHAPE_TIMES = SHAPE_STEP * np.arange(-20, 101)
 """Times of the grid, ``(g,)``: after 10 % of the travel, in durations."""
 
-LEVELS = (0.1, 0.5)
-"""Shares of the travel, whose times make the duration."""
-
-BEGIN, END = -2.9, 9.7
-"""Durations after 10 % of the travel, in which networks see a record."""
+LEVELS = 0.1, 0.5  # shares of the travel, whose times make the duration
+WINDOW = -2.9, 9.7  # durations after 10 % of the travel, in which networks see a record
 
 _fast = compiled(late=True)
 
@@ -60,34 +55,24 @@ def median_units(shapes: Sequence[Shape]) -> Shape:
     return shapes[0]._replace(stroke=middle[0], duration=middle[1])
 
 
-def shape_of(travel: np.ndarray, step: float, like: Shape | None = None) -> Shape:
-    """Normalise a record.
+def shape_of(travel: np.ndarray, step: float, like: Shape | None = None) -> Shape | None:
+    """Normalise a record; return None if it has no motion from one rest to another.
 
     Args:
         travel: Travel in the direction of the motion, ``(n,)``; NaN where a sample is missing.
         step: Time between samples, ms.
-        like: Shape of another record, in whose stroke and duration this one is given; its own if
-            None.
-
-    Raises:
-        ValueError: If the record has no motion from one rest to another.
+        like: Shape in whose stroke and duration it is given; its own if None.
     """
     way, present = np.empty(SHAPE_TIMES.size), np.empty(SHAPE_TIMES.size, dtype=np.bool_)
     units = (0.0, 0.0) if like is None else (like.stroke, like.duration)
     numbers = normalise(np.asarray(travel, dtype=np.float64), step, units, way, present)
-    if not numbers[3] > 0.0:
-        raise ValueError("the record has no motion from one rest to another")
-    return Shape(way, present, *numbers)
+    return Shape(way, present, *numbers) if numbers[3] > 0.0 else None
 
 
 @_fast
 def effective_noise(noise_sd, colour, step):
-    """Return the standard deviation of noise after the average over a step of the grid.
-
-    Args:
-        noise_sd: Of a sample.
-        colour: Correlation of neighbouring samples.
-        step: Time between samples, in durations.
+    """Return the sd of noise after the average over a step of the grid: of samples of an sd, which
+    correlate with the next by ``colour``, at a step in durations.
     """
     share = step / SHAPE_STEP * (1.0 + colour) / (1.0 - colour)
     return noise_sd * np.sqrt(min(1.0, share))
@@ -95,10 +80,8 @@ def effective_noise(noise_sd, colour, step):
 
 @_fast
 def normalise(travel, step, like, way, present):
-    """Compute ``shape_of`` into ``way`` and ``present``; return rest, stroke, origin and duration.
-
-    ``like`` is stroke and duration of another record, zeros without one. The duration returned is 0
-    where there is no motion.
+    """Compute ``shape_of`` into ``way`` and ``present``; return rest, stroke, origin, duration, 0
+    without a motion. ``like`` is stroke and duration of another record, zeros without one.
     """
     known = np.flatnonzero(~np.isnan(travel))
     time, value, n = known * step, travel[known], known.size
@@ -114,8 +97,8 @@ def normalise(travel, step, like, way, present):
         if not duration > 0.0:
             return 0.0, 0.0, 0.0, 0.0
         window = max(1, round(_SMOOTH * duration / step))
-        begin = min(np.searchsorted(time, origin + BEGIN * duration), n - _FEWEST)
-        end = max(np.searchsorted(time, origin + END * duration), begin + _FEWEST)
+        begin = min(np.searchsorted(time, origin + WINDOW[0] * duration), n - _FEWEST)
+        end = max(np.searchsorted(time, origin + WINDOW[1] * duration), begin + _FEWEST)
         rests = np.searchsorted(time, origin - _RESTS[0] * duration)
         arrived = np.searchsorted(time, origin + _RESTS[1] * duration)
         low = _mean(value[begin : max(begin + _FEWEST, rests)])
@@ -142,10 +125,8 @@ def _mean(values):
 
 @_fast
 def _rise(time, value, low, high, window):
-    """Time of the lower level, and time from there to the upper one; zeros if not reached.
-
-    The averaged record first reaches the upper level at the end of that time, and last leaves the
-    lower one at its beginning.
+    """Time at which the averaged record last leaves the lower level, and time from there to where
+    it first reaches the upper one; zeros if it does not.
     """
     n, total, half = value.size, 0.0, window // 2
     smooth, begin, end = np.empty(n), 0, 0
@@ -178,9 +159,8 @@ def _crossing(time, smooth, i, level):
 
 @_fast
 def _averages(time, value, origin, duration, gap, way, present):
-    """Mean of the line through samples over each step of the grid, and whether it has samples.
-
-    It has none beyond the record, and where two samples are more than ``gap`` apart.
+    """Mean of the line through samples over each step of the grid, and whether it has samples: not
+    beyond the record, nor where two samples are more than ``gap`` apart.
     """
     n, i = value.size, 0
     last, area, total = -np.inf, 0.0, 0.0

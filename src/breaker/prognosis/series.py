@@ -12,8 +12,8 @@ from datetime import datetime, timedelta
 import numpy as np
 import xarray as xr
 
-from breaker.family.inputs import NormalisedRecords, network_record, stored_shape
-from breaker.family.shape import SHAPE_TIMES, median_units
+from breaker.family.inputs import NormalisedRecords, network_record
+from breaker.family.shape import SHAPE_TIMES, median_units, shape_of
 from breaker.records.dates import instant
 from breaker.records.operations import EVENTS, event_words
 
@@ -281,12 +281,12 @@ def _motion(
     way, present = np.zeros((n, SHAPE_TIMES.size)), np.zeros((n, SHAPE_TIMES.size), dtype=bool)
     noise = np.full(n, np.nan)
     rows = zip(data.record_noise.values, data.record_colour.values, step, strict=True)
-    own = [each for i in new if usable[i] and (each := stored_shape(sign * records[i], step[i]))]
+    own = [each for i in new if usable[i] and (each := shape_of(sign * records[i], step[i]))]
     if not own:
         return None
     units = median_units(own)
     for i, (sd, colour, each) in enumerate(rows):
-        if usable[i] and (shape := stored_shape(sign * records[i], each, units)) is not None:
+        if usable[i] and (shape := shape_of(sign * records[i], each, units)) is not None:
             way[i], present[i] = shape.way, shape.present
             noise[i] = network_record(shape, sd, colour, each, units).noise[0]
     measured, stated = (
