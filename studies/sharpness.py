@@ -15,9 +15,10 @@ from breaker.configuration.loading import load
 from breaker.family.bank import simulate_family
 from breaker.family.drive_family import Family
 from breaker.family.networks import shipped_networks
-from breaker.family.training_rows import family_quality, rows_of, sample_rows
+from breaker.family.training_rows import rows_of, sample_rows
 from breaker.model.parameters import NAMES
 from breaker.model.prior import Prior
+from breaker.paper.validation import family_quality
 
 DRIVES, DRAWS = 5000, 300
 NOISE, OF_MEANS = (0.0074, 0.0075), (0.0015, 0.00151)  # share of the stroke

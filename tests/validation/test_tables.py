@@ -6,9 +6,9 @@ import pytest
 import xarray as xr
 
 from breaker.common.randomness import generator
-from breaker.family.training_rows import family_quality
 from breaker.paper.calibration import judge_draws
 from breaker.paper.validation import (
+    family_quality,
     quality,
     with_width,
 )

@@ -250,6 +250,8 @@ planning: {inspection: 0 years}
     planning.inspection is "0 years"
 family: {name: nobody}
     family.name
+family: {drives: 60, training: {validation_curves: 20, held_out_curves: 40}}
+    family.drives is 60
 # units, and what cannot be read
 prior: {f: {median: 750.0}, L: {median: 0.010}}
     prior.f.median is 750

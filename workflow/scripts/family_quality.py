@@ -6,7 +6,7 @@ import pandas as pd
 
 from breaker.common.text import save_frame
 from breaker.common.zarr_store import open_store
-from breaker.family.training_rows import family_quality
+from breaker.paper.validation import family_quality
 from breaker.workflow.jobs import start
 
 log = start(snakemake)

@@ -1,9 +1,11 @@
 """Train a network on the drives of a family: of their state, or of its changes."""
 
-from breaker.common.zarr_store import describe, save
+import xarray as xr
+
+from breaker.common.zarr_store import describe, open_store, save
 from breaker.family.network_files import write_network
 from breaker.family.training import train_network
-from breaker.family.training_rows import open_family, rows_of
+from breaker.family.training_rows import rows_of
 from breaker.networks.training import Checkpoint, fingerprint
 from breaker.workflow.jobs import checkpoint_of, start
 
@@ -12,7 +14,10 @@ params, kind, output = snakemake.params, snakemake.wildcards.kind, snakemake.out
 header, file = params.header, checkpoint_of(output.network, ".pt")
 settings = {key: header[key] for key in ("network", "training")} | {"device": params.device}
 
-bank, held_out = open_family(snakemake.input.shards, header["training"]["held_out_curves"])
+shards = [open_store(path) for path in snakemake.input.shards]
+bank = xr.concat(shards, dim="drive", combine_attrs="override")
+last = bank.sizes["drive"] - header["training"]["held_out_curves"]
+bank, held_out = bank.isel(drive=slice(last)), bank.isel(drive=slice(last, None))
 history, weights, frozen = train_network(
     rows_of(kind, bank),
     held_out,

@@ -30,7 +30,7 @@ def broken(config: Mapping[str, Any], wrong: Collection[str], *, curves: bool) -
     """Yield what is wrong with sections together, but for those that are ``wrong`` by themselves;
     ``curves`` tells whether to look at the folder ``endurance.curves`` and at own functions.
     """
-    conditions = (_trainings, _costs, _prior, _limits, _names)
+    conditions = (_trainings, _costs, _prior, _limits, _names, _family)
     # Only the workflow uses these: a command on records runs no function that a file names.
     for condition in (*conditions, *([_own, _folder] if curves else [])):
         names = inspect.signature(condition).parameters
@@ -117,6 +117,14 @@ def _names(family, advice, endurance) -> Found:
         yield ("advice",), f"has {', '.join(unknown)}, but must name entries of {ADVICE.name}."
     yield from _refused(("endurance", "format"), complete, endurance["format"])
     yield from _distinct(("endurance", "events"), endurance["events"], event_words)
+
+
+def _family(family) -> Found:
+    keys = ("validation_curves", "held_out_curves")
+    needs = sum(family["training"][key] for key in keys)
+    if (drives := family["drives"]) <= needs:
+        text = f"is {drives}, but its training needs more than {needs} ({' + '.join(keys)}). Raise "
+        yield ("family", "drives"), text + "the former or lower these."
 
 
 def _own(model, prior, sensor, network, by_motion, motions) -> Found:

@@ -15,42 +15,23 @@ from breaker.family.rich_drive import CONTACTS, ELEMENTS, Drive
 from breaker.family.shape import LEVELS
 from breaker.model.parameters import MOTIONS, NAMES
 
-GRID = -3.0 + 0.025 * np.arange(512)
-"""Times u of a shape."""
-
-GRID_STEP = GRID[1] - GRID[0]
-"""Between them, to the last bit."""
-
+GRID = -3.0 + 0.025 * np.arange(512)  # times u of a shape
 _STORED = (-0.5, 1.75)  # of a shape, in 16 bits
 _SCALE = float(np.ptp(_STORED)) / np.iinfo(np.uint16).max
 _FOLLOWED = GRID[-1] + 0.5  # durations; a transducer on a linkage lags behind
 _SLOWEST = 1000.0  # ms of a drive of size 1, in which half of the travel has to be made
-_PER_MOTION = ("drive", "condition", "motion")
-_LAYOUT = {
-    "shape": ((*_PER_MOTION, "u"), {"scale": _SCALE, "offset": _STORED[0]}),
-    "stroke": (("drive", "condition"), {"units": "mm"}),
-    "duration": (_PER_MOTION, {"units": "ms"}),
-    "release": (_PER_MOTION, {}),
-    "switching": (_PER_MOTION, {}),
-    "parameters": (("drive", "condition", "parameter"), {}),
-    "elements": (("drive", "condition", "element"), {}),
-    "wear": (("drive",), {"kinds": list(WEAR)}),
-    "contact": (("drive",), {"kinds": list(CONTACTS)}),
-}
 _log = logging.getLogger(__name__)
 
 
 def simulate_family(family: Family, drives: int, rng: np.random.Generator) -> xr.Dataset:
-    """Simulate both motions of drives of a family, each new and worn.
-
-    A drive one of whose curves has no shape is drawn again; ``drawn_again`` counts these.
+    """Simulate both motions of drives of a family, each new and worn. A drive one of whose curves
+    has no shape is drawn again; ``drawn_again`` counts these.
 
     Returns:
-        Over dims drive, condition ("new", "worn"), motion and u: ``shape``, in 16 bits, see
-        ``shapes``; ``stroke`` (mm) and ``duration`` (ms); ``release`` and ``switching``, times of
-        the start of motion and of the drive's own touch or separation, in u; and of each drive its
-        ``parameters``, ``elements`` (of a drive of size 1), ``wear`` (number in ``WEAR``) and
-        ``contact`` (number in ``CONTACTS``).
+        Over dims drive, condition, motion and u: ``shape``, in 16 bits, see ``shapes``; ``stroke``
+        (mm) and ``duration`` (ms); ``release`` and ``switching``, times of the start of motion and
+        of touch or separation, in u; and of each drive its ``parameters``, ``elements`` (of a drive
+        of size 1), ``wear`` (number in ``WEAR``) and ``contact`` (number in ``CONTACTS``).
 
     Raises:
         RuntimeError: If hardly a drive of the family works.
@@ -64,12 +45,22 @@ def simulate_family(family: Family, drives: int, rng: np.random.Generator) -> xr
             _log.debug("drawn again: %s", error)
             if again > TRIES + len(rows):
                 raise RuntimeError(f"hardly a drive of the family has a curve: {error}") from None
+    per_drive, per_motion = ("drive", "condition"), ("drive", "condition", "motion")
     layout = {
-        name: (d, np.stack([row[name] for row in rows]), a) for name, (d, a) in _LAYOUT.items()
+        "shape": ((*per_motion, "u"), {"scale": _SCALE, "offset": _STORED[0]}),
+        "stroke": (per_drive, {"units": "mm"}),
+        "duration": (per_motion, {"units": "ms"}),
+        "release": (per_motion, {}),
+        "switching": (per_motion, {}),
+        "parameters": ((*per_drive, "parameter"), {}),
+        "elements": ((*per_drive, "element"), {}),
+        "wear": (("drive",), {"kinds": list(WEAR)}),
+        "contact": (("drive",), {"kinds": list(CONTACTS)}),
     }
+    data = {n: (d, np.stack([row[n] for row in rows]), about) for n, (d, about) in layout.items()}
     axes = {"condition": ["new", "worn"], "motion": list(MOTIONS), "u": GRID}
     axes |= {"parameter": list(NAMES), "element": list(ELEMENTS)}
-    return xr.Dataset(layout, axes, {"drawn_again": again})
+    return xr.Dataset(data, axes, {"drawn_again": again})
 
 
 def shapes(stored: np.ndarray) -> np.ndarray:
@@ -79,8 +70,7 @@ def shapes(stored: np.ndarray) -> np.ndarray:
 
 def _row(family: Family, rng: np.random.Generator) -> dict[str, np.ndarray]:
     """One drive of a bank."""
-    new = family.new(rng)
-    kind = family.kind_of_wear(rng)
+    new, kind = family.new(rng), family.kind_of_wear(rng)
     both = [_condition(drive) for drive in (new, family.worn(new, rng, kind))]
     return {name: np.stack([one[name] for one in both]) for name in both[0]} | {
         "wear": np.int8(WEAR.index(kind)),

@@ -30,28 +30,17 @@ _TRAINING = {"weight_decay": 0.01, "clip": 5.0, "ema": 0.998}
 
 
 class FamilyNetwork(nn.Module):
-    """Residual network and autoregressive mixture, of ``networks.Network`` with torch.
-
-    Args:
-        settings: Sizes: ``width``, ``blocks``, ``features``, ``components`` and ``head``.
-        name: Kind of the network, for messages.
-        sizes: Numbers of inputs and outputs.
+    """Residual network and autoregressive mixture, of ``networks.Network`` with torch: of settings
+    ``width``, ``blocks``, ``features``, ``components`` and ``head``, and sizes of input and output.
     """
 
     def __init__(
-        self,
-        settings: Mapping,
-        name: str,
-        sizes: tuple[int, int],
-        *,
-        atoms: Sequence[bool],
-        seed: int,
+        self, settings: Mapping, name: str, sizes: Sequence[int], *, atoms: Sequence, seed: int
     ) -> None:
         super().__init__()
-        self.name, features = name, settings["features"]
-        width, blocks = settings["width"], settings["blocks"]
+        self.name, (inputs, outputs) = name, sizes
+        width, blocks, features = (settings[key] for key in ("width", "blocks", "features"))
         mixture = {"components": settings["components"], "width": settings["head"]}
-        inputs, outputs = sizes
         with torch.random.fork_rng(devices=[]):
             torch.manual_seed(seed_integer(seed, "first weights", name))
             self.summary = ResidualMLP(inputs, width, features, blocks=blocks)
@@ -73,25 +62,21 @@ def train_network(
     workers: int = 0,
     checkpoint: Checkpoint | None = None,
 ) -> tuple[xr.Dataset, dict[str, np.ndarray], dict[str, Any]]:
-    """Train a network of "levels" or "changes" on the drives of a bank.
+    """Train a network of "levels" or "changes" on the drives of a bank; return the history of the
+    training, and weights and scales as ``network_files.write_network`` takes them.
 
     Args:
-        rows: Of a bank, from ``rows_of``; its last ``validation_curves`` drives judge the training.
+        rows: From ``rows_of``; the last ``validation_curves`` drives judge the training.
         held_out: Drives whose distances from the family are those of members.
-        settings: The sections ``network`` and ``training`` of the section ``family``, and the
-            ``device``.
-        workers: Processes that make batches ahead; no weight depends on them.
+        settings: ``network`` and ``training`` of the section ``family``, and the ``device``.
+        workers: Processes that make batches ahead.
         checkpoint: File that keeps the state of the training.
-
-    Returns:
-        The history of the training; weights by name, and scales of inputs and outputs, both as
-        ``network_files.write_network`` takes them.
     """
     rows.freeze(generator(seed, "family", rows.network.kind, "scales"))
     device = choose_device(settings["device"])
-    x, y, _ = rows.rows(np.arange(1), np.random.default_rng(1))
-    sizes, atoms = (x.shape[1], y.shape[1]), rows.network.atoms
-    network = FamilyNetwork(settings["network"], rows.network.kind, sizes, atoms=atoms, seed=seed)
+    sizes = [one.shape[1] for one in rows.rows(np.arange(1), np.random.default_rng(1))[:2]]
+    kind, atoms = rows.network.kind, rows.network.atoms
+    network = FamilyNetwork(settings["network"], kind, sizes, atoms=atoms, seed=seed)
     last = len(rows) - settings["training"]["validation_curves"]
     history = Trainer(
         network=network.to(device),
@@ -102,13 +87,12 @@ def train_network(
         checkpoint=checkpoint,
         **_TRAINING,
     ).run()
-    frozen = rows.frozen
-    if rows.network.kind == "levels":
-        rng = generator(seed, "family members")
+    frozen, rng = {**rows.frozen}, generator(seed, "family members")
+    if kind == "levels":
         curves = {m: held_out["shape"].sel(motion=m, condition="new").values for m in MOTIONS}
         frozen["members"] = {
-            m: _membership(shapes(curves[m]), frozen["bases"][m], rows.sensors, rng)
-            for m in MOTIONS
+            m: _membership(shapes(each), frozen["bases"][m], rows.sensors, rng)
+            for m, each in curves.items()
         }
     weights = {name: part.detach().cpu().numpy() for name, part in network.state_dict().items()}
     return history, weights, frozen
@@ -118,14 +102,14 @@ def _membership(
     curves: np.ndarray, basis: Basis, sensors: Sensors, rng: np.random.Generator
 ) -> Membership:
     """Return the distances of curves ``(n, u)`` of held-out drives, at levels of the noise."""
-    noise, squares, left = [], [], []
+    tables = []
     for level in np.geomspace(*sensors.noise, _LEVELS):
         seen, _ = record_shapes(curves, rng, sensors._replace(noise=(level, 1.01 * level)))
         seen = NormalisedRecords(*(part[seen.there] for part in seen))
-        if not noise:
+        if not tables:
             shares = 1.0 - np.geomspace(1.0, 0.5 / len(seen.way), _QUANTILES)
         square, parts, *_ = distances(seen, basis)
-        noise.append(np.median(seen.noise))
-        squares.append(np.quantile(square, shares))
-        left.append(np.nanquantile(parts, 0.99, axis=0))
-    return Membership(np.array(noise), np.array(squares), shares, np.array(left))
+        left = np.nanquantile(parts, 0.99, axis=0)
+        tables.append((np.median(seen.noise), np.quantile(square, shares), left))
+    noise, squares, left = map(np.array, zip(*tables, strict=True))
+    return Membership(noise, squares, shares, left)

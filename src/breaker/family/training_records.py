@@ -1,13 +1,9 @@
-"""Records of a bank's curves for training, every batch by other sensors.
-
-Beginning, end, rate, noise and its colour, steps and gaps are drawn for each record, which is then
-normalised by the code that reads measured ones.
-"""
+"""Records of a bank's curves for training, each by another sensor, normalised as measured ones."""
 
 import numpy as np
 
 from breaker.common.compiling import compiled
-from breaker.family.bank import GRID, GRID_STEP
+from breaker.family.bank import GRID
 from breaker.family.inputs import NormalisedRecords, Sensors
 from breaker.family.shape import effective_noise, normalise
 
@@ -29,18 +25,17 @@ def record_shapes(
     Args:
         curves: Travel over the stroke, ``(n, u)``, at the times of a bank.
         sensors: What records them: see there.
-        like: Stroke and duration of other records, ``(n,)`` each, in which these are measured; in
-            strokes and durations of these curves.
+        like: Stroke and duration, in those of the curves, in which records are measured, ``(n,)``
+            each.
         wanted: Which curves are recorded, ``(n,)`` of bool; all if None. Others are not there.
 
     Returns:
-        The records, in strokes and durations of their curves, and the times of 10 % of the travel
-        as they show it, ``(n,)``. A curve of which no record shows a motion is not there.
+        The records, in strokes and durations of their curves, and when they show 10 % of the
+        travel, ``(n,)``. A curve of which no record shows a motion is not there.
     """
     n = len(curves)
     seen, origin, units = NormalisedRecords.nothing(n), np.zeros(n), np.zeros((2, n))
-    if like:
-        units[:] = like
+    units[:] = like or 0.0
     logs = {name: tuple(np.log(getattr(sensors, name))) for name in ("noise", "step", "quantum")}
     there = np.ones(n, dtype=np.bool_) if wanted is None else wanted.copy()
     _record(curves, rng, sensors._replace(**logs), *units, there, origin, *seen[1:])
@@ -51,10 +46,8 @@ def record_shapes(
 
 @_fast
 def _record(curves, rng, sensors, strokes, durations, there, origins, ways, presents, *about):
-    """Record and normalise the curves that are to be there; ``there`` is then which ones are.
-
-    ``sensors`` has logarithms of ranges that are log-uniform; ``about`` is stroke, duration, noise,
-    colour and step, ``(n,)`` each.
+    """Record the curves that are to be there; ``there`` is then which are. Of log-uniform ranges
+    sensors have logarithms; ``about`` is stroke, duration, noise, colour and step, ``(n,)`` each.
     """
     longest = int((sensors.ends[1] - sensors.begins[0]) / np.exp(sensors.step[0])) + 2
     out = np.empty(longest)
@@ -95,14 +88,15 @@ def _samples(curve, rng, begin, step, noise, colour, quantum, out):
     """Sample a curve, with noise of a first-order process, rounded."""
     root, error = np.sqrt(1.0 - colour * colour), rng.standard_normal()
     for i in range(out.size):
-        value = _at(curve, (begin + i * step - GRID[0]) / GRID_STEP) + noise * error
+        value = _at(curve, begin + i * step) + noise * error
         error = colour * error + root * rng.standard_normal()
         out[i] = quantum * np.round(value / quantum) if quantum > 0.0 else value
 
 
 @_fast
-def _at(curve, place):
+def _at(curve, time):
     """A curve between its points, by the cubic of Catmull and Rom."""
+    place = (time - GRID[0]) / (GRID[1] - GRID[0])
     i = min(max(int(np.floor(place)), 1), curve.size - 3)
     x = min(max(place, 0.0), curve.size - 1.0) - i
     a, b, c, d = curve[i - 1], curve[i], curve[i + 1], curve[i + 2]

@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike
 
 from breaker.model.parameters import NAMES, ONSET, is_logarithmic
 from breaker.model.quantities import metadata_names
-from breaker.paper.calibration import checked_draws, coverage, judge_draws, ranks
+from breaker.paper.calibration import checked_draws, coverage, judge_draws, judge_ranks, ranks
 
 INTERVALS = {"interval_50": (0.25, 0.75), "interval_95": (0.025, 0.975)}
 """Central intervals of a posterior, and their bounds as quantiles."""
@@ -401,6 +401,40 @@ def quality(
             "shortfall": limit - found.mean_contraction,
             "coverage_50": covered[0],
             "coverage_95": covered[1],
+        }
+    )
+
+
+def family_quality(data: xr.Dataset, *, log: bool) -> pd.DataFrame:
+    """Judge a network of a family on held-out drives: one row an output.
+
+    Args:
+        data: What ``training_rows.sample_rows`` returns.
+        log: Whether parameters are judged by their logarithms.
+
+    Returns:
+        Columns ``output``, ``calibration_p`` and ``calibrated``, all outputs together at 99 %,
+        ``coverage_90``, ``contraction`` (1 - mean square error of the posterior mean over the
+        variance of the truth, nan where that does not vary), and in the scale of the judgement
+        ``rms_error`` and ``half_width``, the median half width of 90 % intervals.
+    """
+    logs = log & np.isin(data.output.values, NAMES)
+    draws, truth = (_scaled(data[name].values, logs) for name in ("draws", "truth"))
+    rank, count = ranks(draws, truth), data.sizes["draw"]
+    judged = judge_ranks(rank, count, alpha=0.01)
+    square = np.square(draws.mean(axis=1) - truth).mean(axis=0)
+    low, high = np.quantile(draws, [0.05, 0.95], axis=1)
+    spread = truth.var(axis=0)
+    spread[spread < 1e-12] = np.nan  # round-off of what does not vary
+    return pd.DataFrame(
+        {
+            "output": data.output.values,
+            "calibration_p": judged.p_values,
+            "calibrated": ~judged.outside,
+            "coverage_90": coverage(rank, count, levels=[0.9])[0],
+            "contraction": 1.0 - square / spread,
+            "rms_error": np.sqrt(square),
+            "half_width": np.median(high - low, axis=0) / 2.0,
         }
     )
 
