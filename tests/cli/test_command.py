@@ -69,7 +69,7 @@ def test_an_answer_loads_nothing_that_it_does_not_need(tmp_path, prior):
     script = (
         "import sys; from breaker.cli import main\n"
         f"status = main(['infer', {str(file)!r}])\n"
-        "heavy = 'torch', 'matplotlib', 'zarr', 'arviz', 'snakemake'\n"
+        "heavy = 'torch', 'matplotlib', 'zarr', 'snakemake'\n"
         "heavy += 'xarray', 'pandas', 'scipy.special', 'scipy.ndimage', 'scipy.signal'\n"
         "print('imported:', status, sorted({*heavy} & {*sys.modules}))"
     )

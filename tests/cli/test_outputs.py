@@ -23,10 +23,6 @@ from breaker.cli import main
         ("infer a.csv --output open.csv", "may hold work of yours"),  # a record that is not read
         ("infer a.csv --model m.safetensors --output m.safetensors", "is there already"),
         ("infer a.csv --output same.csv --plot ./same.csv", "another output of this command"),
-        ("infer a.csv --output drive/new.csv --draws drive", "is in, another output of this"),
-        ("infer a.csv --draws foreign.zarr", "is there already"),
-        ("infer a.csv --draws few.yaml", "is there already"),
-        ("infer a.csv --draws open.csv", "is there already"),
         ("infer a.csv --plot drive", "end it in .png"),
         ("infer a.csv --output nowhere/out.csv", "there is no folder nowhere/"),
         ("infer a.csv --output pipe", "is there already"),
@@ -38,7 +34,7 @@ from breaker.cli import main
     ],
 )
 def test_nothing_that_is_not_a_result_is_replaced(folder, capsys, words, reason):
-    for each in ("drive/closing", "config", "foreign.zarr"):
+    for each in ("drive/closing", "config"):
         (folder / each).mkdir(parents=True)
     (folder / "drive/closing/op_1.csv").write_bytes((folder / "a.csv").read_bytes())
     (folder / "hard.csv").hardlink_to(folder / "drive/closing/op_1.csv")
@@ -46,7 +42,6 @@ def test_nothing_that_is_not_a_result_is_replaced(folder, capsys, words, reason)
     (folder / "picture.png").symlink_to("a.csv")
     (folder / "config/config.yaml").write_text("endurance: {draws: 100}\n")
     (folder / "m.safetensors").write_bytes(b"a model")
-    (folder / "foreign.zarr/.zgroup").write_text('{"zarr_format": 2}')
     os.mkfifo(folder / "pipe")
     files = [each for each in folder.rglob("*") if each.is_file()]
     before = {each: each.read_bytes() for each in files}
@@ -61,14 +56,12 @@ def test_nothing_that_is_not_a_result_is_replaced(folder, capsys, words, reason)
 
 
 def test_results_replace_results_of_their_kind(folder):
-    words = ["infer", "a.csv", "--output", "t.csv", "--plot", "p.png", "--draws", "d.zarr"]
+    words = ["infer", "a.csv", "--output", "t.csv", "--plot", "p.png"]
     (folder / "t.csv").touch()
     assert main([*words, "--config", "few.yaml"]) == 0
-    (folder / "d.zarr/old").touch()
     (folder / "link.csv").symlink_to("t.csv")
     first = (folder / "t.csv").read_bytes()
     assert main([*words, "--config", "few.yaml"]) == 0
-    assert not (folder / "d.zarr/old").exists()
     assert main(["infer", "b 2.csv", "--output", "link.csv", "--config", "few.yaml"]) == 0
     assert (folder / "link.csv").is_symlink()
     assert (folder / "t.csv").read_bytes() != first
@@ -100,10 +93,7 @@ def command(*words, before="", encoding="utf-8", **settings):
     )
 
 
-@pytest.mark.parametrize(
-    "command_of",
-    ["infer --output t.csv", "infer --draws d.zarr", "report --output r.html"],
-)
+@pytest.mark.parametrize("command_of", ["infer --output t.csv", "report --output r.html"])
 def test_on_a_full_disk_the_old_result_stays(folder, command_of):
     words = [*command_of.split(), "--config", "few.yaml"]
     words.insert(1, "a.csv")

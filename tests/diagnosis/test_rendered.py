@@ -1,4 +1,4 @@
-"""Limits, and a result as data, CSV, a document, a picture and a tree."""
+"""Limits, and a result as data, CSV and a document."""
 
 import csv
 import json
@@ -10,15 +10,13 @@ import pytest
 
 from breaker.common.document import text_of
 from breaker.common.plain_values import to_json
-from breaker.diagnosis.arviz import tree
-from breaker.diagnosis.estimate import Given
 from breaker.diagnosis.limits import VERDICTS, judged
 from breaker.diagnosis.result import csv_of, result_of
 from breaker.diagnosis.tables import RESULTS, document_of
 from breaker.family.networks import StateDraws
 from breaker.model.limits import Limit, from_list
 from breaker.model.parameters import MOTIONS, NAMES
-from breaker.model.quantities import AFTER_RELEASE, QUANTITIES
+from breaker.model.quantities import QUANTITIES
 from breaker.records.measurements import Measured
 
 
@@ -139,18 +137,3 @@ def test_many_operations_of_a_motion_have_one_table_with_their_range(answers):
     assert row[-1] == "4"
     assert f"{min(values):.4g}"[:4] in row[2]
     assert sum(gone.reason in note for note in table.notes) == 1
-
-
-def test_a_tree_has_the_records_with_a_posterior(answers):
-    found = tree(answers, Given(), seed=1)
-    posterior = found["posterior"]
-    assert posterior.motion.values.tolist() == ["closing", "closing", "opening"]
-    draws = answers[1].draws.theta[:, -1]
-    assert np.array_equal(posterior["L"].sel(chain=0, record=1), draws)
-    nothing = [
-        posterior[name].isnull().all("draw").values.tolist() for name in AFTER_RELEASE.values()
-    ]
-    assert nothing == [[[False, False, True]], [[True, True, False]]]
-    assert (found["sample_stats"].p_value > 0.001).all()
-    with pytest.raises(ValueError, match="--draws"):
-        tree(answers[2:3], Given(), seed=1)

@@ -111,10 +111,6 @@ def test_the_wheel_works_in_any_folder_without_the_extras(built, tmp_path):
     assert done.stdout == f"{place}/breaker/__init__.py\n"
     assert "ModuleNotFoundError" in done.stderr
     assert run("-m", "breaker", "--version").stdout == f"breaker {breaker.__version__}\n"
-    assert (
-        "breaker-drive[stores]"
-        in run("-m", "breaker", "infer", "a.csv", "--draws", "d.zarr").stderr
-    )
     answered = run("-m", "breaker", "infer", "a.csv", "--output", "a.table")
     assert answered.stderr == ""
     assert "medium_voltage" in answered.stdout

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import replace
 
 from breaker.cli import inputs
-from breaker.cli.outputs import check_outputs, draw, say_written, write, write_lines
+from breaker.cli.outputs import check_outputs, draw, say_written, write_lines
 from breaker.common.text import say
 
 
@@ -26,7 +26,6 @@ def add(infer: argparse.ArgumentParser) -> None:
     inputs.add_path(infer, "--output", "CSV", "write a table there, with all columns")
     inputs.add_path(infer, "--plot", "PNG", "draw the answer there, or the overlay on a reference")
     inputs.add_reference(infer)
-    inputs.add_path(infer, "--draws", "ZARR", "write all draws there, for ArviZ")
 
 
 def _fact(text: str) -> tuple[str, list[float]]:
@@ -49,7 +48,7 @@ def _check(options: argparse.Namespace) -> None:
     """Refuse options that contradict each other before anything is read."""
     if models := [each for each in options.files if each.endswith(".safetensors")]:
         raise ValueError(f"{models[0]} is a network, not a record; name it by --model")
-    outputs = [(options.output, "table"), (options.plot, "picture"), (options.draws, "store")]
+    outputs = [(options.output, "table"), (options.plot, "picture")]
     beside = filter(None, [options.model, options.reference])
     check_outputs(outputs, [*options.files, *beside, *options.config])
     names = [name for name, _ in options.known]
@@ -129,23 +128,17 @@ def _families(model: str | None) -> Callable[[], Iterable]:
 
 def _write(answers, given, found, overlays, options: argparse.Namespace) -> list[str]:
     """Write what the options ask for, and return what was written, in words."""
-    seed, written = found.settings["seed"], []
+    written = []
     if options.output:
         from breaker.diagnosis.result import csv_of
 
         written.append(write_lines(options.output, csv_of(found)))
-    if options.draws:
-        from breaker.common.zarr_store import write_zarr
-        from breaker.diagnosis.arviz import tree
-
-        draws = tree(answers, given, seed=seed)
-        write(options.draws, lambda part: write_zarr(draws, part))
-        written.append(f"draws written to {options.draws}")
     if options.plot:
         from breaker.common.randomness import generator
         from breaker.figures.records import answer, overlay
 
-        first, rng = next(e for e in answers if e.levels), generator(seed, "prior draws")
+        first = next(each for each in answers if each.levels)
+        rng = generator(found.settings["seed"], "prior draws")
         prior = given.sample_prior(first, found.settings["draws"], rng)
         picture = overlay(overlays) if overlays else answer(answers, prior)
         written.append(draw(picture, options.plot))

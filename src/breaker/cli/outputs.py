@@ -1,6 +1,5 @@
 """What commands write: whole or not at all, and never over what is not theirs."""
 
-import json
 import os
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
@@ -21,8 +20,7 @@ def check_outputs(wanted: Sequence[tuple[str | None, str]], read: Iterable[str])
     a configuration or a table of operations, replace nothing.
 
     Args:
-        wanted: Name, or None, and kind of each output: "table", "picture", "report", "store" or
-            "lines".
+        wanted: Name, or None, and kind of each output: "table", "picture", "report" or "lines".
         read: Files and folders that the command was given.
 
     Raises:
@@ -61,12 +59,6 @@ def _check_output(name: str, target: Path, kind: str, *, among_records: bool) ->
 
 def _is_own(target: Path, kind: str) -> bool:
     """Return whether what is at a place is empty, or a result of the same kind."""
-    if kind == "store":
-        try:
-            about = json.loads((target / "posterior" / ".zattrs").read_text(encoding="utf-8"))
-            return about.get("inference_library") == "breaker"
-        except (OSError, ValueError, AttributeError):
-            return False
     if not target.is_file():  # such as a pipe or a device
         return False
     with target.open("rb") as stream:

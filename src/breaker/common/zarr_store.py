@@ -42,8 +42,8 @@ def save(dataset: xr.Dataset, path: str | Path) -> None:
     (path / _CHECKSUMS).write_text(json.dumps(_checksums(path), indent=0), encoding="utf-8")
 
 
-def write_zarr(content: xr.Dataset | xr.DataTree, folder: Path) -> None:
-    """Write a dataset or a tree of datasets into a new folder, in Zarr's format 2.
+def write_zarr(content: xr.Dataset, folder: Path) -> None:
+    """Write a dataset into a new folder, in Zarr's format 2.
 
     Format 3 does not specify text yet. Zarr fills memory alone: after an error, its threads would
     go on to write into a folder that its owner removes.
