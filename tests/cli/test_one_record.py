@@ -15,7 +15,6 @@ from breaker.common.plain_values import to_json
 from breaker.configuration.loading import merge
 from breaker.diagnosis import report
 from breaker.diagnosis.reading import read_operations
-from breaker.diagnosis.result import result_of
 from breaker.diagnosis.session import Diagnosis
 from breaker.model.parameters import MOTIONS
 from breaker.prognosis.fleet import drives_of, examine
@@ -65,8 +64,7 @@ def reported(capsys, monkeypatch):
     assert main(["report", "one.csv", "--output", "a.html", "--config", "own.yaml"]) == 0
     capsys.readouterr()
     (diagnosis,) = caught
-    found = result_of(diagnosis.estimates, diagnosis.judge(diagnosis.estimates))
-    return told(json.loads(to_json(found))["records"])
+    return told(json.loads(to_json(diagnosis.result))["records"])
 
 
 def compared(capsys):

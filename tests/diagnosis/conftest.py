@@ -5,9 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from breaker.configuration.loading import defaults
 from breaker.diagnosis.estimate import EstimateSettings, Given
 from breaker.diagnosis.inference import Inference
 from breaker.diagnosis.reading import read_operations
+from breaker.diagnosis.session import Diagnosis
 from breaker.model.quantities import speeds_at
 from breaker.records.contacts import ContactTimes
 from breaker.records.named import ANY
@@ -55,6 +57,13 @@ def timed(records):
         return replace(records[0], raw=raw)
 
     return timed
+
+
+def result_of(estimates, verdicts=None, **given):
+    """The result of estimates, with verdicts of each."""
+    diagnosis = Diagnosis(defaults(), given=Given(**given))
+    vars(diagnosis).update(estimates=estimates, verdicts=verdicts or [[]] * len(estimates))
+    return diagnosis.result
 
 
 def spread(draws):

@@ -10,7 +10,6 @@ import pytest
 
 from breaker.common.numerals import in_digits
 from breaker.diagnosis.report import report_of
-from breaker.diagnosis.result import result_of
 from breaker.diagnosis.session import Diagnosis
 from breaker.model.quantities import EVENTS, INFERRED
 from breaker.records.named import ANY
@@ -45,30 +44,30 @@ def test_a_quantity_has_one_value_on_all_pages(seed, tmp_path, levels, defaults)
     config = defaults | {"endurance": defaults["endurance"] | FEW | {"format": form}}
     diagnosis = Diagnosis(config, LIMITS, families=lambda: [levels])
     diagnosis = replace(diagnosis, records=diagnosis.read(operations))
-    answers = result_of(diagnosis.estimates, diagnosis.judge(diagnosis.estimates))
-    entries = [e for e in answers.records if e.accepted]
+    entries = [e for e in diagnosis.result["records"] if e["accepted"]]
     found = report_of(diagnosis)
     tables = [each for each in found.parts if "± 95 %" in each.head]
     assert len(tables) == len(entries) > 1
     for entry in entries:
-        told = entry.quantities
-        assert not told.keys() & entry.parameters.keys()
-        for part in (part for limit in entry.limits for part in limit.parts):
-            if part.value is not None:  # a verdict is on the value that stands above it
-                assert part.value == told[part.quantity].median
-        event = EVENTS[entry.motion]
+        told = entry["quantities"]
+        assert not told.keys() & entry["parameters"].keys()
+        for part in (part for limit in entry["limits"] for part in limit["parts"]):
+            if part["value"] is not None:  # a verdict is on the value that stands above it
+                assert part["value"] == told[part["quantity"]]["median"]
+        event = EVENTS[entry["motion"]]
         (table,) = (
             each
             for each in tables
-            if each.title.endswith(entry.file.rpartition("/")[2])
-            and each.title.startswith(entry.motion)
+            if each.title.endswith(entry["file"].rpartition("/")[2])
+            and each.title.startswith(entry["motion"])
         )
         names = [row[0] for row in table.rows if not row[0].startswith(" ")]
         assert len({*names}) == len(names)
         shown = {row[0]: row[2] for row in table.rows}
         for name, each in told.items():
-            if name not in INFERRED and each.median is not None:
-                assert shown[name] == in_digits(each.median, 4) + "*" * (each.source == "mixed")
+            if name not in INFERRED and each["median"] is not None:
+                star = "*" * (each["source"] == "mixed")
+                assert shown[name] == in_digits(each["median"], 4) + star
         star = any(f"contact {event}" in note for note in table.notes)
         assert star == any("*" in text for text in shown.values())
         assert not (star and "contact_column" in form)

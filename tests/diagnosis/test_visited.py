@@ -232,13 +232,13 @@ def test_limits_are_judged_by_the_later_inspection_and_come_first():
     ]
     limits = from_list(entries, MOTIONS, SPEEDS)
     found = document(family(f=0.9), today=records(stroke=80.8), limits=limits)
-    rows = {row.name: row for row in found.limits}
+    rows = {row["name"]: row for row in found.limits}
     none = dict.fromkeys(("late", "gap"), "inconclusive")
-    verdicts = {name: row.verdict for name, row in rows.items()}
+    verdicts = {name: row["verdict"] for name, row in rows.items()}
     assert verdicts == {"stroke": "pass", "travel_time": "fail", **none, "f": "fail"}
-    (part,) = rows["stroke"].parts
-    assert (part.value, part.bounds) == (pytest.approx(80.8, abs=0.1), [76.0, 84.0])
-    assert rows["gap"].reason.code == "model-limit"
+    (part,) = rows["stroke"]["parts"]
+    assert (part["value"], part["bounds"]) == (pytest.approx(80.8, abs=0.1), [76.0, 84.0])
+    assert rows["gap"]["reason"].code == "model-limit"
     assert found.summary[0].code == "limits"
     assert text_of(words_of_change(found))
 

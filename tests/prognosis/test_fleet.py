@@ -75,10 +75,10 @@ def test_two_inspections_are_compared_as_alone(drives, results, defaults):
     limits = [each for each in defaults["limits"] if each["of"] == "change"]
     alone = Diagnosis(defaults, limits)
     before, today = (alone.read({m: [e] for m, e in rows}) for rows in drive.inspections)
-    verdicts = {e.name: e for e in alone.compare({"before": before, "today": today}).limits}
+    verdicts = {e["name"]: e for e in alone.compare({"before": before, "today": today}).limits}
     assert (found.state, found.limits[0].limit, found.inspections) == ("due", "stiff_drive", 2)
     assert {e.limit: e.p_exceeded for e in found.limits} == {
-        name: each.p_exceeded for name, each in verdicts.items()
+        name: each["p_exceeded"] for name, each in verdicts.items()
     }
 
 

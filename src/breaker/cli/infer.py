@@ -3,7 +3,6 @@
 import argparse
 import shlex
 from collections.abc import Callable, Iterable
-from dataclasses import replace
 
 from breaker.cli import inputs
 from breaker.cli.outputs import check_outputs, draw, say_written, write_lines
@@ -63,9 +62,8 @@ def run(options: argparse.Namespace) -> int:
     limits = inputs.limits_of(config, options.config)
     # Imported here, so that --help and wrong options answer at once.
     from breaker.common.document import text_of
-    from breaker.common.plain_values import to_json
+    from breaker.common.plain_values import note_of, to_json
     from breaker.configuration.definitions import types_of
-    from breaker.diagnosis.result import result_of
     from breaker.diagnosis.session import Diagnosis, given_by
     from breaker.diagnosis.tables import document_of
     from breaker.diagnosis.words import say as words_for
@@ -74,30 +72,19 @@ def run(options: argparse.Namespace) -> int:
     diagnosis = Diagnosis(config, limits, given, _families(options.model), types_of(config))
     choice = inputs.choice_of(options)
     diagnosis = diagnosis.of_files(options.files, choice, of_type=options.type)
-    records = diagnosis.records
     good = [options.reference] if options.reference else []
     good = diagnosis.of_files(good, choice, of_type=diagnosis.type).records
-    overlays = inputs.overlays_of(records, good, options)
-    answers = diagnosis.estimates
+    overlays = inputs.overlays_of(diagnosis.records, good, options)
     words = [words_for("own-prior")] if given.prior else []
-    asked = diagnosis.limits_on(answers, choice.motions)
+    asked = diagnosis.limits_on(diagnosis.estimates, choice.motions)
     if apart := dict.fromkeys(e.pair or e.name for e in asked if e.of == "change"):
-        words = [*words, words_for("limits-of-change", names=", ".join(apart))]
-    settings = diagnosis.settings._asdict() | {"known": given.known}
-    settings["size"] = given.size and vars(given.size)
-    found = result_of(
-        answers,
-        diagnosis.judge(answers),
-        prior=given.prior,
-        remarks=words,
-        settings=settings,
-        simultaneity=config["report"]["simultaneity"],
-    )
+        words.append(words_for("limits-of-change", names=", ".join(apart)))
+    found = {**diagnosis.result, "remarks": [*map(note_of, words)]}
     if overlays:
-        found = replace(found, reference=[_numbers(each) for each in overlays])
-    rejected = [each.file for each in found.records if not each.accepted]
-    nothing = len(rejected) == len(found.records)
-    written = [] if nothing else _write(answers, given, found, overlays, options)
+        found["reference"] = [_numbers(each) for each in overlays]
+    rejected = [each["file"] for each in found["records"] if not each["accepted"]]
+    nothing = len(rejected) == len(found["records"])
+    written = [] if nothing else _write(diagnosis, found, overlays, options)
     said = [f"{each.title}: {each.words}" for each in overlays]
     say(to_json(found) if options.json else text_of(document_of(found, said=said)))
     if rejected:
@@ -126,7 +113,7 @@ def _families(model: str | None) -> Callable[[], Iterable]:
     return lambda: [network]
 
 
-def _write(answers, given, found, overlays, options: argparse.Namespace) -> list[str]:
+def _write(diagnosis, found, overlays, options: argparse.Namespace) -> list[str]:
     """Write what the options ask for, and return what was written, in words."""
     written = []
     if options.output:
@@ -137,9 +124,10 @@ def _write(answers, given, found, overlays, options: argparse.Namespace) -> list
         from breaker.common.randomness import generator
         from breaker.figures.records import answer, overlay
 
-        first = next(each for each in answers if each.levels)
-        rng = generator(found.settings["seed"], "prior draws")
-        prior = given.sample_prior(first, found.settings["draws"], rng)
-        picture = overlay(overlays) if overlays else answer(answers, prior)
+        settings, estimates = diagnosis.settings, diagnosis.estimates
+        first = next(each for each in estimates if each.levels)
+        rng = generator(settings.seed, "prior draws")
+        prior = diagnosis.given.sample_prior(first, settings.draws, rng)
+        picture = overlay(overlays) if overlays else answer(estimates, prior)
         written.append(draw(picture, options.plot))
     return written

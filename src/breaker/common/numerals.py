@@ -19,6 +19,17 @@ def in_digits(value: float, digits: int, *, sign: bool = False) -> str:
     return np.format_float_positional(value, precision=digits, **more)
 
 
+def distinct(values: Sequence[float], digits: int, *, sign: bool = False) -> list[str]:
+    """Write rising numbers with as many digits as distinguish the ends, and at least so many.
+
+    >>> distinct([178.21, 178.24], 4), distinct([2.0, 3.0], 4)
+    (['178.21', '178.24'], ['2', '3'])
+    """
+    write = lambda more: [in_digits(each, more, sign=sign) for each in values]  # noqa: E731
+    texts = map(write, range(digits, 8))
+    return next((some for some in texts if some[0] != some[-1]), write(digits))
+
+
 def first_of(names: Sequence[str], most: int) -> str:
     """List names, at most so many, and count the others, as in "a, b and 1 more"."""
     more = len(names) - most

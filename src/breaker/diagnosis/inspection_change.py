@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 from breaker.common.document import Cell, Document, Remark, Section, Table
-from breaker.common.numerals import first_of, in_digits, in_p
+from breaker.common.numerals import distinct, first_of, in_digits, in_p
 from breaker.common.plain_values import note_of, plainly
 from breaker.common.randomness import generator
 from breaker.common.wording import Sentence
@@ -25,7 +25,7 @@ from breaker.diagnosis.changes import (
     measured_changes,
     readings_of,
 )
-from breaker.diagnosis.estimate import EstimateSettings
+from breaker.diagnosis.estimate import NOTHING, EstimateSettings
 from breaker.diagnosis.explanations import (
     Explanation,
     explain,
@@ -42,7 +42,7 @@ from breaker.diagnosis.identity import (
     order_doubts,
     stated_differences,
 )
-from breaker.diagnosis.limits import Evidence, Verdict, judge
+from breaker.diagnosis.limits import Known, Verdict, judge
 from breaker.diagnosis.reading import samples_of
 from breaker.diagnosis.tables import limits_table
 from breaker.diagnosis.words import say
@@ -52,6 +52,7 @@ from breaker.model.limits import Limit, from_list
 from breaker.model.parameters import MOTIONS, NAMES, PARAMETERS
 from breaker.model.quantities import Speed
 from breaker.records.files import printable
+from breaker.records.measurements import Measured
 from breaker.records.record import Record
 from breaker.records.rejections import DISTURBED
 from breaker.shipped import KINDS
@@ -133,7 +134,7 @@ class InspectionChange(NetworkChanges):
         """Sentences on limits, measured changes, explanations, parameters, and rejected records."""
         by: dict[str, list[str]] = {}
         for limit in self.limits:
-            by.setdefault(limit.verdict, []).append(limit.name)
+            by.setdefault(limit["verdict"], []).append(limit["name"])
         verdicts = "; ".join(f"{verdict}: {', '.join(names)}" for verdict, names in by.items())
         sentences = [say("limits", verdicts=verdicts)] if by else []
         rows = [row for row in self.measured if row.changed]
@@ -188,20 +189,11 @@ def _changes(code: str, rows: Sequence[QuantityChange], since: str) -> Sentence:
 def _amount(change: Sequence[float]) -> str:
     """Return a change in words, such as "8 % lower (5 to 11 %)"."""
     if change[0] < 0.0 < change[2]:
-        code, texts = "uncertain", _digits(change, sign=True)
+        code, texts = "uncertain", distinct(change, 2, sign=True)
     else:
         code = "lower" if change[1] < 0.0 else "higher"
-        texts = _digits(sorted(map(abs, change)))
+        texts = distinct(sorted(map(abs, change)), 2)
     return say(f"amount-{code}", low=texts[0], middle=texts[1], high=texts[2])
-
-
-def _digits(change: Sequence[float], *, sign: bool = False) -> list[str]:
-    """Return quantiles in as many digits as distinguish the ends."""
-    for digits in (2, 3, 4, 6):
-        texts = [in_digits(each, digits, sign=sign) for each in change]
-        if texts[0] != texts[2]:
-            break
-    return texts
 
 
 # ---- the comparison --------------------------------------------------------------------------
@@ -335,21 +327,21 @@ def judge_today(
     draws = {} if document.differences else document.shares(still)
     shown = {m: [raw.measured(speeds) for raw in raws] for m, raws in today.items()}
 
-    def evidence(limit: Limit, name: str) -> Evidence:
+    def find(limit: Limit, name: str) -> Known:
         if limit.of == "model":
-            return Evidence(reason=say("model-limit"))
+            return NOTHING._replace(reason=say("model-limit"))
         if limit.of == "change":
             if not draws:
-                return Evidence(reason=say("no-change-estimated"))
-            return Evidence(draws=100.0 * draws[name])
+                return NOTHING._replace(reason=say("no-change-estimated"))
+            return 100.0 * draws[name]
         measured = shown[limit.motion]
         readings = readings_of(measured, name)
         if not len(readings):
-            return Evidence(reason=measured[0][name].reason)
+            return measured[0][name]
         error = mean_error([readings], name, mean_stroke(measured))
-        return Evidence(float(readings[:, 0].mean()), error)
+        return Measured(float(readings[:, 0].mean()), error, "")
 
-    return plainly(judge(limits, evidence, document.settings["seed"], "visits"))
+    return plainly(judge(limits, find, document.settings["seed"], "visits"))
 
 
 # ---- tables ----------------------------------------------------------------------------------
@@ -357,7 +349,7 @@ def judge_today(
 
 def words_of_change(document: InspectionChange) -> Document:
     """Return a comparison in words."""
-    limits = [limits_table(document.limits)] if document.limits else []
+    limits = [limits_table(("", each) for each in document.limits)] if document.limits else []
     parts = [*limits, _table(document)]
     if document.advice:
         parts.append(Section(say("look-first"), [*map(Remark, document.advice)]))
@@ -393,7 +385,7 @@ def _cells(row: QuantityChange) -> list[str]:
     tone = "bad" if row.is_worse else "" if row.changed else "faint"
     change = interval = ""
     if row.measured or row.changed:
-        low, middle, high = _digits(row.if_changed, sign=True)
+        low, middle, high = distinct(row.if_changed, 2, sign=True)
         change, interval = Cell(f"{middle} %", tone), f"{low} to {high}"
     values = ["" if each is None else in_digits(each, 4) for each in (row.before, row.today)]
     known = ("" if each is None else f"{each:.2f}" for each in (row.p_unchanged, row.p_worse))

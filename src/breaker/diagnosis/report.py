@@ -10,7 +10,6 @@ from breaker.common.document import Document, Letterhead
 from breaker.diagnosis.curves import Panel
 from breaker.diagnosis.identity import nameplate, printed_values
 from breaker.diagnosis.inspection_change import change_tables
-from breaker.diagnosis.result import result_of
 from breaker.diagnosis.session import Diagnosis
 from breaker.diagnosis.tables import document_of, shown_of, title_of
 from breaker.diagnosis.words import say
@@ -34,18 +33,12 @@ def report_of(diagnosis: Diagnosis) -> Report:
     Raises:
         ValueError: If the logo of the configuration cannot be used.
     """
-    result = result_of(
-        diagnosis.estimates,
-        diagnosis.judge(diagnosis.estimates),
-        prior=diagnosis.given.prior,
-        simultaneity=diagnosis.config["report"]["simultaneity"],
-    )
-    records, changes = diagnosis.records, diagnosis.changes
+    records, result, changes = diagnosis.records, diagnosis.result, diagnosis.changes
     printed = printed_values(records, diagnosis.speeds_of(records))
     compared = [each for each in changes.values() if not isinstance(each, str)]
     doubts = [text for each in compared for text in each.warnings]
     found = document_of(result, printed=printed, changes=change_tables(changes), doubts=doubts)
-    by_record = dict(zip(map(id, result.records), diagnosis.estimates, strict=True))
+    by_record = dict(zip(map(id, result["records"]), diagnosis.estimates, strict=True))
     panels = [
         Panel(title_of(group), [by_record[id(each)] for each in group], diagnosis.overlays)
         for group in shown_of(result)

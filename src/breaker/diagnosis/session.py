@@ -18,6 +18,7 @@ from breaker.diagnosis.identity import Inspections, phase_of
 from breaker.diagnosis.inference import Inference
 from breaker.diagnosis.limits import Verdict, judged
 from breaker.diagnosis.reading import read_operations
+from breaker.diagnosis.result import Result, result_of
 from breaker.diagnosis.words import say
 from breaker.family.networks import StateNetwork, shipped_levels
 from breaker.model.limits import Limit, from_list
@@ -131,6 +132,16 @@ class Diagnosis:
         """Infer records, in their order."""
         inference = Inference(self.families, self.given, self.settings)
         return inference.infer(records, self.speeds_of(records))
+
+    @cached_property
+    def verdicts(self) -> list[list[Verdict]]:
+        """Verdicts on the limits of each estimate."""
+        return self.judge(self.estimates)
+
+    @cached_property
+    def result(self) -> Result:
+        """Estimates and verdicts as data: see ``result_of``."""
+        return result_of(self)
 
     def judge(self, estimates: Sequence[Estimate]) -> list[list[Verdict]]:
         """Return the verdicts of each estimate: see ``judged``."""

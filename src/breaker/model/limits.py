@@ -40,7 +40,6 @@ class Limit:
         of: Source of its quantities, one of ``SOURCES``.
         since: State from which changes count: "new", or the last known "event".
         pair: Name of the entry whose other side is another limit; empty if there is none.
-        reference: Value from which the bound is a tolerance away; None if there is none.
 
     Example:
         >>> entry = {"name": "slow", "motion": "closing", "upper": {"touch_time": 10}}
@@ -58,7 +57,6 @@ class Limit:
     of: str = "model"
     since: str = "new"
     pair: str = ""
-    reference: float | None = None
 
     def __post_init__(self) -> None:
         if wrong := " ".join(self._complaints()):
@@ -96,7 +94,7 @@ class Limit:
             for side in ("upper", "lower")
             for quantity, value in entry.get(side, {}).items()
         )
-        more = {key: entry[key] for key in ("of", "since", "pair", "reference") if key in entry}
+        more = {key: entry[key] for key in ("of", "since", "pair") if key in entry}
         return cls(entry["name"], entry.get("motion", ""), parts, speeds, **more)
 
     def read(self, reader: Any, *about: Any) -> Any:
@@ -270,7 +268,7 @@ def _band(entry: Mapping[str, Any], speeds: Sequence[Speed]) -> Iterator[dict[st
     for motion in [""] if about["of"] == "change" else motions:
         pair = f"{name} {motion}" if motion and len(motions) > 1 else name
         one = {key: about[key] for key in ("of", "since") if key in about}
-        one |= {"motion": motion, "pair": pair, "reference": middle}
+        one |= {"motion": motion, "pair": pair}
         yield one | {"name": f"{pair} high", "upper": {quantity: middle + away}}
         yield one | {"name": f"{pair} low", "lower": {quantity: middle - away}}
 

@@ -148,7 +148,7 @@ def _examined(drive: Drive, diagnosis: Diagnosis, remarks: list) -> dict[str, ob
 
 def _states(verdicts: Iterable[Verdict]) -> Iterator[LimitState]:
     """Yield the state of each limit by its mean probability over records."""
-    for name, values in _grouped((each.name, each.p_exceeded) for each in verdicts).items():
+    for name, values in _grouped((each["name"], each["p_exceeded"]) for each in verdicts).items():
         p = float(np.mean(np.array(values, dtype=float)))  # nan without a value
         state = "due" if p >= _SURE else "ok" if p <= 1.0 - _SURE else "unknown"
         yield LimitState(name, state, p)
