@@ -229,7 +229,7 @@ def _state_notes(states: Mapping[str, RecordResult], determined: Collection[str]
         said = say("effects", effects=", ".join(texts))
         notes += [f"{label}: {said}" if label else said] if texts else []
         keys |= {key for value in state["parameters"].values() for key in value}
-    notes += [say(name) for name in ("percentile",) if name in keys]
+    notes += [say(name) for name in ("percentile", "absolute") if name in keys]
     names = (f"{each.word} {each.name}" for each in PARAMETERS)
     others = [name for name in names if name not in determined]
     return notes + ([say("not-identifiable", names=", ".join(others))] if states and others else [])
@@ -240,7 +240,11 @@ def _state_cell(value: Value) -> str:
     if value["median"] is None or value.get("prior_share", 0.0) >= _PRIOR:
         return _NONE
     text = f"{in_digits(value['median'], 3)} ({_range(value['interval_95'], 3)})"
-    return f"{text}, {value['percentile']:.0f} %" if "percentile" in value else text
+    text += f", {value['percentile']:.0f} %" if "percentile" in value else ""
+    if "absolute" not in value:
+        return text
+    unit, median, ends = value["absolute"].values()
+    return f"{text}; {in_digits(median, 3)} {unit} ({_range(ends, 3)})"
 
 
 # ---- remarks and rejected records ----------------------------------------------------------------
