@@ -25,7 +25,7 @@ from scipy.optimize import brentq
 
 from breaker.common.randomness import generator
 from breaker.configuration.loading import load
-from breaker.diagnosis.changes import Pair, compare, inferred_changes
+from breaker.diagnosis.changes import Pair, compare
 from breaker.diagnosis.estimate import Given
 from breaker.diagnosis.session import Diagnosis
 from breaker.family.networks import shipped_networks
@@ -205,7 +205,7 @@ def visits(prior: Prior, count: int, records: int = 3) -> pd.DataFrame:
         pair = Pair.of(visit(drive, records, rng), visit(later, records, rng))
         both = compare(pair, networks, rng)
         about = "change", "changed" if number % 2 else "unchanged"
-        for row in (each for each in inferred_changes(both) if each.name in NAMES):
+        for row in (each for each in both.rows if each.name in NAMES):
             low, _, high = row.change
             truth = 100.0 * (factors[NAMES.index(row.name)] - 1.0)
             holds, said = low - 1e-9 <= truth <= high + 1e-9, row.changed

@@ -24,7 +24,7 @@ import pandas as pd
 from breaker.common.randomness import generator
 from breaker.configuration.definitions import family_of
 from breaker.configuration.loading import defaults
-from breaker.diagnosis.changes import Pair, compare, inferred_changes, measured_changes
+from breaker.diagnosis.changes import Pair, compare, measured_changes
 from breaker.diagnosis.reading import read_operations
 from breaker.family.curve_file import write_curve
 from breaker.family.drive_family import Family
@@ -114,7 +114,7 @@ def one_rig(number: int, count: int, change: float | None, config: Mapping) -> p
     misfit = config["endurance"]["misfit_p_value"]
     pair = Pair.of(before, today)
     found = compare(pair, [*shipped_networks()], rng, misfit_p_value=misfit)
-    parameters = [row for row in inferred_changes(found) if row.name in NAMES]
+    parameters = [row for row in found.rows if row.name in NAMES]
     rows = pd.DataFrame([*measured_changes(pair, SPEEDS), *parameters])
     true = truth(drives)
     whole = {"rig": number, "records": count, "change": change}

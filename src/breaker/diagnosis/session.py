@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from breaker.configuration.definitions import advice_of, entry_of_type, laid_over
+from breaker.configuration.definitions import entry_of_type, laid_over
 from breaker.configuration.loading import defaults
 from breaker.diagnosis.estimate import KNOWN_VALUES, DriveRecord, Estimate, EstimateSettings, Given
 from breaker.diagnosis.identity import Inspections, phase_of
@@ -185,14 +185,7 @@ class Diagnosis:
         """
         from breaker.diagnosis.inspection_change import compare_inspections
 
-        return compare_inspections(
-            inspections,
-            self.speeds_of(record for some in inspections.values() for record in some),
-            self.settings,
-            limits=self.limits,
-            advice=advice_of(self.config["advice"]),
-            same_transducer=self.same_transducer,
-        )
+        return compare_inspections(self, inspections)
 
 
 def given_by(config: Mapping, known: Mapping[str, Sequence[float]] | None = None) -> Given:

@@ -318,16 +318,6 @@ def _noise_of_means(means: Sequence[Mean], basis: Basis) -> list[np.ndarray]:
     return noise
 
 
-def more_scattered(means: Sequence[Mean], usual: float) -> float:
-    """Return by what factor the variance of operations of some inspections exceeds a usual one of a
-    record over the stroke, the sum over the grid; at least 1.
-    """
-    seen = sum(len(mean.left) - 1 for mean in means)
-    squares = sum(float(np.square(mean.left).sum()) for mean in means)
-    known = np.mean([len(m.left) * m.seen.noise[0] ** 2 * m.left.shape[1] for m in means])
-    return max(float(shrunk_variance(squares - seen * known, seen, usual)) / usual, 1.0)
-
-
 def shrunk_variance(squares, seen, usual, known=_KNOWN):
     """Return a variance, or a covariance, drawn to the usual one: of the sum of squares, or of
     products, of observations, and degrees of freedom of these and of the usual one.
