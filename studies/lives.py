@@ -193,7 +193,7 @@ def series_of(operations: np.ndarray, motions: Mapping[str, MotionRecords]) -> S
     """The series of records of which none is missing."""
     inspections = inspections_of(operations)
     new = new_of({motion: each.there for motion, each in motions.items()}, inspections)
-    return Series(operations, motions, new, {}, {}, inspections)
+    return Series(operations, motions, new, {}, inspections=inspections)
 
 
 def measured(curve: np.ndarray, motion: str) -> dict[str, Measured]:

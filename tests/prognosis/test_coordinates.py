@@ -61,49 +61,23 @@ def test_the_first_coordinates_are_those_in_which_wear_shows_most(seen):
     np.testing.assert_allclose(found, np.diag(curve.variance), atol=1e-9 * curve.variance[0])
 
 
-def test_a_measured_quantity_is_linear_in_coordinates_and_its_own(seen):
-    series, _sizes, coordinates = seen
-    reading = coordinates.readings[0]
-    values = coordinates.blocks(series)
-    _, row = coordinates.row("closing", "travel_time")
-    both = np.hstack([values[0].values, values[1].values])
-    time = series.motions["closing"].measured["travel_time"]
-    there = np.isfinite(both).all(axis=1)
-    np.testing.assert_allclose((reading.mean + both @ row)[there], time[there])
-    assert np.isnan(values[1].values[7]).all()
-    # What is left is far less than the quantity scatters by itself: the curve explains it.
-    assert reading.scatter < 0.7 * np.nanstd(time)
-    assert coordinates.row("closing", "stroke") is None
-
-
-def test_readings_are_off_alike_by_what_is_stated_of_late():
-    """However much they scatter: by 0.6 here, where 1 or 0.1 is stated."""
-    for sd in (1.0, 0.1):
-        series, _ = a_series(sd=sd)
-        reading, _ = Coordinates.of(series, {"closing": a_basis()}).row("closing", "travel_time")
-        np.testing.assert_allclose(reading.common[reading.common > 0.0], sd)
-        assert reading.common[-1] == pytest.approx(sd)
-    motion = series.motions["closing"]
-    motion.stated["travel_time"][300:] = 10.0  # what is stated of late counts,
-    motion.stated["travel_time"][300::2] = 0.1  # of each half, whether a few more or less
-    common = Coordinates.of(series, {"closing": a_basis()}).readings[0].common
-    np.testing.assert_allclose(common[[299, 349, -1]], [0.1, 1.0, 1.0], rtol=0.2)
-    assert np.abs(np.diff(np.log(common[360:]))).max() < 0.2
-
-
-@pytest.mark.parametrize("sd", [0.05, 3.0])
-def test_few_readings_scatter_as_is_usual_and_stated_with_them(sd):
-    """Of a quantity that scatters by 0.6; nothing can be told of how the curve moves it."""
+@pytest.mark.parametrize(("count", "sd"), [(200, 0.0), (4, 0.05), (4, 3.0), (1, 0.05)])
+def test_a_measured_quantity_is_in_units_of_its_scatter(count, sd):
+    """The fewer readings, the more is it what is usual and stated with them."""
     series, _ = a_series(sd=sd)
-    few = Series(series.operations, series.motions, np.arange(4), {})
-    (reading,) = Coordinates.of(few, {"closing": a_basis()}).readings
-    assert not reading.slopes.any()
-    times = series.motions["closing"].measured["travel_time"][:4]
-    steps, usual = np.diff(times) / np.sqrt(2.0), sd**2 + (0.005 * times.mean()) ** 2
-    assert reading.scatter == pytest.approx(np.sqrt((steps @ steps + 10.0 * usual) / 13.0))
-    single = Series(series.operations, series.motions, np.arange(1), {})
-    (reading,) = Coordinates.of(single, {"closing": a_basis()}).readings
-    assert reading.scatter == pytest.approx(np.hypot(sd, 0.005 * reading.mean))
+    some = Series(series.operations, series.motions, np.arange(count), {})
+    coordinates = Coordinates.of(some, {"closing": a_basis()})
+    reading, place = coordinates.reading("closing", "travel_time")
+    blocks = coordinates.blocks(some)
+    assert place == blocks[0].variance.size
+    times = series.motions["closing"].measured["travel_time"]
+    np.testing.assert_allclose(reading.mean + reading.scatter * blocks[1].values[:, 0], times)
+    assert coordinates.reading("closing", "stroke") is None
+    own, usual = times[:count], sd**2 + (0.005 * reading.mean) ** 2
+    steps = np.diff(own[np.isfinite(own)]) / np.sqrt(2.0)
+    expected = (steps @ steps + 20.0 * usual) / (steps.size + 20.0)
+    assert reading.scatter == pytest.approx(np.sqrt(expected))
+    assert reading.common == sd
 
 
 def test_the_noise_told_of_the_new_mean_is_that_of_its_records(seen):
@@ -117,10 +91,6 @@ def test_a_record_has_the_same_coordinates_however_many_follow(seen):
     series, _, coordinates = seen
     motion, curve = series.motions["closing"], coordinates.curves["closing"]
     whole = curve.project(motion.way, motion.present)
-    time = motion.measured["travel_time"]
     for count in (2, 7, 60, 333):
         some = curve.project(motion.way[:count], motion.present[:count])
         np.testing.assert_array_equal(some, whole[:count])
-        for reading in coordinates.readings:
-            own = reading.project(time[:count], some)
-            np.testing.assert_array_equal(own, reading.project(time, whole)[:count])

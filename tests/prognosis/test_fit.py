@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from breaker.prognosis.trend import Block, PathFit
+from breaker.prognosis.trend import Block, PathFit, evidence
 
 
 def a_fit(n=40, k=3, last=39, precision=0.01):
@@ -14,8 +14,9 @@ def a_fit(n=40, k=3, last=39, precision=0.01):
     values[5] = np.nan
     fit = PathFit([Block(values, np.ones(k), np.ones(k))])
     fit.noise = np.array([1.0, 2.0, 0.5])
-    for i in range(last + 1):
-        fit.sum_up(design[i : i + 1], i)
+    fit.design(design, 10)
+    for i in range(10, last + 1):
+        fit.add(i, i + 1)
     fit.solve(last, np.full((k, 2), precision))
     return fit, design, values
 
@@ -28,21 +29,6 @@ def test_records_one_after_the_other_give_the_regression_of_all():
         expected = np.linalg.solve(square, design[there].T @ values[there, k] / fit.noise[k])
         np.testing.assert_allclose(fit.mean[k], expected)
         np.testing.assert_allclose(fit.cov[k], np.linalg.inv(square))
-    mean, cov = fit.about(design[-2:])  # of linear functions
-    np.testing.assert_allclose(mean[:, 1], fit.mean @ design[-1])
-    np.testing.assert_allclose(cov[1, 0, 1], design[-2] @ fit.cov[1] @ design[-1])
-    before = np.array(fit.gram[1:]), np.array(fit.moment[1:])
-    fit.sum_up(
-        np.hstack([design, np.arange(40)[:, None] >= 25])[20:], 20
-    )  # a column more, after 20
-    assert np.all(fit.gram[26:, :, 2, 2] > 0.0)
-    assert not fit.gram[:26, :, 2].any()
-    fit.sum_up(design[20:], 20)  # and none
-    np.testing.assert_allclose(fit.gram[1:, :, :2, :2], before[0])
-    np.testing.assert_allclose(fit.moment[1:, :2], before[1])
-    assert not fit.gram[:, :, 2].any()
-    assert not fit.gram[..., 2].any()
-    assert not fit.moment[:, 2].any()
 
 
 @pytest.mark.parametrize("start", [10, 25, 38])
@@ -52,9 +38,8 @@ def test_the_evidence_of_a_column_is_that_of_the_larger_regression(start, step):
     fit, design, values = a_fit()
     time = design[:, 1]
     row = np.array([1.0, 0.0]) if step else np.array([-time[start], 1.0])
-    found = fit.explained(np.array([start]), 39, row[None, None])[0].evidence(np.full((1, 3), 4.0))[
-        0
-    ]
+    explained = fit.explained(np.array([start]), 39, row[None])
+    (found,) = evidence(*explained, np.full((1, 3), 4.0))
     there = np.isfinite(values[:, 0])
     column = (np.arange(40) >= start) * (design @ row)
 

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from breaker.model.limits import Limit
+from breaker.prognosis.coordinates import CoordinateReading, Coordinates
 from breaker.prognosis.forecast import Forecast, Future, Onward, _crossings, _drifted, drift_of
 
 LIMIT = Limit("slow", "closing", (("travel_time", 10.0, True),), of="record")
@@ -20,10 +21,10 @@ class OneQuantity:
     def ways(self):
         return []
 
-    def condition(self, change, variance, where):
-        normal = np.linspace(-2.0, 2.0, 200)
-        values = (8.0 + change + np.sqrt(variance) * normal)[:, :, None]
-        return SimpleNamespace(of_record=lambda limit: values)
+    @property
+    def coordinates(self):
+        reading = CoordinateReading("closing", "travel_time", mean=8.0, scatter=1.0, common=0.0)
+        return Coordinates({}, [reading])
 
 
 def forecast(change, rate, future=SURE, *, sd=0.01, rate_sd=1e-6, bend=0.0, bend_sd=1.0):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from breaker.prognosis.series import Event, inspections_of, series_of
+from breaker.prognosis.series import events_of, inspections_of, series_of
 
 STEP, LENGTH = 0.2, 400
 TIME = STEP * np.arange(LENGTH)
@@ -91,40 +91,32 @@ def test_new_is_the_first_inspection(dated):
 
 
 def test_maintenance_ends_an_inspection():
-    found = inspections_of(np.array([1, 2, 201, 202]), None, {3: Event.from_text("greased")})
+    found = inspections_of(np.array([1, 2, 201, 202]), None, events_of({3: "greased"}))
     assert found.tolist() == [0, 0, 1, 2]
 
 
 def test_work_between_ends_what_is_new():
-    greased = {30: Event.from_text("greased"), 6: Event.from_text("inspected")}
-    found = series(events=greased)
+    found = series(events=events_of({30: "greased", 6: "inspected"}))
     assert found.operations[found.new].tolist() == [2, *range(4, 30)]
     assert found.events[29].renews
     assert not found.events[5].renews
 
 
-def test_new_operations_are_about_as_warm():
-    warm = dict.fromkeys(range(1, 43), 20.0) | {5: 35.0}
-    found = series(conditions={"temperature": warm})
-    assert 5 not in found.operations[found.new]
-    assert found.relative["temperature"][found.operations == 5] == pytest.approx(1.5)
-    assert not series().relative
-
-
-def test_new_operations_are_at_about_the_same_voltage():
-    """In volts or in percent, whatever the rated one."""
+def test_conditions_are_relative_to_those_of_new_operations():
+    """Voltages in volts or in percent, whatever the rated one."""
     for rated in (100.0, 110.0):
-        volts = dict.fromkeys(range(1, 43), rated) | {5: 0.85 * rated}
-        found = series(conditions={"voltage": volts})
-        assert 5 not in found.operations[found.new]
-        assert found.relative["voltage"][found.operations == 5] == pytest.approx(-1.5)
+        volts = dict.fromkeys(range(1, 43), rated) | {42: 0.85 * rated}
+        warm = dict.fromkeys(range(1, 42), 20.0)
+        conditions = {"voltage": volts, "temperature": warm | {41: 35.0}, "none": {}}
+        voltage, temperature = series(conditions=conditions).conditions
+        assert voltage[-1] == pytest.approx(-1.5)
+        assert temperature[-2:].tolist() == pytest.approx([1.5, 0.0])  # one is not known
 
 
 def test_events_mean_what_they_start_anew():
-    assert Event.from_text("transducer remounted").transducer
-    both = Event.from_text("greased, transducer remounted")
-    assert both.renews
-    assert not both.transducer
-    assert Event.from_text("oil changed", {"oil changed": ["gamma_a"]}).renews
-    with pytest.raises(ValueError, match="has no oil changed"):
-        Event.from_text("oil changed")
+    texts = {1: "transducer remounted", 2: "greased, transducer remounted", 3: "oil changed"}
+    found = events_of(texts, {"oil changed": ["gamma_a"]})
+    assert [each.renews for each in found.values()] == [True, True, True]
+    assert [each.transducer for each in found.values()] == [True, False, False]
+    with pytest.raises(ValueError, match="oil changed"):
+        events_of(texts)

@@ -131,7 +131,7 @@ def test_measured_records_have_no_truth(found, tables):
 
 
 def test_when_a_life_changed_and_what_was_decided():
-    life = xr.Dataset({"noticed": ("change", [700, 1824]), "certainty": ("change", [-1.0, 40.0])})
+    life = xr.Dataset({"noticed": ("change", [1824])})
     limits = pd.DataFrame({"limit": ["wide", "wide", "slow"], "certain": [25.0, 25.0, np.nan]})
     decisions = pd.DataFrame(
         {
@@ -141,7 +141,7 @@ def test_when_a_life_changed_and_what_was_decided():
         }
     )
     assert numbers_of_life(life, limits, decisions, {"wide": 18.0, "slow": np.nan}) == {
-        "changes": "1",  # the other was taken back
+        "changes": "1",
         "change_1": "1,824",
         "wide.failure": "18",
         "wide.exceeded": "25",

@@ -3,7 +3,7 @@
 from breaker.model.limits import from_list
 from breaker.model.quantities import speeds_of
 from breaker.prognosis.life import Life
-from breaker.prognosis.series import Event
+from breaker.prognosis.series import events_of
 from breaker.records.curves import open_curves
 from breaker.workflow.jobs import start
 
@@ -14,7 +14,7 @@ params = snakemake.params
 life = Life(
     from_list(params.limits, params.motions, speeds_of(params.speeds)),
     dict(params.items()),
-    events=Event.by_operation(params.events, params.more_events),
+    events=events_of(params.events, params.more_events),
     conditions=params.conditions,
 )
 life.update({m: open_curves(snakemake.input[m], without=UNUSED) for m in params.motions})

@@ -241,7 +241,7 @@ def changepoint(life: xr.Dataset) -> Figure:
         p.change_lines(axis, life)
         axis.margins(x=0.01)
     lines = [_change_words(life.isel(change=k), k + 1) for k in range(life.sizes["change"])]
-    unknown = (life["certainty"].values >= 0.0) & (life["kind"].values != "event")
+    unknown = life["kind"].values != "event"
     starts = [f"{each:,}" for each in life["start"].values[unknown]]
     finding = f"Changes found at operation {first_of(starts, 4)}"
     finding = finding if starts else f"No change is found in {life.sizes['operation']:,} operations"
@@ -258,7 +258,6 @@ def _change_words(change: xr.Dataset, number: int) -> str:
     words = f"{number}: {_KINDS[change['kind'].item()]} at operation {start}"
     if change["kind"].item() != "event":
         words += f", 90 %: {earliest} to {latest}, noticed at {noticed}"
-    words += ", taken back by later records" * (change["certainty"].item() < 0.0)
     return p.spoken(words)
 
 

@@ -169,8 +169,6 @@ def change_lines(axis: Axes, life: "xr.Dataset") -> None:
         look = {"color": style.CHANGED, "label": "change, 90 % interval"}
         if change["kind"].item() == "event":
             look = {"color": style.MEASURED, "ls": "--", "label": "known work"}
-        if change["certainty"].item() < 0.0:
-            look = {"color": style.PRIOR, "ls": ":", "label": "change taken back"}
         axis.axvspan(change["earliest"], change["latest"], color=look["color"], alpha=0.15, lw=0)
         axis.axvline(change["start"].item(), lw=1.1, zorder=1.6, **look)
 

@@ -112,9 +112,8 @@ def numbers_of_life(
     """Return when a life changed, when each limit was exceeded, and when a service was planned;
     ``failures`` are true operations by limit, none for measured records.
     """
-    noticed = life.noticed.values[life.certainty.values >= 0.0]
-    found = {"changes": noticed.size}
-    found |= {f"change_{i}": each for i, each in enumerate(noticed, start=1)}
+    found = {"changes": life.sizes["change"]}
+    found |= {f"change_{i}": each for i, each in enumerate(life.noticed.values, start=1)}
     found |= {f"{name}.failure": operation for name, operation in failures.items()}
     exceeded = limits.drop_duplicates("limit").set_index("limit").certain
     found |= {f"{name}.exceeded": operation for name, operation in exceeded.items()}

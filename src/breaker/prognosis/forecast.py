@@ -146,13 +146,13 @@ class Onward:
         variance = np.maximum(variance, 1e-12)
         onward = change + ahead * path.rate[where]
         more = 2.0 * ahead * path.covariance[where] + ahead**2 * path.rate_variance[where]
-        self._shape, every = onward.shape[:2], np.tile(where, _NODES)
+        self._shape = onward.shape[:2]
 
         def condition(of: Readout, change: np.ndarray, variance: np.ndarray) -> Condition:
-            return of.condition(*(e.reshape(-1, of.size) for e in (change, variance)), every)
+            return Condition(of, *(e.reshape(-1, of.size) for e in (change, variance)))
 
         self._seed = readout.seed
-        self._now = readout.condition(change, variance, where)
+        self._now = Condition(readout, change, variance)
         self._measured = condition(readout, onward, np.maximum(variance + more, 1e-12))
         aside, still = np.sqrt(np.maximum(more, 0.0)), np.broadcast_to(variance, onward.shape)
         self._ways = [condition(of, onward + way * aside, still) for of, way in readout.ways()]

@@ -15,11 +15,11 @@ from breaker.model.limits import Limit
 from breaker.model.parameters import NAMES
 from breaker.model.sensor import grid
 from breaker.prognosis.forecast import QUANTILES, Forecast, Future, Onward, drift_of
-from breaker.prognosis.readout import Readout
-from breaker.prognosis.series import Event, Series, series_of
+from breaker.prognosis.readout import Condition, Readout
+from breaker.prognosis.series import Event, Series, events_of, series_of
 from breaker.prognosis.states import STATES, states_of
 from breaker.prognosis.tables import days_per_operation, decide, operation_metadata
-from breaker.prognosis.trend import Change, Path, follow
+from breaker.prognosis.trend import Change, Follower, Path
 from breaker.records.curves import read_curves
 from breaker.records.folder import known_of
 from breaker.records.grid import Grid
@@ -120,16 +120,16 @@ class Life:
 def trend_of(readout: Readout, threshold: float) -> Path:
     """Follow the coordinates of a drive."""
     series = readout.series
-    return follow(
+    life = Follower(
         series.operations,
         readout.coordinates.blocks(series),
         new=series.new,
         settle=series.settle,
         threshold=threshold,
         counted=series.counted,
-        events={i: event.transducer for i, event in series.events.items() if event.renews},
-        conditions=series.relative,
+        conditions=series.conditions,
     )
+    return life.path({i: event.transducer for i, event in series.events.items() if event.renews})
 
 
 def forecast_of(
@@ -152,7 +152,7 @@ def forecast_of(
         draw)``, as of ``Future.turns``, ``noticed_in (asked)``, operations in which a change shows,
         and ``value`` ``(asked, part, quantile)`` of the limits' parts, with ``new (part)``; over
         ``change``: ``noticed``, ``start``, ``earliest`` and ``latest``, numbers of operations,
-        ``kind``, ``certainty`` (nats; below 0 taken back), and ``maintenance``, whether it is work
+        ``kind``, ``certainty`` (nats), and ``maintenance``, whether it is work
         on the drive; over ``motion``: ``p_value`` of the family. Attributes:
         ``family``, empty if it is of none, ``agreement`` of the motions, 1 of a single one,
         ``reported_from``, the first operation at which a trend is reported, later than the last one
@@ -230,7 +230,7 @@ def _limits(
         for since in {"new", *(limit.since for limit in limits)}
     }
     zero = np.zeros((1, readout.size))
-    as_new = readout.condition(zero, zero + 1e-12, readout.series.new[-1:])
+    as_new = Condition(readout, zero, zero + 1e-12)
     new = [limit.read(as_new)[0] for limit in limits]
     found = [
         Forecast.of(limit, onward[limit.since], draws, drift, age, future)
@@ -327,7 +327,7 @@ def follow_drive(
         diagnosis.limits_on(used, curves),
         {"trend": config["trend"], "seed": config["seed"]}
         | {"misfit_p_value": config["endurance"]["misfit_p_value"]},
-        events=Event.by_operation(texts, config["endurance"]["events"]),
+        events=events_of(texts, config["endurance"]["events"]),
         conditions=conditions,
     )
     life.update(curves)

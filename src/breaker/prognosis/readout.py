@@ -5,7 +5,7 @@ are known. Measured quantities are linear in the coordinates.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Self
 
@@ -32,20 +32,20 @@ class Readout:
         series: Its records.
         coordinates: Theirs.
         levels, changes: Networks of the family it is of; None where it is of none.
-        theta: Draws of its parameters as new, ``(d, p)``; None where they are not needed.
-        matches: How its new curves fit the family, by motion.
         draws: Number of draws d.
         seed: Of their generator, the same for every change.
+        theta: Draws of its parameters as new, ``(d, p)``; None of no family.
+        matches: How its new curves fit the family, by motion.
     """
 
     series: Series
     coordinates: Coordinates
     levels: StateNetwork | None
     changes: ChangeNetwork | None
-    theta: np.ndarray | None
-    matches: Mapping[str, Match]
     draws: int
     seed: int
+    theta: np.ndarray | None = None
+    matches: Mapping[str, Match] = field(default_factory=dict)
 
     @classmethod
     def of(
@@ -61,16 +61,7 @@ class Readout:
         p-value.
         """
         drives = (
-            cls(
-                series=series,
-                coordinates=Coordinates.of(series, changes.change_bases),
-                levels=levels,
-                changes=changes,
-                theta=None,
-                matches={},
-                draws=draws,
-                seed=seed,
-            )
+            cls(series, Coordinates.of(series, changes.change_bases), levels, changes, draws, seed)
             for levels, changes in families
         )
         found, matches, fits = choose_family(
@@ -100,8 +91,7 @@ class Readout:
     @property
     def size(self) -> int:
         """Number of coordinates."""
-        curves = self.coordinates.curves.values()
-        return sum(each.variance.size for each in curves) + len(self.coordinates.readings)
+        return sum(self.coordinates.sizes) + len(self.coordinates.readings)
 
     def curves(
         self, change: np.ndarray, variance: np.ndarray, motions: Sequence[str] | None = None
@@ -145,22 +135,17 @@ class Readout:
             )
         return found
 
-    def condition(self, change: np.ndarray, variance: np.ndarray, where: np.ndarray) -> "Condition":
-        """Return conditions of the drive, which limits read; arguments as of ``Condition``."""
-        return Condition(self, change, variance, where)
-
     def ways(self) -> list[tuple[Self, np.ndarray]]:
         """Return readouts that share the draws, and where on its way each is, in sds, ``(k,)``: for
         each coordinate shuffled quantiles of a normal.
         """
-        normal = ndtri((np.arange(_WAYS) + 0.5) / _WAYS)
-        normal, rng = normal / normal.std(), np.random.default_rng(self.seed)
-        ways = rng.permuted(np.tile(normal[:, None], self.size), axis=0)
+        normal, rng = ndtri((np.arange(_WAYS) + 0.5) / _WAYS), np.random.default_rng(self.seed)
+        ways = rng.permuted(np.tile((normal / normal.std())[:, None], self.size), axis=0)
         found = []
-        for k, some in enumerate(np.array_split(np.arange(self.draws), _WAYS)):
-            theta = None if self.theta is None else self.theta[some]
-            of = replace(self, draws=len(some), theta=theta, seed=self.seed + k)
-            found.append((of, ways[k]))
+        for k in range(_WAYS):
+            theta = None if self.theta is None else self.theta[k::_WAYS]
+            draws = len(range(k, self.draws, _WAYS))
+            found.append((replace(self, draws=draws, theta=theta, seed=self.seed + k), ways[k]))
         return found
 
 
@@ -172,13 +157,11 @@ class Condition:
     Attributes:
         readout: Of the drive.
         change, variance: Of the coordinates, ``(n, k)``.
-        where: Index of the operation as of which each is known, ``(n,)``.
     """
 
     readout: Readout
     change: np.ndarray
     variance: np.ndarray
-    where: np.ndarray
 
     @cached_property
     def parameters(self) -> np.ndarray:
@@ -211,11 +194,10 @@ class Condition:
         normal = ndtri((np.arange(draws) + 0.5) / draws)
         rng = np.random.default_rng(self.readout.seed)
         for k, name in enumerate(limit.quantities):
-            known = self.readout.coordinates.row(limit.motion, name)
-            if known is not None:
-                reading, row = known
-                mean = reading.mean + self.change @ row
-                sd = np.sqrt(self.variance @ np.square(row))
-                found[..., k] = mean[:, None] + sd[:, None] * rng.permutation(normal)
-                found[..., k] += reading.common[self.where, None] * rng.permutation(normal)
+            if known := self.readout.coordinates.reading(limit.motion, name):
+                reading, place = known
+                mean = reading.mean + reading.scatter * self.change[:, place, None]
+                sd = reading.scatter * np.sqrt(self.variance[:, place, None])
+                found[..., k] = mean + sd * rng.permutation(normal)
+                found[..., k] += reading.common * rng.permutation(normal)
         return found

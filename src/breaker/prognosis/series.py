@@ -6,8 +6,9 @@ of the operation or the date makes a jump, and new is the first one.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from datetime import datetime, timedelta
+from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -19,52 +20,47 @@ from breaker.records.operations import EVENTS, event_words
 
 _TRANSDUCER = "transducer"
 _STEP = {"temperature": 10.0, "voltage": 0.1}  # of a condition: K; share of that of the new ones
-_SIMILAR = 0.5  # steps, within which new operations are compared
 _FIRST = 50  # operations that are new under monitoring; more inspections than these are monitoring
 _COUNTED = 4.0  # inspections, as which the usual scatter counts
 _STEPS = 10  # operations from one record to the next, at most, under monitoring
 _DAYS = 30.0  # an inspection takes days, and the next one is months later
 
 
-@dataclass(frozen=True)
-class Event:
+class Event(NamedTuple):
     """Maintenance before an operation.
 
     Attributes:
         renews: Whether anything becomes as new.
         transducer: Whether it is the transducer alone.
-
-    Example:
-        >>> Event.from_text("Greased, inspected")
-        Event(renews=True, transducer=False)
     """
 
     renews: bool = False
     transducer: bool = False
 
-    @classmethod
-    def from_text(cls, text: str, more: Mapping[str, Sequence[str]] | None = None) -> "Event":
-        """Build from a cell of the table.
 
-        Args:
-            more: Section ``endurance.events`` of the configuration: what starts anew, by event.
+def events_of(
+    texts: Mapping[int, str], more: Mapping[str, Sequence[str]] | None = None
+) -> dict[int, Event]:
+    """Return what cells of the table mean, by operation.
 
-        Raises:
-            ValueError: If an event has no meaning.
-        """
-        every = [*EVENTS.items(), *(more or {}).items()]
-        known = {word: meaning for key, meaning in every for word in event_words(key)}
+    >>> events_of({200: "Greased, inspected"})
+    {200: Event(renews=True, transducer=False)}
+
+    Args:
+        more: Section ``endurance.events`` of the configuration: what starts anew, by event.
+
+    Raises:
+        ValueError: If an event has no meaning.
+    """
+    every = [*EVENTS.items(), *(more or {}).items()]
+    known = {word: meaning for key, meaning in every for word in event_words(key)}
+    found = {}
+    for number, text in texts.items():
         if unknown := [word for word in event_words(text) if word not in known]:
             raise ValueError(f"endurance.events has no {', '.join(unknown)}; add what starts anew")
         affected = {name for word in event_words(text) for name in known[word]}
-        return cls(bool(affected), affected == {_TRANSDUCER})
-
-    @classmethod
-    def by_operation(
-        cls, texts: Mapping[int, str], more: Mapping[str, Sequence[str]]
-    ) -> dict[int, "Event"]:
-        """Build those of several operations, from cells by their numbers."""
-        return {number: cls.from_text(text, more) for number, text in texts.items()}
+        found[number] = Event(bool(affected), affected == {_TRANSDUCER})
+    return found
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,7 +105,8 @@ class Series:
         motions: Records, by motion.
         new: Which operations are new, indices.
         events: Maintenance before operations, by index.
-        conditions: By name of ``CONDITIONS``, ``(o,)``, nan where one is not known.
+        conditions: Relative to those of the new operations, ``(o,)`` each, in 10 K and in 10 % of
+            the voltage; 0 where one is not known.
         inspections: Number of the inspection of each operation, ``(o,)``; None under monitoring.
     """
 
@@ -117,20 +114,8 @@ class Series:
     motions: Mapping[str, MotionRecords]
     new: np.ndarray
     events: Mapping[int, Event]
-    conditions: Mapping[str, np.ndarray] = field(default_factory=dict)
+    conditions: Sequence[np.ndarray] = ()
     inspections: np.ndarray | None = None
-
-    @property
-    def relative(self) -> dict[str, np.ndarray]:
-        """Conditions relative to those of the new operations, ``(o,)`` each, in 10 K and in 10 % of
-        the voltage; 0 where one is not known.
-        """
-        found = {}
-        for name, values in self.conditions.items():
-            known = values[self.new]
-            of = known if np.isfinite(known).any() else values
-            found[name] = np.nan_to_num(_steps(name, values, float(np.nanmean(of))))
-        return found
 
     @property
     def settle(self) -> int:
@@ -179,25 +164,29 @@ def series_of(
         ValueError: If no operation that is new has a record.
     """
     operations = np.unique(np.concatenate([each.operation.values for each in data.values()]))
-    every = {
-        motion: each.reindex(operation=operations, copy=False) for motion, each in data.items()
-    }
+    every = {m: each.reindex(operation=operations, copy=False) for m, each in data.items()}
     usable = {m: each.accepted.values == True for m, each in every.items()}  # noqa: E712, nan is not
-    known = {
-        name: np.array([values.get(int(o), np.nan) for o in operations])
-        for name, values in conditions.items()
-    }
-    known = {name: values for name, values in known.items() if np.isfinite(values).any()}
     place = {int(o): i for i, o in enumerate(operations)}
     done = {place[o]: each for o, each in events.items() if o in place}
     dates = [each.date.values for each in every.values() if "date" in each]
     inspections = inspections_of(operations, _days(dates[0]) if dates else None, done)
-    new = new_of(usable, inspections, done, known)
+    new = new_of(usable, inspections, done)
     motions = {m: _motion(m, every[m], usable[m], new, followed.get(m, ())) for m in every}
     motions = {motion: each for motion, each in motions.items() if each is not None}
     if not motions:
         raise ValueError("no new operation has a usable record. Start with the first inspection")
+    known = [
+        _relative(name, np.array([values.get(o, np.nan) for o in place]), new)
+        for name, values in conditions.items()
+        if not place.keys().isdisjoint(values)
+    ]
     return Series(operations, motions, new, done, known, inspections)
+
+
+def _relative(name: str, values: np.ndarray, new: np.ndarray) -> np.ndarray:
+    """Conditions relative to those of the new operations, as of ``Series``."""
+    usual = float(np.nanmean(values[new] if np.isfinite(values[new]).any() else values))
+    return np.nan_to_num((values - usual) / (_STEP[name] * (usual if name == "voltage" else 1.0)))
 
 
 def inspections_of(
@@ -235,10 +224,10 @@ def inspections_of(
 
 def _days(dates: np.ndarray) -> np.ndarray:
     """Days since year 1 of dates, nan where one is not known."""
-    known = [bool(isinstance(each, str) and each) for each in dates]
-    days = [(instant(each) - datetime.min) / timedelta(days=1) for each in dates[known]]
     found = np.full(len(dates), np.nan)
-    found[known] = days
+    for i, each in enumerate(dates):
+        if isinstance(each, str) and each:
+            found[i] = (instant(each) - datetime.min) / timedelta(days=1)
     return found
 
 
@@ -246,30 +235,15 @@ def new_of(
     usable: Mapping[str, np.ndarray],
     inspections: np.ndarray | None,
     events: Mapping[int, Event] | None = None,
-    conditions: Mapping[str, np.ndarray] | None = None,
 ) -> np.ndarray:
-    """Indices of the new operations: all motions, no maintenance between, similar conditions."""
-    there = np.flatnonzero(np.logical_and.reduce(list(usable.values())))
-    if not there.size:
-        there = np.flatnonzero(np.logical_or.reduce(list(usable.values())))
+    """Indices of the new operations: with all motions if any has, and before any maintenance."""
+    every = np.array(list(usable.values()))
+    there = np.flatnonzero(every.all(axis=0) if every.all(axis=0).any() else every.any(axis=0))
     if inspections is not None:
         return there[inspections[there] == inspections[there[:1]]] if there.size else there
     first = there[:_FIRST]
-    renewed = np.sort([i for i, event in (events or {}).items() if event.renews])
-    spells = np.searchsorted(renewed, first, side="right")
-    if first.size:
-        first = first[spells == np.bincount(spells).argmax()]
-    for name, values in (conditions or {}).items():
-        known = values[first]
-        if np.isfinite(known).any():
-            near = np.abs(_steps(name, known, float(np.nanmedian(known)))) <= _SIMILAR
-            first = first[near]
-    return first
-
-
-def _steps(name: str, values: np.ndarray, usual: float) -> np.ndarray:
-    """How far a condition is from the usual one, in its steps."""
-    return (values - usual) / (_STEP[name] * (usual if name == "voltage" else 1.0))
+    work = [i for i, each in (events or {}).items() if each.renews and (i > first[:1]).any()]
+    return first[first < min(work, default=np.inf)]
 
 
 def _motion(
@@ -277,18 +251,17 @@ def _motion(
 ) -> MotionRecords | None:
     """Records of a motion in the units of the new ones; None if none of these has a record."""
     n, sign = len(usable), 1.0 if motion == "closing" else -1.0
-    records, step = data.record.values, 1.0 / data.rate.values
-    way, present = np.zeros((n, SHAPE_TIMES.size)), np.zeros((n, SHAPE_TIMES.size), dtype=bool)
-    noise = np.full(n, np.nan)
-    rows = zip(data.record_noise.values, data.record_colour.values, step, strict=True)
-    own = [each for i in new if usable[i] and (each := shape_of(sign * records[i], step[i]))]
+    records, step = sign * data.record.values, 1.0 / data.rate.values
+    sd, colour = data.record_noise.values, data.record_colour.values
+    own = [each for i in new if usable[i] and (each := shape_of(records[i], step[i]))]
     if not own:
         return None
-    units = median_units(own)
-    for i, (sd, colour, each) in enumerate(rows):
-        if usable[i] and (shape := shape_of(sign * records[i], each, units)) is not None:
+    units, noise = median_units(own), np.full(n, np.nan)
+    way, present = np.zeros((n, SHAPE_TIMES.size)), np.zeros((n, SHAPE_TIMES.size), dtype=bool)
+    for i in np.flatnonzero(usable):
+        if (shape := shape_of(records[i], step[i], units)) is not None:
             way[i], present[i] = shape.way, shape.present
-            noise[i] = network_record(shape, sd, colour, each, units).noise[0]
+            noise[i] = network_record(shape, sd[i], colour[i], step[i], units).noise[0]
     measured, stated = (
         {name: data[each].sel(quantity=name).values for name in names}
         for each in ("measured", "measured_sd")

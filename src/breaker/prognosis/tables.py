@@ -67,7 +67,7 @@ CHANGES = {
     "earliest": "the same, from",
     "latest": "and to, by 90 %",
     "kind": "rate (of wear), step or event; now: the last operation",
-    "evidence": "of the change beside none, nats; below 0 it was taken back",
+    "evidence": "of the change beside none, nats",
 }
 """First columns of ``changes.csv``; behind them, of each parameter, the change since new in percent
 at 5, 50 and 95 % and the probability of none, as known when the change was noticed."""
