@@ -53,7 +53,7 @@ from breaker.model.parameters import NAMES
 from breaker.model.prior import Prior
 from breaker.model.sensor import Sensor
 from breaker.prognosis.forecast import Future
-from breaker.prognosis.life import forecast_of, trend_of
+from breaker.prognosis.life import forecast_of
 from breaker.prognosis.readout import Readout
 from breaker.prognosis.series import MotionRecords, Series, inspections_of, new_of
 from breaker.prognosis.states import STATES, states_of
@@ -78,6 +78,7 @@ MEASURED = {"closing": ["stroke", "travel_time"], "opening": ["stroke", "travel_
 FOREIGN = {"force_fall": [0.0, 0.15], "drag": [0.005, 0.05], "linkage": [0.5, 2.0]}
 FAULT = (3.0, 12.0)  # percent of a parameter
 CLEAR = 6.0  # percent of a parameter, or scatters of a measured quantity, that make a limit
+NEVER = Limit("never", "", (("f", -100.0, False),), of="change")  # of a life without limits
 FEWEST = 10  # new records from which on their own scatter counts, not that of all
 TOLERANCE = {"measured": 0.05, "changed": 0.1}  # shares, of drives that do not wear
 ASKED = 3  # operations of a life at which it is asked
@@ -328,8 +329,8 @@ def followed(name: str, number: int, seed: int, config: Mapping, networks) -> tu
         )
     settings = config["trend"]
     readout = Readout.of(series, networks, draws=settings["draws"], seed=seed, misfit_p_value=0.001)
-    path, future = trend_of(readout, settings["threshold"]), Future(settings["horizon"])
-    return life, truth, limits, readout, forecast_of(readout, path, list(limits), future)
+    data = forecast_of(readout, list(limits), Future(settings["horizon"]), settings["threshold"])
+    return life, truth, limits, readout, data
 
 
 def scored(name: str, number: int, seed: int, config: Mapping, networks) -> list[dict]:
@@ -365,17 +366,16 @@ def scored(name: str, number: int, seed: int, config: Mapping, networks) -> list
 
 def looked_at(life, data: xr.Dataset, planning: Mapping) -> dict[str, xr.Dataset]:
     """How the drive stands, where every record is looked at, and where visits read them."""
-    days = np.full(data.sizes["operation"], np.nan)
     if getattr(life, "a_visit", 0):
         planning = {**planning, "inspection": f"{LIFE // FEW_VISITS} operations"}
-        return {"visits": states_of(data, planning, days)}
+        return {"visits": states_of(data, planning)}
     visit = max(round(life.length / VISITS), 1)
     asked = data.asked.values
     visits = np.arange(visit, asked[-1] + 1, visit)
     last = np.unique(asked[np.maximum(np.searchsorted(asked, visits, side="right") - 1, 0)])
     ways = {"watched": (data, life.every), "visits": (data.sel(asked=last), visit)}
     return {
-        way: states_of(each, {**planning, "inspection": f"{apart} operations"}, days)
+        way: states_of(each, {**planning, "inspection": f"{apart} operations"})
         for way, (each, apart) in ways.items()
     }
 

@@ -12,12 +12,13 @@ _DIMS = {
     "remaining": ("asked", "limit", "quantile"),
     "p_nearer": ("asked", "limit"),
     "turns": ("asked", "draw"),
-    "noticed_in": "asked",
+    **dict.fromkeys(("noticed_in", "age"), "asked"),
+    **dict.fromkeys(("breaker", "phase", "date", "event", "not_used"), "operation"),
+    **dict.fromkeys(("temperature", "voltage"), "operation"),
     "lives": ("asked", "limit", "draw"),
     "p_value": "motion",
     "changed": ("asked", "parameter", "quantile"),
     "unchanged": ("asked", "parameter"),
-    "names": "asked",
     "p_exceeded": ("asked", "limit"),
     "value": ("asked", "part", "quantile"),
     "new": "part",
@@ -74,15 +75,17 @@ def a_life(
     parts = {"limit": _TWO, "quantity": ("travel_time", "gamma_a"), "bound": (1.0, 1.0)}
     parts |= {"upper": (True, True), "unit": ("ms", "%")}
     changes = {"noticed": [310], "start": [300], "earliest": [295], "latest": [305]}
-    changes |= {"kind": ["rate"], "certainty": [20.0], "change_names": ["gamma_a or f"]}
-    changes |= {"maintenance": [False]}
+    changes |= {"kind": ["rate"], "certainty": [20.0], "maintenance": [False]}
+    none, empty = np.full(operations.size, np.nan), np.full(operations.size, "")
     values = {
         "evidence": np.where(operations > 50, 0.5, np.nan),
         "weight": np.ones(operations.size),
         "p_value": [0.5, 0.6],
         "changed": changed,
         "unchanged": np.where(changed[..., 1] > 0.0, 0.0, 1.0),
-        "names": np.full(asked.size, "gamma_a"),
+        "age": asked - 1.0,
+        **dict.fromkeys(("breaker", "phase", "date", "event", "not_used"), empty),
+        **dict.fromkeys(("temperature", "voltage"), none),
         "p_exceeded": (left == 0.0).astype(float),
         "p_nearer": np.where((asked < told)[:, None], np.nan, np.isfinite(fails).astype(float)),
         "turns": np.full((asked.size, 41), np.inf),
@@ -133,7 +136,6 @@ def life_data(operations=200, changes=("rate",)):
     parts |= {"unit": ("ms", "%", "%", "mm")}
     moments = {"noticed": start + 4, "start": start, "earliest": start - 3, "latest": start + 2}
     moments |= {"kind": np.array(changes, dtype=str), "certainty": np.full(len(start), 12.0)}
-    moments |= {"change_names": np.array(["gamma_a or f"] * len(start), dtype=str)}
     attrs = {
         "family": "medium",
         "agreement": 0.5,

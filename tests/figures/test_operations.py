@@ -20,7 +20,7 @@ from breaker.model.parameters import NAMES
 from breaker.paper.run_numbers import blocks_of, held
 from breaker.prognosis.states import states_of as stands
 from tests.figures.drawn import assert_drawn, line_of, words
-from tests.lives import LIMITS, OPERATIONS, a_life, life_data, standing_data
+from tests.lives import LIMITS, a_life, life_data, standing_data
 
 
 @pytest.fixture
@@ -68,12 +68,12 @@ def test_operations_hold_the_truth_between_what_is_told_and_the_failure(life):
 
 
 def test_the_cost_of_a_service_its_least_and_what_is_told_are_drawn():
-    planning, days = defaults()["planning"], np.full(OPERATIONS.size, np.nan)
+    planning = defaults()["planning"]
 
     def drawn(*fails, surely=True):
         life = a_life(fails, half=(0.01, 0.01))
         life.remaining[-1, :, 0] *= surely
-        return service_cost(stands(life, planning, days))
+        return service_cost(stands(life, planning))
 
     assert_drawn(drawn(700.0, np.inf))
     assert_drawn(drawn(450.0, 900.0))

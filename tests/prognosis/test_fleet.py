@@ -160,6 +160,27 @@ def test_a_limit_is_judged_where_the_first_inspection_lacks_its_motion(tmp_path,
     assert (found.inspections, found.state, found.limits[0].p_exceeded) == (2, "due", 1.0)
 
 
+def test_yearly_inspections_show_wear_before_the_limit(tmp_path, prior, defaults):
+    """A force that falls by 12 % in ten years, two records a year, and a limit at 10 %."""
+    rng, force = np.random.default_rng(1), np.array(NAMES) == "f"
+    falls = np.repeat(np.linspace(0.0, 0.12, 10), 2)
+    lines = write(tmp_path, WORN, [prior.medians * (1.0 - fall * force) for fall in falls], rng)
+    dates = [f"{2000 + number // 2}-05-01" for number in range(20) for _ in MOTIONS]
+    lines = [f"{line[:-10]}{date}" for line, date in zip(lines, dates, strict=True)]
+    (drive,) = listed(tmp_path, lines, defaults)
+    assert [len(each) for each in drive.inspections] == 10 * [4]
+    limits = [{"name": "tired", "of": "change", "lower": {"f": "-10 %"}}]
+    limits += [{"name": "stiff", "of": "change", "upper": {"gamma_a": "+15 %"}}]
+    config = {**defaults, "limits": limits, "trend": {**defaults["trend"], "draws": 60}}
+    found = [
+        examine(replace(drive, inspections=drive.inspections[:count]), config, {})
+        for count in (2, 8, 10)
+    ]
+    assert [each.state for each in found] == ["ok", "planned", "due"]
+    assert [each.limits[-1].state for each in found] == ["ok", "ok", "ok"]  # of stiff
+    assert found[1].limits[0].service_by_date.startswith("200")
+
+
 @pytest.mark.parametrize("loss", [0.09, 0.0])
 def test_many_operations_are_a_life(tmp_path, prior, defaults, loss, monkeypatch):
     """Planted fault: the life was lost where no record of the first inspection can be used."""

@@ -7,7 +7,7 @@ import pytest
 
 from breaker.model.limits import Limit
 from breaker.prognosis.coordinates import CoordinateReading, Coordinates
-from breaker.prognosis.forecast import Forecast, Future, Onward, _crossings, _drifted, drift_of
+from breaker.prognosis.forecast import Future, Onward, _crossings, _drifted
 
 LIMIT = Limit("slow", "closing", (("travel_time", 10.0, True),), of="record")
 SURE = Future(changes=0.02, drift=1e-6)
@@ -39,16 +39,16 @@ def forecast(change, rate, future=SURE, *, sd=0.01, rate_sd=1e-6, bend=0.0, bend
         bend_variance=bend_sd**2 * one,
     )
     first, past, readout = np.array([0]), np.array([1000.0]), OneQuantity()
-    onward = Onward(path, readout, first, past, future, "new")
-    drift = drift_of(path, first, past, future, readout)
-    return Forecast.of(LIMIT, onward, np.full((200, 1), 8.0), drift, past, future)
+    onward = Onward(path, readout, first, (past, past), future, "new")
+    found = onward.forecast(LIMIT, np.full((200, 1), 8.0))
+    return SimpleNamespace(**{name: each[:, 0] for name, each in found.items()})
 
 
 def test_a_straight_path_crosses_where_it_does():
     found = forecast(1.0, 0.002)
     assert found.p_exceeded[0] == 0.0
     assert found.p_nearer[0] == 1.0
-    assert found.value[0, 0, 1] == pytest.approx(9.0)
+    assert found.value[0, 1] == pytest.approx(9.0)
     np.testing.assert_allclose(found.remaining[0], 500.0, rtol=0.05)
 
 

@@ -1,7 +1,6 @@
 """A drive of the family, worn in what is known: what is read of its curves, and what is told."""
 
 from functools import cache
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -14,7 +13,7 @@ from breaker.family.shape import shape_of
 from breaker.model.limits import Limit
 from breaker.model.parameters import MOTIONS, NAMES
 from breaker.prognosis.forecast import Future
-from breaker.prognosis.life import _age, _maintenance, forecast_of, trend_of
+from breaker.prognosis.life import _age, _maintenance, forecast_of
 from breaker.prognosis.readout import Readout
 from breaker.prognosis.series import MotionRecords, Series
 from breaker.prognosis.states import STATES, states_of
@@ -70,7 +69,7 @@ def followed(families):
     def followed(series, limits=LIMITS, p_value=0.001):
         found = Readout.of(series, families, draws=200, seed=1, misfit_p_value=p_value)
         assert (found.changes is None) == (p_value > 1.0)
-        return forecast_of(found, trend_of(found, 10.0), limits, Future())
+        return forecast_of(found, limits, Future(), 10.0)
 
     return followed
 
@@ -94,7 +93,7 @@ def test_a_drive_is_as_old_as_its_last_work():
         change._replace(start=3, transducer=True),
         change._replace(start=4, kind="rate"),
     ]
-    ages = [_age(numbers, SimpleNamespace(changes=each)).tolist() for each in ((), works)]
+    ages = [_age(numbers, each).tolist() for each in ((), works)]
     assert ages == [[1.0, 10.0, 20.0, 30.0, 40.0, 50.0], [1.0, 10.0, 1.0, 10.0, 20.0, 30.0]]
 
 
@@ -127,7 +126,7 @@ def test_limits_are_judged_by_what_they_are_read_from(life):
 
 
 def test_an_unchanged_drive_has_no_change(followed):
-    still = followed(a_series(worn=0.0, seed=2), [])
+    still = followed(a_series(worn=0.0, seed=2), LIMITS[:1])
     low, middle, high = still.changed.isel(asked=-1).values.T
     assert (low <= 0.0).all()
     assert (high >= 0.0).all()
@@ -157,7 +156,7 @@ def test_nothing_is_told_before_enough_records(followed, count):
     """Of what is new, and then 50: as many as settle."""
     life = followed(first(count))
     assert life.attrs["needed"] == NEW + 50
-    stands = states_of(life, PLANNING, np.full(count, np.nan))
+    stands = states_of(life, PLANNING)
     unknown = stands.state.values == STATES.index("unknown")
     assert unknown[:-1].all()
     assert unknown[-1].all() == (count < NEW + 50)

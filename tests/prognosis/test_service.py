@@ -1,22 +1,28 @@
-"""A service by its cost: an example by hand, and what holds for any life."""
+"""A service by its cost: an example by hand, and what is so of any life."""
 
 from itertools import pairwise
 
 import numpy as np
 import pytest
+import xarray as xr
 
 from breaker.configuration.loading import defaults
-from breaker.prognosis.service import Costs, ahead_of, plan
+from breaker.prognosis.service import ahead_of, days_per_operation, on_date, plan
 
 PLANNING = defaults()["planning"]
-AHEAD = ahead_of(10000)
+AHEAD, NAN = ahead_of(10000), np.nan
 
 
-def planned(lives, past=1000.0, *, turns=np.inf, days=np.nan, **settings):
-    """The plan of one drive with draws of the operations that are left."""
-    one, lives = np.ones(1), np.array(lives)[None]
-    costs, turns = Costs.from_settings(PLANNING | settings), np.full(lives.shape, turns)
-    return plan(AHEAD, costs, lives, turns, 50.0 * one, age=past * one, days=days * one)
+def best(lives, *, turns=np.inf, **settings):
+    """When to service one drive, 1,000 operations old, with draws of those that are left."""
+    data = {
+        "lives": (("asked", "limit", "draw"), np.array(lives)[None, None]),
+        "turns": (("asked", "draw"), np.full((1, len(lives)), turns)),
+        "noticed_in": ("asked", [50.0]),
+        "age": ("asked", [1000.0]),
+    }
+    life = xr.Dataset(data, attrs={"horizon": 10000})
+    return plan(life, PLANNING | settings, np.array([NAN]))[0].item()
 
 
 def test_a_service_is_planned_where_it_costs_least_by_hand():
@@ -25,24 +31,48 @@ def test_a_service_is_planned_where_it_costs_least_by_hand():
     A service costs 1, a failure 11: 1 / 1300 an operation at 300, 2 / 1840 just before 900.
     """
     lives = np.repeat([300.0, 900.0], [10, 90])
-    found = planned(lives, failure_cost=11.0, sudden_failures=0.0)
-    last = AHEAD[np.searchsorted(AHEAD, 300.0) - 1]
-    assert found.best[0] == last
-    cheap = planned(lives, failure_cost=3.0, sudden_failures=0.0)
-    assert cheap.best[0] == AHEAD[np.searchsorted(AHEAD, 900.0) - 1]
+    assert best(lives, failure_cost=11.0) == AHEAD[np.searchsorted(AHEAD, 300.0) - 1]
+    assert best(lives, failure_cost=3.0) == AHEAD[np.searchsorted(AHEAD, 900.0) - 1]
 
 
-@pytest.mark.parametrize("number", range(6))
+@pytest.mark.parametrize("number", range(3))
 def test_a_dearer_failure_never_plans_later(number):
     rng = np.random.default_rng(number)
     lives = 500.0 * np.exp(rng.uniform(0.05, 0.8) * rng.standard_normal(200))
-    found = [planned(lives, failure_cost=c).best[0] for c in (2, 5, 10, 20, 100, 1000)]
+    found = [best(lives, failure_cost=c) for c in (2, 5, 10, 20, 100, 1000)]
     assert all(later <= sooner for sooner, later in pairwise(found))
 
 
 def test_a_failure_counts_unless_records_show_it_before():
     lives, never = np.full(100, 500.0), np.full(100, np.inf)
-    assert np.isinf(planned(never).best[0])
-    assert np.isinf(planned(lives, turns=300.0).best[0])  # noticed at 351
-    assert planned(lives, turns=300.0, inspection="200 operations").best[0] < 500.0
-    assert np.isnan(planned(np.nan * lives).best[0])
+    assert np.isinf(best(never))
+    assert np.isinf(best(lives, turns=300.0))  # noticed at 351
+    assert best(lives, turns=300.0, inspection="200 operations") < 500.0
+    assert np.isnan(best(NAN * lives))
+
+
+def test_days_count_over_the_last_year_or_since_the_first_date():
+    """Twenty operations in one year and eight years later, 200 numbers apart: 16 days each."""
+    operations = np.concatenate([np.arange(101, 121), np.arange(301, 321)])
+    pace = days_per_operation(operations, np.repeat([0.0, 2922.0], 20))
+    assert np.isnan(pace[:20]).all()
+    np.testing.assert_allclose(pace[20:], 2922 / np.arange(181, 201))
+    pace = days_per_operation(np.array([1, 11, 12, 112]), np.array([0.0, 3652.0, 3653.0, 4019.0]))
+    assert pace[-1] == pytest.approx(366 / 100)
+
+
+def test_days_that_are_missing_or_not_in_order():
+    operations = np.array([1, 2, 3, 4])
+    assert np.isnan(days_per_operation(operations, np.full(4, NAN))).all()
+    pace = days_per_operation(operations, np.array([0.0, NAN, 60.5, NAN]))
+    np.testing.assert_array_equal(pace, [NAN, NAN, 60.5 / 2, 60.5 / 2])
+    for days in ([60.0, 0.0], [0.0, 29.0]):
+        assert np.isnan(days_per_operation(operations[:2], np.array(days))).all()
+
+
+def test_dates_of_operations_to_come():
+    operations, days = np.array([10, 20, 30]), np.array([737424.0, NAN, 737484.0])
+    found = on_date(np.full((3, 1), 40.0), operations, days, np.array([NAN, 2.0, 3.0]))
+    assert found[:, 0].tolist() == ["", "2020-03-01", "2020-03-31"]
+    far = np.array([[np.inf], [1e9], [25.0]])
+    assert on_date(far, operations, days, np.full(3, 3.0))[:, 0].tolist() == ["", "", "2020-02-15"]

@@ -231,6 +231,9 @@ limits: [{name: a, motion: closing}, {name: a, motion: opening, lower: {f: 1}}]
 limits: [{name: a, motion: closing, lower: {f: 1}}]
 motions: [opening]
     limits has no limit of opening
+limits: [{name: loose, of: change, lower: {k_b: -20 %}}, {name: a, motion: closing, lower: {f: 1}}]
+    limits[0] has loose
+    a measured quantity
 speeds: {closing_speed: [6 mm, touch]}
     speeds is
 known: {touch: [9.5, 0.1], L: [10.0, 0]}
@@ -285,6 +288,14 @@ def test_message_names_file_line_key_value_and_remedy(complaint, overlay, expect
     message = complaint(overlay)
     for fragment in [*map(str.strip, expected.splitlines()), "overlay_0.yaml, line 1: "]:
         assert fragment in message
+
+
+def test_a_command_on_records_takes_limits_that_no_life_is_followed_to(tmp_path):
+    limit = "{name: loose, of: change, lower: {gamma_b: -20 %}}"
+    (tmp_path / "own.yaml").write_text(f"limits: [{limit}]")
+    assert load([tmp_path / "own.yaml"], curves=False)["limits"][0]["name"] == "loose"
+    with pytest.raises(ConfigurationError, match="loose"):
+        load([tmp_path / "own.yaml"])
 
 
 def test_sizes_that_just_fit_are_accepted(tmp_path):

@@ -23,11 +23,10 @@ rule life:
         motions=MOTIONS,
         events=lambda wildcards: known()[0],
         conditions=lambda wildcards: known()[1],
-        more_events=config["endurance"]["events"],
         limits=config["limits"],
         speeds=SPEEDS,
         trend=config["trend"],
-        misfit_p_value=config["endurance"]["misfit_p_value"],
+        endurance={key: config["endurance"][key] for key in ("events", "misfit_p_value")},
         networks=shipped_networks,
     script:
         "../scripts/life.py"
@@ -36,7 +35,6 @@ rule life:
 rule decide:
     """How the drive stands to its limits, and what to do: every operation, and the first page."""
     input:
-        **{motion: curves_of(motion) for motion in MOTIONS},
         life="results/life.zarr",
         code=code("decide"),
     output:
@@ -54,7 +52,6 @@ rule decide:
     conda:
         "../../envs/breaker.yaml"
     params:
-        motions=MOTIONS,
         planning=config["planning"],
         advice=advice_of(config["advice"]),
     script:
@@ -96,6 +93,7 @@ rule first_page:
     """What the report opens on: sentences, the table of limits and the picture."""
     input:
         words="results/verdict.json",
+        limits="results/limits.csv",
         figure="figures/verdict.png",
         code=code("first_page"),
     output:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Sequence
 from pathlib import Path
@@ -39,6 +40,34 @@ def first_of(names: Sequence[str], most: int) -> str:
 def in_p(value: float) -> str:
     """Write a p-value; below 0.0001 its digits say no more."""
     return "p < 0.0001" if value < 1e-4 else f"p = {in_digits(value, 2)}"
+
+
+def in_percent(probability: float) -> str:
+    """Write a probability; never 0 or 100 % of what is not certain.
+
+    >>> in_percent(0.233), in_percent(0.9996), in_percent(0.001)
+    ('23 %', '> 99 %', '< 1 %')
+    """
+    if probability < 0.01:
+        return "< 1 %"
+    return "> 99 %" if probability > 0.99 else f"{100 * probability:.0f} %"
+
+
+def about(value: float) -> str:
+    """Write a number of operations that is an estimate, to three digits.
+
+    >>> about(1878.3), about(42.4), about(float("inf"))
+    ('1,880', '42', 'beyond the horizon')
+    """
+    if not math.isfinite(value):
+        return "unknown" if math.isnan(value) else "beyond the horizon"
+    digits = max(0, math.floor(math.log10(max(value, 1.0))) - 2)
+    return f"{round(value, -digits):,.0f}"
+
+
+def span(low: float, high: float) -> str:
+    """Write an interval of such numbers."""
+    return f"{about(low)} to {about(high)}"
 
 
 def natural(path: str | Path) -> list[tuple[int, str]]:

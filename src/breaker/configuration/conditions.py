@@ -7,6 +7,7 @@ with its value; ``broken`` calls those whose sections are right by themselves.
 import inspect
 import math
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from contextlib import suppress
 from typing import Any
 
 from breaker.common.functions import load
@@ -14,7 +15,7 @@ from breaker.configuration.definitions import ADVICE, advice_of, family_of, type
 from breaker.configuration.loading import UNLIKE, of_motion
 from breaker.configuration.settings import defaults
 from breaker.model.equations import PRESSED, pressed_half_space
-from breaker.model.limits import from_list
+from breaker.model.limits import UNRESOLVED, from_list
 from breaker.model.parameters import MOTIONS, NAMES, PARAMETERS, Size
 from breaker.model.quantities import every_speed
 from breaker.records.folder import list_breakers, list_fleet, list_operations
@@ -32,7 +33,7 @@ def broken(config: Mapping[str, Any], wrong: Collection[str], *, curves: bool) -
     """
     conditions = (_trainings, _costs, _prior, _limits, _names, _family)
     # Only the workflow uses these: a command on records runs no function that a file names.
-    for condition in (*conditions, *([_own, _folder] if curves else [])):
+    for condition in (*conditions, *([_followed, _own, _folder] if curves else [])):
         names = inspect.signature(condition).parameters
         if not {*names} & {*wrong}:
             yield from condition(*(config[name] for name in names))
@@ -109,6 +110,17 @@ def _limits(limits, types, motions, speeds) -> Found:
     if not any(entry.get("motion", motions[0]) in motions for entry in limits):
         yield ("limits",), f"has no limit of {' or '.join(motions)} (motions). Add one."
     yield from _refused(("types",), types_of, {"types": types, "speeds": speeds})
+
+
+def _followed(limits, speeds) -> Found:
+    """Limits that no life can be followed to; a command on records may have them."""
+    for number, entry in enumerate(limits):
+        with suppress(OSError, ValueError):  # what ``_limits`` refuses
+            one = from_list([entry], MOTIONS, every_speed(speeds))[0]
+            if one.of == "change" and (vague := [q for q in one.quantities if q in UNRESOLVED]):
+                text = f"has {one.name}, but records do not resolve a change of "
+                text += f"{' or '.join(vague)} along a life. Limit a measured quantity (of: record)"
+                yield ("limits", number), f"{text}, or remove it."
 
 
 def _names(family, advice, endurance) -> Found:

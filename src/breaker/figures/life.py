@@ -10,11 +10,10 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from breaker.common.numerals import first_of, in_digits
+from breaker.common.numerals import about, first_of, in_digits, in_percent, span
 from breaker.diagnosis.words import say
 from breaker.figures import panels as p
 from breaker.figures import style
-from breaker.prognosis.page import about, exceeded, in_percent, span
 
 _KINDS = {"rate": "the wear changed its rate", "step": "a sudden fault", "event": "known work"}
 _FLAT = 0.1  # services, within which an operation is as good as the best
@@ -29,7 +28,7 @@ def health(life: xr.Dataset, standing: xr.Dataset) -> Figure:
         name, beyond = [*p.STATES][one["state"].item()], one["p_exceeded"].item()
         now = f"{name}: {in_percent(beyond)} beyond it" if np.isfinite(beyond) else name
         if np.isfinite(one["certain"].item()):
-            now = exceeded(one["certain"].item(), one["crossed"].item())
+            now = say("life-certain", certain=one["certain"].item(), crossed=one["crossed"].item())
         titles.append(f"{words}\n{now}")
     figure, axes = p.limit_panels(standing, titles, height=2.5, sharex=True, sharey=True)
     for j, axis in enumerate(axes):

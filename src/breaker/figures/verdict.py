@@ -8,10 +8,9 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from breaker.common.numerals import in_digits
+from breaker.common.numerals import about, in_digits, in_percent, span
 from breaker.figures import panels as p
 from breaker.figures import style
-from breaker.prognosis.page import about, in_percent, span
 
 
 @style.styled

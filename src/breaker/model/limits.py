@@ -25,6 +25,9 @@ if TYPE_CHECKING:
 SOURCES = {"model": "", "record": "measured ", "change": "change of "}
 """Sources of quantities by the name in the configuration: the words before a quantity."""
 
+UNRESOLVED = ("k_b", "gamma_b")
+"""Parameters of the contact spring, whose changes along a life records hardly resolve."""
+
 _BAND = ("quantity", "reference", "tolerance")
 
 

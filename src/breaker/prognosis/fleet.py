@@ -1,13 +1,12 @@
 """A fleet: a loop over drives, each a phase of a breaker.
 
 The last inspection of a drive is judged as ``breaker infer`` does, or compared with the first one
-as ``breaker compare`` does, and a long life is followed. A fault of one drive stops no other.
+as ``breaker compare`` does, and a life is followed. A fault of one drive stops no other.
 """
 
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
-from datetime import timedelta
 
 import numpy as np
 
@@ -19,31 +18,39 @@ from breaker.diagnosis.limits import Verdict
 from breaker.diagnosis.session import Diagnosis
 from breaker.diagnosis.words import say
 from breaker.model.quantities import quantities_of
+from breaker.model.sensor import grid
+from breaker.prognosis import series
 from breaker.prognosis.fleet_table import STATES, DriveResult, LimitState, MeasuredValue
-from breaker.prognosis.life import follow_drive
+from breaker.prognosis.life import life_of
+from breaker.prognosis.states import STATES as LIFE_STATES
+from breaker.prognosis.states import next_state, states_of
+from breaker.records.curves import read_curves
 from breaker.records.dates import instant, one_date
 from breaker.records.files import Files
+from breaker.records.folder import known_of
 from breaker.records.formats.registry import stated_in
+from breaker.records.grid import Grid
 from breaker.records.operations import Operation
 
-_APART = timedelta(days=30)  # an inspection takes days, and the next is months later
 _MOST = 20  # operations of an inspection: more reduce no error that they share
 _LIFE = 150  # operations from which a life is followed: it needs 100 for its reference
-_SURE = 0.95  # probability from which a limit is due; below the rest of it a limit is ok
+
+Row = tuple[str, Operation]
+"""Motion and operation of a record."""
 
 
 @dataclass(frozen=True)
 class Drive:
-    """A drive: names, empty where unknown; motion and operation of each record, by inspection."""
+    """A drive: names, empty where unknown; the rows of each inspection."""
 
     breaker: str
     phase: str
     type: str
-    inspections: Sequence[Sequence[tuple[str, Operation]]]
+    inspections: Sequence[Sequence[Row]]
 
 
 def drives_of(
-    rows: Mapping[str, Sequence[tuple[str, Operation]]], motions: Collection[str], form: Mapping
+    rows: Mapping[str, Sequence[Row]], motions: Collection[str], form: Mapping
 ) -> Iterator[Drive]:
     """Yield the drives in the rows of ``list_fleet``. A file states a date or type that no row
     states; ``form`` is ``endurance.format``.
@@ -61,16 +68,14 @@ def drives_of(
             yield Drive(breaker, phase, next(filter(None, types), ""), inspections_of(dated))
 
 
-def inspections_of(rows: Iterable[tuple[str, Operation]]) -> list[list[tuple[str, Operation]]]:
-    """Return the rows of each inspection; one without a date belongs to the inspection before."""
-    found, last = [], None
-    for row in sorted(rows, key=lambda row: row[1].number):
-        day = instant(row[1].date) if row[1].date else last
-        if not found or (last and day - last > _APART):
-            found.append([])
-        found[-1].append(row)
-        last = day
-    return found
+def inspections_of(rows: Iterable[Row]) -> list[list[Row]]:
+    """Return the rows of each inspection, as those of a life; one of a drive that is monitored."""
+    rows = sorted(rows, key=lambda row: row[1].number)
+    dates = {each.number: "" for _, each in rows}
+    dates |= {each.number: each.date for _, each in rows if each.date}
+    found = series.inspections_of(np.array([*dates]), series.days_of([*dates.values()]))
+    places = dict(zip(dates, np.zeros(len(dates)) if found is None else found, strict=True))
+    return [*_grouped((places[row[1].number], row) for row in rows).values()]
 
 
 def _grouped(pairs: Iterable[tuple]) -> dict:
@@ -137,10 +142,10 @@ def _examined(drive: Drive, diagnosis: Diagnosis, remarks: list) -> dict[str, ob
             limits = [*{each.limit: each for each in (*limits, *on_both)}.values()]
             if change.differences:
                 return found
-    rows = [row for some in drive.inspections for row in some]
+    numbers = {each.number for rows in drive.inspections for _, each in rows}
     with _noted(remarks):  # no record counts as new
-        if len({each.number for _, each in rows}) >= _LIFE:
-            limits = [LimitState(*each) for each in follow_drive(_grouped(rows), used, diagnosis)]
+        if len(drive.inspections) > 2 or len(numbers) >= _LIFE:  # two are compared
+            limits = _followed(drive, used, diagnosis) or limits
     remarks += [] if limits else [say("no-limit-of-drive")]
     limits.sort(key=lambda each: (STATES.index(each.state), -(each.p_exceeded or 0.0)))
     return found | {"limits": limits, "state": limits[0].state if limits else "unknown"}
@@ -150,8 +155,31 @@ def _states(verdicts: Iterable[Verdict]) -> Iterator[LimitState]:
     """Yield the state of each limit by its mean probability over records."""
     for name, values in _grouped((each["name"], each["p_exceeded"]) for each in verdicts).items():
         p = float(np.mean(np.array(values, dtype=float)))  # nan without a value
-        state = "due" if p >= _SURE else "ok" if p <= 1.0 - _SURE else "unknown"
-        yield LimitState(name, state, p)
+        yield LimitState(name, next_state("unknown", p, 0.0, np.inf), p)
+
+
+def _followed(drive: Drive, used: Sequence[Estimate], diagnosis: Diagnosis) -> list[LimitState]:
+    """Return the states of limits at the end of a life; estimates show how long motions are."""
+    config, rows = diagnosis.config, [row for some in drive.inspections for row in some]
+    longer = np.median([each.record.shape.duration for each in used])
+    longer /= np.exp(used[0].levels.usual[1, 0])
+    times = longer * grid(**{key: config["sensor"][key] for key in ("start", "stop", "samples")})
+    form, speeds = config["endurance"]["format"], used[0].speeds
+    curves = {
+        motion: read_curves(own, form, Grid(times), motion, speeds=speeds)
+        for motion, own in _grouped(rows).items()
+    }
+    if not (limits := diagnosis.limits_on(used, curves)):
+        return []
+    operations = [each for _, each in rows]
+    events, conditions = known_of(operations, sorted({each.number for each in operations}))
+    life = life_of(curves, limits, config, events=events, conditions=conditions)
+    columns = ["state", "p_exceeded", "service_by", "service_by_date"]
+    last = states_of(life, config["planning"]).isel(operation=-1)[columns].to_dataframe()
+    return [
+        LimitState(one.Index, LIFE_STATES[one.state], *one[2:4], one.service_by_date or None)
+        for one in last[columns].itertuples()
+    ]
 
 
 def _measured(used: Sequence[Estimate]) -> Iterator[MeasuredValue]:
@@ -165,8 +193,7 @@ def _measured(used: Sequence[Estimate]) -> Iterator[MeasuredValue]:
     for (name, motion), some in readings.items():
         values = np.array(some, dtype=float)
         stroke = np.mean(readings.get(("stroke", motion), [[0.0]]), axis=0)[0]
-        mean = float(values[:, 0].mean())
         sd = mean_error([values], name, float(stroke))
         unit = quantities_of(motion, used[0].speeds, ("record",))[name].unit
         quantity = name if motion in name else f"{motion} {name}"  # as in a file of types
-        yield MeasuredValue(quantity, unit, mean, sd)
+        yield MeasuredValue(quantity, unit, float(values[:, 0].mean()), sd)

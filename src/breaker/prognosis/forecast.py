@@ -8,7 +8,7 @@ change at once, as likely each time that the drive becomes a tenth older (``Futu
 Shapes: ``n`` operations at which it is asked, ``d`` draws, ``m`` nodes ahead, ``k`` coordinates.
 """
 
-from typing import NamedTuple, Self
+from typing import NamedTuple
 
 import numpy as np
 from scipy.special import ndtri, stdtrit
@@ -21,7 +21,6 @@ from breaker.prognosis.trend import Path
 QUANTILES = (0.05, 0.5, 0.95)
 _NODES, _NEAREST, _FARTHEST = 12, 10.0, 8.0  # nodes ahead; first, operations; last, horizons
 _TAILS = 3.0  # degrees of freedom of the drift, from simulated lives
-_STEADY = 1e-6  # a power this close to 0 is none
 _FUTURES = 5  # changes of rate that are drawn for each draw of the path
 
 
@@ -32,7 +31,7 @@ class Future(NamedTuple):
         horizon: Operations, the farthest that is looked for.
         changes: Changes of the rate to expect while a drive becomes e times as old.
         faster, spread: Median of the factor on the rate, and sd of its logarithm.
-        noticed: Records after which a change of the rate is noticed.
+        noticed: Share of the operations so far, in which records show a change of the rate.
         drift: Standard deviation of the drift of the rate, where the path does not show it,
         drifting: and of that to come, about that so far.
     """
@@ -41,7 +40,7 @@ class Future(NamedTuple):
     changes: float = 1.0
     faster: float = 6.0
     spread: float = 0.4
-    noticed: float = 50.0
+    noticed: float = 0.25
     drift: float = 1.0
     drifting: float = 0.4
 
@@ -56,59 +55,14 @@ class Future(NamedTuple):
         return turns, self.faster * np.exp(self.spread * ndtri(how))
 
 
-class Forecast(NamedTuple):
-    """What is known of one limit after some operations.
-
-    Attributes:
-        p_exceeded: Probability that the limit is exceeded now, ``(n,)``.
-        value: Quantities of the limit now, ``(n, parts, 3)``, at 5, 50 and 95 %.
-        remaining: Operations left, ``(n, 3)``, at 5, 50 and 95 %; 0 where the limit is exceeded,
-            inf beyond the horizon.
-        lives: Operations left to each draw, ``(n, d)``; nan where nothing is known.
-        p_nearer: Probability that the drive is nearer to the limit than as new, ``(n,)``.
-    """
-
-    p_exceeded: np.ndarray
-    value: np.ndarray
-    remaining: np.ndarray
-    lives: np.ndarray
-    p_nearer: np.ndarray
-
-    @classmethod
-    def of(
-        cls,
-        limit: Limit,
-        onward: "Onward",
-        new: np.ndarray,
-        drift: np.ndarray,
-        age: np.ndarray,
-        future: Future,
-    ) -> Self:
-        """Return the forecast of a limit.
-
-        Args:
-            onward: The path from each operation on.
-            new: Draws of the quantities of the limit as new, ``(d, parts)``.
-            drift: What ``drift_of`` returns.
-            age: Operations since new, or since the last maintenance, ``(n,)``.
-        """
-        now, along = onward.now(limit), _continued(onward.values(limit), onward.nodes)
-        known = np.isfinite(now).any(axis=(1, 2))
-        excess, steady = limit.excess(along), np.full(now.shape[:2], np.nan)
-        for k in np.flatnonzero(known):
-            steady[k] = _crossings(excess[:, k], onward.nodes)
-        nearer = (limit.excess(now) > limit.excess(new)).all(axis=-1).mean(axis=1)
-        lives = np.tile(_drifted(steady, age, drift), _FUTURES)
-        turns, faster = onward.turns
-        lives = np.where(lives > turns, turns + (lives - turns) / faster, lives)
-        lives = np.where(lives > future.horizon, np.inf, lives)
-        return cls(
-            np.where(known, limit.exceeded(now).mean(axis=1), np.nan),
-            np.moveaxis(np.quantile(now, QUANTILES, axis=1), 0, -1),
-            np.quantile(lives, QUANTILES, axis=1, method="inverted_cdf").T,
-            lives,
-            np.where(known, nearer, np.nan),
-        )
+FORECAST = {
+    "p_exceeded": ("asked", "limit"),
+    "p_nearer": ("asked", "limit"),
+    "remaining": ("asked", "limit", "quantile"),
+    "lives": ("asked", "limit", "draw"),
+    "value": ("asked", "part", "quantile"),
+}.items()
+"""What is forecast of limits, and its dimensions."""
 
 
 class Onward:
@@ -120,11 +74,10 @@ class Onward:
     Args:
         path, readout: Of the drive.
         where: Indices of the operations, ``(n,)``.
-        past: Operations so far, ``(n,)``.
+        ages: Operations since new, and since new or the last maintenance, ``(n,)`` each.
         since: What a change is since, ``"new"`` or ``"event"``.
 
     Attributes:
-        nodes: Operations ahead, at the rate of now, ``(m,)``; the first is 0.
         turns: As of ``Future.turns``.
     """
 
@@ -133,16 +86,19 @@ class Onward:
         path: Path,
         readout: Readout,
         where: np.ndarray,
-        past: np.ndarray,
+        ages: tuple[np.ndarray, np.ndarray],
         future: Future,
         since: str,
     ) -> None:
-        self.nodes = np.append(0.0, np.geomspace(_NEAREST, _FARTHEST * future.horizon, _NODES - 1))
-        self.turns = future.turns(past, _FUTURES * readout.draws, readout.seed)
-        ahead = self.nodes[:, None, None]
-        now = (path.change, path.variance)
-        now = (path.since, path.since_variance) if since == "event" else now
-        change, variance = (each[where] for each in now)
+        past, self._age = ages
+        self._future, self._seed = future, readout.seed
+        self._nodes = np.append(0.0, np.geomspace(_NEAREST, _FARTHEST * future.horizon, _NODES - 1))
+        self.turns, self._faster = future.turns(past, _FUTURES * readout.draws, readout.seed)
+        self._drift = drift_of(path, where, self._age, future, readout)
+        ahead = self._nodes[:, None, None]
+        event = since == "event"
+        change = (path.since if event else path.change)[where]
+        variance = (path.since_variance if event else path.variance)[where]
         variance = np.maximum(variance, 1e-12)
         onward = change + ahead * path.rate[where]
         more = 2.0 * ahead * path.covariance[where] + ahead**2 * path.rate_variance[where]
@@ -151,18 +107,48 @@ class Onward:
         def condition(of: Readout, change: np.ndarray, variance: np.ndarray) -> Condition:
             return Condition(of, *(e.reshape(-1, of.size) for e in (change, variance)))
 
-        self._seed = readout.seed
         self._now = Condition(readout, change, variance)
         self._measured = condition(readout, onward, np.maximum(variance + more, 1e-12))
         aside, still = np.sqrt(np.maximum(more, 0.0)), np.broadcast_to(variance, onward.shape)
         self._ways = [condition(of, onward + way * aside, still) for of, way in readout.ways()]
 
-    def now(self, limit: Limit) -> np.ndarray:
-        """Return draws of the quantities of a limit, ``(n, d, parts)``; nan where not known."""
-        return limit.read(self._now)
+    def forecast(self, limit: Limit, new: np.ndarray) -> dict[str, np.ndarray]:
+        """Forecast a limit.
 
-    def values(self, limit: Limit) -> np.ndarray:
-        """Return draws of the quantities along the path, ``(m, n, d, parts)``.
+        Args:
+            new: Draws of its quantities as new, ``(d, parts)``.
+
+        Returns:
+            Arrays by ``FORECAST``: the probability that the limit is exceeded now, that the drive
+            is nearer to it than as new, operations left at 5, 50 and 95 %; 0 where it is exceeded,
+            inf beyond the horizon; the same of each draw; and the quantities of the limit now.
+            All nan where nothing is known.
+        """
+        now, excess = (
+            limit.read(self._now),
+            limit.excess(_continued(self._along(limit), self._nodes)),
+        )
+        known = np.isfinite(now).any(axis=(1, 2))
+        steady = np.full(now.shape[:2], np.nan)
+        for k in np.flatnonzero(known):
+            steady[k] = _crossings(excess[:, k], self._nodes)
+        lives = np.tile(_drifted(steady, self._age, self._drift), _FUTURES)
+        lives = np.where(
+            lives > self.turns, self.turns + (lives - self.turns) / self._faster, lives
+        )
+        lives = np.where(lives > self._future.horizon, np.inf, lives)
+        nearer = (limit.excess(now) > limit.excess(new)).all(axis=-1).mean(axis=1)
+        left = np.quantile(lives, QUANTILES, axis=1, method="inverted_cdf").T
+        return {
+            "p_exceeded": np.where(known, limit.exceeded(now).mean(axis=1), np.nan)[:, None],
+            "p_nearer": np.where(known, nearer, np.nan)[:, None],
+            "remaining": left[:, None],
+            "lives": lives.astype(np.float32)[:, None],
+            "value": np.moveaxis(np.quantile(now, QUANTILES, axis=1), 0, -1),
+        }
+
+    def _along(self, limit: Limit) -> np.ndarray:
+        """Draws of the quantities along the path, ``(m, n, d, parts)``.
 
         The few ways have no tails; their spread shows how far draws are from each other.
         """
@@ -210,7 +196,7 @@ def _drifted(steady: np.ndarray, age: np.ndarray, drift: np.ndarray) -> np.ndarr
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         share = steady / age
         logs = np.log1p(np.maximum(power * share, -1.0)) / power
-        return age * np.expm1(np.where(np.abs(power) < _STEADY, share, logs))
+        return age * np.expm1(np.where(power == 0.0, share, logs))
 
 
 def _continued(draws: np.ndarray, nodes: np.ndarray) -> np.ndarray:

@@ -169,7 +169,7 @@ def series_of(
     place = {int(o): i for i, o in enumerate(operations)}
     done = {place[o]: each for o, each in events.items() if o in place}
     dates = [each.date.values for each in every.values() if "date" in each]
-    inspections = inspections_of(operations, _days(dates[0]) if dates else None, done)
+    inspections = inspections_of(operations, days_of(dates[0]) if dates else None, done)
     new = new_of(usable, inspections, done)
     motions = {m: _motion(m, every[m], usable[m], new, followed.get(m, ())) for m in every}
     motions = {motion: each for motion, each in motions.items() if each is not None}
@@ -222,8 +222,8 @@ def inspections_of(
     return np.append(0, np.cumsum(begins))
 
 
-def _days(dates: np.ndarray) -> np.ndarray:
-    """Days since year 1 of dates, nan where one is not known."""
+def days_of(dates: Sequence[str]) -> np.ndarray:
+    """Return days since year 1 of dates, ``(o,)``; nan where one is not known."""
     found = np.full(len(dates), np.nan)
     for i, each in enumerate(dates):
         if isinstance(each, str) and each:
