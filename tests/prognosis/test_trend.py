@@ -136,3 +136,17 @@ def test_changes_are_not_sought_in_a_block_that_is_not_to_be():
     some = blocks(add=40.0 * (TIME >= 200))
     quiet = [some[0]._replace(sought=False), some[1]]
     assert not follow(quiet).changes
+
+
+def test_a_change_that_later_records_deny_is_forgotten():
+    path = follow(blocks(add=5.0 * ((TIME >= 200) & (TIME < 204))))
+    assert all(change.kind == "step" for change in path.changes)
+    assert abs(path.change[-1, 0]) < 1.0
+
+
+def test_errors_that_neighbours_share_are_no_change():
+    rng, some = np.random.default_rng(1), blocks()
+    for values in (block.values for block in some):
+        for i in range(1, N):
+            values[i] = 0.6 * values[i - 1] + 0.8 * rng.standard_normal(6)
+    assert not follow(some).changes

@@ -68,7 +68,11 @@ class LifeCurve(NamedTuple):
         mean = np.where(count > 0, sums / np.maximum(count, 1), way[new].mean(axis=0))
         family, directions = basis.variances[:_COMPONENTS], basis.directions[:_COMPONENTS]
         changes = _changes(mean, way[new], present[new], directions)
-        scatter = _covariance(changes, np.diag(noise**2 + _USUAL**2 * family))
+        apart, usual = np.diff(changes, axis=0) / np.sqrt(2.0), noise**2 + _USUAL**2 * family
+        scatter = shrunk_variance(apart.T @ apart, len(apart), np.diag(usual), _KNOWN)
+        # Inflated, as its directions are themselves estimated.
+        total = len(apart) + _KNOWN
+        scatter *= total / max(total - 1.0 - min(len(apart), len(family)), 1.0)
         # After this map the scatter is 1, and the family diagonal.
         root = np.linalg.inv(np.linalg.cholesky(scatter))
         variance, turned = np.linalg.eigh(root @ np.diag(family) @ root.T)
@@ -188,19 +192,8 @@ class Coordinates(NamedTuple):
         return None
 
 
-def _changes(
-    mean: np.ndarray, way: np.ndarray, present: np.ndarray, directions: np.ndarray
-) -> np.ndarray:
+def _changes(mean: np.ndarray, way: np.ndarray, present: np.ndarray, directions: np.ndarray):
     """Components of the changes of records from a mean, ``(o, k)``."""
     there = present & np.isfinite(way)
     change = without_onset(np.broadcast_to(mean, way.shape), np.where(there, way, 0.0), there)
     return (change[:, None] @ directions.T)[:, 0]
-
-
-def _covariance(changes: np.ndarray, usual: np.ndarray) -> np.ndarray:
-    """Covariance of the scatter of records ``(n, k)``, beside what is usual, inflated for
-    directions that are themselves estimated.
-    """
-    apart = np.diff(changes, axis=0) / np.sqrt(2.0)
-    found, total = shrunk_variance(apart.T @ apart, len(apart), usual, _KNOWN), len(apart) + _KNOWN
-    return found * total / max(total - 1.0 - min(len(apart), usual.shape[0]), 1.0)

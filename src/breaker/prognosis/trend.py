@@ -8,7 +8,8 @@ prior: a share of the change so far. Without it false changes are found; free, t
 
 At every operation three kinds of change are weighed over all times at which they may have begun:
 wear faster or slower in its own direction, wear in a new one, and a step. From the threshold on a
-change becomes part of the path.
+change becomes part of the path, and is placed anew until enough records have followed it; it is
+forgotten if they deny it.
 """
 
 from collections.abc import Mapping, Sequence
@@ -108,7 +109,8 @@ class PathFit:
         weight: Of each record, ``(o,)``.
         mean: Coefficients, ``(k, p)``.
         cov: Their covariance, ``(k, p, p)``.
-        noise: Variance of a record, ``(k,)``.
+        noise: Variance of a record, ``(k,)``,
+        memory: times this, where neighbouring records err alike.
         sought: Coordinates in which changes are sought, indices ``(l,)``.
     """
 
@@ -126,7 +128,7 @@ class PathFit:
         self.leading = np.concatenate([np.arange(size) < _LEADING for size in sizes])
         sought = np.repeat([block.sought for block in blocks], sizes)
         self.sought = np.flatnonzero(self.leading & sought)
-        self.weight = np.ones(len(self.values))
+        self.weight, self.memory = np.ones(len(self.values)), 1.0
 
     def design(self, rows: np.ndarray, last: int) -> None:
         """Take another design, ``(o, p)``, and add up the records before ``last``."""
@@ -147,9 +149,10 @@ class PathFit:
 
     def solve(self, i: int, precision: np.ndarray) -> None:
         """Fit the records up to ``i``, with prior precisions of the coefficients, ``(k, p)``."""
-        matrix = self.gram[i + 1, self.alike] / self.noise[:, None, None]
+        noise = self.memory * self.noise
+        matrix = self.gram[i + 1, self.alike] / noise[:, None, None]
         self.cov = np.linalg.inv(matrix + precision[:, :, None] * np.eye(precision.shape[1]))
-        self.mean = (self.cov @ (self.moment[i + 1] / self.noise).T[:, :, None])[:, :, 0]
+        self.mean = (self.cov @ (self.moment[i + 1] / noise).T[:, :, None])[:, :, 0]
 
     def off(self, i: int) -> np.ndarray:
         """Return how far a record is from the path, in sds, ``(k,)``."""
@@ -172,7 +175,7 @@ class PathFit:
         """
         some = self.sought
         moment = (self.moment[i + 1] - self.moment[starts])[:, :, some]
-        noise, alike = self.noise[some], self.alike[some]
+        noise, alike = self.memory * self.noise[some], self.alike[some]
         cross = ((self.gram[i + 1] - self.gram[starts]) @ columns[:, None, :, None])[..., 0]
         square = (cross * columns[:, None]).sum(axis=-1)[:, alike]
         cross = cross[:, alike].swapaxes(0, 1)
@@ -232,7 +235,8 @@ class Follower:
         self.time = (where - where[0]) / self.span
         self.columns = [_Column(self.time**power, power) for power in range(3)]
         self.columns += [_Column(each, size=_EFFECT, kept=False) for each in conditions]
-        self.change = np.zeros(self.fit.variance.size)
+        self.change, self.off = np.zeros((2, self.fit.variance.size))
+        self.alike = 0.0  # correlation of neighbouring records
         self.changes: list[Change] = []
         self._design(0)
 
@@ -256,11 +260,7 @@ class Follower:
                 continue
             self._solve(i)
             if i > self.full:
-                best = self._seek(i)
-                evidence[i] = best.evidence
-                if best.evidence > self.threshold and i > self.full + self.settle:
-                    self.fit.weight[best.start : i + 1] = 1.0  # they were weighed without it
-                    self._begin(best, i + 1)
+                evidence[i] = self._watch(i)
             known[i] = self._known(i)
         return Path(*known.swapaxes(0, 1), evidence, weight, tuple(self.changes))
 
@@ -282,6 +282,24 @@ class Follower:
         self._design(last)
         self._solve(last - 1)
 
+    def _watch(self, i: int) -> float:
+        """Look for a change after operation ``i``, or place the last one anew; its evidence."""
+        last = self.changes[-1] if self.changes else None
+        if last and last.kind != "event" and i <= last.noticed + self.settle:
+            self.changes.pop()
+            del self.columns[-len(_POWERS[last.kind]) :]
+            self._design(i + 1)
+            self._solve(i)
+            best = self._seek(i)
+            if best.evidence > 0.0:
+                self._begin(best._replace(noticed=last.noticed), i + 1)
+            return np.nan
+        best = self._seek(i)
+        if best.evidence > self.threshold and i > self.full + self.settle:
+            self.fit.weight[best.start : i + 1] = 1.0  # they were weighed without it
+            self._begin(best, i + 1)
+        return best.evidence
+
     def _solve(self, i: int) -> None:
         """Fit the path to the records up to ``i``; it may bend along its change, and aside."""
         fit, since = self.fit, np.maximum(self.time[i] - self.time[self.before], 1e-9)
@@ -296,9 +314,14 @@ class Follower:
     def _weigh(self, i: int) -> float:
         """Weigh record ``i`` by how far it is from what is expected, and learn the noise by it."""
         fit, there, off = self.fit, self.fit.there[i], self.fit.off(i)
-        left = off[fit.sought[there[fit.sought]]]
-        weight = (_TAILS + left.size) / (_TAILS + float(left @ left))
+        sought = fit.sought[there[fit.sought]]
+        weight = (_TAILS + sought.size) / (_TAILS + float(np.square(off[sought]).sum()))
         self.counted = min(self.counted + 1.0, _MEMORY)
+        if sought.size:
+            alike = np.clip(weight * (off[sought] @ self.off[sought]) / sought.size, -1.0, 1.0)
+            self.alike += (alike - self.alike) / self.counted
+            fit.memory = (1.0 + max(self.alike, 0.0)) / (1.0 - max(self.alike, 0.0))
+        self.off = np.where(there, np.sqrt(min(weight, 1.0)) * off, self.off)
         grown = (np.minimum(weight * np.square(off), _ODD) - 1.0) / self.counted
         fit.noise = fit.noise * np.where(there, 1.0 + grown, 1.0)
         fit.weight[i] = weight
