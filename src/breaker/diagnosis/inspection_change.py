@@ -102,6 +102,12 @@ class InspectionChange(Plain):
         return [row.name for row in self.reported if row.p_worse is None or row.is_worse]
 
     @property
+    def since(self) -> str:
+        """The earlier inspection, by its date where it is known."""
+        date = self.dates.get("before")
+        return say("earlier-dated", date=date) if date else say("earlier")
+
+    @property
     def warnings(self) -> list[str]:
         """Sentences that come first: about the records, and about another measurement."""
         differences = "; ".join(each.words for each in self.differences)
@@ -115,11 +121,11 @@ class InspectionChange(Plain):
         sentences = [say("limits", verdicts=verdicts)] if verdicts else []
         measured = [row for row in self.measured if row.changed]
         measured.sort(key=lambda row: -abs(row.change[1]))
-        sentences.append(_changes("measured", measured))
+        sentences.append(_changes("measured", measured, self.since))
         sentences += [] if self.differences else [self.explained]
         if self.inferred:
             changed = [row for row in self.inferred if row.changed]
-            sentences.append(_changes("parameters", changed))
+            sentences.append(_changes("parameters", changed, self.since))
         unknown = [e.words for e in self.inferred if e.name in NAMES and not e.identifiable]
         sentences += [say("not-identifiable", names=", ".join(unknown))] if unknown else []
         return [*sentences, *self.limitations, *(say("rejected", **e) for e in self.rejected)]
@@ -151,12 +157,12 @@ class InspectionChange(Plain):
         return [say(f"{self.state.replace('_', '-')}-check", **about)]
 
 
-def _changes(code: str, rows: Sequence[QuantityChange]) -> Sentence:
+def _changes(code: str, rows: Sequence[QuantityChange], since: str) -> Sentence:
     """Return the sentence on changes of one kind, the first few by name."""
     names = ["{} {} ({} %)".format(row.words, *_amount(row.if_changed)) for row in rows]
     if not names:
         return say(f"{code}-unchanged")
-    return say(f"{code}-changed", changes=first_of(names, _NAMED))
+    return say(f"{code}-changed", changes=first_of(names, _NAMED), since=since)
 
 
 def _amount(change: Sequence[float]) -> list[str]:
@@ -306,7 +312,8 @@ def change_tables(compared: Mapping[str, InspectionChange | str]) -> list[Table]
         if isinstance(document, InspectionChange):
             look = [f"{say('look-first')}: {words}" for words in document.advice]
             table, notes = _table(document), [*document.summary, *look]
-        title = say("changes-title") + f", {phase}" * bool(phase)
+        since = document.since if isinstance(document, InspectionChange) else say("earlier")
+        title = say("changes-title", since=since) + f", {phase}" * bool(phase)
         tables.append(replace(table, title=title, notes=notes))
     return tables
 
