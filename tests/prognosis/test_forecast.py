@@ -7,10 +7,10 @@ import pytest
 
 from breaker.model.limits import Limit
 from breaker.prognosis.coordinates import CoordinateReading, Coordinates
-from breaker.prognosis.forecast import Future, Onward, _crossings, _drifted
+from breaker.prognosis.forecast import Future, Onward, _crossings
 
 LIMIT = Limit("slow", "closing", (("travel_time", 10.0, True),), of="record")
-SURE = Future(changes=0.02, drift=1e-6)
+SURE = Future(changes=0.02)
 
 
 class OneQuantity:
@@ -27,7 +27,7 @@ class OneQuantity:
         return Coordinates({}, [reading])
 
 
-def forecast(change, rate, future=SURE, *, sd=0.01, rate_sd=1e-6, bend=0.0, bend_sd=1.0):
+def forecast(change, rate, future=SURE, *, sd=0.01, rate_sd=1e-6):
     one = np.ones((1, 1))
     path = SimpleNamespace(
         change=change * one,
@@ -35,11 +35,9 @@ def forecast(change, rate, future=SURE, *, sd=0.01, rate_sd=1e-6, bend=0.0, bend
         rate=rate * one,
         rate_variance=rate_sd**2 * one,
         covariance=0.0 * one,
-        bend=bend * one,
-        bend_variance=bend_sd**2 * one,
     )
     first, past, readout = np.array([0]), np.array([1000.0]), OneQuantity()
-    onward = Onward(path, readout, first, (past, past), future, "new")
+    onward = Onward(path, readout, first, past, future, "new")
     found = onward.forecast(LIMIT, np.full((200, 1), 8.0))
     return SimpleNamespace(**{name: each[:, 0] for name, each in found.items()})
 
@@ -77,22 +75,6 @@ def test_changes_come_as_often_in_any_unit_of_operations():
     np.testing.assert_allclose(turns[1], 2.0 * turns[0])
     assert (turns[0] > 10000.0).mean() == pytest.approx((10500.0 / 500.0) ** -1.5, abs=1e-3)
     assert np.median(faster) == pytest.approx(6.0, rel=0.01)
-
-
-@pytest.mark.parametrize(("k", "left"), [(1.0, 1000.0 * (2.0**0.5 - 1.0)), (-1.0, 648.7)])
-def test_a_bend_brings_the_limit_sooner_or_later(k, left):
-    future = SURE._replace(drift=1.0, drifting=1e-6)
-    found = forecast(1.0, 0.002, future, bend=k * 2e-6, bend_sd=1e-8)
-    assert found.remaining[0, 1] == pytest.approx(left, rel=0.02)
-
-
-@pytest.mark.parametrize("power", [-1.5, -1.0, -0.4, 0.0, 0.5, 2.0])
-def test_operations_ahead_are_those_in_which_the_rate_adds_up(power):
-    ahead, age = np.linspace(0.0, 700.0, 100001), 300.0
-    rate = (1.0 + ahead / age) ** power
-    made = np.append(0.0, np.cumsum(0.5 * (rate[1:] + rate[:-1]) * np.diff(ahead)))
-    found = _drifted(made[None, ::1000], np.array([age]), np.full((1, 1), power))
-    np.testing.assert_allclose(found[0], ahead[::1000], rtol=1e-5, atol=1e-6)
 
 
 def test_crossings_lie_on_the_line_between_nodes():

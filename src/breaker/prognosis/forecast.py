@@ -1,9 +1,6 @@
 """Forecast when a drive exceeds a limit: draws of its path, continued at a rate that may change.
 
-The rate drifts with each draw: ``h`` operations ahead of an age ``a`` it is ``(1 + h / a)^k`` times
-that of now. A drift ``k`` of 0 is a steady rate. The bend of the path shows k in part, the rest
-comes from a prior about 0, with Student's tails as some wear drifts much more. The rate may also
-change at once, as likely each time that the drive becomes a tenth older (``Future``).
+The rate may change at once, as likely each time that the drive becomes a tenth older (``Future``).
 
 Shapes: ``n`` operations at which it is asked, ``d`` draws, ``m`` nodes ahead, ``k`` coordinates.
 """
@@ -11,7 +8,7 @@ Shapes: ``n`` operations at which it is asked, ``d`` draws, ``m`` nodes ahead, `
 from typing import NamedTuple
 
 import numpy as np
-from scipy.special import ndtri, stdtrit
+from scipy.special import ndtri
 
 from breaker.common.randomness import generator
 from breaker.model.limits import Limit
@@ -19,9 +16,7 @@ from breaker.prognosis.readout import Condition, Readout
 from breaker.prognosis.trend import Path
 
 QUANTILES = (0.05, 0.5, 0.95)
-_NODES, _NEAREST, _FARTHEST = 12, 10.0, 8.0  # nodes ahead; first, operations; last, horizons
-_TAILS = 3.0  # degrees of freedom of the drift, from simulated lives
-_FUTURES = 5  # changes of rate that are drawn for each draw of the path
+_NODES, _NEAREST = 12, 10.0  # nodes ahead, and how many operations the first is
 
 
 class Future(NamedTuple):
@@ -32,8 +27,6 @@ class Future(NamedTuple):
         changes: Changes of the rate to expect while a drive becomes e times as old.
         faster, spread: Median of the factor on the rate, and sd of its logarithm.
         noticed: Share of the operations so far, in which records show a change of the rate.
-        drift: Standard deviation of the drift of the rate, where the path does not show it,
-        drifting: and of that to come, about that so far.
     """
 
     horizon: int = 10000
@@ -41,8 +34,6 @@ class Future(NamedTuple):
     faster: float = 6.0
     spread: float = 0.4
     noticed: float = 0.25
-    drift: float = 1.0
-    drifting: float = 0.4
 
     def turns(self, past: np.ndarray, count: int, seed: int) -> tuple[np.ndarray, np.ndarray]:
         """Return in how many operations the rate changes, ``(n, count)``, and by which factor.
@@ -74,7 +65,7 @@ class Onward:
     Args:
         path, readout: Of the drive.
         where: Indices of the operations, ``(n,)``.
-        ages: Operations since new, and since new or the last maintenance, ``(n,)`` each.
+        past: Operations since new, ``(n,)``.
         since: What a change is since, ``"new"`` or ``"event"``.
 
     Attributes:
@@ -86,15 +77,13 @@ class Onward:
         path: Path,
         readout: Readout,
         where: np.ndarray,
-        ages: tuple[np.ndarray, np.ndarray],
+        past: np.ndarray,
         future: Future,
         since: str,
     ) -> None:
-        past, self._age = ages
         self._future, self._seed = future, readout.seed
-        self._nodes = np.append(0.0, np.geomspace(_NEAREST, _FARTHEST * future.horizon, _NODES - 1))
-        self.turns, self._faster = future.turns(past, _FUTURES * readout.draws, readout.seed)
-        self._drift = drift_of(path, where, self._age, future, readout)
+        self._nodes = np.append(0.0, np.geomspace(_NEAREST, future.horizon, _NODES - 1))
+        self.turns, self._faster = future.turns(past, readout.draws, readout.seed)
         ahead = self._nodes[:, None, None]
         event = since == "event"
         change = (path.since if event else path.change)[where]
@@ -124,15 +113,12 @@ class Onward:
             inf beyond the horizon; the same of each draw; and the quantities of the limit now.
             All nan where nothing is known.
         """
-        now, excess = (
-            limit.read(self._now),
-            limit.excess(_continued(self._along(limit), self._nodes)),
-        )
+        now, along = limit.read(self._now), _continued(self._along(limit), self._nodes)
+        excess = limit.excess(along)
         known = np.isfinite(now).any(axis=(1, 2))
-        steady = np.full(now.shape[:2], np.nan)
+        lives = np.full(now.shape[:2], np.nan)
         for k in np.flatnonzero(known):
-            steady[k] = _crossings(excess[:, k], self._nodes)
-        lives = np.tile(_drifted(steady, self._age, self._drift), _FUTURES)
+            lives[k] = _crossings(excess[:, k], self._nodes)
         lives = np.where(
             lives > self.turns, self.turns + (lives - self.turns) / self._faster, lives
         )
@@ -163,40 +149,6 @@ class Onward:
             normal = generator(self._seed, "ways of a path").permutation(normal)[:, None]
             found = middles.mean(axis=0) + within + middles.std(axis=0) * normal
         return found.reshape(*self._shape, *found.shape[1:])
-
-
-def drift_of(path: Path, where: np.ndarray, age: np.ndarray, future: Future, readout: Readout):
-    """Return draws of the drift of the rate after some operations, ``(n, d)``; a draw is a drive.
-
-    Args:
-        where: Indices of the operations, ``(n,)``.
-        age: Operations since new, or since the last maintenance, ``(n,)``.
-    """
-    rate, bend, variance = (each[where] for each in (path.rate, path.bend, path.bend_variance))
-    shown = (np.square(rate) / variance).sum(axis=1)
-    with np.errstate(invalid="ignore", divide="ignore"):
-        seen = age * (rate * bend / variance).sum(axis=1) / shown
-        known = 1.0 / (np.square(age) / shown + future.drifting**2)
-    precision = known + future.drift**-2.0
-    mean = np.where(shown > 0.0, known * np.nan_to_num(seen) / precision, 0.0)
-    shares = generator(readout.seed, "drift of wear").permutation(readout.draws)
-    students = stdtrit(_TAILS, (shares + 0.5) / readout.draws)
-    return mean[:, None] + precision[:, None] ** -0.5 * students
-
-
-def _drifted(steady: np.ndarray, age: np.ndarray, drift: np.ndarray) -> np.ndarray:
-    """Return in how many operations as much wears as in ``steady`` ones at the rate of now,
-    ``(n, d)``.
-
-    >>> age, steady = np.full(1, 100.0), np.full((1, 1), 150.0)
-    >>> _drifted(steady, age, np.ones((1, 1))).round(6)
-    array([[100.]])
-    """
-    power, age = 1.0 + drift, age[:, None]
-    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        share = steady / age
-        logs = np.log1p(np.maximum(power * share, -1.0)) / power
-        return age * np.expm1(np.where(power == 0.0, share, logs))
 
 
 def _continued(draws: np.ndarray, nodes: np.ndarray) -> np.ndarray:

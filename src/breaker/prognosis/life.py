@@ -185,9 +185,8 @@ def _limits(
     """What is known of limits."""
     number = readout.series.operations
     past = np.maximum(number[where] - float(number[0]), 1.0)
-    age = _age(number, path.changes)[where]
     onward = {
-        since: Onward(path, readout, where, (past, age), future, since)
+        since: Onward(path, readout, where, past, future, since)
         for since in {"new", *(limit.since for limit in limits)}
     }
     zero = np.zeros((1, readout.size))
@@ -200,7 +199,7 @@ def _limits(
     return found | {
         "new": ("part", np.concatenate([np.median(draws, axis=0) for draws in new])),
         "turns": (("asked", "draw"), onward["new"].turns.astype(np.float32)),
-        "age": ("asked", age),
+        "age": ("asked", _age(number, path.changes)[where]),
         "noticed_in": ("asked", future.noticed * past),
     }
 
