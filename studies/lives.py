@@ -53,7 +53,7 @@ from breaker.model.parameters import NAMES
 from breaker.model.prior import Prior
 from breaker.model.sensor import Sensor
 from breaker.prognosis.forecast import Future
-from breaker.prognosis.life import forecast_of
+from breaker.prognosis.life import forecast_of, trend_of
 from breaker.prognosis.readout import Readout
 from breaker.prognosis.series import MotionRecords, Series, inspections_of, new_of
 from breaker.prognosis.states import STATES, states_of
@@ -329,7 +329,8 @@ def followed(name: str, number: int, seed: int, config: Mapping, networks) -> tu
         )
     settings = config["trend"]
     readout = Readout.of(series, networks, draws=settings["draws"], seed=seed, misfit_p_value=0.001)
-    data = forecast_of(readout, list(limits), Future(settings["horizon"]), settings["threshold"])
+    path, future = trend_of(readout, settings["threshold"]), Future(settings["horizon"])
+    data = forecast_of(readout, path, list(limits), future, settings["threshold"])
     return life, truth, limits, readout, data
 
 

@@ -4,6 +4,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+import xarray as xr
 
 from breaker.configuration.loading import load
 from breaker.family.inputs import network_record
@@ -13,7 +14,7 @@ from breaker.family.shape import shape_of
 from breaker.model.limits import Limit
 from breaker.model.parameters import MOTIONS, NAMES
 from breaker.prognosis.forecast import Future
-from breaker.prognosis.life import _age, _maintenance, forecast_of
+from breaker.prognosis.life import Life, _age, _maintenance, forecast_of, trend_of
 from breaker.prognosis.readout import Readout
 from breaker.prognosis.series import MotionRecords, Series
 from breaker.prognosis.states import STATES, states_of
@@ -69,7 +70,7 @@ def followed(families):
     def followed(series, limits=LIMITS, p_value=0.001):
         found = Readout.of(series, families, draws=200, seed=1, misfit_p_value=p_value)
         assert (found.changes is None) == (p_value > 1.0)
-        return forecast_of(found, limits, Future(), 10.0)
+        return forecast_of(found, trend_of(found, 10.0), limits, Future(), 10.0)
 
     return followed
 
@@ -187,3 +188,11 @@ def test_one_motion_alone_is_followed(followed):
     life = followed(one, LIMITS[:2])
     assert life.attrs["agreement"] == 1.0
     assert life.changed.isel(asked=-1).sel(parameter="gamma_a").values[1] > 5.0
+
+
+def test_a_saved_life_has_the_same_states(life, tmp_path):
+    kept = Life(LIMITS, {}, events={}, conditions={})
+    kept.forecast = life
+    kept.save(tmp_path / "life.zarr", seed=1)
+    found = Life.load(tmp_path / "life.zarr")
+    xr.testing.assert_identical(found.state(PLANNING), kept.state(PLANNING))

@@ -1,9 +1,8 @@
 """Follow a drive in its own curves, and judge its limits."""
 
-from breaker.common.zarr_store import describe, save
 from breaker.model.limits import from_list
 from breaker.model.quantities import speeds_of
-from breaker.prognosis.life import life_of
+from breaker.prognosis.life import Life
 from breaker.records.curves import open_curves
 from breaker.workflow.jobs import start
 
@@ -11,14 +10,14 @@ UNUSED = ("travel", "measured_reason", "remarks")  # which a long life has much 
 
 log = start(snakemake)
 params = snakemake.params
-life = life_of(
-    {m: open_curves(snakemake.input[m], without=UNUSED) for m in params.motions},
+life = Life(
     from_list(params.limits, params.motions, speeds_of(params.speeds)),
     params,
     events=params.events,
     conditions=params.conditions,
 )
-count, noticed = life.sizes["operation"], life.noticed.values.tolist()
-log.info("%d operations, family %s, changes at %s", count, life.attrs["family"], noticed)
+life.update({m: open_curves(snakemake.input[m], without=UNUSED) for m in params.motions})
+count, noticed = life.forecast.sizes["operation"], life.forecast.noticed.values.tolist()
+log.info("%d operations, family %s, changes at %s", count, life.forecast.attrs["family"], noticed)
 names = ("limits", "speeds", "trend", "seed")
-save(describe(life, "life", **{name: params[name] for name in names}), snakemake.output[0])
+life.save(snakemake.output[0], **{name: params[name] for name in names})

@@ -1,11 +1,16 @@
-"""The life of a drive: its records, their trend, and forecasts of its limits."""
+"""The life of a drive: its records, their trend, forecasts of its limits, and its state."""
 
 from collections.abc import Mapping, Sequence
+from functools import cached_property
+from pathlib import Path as File
+from typing import Self
 
 import numpy as np
 import pandas as pd
 import xarray as xr
 
+from breaker.common.zarr_store import describe, open_store
+from breaker.common.zarr_store import save as save_store
 from breaker.family.networks import LEAST_AGREEMENT, agreement_of, shipped_networks
 from breaker.model.limits import Limit
 from breaker.model.parameters import NAMES
@@ -13,65 +18,111 @@ from breaker.model.quantities import CONDITIONS
 from breaker.prognosis.forecast import FORECAST, QUANTILES, Future, Onward
 from breaker.prognosis.readout import Condition, Readout
 from breaker.prognosis.series import Series, events_of, series_of
+from breaker.prognosis.states import states_of
 from breaker.prognosis.trend import Change, Follower, Path
 from breaker.shipped import KINDS
 
 _READ = 500  # operations, about, at which a life is read; all are followed
 
 
-def life_of(
-    records: Mapping[str, xr.Dataset],
-    limits: Sequence[Limit],
-    settings: Mapping,
-    *,
-    events: Mapping[int, str],
-    conditions: Mapping[str, Mapping[int, float]],
-) -> xr.Dataset:
-    """Follow a drive in its records.
+class Life:
+    """The records of a drive, and its state: the only class of the package that is updated.
+
+    >>> life = Life(limits, config, events={}, conditions={})  # doctest: +SKIP
+    >>> life.update({"closing": read_curves(operations, form, grid, "closing")})  # doctest: +SKIP
+    >>> life.state(config["planning"])  # doctest: +SKIP
 
     Args:
-        records: What ``read_curves`` returns, by motion.
         limits: Limits on what the motions of the drive show.
         settings: Sections ``trend`` and ``endurance`` of the configuration, and ``seed``.
         events, conditions: What ``known_of`` returns.
+    """
 
-    Returns:
-        What ``forecast_of`` returns; also over ``operation`` what is stated of it, texts that are
-        empty and numbers that are nan where nothing is: ``breaker``, ``phase``, ``date`` of the
+    def __init__(
+        self,
+        limits: Sequence[Limit],
+        settings: Mapping,
+        *,
+        events: Mapping[int, str],
+        conditions: Mapping[str, Mapping[int, float]],
+    ) -> None:
+        self._limits, self._settings = limits, settings
+        self._events, self._conditions = events, conditions
+        self._records: dict[str, xr.Dataset] = {}
+
+    def update(self, records: Mapping[str, xr.Dataset]) -> None:
+        """Add records of operations: what ``read_curves`` returns, by motion."""
+        for motion, new in records.items():
+            some = [self._records[motion]] if motion in self._records else []
+            self._records[motion] = xr.concat([*some, new], "operation") if some else new
+        for name in ("_readout", "trend", "forecast"):
+            self.__dict__.pop(name, None)
+
+    @cached_property
+    def _readout(self) -> Readout:
+        names: dict[str, list[str]] = {motion: [] for motion in self._records}
+        for limit in self._limits:
+            if limit.of == "record":
+                names[limit.motion] += limit.quantities
+        settings = self._settings
+        series = series_of(
+            self._records,
+            followed={motion: list(dict.fromkeys(some)) for motion, some in names.items()},
+            events=events_of(self._events, settings["endurance"]["events"]),
+            conditions=self._conditions,
+        )
+        return Readout.of(
+            series,
+            list(shipped_networks(*KINDS)),
+            draws=settings["trend"]["draws"],
+            seed=settings["seed"],
+            misfit_p_value=settings["endurance"]["misfit_p_value"],
+        )
+
+    @cached_property
+    def trend(self) -> Path:
+        """Path of the drive's coordinates, with its changes.
+
+        Raises:
+            ValueError: As of ``series_of``, and if an event has no meaning.
+        """
+        return trend_of(self._readout, self._settings["trend"]["threshold"])
+
+    @cached_property
+    def forecast(self) -> xr.Dataset:
+        """What ``forecast_of`` returns; also over ``operation`` what is stated of it, texts that
+        are empty and numbers that are nan where nothing is: ``breaker``, ``phase``, ``date`` of the
         first motion that states it, ``event``, ``CONDITIONS``, and ``not_used``, motions without a
         usable record.
+        """
+        trend = self._settings["trend"]
+        future = Future(trend["horizon"])
+        life = forecast_of(self._readout, self.trend, self._limits, future, trend["threshold"])
+        records, numbers = self._records, life.operation.values
+        stated = {name: _stated(name, records, numbers) for name in ("breaker", "phase", "date")}
+        stated["event"] = np.array([self._events.get(number, "") for number in numbers.tolist()])
+        for name in CONDITIONS:
+            known = pd.Series(self._conditions.get(name, {}), dtype=float)
+            stated[name] = known.reindex(numbers).values
+        used = {m: np.isin(numbers, e.operation[e.accepted == 1]) for m, e in records.items()}
+        lacking = pd.DataFrame(used).apply(lambda row: ", ".join(row.index[~row]), axis=1)
+        stated["not_used"] = lacking.to_numpy(dtype=str)
+        return life.assign({name: ("operation", values) for name, values in stated.items()})
 
-    Raises:
-        ValueError: As of ``series_of``, and if an event has no meaning.
-    """
-    names: dict[str, list[str]] = {motion: [] for motion in records}
-    for limit in limits:
-        if limit.of == "record":
-            names[limit.motion] += limit.quantities
-    series = series_of(
-        records,
-        followed={motion: list(dict.fromkeys(some)) for motion, some in names.items()},
-        events=events_of(events, settings["endurance"]["events"]),
-        conditions=conditions,
-    )
-    trend = settings["trend"]
-    readout = Readout.of(
-        series,
-        list(shipped_networks(*KINDS)),
-        draws=trend["draws"],
-        seed=settings["seed"],
-        misfit_p_value=settings["endurance"]["misfit_p_value"],
-    )
-    life = forecast_of(readout, limits, Future(trend["horizon"]), trend["threshold"])
-    numbers = life.operation.values
-    stated = {name: _stated(name, records, numbers) for name in ("breaker", "phase", "date")}
-    stated["event"] = np.array([events.get(number, "") for number in numbers.tolist()])
-    for name in CONDITIONS:
-        stated[name] = pd.Series(conditions.get(name, {}), dtype=float).reindex(numbers).values
-    used = {m: np.isin(numbers, e.operation[e.accepted == 1]) for m, e in records.items()}
-    lacking = pd.DataFrame(used).apply(lambda row: ", ".join(row.index[~row]), axis=1)
-    stated["not_used"] = lacking.to_numpy(dtype=str)
-    return life.assign({name: ("operation", values) for name, values in stated.items()})
+    def state(self, planning: Mapping) -> xr.Dataset:
+        """Return the states of the drive and of its limits: see ``states_of``."""
+        return states_of(self.forecast, planning)
+
+    def save(self, path: str | File, **parameters: object) -> None:
+        """Save the forecast, with the parameters that it was made by."""
+        save_store(describe(self.forecast, "life", **parameters), path)
+
+    @classmethod
+    def load(cls, path: str | File) -> Self:
+        """Return a life whose forecast was saved; it has no records."""
+        found = cls([], {}, events={}, conditions={})
+        found.forecast = open_store(path).load()
+        return found
 
 
 def _stated(name: str, records: Mapping[str, xr.Dataset], operations: np.ndarray) -> np.ndarray:
@@ -85,12 +136,13 @@ def _stated(name: str, records: Mapping[str, xr.Dataset], operations: np.ndarray
 
 
 def forecast_of(
-    readout: Readout, limits: Sequence[Limit], future: Future, threshold: float
+    readout: Readout, path: Path, limits: Sequence[Limit], future: Future, threshold: float
 ) -> xr.Dataset:
-    """Follow a drive, read its trend, and forecast its limits.
+    """Read the trend of a drive, and forecast its limits.
 
     Args:
         readout: How changes of the drive are read; with its series.
+        path: What ``trend_of`` returns.
         limits: Limits on what the drive's motions show, at least one.
         threshold: Evidence from which a change is noticed, nats.
 
@@ -110,7 +162,6 @@ def forecast_of(
         while there are fewer than ``needed`` of them, ``threshold`` and ``horizon``.
     """
     series, number = readout.series, readout.series.operations
-    path = _trend(readout, threshold)
     agreed = agreement(readout, path)
     if agreed < LEAST_AGREEMENT:
         readout = readout.withheld()
@@ -134,10 +185,10 @@ def forecast_of(
     return xr.Dataset(found, coords, attrs)
 
 
-def _trend(readout: Readout, threshold: float) -> Path:
+def trend_of(readout: Readout, threshold: float) -> Path:
     """Follow the coordinates of a drive."""
     series = readout.series
-    life = Follower(
+    follower = Follower(
         series.operations,
         readout.coordinates.blocks(series),
         new=series.new,
@@ -146,7 +197,9 @@ def _trend(readout: Readout, threshold: float) -> Path:
         counted=series.counted,
         conditions=series.conditions,
     )
-    return life.path({i: event.transducer for i, event in series.events.items() if event.renews})
+    return follower.path(
+        {i: event.transducer for i, event in series.events.items() if event.renews}
+    )
 
 
 def _read_at(series: Series, path: Path) -> np.ndarray:

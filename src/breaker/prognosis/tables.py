@@ -24,7 +24,7 @@ def decide(life: xr.Dataset, stands: xr.Dataset) -> pd.DataFrame:
     """Return one row per operation; of what is stated of it, columns with any value.
 
     Args:
-        life: What ``life.life_of`` returns.
+        life: The forecast of a ``Life``.
         stands: What ``states_of`` returns.
     """
     there = stands.subject >= 0
