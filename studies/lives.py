@@ -48,7 +48,7 @@ from breaker.family.inputs import network_record
 from breaker.family.networks import shipped_networks
 from breaker.family.rich_drive import Drive
 from breaker.family.shape import shape_of
-from breaker.model.limits import Limit
+from breaker.model.limits import UNRESOLVED, Limit
 from breaker.model.parameters import NAMES
 from breaker.model.prior import Prior
 from breaker.model.sensor import Sensor
@@ -63,7 +63,7 @@ from studies.other_lives import Curves, OtherLife, records_of, truth_of
 from studies.sensors import Reading
 from studies.shared import append, write_table
 
-SEEDS = {"develop": 71, "calibrate": 72, "score": 73, "fresh": 74}
+SEEDS = {"develop": 71, "calibrate": 72, "score": 73, "fresh": 75}
 SETS = {"family": 200, "foreign": 100, "steady": 200, "faults": 100, "other": 60}
 PACES = {"unworn": 0.0, "slow": 0.25, "few unworn": 0.0}  # of the wear that limits are set for
 FEW = ("few", "few unworn")
@@ -272,7 +272,7 @@ def limits_of(
         add(kind, "record", motion, name, dense[f"{motion} {name}"], end)
     percent = {n: 100.0 * (dense[n] / dense[n][new].mean() - 1.0) for n in NAMES}
     ends = {n: float(np.interp(fails, whole, percent[n])) for n in NAMES}
-    clear = [n for n in NAMES if abs(ends[n]) > CLEAR]
+    clear = [n for n in NAMES if n not in UNRESOLVED and abs(ends[n]) > CLEAR]
     for name in clear if every else one_of(clear, rng):
         kind = f"changed {name}" if every else "changed"
         add(kind, "change", "", name, percent[name], ends[name])
@@ -293,7 +293,7 @@ def tolerances(series: Series, ranges: Mapping[str, list[float]]) -> list[Limit]
             parts = ((name, end, upper),)
             found.append(Limit(f"measured {motion} {name}", motion, parts, of="record"))
     for name, span in ranges.items():
-        if name in NAMES:
+        if name in NAMES and name not in UNRESOLVED:
             end = 100.0 * TOLERANCE["changed"] * float(np.sign(np.sum(span)))
             found.append(Limit(f"changed {name}", "", ((name, end, end > 0.0),), of="change"))
     return found
