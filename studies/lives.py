@@ -330,7 +330,7 @@ def followed(name: str, number: int, seed: int, config: Mapping, networks) -> tu
     settings = config["trend"]
     readout = Readout.of(series, networks, draws=settings["draws"], seed=seed, misfit_p_value=0.001)
     path, future = trend_of(readout, settings["threshold"]), Future(settings["horizon"])
-    data = forecast_of(readout, path, list(limits), future, settings["threshold"])
+    data = forecast_of(readout, path, list(limits) or [NEVER], future, settings["threshold"])
     return life, truth, limits, readout, data
 
 
