@@ -114,7 +114,6 @@ def test_a_reference_is_two_limits_in_each_motion_that_has_the_quantity(entry, b
     assert [limit.parts[0][1] for limit in limits] == pytest.approx(bounds)
     assert [limit.parts[0][2] for limit in limits] == [True, False] * (len(bounds) // 2)
     assert {limit.of for limit in limits} == {of}
-    assert {limit.reference for limit in limits} == {entry["reference"]}
     assert len({limit.pair for limit in limits}) == len(limits) / 2
     assert {limit.name.split()[0] for limit in limits} == {"own"}
 

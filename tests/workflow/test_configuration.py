@@ -489,7 +489,7 @@ def test_functions_of_ones_own_are_tried_before_the_first_job(
     ("entry", "parts"),
     [
         ("limit: {}", ["GL 314.limit", "GL 314.limits"]),
-        ("colour: red", ["GL 314.colour", "limits, ratio, reference, speeds"]),
+        ("colour: red", ["GL 314.colour", "moving_mass"]),
         ("limits: {stroke: [178 cm, null]}", ["GL 314.limits", "stroke is 178 cm", "mm"]),
         ("limits: {stroke: [2, 1]}", ["GL 314.limits", "from 2 to 1"]),
         ("limits: {stroke: 178}", ["GL 314.limits.stroke is 178"]),
