@@ -66,7 +66,7 @@ def test_the_readme_states_what_the_family_and_its_lives_reach():
     cells = [f"{100 * min(held):.0f} to {100 * max(held):.0f} %"]
     for of in ("changed", "measured"):
         row = lives[f"{of} limits: 90 % hold operations left"]
-        some = (f"{float(row[n]):.2f} of {row[f'{n}_count']}" for n in ("family", "faults"))
+        some = (f"{float(row[n]):.2f} of {row[f'{n}_count']}" for n in ("other", "faults"))
         cells.append(", ".join(some))
     watched, visits = (plans["measured", way][cost] for way in ("watched", "visits"))
     cells.append(
@@ -76,7 +76,7 @@ def test_the_readme_states_what_the_family_and_its_lives_reach():
     alarms = {
         row["limit"]: f"{row['false']} of {row['of']}"
         for row in rows("alarms.csv")
-        if (row["drives"], row["told"]) == ("few unworn", "now")
+        if (row["drives"], row["told"]) == ("few unworn", "due")
     }
     cells.append(f"{alarms['measured']}, {alarms['changed']}")
     changes = [row for row in rows("other_code.csv") if row["of"] == "change"]
