@@ -66,7 +66,7 @@ def test_the_readme_states_what_the_family_and_its_lives_reach():
     cells = [f"{100 * min(held):.0f} to {100 * max(held):.0f} %"]
     for of in ("changed", "measured"):
         row = lives[f"{of} limits: 90 % hold operations left"]
-        some = (f"{float(row[n]):.2f} of {row[f'{n}_count']}" for n in ("other", "faults"))
+        some = (f"{float(row[n]):.2f} of {row[f'{n}_count']}" for n in ("other",))
         cells.append(", ".join(some))
     watched, visits = (plans["measured", way][cost] for way in ("watched", "visits"))
     cells.append(
