@@ -190,6 +190,14 @@ def test_one_motion_alone_is_followed(followed):
     assert life.changed.isel(asked=-1).sel(parameter="gamma_a").values[1] > 5.0
 
 
+def test_an_operation_is_added_once():
+    life = Life(LIMITS, {}, events={}, conditions={})
+    one, two = (xr.Dataset(coords={"operation": numbers}) for numbers in ([1, 2], [2, 3]))
+    life.update({"closing": one})
+    with pytest.raises(ValueError, match="closing 2"):
+        life.update({"closing": two})
+
+
 def test_a_saved_life_has_the_same_states(life, tmp_path):
     kept = Life(LIMITS, {}, events={}, conditions={})
     kept.forecast = life

@@ -35,12 +35,12 @@ def test_a_straight_path_is_known_as_a_regression_knows_it():
     assert not path.changes
 
 
-def test_a_path_that_bends_is_known_to():
+def test_the_rate_of_a_path_that_bends_is_that_at_the_end():
     path = follow(blocks(add=0.001 * TIME**2.0))
-    off = path.bend[-1, 0] - 0.002
-    assert abs(off) < 4.0 * np.sqrt(path.bend_variance[-1, 0])
-    assert np.sqrt(path.bend_variance[-1, 0]) < 0.0002
-    assert abs(path.bend[-1, 2]) < 0.0002
+    last, sd = path.rate[-1], np.sqrt(path.rate_variance[-1])
+    assert abs(last[0] - 0.002 * TIME[-1]) < 4.0 * sd[0]
+    assert sd[0] < 0.1 * last[0]
+    assert abs(last[2]) < 4.0 * sd[2]
 
 
 def test_nothing_is_noticed_where_nothing_changes():

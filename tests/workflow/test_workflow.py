@@ -9,9 +9,11 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+import numpy as np
 import pytest
 import xarray as xr
 import yaml
+from matplotlib.image import imread
 
 from tests.workflow.conftest import ROOT, snakemake
 
@@ -274,7 +276,7 @@ def test_every_figure_is_there(workflow):
     # Of both motions, of the life; and those of shipped networks, and of the family's.
     assert len(figures) == 24 + 6 + 4 + 4
     for name in figures:
-        assert (workflow / "figures" / name).read_bytes().startswith(b"\x89PNG"), name
+        assert np.ptp(imread(workflow / "figures" / name)) > 0.0, name  # something is drawn
 
 
 def test_stores_open_with_one_call_and_say_what_made_them(workflow):

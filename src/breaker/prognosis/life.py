@@ -51,8 +51,15 @@ class Life:
         self._records: dict[str, xr.Dataset] = {}
 
     def update(self, records: Mapping[str, xr.Dataset]) -> None:
-        """Add records of operations: what ``read_curves`` returns, by motion."""
+        """Add records of operations: what ``read_curves`` returns, by motion.
+
+        Raises:
+            ValueError: If an operation has a record already.
+        """
         for motion, new in records.items():
+            known = self._records[motion].operation if motion in self._records else []
+            if (again := np.intersect1d(known, new.operation)).size:
+                raise ValueError(f"{motion} {again[0]:g} has a record already: leave it out")
             some = [self._records[motion]] if motion in self._records else []
             self._records[motion] = xr.concat([*some, new], "operation") if some else new
         for name in ("_readout", "trend", "forecast"):

@@ -79,7 +79,6 @@ class Path:
         since, since_variance: The same since the last known event; nan before one.
         rate, rate_variance: Of the change, per operation.
         covariance: Of change and rate.
-        bend, bend_variance: Of the rate, per operation.
         evidence: For a change that is not noticed yet, nats, ``(o,)``; nan where none is sought.
         weight: Of the record beside one that follows the path, ``(o,)``; nan without one.
     """
@@ -91,8 +90,6 @@ class Path:
     rate: np.ndarray
     rate_variance: np.ndarray
     covariance: np.ndarray
-    bend: np.ndarray
-    bend_variance: np.ndarray
     evidence: np.ndarray
     weight: np.ndarray
     changes: tuple[Change, ...]
@@ -369,7 +366,7 @@ class Follower:
         events = [change.start for change in self.changes if change.kind == "event"]
         event = self.fit.rows[events[-1]] if events else np.nan
         rows = [self._since(i, self.mean_new), self._since(i, event), self._rate(i) / self.span]
-        rows = np.stack([*rows, 2.0 * (self.power == 2) / self.span**2])
+        rows = np.stack(rows)
         mean, cov = self.fit.mean @ rows.T, rows @ self.fit.cov @ rows.T
-        since_new, since_event, rate, bent = ((mean[:, k], cov[:, k, k]) for k in range(4))
-        return [*since_new, *since_event, *rate, cov[:, 0, 2], *bent]
+        since_new, since_event, rate = ((mean[:, k], cov[:, k, k]) for k in range(3))
+        return [*since_new, *since_event, *rate, cov[:, 0, 2]]
