@@ -53,10 +53,11 @@ from breaker.model.parameters import NAMES
 from breaker.model.prior import Prior
 from breaker.model.sensor import Sensor
 from breaker.prognosis.forecast import Future
-from breaker.prognosis.life import forecast_of, trend_of
+from breaker.prognosis.life import forecast_of
 from breaker.prognosis.readout import Readout
 from breaker.prognosis.series import MotionRecords, Series, inspections_of, new_of
 from breaker.prognosis.states import STATES, states_of
+from breaker.prognosis.trend import Follower
 from breaker.records.measurements import Measured, measure_curve
 from breaker.shipped import HELD_BACK
 from studies.other_lives import Curves, OtherLife, records_of, truth_of
@@ -329,8 +330,8 @@ def followed(name: str, number: int, seed: int, config: Mapping, networks) -> tu
         )
     settings = config["trend"]
     readout = Readout.of(series, networks, draws=settings["draws"], seed=seed, misfit_p_value=0.001)
-    path, future = trend_of(readout, settings["threshold"]), Future(settings["horizon"])
-    data = forecast_of(readout, path, list(limits) or [NEVER], future, settings["threshold"])
+    path = Follower(series, readout.coordinates.blocks(series), settings["threshold"]).path()
+    data = forecast_of(readout, path, list(limits) or [NEVER], Future(settings["horizon"]))
     return life, truth, limits, readout, data
 
 

@@ -58,7 +58,6 @@ def test_parts_that_cannot_be_a_limit_are_refused(parts, of):
         {"motion": "closing", "upper": {"stroke": 3}},
         {"name": "a", "upper": {"stroke": 3}},
         {"name": "a", "motion": "closing", "upper": {"stroke": "3 %"}},
-        {"name": "a", "motion": "closing", "since": "event", "upper": {"stroke": 3}},
     ],
 )
 def test_entries_that_cannot_be_a_limit_are_refused(entry):

@@ -67,12 +67,12 @@ def test_a_measured_quantity_is_in_units_of_its_scatter(count, sd):
     series, _ = a_series(sd=sd)
     some = Series(series.operations, series.motions, np.arange(count), {})
     coordinates = Coordinates.of(some, {"closing": a_basis()})
-    reading, place = coordinates.reading("closing", "travel_time")
+    reading = coordinates.readings["closing", "travel_time"]
     blocks = coordinates.blocks(some)
-    assert place == blocks[0].variance.size
+    assert coordinates.places["closing", "travel_time"].start == blocks[0].variance.size
     times = series.motions["closing"].measured["travel_time"]
     np.testing.assert_allclose(reading.mean + reading.scatter * blocks[1].values[:, 0], times)
-    assert coordinates.reading("closing", "stroke") is None
+    assert ("closing", "stroke") not in coordinates.readings
     own, usual = times[:count], sd**2 + (0.005 * reading.mean) ** 2
     steps = np.diff(own[np.isfinite(own)]) / np.sqrt(2.0)
     expected = (steps @ steps + 20.0 * usual) / (steps.size + 20.0)
@@ -80,17 +80,12 @@ def test_a_measured_quantity_is_in_units_of_its_scatter(count, sd):
     assert reading.common == sd
 
 
-def test_the_noise_told_of_the_new_mean_is_that_of_its_records(seen):
-    _series, _, coordinates = seen
-    curve = coordinates.curves["closing"]
-    one = curve.input_noise(np.ones(curve.variance.size))
-    assert curve.noise == pytest.approx(one / np.sqrt(199), rel=0.01)
-
-
-def test_a_record_has_the_same_coordinates_however_many_follow(seen):
+def test_the_noise_of_the_new_mean_and_coordinates_that_do_not_depend_on_later_records(seen):
     series, _, coordinates = seen
     motion, curve = series.motions["closing"], coordinates.curves["closing"]
-    whole = curve.project(motion.way, motion.present)
+    one = curve.input_noise(np.ones(curve.variance.size))
+    assert curve.noise == pytest.approx(one / np.sqrt(199), rel=0.01)
+    every = curve.project(motion.way, motion.present)
     for count in (2, 7, 60, 333):
         some = curve.project(motion.way[:count], motion.present[:count])
-        np.testing.assert_array_equal(some, whole[:count])
+        np.testing.assert_array_equal(some, every[:count])

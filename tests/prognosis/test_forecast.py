@@ -8,54 +8,32 @@ import pytest
 from breaker.model.limits import Limit
 from breaker.prognosis.coordinates import CoordinateReading, Coordinates
 from breaker.prognosis.forecast import Future, Onward, _crossings
+from breaker.prognosis.readout import Readout
 
 LIMIT = Limit("slow", "closing", (("travel_time", 10.0, True),), of="record")
 SURE = Future(changes=0.02)
 
 
-class OneQuantity:
-    """A readout of one coordinate: what is measured is 8 and the coordinate."""
-
-    size, seed, draws = 1, 1, 200
-
-    def ways(self):
-        return []
-
-    @property
-    def coordinates(self):
-        reading = CoordinateReading("closing", "travel_time", mean=8.0, scatter=1.0, common=0.0)
-        return Coordinates({}, [reading])
-
-
 def forecast(change, rate, future=SURE, *, sd=0.01, rate_sd=1e-6):
-    one = np.ones((1, 1))
-    path = SimpleNamespace(
-        change=change * one,
-        variance=sd**2 * one,
-        rate=rate * one,
-        rate_variance=rate_sd**2 * one,
-        covariance=0.0 * one,
-    )
-    first, past, readout = np.array([0]), np.array([1000.0]), OneQuantity()
-    onward = Onward(path, readout, first, past, future, "new")
-    found = onward.forecast(LIMIT, np.full((200, 1), 8.0))
-    return SimpleNamespace(**{name: each[:, 0] for name, each in found.items()})
+    """What is forecast of a measured quantity, 8 and its coordinate, 1,000 operations after new."""
+    one, reading = np.ones((1, 1)), CoordinateReading(mean=8.0, scatter=1.0, common=0.0)
+    sizes = {"change": change, "variance": sd**2, "rate": rate, "rate_variance": rate_sd**2}
+    path = SimpleNamespace(covariance=0.0 * one, **{name: e * one for name, e in sizes.items()})
+    coordinates = Coordinates({}, {("closing", "travel_time"): reading})
+    drive = Readout(None, coordinates, None, 200, 1, 0.0 * one, 1e-12 * one)
+    found = Onward(path, drive, np.array([0]), np.array([1000.0]), future).forecast(LIMIT)
+    return SimpleNamespace(**{name: values[0] for name, (_, values) in found.items()})
 
 
-def test_a_straight_path_crosses_where_it_does():
-    found = forecast(1.0, 0.002)
-    assert found.p_exceeded[0] == 0.0
-    assert found.p_nearer[0] == 1.0
-    assert found.value[0, 1] == pytest.approx(9.0)
-    np.testing.assert_allclose(found.remaining[0], 500.0, rtol=0.05)
-
-
-@pytest.mark.parametrize(("at", "rate", "left"), [(1.0, -0.002, np.inf), (2.5, 0.002, 0.0)])
-def test_a_path_that_leads_away_never_does_and_one_beyond_has_nothing_left(at, rate, left):
+@pytest.mark.parametrize(
+    ("at", "rate", "left"), [(1.0, 0.002, 500.0), (1.0, -0.002, np.inf), (2.5, 0.002, 0.0)]
+)
+def test_a_path_crosses_where_it_does_or_never(at, rate, left):
     found = forecast(at, rate)
     assert found.p_exceeded[0] == (at > 2.0)
-    assert (found.remaining[0] == left).all()
     assert found.p_nearer[0] == 1.0
+    assert found.value[0, 1] == pytest.approx(8.0 + at)
+    np.testing.assert_allclose(found.remaining[0], left, rtol=0.05)
 
 
 def test_wear_that_may_become_faster_shortens_the_early_end():

@@ -1,5 +1,6 @@
 """A drive of the family, worn in what is known: what is read of its curves, and what is told."""
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -14,11 +15,11 @@ from breaker.family.shape import shape_of
 from breaker.model.limits import Limit
 from breaker.model.parameters import MOTIONS, NAMES
 from breaker.prognosis.forecast import Future
-from breaker.prognosis.life import Life, _age, _maintenance, forecast_of, trend_of
+from breaker.prognosis.life import Life, forecast_of
 from breaker.prognosis.readout import Readout
 from breaker.prognosis.series import MotionRecords, Series
 from breaker.prognosis.states import STATES, states_of
-from breaker.prognosis.trend import Change
+from breaker.prognosis.trend import Follower
 from breaker.records.measurements import measure_curve
 from breaker.shipped import KINDS, model_file
 
@@ -69,8 +70,9 @@ def followed(families):
 
     def followed(series, limits=LIMITS, p_value=0.001):
         found = Readout.of(series, families, draws=200, seed=1, misfit_p_value=p_value)
-        assert (found.changes is None) == (p_value > 1.0)
-        return forecast_of(found, trend_of(found, 10.0), limits, Future(), 10.0)
+        assert (found.network is None) == (p_value > 1.0)
+        path = Follower(series, found.coordinates.blocks(series), 10.0).path()
+        return forecast_of(found, path, limits, Future())
 
     return followed
 
@@ -80,32 +82,17 @@ def life(followed):
     return followed(a_series())
 
 
-def test_work_is_on_the_drive_and_not_on_its_transducer():
-    kinds = (("event", False), ("event", True), ("rate", False))
-    each = [Change(1, 1, 1, 1, kind, np.inf, transducer) for kind, transducer in kinds]
-    assert [_maintenance(change) for change in each] == [True, False, False]
-
-
-def test_a_drive_is_as_old_as_its_last_work():
-    numbers = np.arange(10, 70, 10)
-    change = Change(0, 2, 2, 2, "event", np.inf)
-    works = [
-        change,
-        change._replace(start=3, transducer=True),
-        change._replace(start=4, kind="rate"),
-    ]
-    ages = [_age(numbers, each).tolist() for each in ((), works)]
-    assert ages == [[1.0, 10.0, 20.0, 30.0, 40.0, 50.0], [1.0, 10.0, 1.0, 10.0, 20.0, 30.0]]
-
-
-def test_what_wears_is_told_and_nothing_else(life):
-    row = life.changed.isel(asked=-1).sel(parameter="gamma_a").values
+def test_what_wears_is_told_and_nothing_else(life, followed):
+    changed = life.changed.isel(asked=-1)
+    low, _, high = changed.sel(parameter="gamma_a").values
     true = 100.0 * (1.2 / (1.0 + 0.2 * (NEW / 2.0) / N) - 1.0)
-    assert row[0] < true < row[2]
-    assert row[0] > 5.0
-    for name in ("f", "k_a", "L"):
-        low, _, high = life.changed.isel(asked=-1).sel(parameter=name).values
-        assert low <= 0.0 <= high
+    assert 5.0 < low < true < high
+    still = followed(a_series(worn=0.0, seed=2), LIMITS[:1]).changed.isel(asked=-1)
+    for found in (changed.sel(parameter=["f", "k_a", "L"]), still):
+        low, _, high = found.values.T
+        assert (low <= 0.0).all()
+        assert (high >= 0.0).all()
+    assert np.abs(still.sel(quantile=0.5)).max() < 1.0
     assert life.attrs["family"] == "medium_voltage"
     assert life.attrs["agreement"] > 0.01
     assert not life.sizes["change"]
@@ -126,29 +113,15 @@ def test_limits_are_judged_by_what_they_are_read_from(life):
     assert life.new.values[1] == 0.0
 
 
-def test_an_unchanged_drive_has_no_change(followed):
-    still = followed(a_series(worn=0.0, seed=2), LIMITS[:1])
-    low, middle, high = still.changed.isel(asked=-1).values.T
-    assert (low <= 0.0).all()
-    assert (high >= 0.0).all()
-    assert np.abs(middle).max() < 1.0
-
-
 def first(count):
     """The first records of a series."""
     series = a_series()
-    motions = {
-        m: MotionRecords(
-            *(np.array(each)[:count] for each in (one.way, one.present, one.noise)),
-            one.stroke,
-            one.duration,
-            *(
-                {name: each[:count] for name, each in some.items()}
-                for some in (one.measured, one.stated)
-            ),
-        )
-        for m, one in series.motions.items()
-    }
+    motions = {}
+    for motion, one in series.motions.items():
+        arrays = {name: getattr(one, name)[:count] for name in ("way", "present", "noise")}
+        for name in ("measured", "stated"):
+            arrays[name] = {each: values[:count] for each, values in getattr(one, name).items()}
+        motions[motion] = replace(one, **arrays)
     return Series(series.operations[:count], motions, series.new, {})
 
 

@@ -10,40 +10,32 @@ STEP, LENGTH = 0.2, 400
 TIME = STEP * np.arange(LENGTH)
 
 
-def curves(numbers, motion="closing", *, stroke=14.0, lost=()):
+def curves(numbers, motion="closing", *, lost=()):
     """Records of one motion as ``read_curves`` returns them; the last samples are padding."""
-    rng = np.random.default_rng(len(numbers))
-    sign = 1.0 if motion == "closing" else -1.0
+    rng, one = np.random.default_rng(len(numbers)), np.ones(len(numbers))
     way = np.clip((TIME - 20.0) / 10.0, 0.0, 1.0)
-    record = sign * stroke * way**2 * (3.0 - 2.0 * way)
+    record = 14.0 * way**2 * (3.0 - 2.0 * way) * (1.0 if motion == "closing" else -1.0)
     record = record + 0.02 * rng.standard_normal((len(numbers), LENGTH))
-    record[:, -5:] = np.nan
-    accepted = ~np.isin(numbers, lost)
-    one = np.ones(len(numbers))
-    return xr.Dataset(
-        {
-            "record": (("operation", "sample"), np.where(accepted[:, None], record, np.nan)),
-            "accepted": ("operation", accepted),
-            "rate": ("operation", one / STEP),
-            "record_noise": ("operation", 0.02 * one),
-            "record_colour": ("operation", 0.0 * one),
-            "measured": (("operation", "quantity"), np.outer(numbers, [1.0, 2.0])),
-            "measured_sd": (("operation", "quantity"), np.outer(numbers, [0.1, 0.2])),
-        },
-        {"operation": numbers, "quantity": ["stroke", "travel_time"]},
-    )
+    record[:, -5:], accepted = np.nan, ~np.isin(numbers, lost)
+    about = {"accepted": accepted, "rate": one / STEP, "record_noise": 0.02 * one}
+    of_quantities = {"measured": [1.0, 2.0], "measured_sd": [0.1, 0.2]}
+    found = {name: ("operation", each) for name, each in about.items()}
+    found["record"] = ("operation", "sample"), np.where(accepted[:, None], record, np.nan)
+    found["record_colour"] = "operation", 0.0 * one
+    for name, share in of_quantities.items():
+        found[name] = ("operation", "quantity"), np.outer(numbers, share)
+    return xr.Dataset(found, {"operation": numbers, "quantity": ["stroke", "travel_time"]})
 
 
-def series(**about):
-    data = {
+def series(data=None, events=(), conditions=()):
+    both = {
         "closing": curves(np.arange(1, 41), lost=[3]),
         "opening": curves(np.arange(2, 43), "opening"),
     }
-    about = {"events": {}, "conditions": {}} | about
-    return series_of(data, followed={"closing": ["travel_time"]}, **about)
+    return series_of(data or both, [("closing", "travel_time")], dict(events), dict(conditions))
 
 
-def test_motions_are_aligned_over_all_operations():
+def test_motions_are_aligned_over_all_operations_in_the_units_of_the_new_records():
     found = series()
     closing, opening = found.motions["closing"], found.motions["opening"]
     assert found.operations.tolist() == list(range(1, 43))
@@ -52,13 +44,8 @@ def test_motions_are_aligned_over_all_operations():
     assert closing.measured["travel_time"][9] == 20.0
     assert closing.stated["travel_time"][9] == pytest.approx(2.0)
     assert not opening.measured
-
-
-def test_shapes_are_in_the_units_of_the_new_records():
-    closing = series().motions["closing"]
     assert closing.stroke == pytest.approx(14.0, abs=0.02)
-    last = closing.way[closing.there][:, -10:].mean()
-    assert last == pytest.approx(1.0, abs=1e-3)
+    assert closing.way[closing.there][:, -10:].mean() == pytest.approx(1.0, abs=1e-3)
     assert np.nanmedian(closing.noise) == pytest.approx(0.02 / 14.0, rel=0.35)
     assert np.isnan(closing.noise[2])
 
@@ -67,21 +54,18 @@ def test_new_are_the_first_50_with_all_motions_under_monitoring():
     found = series()
     assert found.inspections is None
     assert found.operations[found.new].tolist() == [2, *range(4, 41)]
-    many = series_of({"closing": curves(np.arange(1, 80))}, followed={}, events={}, conditions={})
-    assert many.new.tolist() == list(range(50))
-    none = {"closing": curves(np.arange(1, 4), lost=[1, 2, 3])}
+    assert series({"closing": curves(np.arange(1, 80))}).new.tolist() == list(range(50))
     with pytest.raises(ValueError, match="first inspection"):
-        series_of(none, followed={}, events={}, conditions={})
+        series({"closing": curves(np.arange(1, 4), lost=[1, 2, 3])})
 
 
 @pytest.mark.parametrize("dated", [False, True])
 def test_new_is_the_first_inspection(dated):
     """By numbers, or by dates where the counter hardly moves."""
-    numbers = np.arange(1, 9) if dated else np.array([1, 2, 201, 202, 401, 402, 601, 602])
-    data = curves(numbers)
+    data = curves(np.arange(1, 9) if dated else np.array([1, 2, 201, 202, 401, 402, 601, 602]))
     if dated:
         data["date"] = "operation", [f"{2000 + k // 2}-05-01" for k in range(8)]
-    found = series_of({"closing": data}, followed={}, events={}, conditions={})
+    found = series({"closing": data})
     assert found.new.tolist() == [0, 1]
     assert found.inspections.tolist() == [0, 0, 1, 1, 2, 2, 3, 3]
     means, count = found.gathered(np.arange(8.0)[:, None])
@@ -90,16 +74,11 @@ def test_new_is_the_first_inspection(dated):
     assert np.isnan(means[::2]).all()
 
 
-def test_maintenance_ends_an_inspection():
-    found = inspections_of(np.array([1, 2, 201, 202]), None, events_of({3: "greased"}))
-    assert found.tolist() == [0, 0, 1, 2]
-
-
-def test_work_between_ends_what_is_new():
-    found = series(events=events_of({30: "greased", 6: "inspected"}))
+def test_maintenance_ends_an_inspection_and_what_is_new():
+    assert inspections_of(np.array([1, 2, 201, 202]), None, [3]).tolist() == [0, 0, 1, 2]
+    found = series(events=events_of({30: "greased", 6: "inspected"}, {}))
     assert found.operations[found.new].tolist() == [2, *range(4, 30)]
-    assert found.events[29].renews
-    assert not found.events[5].renews
+    assert found.events == {29: True}
 
 
 def test_conditions_are_relative_to_those_of_new_operations():
@@ -116,7 +95,6 @@ def test_conditions_are_relative_to_those_of_new_operations():
 def test_events_mean_what_they_start_anew():
     texts = {1: "transducer remounted", 2: "greased, transducer remounted", 3: "oil changed"}
     found = events_of(texts, {"oil changed": ["gamma_a"]})
-    assert [each.renews for each in found.values()] == [True, True, True]
-    assert [each.transducer for each in found.values()] == [True, False, False]
+    assert found == {1: False, 2: True, 3: True}
     with pytest.raises(ValueError, match="oil changed"):
-        events_of(texts)
+        events_of(texts, {})

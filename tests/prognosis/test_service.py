@@ -1,28 +1,28 @@
 """A service by its cost: an example by hand, and what is so of any life."""
 
-from itertools import pairwise
-
 import numpy as np
 import pytest
 import xarray as xr
 
 from breaker.configuration.loading import defaults
-from breaker.prognosis.service import ahead_of, days_per_operation, on_date, plan
+from breaker.prognosis.service import days_per_operation, on_date, plan
 
-PLANNING = defaults()["planning"]
-AHEAD, NAN = ahead_of(10000), np.nan
+PLANNING, NAN = defaults()["planning"], np.nan
 
 
-def best(lives, *, turns=np.inf, **settings):
-    """When to service one drive, 1,000 operations old, with draws of those that are left."""
+def planned(lives, *, turns=np.inf, **settings):
+    """The plan for one drive, 1,000 operations old, with draws of those that are left."""
     data = {
         "lives": (("asked", "limit", "draw"), np.array(lives)[None, None]),
         "turns": (("asked", "draw"), np.full((1, len(lives)), turns)),
         "noticed_in": ("asked", [50.0]),
-        "age": ("asked", [1000.0]),
     }
     life = xr.Dataset(data, attrs={"horizon": 10000})
-    return plan(life, PLANNING | settings, np.array([NAN]))[0].item()
+    return plan(life, PLANNING | settings, np.array([NAN]), np.array([1000.0]))
+
+
+def best(lives, **about):
+    return planned(lives, **about)[0].item()
 
 
 def test_a_service_is_planned_where_it_costs_least_by_hand():
@@ -31,16 +31,19 @@ def test_a_service_is_planned_where_it_costs_least_by_hand():
     A service costs 1, a failure 11: 1 / 1300 an operation at 300, 2 / 1840 just before 900.
     """
     lives = np.repeat([300.0, 900.0], [10, 90])
-    assert best(lives, failure_cost=11.0) == AHEAD[np.searchsorted(AHEAD, 300.0) - 1]
-    assert best(lives, failure_cost=3.0) == AHEAD[np.searchsorted(AHEAD, 900.0) - 1]
+    for failure_cost, left in ((11.0, 300.0), (3.0, 900.0)):
+        best, _, extra = planned(lives, failure_cost=failure_cost)
+        found = best.item()
+        assert found == extra.ahead[extra.ahead < left][-1]
+        assert extra.min() == extra.sel(ahead=found) == 0.0
 
 
-@pytest.mark.parametrize("number", range(3))
-def test_a_dearer_failure_never_plans_later(number):
-    rng = np.random.default_rng(number)
-    lives = 500.0 * np.exp(rng.uniform(0.05, 0.8) * rng.standard_normal(200))
-    found = [best(lives, failure_cost=c) for c in (2, 5, 10, 20, 100, 1000)]
-    assert all(later <= sooner for sooner, later in pairwise(found))
+def test_a_dearer_failure_never_plans_later():
+    rng = np.random.default_rng(0)
+    for spread in (0.1, 0.3, 0.8):
+        lives = 500.0 * np.exp(spread * rng.standard_normal(200))
+        found = [best(lives, failure_cost=c) for c in (2, 5, 10, 20, 100, 1000)]
+        assert found == sorted(found, reverse=True)
 
 
 def test_a_failure_counts_unless_records_show_it_before():
@@ -61,13 +64,17 @@ def test_days_count_over_the_last_year_or_since_the_first_date():
     assert pace[-1] == pytest.approx(366 / 100)
 
 
-def test_days_that_are_missing_or_not_in_order():
-    operations = np.array([1, 2, 3, 4])
-    assert np.isnan(days_per_operation(operations, np.full(4, NAN))).all()
-    pace = days_per_operation(operations, np.array([0.0, NAN, 60.5, NAN]))
-    np.testing.assert_array_equal(pace, [NAN, NAN, 60.5 / 2, 60.5 / 2])
-    for days in ([60.0, 0.0], [0.0, 29.0]):
-        assert np.isnan(days_per_operation(operations[:2], np.array(days))).all()
+@pytest.mark.parametrize(
+    ("days", "pace"),
+    [
+        ([NAN, NAN, NAN, NAN], 4 * [NAN]),
+        ([0.0, NAN, 60.5, NAN], [NAN, NAN, 60.5 / 2, 60.5 / 2]),
+        ([60.0, 0.0, NAN, NAN], 4 * [NAN]),
+        ([0.0, 29.0, NAN, NAN], 4 * [NAN]),
+    ],
+)
+def test_days_that_are_missing_or_not_in_order(days, pace):
+    np.testing.assert_array_equal(days_per_operation(np.arange(1, 5), np.array(days)), pace)
 
 
 def test_dates_of_operations_to_come():

@@ -42,7 +42,7 @@ def test_each_transition(state, facts):
 
 
 def test_a_drive_is_ok_then_planned_then_due():
-    found = stood()
+    found, asked = stood(), a_life().asked.values
     seen = states(found, "slow")
     assert (seen[:99] == "unknown").all()
     assert [seen[150], seen[400], seen[-1]] == ["ok", "planned", "due"]
@@ -51,14 +51,9 @@ def test_a_drive_is_ok_then_planned_then_due():
     assert np.isnan(found.certain.sel(limit="stiff"))
     assert (found.remaining.sel(limit="slow", operation=slice(450, None)) == 0.0).all()
     assert found.recommended_since.sel(limit="slow")[-1] == found.drive_since[-1] > 300.0
-
-
-def test_no_service_is_behind_the_quantile_printed_with_it():
-    found, asked = stood(), a_life().asked.values
-    at = np.searchsorted(OPERATIONS, asked)
+    at = np.searchsorted(OPERATIONS, asked)  # no service is behind the quantile printed with it
     planned = found.state.values[at] == STATES.index("planned")
     last = asked[:, None] + found.remaining.values[at, :, 0]
-    assert planned.any()
     assert (found.service_by.values[at] <= last)[planned].all()
 
 
@@ -73,11 +68,15 @@ def test_nothing_is_known_without_records():
 
 
 @pytest.mark.parametrize("maintained", [False, True])
-def test_due_ends_with_maintenance_alone(maintained):
+def test_maintenance_alone_ends_due_and_makes_a_drive_young(maintained):
     life = a_life((1500.0, np.inf), told=60)
     life.p_exceeded[:, 0] = (life.asked > 300) & (life.asked < 350)
     if maintained:
         life["start"][:], life["maintenance"][:] = 351, True
-    found = states(states_of(life, PLANNING), "slow")
-    assert found[320] == found[349] == "due"
-    assert found[-1] == ("ok" if maintained else "due")
+    found = states_of(life, PLANNING)
+    seen = states(found, "slow")
+    assert seen[320] == seen[349] == "due"
+    assert seen[-1] == ("ok" if maintained else "due")
+    # What a service now costs more than one in the end, without a failure, tells the age.
+    age, horizon = OPERATIONS[-1] - (351 if maintained else 1), life.attrs["horizon"]
+    assert found.extra.sel(limit="stiff")[0] == pytest.approx(horizon / (age + horizon))

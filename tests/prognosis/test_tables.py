@@ -21,13 +21,10 @@ def tables(life=None, **stated):
     return decide(life, stands), limit_table(life, stands), change_table(life)
 
 
-def test_there_is_a_row_for_every_operation_without_empty_columns_of_dates():
+def test_every_operation_has_a_row_with_what_is_known_of_it():
     table, _, _ = tables()
     assert table.operation.tolist() == OPERATIONS.tolist()
     assert not {"date", "days_left", "breaker", "event", "temperature"} & set(table)
-
-
-def test_what_is_known_of_operations_is_kept():
     dates = sorted(f"2024-{1 + k // 28 % 12:02d}-{1 + k % 28:02d}" for k in range(OPERATIONS.size))
     table, _, _ = tables(date=dates, temperature=np.where(OPERATIONS % 2, 20.0, np.nan))
     assert {"date", "temperature", "days_left", "service_by_date"} <= set(table)
@@ -36,34 +33,25 @@ def test_what_is_known_of_operations_is_kept():
     assert planned.service_by_date.iloc[0] > planned.date.iloc[0]
 
 
-def test_decisions_say_state_limit_and_what_is_left():
-    table, _, _ = tables()
-    row = table.set_index("operation").loc[380]
+def test_tables_say_what_a_life_says():
+    decisions, limits, changes = tables()
+    row = decisions.set_index("operation").loc[380]
     assert (row.state, row.limit) == ("planned", "slow")
     assert row.operations_left_5 < row.operations_left < row.operations_left_95
     assert 380 < row.service_by < 450
-    assert table.service_by[table.state == "ok"].isna().all()
-    assert table.set_index("operation").change[310] == "rate"
-    assert table.exceeded.iloc[-1] == "slow"
-
-
-def test_limits_have_new_now_bound_and_probability():
-    _, table, _ = tables()
-    row = table.iloc[0]
+    assert decisions.service_by[decisions.state == "ok"].isna().all()
+    assert decisions.set_index("operation").change[310] == "rate"
+    assert decisions.exceeded.iloc[-1] == "slow"
+    row = limits.iloc[0]
     assert (row.limit, row.unit, row.state, row.p_exceeded) == ("slow", "ms", "due", 1.0)
     assert row.now_5 < row.now < row.now_95
     assert row.certain == 450
-    assert pd.isna(table.certain[1])
-
-
-def test_changes_are_noticed_ones_and_what_is_known_at_the_end():
-    _, _, table = tables()
-    assert table.kind.tolist() == ["rate", "now"]
-    assert table.noticed.tolist() == [310, 500]
-    assert table.gamma_a.tolist() == [6.2, 10.0]  # read at the next operation that is asked
-    assert table.f_unchanged.tolist() == [1.0, 1.0]
-    _, _, table = tables(a_life().isel(change=slice(0, 0)))
-    assert table.kind.tolist() == ["now"]
+    assert pd.isna(limits.certain[1])
+    assert changes.kind.tolist() == ["rate", "now"]
+    assert changes.noticed.tolist() == [310, 500]
+    assert changes.gamma_a.tolist() == [6.2, 10.0]  # read at the next operation that is asked
+    assert changes.f_unchanged.tolist() == [1.0, 1.0]
+    assert tables(a_life().isel(change=slice(0, 0)))[2].kind.tolist() == ["now"]
 
 
 @pytest.mark.parametrize(

@@ -161,7 +161,6 @@ Limit = _section(
     name=(str, Field("", pattern=r"^[^;\x00-\x1f\x7f-\x9f]+$", max_length=100)),
     motion=(Motion, "closing"),
     of=(Literal["model", "record", "change"], "model"),
-    since=(Literal["new", "event"], "new"),
     upper=(dict[str, Bound], {}),
     lower=(dict[str, Bound], {}),
     quantity=(_text(100), ""),

@@ -29,9 +29,9 @@ _FARTHEST = 8.0  # sd of a component: no drive of a family is that far out
 _MIDDLE = np.log([4e-3, 0.05])  # noise and step in the middle of what training draws
 _LEAST_NOISE = 5e-5  # over the stroke, below which no network was trained
 
-# Of operations whose parameters scatter by 0.4 %, as noise over the stroke, and how well that is
-# known, in degrees of freedom.
-_USUAL_SCATTER, _KNOWN = 0.005, 4
+# Of operations whose parameters scatter by 0.4 %: noise over the stroke, and share of what is
+# measured; and how well that is known, in degrees of freedom.
+USUAL_SCATTER, _KNOWN = 0.005, 4
 
 
 class Sensors(NamedTuple):
@@ -313,7 +313,7 @@ def _noise_of_means(means: Sequence[Mean], basis: Basis) -> list[np.ndarray]:
     square, noise = np.square(np.median(scatter)) if seen else 0.0, []
     for mean in means:
         single = np.square(mean.seen.noise) * len(mean.left)
-        scattered = shrunk_variance(seen * square, seen, single + _USUAL_SCATTER**2)
+        scattered = shrunk_variance(seen * square, seen, single + USUAL_SCATTER**2)
         noise.append(np.sqrt(np.maximum(single, scattered) / len(mean.left)))
     return noise
 

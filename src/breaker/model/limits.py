@@ -41,7 +41,6 @@ class Limit:
         parts: (quantity, value, whether above the value rather than below), at least one.
         speeds: Definitions of speeds.
         of: Source of its quantities, one of ``SOURCES``.
-        since: State from which changes count: "new", or the last known "event".
         pair: Name of the entry whose other side is another limit; empty if there is none.
 
     Example:
@@ -58,7 +57,6 @@ class Limit:
     parts: tuple[tuple[str, float, bool], ...]
     speeds: tuple[Speed, ...] = SPEEDS
     of: str = "model"
-    since: str = "new"
     pair: str = ""
 
     def __post_init__(self) -> None:
@@ -70,8 +68,6 @@ class Limit:
             yield f"of is {self.of}. Set it to {' or '.join(SOURCES)}."
         if not self.parts:
             yield "it has no quantity. Name one under upper or lower, with a value."
-        if self.of != "change" and self.since != "new":
-            yield f"since: {self.since} needs of: change. Set that, or omit since."
         bounds = {(name, upper): value for name, value, upper in self.parts}
         for name in dict.fromkeys(self.quantities):
             if complaint := check_quantity(name, self.motion, self.speeds, self.of):
@@ -97,7 +93,7 @@ class Limit:
             for side in ("upper", "lower")
             for quantity, value in entry.get(side, {}).items()
         )
-        more = {key: entry[key] for key in ("of", "since", "pair") if key in entry}
+        more = {key: entry[key] for key in ("of", "pair") if key in entry}
         return cls(entry["name"], entry.get("motion", ""), parts, speeds, **more)
 
     def read(self, reader: Any, *about: Any) -> Any:
@@ -128,13 +124,12 @@ class Limit:
     @property
     def words(self) -> str:
         """The condition in words: "touch_time above 10 ms", "measured stroke below 9 mm"."""
-        words = " and ".join(
+        return " and ".join(
             f"{SOURCES[self.of]}{name} {'above' if upper else 'below'} "
             + in_digits(value, 6, sign=self.of == "change")
             + (f" {unit}" if unit != "1" else "")
             for (name, value, upper), unit in zip(self.parts, self.units, strict=True)
         )
-        return f"{words} since the last event" if self.since == "event" else words
 
     def excess(self, values: ArrayLike) -> np.ndarray:
         """Return how far values exceed the bounds, ``(..., parts) -> (..., parts)``: positive where
@@ -270,8 +265,7 @@ def _band(entry: Mapping[str, Any], speeds: Sequence[Speed]) -> Iterator[dict[st
     motions = [entry["motion"]] if "motion" in entry else motions
     for motion in [""] if about["of"] == "change" else motions:
         pair = f"{name} {motion}" if motion and len(motions) > 1 else name
-        one = {key: about[key] for key in ("of", "since") if key in about}
-        one |= {"motion": motion, "pair": pair}
+        one = {"of": about["of"], "motion": motion, "pair": pair}
         yield one | {"name": f"{pair} high", "upper": {quantity: middle + away}}
         yield one | {"name": f"{pair} low", "lower": {quantity: middle - away}}
 

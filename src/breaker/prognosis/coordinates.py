@@ -1,20 +1,19 @@
 """Records of a life as coordinates: independent, in units of the drive's own scatter.
 
-The change of a record from the mean of the new ones has a component in each direction in which
-drives of the family change. The coordinates are the directions in which both the covariance of the
-family's changes and that of the drive's own operations are diagonal, the largest ratio first.
-A measured quantity adds one coordinate, its change in units of its scatter. Changes are sought in
-it only if the curve says nothing of it, so nothing counts twice.
+The change of a record from the mean of the new ones has components in the directions in which
+drives of the family change. Coordinates diagonalise both the covariance of the family's changes and
+that of the drive's own operations, the largest ratio first. A measured quantity adds one, its
+change. Changes are sought in it only if the curve does not show it, so nothing counts twice.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import NamedTuple, Self
 
 import numpy as np
 
-from breaker.family.inputs import SCATTER_DIRECTIONS, Basis, shrunk_variance, without_onset
+from breaker.family import inputs
 from breaker.model.quantities import CURRENTS, SHARES
-from breaker.prognosis.series import Series
+from breaker.prognosis.series import MotionRecords, Series
 from breaker.prognosis.trend import Block
 
 _COMPONENTS = 24
@@ -27,7 +26,6 @@ _APART = {
     *("closing_time", "opening_time", "main_closing_time", "main_opening_time", "bounce_time"),
     *CURRENTS,
 }
-_SCATTERS = 0.005  # share by which what is measured of operations usually scatters
 # A transducer that is mounted again reads another linearity, a share of the stroke, with waves of
 # half the stroke. Readings of one inspection share as much, by the temperature of the day, too.
 _MOUNTED, _LENGTH = 0.0035, 0.5
@@ -37,8 +35,7 @@ class LifeCurve(NamedTuple):
     """Coordinates of one motion.
 
     Attributes:
-        mean: The mean of the new records, way over stroke, ``(g,)``.
-        noise: Noise of that mean, as a network of changes is told it.
+        mean, noise: Mean of the new records, way over stroke, ``(g,)``; its noise for a network.
         basis: Components of the family's changes.
         forward, back: From components to coordinates and back, ``(k, k)`` each.
         variance: Of the family's changes, ``(k,)``.
@@ -52,24 +49,16 @@ class LifeCurve(NamedTuple):
     variance: np.ndarray
 
     @classmethod
-    def of(
-        cls, way: np.ndarray, present: np.ndarray, noise: float, basis: Basis, new: np.ndarray
-    ) -> Self:
-        """Return the coordinates of a drive.
-
-        Args:
-            way, present: Records of the motion, ``(o, g)``.
-            noise: Of a record, share of the stroke.
-            basis: Of the family's changes.
-            new: Which records are new, indices ``(n,)``.
-        """
-        count = present[new].sum(axis=0)
-        sums = (way[new] * present[new]).sum(axis=0)
-        mean = np.where(count > 0, sums / np.maximum(count, 1), way[new].mean(axis=0))
+    def of(cls, records: MotionRecords, new: np.ndarray, basis: inputs.Basis) -> Self:
+        """Return the coordinates of a drive, by its new records and the changes of the family."""
+        way, present = records.way[new], records.present[new]
+        noise, count = float(np.median(records.noise[new])), present.sum(axis=0)
+        sums = (way * present).sum(axis=0)
+        mean = np.where(count > 0, sums / np.maximum(count, 1), way.mean(axis=0))
         family, directions = basis.variances[:_COMPONENTS], basis.directions[:_COMPONENTS]
-        changes = _changes(mean, way[new], present[new], directions)
-        apart, usual = np.diff(changes, axis=0) / np.sqrt(2.0), noise**2 + _USUAL**2 * family
-        scatter = shrunk_variance(apart.T @ apart, len(apart), np.diag(usual), _KNOWN)
+        apart = np.diff(_changes(mean, way, present, directions), axis=0) / np.sqrt(2.0)
+        usual = noise**2 + _USUAL**2 * family
+        scatter = inputs.shrunk_variance(apart.T @ apart, len(apart), np.diag(usual), _KNOWN)
         # Inflated, as its directions are themselves estimated.
         total = len(apart) + _KNOWN
         scatter *= total / max(total - 1.0 - min(len(apart), len(family)), 1.0)
@@ -87,14 +76,9 @@ class LifeCurve(NamedTuple):
         seen = (changes[:, None] @ self.forward)[:, 0]
         return np.where(present.any(axis=1)[:, None], seen, np.nan)
 
-    def change(self, coordinates: np.ndarray) -> np.ndarray:
-        """Return changes of the curve, ``(..., k) -> (..., g)``, way over stroke."""
-        return coordinates @ self.back @ self.basis
-
     def shared(self) -> np.ndarray:
-        """Return the variance of the error that all records of an inspection share, ``(k,)``.
-
-        A transducer mounted again reads a smooth function of the travel, with Fourier components.
+        """Return the variance of the error that all records of an inspection share, ``(k,)``: a
+        transducer mounted again reads a smooth function of the travel, with Fourier components.
         """
         place = self.mean[None, :] / _LENGTH
         waves = np.concatenate([wave(k * place) for k in (1.0, 2.0) for wave in (np.sin, np.cos)])
@@ -103,23 +87,18 @@ class LifeCurve(NamedTuple):
 
     def input_noise(self, variance: np.ndarray) -> np.ndarray:
         """Return the noise that a network is told of coordinates' variances, ``(..., k)``."""
-        shares = np.square(self.back[:, :SCATTER_DIRECTIONS])
+        shares = np.square(self.back[:, : inputs.SCATTER_DIRECTIONS])
         return np.sqrt((variance @ shares).mean(axis=-1))
 
 
 class CoordinateReading(NamedTuple):
-    """A measured quantity as a coordinate.
+    """A measured quantity as a coordinate, in its unit.
 
     Attributes:
-        motion, name: What it is.
-        mean: While the drive was new, in its unit.
-        scatter: In its unit.
-        common: Standard deviation of the error that all readings share, in its unit: what is
-            usually stated with the new ones.
+        mean, scatter: While the drive was new.
+        common: Standard deviation of the error that all readings share: the usual stated one.
     """
 
-    motion: str
-    name: str
     mean: float
     scatter: float
     common: float
@@ -130,70 +109,69 @@ class Coordinates(NamedTuple):
 
     Attributes:
         curves: By motion.
-        readings: Of the measured quantities that are followed.
+        readings: Of the measured quantities that are followed, by motion and name.
     """
 
     curves: Mapping[str, LifeCurve]
-    readings: Sequence[CoordinateReading]
+    readings: Mapping[tuple[str, str], CoordinateReading]
 
     @classmethod
-    def of(cls, series: Series, bases: Mapping[str, Basis]) -> Self:
+    def of(cls, series: Series, bases: Mapping[str, inputs.Basis]) -> Self:
         """Return the coordinates of a drive, by the new records of its series; none of a quantity
         that these do not show.
         """
-        curves, readings = {}, []
+        curves, readings = {}, {}
         for motion, each in series.motions.items():
             new = series.new[each.there[series.new]]
-            noise = float(np.median(each.noise[new]))
-            curves[motion] = LifeCurve.of(each.way, each.present, noise, bases[motion], new)
+            curves[motion] = LifeCurve.of(each, new, bases[motion])
             for name, values in each.measured.items():
                 if (shown := new[np.isfinite(values[new])]).size:
                     # They scatter as is usual and stated, as far as few do not tell.
                     mean, common = values[shown].mean(), float(np.median(each.stated[name][shown]))
-                    apart, usual = np.diff(values[shown]), np.hypot(common, _SCATTERS * mean)
-                    squares = float(apart @ apart) / 2.0
-                    scatter = shrunk_variance(squares, apart.size, usual**2 + 1e-12, _KNOWN) ** 0.5
-                    readings.append(CoordinateReading(motion, name, mean, scatter, common))
-        return cls(curves, tuple(readings))
+                    apart, usual = (
+                        np.diff(values[shown]),
+                        np.hypot(common, inputs.USUAL_SCATTER * mean),
+                    )
+                    squares, usual = float(apart @ apart) / 2.0, usual**2 + 1e-12
+                    scatter = inputs.shrunk_variance(squares, apart.size, usual, _KNOWN) ** 0.5
+                    readings[motion, name] = CoordinateReading(mean, scatter, common)
+        return cls(curves, readings)
 
     @property
-    def sizes(self) -> list[int]:
-        """How many coordinates the curve of each motion has."""
-        return [curve.variance.size for curve in self.curves.values()]
+    def places(self) -> dict[str | tuple[str, str], slice]:
+        """Where the coordinates of each motion's curve, and of each measured quantity, stand."""
+        sizes = {motion: curve.variance.size for motion, curve in self.curves.items()}
+        sizes |= dict.fromkeys(self.readings, 1)
+        ends = np.cumsum([*sizes.values()]).tolist()
+        return {key: slice(end - sizes[key], end) for key, end in zip(sizes, ends, strict=True)}
+
+    @property
+    def size(self) -> int:
+        """Number of coordinates."""
+        return max(place.stop for place in self.places.values())
 
     def blocks(self, series: Series) -> list[Block]:
         """Return what is followed: records, or means of inspections."""
-        found = []
-        for motion, curve in self.curves.items():
-            seen = curve.project(series.motions[motion].way, series.motions[motion].present)
-            found.append((seen, curve.variance, curve.shared(), True))
-        for each in self.readings:
-            values = series.motions[each.motion].measured[each.name]
-            seen, shared = (values - each.mean) / each.scatter, _MOUNTED * each.mean / each.scatter
-            about = seen[:, None], np.array([_MOVES**2]), np.array([shared**2])
-            found.append((*about, each.name in _APART))
         blocks = []
-        for values, variance, shared, sought in found:
-            means, count = series.gathered(values)
-            noise = 1.0 / count + shared * (series.inspections is not None)
-            blocks.append(Block(means, variance, noise, sought))
+        for motion, curve in self.curves.items():
+            records = series.motions[motion]
+            seen = curve.project(records.way, records.present)
+            blocks.append(Block(seen, curve.variance, curve.shared()))
+        for (motion, name), each in self.readings.items():
+            seen = (series.motions[motion].measured[name][:, None] - each.mean) / each.scatter
+            shared = np.square([_MOUNTED * each.mean / each.scatter])
+            blocks.append(Block(seen, np.array([_MOVES**2]), shared, name in _APART))
+        for k, block in enumerate(blocks):
+            means, count = series.gathered(block.values)
+            noise = 1.0 / count + block.noise * (series.inspections is not None)
+            blocks[k] = block._replace(values=means, noise=noise)
         return blocks
-
-    def places(self, motion: str) -> slice:
-        """Where the coordinates of a motion's curve stand."""
-        k = list(self.curves).index(motion)
-        return slice(sum(self.sizes[:k]), sum(self.sizes[: k + 1]))
-
-    def reading(self, motion: str, name: str) -> tuple[CoordinateReading, int] | None:
-        """Return a quantity, and where its coordinate stands; None where it is not followed."""
-        for k, each in enumerate(self.readings):
-            if (each.motion, each.name) == (motion, name):
-                return each, sum(self.sizes) + k
-        return None
 
 
 def _changes(mean: np.ndarray, way: np.ndarray, present: np.ndarray, directions: np.ndarray):
     """Components of the changes of records from a mean, ``(o, k)``."""
     there = present & np.isfinite(way)
-    change = without_onset(np.broadcast_to(mean, way.shape), np.where(there, way, 0.0), there)
+    change = inputs.without_onset(
+        np.broadcast_to(mean, way.shape), np.where(there, way, 0.0), there
+    )
     return (change[:, None] @ directions.T)[:, 0]

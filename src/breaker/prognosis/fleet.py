@@ -35,8 +35,7 @@ from breaker.records.operations import Operation
 _MOST = 20  # operations of an inspection: more reduce no error that they share
 _LIFE = 150  # operations from which a life is followed: it needs 100 for its reference
 
-Row = tuple[str, Operation]
-"""Motion and operation of a record."""
+Row = tuple[str, Operation]  # motion and operation of a record
 
 
 @dataclass(frozen=True)
@@ -96,10 +95,9 @@ def _noted(remarks: list) -> Iterator[None]:
 
 
 def examine(drive: Drive, config: Mapping, types: Mapping[str, Mapping]) -> DriveResult:
-    """Return the knowledge of a drive.
+    """Return the knowledge of a drive, by the entry of its type in ``types``.
 
-    Limits that ship count only if they are on changes: the others are of one size of drives. Of
-    ``types``, the entries of types, that of the drive counts.
+    Limits that ship count only if they are on changes: the others are of one size of drives.
     """
     limits, shipped = config["limits"], defaults()["limits"]
     limits = [each for each in limits if limits != shipped or each.get("of") == "change"]
@@ -110,16 +108,10 @@ def examine(drive: Drive, config: Mapping, types: Mapping[str, Mapping]) -> Driv
         found = _examined(drive, diagnosis, remarks)
     every = [each for rows in drive.inspections for _, each in rows]
     dates = sorted((each.date for each in every if each.date), key=instant) or [""]
-    return DriveResult(
-        **{name: getattr(drive, name) for name in ("breaker", "phase", "type")},
-        first=dates[0],
-        last=dates[-1],
-        operation=max(each.number for each in every),
-        records=len(every),
-        inspections=len(drive.inspections),
-        remarks=[note_of(remark) for remark in remarks],
-        **plainly(found),
-    )
+    about = {name: getattr(drive, name) for name in ("breaker", "phase", "type")}
+    about |= {"first": dates[0], "last": dates[-1], "inspections": len(drive.inspections)}
+    about |= {"operation": max(each.number for each in every), "records": len(every)}
+    return DriveResult(**about, remarks=[note_of(each) for each in remarks], **plainly(found))
 
 
 def _examined(drive: Drive, diagnosis: Diagnosis, remarks: list) -> dict[str, object]:

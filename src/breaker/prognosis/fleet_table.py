@@ -124,10 +124,9 @@ def differences_from_type(measured: pd.DataFrame) -> pd.DataFrame:
 
 def outliers(values: np.ndarray, sds: np.ndarray, false: float) -> tuple[np.ndarray, np.ndarray]:
     """Return which of three or more values are usual, and the chance that any of as many normal
-    values is as far from the usual ones as each, ``(n,)``.
-
-    In the generalised ESD test (Rosner 1983) of level ``false``, the farthest values are removed
-    one by one, and all up to the last significant one are outliers: they do not hide each other.
+    values is as far from the usual ones as each, ``(n,)``: the generalised ESD test (Rosner 1983)
+    of level ``false``. The farthest values are removed one by one, and all up to the last
+    significant one are outliers: they do not hide each other.
     """
     kept = usual = np.ones(len(values), dtype=bool)
     while kept.sum() > len(values) - len(values) // 4:  # more would double the false alarms

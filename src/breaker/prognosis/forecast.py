@@ -1,7 +1,6 @@
 """Forecast when a drive exceeds a limit: draws of its path, continued at a rate that may change.
 
 The rate may change at once, as likely each time that the drive becomes a tenth older (``Future``).
-
 Shapes: ``n`` operations at which it is asked, ``d`` draws, ``m`` nodes ahead, ``k`` coordinates.
 """
 
@@ -12,7 +11,7 @@ from scipy.special import ndtri
 
 from breaker.common.randomness import generator
 from breaker.model.limits import Limit
-from breaker.prognosis.readout import Condition, Readout
+from breaker.prognosis.readout import Readout
 from breaker.prognosis.trend import Path
 
 QUANTILES = (0.05, 0.5, 0.95)
@@ -36,24 +35,13 @@ class Future(NamedTuple):
     noticed: float = 0.25
 
     def turns(self, past: np.ndarray, count: int, seed: int) -> tuple[np.ndarray, np.ndarray]:
-        """Return in how many operations the rate changes, ``(n, count)``, and by which factor.
-
-        The same stratified random numbers count after each number of operations ``past (n,)``.
+        """Return in how many operations the rate changes, ``(n, count)``, and by which factor, by
+        the same stratified random numbers after each number of operations ``past (n,)``.
         """
         rng = generator(seed, "future of wear")
         when, how = (rng.permutation((np.arange(count) + 0.5) / count) for _ in range(2))
         turns = past[:, None] * (when ** (-1.0 / self.changes) - 1.0)
         return turns, self.faster * np.exp(self.spread * ndtri(how))
-
-
-FORECAST = {
-    "p_exceeded": ("asked", "limit"),
-    "p_nearer": ("asked", "limit"),
-    "remaining": ("asked", "limit", "quantile"),
-    "lives": ("asked", "limit", "draw"),
-    "value": ("asked", "part", "quantile"),
-}.items()
-"""What is forecast of limits, and its dimensions."""
 
 
 class Onward:
@@ -63,92 +51,81 @@ class Onward:
     rate leads elsewhere, the farther the more, in the directions in which it is not known.
 
     Args:
-        path, readout: Of the drive.
-        where: Indices of the operations, ``(n,)``.
-        past: Operations since new, ``(n,)``.
-        since: What a change is since, ``"new"`` or ``"event"``.
+        path, readout: Of the drive; as new.
+        where, past: Indices of the operations, and operations since new, ``(n,)``.
 
     Attributes:
+        now: Readout of the drive at these operations.
         turns: As of ``Future.turns``.
     """
 
     def __init__(
-        self,
-        path: Path,
-        readout: Readout,
-        where: np.ndarray,
-        past: np.ndarray,
-        future: Future,
-        since: str,
+        self, path: Path, readout: Readout, where: np.ndarray, past: np.ndarray, future: Future
     ) -> None:
-        self._future, self._seed = future, readout.seed
+        self._horizon, self._seed = future.horizon, readout.seed
         self._nodes = np.append(0.0, np.geomspace(_NEAREST, future.horizon, _NODES - 1))
         self.turns, self._faster = future.turns(past, readout.draws, readout.seed)
+        change, variance = path.change[where], np.maximum(path.variance[where], 1e-12)
         ahead = self._nodes[:, None, None]
-        event = since == "event"
-        change = (path.since if event else path.change)[where]
-        variance = (path.since_variance if event else path.variance)[where]
-        variance = np.maximum(variance, 1e-12)
         onward = change + ahead * path.rate[where]
         more = 2.0 * ahead * path.covariance[where] + ahead**2 * path.rate_variance[where]
-        self._shape = onward.shape[:2]
+        aside = np.sqrt(np.maximum(more, 0.0))
+        self._new, self.now = readout, readout.at(change, variance)
+        self._measured = readout.at(onward, variance + more)
+        self._ways = [of.at(onward + way * aside, variance) for of, way in readout.ways()]
 
-        def condition(of: Readout, change: np.ndarray, variance: np.ndarray) -> Condition:
-            return Condition(of, *(e.reshape(-1, of.size) for e in (change, variance)))
-
-        self._now = Condition(readout, change, variance)
-        self._measured = condition(readout, onward, np.maximum(variance + more, 1e-12))
-        aside, still = np.sqrt(np.maximum(more, 0.0)), np.broadcast_to(variance, onward.shape)
-        self._ways = [condition(of, onward + way * aside, still) for of, way in readout.ways()]
-
-    def forecast(self, limit: Limit, new: np.ndarray) -> dict[str, np.ndarray]:
+    def forecast(self, limit: Limit) -> dict[str, tuple]:
         """Forecast a limit.
 
-        Args:
-            new: Draws of its quantities as new, ``(d, parts)``.
-
         Returns:
-            Arrays by ``FORECAST``: the probability that the limit is exceeded now, that the drive
-            is nearer to it than as new, operations left at 5, 50 and 95 %; 0 where it is exceeded,
-            inf beyond the horizon; the same of each draw; and the quantities of the limit now.
-            All nan where nothing is known.
+            Dimensions and arrays: ``p_exceeded``, the probability that the limit is exceeded now;
+            ``p_nearer``, that the drive is nearer to it than as new; ``remaining``, operations left
+            at 5, 50 and 95 %: 0 where it is exceeded, inf beyond the horizon; ``lives``, the same
+            of each draw; its quantities now, ``value``, and as ``new``; nan where not known. Also
+            ``limit``, ``words``, ``of``, and ``part_limit`` to ``part_unit`` of its bounds.
         """
-        now, along = limit.read(self._now), _continued(self._along(limit), self._nodes)
-        excess = limit.excess(along)
+        now, new = limit.read(self.now), limit.read(self._new)[0]
+        excess = limit.excess(_continued(self._along(limit), self._nodes))
         known = np.isfinite(now).any(axis=(1, 2))
         lives = np.full(now.shape[:2], np.nan)
         for k in np.flatnonzero(known):
             lives[k] = _crossings(excess[:, k], self._nodes)
-        lives = np.where(
-            lives > self.turns, self.turns + (lives - self.turns) / self._faster, lives
-        )
-        lives = np.where(lives > self._future.horizon, np.inf, lives)
+        faster = self.turns + (lives - self.turns) / self._faster
+        lives = np.where(lives > self.turns, faster, lives)
+        lives = np.where(lives > self._horizon, np.inf, lives)
         nearer = (limit.excess(now) > limit.excess(new)).all(axis=-1).mean(axis=1)
         left = np.quantile(lives, QUANTILES, axis=1, method="inverted_cdf").T
+        exceeded, each = limit.exceeded(now).mean(axis=1), ("limit", "asked")
+        quantity, bound, upper = zip(*limit.parts, strict=True)
+        parts = {"limit": [limit.name] * len(bound), "unit": limit.units, "quantity": quantity}
+        parts |= {"bound": bound, "upper": upper}
         return {
-            "p_exceeded": np.where(known, limit.exceeded(now).mean(axis=1), np.nan)[:, None],
-            "p_nearer": np.where(known, nearer, np.nan)[:, None],
-            "remaining": left[:, None],
-            "lives": lives.astype(np.float32)[:, None],
-            "value": np.moveaxis(np.quantile(now, QUANTILES, axis=1), 0, -1),
+            "p_exceeded": (each, np.where(known, exceeded, np.nan)[None]),
+            "p_nearer": (each, np.where(known, nearer, np.nan)[None]),
+            "remaining": ((*each, "quantile"), left[None]),
+            "lives": ((*each, "draw"), lives.astype(np.float32)[None]),
+            "value": (("part", "asked", "quantile"), np.quantile(now, QUANTILES, axis=1).T),
+            "new": ("part", np.median(new, axis=0)),
+            **{f"part_{name}": ("part", np.array(values)) for name, values in parts.items()},
+            **{name: ("limit", np.array([getattr(limit, name)])) for name in ("words", "of")},
+            "limit": ("limit", np.array([limit.name])),
         }
 
     def _along(self, limit: Limit) -> np.ndarray:
-        """Draws of the quantities along the path, ``(m, n, d, parts)``.
-
-        The few ways have no tails; their spread shows how far draws are from each other.
+        """Draws of the quantities along the path, ``(m, n, d, parts)``: the few ways have no tails,
+        but their spread shows how far draws are from each other.
         """
         if limit.of == "record":
             found = limit.read(self._measured)
-            return found.reshape(*self._shape, *found.shape[1:])
-        every = [limit.read(condition) for condition in self._ways]
+            return found.reshape(_NODES, -1, *found.shape[1:])
+        every = [limit.read(way) for way in self._ways]
         middles = np.stack([np.median(draws, axis=1, keepdims=True) for draws in every])
         with np.errstate(invalid="ignore"):
             within = np.concatenate([e - m for e, m in zip(every, middles, strict=True)], axis=1)
             normal = ndtri((np.arange(within.shape[1]) + 0.5) / within.shape[1])
             normal = generator(self._seed, "ways of a path").permutation(normal)[:, None]
             found = middles.mean(axis=0) + within + middles.std(axis=0) * normal
-        return found.reshape(*self._shape, *found.shape[1:])
+        return found.reshape(_NODES, -1, *found.shape[1:])
 
 
 def _continued(draws: np.ndarray, nodes: np.ndarray) -> np.ndarray:

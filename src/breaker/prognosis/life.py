@@ -1,6 +1,7 @@
 """The life of a drive: its records, their trend, forecasts of its limits, and its state."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from functools import cached_property
 from pathlib import Path as File
 from typing import Self
@@ -15,8 +16,8 @@ from breaker.family.networks import LEAST_AGREEMENT, agreement_of, shipped_netwo
 from breaker.model.limits import Limit
 from breaker.model.parameters import NAMES
 from breaker.model.quantities import CONDITIONS
-from breaker.prognosis.forecast import FORECAST, QUANTILES, Future, Onward
-from breaker.prognosis.readout import Condition, Readout
+from breaker.prognosis.forecast import QUANTILES, Future, Onward
+from breaker.prognosis.readout import Readout
 from breaker.prognosis.series import Series, events_of, series_of
 from breaker.prognosis.states import states_of
 from breaker.prognosis.trend import Change, Follower, Path
@@ -28,10 +29,6 @@ _READ = 500  # operations, about, at which a life is read; all are followed
 class Life:
     """The records of a drive, and its state: the only class of the package that is updated.
 
-    >>> life = Life(limits, config, events={}, conditions={})  # doctest: +SKIP
-    >>> life.update({"closing": read_curves(operations, form, grid, "closing")})  # doctest: +SKIP
-    >>> life.state(config["planning"])  # doctest: +SKIP
-
     Args:
         limits: Limits on what the motions of the drive show.
         settings: Sections ``trend`` and ``endurance`` of the configuration, and ``seed``.
@@ -39,12 +36,7 @@ class Life:
     """
 
     def __init__(
-        self,
-        limits: Sequence[Limit],
-        settings: Mapping,
-        *,
-        events: Mapping[int, str],
-        conditions: Mapping[str, Mapping[int, float]],
+        self, limits: Sequence[Limit], settings: Mapping, *, events: Mapping, conditions: Mapping
     ) -> None:
         self._limits, self._settings = limits, settings
         self._events, self._conditions = events, conditions
@@ -57,34 +49,26 @@ class Life:
             ValueError: If an operation has a record already.
         """
         for motion, new in records.items():
-            known = self._records[motion].operation if motion in self._records else []
-            if (again := np.intersect1d(known, new.operation)).size:
+            known = [self._records[motion]] if motion in self._records else []
+            every = xr.concat([*known, new], "operation") if known else new
+            numbers = every.indexes["operation"]
+            if (again := numbers[numbers.duplicated()]).size:
                 raise ValueError(f"{motion} {again[0]:g} has a record already: leave it out")
-            some = [self._records[motion]] if motion in self._records else []
-            self._records[motion] = xr.concat([*some, new], "operation") if some else new
+            self._records[motion] = every
         for name in ("_readout", "trend", "forecast"):
             self.__dict__.pop(name, None)
 
     @cached_property
     def _readout(self) -> Readout:
-        names: dict[str, list[str]] = {motion: [] for motion in self._records}
-        for limit in self._limits:
-            if limit.of == "record":
-                names[limit.motion] += limit.quantities
-        settings = self._settings
-        series = series_of(
-            self._records,
-            followed={motion: list(dict.fromkeys(some)) for motion, some in names.items()},
-            events=events_of(self._events, settings["endurance"]["events"]),
-            conditions=self._conditions,
+        trend, endurance = self._settings["trend"], self._settings["endurance"]
+        read = [limit for limit in self._limits if limit.of == "record"]
+        followed = dict.fromkeys(
+            (limit.motion, name) for limit in read for name in limit.quantities
         )
-        return Readout.of(
-            series,
-            list(shipped_networks(*KINDS)),
-            draws=settings["trend"]["draws"],
-            seed=settings["seed"],
-            misfit_p_value=settings["endurance"]["misfit_p_value"],
-        )
+        events = events_of(self._events, endurance["events"])
+        series = series_of(self._records, followed, events, self._conditions)
+        about = {"seed": self._settings["seed"], "misfit_p_value": endurance["misfit_p_value"]}
+        return Readout.of(series, shipped_networks(*KINDS), draws=trend["draws"], **about)
 
     @cached_property
     def trend(self) -> Path:
@@ -93,28 +77,32 @@ class Life:
         Raises:
             ValueError: As of ``series_of``, and if an event has no meaning.
         """
-        return trend_of(self._readout, self._settings["trend"]["threshold"])
+        blocks = self._readout.coordinates.blocks(self._readout.series)
+        return Follower(self._readout.series, blocks, self._settings["trend"]["threshold"]).path()
 
     @cached_property
     def forecast(self) -> xr.Dataset:
-        """What ``forecast_of`` returns; also over ``operation`` what is stated of it, texts that
-        are empty and numbers that are nan where nothing is: ``breaker``, ``phase``, ``date`` of the
-        first motion that states it, ``event``, ``CONDITIONS``, and ``not_used``, motions without a
-        usable record.
+        """What ``forecast_of`` returns, with ``threshold``; over ``operation`` also ``breaker``,
+        ``phase``, ``date``, by the first motion that states it, ``event`` and ``CONDITIONS``, empty
+        or nan where not stated, and ``not_used``, motions without a usable record.
         """
-        trend = self._settings["trend"]
-        future = Future(trend["horizon"])
-        life = forecast_of(self._readout, self.trend, self._limits, future, trend["threshold"])
-        records, numbers = self._records, life.operation.values
-        stated = {name: _stated(name, records, numbers) for name in ("breaker", "phase", "date")}
-        stated["event"] = np.array([self._events.get(number, "") for number in numbers.tolist()])
+        trend, records = self._settings["trend"], self._records
+        life = forecast_of(self._readout, self.trend, self._limits, Future(trend["horizon"]))
+        numbers = life.operation.values
+        stated = {"event": [self._events.get(number, "") for number in numbers.tolist()]}
+        for name in ("breaker", "phase", "date"):
+            some = [data[name].to_series() for data in records.values() if name in data]
+            known = pd.concat([pd.Series(dtype=str), *some]).loc[lambda texts: texts != ""]
+            known = known[~known.index.duplicated()]
+            stated[name] = known.reindex(numbers, fill_value="").to_numpy(dtype=str)
         for name in CONDITIONS:
             known = pd.Series(self._conditions.get(name, {}), dtype=float)
             stated[name] = known.reindex(numbers).values
         used = {m: np.isin(numbers, e.operation[e.accepted == 1]) for m, e in records.items()}
         lacking = pd.DataFrame(used).apply(lambda row: ", ".join(row.index[~row]), axis=1)
         stated["not_used"] = lacking.to_numpy(dtype=str)
-        return life.assign({name: ("operation", values) for name, values in stated.items()})
+        life = life.assign({name: ("operation", values) for name, values in stated.items()})
+        return life.assign_attrs(threshold=trend["threshold"])
 
     def state(self, planning: Mapping) -> xr.Dataset:
         """Return the states of the drive and of its limits: see ``states_of``."""
@@ -132,81 +120,57 @@ class Life:
         return found
 
 
-def _stated(name: str, records: Mapping[str, xr.Dataset], operations: np.ndarray) -> np.ndarray:
-    """Return what the first motion states that knows it, ``(o,)``; empty where none does."""
-    found = np.full(len(operations), "", dtype=object)
-    for data in records.values():
-        if name in data:
-            values = data[name].to_series().reindex(operations, fill_value="")
-            found = np.where(found == "", values, found)
-    return found.astype(str)
-
-
 def forecast_of(
-    readout: Readout, path: Path, limits: Sequence[Limit], future: Future, threshold: float
+    readout: Readout, path: Path, limits: Sequence[Limit], future: Future
 ) -> xr.Dataset:
-    """Read the trend of a drive, and forecast its limits.
-
-    Args:
-        readout: How changes of the drive are read; with its series.
-        path: What ``trend_of`` returns.
-        limits: Limits on what the drive's motions show, at least one.
-        threshold: Evidence from which a change is noticed, nats.
+    """Read the trend of a drive, the path of its coordinates, and forecast its limits, one or more.
 
     Returns:
-        Dataset over ``operation``, every one: ``evidence`` for a change (nats) and ``weight`` of
-        the record; over ``asked``, numbers of the operations at which the life was read:
-        ``changed`` ``(asked, parameter, quantile)``, percent since new, ``unchanged`` ``(asked,
-        parameter)``, the probability of no change, ``p_exceeded``, ``p_nearer``, ``remaining``,
-        ``lives`` and ``value`` of limits, as of ``Onward.forecast``, ``turns (asked, draw)``, as of
-        ``Future.turns``, ``age (asked)``, operations since new or the last maintenance,
-        ``noticed_in (asked)``, operations in which a change shows; over ``part``, those of limits:
-        ``new``; over ``change``: ``noticed``, ``start``, ``earliest`` and ``latest``, numbers of
-        operations, ``kind``, ``certainty`` (nats), and ``maintenance``, whether
-        it is work on the drive; over ``motion``: ``p_value`` of the family. Attributes:
+        Dataset over ``operation``: ``evidence`` for a change (nats) and ``weight`` of the record;
+        over ``asked``, operations at which the life was read: ``changed (asked, parameter,
+        quantile)``, percent since new, ``unchanged (asked, parameter)``, the probability of no
+        change, ``turns (asked, draw)``, as of ``Future``, ``noticed_in``, operations in which a
+        change shows, and what ``Onward.forecast`` returns; over ``change``, fields of ``Change``,
+        its evidence as ``certainty``; over ``motion``, ``p_value`` of the family. Attributes:
         ``family``, empty if it is of none, ``agreement`` of the motions, 1 of a single one,
         ``reported_from``, the first operation at which a trend is reported, later than the last one
-        while there are fewer than ``needed`` of them, ``threshold`` and ``horizon``.
+        while there are fewer than ``needed`` of them, and ``horizon``.
     """
     series, number = readout.series, readout.series.operations
-    agreed = agreement(readout, path)
+    agreed = _agreement(readout, path)
     if agreed < LEAST_AGREEMENT:
-        readout = readout.withheld()
+        readout = replace(readout, network=None, theta=None)
     where = _read_at(series, path)
     needed = int(series.new[-1]) + series.settle + 1
     first = number[needed - 1] if needed <= len(number) else number[-1] + 1
+    past = np.maximum(number[where] - float(number[0]), 1.0)
+    onward = Onward(path, readout, where, past, future)
+    forecasts = [onward.forecast(limit) for limit in limits]
     found = {
+        name: (dims, np.concatenate([each[name][1] for each in forecasts]))
+        for name, (dims, _) in forecasts[0].items()
+    }
+    named = [name for name in found if name in ("words", "of") or name.startswith("part_")]
+    found["p_nearer"][1][:, number[where] < first] = np.nan
+    draws = onward.now.parameters
+    changed = np.quantile(draws, QUANTILES, axis=1)
+    unchanged = np.where(np.isfinite(draws[:, 0]), (draws == 0.0).mean(axis=1), np.nan)
+    found |= {
         "evidence": ("operation", path.evidence),
         "weight": ("operation", path.weight),
         "p_value": ("motion", [each.p_value for each in readout.matches.values()]),
-        **_parameters(readout, path, where),
-        **_limits(limits, readout, path, where, future),
-        **_changes(number, path.changes),
+        "changed": (("quantile", "asked", "parameter"), changed, {"unit": "%"}),
+        "unchanged": (("asked", "parameter"), unchanged),
+        "turns": (("asked", "draw"), onward.turns.astype(np.float32)),
+        "noticed_in": ("asked", future.noticed * past),
     }
-    found["p_nearer"][1][number[where] < first] = np.nan
     coords = {"operation": number, "asked": number[where], "parameter": list(NAMES)}
     coords |= {"motion": list(readout.matches), "quantile": list(QUANTILES)}
-    coords |= _limit_coords(limits)
-    attrs = {"family": readout.family, "agreement": agreed, "needed": needed}
-    attrs |= {"reported_from": int(first), "threshold": threshold, "horizon": future.horizon}
-    return xr.Dataset(found, coords, attrs)
-
-
-def trend_of(readout: Readout, threshold: float) -> Path:
-    """Follow the coordinates of a drive."""
-    series = readout.series
-    follower = Follower(
-        series.operations,
-        readout.coordinates.blocks(series),
-        new=series.new,
-        settle=series.settle,
-        threshold=threshold,
-        counted=series.counted,
-        conditions=series.conditions,
-    )
-    return follower.path(
-        {i: event.transducer for i, event in series.events.items() if event.renews}
-    )
+    attrs = {"family": readout.network.settings["family"] if readout.network else ""}
+    attrs |= {"agreement": agreed, "needed": needed}
+    attrs |= {"reported_from": int(first), "horizon": future.horizon}
+    life = xr.Dataset(found | _changes(number, path), coords, attrs).set_coords(named)
+    return life.transpose("asked", "limit", "part", "parameter", ...)
 
 
 def _read_at(series: Series, path: Path) -> np.ndarray:
@@ -219,84 +183,22 @@ def _read_at(series: Series, path: Path) -> np.ndarray:
     return np.append(known[:-1:every], known[-1:])
 
 
-def agreement(readout: Readout, path: Path) -> float:
+def _agreement(readout: Readout, path: Path) -> float:
     """Return how probably motions disagree as much on the change at the end; 1 without a doubt."""
     motions, last = list(readout.coordinates.curves), slice(-1, None)
     if len(motions) < 2:
         return 1.0
-    found = [readout.parameters(path.change[last], path.variance[last], [m])[0] for m in motions]
+    end = readout.at(path.change[last], path.variance[last])
+    found = [end.drawn([motion])[0] for motion in motions]
     return float(agreement_of(*found).min()) if np.isfinite(found).all() else 1.0
 
 
-def _parameters(readout: Readout, path: Path, where: np.ndarray) -> Mapping[str, tuple]:
-    """Changes of the parameters since new."""
-    draws = readout.parameters(path.change[where], path.variance[where])
-    quantiles = np.moveaxis(np.quantile(draws, QUANTILES, axis=1), 0, -1)
-    unchanged = np.where(np.isfinite(draws[:, 0]), (draws == 0.0).mean(axis=1), np.nan)
-    return {
-        "changed": (("asked", "parameter", "quantile"), quantiles, {"unit": "%"}),
-        "unchanged": (("asked", "parameter"), unchanged),
-    }
-
-
-def _limits(
-    limits: Sequence[Limit], readout: Readout, path: Path, where: np.ndarray, future: Future
-) -> Mapping[str, tuple]:
-    """What is known of limits."""
-    number = readout.series.operations
-    past = np.maximum(number[where] - float(number[0]), 1.0)
-    onward = {
-        since: Onward(path, readout, where, past, future, since)
-        for since in {"new", *(limit.since for limit in limits)}
-    }
-    zero = np.zeros((1, readout.size))
-    as_new = Condition(readout, zero, zero + 1e-12)
-    new = [limit.read(as_new)[0] for limit in limits]
-    each = [onward[limit.since].forecast(limit, of) for limit, of in zip(limits, new, strict=True)]
-    found = {
-        name: (dims, np.concatenate([one[name] for one in each], axis=1)) for name, dims in FORECAST
-    }
-    return found | {
-        "new": ("part", np.concatenate([np.median(draws, axis=0) for draws in new])),
-        "turns": (("asked", "draw"), onward["new"].turns.astype(np.float32)),
-        "age": ("asked", _age(number, path.changes)[where]),
-        "noticed_in": ("asked", future.noticed * past),
-    }
-
-
-def _age(operations: np.ndarray, changes: Sequence[Change]) -> np.ndarray:
-    """Operations since new, or since the last maintenance of the drive, at least 1, ``(o,)``."""
-    events = [operations[change.start] for change in changes if _maintenance(change)]
-    last = np.append(operations[0], events)[np.searchsorted(events, operations, side="right")]
-    return np.maximum(operations - last, 1.0)
-
-
-def _limit_coords(limits: Sequence[Limit]) -> dict[str, object]:
-    """Coordinates of limits and of their parts."""
-    parts = [
-        (limit.name, *part, unit)
-        for limit in limits
-        for part, unit in zip(limit.parts, limit.units, strict=True)
-    ]
-    names = ("limit", "quantity", "bound", "upper", "unit")
-    found = {f"part_{name}": ("part", [part[k] for part in parts]) for k, name in enumerate(names)}
-    for name, key in (("limit", "name"), ("words", "words"), ("of", "of")):
-        found[name] = ("limit", np.array([getattr(limit, key) for limit in limits]))
-    return found
-
-
-def _changes(operations: np.ndarray, changes: Sequence[Change]) -> Mapping[str, tuple]:
-    """Changes of the path."""
-    places = np.array([change[:4] for change in changes], dtype=int).reshape(-1, 4)
-    about = zip(Change._fields[:4], operations[places].astype(int).T, strict=True)
-    maintained = [_maintenance(change) for change in changes]
-    return {name: ("change", column) for name, column in about} | {
-        "kind": ("change", np.array([change.kind for change in changes], dtype=str)),
-        "certainty": ("change", np.array([change.evidence for change in changes])),
-        "maintenance": ("change", np.array(maintained, dtype=bool)),
-    }
-
-
-def _maintenance(change: Change) -> bool:
-    """Whether a change is maintenance of the drive, not of its transducer alone."""
-    return change.kind == "event" and not change.transducer
+def _changes(number: np.ndarray, path: Path) -> dict[str, tuple]:
+    """Changes of a path over ``change``, by the numbers of the operations."""
+    changes = pd.DataFrame(path.changes, columns=Change._fields)
+    moments = {name: changes[name].to_numpy(dtype=int) for name in Change._fields[:4]}
+    found = {name: number[places].astype(int) for name, places in moments.items()}
+    found["kind"] = changes.kind.to_numpy(dtype=str)
+    found["certainty"] = changes.evidence.to_numpy(dtype=float)
+    found["maintenance"] = changes.maintenance.to_numpy(dtype=bool)
+    return {name: ("change", values) for name, values in found.items()}

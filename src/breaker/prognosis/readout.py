@@ -4,9 +4,10 @@ A network of changes sees the drive's curves as new, their change along the path
 are known. Measured quantities are linear in the coordinates.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from itertools import starmap
 from typing import Self
 
 import numpy as np
@@ -26,147 +27,105 @@ _WAYS = 4  # ways of a path that are drawn apart
 
 @dataclass(frozen=True, eq=False)
 class Readout:
-    """How changes of one drive are read.
+    """A drive in n conditions, and how they are read; for ``Limit.read``, which returns draws of
+    quantities by their source, ``(n, d, parts)``, nan where one is not known.
 
     Attributes:
-        series: Its records.
-        coordinates: Theirs.
-        levels, changes: Networks of the family it is of; None where it is of none.
-        draws: Number of draws d.
-        seed: Of their generator, the same for every change.
-        theta: Draws of its parameters as new, ``(d, p)``; None of no family.
+        series, coordinates: Its records, and their coordinates.
+        network: Of changes of the family that it is of; None if it is of none.
+        draws, seed: Number d of draws, and seed of their generator, the same for every change.
+        change, variance: Of the coordinates since new, ``(n, k)``.
+        theta: Draws of its parameters as new, ``(d, p)``; None if it is of no family.
         matches: How its new curves fit the family, by motion.
     """
 
     series: Series
     coordinates: Coordinates
-    levels: StateNetwork | None
-    changes: ChangeNetwork | None
+    network: ChangeNetwork | None
     draws: int
     seed: int
+    change: np.ndarray
+    variance: np.ndarray
     theta: np.ndarray | None = None
     matches: Mapping[str, Match] = field(default_factory=dict)
 
     @classmethod
     def of(
-        cls,
-        series: Series,
-        families: Sequence[tuple[StateNetwork, ChangeNetwork]],
-        *,
-        draws: int,
-        seed: int,
-        misfit_p_value: float,
+        cls, series: Series, families: Iterable, *, draws: int, seed: int, misfit_p_value: float
     ) -> Self:
-        """Return the readout of a drive by the family that its new curves fit, with at least a
-        p-value.
+        """Return a drive as new, of the family that its curves fit with at least a p-value;
+        ``families`` are state networks, each with its change network.
         """
-        drives = (
-            cls(series, Coordinates.of(series, changes.change_bases), levels, changes, draws, seed)
-            for levels, changes in families
-        )
-        found, matches, fits = choose_family(
-            drives,
-            lambda drive: [(m, drive.levels.match(m, seen)) for m, seen in drive.new().items()],
+
+        def as_new(levels: StateNetwork, network: ChangeNetwork) -> tuple[StateNetwork, Self]:
+            coordinates = Coordinates.of(series, network.change_bases)
+            zero = np.zeros((1, coordinates.size))
+            return levels, cls(series, coordinates, network, draws, seed, zero, zero + 1e-12)
+
+        (levels, found), matches, fits = choose_family(
+            starmap(as_new, families),
+            lambda pair: [(m, pair[0].match(m, seen)) for m, seen in pair[1].curves()[0].items()],
             misfit_p_value,
         )
         found = replace(found, matches=dict(matches))
         if not fits:
-            return found.withheld()
-        theta = found.levels.draw(found.new(), draws, np.random.default_rng(seed)).theta
+            return replace(found, network=None)
+        theta = levels.draw(found.curves()[0], draws, np.random.default_rng(seed)).theta
         return replace(found, theta=theta)
 
-    def new(self) -> dict[str, NormalisedRecords]:
-        """Return the new curves, as networks see them, by motion."""
-        return self.curves(*np.zeros((2, 1, self.size)))[0]
-
-    def withheld(self) -> Self:
-        """Return a readout without networks, which reads only what is measured."""
-        return replace(self, levels=None, changes=None, theta=None)
-
-    @property
-    def family(self) -> str:
-        """Name of the family; empty of none."""
-        return self.changes.settings["family"] if self.changes else ""
-
-    @property
-    def size(self) -> int:
-        """Number of coordinates."""
-        return sum(self.coordinates.sizes) + len(self.coordinates.readings)
+    def at(self, change: np.ndarray, variance: np.ndarray) -> Self:
+        """Return the drive at conditions, ``(..., k)``, one after the other."""
+        both = np.broadcast_arrays(change, np.maximum(variance, 1e-12))
+        change, variance = (each.reshape(-1, self.coordinates.size) for each in both)
+        return replace(self, change=change, variance=variance)
 
     def curves(
-        self, change: np.ndarray, variance: np.ndarray, motions: Sequence[str] | None = None
+        self, some: slice = slice(None), motions: Sequence[str] = ()
     ) -> tuple[dict[str, NormalisedRecords], dict[str, NormalisedRecords]]:
-        """Return new curves and their changes, as networks see them, by motion: all, or
-        ``motions``.
-
-        Args:
-            change, variance: Of the coordinates, ``(n, k)``.
+        """Return new curves and their changes in some conditions, as networks see them, by motion:
+        all, or ``motions``.
         """
         new, changed = {}, {}
         for motion in motions or self.coordinates.curves:
-            curve, place = self.coordinates.curves[motion], self.coordinates.places(motion)
-            records = self.series.motions[motion]
-            mean = np.tile(curve.mean, (len(change), 1))
-            new[motion] = records.seen(mean, curve.noise)
-            noise = np.hypot(curve.input_noise(variance[:, place]), 1e-5)
-            changed[motion] = records.seen(curve.change(change[:, place]), noise)
+            curve, place = self.coordinates.curves[motion], self.coordinates.places[motion]
+            change, records = self.change[some, place], self.series.motions[motion]
+            new[motion] = records.seen(np.tile(curve.mean, (len(change), 1)), curve.noise)
+            noise = np.hypot(curve.input_noise(self.variance[some, place]), 1e-5)
+            changed[motion] = records.seen(change @ curve.back @ curve.basis, noise)
         return new, changed
 
-    def parameters(
-        self, change: np.ndarray, variance: np.ndarray, motions: Sequence[str] | None = None
-    ) -> np.ndarray:
-        """Return draws of the change of the parameters, ``(n, d, p)``, percent; arguments as
-        ``curves``.
-
-        The same random numbers for each change, so that probabilities along a path are smooth; nan
-        where a change is larger than any wear of the family, or there is no family.
+    def drawn(self, motions: Sequence[str] = ()) -> np.ndarray:
+        """Return draws of the change of the parameters, ``(n, d, p)``, percent, as all motions show
+        it, or ``motions``: by the same random numbers for each change, so that probabilities along
+        a path are smooth; nan where it is larger than any wear of the family, or without a family.
         """
-        found = np.full((len(change), self.draws, len(NAMES)), np.nan)
-        if self.changes is None:
-            return found
-        known = np.flatnonzero(np.isfinite(change).all(axis=1))
-        for begin in range(0, known.size, _BLOCK):
-            some = known[begin : begin + _BLOCK]
-            seen = self.curves(change[some], variance[some], motions)
+        found = np.full((len(self.change), self.draws, len(NAMES)), np.nan)
+        for begin in range(0, len(found) if self.network else 0, _BLOCK):
+            some = slice(begin, begin + _BLOCK)
             rng = np.random.default_rng(self.seed)
-            logs, _ = self.changes.draw(*seen, self.draws, rng, effects=False)
-            found[some] = np.where(
-                plausible_wear(logs)[:, None, None], 100.0 * np.expm1(logs), np.nan
-            )
+            seen = self.curves(some, motions)
+            logs, _ = self.network.draw(*seen, self.draws, rng, effects=False)
+            plausible = plausible_wear(logs)[:, None, None]
+            found[some] = np.where(plausible, 100.0 * np.expm1(logs), np.nan)
         return found
+
+    @cached_property
+    def parameters(self) -> np.ndarray:
+        """What ``drawn`` returns, one network's for all limits."""
+        return self.drawn()
 
     def ways(self) -> list[tuple[Self, np.ndarray]]:
         """Return readouts that share the draws, and where on its way each is, in sds, ``(k,)``: for
         each coordinate shuffled quantiles of a normal.
         """
         normal, rng = ndtri((np.arange(_WAYS) + 0.5) / _WAYS), np.random.default_rng(self.seed)
-        ways = rng.permuted(np.tile((normal / normal.std())[:, None], self.size), axis=0)
+        ways = np.tile((normal / normal.std())[:, None], self.coordinates.size)
         found = []
-        for k in range(_WAYS):
+        for k, way in enumerate(rng.permuted(ways, axis=0)):
             theta = None if self.theta is None else self.theta[k::_WAYS]
             draws = len(range(k, self.draws, _WAYS))
-            found.append((replace(self, draws=draws, theta=theta, seed=self.seed + k), ways[k]))
+            found.append((replace(self, draws=draws, theta=theta, seed=self.seed + k), way))
         return found
-
-
-@dataclass(frozen=True, eq=False)
-class Condition:
-    """A drive in some conditions, as limits read it: draws of quantities, ``(n, d, parts)``; nan
-    where a quantity is not known. ``Limit.read`` calls the method of the limit's source.
-
-    Attributes:
-        readout: Of the drive.
-        change, variance: Of the coordinates, ``(n, k)``.
-    """
-
-    readout: Readout
-    change: np.ndarray
-    variance: np.ndarray
-
-    @cached_property
-    def parameters(self) -> np.ndarray:
-        """Draws of the change of the parameters, one network's for all limits."""
-        return self.readout.parameters(self.change, self.variance)
 
     def of_change(self, limit: Limit) -> np.ndarray:
         """Return draws of changes of parameters."""
@@ -174,30 +133,28 @@ class Condition:
 
     def of_model(self, limit: Limit) -> np.ndarray:
         """Return draws of quantities of the model."""
-        draws, new = self.parameters, self.readout.theta
-        if new is None:
-            return np.full((*draws.shape[:2], len(limit.quantities)), np.nan)
-        theta = (new * (1.0 + draws / 100.0)).reshape(-1, len(NAMES))
-        known = np.isfinite(theta).all(axis=1)
-        found = np.full((len(theta), len(limit.quantities)), np.nan)
+        shape = *self.parameters.shape[:2], len(limit.quantities)
+        if self.theta is None:
+            return np.full(shape, np.nan)
+        theta = (self.theta * (1.0 + self.parameters / 100.0)).reshape(-1, len(NAMES))
+        known, found = np.isfinite(theta).all(axis=1), np.full((len(theta), shape[-1]), np.nan)
         # What a drive does not have any more is beyond any limit.
         found[known] = np.nan_to_num(limit.evaluate(theta[known]), nan=np.inf)
         signs = np.where([upper for *_, upper in limit.parts], 1.0, -1.0)
-        return np.where(np.isinf(found), signs * np.inf, found).reshape(*draws.shape[:2], -1)
+        return np.where(np.isinf(found), signs * np.inf, found).reshape(shape)
 
     def of_record(self, limit: Limit) -> np.ndarray:
         """Return draws of what records show: shuffled quantiles of a normal, alike for each change,
         as a draw is a drive, followed along its path, whose readings share an error.
         """
-        draws = self.readout.draws
-        found = np.full((len(self.change), draws, len(limit.quantities)), np.nan)
-        normal = ndtri((np.arange(draws) + 0.5) / draws)
-        rng = np.random.default_rng(self.readout.seed)
-        for k, name in enumerate(limit.quantities):
-            if known := self.readout.coordinates.reading(limit.motion, name):
-                reading, place = known
-                mean = reading.mean + reading.scatter * self.change[:, place, None]
-                sd = reading.scatter * np.sqrt(self.variance[:, place, None])
+        found = np.full((len(self.change), self.draws, len(limit.quantities)), np.nan)
+        normal = ndtri((np.arange(self.draws) + 0.5) / self.draws)
+        rng = np.random.default_rng(self.seed)
+        for k, key in enumerate((limit.motion, name) for name in limit.quantities):
+            if reading := self.coordinates.readings.get(key):
+                place = self.coordinates.places[key]
+                mean = reading.mean + reading.scatter * self.change[:, place]
+                sd = reading.scatter * np.sqrt(self.variance[:, place])
                 found[..., k] = mean + sd * rng.permutation(normal)
                 found[..., k] += reading.common * rng.permutation(normal)
         return found

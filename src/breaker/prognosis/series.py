@@ -5,10 +5,9 @@ its operations; then new are the first 50. Else it is inspected: an inspection e
 of the operation or the date makes a jump, and new is the first one.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime, timedelta
-from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -18,7 +17,6 @@ from breaker.family.shape import SHAPE_TIMES, median_units, shape_of
 from breaker.records.dates import instant
 from breaker.records.operations import EVENTS, event_words
 
-_TRANSDUCER = "transducer"
 _STEP = {"temperature": 10.0, "voltage": 0.1}  # of a condition: K; share of that of the new ones
 _FIRST = 50  # operations that are new under monitoring; more inspections than these are monitoring
 _COUNTED = 4.0  # inspections, as which the usual scatter counts
@@ -26,40 +24,24 @@ _STEPS = 10  # operations from one record to the next, at most, under monitoring
 _DAYS = 30.0  # an inspection takes days, and the next one is months later
 
 
-class Event(NamedTuple):
-    """Maintenance before an operation.
+def events_of(texts: Mapping[int, str], more: Mapping[str, Sequence[str]]) -> dict[int, bool]:
+    """Return the operations before which anything began anew, and whether this was maintenance of
+    the drive, not of its transducer alone; ``more`` is the section ``endurance.events``.
 
-    Attributes:
-        renews: Whether anything becomes as new.
-        transducer: Whether it is the transducer alone.
-    """
-
-    renews: bool = False
-    transducer: bool = False
-
-
-def events_of(
-    texts: Mapping[int, str], more: Mapping[str, Sequence[str]] | None = None
-) -> dict[int, Event]:
-    """Return what cells of the table mean, by operation.
-
-    >>> events_of({200: "Greased, inspected"})
-    {200: Event(renews=True, transducer=False)}
-
-    Args:
-        more: Section ``endurance.events`` of the configuration: what starts anew, by event.
+    >>> events_of({200: "Greased, inspected", 300: "transducer remounted"}, {})
+    {200: True, 300: False}
 
     Raises:
         ValueError: If an event has no meaning.
     """
-    every = [*EVENTS.items(), *(more or {}).items()]
+    every = [*EVENTS.items(), *more.items()]
     known = {word: meaning for key, meaning in every for word in event_words(key)}
     found = {}
     for number, text in texts.items():
         if unknown := [word for word in event_words(text) if word not in known]:
             raise ValueError(f"endurance.events has no {', '.join(unknown)}; add what starts anew")
-        affected = {name for word in event_words(text) for name in known[word]}
-        found[number] = Event(bool(affected), affected == {_TRANSDUCER})
+        if renewed := {name for word in event_words(text) for name in known[word]}:
+            found[number] = renewed != {"transducer"}
     return found
 
 
@@ -71,8 +53,8 @@ class MotionRecords:
         way, present: Shapes, ``(o, g)``; nothing is present of an operation without a record.
         noise: Of a record, share of the stroke, ``(o,)``; nan without one.
         stroke, duration: Units, mm and ms.
-        measured: Quantities that are followed, ``(o,)`` each, by name; nan where one is not shown.
-        stated: Standard deviations that are stated with them, likewise.
+        measured, stated: Quantities that are followed, and sds that are stated with them, ``(o,)``
+            each, by name; nan where one is not shown.
     """
 
     way: np.ndarray
@@ -90,8 +72,7 @@ class MotionRecords:
 
     def seen(self, way: np.ndarray, noise: np.ndarray | float) -> NormalisedRecords:
         """Return shapes in these units as networks see them, ``(n, g)``, and their noise."""
-        n = len(way)
-        one, there = np.ones(n), np.isfinite(way)
+        one, there = np.ones(len(way)), np.isfinite(way)
         numbers = (self.stroke * one, self.duration * one, noise * one, 0.0 * one, 0.05 * one)
         return NormalisedRecords(there.any(axis=1), np.where(there, way, 0.0), there, *numbers)
 
@@ -103,8 +84,8 @@ class Series:
     Attributes:
         operations: Their numbers, rising, ``(o,)``.
         motions: Records, by motion.
-        new: Which operations are new, indices.
-        events: Maintenance before operations, by index.
+        new: Indices of the new operations.
+        events: As of ``events_of``, by index.
         conditions: Relative to those of the new operations, ``(o,)`` each, in 10 K and in 10 % of
             the voltage; 0 where one is not known.
         inspections: Number of the inspection of each operation, ``(o,)``; None under monitoring.
@@ -113,27 +94,24 @@ class Series:
     operations: np.ndarray
     motions: Mapping[str, MotionRecords]
     new: np.ndarray
-    events: Mapping[int, Event]
+    events: Mapping[int, bool]
     conditions: Sequence[np.ndarray] = ()
     inspections: np.ndarray | None = None
 
     @property
     def settle(self) -> int:
         """Operations after the new ones, or after a change, in which no change is noticed."""
-        if self.inspections is None:
-            return _FIRST
-        return int(np.count_nonzero(self.inspections == self.inspections[self.new[-1]]))
+        found = self.inspections
+        return _FIRST if found is None else int(np.sum(found == found[self.new[-1]]))
 
     @property
     def counted(self) -> float:
-        """Records for which the scatter of the new ones counts: few readings do not show it."""
+        """Records as which the scatter of the new ones counts: few readings do not show it."""
         return 2.0 * _FIRST if self.inspections is None else _COUNTED
 
     def gathered(self, values: np.ndarray) -> tuple[np.ndarray, float]:
-        """Return the means of each inspection, at its last record, and the usual number of records.
-
-        Args:
-            values: ``(o, k)``, rows of nan where there is no record; so are other rows returned.
+        """Return the mean of each inspection, ``(o, k)``, at its last record, and the usual number
+        of records; other rows are nan, like those of operations without a record.
         """
         if self.inspections is None:
             return values, 1.0
@@ -143,22 +121,17 @@ class Series:
             rows = np.flatnonzero(there & (self.inspections == number))
             found[rows[-1]] = values[rows].mean(axis=0)
             counts.append(rows.size)
-        return found, float(np.median(counts)) if counts else 1.0
+        return found, float(np.median(counts))
 
 
 def series_of(
-    data: Mapping[str, xr.Dataset],
-    *,
-    followed: Mapping[str, Sequence[str]],
-    events: Mapping[int, Event],
-    conditions: Mapping[str, Mapping[int, float]],
+    data: Mapping[str, xr.Dataset], followed: Iterable, events: Mapping, conditions: Mapping
 ) -> Series:
-    """Return the series of measured operations.
+    """Return the series of what ``read_curves`` returns of each motion.
 
     Args:
-        data: What ``read_curves`` returns of each motion.
-        followed: Names of measured quantities that are followed, by motion.
-        events, conditions: By the number of an operation; conditions by name of ``CONDITIONS``.
+        followed: Motions and names of the measured quantities that are followed.
+        events, conditions: By operation; conditions by name of ``CONDITIONS``.
 
     Raises:
         ValueError: If no operation that is new has a record.
@@ -171,28 +144,23 @@ def series_of(
     dates = [each.date.values for each in every.values() if "date" in each]
     inspections = inspections_of(operations, days_of(dates[0]) if dates else None, done)
     new = new_of(usable, inspections, done)
-    motions = {m: _motion(m, every[m], usable[m], new, followed.get(m, ())) for m in every}
+    names = {motion: [name for of, name in followed if of == motion] for motion in every}
+    motions = {m: _motion(m, every[m], usable[m], new, names[m]) for m in every}
     motions = {motion: each for motion, each in motions.items() if each is not None}
     if not motions:
         raise ValueError("no new operation has a usable record. Start with the first inspection")
-    known = [
-        _relative(name, np.array([values.get(o, np.nan) for o in place]), new)
-        for name, values in conditions.items()
-        if not place.keys().isdisjoint(values)
-    ]
-    return Series(operations, motions, new, done, known, inspections)
-
-
-def _relative(name: str, values: np.ndarray, new: np.ndarray) -> np.ndarray:
-    """Conditions relative to those of the new operations, as of ``Series``."""
-    usual = float(np.nanmean(values[new] if np.isfinite(values[new]).any() else values))
-    return np.nan_to_num((values - usual) / (_STEP[name] * (usual if name == "voltage" else 1.0)))
+    relative = []
+    for name, known in conditions.items():
+        if not place.keys().isdisjoint(known):
+            values = np.array([known.get(o, np.nan) for o in place])
+            usual = float(np.nanmean(values[new] if np.isfinite(values[new]).any() else values))
+            step = _STEP[name] * (usual if name == "voltage" else 1.0)
+            relative.append(np.nan_to_num((values - usual) / step))
+    return Series(operations, motions, new, done, relative, inspections)
 
 
 def inspections_of(
-    operations: np.ndarray,
-    days: np.ndarray | None = None,
-    events: Mapping[int, Event] | None = None,
+    operations: np.ndarray, days: np.ndarray | None = None, events: Iterable[int] = ()
 ) -> np.ndarray | None:
     """Return the number of the inspection of each operation, ``(o,)``; None under monitoring.
 
@@ -201,10 +169,8 @@ def inspections_of(
     >>> inspections_of(np.arange(5, 2000, 5)) is None
     True
 
-    Args:
-        operations: Their numbers, rising, ``(o,)``.
-        days: Dates in days, ``(o,)``, nan where one is not known.
-        events: Maintenance by index: none is within an inspection.
+    Operations have rising numbers, and days are nan where not known. Before the operations with the
+    indices of ``events`` anything began anew, and so does an inspection.
     """
     steps = np.diff(operations)
     usual = np.median(steps) if steps.size else 1
@@ -217,33 +183,28 @@ def inspections_of(
     count = 1 + int(begins.sum())
     if (count == 1 and usual <= _STEPS) or count > _FIRST:
         return None
-    for i, event in (events or {}).items():
-        begins[i - 1] |= i > 0 and event.renews
+    begins[[i - 1 for i in events if i > 0]] = True
     return np.append(0, np.cumsum(begins))
 
 
 def days_of(dates: Sequence[str]) -> np.ndarray:
     """Return days since year 1 of dates, ``(o,)``; nan where one is not known."""
-    found = np.full(len(dates), np.nan)
-    for i, each in enumerate(dates):
-        if isinstance(each, str) and each:
-            found[i] = (instant(each) - datetime.min) / timedelta(days=1)
-    return found
+    known = (instant(each) if isinstance(each, str) and each else None for each in dates)
+    days = [(each - datetime.min) / timedelta(days=1) if each else np.nan for each in known]
+    return np.array(days, dtype=float)
 
 
 def new_of(
-    usable: Mapping[str, np.ndarray],
-    inspections: np.ndarray | None,
-    events: Mapping[int, Event] | None = None,
+    usable: Mapping[str, np.ndarray], inspections: np.ndarray | None, events: Iterable[int] = ()
 ) -> np.ndarray:
-    """Indices of the new operations: with all motions if any has, and before any maintenance."""
+    """Indices of the new operations: with all motions if any has, and before any event."""
     every = np.array(list(usable.values()))
     there = np.flatnonzero(every.all(axis=0) if every.all(axis=0).any() else every.any(axis=0))
     if inspections is not None:
-        return there[inspections[there] == inspections[there[:1]]] if there.size else there
+        return there[inspections[there] == inspections[there[:1]]]
     first = there[:_FIRST]
-    work = [i for i, each in (events or {}).items() if each.renews and (i > first[:1]).any()]
-    return first[first < min(work, default=np.inf)]
+    later = [i for i in events if (i > first[:1]).any()]
+    return first[first < min(later, default=np.inf)]
 
 
 def _motion(

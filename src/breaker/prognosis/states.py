@@ -1,6 +1,6 @@
 """State of each limit of a drive after every operation: unknown, ok, planned or due.
 
-Shapes: ``o`` operations, ``a`` of them at which the life was read, ``l`` limits.
+Shapes: ``o`` operations, read at ``a`` of them, ``l`` limits.
 """
 
 from collections.abc import Mapping
@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from breaker.prognosis.series import days_of
-from breaker.prognosis.service import YEAR, ahead_of, days_per_operation, on_date, plan
+from breaker.prognosis.service import YEAR, days_per_operation, on_date, plan
 
 STATES = ("unknown", "ok", "planned", "due")
 """States of a limit and of a drive, the most urgent last."""
@@ -42,21 +42,18 @@ def next_state(before: str, p_exceeded: float, p_nearer: float, ahead: float) ->
 
 
 def states_of(life: xr.Dataset, planning: Mapping) -> xr.Dataset:
-    """Return the states of a drive and of its limits.
-
-    Args:
-        life: What ``life.forecast_of`` returns, with ``date (operation)`` where that is known.
-        planning: That section of the configuration.
+    """Return the states of a drive and of its limits, by what ``life.forecast_of`` returns, with
+    ``date (operation)`` where that is known, and the section ``planning``.
 
     Returns:
         Dataset over ``operation`` and ``limit``: ``state``, number in ``STATES``; ``p_exceeded``;
         ``service_by``, inf without one, and ``service_by_date``; ``recommended_since``, the
         operation since when a service is recommended, nan if none is; ``remaining``, by
-        ``quantile``, operations; ``risk``, the probability to fail before the next inspection. Over
-        ``operation``: ``drive_state`` and ``drive_since``; ``subject``, the limit that it is about
-        (-1 without one); ``days``, from one operation to the next. Over ``limit``: ``certain`` and
-        ``crossed``, the operations from which on it is exceeded for sure, and probably, nan if not;
-        over ``ahead``, ``extra``, as of ``service.plan``, at the end.
+        ``quantile``, operations; ``risk``, as of ``service.plan``. Over ``operation``:
+        ``drive_state`` and ``drive_since``; ``subject``, the limit that it is about (-1 without
+        one); ``days``, from one operation to the next. Over ``limit``: ``certain`` and ``crossed``,
+        the operations from which on it is exceeded for sure, and probably, nan if not; over
+        ``ahead``, ``extra``, as of ``service.plan``.
     """
     asked, operations = life.asked.values, life.operation.values
     dated = days_of(life.date.values) if "date" in life else np.full(len(operations), np.nan)
@@ -65,8 +62,9 @@ def states_of(life: xr.Dataset, planning: Mapping) -> xr.Dataset:
     spell = np.searchsorted(events, asked, side="right")
     at = np.searchsorted(asked, operations, side="right") - 1
     then = days[np.searchsorted(operations, asked)]
-    best, risk, extra = plan(life, planning, then)
-    state, by = _judged(life, _ahead(life, planning, then), best, spell)
+    age = np.maximum(asked - np.append(operations[0], events)[spell], 1.0)
+    best, risk, extra = plan(life, planning, then, age)
+    state, by = _judged(life, _ahead(life, planning, then, age), best, spell)
     shown = (at >= 0) & (spell[at] == np.searchsorted(events, operations, side="right"))
     show = shown[:, None]  # what was read last counts until a maintenance
     state, by = np.where(show, state[at], 0), np.where(show, by[at], np.inf)
@@ -87,33 +85,31 @@ def states_of(life: xr.Dataset, planning: Mapping) -> xr.Dataset:
         "risk": (both, np.where(show, risk[at], np.nan)),
         "certain": ("limit", certain),
         "crossed": ("limit", np.where(np.isnan(certain), np.nan, crossed)),
-        "extra": (("limit", "ahead"), extra[-1]),
+        "extra": extra,
         "drive_state": ("operation", drive[:, 0].astype(np.int8)),
         "drive_since": ("operation", _since(drive >= STATES.index("planned"), operations)[:, 0]),
         "subject": ("operation", _subject(state, by, left[..., 1])),
         "days": ("operation", days),
     }
     coords = {name: life[name] for name in ("operation", "limit", "quantile")}
-    coords["ahead"] = ahead_of(life.attrs["horizon"])
     return xr.Dataset(found, coords, {"states": list(STATES)})
 
 
 def _subject(state: np.ndarray, by: np.ndarray, left: np.ndarray) -> np.ndarray:
     """Return the limit that the state of the drive is about, ``(o,)``; -1 without one."""
-    urgency = np.where(np.isfinite(by), by, np.nan_to_num(left, nan=np.inf))
     most = (state == state.max(axis=1, keepdims=True)) & (state > 0)
-    urgency = np.where(most, urgency, np.inf)
+    soonest = np.where(np.isfinite(by), by, np.nan_to_num(left, nan=np.inf))
+    urgency = np.where(most, soonest, np.inf)
     return np.where(np.isfinite(urgency).any(axis=1), urgency.argmin(axis=1), -1)
 
 
-def _ahead(life: xr.Dataset, planning: Mapping, days: np.ndarray) -> np.ndarray:
-    """Return how far ahead limits may be exceeded, ``(a, l)``: in planning horizons, or in
-    intervals that nobody sees, the smaller. ``days`` are those of an operation, ``(a,)``.
+def _ahead(life: xr.Dataset, planning: Mapping, days: np.ndarray, age: np.ndarray) -> np.ndarray:
+    """Return how far ahead limits may be exceeded, ``(a, l)``, in planning horizons, or in
+    intervals that nobody sees, the smaller; ``days`` and ``age`` are as of ``plan``.
     """
-    asked = life.asked.values
     horizon = np.fmax(planning["operations"], planning["years"] * YEAR / days)
-    horizon = np.minimum(horizon, _SHARE * life.age.values)[:, None]
-    unseen = _UNSEEN * np.maximum(np.diff(asked, prepend=asked[:1]), 1.0)[:, None]
+    horizon = np.minimum(horizon, _SHARE * age)[:, None]
+    unseen = _UNSEEN * np.maximum(np.diff(life.asked, prepend=life.asked[:1]), 1.0)[:, None]
     early = np.quantile(life.lives.values, _EARLY, axis=-1, method="inverted_cdf")
     return np.minimum(early / horizon, life.remaining.values[..., 0] / unseen)
 

@@ -21,11 +21,8 @@ _LEFT = ("operations_left_5", "operations_left", "operations_left_95")
 
 
 def decide(life: xr.Dataset, stands: xr.Dataset) -> pd.DataFrame:
-    """Return one row per operation; of what is stated of it, columns with any value.
-
-    Args:
-        life: The forecast of a ``Life``.
-        stands: What ``states_of`` returns.
+    """Return one row per operation, by the forecast of a ``Life`` and what ``states_of`` returns;
+    of what is stated of operations, only columns with any value.
     """
     there = stands.subject >= 0
     one = stands.isel(limit=stands.subject.clip(0)).where(there)
@@ -89,9 +86,8 @@ def limit_table(life: xr.Dataset, stands: xr.Dataset) -> pd.DataFrame:
 
 
 def change_table(life: xr.Dataset) -> pd.DataFrame:
-    """Return one row per change that was noticed, and one of the last operation.
-
-    Of each parameter it has ``NAME_5``, ``NAME``, ``NAME_95`` and ``NAME_unchanged``.
+    """Return one row per change that was noticed, and one of the last operation, with ``NAME_5``,
+    ``NAME``, ``NAME_95`` and ``NAME_unchanged`` of each parameter.
     """
     last, ends = int(life.operation[-1]), ("noticed", "start", "earliest", "latest")
     data = {name: np.append(life[name].values, last) for name in ends} | {
@@ -106,9 +102,6 @@ def change_table(life: xr.Dataset) -> pd.DataFrame:
     return pd.DataFrame(data)
 
 
-# ---- the first page ------------------------------------------------------------------------------
-
-
 def sentences(
     life: xr.Dataset, decisions: pd.DataFrame, limits: pd.DataFrame, advice: Mapping[str, str]
 ) -> list[str]:
@@ -117,35 +110,28 @@ def sentences(
     """
     row, urgent = decisions.iloc[-1], limits[limits.state.isin(["planned", "due"])]
     first = urgent.limit == row.limit
-    names = dict.fromkeys([*urgent.quantity[first], *urgent.quantity[~first]])
-    looks = "; ".join(advice_on(names, advice))
-    looks = [say("life-look-first", advice=looks)] if looks else []
-    return [headline(row, limits), since_new(life), *looks, trust(life)]
+    looks = advice_on([*urgent.quantity[first], *urgent.quantity[~first]], advice)
+    looks = [say("life-look-first", advice="; ".join(looks))] if looks else []
+    return [_headline(row, limits), _since_new(life), *looks, _trust(life)]
 
 
-def headline(row: pd.Series, limits: pd.DataFrame) -> str:
+def _headline(row: pd.Series, limits: pd.DataFrame) -> str:
     """Say what to do after an operation, by its row of the decisions, and why."""
     over = limits[limits.certain.notna()].drop_duplicates("limit").limit
-    date = row.get("service_by_date")
+    date, ends = row.get("service_by_date"), span(row.operations_left_5, row.operations_left_95)
     return say(
         f"life-{row.state}" + ("-exceeded" if row.state == "due" and len(over) else ""),
         operation=f"{row.operation:,}",
         limit=row.limit or "-",
         limits=", ".join(over),
-        left=_left(row),
+        left=f"{about(row.operations_left)} ({ends})",
         by=f"{row.service_by} ({date})" if date else row.service_by,
         since=row.recommended_since,
         risk=in_percent(row.risk) if row.risk == row.risk else "unknown",
     )
 
 
-def _left(row: pd.Series) -> str:
-    """Operations left with their interval, of a row of decisions or limits."""
-    ends = span(row.operations_left_5, row.operations_left_95)
-    return f"{about(row.operations_left)} ({ends})"
-
-
-def since_new(life: xr.Dataset) -> str:
+def _since_new(life: xr.Dataset) -> str:
     """Say which parameters have changed since new: 90 % intervals without 0."""
     if not life.attrs["family"]:
         return say("life-withheld")
@@ -155,21 +141,17 @@ def since_new(life: xr.Dataset) -> str:
     low, middle, high = life.changed.values[-1].T
     if np.isnan(middle).any():
         return say("life-beyond-wear")
-    sure = [k for k in np.argsort(-np.abs(middle)) if low[k] * high[k] > 0.0]
-    words = [
-        "{} {} % ({} to {})".format(
-            PARAMETERS[k].word,
-            *(in_digits(each[k], 2, sign=True) for each in (middle, low, high)),
-        )
-        for k in sure
-    ]
+    words = []
+    for k in np.argsort(-np.abs(middle)):
+        if low[k] * high[k] > 0.0:
+            numbers = (in_digits(each[k], 2, sign=True) for each in (middle, low, high))
+            words.append("{} {} % ({} to {})".format(PARAMETERS[k].word, *numbers))
     return say("life-changed", changes=", ".join(words)) if words else say("life-unchanged")
 
 
-def trust(life: xr.Dataset) -> str:
+def _trust(life: xr.Dataset) -> str:
     """Say whether the drive is like those of a family, and its motions agree."""
-    least = in_p(float(life.p_value.min())) if life.sizes["motion"] else "p unknown"
-    agree = in_p(life.attrs["agreement"])
+    least, agree = in_p(float(life.p_value.min())), in_p(life.attrs["agreement"])
     if life.attrs["family"]:
         return say("life-inside", family=life.attrs["family"], p=least, agree=agree)
     if life.attrs["agreement"] < 1.0:
