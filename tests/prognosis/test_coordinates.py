@@ -1,5 +1,7 @@
 """Coordinates of a drive: white while it is new, exact back, and linear in what is measured."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -9,54 +11,49 @@ from breaker.prognosis.coordinates import Coordinates
 from breaker.prognosis.series import MotionRecords, Series
 
 N, G = 400, SHAPE_TIMES.size
+DIRECTIONS = np.linalg.qr(np.random.default_rng(0).standard_normal((G, 30)))[0].T
+BASES = {"closing": Basis(np.zeros(G), DIRECTIONS, np.geomspace(0.05, 0.002, 30) ** 2)}
 
 
-def a_basis():
-    rng = np.random.default_rng(0)
-    directions, _ = np.linalg.qr(rng.standard_normal((G, 30)))
-    return Basis(np.zeros(G), directions.T, np.geomspace(0.05, 0.002, 30) ** 2)
-
-
-def a_series(seed=1, scatter=0.3, gap=(), sd=0.0):
+def a_series(sd=0.0, gap=()):
     """Records that scatter along the components of the family, and a quantity that they show."""
-    rng, basis = np.random.default_rng(seed), a_basis()
-    sizes = scatter * np.sqrt(basis.variances) * rng.standard_normal((N, 30))
+    rng = np.random.default_rng(1)
+    sizes = 0.3 * np.sqrt(BASES["closing"].variances) * rng.standard_normal((N, 30))
     sizes[:, 6:] = 0.0  # operations scatter in less than drives wear
-    mean = np.clip(SHAPE_TIMES / 3.0, 0.0, 1.0)
-    way = mean + sizes @ basis.directions + 0.003 * rng.standard_normal((N, G))
-    present = np.ones((N, G), dtype=bool)
+    way = np.clip(SHAPE_TIMES / 3.0, 0.0, 1.0) + sizes @ DIRECTIONS
+    way, present = way + 0.003 * rng.standard_normal((N, G)), np.ones((N, G), dtype=bool)
     present[list(gap)] = False
     time = 9.0 + 40.0 * sizes[:, 0] + 0.01 * rng.standard_normal(N)
     time[7] = np.nan
     measured, stated = {"travel_time": time}, {"travel_time": np.full(N, sd)}
     motion = MotionRecords(way, present, np.full(N, 0.003), 14.0, 4.0, measured, stated)
-    return Series(np.arange(N), {"closing": motion}, np.arange(200), {}), sizes
+    return Series(np.arange(N), {"closing": motion}, np.arange(200), {})
 
 
 @pytest.fixture(scope="module")
 def seen():
-    series, sizes = a_series(gap=[3])
-    return series, sizes, Coordinates.of(series, {"closing": a_basis()})
+    series = a_series(gap=[3])
+    return series.motions["closing"], Coordinates.of(series, BASES).curves["closing"]
 
 
 def test_scatter_is_white_in_new_records_and_after(seen):
-    series, _, coordinates = seen
-    values = coordinates.blocks(series)[0].values
+    motion, curve = seen
+    values = curve.project(motion.way, motion.present)
     assert np.isnan(values[3]).all()
     cov = np.cov(values[200:].T)  # records that the map has not seen
     # 200 records, in directions that were estimated from 200 others.
     assert np.diag(cov).mean() == pytest.approx(1.0, abs=0.2)
     assert np.abs(np.diag(cov) - 1.0).max() < 0.9
     assert np.abs(cov - np.diag(np.diag(cov))).max() < 0.5
-    raw = series.motions["closing"].way[200:] @ a_basis().directions.T
+    raw = motion.way[200:] @ DIRECTIONS.T
     assert np.ptp(np.log(raw.var(axis=0))) > 2.0  # components themselves are far from white
 
 
 def test_the_first_coordinates_are_those_in_which_wear_shows_most(seen):
-    curve = seen[2].curves["closing"]
+    _, curve = seen
     assert (np.diff(curve.variance) <= 1e-9).all()
     assert curve.variance[0] > 2.0 * curve.variance[20]
-    family = np.diag(a_basis().variances[: curve.variance.size])
+    family = np.diag(BASES["closing"].variances[: curve.variance.size])
     found = curve.forward.T @ family @ curve.forward
     np.testing.assert_allclose(found, np.diag(curve.variance), atol=1e-9 * curve.variance[0])
 
@@ -64,15 +61,14 @@ def test_the_first_coordinates_are_those_in_which_wear_shows_most(seen):
 @pytest.mark.parametrize(("count", "sd"), [(200, 0.0), (4, 0.05), (4, 3.0), (1, 0.05)])
 def test_a_measured_quantity_is_in_units_of_its_scatter(count, sd):
     """The fewer readings, the more is it what is usual and stated with them."""
-    series, _ = a_series(sd=sd)
-    some = Series(series.operations, series.motions, np.arange(count), {})
-    coordinates = Coordinates.of(some, {"closing": a_basis()})
-    reading = coordinates.readings["closing", "travel_time"]
-    blocks = coordinates.blocks(some)
-    assert coordinates.places["closing", "travel_time"].start == blocks[0].variance.size
+    series = replace(a_series(sd=sd), new=np.arange(count))
+    coordinates, key = Coordinates.of(series, BASES), ("closing", "travel_time")
+    (found, reading), *more = coordinates.readings.items()
+    assert (found, more) == (key, [])
+    curve, block = coordinates.blocks(series)
     times = series.motions["closing"].measured["travel_time"]
-    np.testing.assert_allclose(reading.mean + reading.scatter * blocks[1].values[:, 0], times)
-    assert ("closing", "stroke") not in coordinates.readings
+    np.testing.assert_allclose(reading.mean + reading.scatter * block.values[:, 0], times)
+    assert coordinates.places[key] == slice(curve.variance.size, coordinates.size)
     own, usual = times[:count], sd**2 + (0.005 * reading.mean) ** 2
     steps = np.diff(own[np.isfinite(own)]) / np.sqrt(2.0)
     expected = (steps @ steps + 20.0 * usual) / (steps.size + 20.0)
@@ -81,8 +77,7 @@ def test_a_measured_quantity_is_in_units_of_its_scatter(count, sd):
 
 
 def test_the_noise_of_the_new_mean_and_coordinates_that_do_not_depend_on_later_records(seen):
-    series, _, coordinates = seen
-    motion, curve = series.motions["closing"], coordinates.curves["closing"]
+    motion, curve = seen
     one = curve.input_noise(np.ones(curve.variance.size))
     assert curve.noise == pytest.approx(one / np.sqrt(199), rel=0.01)
     every = curve.project(motion.way, motion.present)

@@ -82,17 +82,13 @@ def test_two_inspections_are_compared_as_alone(drives, results, defaults):
     }
 
 
-def test_a_drive_without_a_usable_record_is_named_and_stops_no_other(results):
-    found = of(BROKEN, results)
+def test_drives_without_a_usable_record_or_with_another_ratio_are_unknown(results):
+    found, remounted = of(BROKEN, results), of(REMOUNTED, results)
     assert (found.state, found.rejected, found.measured) == ("unknown", 4, [])
     files = {f"{BROKEN}_{motion}_{number}.csv" for motion in MOTIONS for number in (1, 2)}
     assert {file for file in files for note in found.remarks if file in note.text} == files
-
-
-def test_another_ratio_of_the_transducer_is_no_wear(results):
-    found = of(REMOUNTED, results)
-    assert (found.state, len(found.limits)) == ("unknown", 0)
-    assert "different-setup-check" in {note.code for note in found.remarks}
+    assert (remounted.state, len(remounted.limits)) == ("unknown", 0)
+    assert "different-setup-check" in {note.code for note in remounted.remarks}
 
 
 def test_the_table_has_the_urgent_drive_first_and_marks_those_unlike_their_type(results):

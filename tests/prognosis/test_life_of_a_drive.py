@@ -1,6 +1,5 @@
 """A drive of the family, worn in what is known: what is read of its curves, and what is told."""
 
-from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -8,86 +7,73 @@ import pytest
 import xarray as xr
 
 from breaker.configuration.loading import load
-from breaker.family.inputs import network_record
-from breaker.family.networks import open_network
 from breaker.family.rich_drive import Drive, Elements
-from breaker.family.shape import shape_of
 from breaker.model.limits import Limit
 from breaker.model.parameters import MOTIONS, NAMES
-from breaker.prognosis.forecast import Future
-from breaker.prognosis.life import Life, forecast_of
-from breaker.prognosis.readout import Readout
-from breaker.prognosis.series import MotionRecords, Series
+from breaker.prognosis.life import Life
 from breaker.prognosis.states import STATES, states_of
-from breaker.prognosis.trend import Follower
 from breaker.records.measurements import measure_curve
-from breaker.shipped import KINDS, model_file
 
 PLANNING = load()["planning"]
-N, NEW, STEP = 160, 30, 0.2
+N, NEW, STEP = 160, 50, 0.2
 TIMES = np.arange(-8.0, 64.0, STEP)
-DRIVE = Drive((2.1, 0.043, 0.042, 0.28, 0.11, 0.78, 10.1), Elements())
+THETA, PLACE = np.array([2.1, 0.043, 0.042, 0.28, 0.11, 0.78, 10.1]), NAMES.index("gamma_a")
 LIMITS = [
-    Limit("slow", "closing", (("travel_time", 9.0, True),), of="record"),
+    Limit("slow", "closing", (("travel_time", 9.5, True),), of="record"),
     Limit("stiff", "", (("gamma_a", 10.0, True),), of="change"),
     Limit("strong", "closing", (("f", 0.5, False),)),
 ]
 
 
 @cache  # as many records take seconds; nobody writes into them
-def a_series(worn=20.0, seed=1):
-    """Records of a drive whose friction rises by so many percent; everything scatters."""
-    rng, motions = np.random.default_rng(seed), {}
-    place, share = NAMES.index("gamma_a"), np.arange(N) / N
-    theta = np.tile(DRIVE.theta, (N, 1))
-    theta[:, place] *= 1.0 + worn / 100.0 * share
-    theta *= 1.0 + 0.003 * rng.standard_normal(theta.shape)
+def records(worn=20.0, seed=1):
+    """Records whose damping rises by so many percent, as ``read_curves`` returns them, of a drive
+    of which everything scatters.
+    """
+    rng, found = np.random.default_rng(seed), {}
+    theta = np.tile(THETA, (N, 1)) * (1.0 + 0.003 * rng.standard_normal((N, THETA.size)))
+    theta[:, PLACE] *= 1.0 + worn / 100.0 * np.arange(N) / N
+    numbers = {"accepted": True, "rate": 1.0 / STEP, "record_noise": 0.05, "record_colour": 0.0}
     for motion in MOTIONS:
-        sign, like, rows = (1.0 if motion == "closing" else -1.0), None, []
-        for each in theta:
-            late = 0.2 * rng.standard_normal()
-            record = Drive(tuple(each), Elements()).travel(motion, TIMES - late)
-            record = record + 0.05 * rng.standard_normal(TIMES.size)
-            like = like or shape_of(sign * record, STEP)
-            shape = shape_of(sign * record, STEP, like)
-            noise = network_record(shape, 0.05, 0.0, STEP, like).noise[0]
-            time = measure_curve(TIMES, record, motion)["travel_time"]
-            rows.append((shape.way, shape.present, noise, time.value, time.sd))
-        way, present, noise, *time = (np.array(each) for each in zip(*rows, strict=True))
-        units, read = (like.stroke, like.duration), ({"travel_time": each} for each in time)
-        motions[motion] = MotionRecords(way, present, noise, *units, *read)
-    return Series(np.arange(1, N + 1), motions, np.arange(NEW), {})
+        late = 0.2 * rng.standard_normal((N, 1))
+        drives = [Drive(tuple(each), Elements()) for each in theta]
+        curves = [d.travel(motion, t) for d, t in zip(drives, TIMES - late, strict=True)]
+        curves = np.array(curves) + 0.05 * rng.standard_normal((N, TIMES.size))
+        times = [measure_curve(TIMES, curve, motion)["travel_time"][:2] for curve in curves]
+        data = {name: ("operation", np.full(N, value)) for name, value in numbers.items()}
+        data["record"] = ("operation", "sample"), curves
+        for name, values in zip(("measured", "measured_sd"), np.array(times).T, strict=True):
+            data[name] = ("operation", "quantity"), values[:, None]
+        found[motion] = xr.Dataset(
+            data, {"operation": np.arange(1, N + 1), "quantity": ["travel_time"]}
+        )
+    return found
+
+
+def first(count):
+    return {motion: data.isel(operation=slice(count)) for motion, data in records().items()}
+
+
+def told(data, limits=LIMITS, p_value=0.001):
+    """The forecast of a life."""
+    settings = {"trend": {"draws": 200, "threshold": 10.0, "horizon": 10000}, "seed": 1}
+    settings["endurance"] = {"events": {}, "misfit_p_value": p_value}
+    life = Life(limits, settings, events={}, conditions={})
+    life.update(data)
+    return life.forecast
 
 
 @pytest.fixture(scope="module")
-def families():
-    return [tuple(open_network(model_file("medium_voltage", kind)) for kind in KINDS)]
+def life():
+    return told(records())
 
 
-@pytest.fixture(scope="module")
-def followed(families):
-    """The life that is told of a series."""
-
-    def followed(series, limits=LIMITS, p_value=0.001):
-        found = Readout.of(series, families, draws=200, seed=1, misfit_p_value=p_value)
-        assert (found.network is None) == (p_value > 1.0)
-        path = Follower(series, found.coordinates.blocks(series), 10.0).path()
-        return forecast_of(found, path, limits, Future())
-
-    return followed
-
-
-@pytest.fixture(scope="module")
-def life(followed):
-    return followed(a_series())
-
-
-def test_what_wears_is_told_and_nothing_else(life, followed):
+def test_what_wears_is_told_and_nothing_else(life):
     changed = life.changed.isel(asked=-1)
     low, _, high = changed.sel(parameter="gamma_a").values
     true = 100.0 * (1.2 / (1.0 + 0.2 * (NEW / 2.0) / N) - 1.0)
     assert 5.0 < low < true < high
-    still = followed(a_series(worn=0.0, seed=2), LIMITS[:1]).changed.isel(asked=-1)
+    still = told(records(worn=0.0, seed=2), LIMITS[:1]).changed.isel(asked=-1)
     for found in (changed.sel(parameter=["f", "k_a", "L"]), still):
         low, _, high = found.values.T
         assert (low <= 0.0).all()
@@ -99,9 +85,8 @@ def test_what_wears_is_told_and_nothing_else(life, followed):
 
 
 def test_limits_are_judged_by_what_they_are_read_from(life):
-    last = life.isel(asked=-1)
-    theta = np.array(DRIVE.theta)
-    theta[NAMES.index("gamma_a")] *= 1.2
+    last, theta = life.isel(asked=-1), THETA.copy()
+    theta[PLACE] *= 1.2
     worn = Drive(tuple(theta), Elements()).travel("closing", TIMES)
     assert life.part_unit.values.tolist() == ["ms", "%", "mm/ms²"]
     assert last.value.sel(part=0).values[1] == pytest.approx(
@@ -113,32 +98,19 @@ def test_limits_are_judged_by_what_they_are_read_from(life):
     assert life.new.values[1] == 0.0
 
 
-def first(count):
-    """The first records of a series."""
-    series = a_series()
-    motions = {}
-    for motion, one in series.motions.items():
-        arrays = {name: getattr(one, name)[:count] for name in ("way", "present", "noise")}
-        for name in ("measured", "stated"):
-            arrays[name] = {each: values[:count] for each, values in getattr(one, name).items()}
-        motions[motion] = replace(one, **arrays)
-    return Series(series.operations[:count], motions, series.new, {})
-
-
 @pytest.mark.parametrize("count", [NEW, NEW + 49, NEW + 50])
-def test_nothing_is_told_before_enough_records(followed, count):
+def test_nothing_is_told_before_enough_records(count):
     """Of what is new, and then 50: as many as settle."""
-    life = followed(first(count))
+    life = told(first(count))
     assert life.attrs["needed"] == NEW + 50
-    stands = states_of(life, PLANNING)
-    unknown = stands.state.values == STATES.index("unknown")
+    unknown = states_of(life, PLANNING).state.values == STATES.index("unknown")
     assert unknown[:-1].all()
     assert unknown[-1].all() == (count < NEW + 50)
     assert (life.attrs["reported_from"] <= life.operation.values[-1]) == (count == NEW + 50)
 
 
-def test_what_comes_later_changes_nothing_before(followed, life):
-    short = followed(first(120))
+def test_what_comes_later_changes_nothing_before(life):
+    short = told(first(120))
     np.testing.assert_allclose(short.evidence, life.evidence[:120])
     both = np.intersect1d(short.asked, life.asked)[:-1]
     # Networks read lives as batches, whose sizes round float32 in other ways.
@@ -147,18 +119,16 @@ def test_what_comes_later_changes_nothing_before(followed, life):
     )
 
 
-def test_a_drive_of_no_family_is_measured_only(followed):
-    life = followed(a_series(), p_value=1.1)
+def test_a_drive_of_no_family_is_measured_only():
+    life = told(records(), p_value=1.1)
     assert life.attrs["family"] == ""
     assert np.isnan(life.changed).all()
     assert np.isfinite(life.value.sel(part=0)).all()
     assert np.isnan(life.p_exceeded.sel(limit=["stiff", "strong"])).all()
 
 
-def test_one_motion_alone_is_followed(followed):
-    series = a_series()
-    one = Series(series.operations, {"closing": series.motions["closing"]}, series.new, {})
-    life = followed(one, LIMITS[:2])
+def test_one_motion_alone_is_followed():
+    life = told({"closing": records()["closing"]}, LIMITS[:2])
     assert life.attrs["agreement"] == 1.0
     assert life.changed.isel(asked=-1).sel(parameter="gamma_a").values[1] > 5.0
 

@@ -5,7 +5,7 @@ import pytest
 
 from breaker.prognosis import trend
 from breaker.prognosis.series import Series
-from breaker.prognosis.trend import Block
+from breaker.prognosis.trend import Block, PathFit, evidence
 
 N, NEW = 300, 50
 TIME = np.arange(N)
@@ -25,30 +25,53 @@ def follow(some, events=None, conditions=()):
     return trend.Follower(series, some, threshold=10.0).path()
 
 
-def test_a_straight_path_is_known_as_a_regression_knows_it():
-    path = follow(blocks(add=0.05 * TIME))
-    true = 0.05 * (TIME - (NEW - 1) / 2.0)
-    late = slice(100, None)
-    off = (path.change[late, 0] - true[late]) / np.sqrt(path.variance[late, 0])
-    assert np.abs(off).max() < 4.0  # some 200 values that hardly differ from one to the next
-    assert path.rate[-1, 0] == pytest.approx(0.05, abs=4.0 * np.sqrt(path.rate_variance[-1, 0]))
+@pytest.mark.parametrize("start", [10, 25, 38])
+@pytest.mark.parametrize("step", [True, False])
+def test_coefficients_and_evidence_are_those_of_regressions_of_all_records(start, step):
+    """Log evidence with the column less that without it, both from normal densities of all data."""
+    n, k, rng = 40, 3, np.random.default_rng(1)
+    design = np.stack([np.ones(n), np.linspace(0.0, 1.0, n)], axis=1)
+    values = rng.standard_normal((n, k)) + np.outer(design[:, 1], [3.0, -1.0, 0.0])
+    values[5] = np.nan
+    fit = PathFit([Block(values, np.ones(k), np.ones(k))])
+    fit.noise = np.array([1.0, 2.0, 0.5])
+    fit.design(design, 10)
+    for i in range(10, n):
+        fit.add(i, i + 1)
+    fit.solve(n - 1, np.full((k, 2), 0.01))
+    row = np.array([1.0, 0.0]) if step else np.array([-design[start, 1], 1.0])
+    explained = fit.explained(np.array([start]), n - 1, row[None])
+    there = np.isfinite(values[:, 0])
+    some, column = design[there], ((np.arange(n) >= start) * (design @ row))[there, None]
+    expected = 0.0
+    for y, noise, mean, cov in zip(values[there].T, fit.noise, fit.mean, fit.cov, strict=True):
+        square = some.T @ some / noise + 0.01 * np.eye(2)
+        np.testing.assert_allclose(mean, np.linalg.solve(square, some.T @ y / noise))
+        np.testing.assert_allclose(cov, np.linalg.inv(square))
+        wide = 100.0 * some @ some.T + noise * np.eye(len(y))
+        for sign, cov_y in ((-0.5, wide + 4.0 * column @ column.T), (0.5, wide)):
+            expected += sign * (y @ np.linalg.solve(cov_y, y) + np.linalg.slogdet(cov_y)[1])
+    (found,) = evidence(*explained, np.full((1, k), 4.0))
+    assert found == pytest.approx(expected, rel=1e-6)
+
+
+def test_a_path_and_its_rate_are_known_also_where_it_bends():
+    path, bent = follow(blocks(add=0.05 * TIME)), follow(blocks(add=0.001 * TIME**2.0))
+    off = path.change[100:, 0] - 0.05 * (TIME[100:] - (NEW - 1) / 2.0)
+    assert np.abs(off / np.sqrt(path.variance[100:, 0])).max() < 4.0  # 200 values, much alike
     assert np.sqrt(path.variance[-1, 0]) < 0.5
     assert np.isnan(path.change[: NEW - 1]).all()
     assert not path.changes
-
-
-def test_the_rate_of_a_path_that_bends_is_that_at_the_end():
-    path = follow(blocks(add=0.001 * TIME**2.0))
-    last, sd = path.rate[-1], np.sqrt(path.rate_variance[-1])
-    assert abs(last[0] - 0.002 * TIME[-1]) < 4.0 * sd[0]
+    for one, rate in ((path, 0.05), (bent, 0.002 * TIME[-1])):
+        last, sd = one.rate[-1], np.sqrt(one.rate_variance[-1])
+        assert abs(last[0] - rate) < 4.0 * sd[0]
+        assert abs(last[2]) < 4.0 * sd[2]
     assert sd[0] < 0.1 * last[0]
-    assert abs(last[2]) < 4.0 * sd[2]
 
 
 def test_nothing_is_noticed_where_nothing_changes():
     """12 lives of 200 records, false with a probability of 1e-3 each at most."""
-    noticed = [follow(blocks(seed)).changes for seed in range(12)]
-    assert not any(noticed)
+    assert not any(follow(blocks(seed)).changes for seed in range(12))
 
 
 @pytest.mark.parametrize(
