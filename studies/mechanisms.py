@@ -28,7 +28,7 @@ import numpy as np
 import pandas as pd
 from scipy.optimize import brentq
 
-from breaker.common.compiling import compiled
+from breaker.common.computing import compiled
 from breaker.common.randomness import generator
 from breaker.configuration.loading import load
 from breaker.diagnosis.estimate import Estimate, Given

@@ -4,7 +4,7 @@ import os
 
 import pytest
 
-from breaker.common.atomic_writes import whole
+from breaker.cli.outputs import whole
 
 
 def test_a_file_is_written_whole_where_only_open_files_for_writing_can_be_synchronised(

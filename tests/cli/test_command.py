@@ -71,6 +71,8 @@ def test_an_answer_loads_nothing_that_it_does_not_need(tmp_path, prior):
         f"status = main(['infer', {str(file)!r}])\n"
         "heavy = 'torch', 'matplotlib', 'zarr', 'snakemake'\n"
         "heavy += 'xarray', 'pandas', 'scipy.special', 'scipy.ndimage', 'scipy.signal'\n"
+        "formats = 'comtrade', 'excel', 'lines', 'netcdf'\n"
+        "heavy += *(f'breaker.records.formats.{name}' for name in formats),\n"
         "print('imported:', status, sorted({*heavy} & {*sys.modules}))"
     )
     done = subprocess.run(

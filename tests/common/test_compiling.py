@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from numba.core import caching
 
-from breaker.common.compiling import compiled
+from breaker.common.computing import compiled
 
 
 def half(x):

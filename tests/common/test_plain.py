@@ -5,7 +5,7 @@ import sys
 import numpy as np
 import pytest
 
-from breaker.common.compiling import compiled, numba_or_plain
+from breaker.common.computing import compiled, numba_or_plain
 
 
 @pytest.fixture

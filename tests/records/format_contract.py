@@ -72,7 +72,7 @@ class FormatContract:
         """Else its entry point is not there, or the log says why it is not used."""
         format_ = format_of(Opened(curve_file))
         assert format_ in FORMATS
-        assert {curve_file.suffix, *format_.ENDINGS} <= {*ENDINGS}
+        assert {curve_file.suffix, *format_.endings} <= {*ENDINGS}
 
     def test_what_is_read_is_what_was_written(self, curve_file, settings):
         columns = read_columns(curve_file, settings)
@@ -83,7 +83,7 @@ class FormatContract:
     def test_what_it_shows_holds_what_is_read(self, curve_file, settings):
         layout = look_into(curve_file)
         place = [split_unit(name)[0] for name in layout.names].index(self.example.channel)
-        usual = format_of(Opened(curve_file)).ENDINGS
+        usual = format_of(Opened(curve_file)).endings
         assert layout.kind == usual.get(curve_file.suffix, layout.kind) != ""
         read = read_columns(curve_file, settings).travel
         assert np.allclose(layout.columns[place], read)

@@ -11,11 +11,7 @@ import xarray as xr
 from breaker.common.randomness import generator
 from breaker.records.files import Opened, RejectedCurveError
 from breaker.records.formats import example_format, registry
-from breaker.records.formats.registry import (
-    FORMATS,
-    format_of,
-    read_columns,
-)
+from breaker.records.formats.registry import FORMATS, Format, format_of, read_columns
 from breaker.records.settings import complete
 from studies.layouts import LAYOUTS
 from tests.records.format_contract import TIME, TRAVEL, Example, FormatContract
@@ -43,11 +39,7 @@ def write_store(file):
     travel.to_dataset(name="travel").to_zarr(file, consolidated=False)
 
 
-def name_of(format_):
-    return format_.__name__.rpartition(".")[2]
-
-
-# By the module of a format: each has one.
+# By the module of a format, in the order of ``FORMATS``: each has one.
 EXAMPLES = {
     "text": of_layout("tab"),
     "excel": of_layout("excel"),
@@ -88,21 +80,21 @@ class TestExample(FormatContract):
 
     @pytest.fixture(autouse=True)
     def _listed(self, monkeypatch):
-        monkeypatch.setattr(registry, "FORMATS", (*FORMATS, example_format))
+        monkeypatch.setattr(registry, "FORMATS", (*FORMATS, Format.of(example_format)))
 
     def test_it_is_one_of_the_formats(self, curve_file):
-        assert format_of(Opened(curve_file)) is example_format
+        assert format_of(Opened(curve_file)) == Format.of(example_format)
 
 
-@pytest.mark.parametrize("format_", FORMATS, ids=name_of)
+@pytest.mark.parametrize(("format_", "name"), [*zip(FORMATS, EXAMPLES, strict=False)])
 @pytest.mark.parametrize("ending", [".csv", ".log", ".xlsx", ".nc"])
-def test_content_proves_a_format_whatever_the_ending(ending, format_, tmp_path):
+def test_content_proves_a_format_whatever_the_ending(ending, format_, name, tmp_path):
     """Planted: a workbook that was renamed to .csv, a text to .xlsx."""
-    example = EXAMPLES[name_of(format_)]
+    example = EXAMPLES[name]
     settings = complete(example.settings)
     example.write(tmp_path / example.name)
     other = (tmp_path / example.name).rename(tmp_path / f"renamed{ending}")
-    if format_.SIGNATURES:
+    if format_.signatures:
         columns = read_columns(other, settings)
         assert np.allclose(columns.travel, TRAVEL, atol=1e-3)
     elif ending in (".xlsx", ".nc"):

@@ -20,9 +20,9 @@ from breaker.configuration.loading import (
     load,
     merge,
     of_motion,
+    parse,
     read,
 )
-from breaker.configuration.yaml_sources import parse
 from breaker.family.networks import EFFECTS
 from breaker.model.quantities import AFTER_RELEASE, ANSWERED, QUANTITIES
 from breaker.networks.summary import INFERENCE_NETWORKS, build

@@ -13,9 +13,9 @@ from typing import TextIO
 
 from breaker import DISTRIBUTION, __version__
 from breaker.cli.inputs import PROJECT, SEVERAL, add_path
+from breaker.common.computing import set_threads
 from breaker.common.text import UNPRINTED, say
-from breaker.configuration.yaml_sources import ConfigurationError
-from breaker.workflow.jobs import set_threads
+from breaker.configuration.loading import ConfigurationError
 
 _COMMANDS = ("inspect", "infer", "compare", "report", "fit-prior", "view", "example")
 _EXTRAS = {"torch": "networks", "xarray": "stores", "zarr": "stores", "pandas": "stores"}

@@ -1,10 +1,12 @@
 """What commands write: whole or not at all, and never over what is not theirs."""
 
 import os
-from collections.abc import Callable, Iterable, Sequence
+import secrets
+import shutil
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 
-from breaker.common.atomic_writes import whole
 from breaker.common.text import say
 from breaker.model.parameters import MOTIONS
 
@@ -65,6 +67,38 @@ def _is_own(target: Path, kind: str) -> bool:
         begins = stream.read(4096)
     of_words = kind in _WORDS and _WORDS[kind] in begins
     return not begins or of_words or (kind in _ENDINGS and begins.startswith(_PICTURES))
+
+
+@contextmanager
+def whole(path: str | Path) -> Iterator[Path]:
+    """Yield a hidden name beside a path; what is written there takes its place at the end.
+
+    What a link leads to is replaced. A file keeps its permissions. After any error, such as an
+    OSError where it cannot be replaced, what was there stays.
+    """
+    target = Path(os.path.realpath(path))
+    # A name of its own, as that of the target may have the greatest length.
+    part, old = (target.with_name(f".{secrets.token_hex(4)}{target.suffix[:10]}") for _ in "12")
+    try:
+        yield part
+        if not part.is_dir():
+            with open(part, "r+b") as stream:  # Windows synchronises no file that is only read
+                os.fsync(stream.fileno())  # some file systems find out now that they are full
+            if target.exists():
+                shutil.copymode(target, part)
+        elif target.exists():  # a folder takes the place of none but an empty one
+            os.rename(target, old)
+        os.replace(part, target)
+    except BaseException:
+        if old.exists():
+            os.rename(old, target)
+        raise
+    finally:
+        for each in (part, old):
+            if each.is_dir():
+                shutil.rmtree(each, ignore_errors=True)
+            else:
+                each.unlink(missing_ok=True)
 
 
 def write(name: str, fill: Callable[[Path], object]) -> None:

@@ -1,1 +1,1 @@
-"""Stores and files written whole, random numbers, numbers in words: nothing knows of breakers."""
+"""Documents, stores, model files, random numbers, numbers in words: nothing knows of breakers."""

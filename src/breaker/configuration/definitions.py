@@ -5,8 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from breaker.common.text import bare, usual_spelling
-from breaker.configuration.loading import merge, read
-from breaker.configuration.yaml_sources import ConfigurationError
+from breaker.configuration.loading import ConfigurationError, merge, read
 from breaker.shipped import ADVICE, FAMILIES, SIMULATED_TEST, family_file
 
 

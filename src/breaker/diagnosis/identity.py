@@ -12,9 +12,8 @@ from breaker.common.document import Cell
 from breaker.common.numerals import first_of, in_digits
 from breaker.common.plain_values import Plain
 from breaker.common.text import bare
-from breaker.common.wording import Sentence
 from breaker.diagnosis.estimate import DriveRecord
-from breaker.diagnosis.words import say
+from breaker.diagnosis.words import Sentence, say
 from breaker.model.quantities import Speed
 from breaker.records.dates import earlier
 from breaker.records.files import printable

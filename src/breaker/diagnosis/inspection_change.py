@@ -11,7 +11,6 @@ from breaker.common.document import Cell, Document, Remark, Section, Table
 from breaker.common.numerals import distinct, first_of, in_digits, in_p
 from breaker.common.plain_values import Plain, note_of, plainly
 from breaker.common.randomness import generator
-from breaker.common.wording import Sentence
 from breaker.configuration.definitions import advice_of, advice_on, family_of
 from breaker.diagnosis import identity
 from breaker.diagnosis.changes import (
@@ -35,7 +34,7 @@ from breaker.diagnosis.limits import Known, Verdict, judge
 from breaker.diagnosis.reading import without_copies
 from breaker.diagnosis.session import Diagnosis
 from breaker.diagnosis.tables import limits_table
-from breaker.diagnosis.words import say
+from breaker.diagnosis.words import Sentence, say
 from breaker.family.networks import shipped_networks
 from breaker.family.sensitivities import shipped_sensitivities
 from breaker.model.limits import Limit, from_list

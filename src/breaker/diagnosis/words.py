@@ -1,7 +1,35 @@
 """The sentences of a diagnosis: ``say(code, **values)``, from the templates in ``words.yaml``."""
 
+from collections.abc import Mapping
+from functools import cache
 from pathlib import Path
+from typing import Any
 
-from breaker.common.wording import Wording
+import yaml
 
-say = Wording(Path(__file__).with_name("words.yaml")).say
+
+class Sentence(str):
+    """A sentence with the code of its template and the values in it.
+
+    Tests and programs look at ``code`` and ``values``; the words may be edited freely.
+    """
+
+    __slots__ = ("code", "values")
+
+    def __new__(cls, text: str, code: str, values: Mapping[str, Any]) -> "Sentence":
+        """Return a sentence of a template."""
+        sentence = super().__new__(cls, text)
+        sentence.code, sentence.values = code, dict(values)
+        return sentence
+
+
+@cache
+def _templates() -> dict[str, str]:
+    """Templates by code; sections of the file only group them."""
+    sections = yaml.safe_load(Path(__file__).with_suffix(".yaml").read_text(encoding="utf-8"))
+    return {code: text for section in sections.values() for code, text in section.items()}
+
+
+def say(code: str, **values: Any) -> Sentence:
+    """Return the sentence of a code; a KeyError names a code or value that is missing."""
+    return Sentence(_templates()[code].format(**values), code, values)

@@ -29,7 +29,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from breaker.common.lazy_numpy import np
+from breaker.common.computing import np
 
 
 @dataclass(frozen=True)

@@ -1,13 +1,12 @@
-"""What jobs of the workflow share: chunks, logging, threads and checkpoints."""
+"""What jobs of the workflow share: chunks, logging and checkpoints."""
 
 import logging
-import os
 import sys
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
-_LIBRARIES = ("OMP", "OPENBLAS", "MKL", "VECLIB", "NUMEXPR")
+from breaker.common.computing import set_threads
 
 
 def checkpoint_of(output: str | Path, ending: str) -> Path:
@@ -58,23 +57,3 @@ def _log_exception(kind: type[BaseException], error: BaseException, trace: Any) 
         logger.error("interrupted")
     else:
         logger.error("%s: %s", kind.__name__, error, exc_info=(kind, error, trace))
-
-
-def set_threads(count: int) -> None:
-    """Compute on as many threads from now on: torch, numba and the linear algebra.
-
-    The linear algebra of numpy reads the number when numpy is loaded, and never again: call this
-    before, as the command line does. (Snakemake sets the same variables for its jobs.) Threads that
-    wait for each other on a busy machine are slower than one alone, up to five times.
-    """
-    for name in _LIBRARIES:
-        limit = "MAXIMUM" if name == "VECLIB" else "NUM"
-        os.environ[f"{name}_{limit}_THREADS"] = str(count)
-    if "numba" in sys.modules:
-        numba = sys.modules["numba"]
-        numba.set_num_threads(min(count, numba.config.NUMBA_NUM_THREADS))
-    else:
-        os.environ["NUMBA_NUM_THREADS"] = str(count)
-    # Last: numba starts its threads when it is told, which sets those of OpenMP, and so of torch.
-    if "torch" in sys.modules:
-        sys.modules["torch"].set_num_threads(count)

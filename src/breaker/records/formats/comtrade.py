@@ -11,16 +11,12 @@ from contextlib import suppress
 from datetime import datetime
 from pathlib import Path
 
-from breaker.common.lazy_numpy import np
+from breaker.common.computing import np
 from breaker.records.cells import columns_of_alike, strict_numbers
 from breaker.records.files import Opened, RejectedCurveError, check_lines, check_size
 from breaker.records.formats.text import encoding_of
 from breaker.records.settings import FORMAT, SAME_RATE, TO_MS
 from breaker.records.sheet import Sheet
-
-ENDINGS = dict.fromkeys((".cfg", ".cff"), "a COMTRADE record")
-SIGNATURES: tuple[bytes, ...] = ()
-EXTRA = ""
 
 _SECTION = re.compile(rb"(?im)^--- *file type: *([a-z]+)[^\r\n]*---[ \t]*\r?\n?")
 _TYPES = {"BINARY": "<i2", "BINARY32": "<i4", "FLOAT32": "<f4"}  # of a sample of an analog channel

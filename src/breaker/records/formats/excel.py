@@ -17,10 +17,6 @@ from breaker.records.rejections import FEWEST
 from breaker.records.sheet import Sheet
 from breaker.records.words import places_of, split_unit
 
-ENDINGS = dict.fromkeys((".xlsx", ".xlsm"), "an Excel workbook")
-SIGNATURES = (b"PK\3\4",)
-EXTRA = "excel"
-
 _MOST_ELEMENTS = 1_000_000  # of XML, which take 5 s; a row of n columns has 1 + 2 n
 # A cell with a formula and without a value. The value of a formula may be an empty text.
 _UNSTORED = re.compile(

@@ -14,20 +14,15 @@ from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from typing import NamedTuple
 
-from breaker.common.lazy_numpy import np
+from breaker.common.computing import np
 from breaker.records.cells import NOT_A_NUMBER, is_number, strict_numbers
 from breaker.records.dates import clock_of, dates_of, day_order, in_order
 from breaker.records.files import Opened, RejectedCurveError, check_lines, check_size
-from breaker.records.formats.text import DELIMITERS, FEWEST, encoding_of, signs_of
+from breaker.records.formats.text import DELIMITERS, FEWEST, encoding_of, long_lines, signs_of
 from breaker.records.header import header_of
 from breaker.records.settings import TO_MS
 from breaker.records.sheet import Sheet
 
-ENDINGS = {".jsonl": "a text with a record on each line"}
-SIGNATURES: tuple[bytes, ...] = ()
-EXTRA = ""
-
-_TOP = 2**21  # bytes in which two records stand: two of 100,000 samples
 _SOME = 2000  # signs of values that show their delimiter and decimal sign
 _FIELDS = re.compile(r"(.*[;|\t,])?\s*([^\W\d][^:=;|\t,]*)[:=]([^:=]*)")  # before, name, values
 _JSON = b"{"
@@ -65,8 +60,8 @@ def form_of(opened: Opened) -> _Form | None:
 
 def _form_of(opened: Opened) -> _Form | None:
     """The form by the first two lines; None where these are not records."""
-    first = [line for line in opened.content[:_TOP].split(b"\n", 9)[:9] if line.strip()][:2]
-    if not first or max(map(len, first)) < 2 * FEWEST or b"\r" in first[0].strip():
+    first = long_lines(opened.content)
+    if not first or b"\r" in first[0].strip():
         return None  # nothing, short lines, or lines that end otherwise
     encoding = encoding_of(b"\n".join(first))
     head, last = (line.decode(encoding, errors="replace").strip() for line in (first[0], first[-1]))
@@ -151,7 +146,6 @@ def read(opened: Opened, form: Mapping) -> list[Sheet]:
         "clock": 0 if timed else None,
         "named": (1 if own.names else line,) * 2,
         "remarks": said,
-        "kind": ENDINGS[".jsonl"],
         "lines": np.full(numbers.size, line),
         "header": header,
     }

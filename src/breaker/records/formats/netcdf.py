@@ -12,7 +12,7 @@ import struct
 from collections.abc import Mapping, Sequence
 from math import prod
 
-from breaker.common.lazy_numpy import np
+from breaker.common.computing import np
 from breaker.records.files import (
     Opened,
     RejectedCurveError,
@@ -24,11 +24,7 @@ from breaker.records.files import (
 )
 from breaker.records.sheet import Sheet
 
-ENDINGS = dict.fromkeys((".nc", ".nc4"), "a NetCDF file")
-ENDINGS |= dict.fromkeys((".h5", ".hdf5"), "an HDF5 file") | {".zarr": "a Zarr store"}
-SIGNATURES = (b"CDF\1", b"CDF\2", b"CDF\5", b"\x89HDF\r\n\x1a\n")
-EXTRA = "netcdf"
-
+_HDF5 = b"\x89HDF\r\n\x1a\n"  # first bytes of version 4
 _MISSING = ("_FillValue", "missing_value")
 _ABOUT = ("units", "scale_factor", "add_offset", *_MISSING)
 _NO_VARIABLE = "This is a netCDF dimension but not a netCDF variable"
@@ -41,7 +37,7 @@ def read(opened: Opened, form: Mapping) -> list[Sheet]:
     """
     if is_store(opened.file):
         attributes, variables = _in_store(opened)
-    elif opened.content.startswith(SIGNATURES[-1]):
+    elif opened.content.startswith(_HDF5):
         attributes, variables = _in_hdf5(opened)
     else:
         attributes, variables = _in_version_3(opened)

@@ -1,56 +1,115 @@
-"""The formats of curve files, each a module: whatever the format, sheets come out.
+"""The formats of curve files: whatever the format, sheets come out.
 
-A format is a module with
-
-- ``ENDINGS``: names of its kind of file in messages, by ending in lower case;
-- ``SIGNATURES``: first bytes that prove a file to be of it, whatever its ending; a file with the
-  ending that has none of them is not. Empty for a format that is text, which reading proves;
-- ``EXTRA``: the extra of this package that it needs; empty for none;
-- ``read(opened, form)``: its sheets, see ``sheet.Sheet``. The form is the section
-  ``endurance.format``, complete, or empty where nothing is known yet.
-
-``example_format`` is a complete one to copy. Each passes the tests of
-``tests/records/format_contract.py``. Other distributions add such modules by the entry points
-``breaker.formats``.
+A format is a module with ``read``, which is imported when a file of the format is read. Here stands
+what tells files of the formats apart. Other distributions add modules that state this themselves,
+by the entry points ``breaker.formats``: ``example_format`` is a complete one to copy. Each format
+passes the tests of ``tests/records/format_contract.py``.
 """
 
 import logging
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from importlib.metadata import entry_points
 from pathlib import Path
 from types import ModuleType
+from typing import TYPE_CHECKING, NamedTuple
 
 from breaker import DISTRIBUTION
 from breaker.records.files import Opened, RejectedCurveError, as_opened, is_store
-from breaker.records.formats import comtrade, excel, lines, netcdf, text
+from breaker.records.formats import text
 from breaker.records.header import Header
 from breaker.records.settings import FORMAT, complete
 from breaker.records.sheet import Columns, Sheet, columns_of
 
+if TYPE_CHECKING:
+    from breaker.records.formats.lines import RecordLine
+
 _OLD = (".xls", ".xlsb", ".ods")
 
 
-def added_formats() -> list[ModuleType]:
+class Format(NamedTuple):
+    """A format of curve files.
+
+    Attributes:
+        read: Function of an opened file and a form that returns sheets, see ``sheet.Sheet``. The
+            form is the section ``endurance.format``, complete, or empty where nothing is known yet.
+        endings: Names of its kind of file in messages, by ending in lower case.
+        signatures: First bytes that prove a file to be of the format, whatever its ending; a file
+            with the ending that has none of them is not. Empty for a format that is text, which
+            reading proves.
+        extra: Extra of this package that the format needs; empty for none.
+    """
+
+    read: Callable[[Opened, Mapping], Sequence[Sheet]]
+    endings: Mapping[str, str]
+    signatures: tuple[bytes, ...] = ()
+    extra: str = ""
+
+    @classmethod
+    def of(cls, module: ModuleType) -> "Format":
+        """Return the format of a module that has ``ENDINGS``, ``SIGNATURES`` and ``EXTRA``, too."""
+        return cls(module.read, module.ENDINGS, module.SIGNATURES, module.EXTRA)
+
+
+def _excel(opened: Opened, form: Mapping) -> list[Sheet]:
+    from breaker.records.formats import excel
+
+    return excel.read(opened, form)
+
+
+def _comtrade(opened: Opened, form: Mapping) -> list[Sheet]:
+    from breaker.records.formats import comtrade
+
+    return comtrade.read(opened, form)
+
+
+def _netcdf(opened: Opened, form: Mapping) -> list[Sheet]:
+    from breaker.records.formats import netcdf
+
+    return netcdf.read(opened, form)
+
+
+def _lines(opened: Opened, form: Mapping) -> list[Sheet]:
+    from breaker.records.formats import lines
+
+    return lines.read(opened, form)
+
+
+def added_formats() -> list[Format]:
     """Return the formats of other distributions; the log names those that cannot be used."""
     formats = []
     for entry in entry_points(group="breaker.formats"):
         try:
-            format_ = entry.load()
-            _ = format_.ENDINGS, format_.SIGNATURES, format_.EXTRA, format_.read
-            formats.append(format_)
+            formats.append(Format.of(entry.load()))
         except Exception as error:  # code of others may raise anything
             said = "the format %s cannot be used (%s); its files are not read"
             logging.getLogger(__name__).error(said, entry.value, error)
     return formats
 
 
-FORMATS = (text, excel, comtrade, netcdf, lines, *added_formats())
+TEXT = Format(
+    text.read, dict.fromkeys((".csv", ".txt", ".tsv"), "a text") | {".lvm": "a LabVIEW text"}
+)
+EXCEL = Format(
+    _excel, dict.fromkeys((".xlsx", ".xlsm"), "an Excel workbook"), (b"PK\3\4",), "excel"
+)
+COMTRADE = Format(_comtrade, dict.fromkeys((".cfg", ".cff"), "a COMTRADE record"))
+NETCDF = Format(
+    _netcdf,
+    dict.fromkeys((".nc", ".nc4"), "a NetCDF file")
+    | dict.fromkeys((".h5", ".hdf5"), "an HDF5 file")
+    | {".zarr": "a Zarr store"},
+    (b"CDF\1", b"CDF\2", b"CDF\5", b"\x89HDF\r\n\x1a\n"),
+    "netcdf",
+)
+LINES = Format(_lines, {".jsonl": "a text with a record on each line"})
+
+FORMATS = (TEXT, EXCEL, COMTRADE, NETCDF, LINES, *added_formats())
 """All formats; a file of no known ending or signature is taken for one of the first, a text."""
 
-ENDINGS = tuple(ending for each in FORMATS for ending in each.ENDINGS)
+ENDINGS = tuple(ending for each in FORMATS for ending in each.endings)
 """Endings of the files of records. A ``.cfg`` has a ``.dat`` next to it."""
 
 
@@ -115,13 +174,15 @@ def look_into(file: str | Path | Opened, channel: str | int = "", line: int = 0)
     return next((e for e in sheets if channel and e.place_of(channel) is not None), first)
 
 
-def records_in(file: str | Path | Opened) -> list[lines.RecordLine]:
+def records_in(file: str | Path | Opened) -> "list[RecordLine]":
     """Return the records of a file that has one on each line; none where it is of another kind, or
     cannot be read.
     """
     opened = as_opened(file)
     with suppress(RejectedCurveError):
-        if format_of(opened) is lines:
+        if format_of(opened) is LINES:
+            from breaker.records.formats import lines
+
             return opened.once("records", lambda: lines.records_in(opened))
     return []
 
@@ -143,7 +204,7 @@ def stated_in(
     return Header()
 
 
-def format_of(opened: Opened) -> ModuleType:
+def format_of(opened: Opened) -> Format:
     """Return the format of a file: the one that its content proves, or else the one of its ending.
 
     Raises:
@@ -152,38 +213,47 @@ def format_of(opened: Opened) -> ModuleType:
     return opened.once("format", lambda: _format_of(opened))
 
 
-def _format_of(opened: Opened) -> ModuleType:
+def _format_of(opened: Opened) -> Format:
     file, named = opened.file, _named(opened.file)
     if is_store(file):
         return named  # a folder, without bytes of its own
     if _ending(file) in _OLD:
         raise RejectedCurveError(file, "is of a kind that cannot be read; save it as .xlsx")
     if _ending(file) == ".dat":
-        return comtrade  # which names the part that is lacking
+        return COMTRADE  # which names the part that is lacking
     for each in FORMATS:
-        if opened.content.startswith(each.SIGNATURES):
+        if opened.content.startswith(each.signatures):
             return each
-    if named in (text, lines):
-        return lines if lines.form_of(opened) else text
-    if named.SIGNATURES and not any(each in opened.content for each in named.SIGNATURES):
-        reason = f"ends as {named.ENDINGS[_ending(file)]}, but does not begin as one"
+    if named in (TEXT, LINES):
+        return LINES if _has_lines(opened) else TEXT
+    if named.signatures and not any(each in opened.content for each in named.signatures):
+        reason = f"ends as {named.endings[_ending(file)]}, but does not begin as one"
         raise RejectedCurveError(file, f"{reason}; is it whole? Export it again")
     return named
+
+
+def _has_lines(opened: Opened) -> bool:
+    """Whether a text has a record on each line."""
+    if not text.long_lines(opened.content):
+        return False
+    from breaker.records.formats import lines
+
+    return lines.form_of(opened) is not None
 
 
 def _ending(file: str | Path) -> str:
     return Path(file).suffix.lower()
 
 
-def _named(file: str | Path) -> ModuleType:
+def _named(file: str | Path) -> Format:
     """The format of a file by its ending."""
-    return next((each for each in FORMATS if _ending(file) in each.ENDINGS), text)
+    return next((each for each in FORMATS if _ending(file) in each.endings), TEXT)
 
 
 def _sheets(opened: Opened, form: Mapping) -> Sequence[Sheet]:
     """The sheets of a file; whatever a format raises, which is no text, becomes a reason."""
     format_, file = format_of(opened), opened.file
-    kind = format_.ENDINGS.get(_ending(file)) or next(iter(format_.ENDINGS.values()), "")
+    kind = format_.endings.get(_ending(file)) or next(iter(format_.endings.values()), "")
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # of packages, about what is not read here
@@ -191,11 +261,11 @@ def _sheets(opened: Opened, form: Mapping) -> Sequence[Sheet]:
     except RejectedCurveError:
         raise
     except Exception as error:  # a damaged file raises anything in the package that reads it
-        if format_ in (text, lines):
+        if format_ in (TEXT, LINES):
             raise
         reason = f"that cannot be read ({str(error)[:200]}); is it whole? Export it again"
         if isinstance(error, ModuleNotFoundError):
-            extra = f"{DISTRIBUTION}[{format_.EXTRA}]"
+            extra = f"{DISTRIBUTION}[{format_.extra}]"
             reason = f'which needs {error.name}: pip install "{extra}"'
         raise RejectedCurveError(file, f"is {kind}, {reason}") from error
     return [replace(each, kind=kind or each.kind) for each in sheets]

@@ -14,7 +14,7 @@ from itertools import accumulate, islice
 from pathlib import Path
 from typing import NamedTuple
 
-from breaker.common.lazy_numpy import np
+from breaker.common.computing import np
 from breaker.records import words
 from breaker.records.cells import (
     LARGEST_NUMBER,
@@ -29,10 +29,6 @@ from breaker.records.cells import (
 from breaker.records.files import Opened, RejectedCurveError, check_lines, check_size
 from breaker.records.sheet import EVERY, Sheet
 
-ENDINGS = dict.fromkeys((".csv", ".txt", ".tsv"), "a text") | {".lvm": "a LabVIEW text"}
-SIGNATURES: tuple[bytes, ...] = ()
-EXTRA = ""
-
 BLOCK = 2**16
 """Signs of the longest line, of what stands above samples, and of the lines that are split at a
 time: 300 columns need a seventh of it, and their cells take twelve times the memory."""
@@ -41,6 +37,7 @@ FEWEST = 50
 """Samples of the shortest record, 50 ms at 1 kHz: as many lines show where samples begin."""
 
 _TOP = 500  # lines in which samples begin: a preamble has at most 400 (see ``header``)
+_TWO = 2**21  # bytes in which two records stand on lines: two of 100,000 samples
 _CODES = ("gb18030", "shift_jis", "cp1251")
 _WORDS = re.compile(words.any_of(words.WORDS["telling"]))
 _LONG = re.compile(rf"\n.{{{BLOCK}}}")
@@ -113,6 +110,12 @@ def sheet_of(opened: Opened, text: str, settings: Mapping, form: Mapping, title:
     heads = tuple(None if k is None else top.numbers[k] for k in (named, unit))
     about = file, names, columns, texts, preamble, settings
     return Sheet(*about, named=heads, lines=lines, wrong=wrong)
+
+
+def long_lines(content: bytes) -> list[bytes]:
+    """Return the first two lines of a text where one has room for a record; none elsewhere."""
+    first = [line for line in content[:_TWO].split(b"\n", 9)[:9] if line.strip()][:2]
+    return first if max(map(len, first), default=0) >= 2 * FEWEST else []
 
 
 def encoding_of(content: bytes) -> str:

@@ -4,7 +4,7 @@ import os
 
 import pytest
 
-from breaker.common.atomic_writes import whole
+from breaker.cli.outputs import whole
 
 
 def test_what_was_there_stays_until_all_is_written(tmp_path):

@@ -1,15 +1,52 @@
-"""Compilation of inner loops by numba; where it lacks, functions run as they are.
+"""What computes: numpy and numba, each loaded when it is first used, and the number of threads.
 
-A division by zero gives inf or nan everywhere, as it does in numpy.
+The plan of the workflow is made where numpy is not installed. Inner loops are compiled by numba;
+where it lacks, functions run as they are. A division by zero gives inf or nan everywhere, as it
+does in numpy.
 """
 
+import os
+import sys
 from collections.abc import Callable
 from functools import cached_property, update_wrapper, wraps
-from typing import Any
-
-import numpy as np
+from typing import TYPE_CHECKING, Any
 
 _PLAIN = 300_000  # elements, with which plain Python takes less time than numba to load
+_LIBRARIES = ("OMP", "OPENBLAS", "MKL", "VECLIB", "NUMEXPR")
+
+
+class _Numpy:
+    def __getattr__(self, name: str) -> Any:
+        import numpy
+
+        vars(self)[name] = found = getattr(numpy, name)  # found at once from now on
+        return found
+
+
+if TYPE_CHECKING:
+    import numpy as np
+else:
+    np = _Numpy()
+
+
+def set_threads(count: int) -> None:
+    """Compute on as many threads from now on: torch, numba and the linear algebra.
+
+    The linear algebra of numpy reads the number when numpy is loaded, and never again: call this
+    before, as the command line does. (Snakemake sets the same variables for its jobs.) Threads that
+    wait for each other on a busy machine are slower than one alone, up to five times.
+    """
+    for name in _LIBRARIES:
+        limit = "MAXIMUM" if name == "VECLIB" else "NUM"
+        os.environ[f"{name}_{limit}_THREADS"] = str(count)
+    if "numba" in sys.modules:
+        numba = sys.modules["numba"]
+        numba.set_num_threads(min(count, numba.config.NUMBA_NUM_THREADS))
+    else:
+        os.environ["NUMBA_NUM_THREADS"] = str(count)
+    # Last: numba starts its threads when it is told, which sets those of OpenMP, and so of torch.
+    if "torch" in sys.modules:
+        sys.modules["torch"].set_num_threads(count)
 
 
 def compiled(*, late: bool = False, **options: Any) -> Callable[[Callable], Callable]:
