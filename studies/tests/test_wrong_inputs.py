@@ -25,10 +25,10 @@ def said(document, err="", status=0):
     return Said(status, "", err, document)
 
 
-def visits(parameters="told", warnings=(), change=20.0, kind="parameter"):
-    """Return what `breaker compare` says of one row that has changed."""
-    row = {"name": "f", "kind": kind, "verdict": "changed", "change": [15.0, change, 25.0]}
-    return said({"parameters": parameters, "warnings": [*warnings], "changes": [row]})
+def visits(doubts=(), kind="inferred", changed=True):
+    """Return what `breaker compare` says of one row."""
+    row = {"name": "f", "changed": changed, "change": [15.0, 20.0, 25.0]}
+    return said({"doubts": [*doubts], kind: [row]})
 
 
 @pytest.fixture(scope="module")
@@ -90,14 +90,14 @@ def test_a_value_is_false_beyond_its_interval():
 
 def test_changes_are_told():
     assert told([visits()]) == "f +20 %"
-    assert told([visits("withheld")]) == ""
-    assert told([visits("withheld", kind="measured")]) == "measured f +20 %"
+    assert told([visits(changed=False)]) == ""
+    assert told([visits(kind="measured")]) == "measured f +20 %"
     assert compared([visits()])
     assert not compared([said({})])
 
 
 def test_verdicts():
-    quiet, loud = visits(), visits(warnings=["the rate of today is another one"])
+    quiet, loud = visits(), visits(["the rate of today is another one"])
     assert verdict([quiet], told, r"\brate\b")["silent"]
     assert not verdict([loud], told, r"\brate\b")["silent"]
     assert verdict([loud], told, r"\brate\b")["beside"]

@@ -13,7 +13,7 @@ from studies.exports.__main__ import call
 Command = Sequence[object]
 # What every plain file gets, and what only says which setting holds, names no trouble.
 STANDING = r"- the sign is a guess(?:.*\n)(?: {4}.*\n)*|^note: .*$"
-WARNING_KEYS = ("warnings", "remarks", "trust", "rejected", "differences")
+WARNING_KEYS = ("warnings", "remarks", "doubts", "rejected", "differences")
 
 
 class Said(NamedTuple):
@@ -76,8 +76,8 @@ def sentences(document: dict) -> list[str]:
     found: list[str] = []
     for key in WARNING_KEYS:
         found += flat(document.get(key))
-    if document.get("parameters") not in (None, "told") and "headline" in document:
-        found.append(str(document["headline"]))
+    own = document.get("sentences") or []
+    found += [each["text"] for each in own if each["code"].endswith("-check")]
     records = document.get("records")
     for record in records if isinstance(records, list) else []:
         found += flat(record.get("remarks")) + flat(record.get("reason"))
@@ -88,8 +88,6 @@ def sentences(document: dict) -> list[str]:
         ]
         for limit in record.get("limits") or []:
             found += flat(limit.get("reason"))
-    for mean in document.get("means") or []:
-        found += flat(mean.get("remarks"))
     return found
 
 
@@ -172,23 +170,23 @@ def off(
     return false
 
 
+def _rows(said: Sequence[Said], kind: str) -> list[dict]:
+    """Return the rows of comparisons that are "measured" or "inferred"."""
+    return [row for each in said for row in each.document.get(kind, [])]
+
+
 def told(said: Sequence[Said]) -> str:
     """Return parameters of the drive that are told as changed, or else what is measured so."""
-    found = {"parameter": [], "measured": []}
-    for each in said:
-        for row in each.document.get("changes", []):
-            kind = "measured" if row["kind"] == "measured" else "parameter"
-            if row["verdict"] == "changed" and (
-                kind == "measured" or each.document["parameters"] == "told"
-            ):
-                found[kind].append(f"{row['name']} {row['change'][1]:+.0f} %")
-        measured = "; ".join(dict.fromkeys(found["measured"]))
-    return "; ".join(dict.fromkeys(found["parameter"])) or (measured and f"measured {measured}")
+    inferred, measured = (
+        [f"{row['name']} {row['change'][1]:+.0f} %" for row in _rows(said, kind) if row["changed"]]
+        for kind in ("inferred", "measured")
+    )
+    return "; ".join(inferred) or (measured and f"measured {'; '.join(measured)}") or ""
 
 
 def compared(said: Sequence[Said]) -> str:
     """Return that visits are compared, where they must not be without a word."""
-    rows = [row for each in said for row in each.document.get("changes", [])]
+    rows = [*_rows(said, "measured"), *_rows(said, "inferred")]
     return f"{len(rows)} rows compared; told: {told(said) or 'no change'}" if rows else ""
 
 

@@ -14,13 +14,9 @@ def _none(_) -> str:
 
 
 def _pooled(said) -> str:
-    """Return what was told of several records together."""
-    found = []
-    for each in said:
-        for mean in each.document.get("means") or []:
-            several = {motion: n for motion, n in mean["records"].items() if n > 1}
-            found += [f"{motion}: mean of {n} records" for motion, n in several.items()]
-    return "; ".join(found)
+    """Return how many records are taken for several operations of one drive."""
+    count = sum(len(each.records) for each in said)
+    return f"{count} records" if count > 1 else ""
 
 
 def one_file_for_all(desk: Desk, wrong: bool) -> Question:

@@ -62,7 +62,8 @@ def timed(records):
 def result_of(estimates, verdicts=None, **given):
     """The result of estimates, with verdicts of each."""
     diagnosis = Diagnosis(defaults(), given=Given(**given))
-    vars(diagnosis).update(estimates=estimates, verdicts=verdicts or [[]] * len(estimates))
+    judged = verdicts or [[]] * len(estimates)
+    vars(diagnosis).update(estimates=estimates, judge=lambda _: judged)
     return diagnosis.result
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from breaker.diagnosis.explanations import OTHER_SETUP
+from breaker.diagnosis.inspection_change import compare_inspections
 from breaker.diagnosis.reading import read_operations
 from breaker.diagnosis.session import Diagnosis
 from breaker.family.curve_file import write_curve
@@ -11,7 +11,6 @@ from breaker.model.curves import travel
 from breaker.model.parameters import MOTIONS
 from breaker.records.operations import Operation
 
-SLACK = OTHER_SETUP["slack"]
 TIME = 0.1 * np.arange(760)  # ms
 
 
@@ -41,14 +40,15 @@ def compared(tmp_path, prior, defaults):
         for place, factor in change:
             theta[place] *= factor
         second = inspection(tmp_path / "today", theta, rng, today, zero)
-        return Diagnosis(defaults).compare({"before": first, "today": second})
+        return compare_inspections(Diagnosis(defaults), {"before": first, "today": second})
 
     return found
 
 
 def test_slack_of_the_transducer_is_a_difference_of_the_setup(compared):
     found = compared(today=0.4)
-    assert [(each.what, each.motion) for each in found.differences] == [(SLACK, m) for m in MOTIONS]
+    assert [each.code for each in found.differences] == ["other-slack"] * 2
+    assert [each.values["motion"] for each in found.differences] == [*MOTIONS]
     assert (found.state, found.reported) == ("different_setup", [])
 
 
@@ -62,4 +62,4 @@ def test_slack_of_the_transducer_is_a_difference_of_the_setup(compared):
 )
 def test_wear_and_another_zero_are_not_slack(compared, about):
     """Planted: damping, force with contact damping, and opening spring, at low noise."""
-    assert not any(each.what == SLACK for each in compared(**about).differences)
+    assert not any(each.code == "other-slack" for each in compared(**about).differences)

@@ -9,7 +9,6 @@ import pytest
 from breaker.common.document import text_of, tone_of
 from breaker.diagnosis.changes import Pair, QuantityChange, compare, mean_error, measured_changes
 from breaker.diagnosis.explanations import Explanation
-from breaker.diagnosis.identity import Difference
 from breaker.diagnosis.inspection_change import change_tables, inspection_change, words_of_change
 from breaker.family.inputs import Basis
 from breaker.family.membership import PARTS, Match
@@ -153,7 +152,7 @@ def test_parameters_are_estimated_or_a_reason_says_why_not(networks, longer, sta
 
 
 def test_different_statements_of_files_are_a_difference():
-    found = document(family(f=0.9), differences=[Difference("phase", "", "", "A", "B")])
+    found = document(family(f=0.9), differences=["the bay was A and is B"])
     assert (found.state, inferred(found), found.reported) == ("different_setup", {}, [])
     assert codes(found.warnings) == ["different-setup-check"]
 
@@ -173,7 +172,7 @@ def test_another_ratio_has_its_share_of_the_draws(p_ratio, state):
     assert found.state == state
     assert [each.name == "f" for each in found.reported].count(True) == (p_ratio == 0.0)
     if state == "different_setup":
-        assert [each.today for each in found.differences] == [pytest.approx(0.94)]
+        assert [each.values for each in found.differences] == [{"today": pytest.approx(0.94)}]
         return
     row = inferred(found)["f"]
     assert row.p_unchanged == pytest.approx(p_ratio, abs=1e-3)

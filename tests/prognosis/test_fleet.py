@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from breaker.common.plain_values import to_json
+from breaker.diagnosis.inspection_change import compare_inspections
 from breaker.diagnosis.session import Diagnosis
 from breaker.family.curve_file import write_curve
 from breaker.model.curves import travel
@@ -75,7 +76,8 @@ def test_two_inspections_are_compared_as_alone(drives, results, defaults):
     limits = [each for each in defaults["limits"] if each["of"] == "change"]
     alone = Diagnosis(defaults, limits)
     before, today = (alone.read({m: [e] for m, e in rows}) for rows in drive.inspections)
-    verdicts = {e["name"]: e for e in alone.compare({"before": before, "today": today}).limits}
+    change = compare_inspections(alone, {"before": before, "today": today})
+    verdicts = {each["name"]: each for each in change.limits}
     assert (found.state, found.limits[0].limit, found.inspections) == ("due", "stiff_drive", 2)
     assert {e.limit: e.p_exceeded for e in found.limits} == {
         name: each["p_exceeded"] for name, each in verdicts.items()

@@ -47,7 +47,7 @@ def run(options: argparse.Namespace) -> int:
     from breaker.common.document import text_of
     from breaker.common.plain_values import to_json
     from breaker.configuration.definitions import types_of
-    from breaker.diagnosis.inspection_change import words_of_change
+    from breaker.diagnosis.inspection_change import compare_inspections, words_of_change
     from breaker.diagnosis.session import Diagnosis
 
     choice = inputs.choice_of(options)
@@ -60,7 +60,7 @@ def run(options: argparse.Namespace) -> int:
         visits[visit], stated = own.records, own.type
     _check_visits(visits)
     both = both.of_type(stated) if stated else both
-    document = both.compare(visits)
+    document = compare_inspections(both, visits)
     written = []
     if options.plot:
         from breaker.figures.reports import visits as figure

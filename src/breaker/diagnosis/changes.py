@@ -20,6 +20,7 @@ from breaker.family.membership import choose_family
 from breaker.family.networks import (
     EFFECTS,
     LEAST_AGREEMENT,
+    SURE,
     ChangeNetwork,
     StateNetwork,
     agreement_of,
@@ -29,9 +30,6 @@ from breaker.model.parameters import NAMES, PARAMETERS, Parameter
 from breaker.model.quantities import CURRENTS, Speed, quantities_of
 from breaker.records.measurements import Measured
 from breaker.records.record import Record
-
-SURE = 0.95
-"""Probability from which an explanation, or a change to one side, is reported alone."""
 
 USUAL_SCATTER = 0.004
 """Usual scatter of parameters, durations and quantities from operation to operation, as a share."""

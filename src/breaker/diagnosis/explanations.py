@@ -15,22 +15,17 @@ from typing import NamedTuple, Self
 import numpy as np
 
 from breaker.common.plain_values import Plain
-from breaker.diagnosis.changes import SURE, USUAL_SCATTER, Pair, QuantityChange, measured_change
-from breaker.diagnosis.identity import Difference
+from breaker.diagnosis.changes import USUAL_SCATTER, Pair, QuantityChange, measured_change
 from breaker.diagnosis.limits import NORMAL
+from breaker.diagnosis.words import Sentence, say
 from breaker.family.inputs import Mean, normalise_record
+from breaker.family.networks import SURE
 from breaker.family.sensitivities import Sensitivities
 from breaker.family.shape import SHAPE_STEP, SHAPE_TIMES
 from breaker.model.parameters import MOTIONS, NAMES, Parameter
 from breaker.records.record import Record
 
-OTHER_SETUP = {
-    "ratio": "ratio of the transducer",
-    "rate": "rate or unit of the time",
-    "slack": "time to 10 % of the travel, by another slack of the transducer,",
-}
-"""Names of differences in the measurement, by code; the first two are causes."""
-
+_OTHER_SETUP = ("ratio", "rate")  # causes that are differences in the measurement
 # Probability of each cause without any record, and sds of its relative change, equally probable:
 # of parameters from what scatter hides to the largest wear (not of all, which would explain
 # anything), of ratios from a remounted lever to another setting (1.0 and 1.64 in real files).
@@ -115,12 +110,12 @@ def explain(
 
 def other_measurement(explanations: Sequence[Explanation]) -> float:
     """Return the probability that the inspections were measured differently."""
-    return sum(each.probability for each in explanations if each.cause in OTHER_SETUP)
+    return sum(each.probability for each in explanations if each.cause in _OTHER_SETUP)
 
 
 def measured_differences(
     pair: Pair, explanations: Sequence[Explanation], measured: Sequence[QuantityChange]
-) -> list[Difference]:
+) -> list[Sentence]:
     """Return differences in the measurement: another ratio or rate where one is nearly certain, and
     another slack of the transducer.
 
@@ -131,17 +126,15 @@ def measured_differences(
     """
     found = []
     if other_measurement(explanations) >= SURE:
-        cause = next(each for each in explanations if each.cause in OTHER_SETUP)
-        ratio = 1.0 + cause.change[1] / 100.0
-        found.append(Difference(OTHER_SETUP[cause.cause], "", "", 1.0, ratio))
+        cause = next(each for each in explanations if each.cause in _OTHER_SETUP)
+        found.append(say(f"other-{cause.cause}", today=1.0 + cause.change[1] / 100.0))
     later = [row for row in measured if row.name == f"{row.motion}_speed_50_90"]
     if len(later) < len(MOTIONS) or any(row.changed for row in later):
         return found
     starts = {m: [_starts(pair.before[m]), _starts(pair.today[m])] for m in MOTIONS}
     rows = [measured_change(_START, motion, both) for motion, both in starts.items()]
     if all(row and row.changed and row.difference < 0.0 for row in rows):
-        slack = OTHER_SETUP["slack"]
-        found += [Difference(slack, "ms", row.motion, row.before, row.today) for row in rows]
+        found += [say("other-slack", motion=e.motion, before=e.before, today=e.today) for e in rows]
     return found
 
 

@@ -5,12 +5,10 @@ channel or transducer.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from math import isnan
 
 from breaker.common.document import Cell
 from breaker.common.numerals import first_of, in_digits
-from breaker.common.plain_values import Plain
 from breaker.common.text import bare
 from breaker.diagnosis.estimate import DriveRecord
 from breaker.diagnosis.words import Sentence, say
@@ -104,40 +102,15 @@ def check_phases(inspections: Inspections) -> list[Sentence]:
     return [] if known else [say("phase-not-stated", **words)]
 
 
-@dataclass(frozen=True)
-class Difference(Plain):
-    """Something that was measured differently at two inspections.
-
-    Attributes:
-        what, unit, motion: Its name, unit and motion; the motion is empty if it is of all.
-        before, today: Its value at either inspection.
-    """
-
-    what: str
-    unit: str
-    motion: str
-    before: float | str
-    today: float | str
-
-    @property
-    def words(self) -> str:
-        """The difference in a sentence."""
-        of = f"the {self.what}{' of' * bool(self.motion)} {self.motion}".rstrip()
-        was, now = (
-            f"{value if isinstance(value, str) else in_digits(value, 4)} {self.unit}".rstrip()
-            for value in (self.before, self.today)
-        )
-        return f"{of} was {was} and is {now}"
-
-
-def stated_differences(inspections: Inspections) -> list[Difference]:
+def stated_differences(inspections: Inspections) -> list[Sentence]:
     """Return in which ratio, serial number or bay the files of two inspections differ."""
     found = []
     for name, key in {"linkage ratio": "ratio", "serial number": "serial", "bay": "bay"}.items():
         both = [{getattr(e.stated, key) for e in some} for some in inspections.values()]
         before, today = ([value for value in each if value and value == value] for each in both)
         if len(before) == len(today) == 1 and bare(str(before[0])) != bare(str(today[0])):
-            found.append(Difference(name, "", "", before[0], today[0]))
+            was, now = (e if isinstance(e, str) else in_digits(e, 4) for e in (*before, *today))
+            found.append(say("stated-otherwise", what=name, before=was, today=now))
     return found
 
 

@@ -14,7 +14,6 @@ from breaker.common.randomness import generator
 from breaker.configuration.definitions import advice_of, advice_on, family_of
 from breaker.diagnosis import identity
 from breaker.diagnosis.changes import (
-    SURE,
     NetworkChanges,
     Pair,
     QuantityChange,
@@ -29,13 +28,13 @@ from breaker.diagnosis.explanations import (
     measured_differences,
     other_measurement,
 )
-from breaker.diagnosis.identity import Difference, Inspections
+from breaker.diagnosis.identity import Inspections
 from breaker.diagnosis.limits import Known, Verdict, judge
 from breaker.diagnosis.reading import without_copies
 from breaker.diagnosis.session import Diagnosis
 from breaker.diagnosis.tables import limits_table
 from breaker.diagnosis.words import Sentence, say
-from breaker.family.networks import shipped_networks
+from breaker.family.networks import SURE, shipped_networks
 from breaker.family.sensitivities import shipped_sensitivities
 from breaker.model.limits import Limit, from_list
 from breaker.model.parameters import MOTIONS, NAMES, PARAMETERS
@@ -43,7 +42,6 @@ from breaker.model.quantities import Speed
 from breaker.records.files import printable
 from breaker.records.record import Record
 from breaker.records.rejections import DISTURBED
-from breaker.shipped import KINDS
 
 _NAMED = 4  # changes in a sentence; the table has all
 _HEAD = ("", "unit", "before", "today", "change", "90 % interval", "P unchanged", "P worse")
@@ -75,7 +73,7 @@ class InspectionChange(Plain):
     settings: Mapping[str, float]
     records: Mapping[str, Mapping[str, int]]
     rejected: Sequence[Mapping[str, str]]
-    differences: Sequence[Difference]
+    differences: Sequence[str]
     explanations: Sequence[Explanation]
     measured: Sequence[QuantityChange]
     inferred: Sequence[QuantityChange]
@@ -109,7 +107,7 @@ class InspectionChange(Plain):
     @property
     def warnings(self) -> list[str]:
         """Sentences that come first: about the records, and about another measurement."""
-        differences = "; ".join(each.words for each in self.differences)
+        differences = "; ".join(self.differences)
         other = [say("different-setup-check", differences=differences)] if differences else []
         return [*self.doubts, *other]
 
@@ -192,7 +190,7 @@ def compare_inspections(diagnosis: Diagnosis, inspections: Inspections) -> Inspe
     pair = Pair.of(*map(_by_motion, used.values()))
     settings, speeds = diagnosis.settings, diagnosis.speeds_of([*used["before"], *used["today"]])
     rng, misfit = generator(settings.seed, "two visits"), settings.misfit_p_value
-    changes = compare(pair, shipped_networks(*KINDS), rng, misfit_p_value=misfit)
+    changes = compare(pair, shipped_networks(), rng, misfit_p_value=misfit)
     named_by = {each.operation.transducer for some in used.values() for each in some}
     explanations = explain(
         pair,
@@ -221,7 +219,7 @@ def inspection_change(
     changes: NetworkChanges,
     explanations: Sequence[Explanation],
     speeds: Sequence[Speed],
-    differences: Sequence[Difference] = (),
+    differences: Sequence[str] = (),
     limits: Sequence[Limit] = (),
     **about: object,
 ) -> InspectionChange:

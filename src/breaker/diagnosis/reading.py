@@ -82,17 +82,13 @@ def _record(
     return replace(record, raw=raw, shape=shape, seen=seen)
 
 
-def samples_of(record: DriveRecord) -> tuple[str, bytes]:
-    """Return the motion of a usable record and its samples, which are equal for copies."""
-    return record.motion, record.raw.left.tobytes()
-
-
 def without_copies(records: Iterable[DriveRecord]) -> list[DriveRecord]:
     """Return records; a record with the samples of an earlier one is rejected."""
     found, first = [], {}
     for record in records:
         if not record.reason:
-            rows = first.setdefault(samples_of(record), record).operation, record.operation
+            key = record.motion, record.raw.left.tobytes()
+            rows = first.setdefault(key, record).operation, record.operation
             other, name = (printable(f"{row.file} {row.channel}".strip()) for row in rows)
             if name != other:
                 reason = say("copy", name=name, other=other)

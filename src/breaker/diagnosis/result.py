@@ -41,7 +41,7 @@ Result = Mapping[str, object]
 def result_of(diagnosis: "Diagnosis") -> Result:
     """Return the estimates of a diagnosis, with its verdicts on limits, as data."""
     given, most = diagnosis.given, diagnosis.config["report"]["simultaneity"]
-    both = zip(diagnosis.estimates, diagnosis.verdicts, strict=True)
+    both = zip(diagnosis.estimates, diagnosis.judge(diagnosis.estimates), strict=True)
     records = [_record(estimate, verdicts, given) for estimate, verdicts in both]
     result = {
         "warnings": [*map(note_of, doubts_about([each.record for each in diagnosis.estimates]))],

@@ -14,7 +14,7 @@ import numpy as np
 from breaker.configuration.definitions import entry_of_type, laid_over
 from breaker.configuration.loading import defaults
 from breaker.diagnosis.estimate import KNOWN_VALUES, DriveRecord, Estimate, EstimateSettings, Given
-from breaker.diagnosis.identity import Inspections, phase_of
+from breaker.diagnosis.identity import phase_of
 from breaker.diagnosis.inference import Inference
 from breaker.diagnosis.limits import Verdict, judged
 from breaker.diagnosis.reading import read_operations
@@ -135,11 +135,6 @@ class Diagnosis:
         return inference.infer(records, self.speeds_of(records))
 
     @cached_property
-    def verdicts(self) -> list[list[Verdict]]:
-        """Verdicts on the limits of each estimate."""
-        return self.judge(self.estimates)
-
-    @cached_property
     def result(self) -> Result:
         """Estimates and verdicts as data: see ``result_of``."""
         return result_of(self)
@@ -161,6 +156,8 @@ class Diagnosis:
         """Comparisons with the inspection before, by phase or channel; limits are not judged. A
         text says why a phase cannot be compared.
         """
+        from breaker.diagnosis.inspection_change import compare_inspections
+
         by_phase: dict[str, list[DriveRecord]] = {}
         for record in self.records if self.before else ():
             by_phase.setdefault(record.operation.phase, []).append(record)
@@ -172,20 +169,10 @@ class Diagnosis:
             try:
                 if len(by_phase) > 1 and not phase:
                     raise ValueError(say("phases-needed"))
-                found[name] = unjudged.compare({"before": before, "today": today})
+                found[name] = compare_inspections(unjudged, {"before": before, "today": today})
             except ValueError as error:
                 found[name] = "; ".join([*rejected, str(error).splitlines()[0]])
         return found
-
-    def compare(self, inspections: Inspections) -> "InspectionChange":
-        """Compare records "before" and "today" of one phase.
-
-        Raises:
-            ValueError: If they state different phases, or no motion has a usable record in both.
-        """
-        from breaker.diagnosis.inspection_change import compare_inspections
-
-        return compare_inspections(self, inspections)
 
 
 def given_by(config: Mapping, known: Mapping[str, Sequence[float]] | None = None) -> Given:

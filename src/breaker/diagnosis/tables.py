@@ -147,9 +147,8 @@ def limits_table(limits: Iterable[tuple[str, Verdict]]) -> Table:
     """
     groups: dict[tuple, list[tuple[str, Verdict]]] = {}
     for phase, limit in limits:
-        groups.setdefault((limit["name"], limit["motion"], limit["words"]), []).append(
-            (phase, limit)
-        )
+        key = limit["name"], limit["motion"], limit["words"]
+        groups.setdefault(key, []).append((phase, limit))
     phases = {phase for some in groups.values() for phase, _ in some}
     rows, notes, doubts = [], [], []
     for (name, _, words), some in groups.items():

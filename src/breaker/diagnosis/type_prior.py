@@ -228,9 +228,8 @@ def document_of(fitted: TypePrior) -> Document:
     remarks = [Remark(sentence, "WARNING: ") for sentence in warnings_of(fitted)]
     title = say("type-rejected", count=len(fitted.rejected))
     rejected = [Section(title, [Remark(e) for e in fitted.rejected])] if fitted.rejected else []
-    return Document(
-        summary=[say("type-source", **about)], parts=[Section(parts=remarks), *rejected]
-    )
+    summary = [say("type-source", **about)]
+    return Document(summary=summary, parts=[Section(parts=remarks), *rejected])
 
 
 def warnings_of(fitted: TypePrior) -> list[Sentence]:

@@ -1,6 +1,5 @@
 """The sentences of a diagnosis: ``say(code, **values)``, from the templates in ``words.yaml``."""
 
-from collections.abc import Mapping
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -9,18 +8,10 @@ import yaml
 
 
 class Sentence(str):
-    """A sentence with the code of its template and the values in it.
+    """A sentence with the code of its template and its values; its words may be edited freely."""
 
-    Tests and programs look at ``code`` and ``values``; the words may be edited freely.
-    """
-
-    __slots__ = ("code", "values")
-
-    def __new__(cls, text: str, code: str, values: Mapping[str, Any]) -> "Sentence":
-        """Return a sentence of a template."""
-        sentence = super().__new__(cls, text)
-        sentence.code, sentence.values = code, dict(values)
-        return sentence
+    code: str
+    values: dict[str, Any]
 
 
 @cache
@@ -32,4 +23,6 @@ def _templates() -> dict[str, str]:
 
 def say(code: str, **values: Any) -> Sentence:
     """Return the sentence of a code; a KeyError names a code or value that is missing."""
-    return Sentence(_templates()[code].format(**values), code, values)
+    sentence = Sentence(_templates()[code].format(**values))
+    sentence.code, sentence.values = code, values
+    return sentence

@@ -42,6 +42,7 @@ Forces that depend on the speed count at the mean speed of a closing from 10 to 
 
 # Effects that wear: outputs of a change network.
 WEARING = tuple(name for name in EFFECTS if name not in ("sliding_contact", "train_mass"))
+SURE = 0.95  # probability, or share of draws, from which a change, its cause or size is stated
 LEAST_AGREEMENT = 0.01  # of a parameter, below which closing and opening contradict each other
 
 _AT_ONCE = 8_000  # draws: half a million at once would take some GB
@@ -52,7 +53,6 @@ _LARGEST = 100.0  # logarithms of sizes, and times over durations, by far more t
 # (``studies.mechanisms all --contact 0.1 --wipe 0.05``).
 _APART = 0.25
 _BEYOND = 1e-3  # share of draws beyond these; the tails of a sound network reach there in 1e-6
-_SURE = 0.95  # share of draws
 _LARGEST_WEAR = np.log(2.0)  # of the logarithm of a parameter; wear of a family is below half of it
 
 
@@ -325,7 +325,7 @@ def plausible_wear(draws: np.ndarray) -> np.ndarray:
     """Return whether logarithms of parameters over what they were ``(..., d, p)`` may be of wear,
     ``(...)``: 95 % of each are below a factor of 2. No network knows of larger changes.
     """
-    return ((np.abs(draws) < _LARGEST_WEAR).mean(axis=-2) > _SURE).all(axis=-1)
+    return ((np.abs(draws) < _LARGEST_WEAR).mean(axis=-2) > SURE).all(axis=-1)
 
 
 def agreement_of(one: np.ndarray, other: np.ndarray) -> np.ndarray:

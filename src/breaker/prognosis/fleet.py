@@ -14,6 +14,7 @@ from breaker.common.plain_values import note_of, plainly
 from breaker.configuration.loading import defaults
 from breaker.diagnosis.changes import mean_error
 from breaker.diagnosis.estimate import Estimate
+from breaker.diagnosis.inspection_change import compare_inspections
 from breaker.diagnosis.limits import Verdict
 from breaker.diagnosis.session import Diagnosis
 from breaker.diagnosis.words import say
@@ -128,7 +129,7 @@ def _examined(drive: Drive, diagnosis: Diagnosis, remarks: list) -> dict[str, ob
     limits = [*_states(row for rows in diagnosis.judge(used) for row in rows)]
     with _noted(remarks):  # no usable record in the first inspection
         if before:
-            change = diagnosis.compare({"before": before[0], "today": today})
+            change = compare_inspections(diagnosis, {"before": before[0], "today": today})
             remarks += [*change.warnings, *change.limitations]
             found["changes"], on_both = change.measured, _states(change.limits)
             limits = [*{each.limit: each for each in (*limits, *on_both)}.values()]
