@@ -2,13 +2,13 @@
 
     python -m studies.mutants                      all faults, this project
     python -m studies.mutants --tree ../other      the same in another copy of it
-    python -m studies.mutants --room model wear    those of some rooms
+    python -m studies.mutants --room model cli     those of some rooms
     python -m studies.mutants --check              only whether each fault still has its place
 
-The faults are in ``mutants.toml``, by room: ``find``, a text that stands once in the package, the
-workflow or the studies, ``put``, what stands there instead, and ``tests``, the test files
-(``curves`` is ``test_curves.py``) that have to notice. A fault whose code was written anew is
-written anew, too.
+The faults are in ``mutants.toml``, by room, a folder of the package: ``find``, a text that stands
+once in the package, the workflow or the studies, ``put``, what stands there instead, and ``tests``,
+the test files (``curves`` is ``test_curves.py``) that have to notice. A fault whose code was
+written anew is written anew, too.
 
 First the tests run without any fault: they have to pass. A fault is *caught* if a test fails or
 does not end in time, and has *survived* if all pass; it is *not applicable* where its text is not
@@ -137,7 +137,10 @@ def plant(mutant: Mutant, tree: Path, caches: Path, limit: float) -> tuple[str, 
 
 def check(chosen: list[Mutant], tree: Path) -> int:
     """Say which faults have no place or no test in a tree."""
-    lost = [m for m in chosen if m.place(tree) is None or not m.test_files(tree)]
+    lost = []
+    for mutant in chosen:
+        few = len(mutant.test_files(tree)) < len(mutant.tests.split())
+        lost += [mutant] if few or mutant.place(tree) is None else []
     for mutant in lost:
         print(f"{mutant.room:12s} {mutant.name}")
     print(f"{len(chosen) - len(lost)} of {len(chosen)} faults have a place and tests in {tree}")

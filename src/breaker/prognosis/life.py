@@ -21,7 +21,6 @@ from breaker.prognosis.readout import Readout
 from breaker.prognosis.series import Series, events_of, series_of
 from breaker.prognosis.states import states_of
 from breaker.prognosis.trend import Change, Follower, Path
-from breaker.shipped import KINDS
 
 _READ = 500  # operations, about, at which a life is read; all are followed
 
@@ -68,7 +67,7 @@ class Life:
         events = events_of(self._events, endurance["events"])
         series = series_of(self._records, followed, events, self._conditions)
         about = {"seed": self._settings["seed"], "misfit_p_value": endurance["misfit_p_value"]}
-        return Readout.of(series, shipped_networks(*KINDS), draws=trend["draws"], **about)
+        return Readout.of(series, shipped_networks(), draws=trend["draws"], **about)
 
     @cached_property
     def trend(self) -> Path:
