@@ -28,8 +28,8 @@ _BUILD = (
     "build_meta.build_sdist(out); build_meta.build_wheel(out)"
 )
 # What is not code, and so easily left out.
-_NEEDED = ("py.typed", "records/words.yaml", "shipped/defaults.yaml")
-_NEEDED += ("shipped/schema.yaml", "shipped/MODEL_CARD.md")
+_NEEDED = ("py.typed", "records/words.yaml", "diagnosis/words.yaml")
+_NEEDED += ("shipped/families/any.yaml", "shipped/MODEL_CARD.md")
 _TUTORIAL = ROOT / "docs" / "tutorial"
 
 
