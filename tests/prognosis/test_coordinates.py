@@ -36,7 +36,7 @@ def seen():
     return series.motions["closing"], Coordinates.of(series, BASES).curves["closing"]
 
 
-def test_scatter_is_white_in_new_records_and_after(seen):
+def test_scatter_is_white_and_the_first_coordinates_are_those_of_wear(seen):
     motion, curve = seen
     values = curve.project(motion.way, motion.present)
     assert np.isnan(values[3]).all()
@@ -45,12 +45,8 @@ def test_scatter_is_white_in_new_records_and_after(seen):
     assert np.diag(cov).mean() == pytest.approx(1.0, abs=0.2)
     assert np.abs(np.diag(cov) - 1.0).max() < 0.9
     assert np.abs(cov - np.diag(np.diag(cov))).max() < 0.5
-    raw = motion.way[200:] @ DIRECTIONS.T
-    assert np.ptp(np.log(raw.var(axis=0))) > 2.0  # components themselves are far from white
-
-
-def test_the_first_coordinates_are_those_in_which_wear_shows_most(seen):
-    _, curve = seen
+    raw = (motion.way[200:] @ DIRECTIONS.T).var(axis=0)
+    assert np.ptp(np.log(raw)) > 2.0  # components themselves are far from white
     assert (np.diff(curve.variance) <= 1e-9).all()
     assert curve.variance[0] > 2.0 * curve.variance[20]
     family = np.diag(BASES["closing"].variances[: curve.variance.size])

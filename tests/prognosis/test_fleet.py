@@ -22,9 +22,9 @@ POLES, WORN, DIFFERENT, BROKEN, REMOUNTED = "Q1", "Q2", "Q4", "Q7", "Q8"
 HEAD = "file,motion,operation,breaker,phase,date"
 
 
-def write(folder, breaker, thetas, rng, *, phase="", ratio=1.0):
-    """Write an operation for each of some parameters, and return the rows of the table; a ratio is
-    that of the transducer from the second on.
+def write(folder, breaker, thetas, rng, *, phase="", ratio=1.0, years=(2026,)):
+    """Write an operation for each of some parameters, in these years, and return the rows of the
+    table; a ratio is that of the transducer from the second on.
     """
     rows = []
     for number, theta in enumerate(thetas, start=1):
@@ -33,14 +33,27 @@ def write(folder, breaker, thetas, rng, *, phase="", ratio=1.0):
             file = folder / f"{breaker}{phase}_{motion}_{number}.csv"
             noisy = curve * (ratio if number > 1 else 1.0) + 0.1 * rng.standard_normal(TIME.size)
             write_curve(file, TIME, noisy, motion=motion, operation=number)
-            year = 2014 + 3 * number if breaker in (WORN, REMOUNTED) else 2026
-            rows.append(f"{file.name},{motion},{number},{breaker},{phase},{year}-03-01")
+            date = f"{years[(number - 1) % len(years)]}-03-01"
+            rows.append(f"{file.name},{motion},{number},{breaker},{phase},{date}")
     return rows
 
 
 def listed(folder, lines, defaults):
     (folder / "operations.csv").write_text("\n".join([HEAD, *lines]), encoding="utf-8")
     return [*drives_of(list_fleet(folder), MOTIONS, defaults["endurance"]["format"])]
+
+
+@pytest.fixture
+def one_drive(tmp_path, defaults):
+    """Write a drive, whose first closing may be lost."""
+
+    def one_drive(thetas, years=(2026,), *, lost=False):
+        lines = write(tmp_path, "Q0", thetas, np.random.default_rng(1), years=years)
+        if lost:
+            (tmp_path / "Q0_closing_1.csv").write_text("nothing")
+        return listed(tmp_path, lines, defaults)[0]
+
+    return one_drive
 
 
 @pytest.fixture(scope="module")
@@ -52,10 +65,11 @@ def drives(tmp_path_factory, prior, defaults):
         theta = prior.medians * np.exp(SPREAD * rng.standard_normal(len(NAMES)))
         theta[3] *= 1.6 if breaker == DIFFERENT else 1.0
         worn = theta * np.where(np.array(NAMES) == "gamma_a", 1.4, 1.0)
+        thetas = [theta, worn if breaker == WORN else theta]
+        about = {"ratio": 0.94 if breaker == REMOUNTED else 1.0}
+        about["years"] = (2017, 2020) if breaker in (WORN, REMOUNTED) else (2026,)
         for phase in "RS" if breaker == POLES else [""]:
-            last = worn if breaker == WORN else theta
-            ratio = 0.94 if breaker == REMOUNTED else 1.0
-            lines += write(folder, breaker, [theta, last], rng, phase=phase, ratio=ratio)
+            lines += write(folder, breaker, thetas, rng, phase=phase, **about)
     for motion in MOTIONS:
         (folder / f"{BROKEN}_{motion}_1.csv").write_text("nothing")
         (folder / f"{BROKEN}_{motion}_2.csv").unlink()
@@ -148,49 +162,37 @@ def test_limits_of_a_type_count_in_any_spelling(drives, defaults):
     assert {*fleet_table(found).type} == {"gl-314", "GL318"}  # two spellings are one
 
 
-def test_a_limit_is_judged_where_the_first_inspection_lacks_its_motion(tmp_path, prior, defaults):
+def test_a_limit_is_judged_where_the_first_inspection_lacks_its_motion(one_drive, prior, defaults):
     """Planted fault: a limit that is exceeded was unknown, as compared records had no closing."""
-    lines = write(tmp_path, WORN, 2 * [prior.medians], np.random.default_rng(1))
-    (tmp_path / f"{WORN}_closing_1.csv").write_text("nothing")
-    (drive,) = listed(tmp_path, lines, defaults)
+    drive = one_drive(2 * [prior.medians], (2017, 2020), lost=True)
     late = {"name": "late", "motion": "closing", "of": "record", "upper": {"travel_time": 5.0}}
     found = examine(drive, {**defaults, "limits": [late]}, {})
     assert (found.inspections, found.state, found.limits[0].p_exceeded) == (2, "due", 1.0)
 
 
-def test_yearly_inspections_show_wear_before_the_limit(tmp_path, prior, defaults):
+def test_yearly_inspections_show_wear_before_the_limit(one_drive, prior, defaults):
     """A force that falls by 12 % in ten years, two records a year, and a limit at 10 %."""
-    rng, force = np.random.default_rng(1), np.array(NAMES) == "f"
-    falls = np.repeat(np.linspace(0.0, 0.12, 10), 2)
-    lines = write(tmp_path, WORN, [prior.medians * (1.0 - fall * force) for fall in falls], rng)
-    dates = [f"{2000 + number // 2}-05-01" for number in range(20) for _ in MOTIONS]
-    lines = [f"{line[:-10]}{date}" for line, date in zip(lines, dates, strict=True)]
-    (drive,) = listed(tmp_path, lines, defaults)
+    falls = np.repeat(np.linspace(0.0, 0.12, 10), 2)[:, None] * (np.array(NAMES) == "f")
+    drive = one_drive(prior.medians * (1.0 - falls), np.repeat(range(2000, 2010), 2))
     assert [len(each) for each in drive.inspections] == 10 * [4]
     limits = [{"name": "tired", "of": "change", "lower": {"f": "-10 %"}}]
     limits += [{"name": "stiff", "of": "change", "upper": {"gamma_a": "+15 %"}}]
     config = {**defaults, "limits": limits, "trend": {**defaults["trend"], "draws": 60}}
-    found = [
-        examine(replace(drive, inspections=drive.inspections[:count]), config, {})
-        for count in (2, 8, 10)
-    ]
+    first = (replace(drive, inspections=drive.inspections[:count]) for count in (2, 8, 10))
+    found = [examine(each, config, {}) for each in first]
     assert [each.state for each in found] == ["ok", "planned", "due"]
     assert [each.limits[-1].state for each in found] == ["ok", "ok", "ok"]  # of stiff
     assert found[1].limits[0].service_by_date.startswith("200")
 
 
 @pytest.mark.parametrize("loss", [0.09, 0.0])
-def test_many_operations_are_a_life(tmp_path, prior, defaults, loss, monkeypatch):
+def test_many_operations_are_a_life(one_drive, prior, defaults, loss, monkeypatch):
     """Planted fault: the life was lost where no record of the first inspection can be used."""
-    rng, steps = np.random.default_rng(1), np.linspace(0.0, 1.0, 30)
-    thetas = [prior.medians * (1.0 - loss * step * (np.arange(7) == 5)) for step in steps]
-    lines = write(tmp_path, "Q0", thetas, rng)
-    (tmp_path / "Q0_closing_1.csv").write_text("nothing")
+    falls = loss * np.linspace(0.0, 1.0, 30)[:, None] * (np.arange(7) == 5)
+    drive = one_drive(prior.medians * (1.0 - falls), lost=True)
     monkeypatch.setattr(fleet, "_LIFE", 30)
     monkeypatch.setattr("breaker.prognosis.series._FIRST", 6)
-    wear = {**defaults["trend"], "draws": 60}
-    (drive,) = listed(tmp_path, lines, defaults)
-    found = examine(drive, {**defaults, "trend": wear}, {})
+    found = examine(drive, {**defaults, "trend": {**defaults["trend"], "draws": 60}}, {})
     assert {each.limit for each in found.limits} == {"stiff_drive", "tired_closing"}
     if loss:
         assert (found.limits[0].limit, found.state in ("planned", "due")) == ("tired_closing", True)

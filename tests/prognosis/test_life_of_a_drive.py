@@ -35,18 +35,16 @@ def records(worn=20.0, seed=1):
     theta[:, PLACE] *= 1.0 + worn / 100.0 * np.arange(N) / N
     numbers = {"accepted": True, "rate": 1.0 / STEP, "record_noise": 0.05, "record_colour": 0.0}
     for motion in MOTIONS:
-        late = 0.2 * rng.standard_normal((N, 1))
-        drives = [Drive(tuple(each), Elements()) for each in theta]
-        curves = [d.travel(motion, t) for d, t in zip(drives, TIMES - late, strict=True)]
+        moved = zip(theta, TIMES - 0.2 * rng.standard_normal((N, 1)), strict=True)
+        curves = [Drive(tuple(each), Elements()).travel(motion, times) for each, times in moved]
         curves = np.array(curves) + 0.05 * rng.standard_normal((N, TIMES.size))
         times = [measure_curve(TIMES, curve, motion)["travel_time"][:2] for curve in curves]
         data = {name: ("operation", np.full(N, value)) for name, value in numbers.items()}
         data["record"] = ("operation", "sample"), curves
         for name, values in zip(("measured", "measured_sd"), np.array(times).T, strict=True):
             data[name] = ("operation", "quantity"), values[:, None]
-        found[motion] = xr.Dataset(
-            data, {"operation": np.arange(1, N + 1), "quantity": ["travel_time"]}
-        )
+        coords = {"operation": np.arange(1, N + 1), "quantity": ["travel_time"]}
+        found[motion] = xr.Dataset(data, coords)
     return found
 
 
@@ -89,9 +87,8 @@ def test_limits_are_judged_by_what_they_are_read_from(life):
     theta[PLACE] *= 1.2
     worn = Drive(tuple(theta), Elements()).travel("closing", TIMES)
     assert life.part_unit.values.tolist() == ["ms", "%", "mm/ms²"]
-    assert last.value.sel(part=0).values[1] == pytest.approx(
-        measure_curve(TIMES, worn, "closing")["travel_time"].value, abs=0.05
-    )
+    time = measure_curve(TIMES, worn, "closing")["travel_time"].value
+    assert last.value.sel(part=0).values[1] == pytest.approx(time, abs=0.05)
     assert last.p_exceeded.sel(limit="stiff") > 0.9
     assert last.p_exceeded.sel(limit="strong") < 0.2
     assert life.new.values[0] == pytest.approx(8.4, abs=0.5)
@@ -114,23 +111,21 @@ def test_what_comes_later_changes_nothing_before(life):
     np.testing.assert_allclose(short.evidence, life.evidence[:120])
     both = np.intersect1d(short.asked, life.asked)[:-1]
     # Networks read lives as batches, whose sizes round float32 in other ways.
-    np.testing.assert_allclose(
-        short.changed.sel(asked=both), life.changed.sel(asked=both), rtol=1e-4, atol=1e-4
+    pair = (each.changed.sel(asked=both) for each in (short, life))
+    np.testing.assert_allclose(*pair, rtol=1e-4, atol=1e-4)
+
+
+def test_a_drive_of_no_family_or_of_one_motion_is_followed():
+    measured, one = (
+        told(records(), p_value=1.1),
+        told({"closing": records()["closing"]}, LIMITS[:2]),
     )
-
-
-def test_a_drive_of_no_family_is_measured_only():
-    life = told(records(), p_value=1.1)
-    assert life.attrs["family"] == ""
-    assert np.isnan(life.changed).all()
-    assert np.isfinite(life.value.sel(part=0)).all()
-    assert np.isnan(life.p_exceeded.sel(limit=["stiff", "strong"])).all()
-
-
-def test_one_motion_alone_is_followed():
-    life = told({"closing": records()["closing"]}, LIMITS[:2])
-    assert life.attrs["agreement"] == 1.0
-    assert life.changed.isel(asked=-1).sel(parameter="gamma_a").values[1] > 5.0
+    assert measured.attrs["family"] == ""
+    assert np.isnan(measured.changed).all()
+    assert np.isfinite(measured.value.sel(part=0)).all()
+    assert np.isnan(measured.p_exceeded.sel(limit=["stiff", "strong"])).all()
+    assert one.attrs["agreement"] == 1.0
+    assert one.changed.isel(asked=-1).sel(parameter="gamma_a").values[1] > 5.0
 
 
 def test_an_operation_is_added_once():

@@ -74,7 +74,11 @@ def test_new_is_the_first_inspection(dated):
     assert np.isnan(means[::2]).all()
 
 
-def test_maintenance_ends_an_inspection_and_what_is_new():
+def test_events_end_an_inspection_and_what_is_new_if_anything_starts_anew():
+    texts = {1: "transducer remounted", 2: "greased, transducer remounted", 3: "oil changed"}
+    assert events_of(texts, {"oil changed": ["gamma_a"]}) == {1: False, 2: True, 3: True}
+    with pytest.raises(ValueError, match="oil changed"):
+        events_of(texts, {})
     assert inspections_of(np.array([1, 2, 201, 202]), None, [3]).tolist() == [0, 0, 1, 2]
     found = series(events=events_of({30: "greased", 6: "inspected"}, {}))
     assert found.operations[found.new].tolist() == [2, *range(4, 30)]
@@ -90,11 +94,3 @@ def test_conditions_are_relative_to_those_of_new_operations():
         voltage, temperature = series(conditions=conditions).conditions
         assert voltage[-1] == pytest.approx(-1.5)
         assert temperature[-2:].tolist() == pytest.approx([1.5, 0.0])  # one is not known
-
-
-def test_events_mean_what_they_start_anew():
-    texts = {1: "transducer remounted", 2: "greased, transducer remounted", 3: "oil changed"}
-    found = events_of(texts, {"oil changed": ["gamma_a"]})
-    assert found == {1: False, 2: True, 3: True}
-    with pytest.raises(ValueError, match="oil changed"):
-        events_of(texts, {})

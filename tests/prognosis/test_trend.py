@@ -69,9 +69,14 @@ def test_a_path_and_its_rate_are_known_also_where_it_bends():
     assert sd[0] < 0.1 * last[0]
 
 
-def test_nothing_is_noticed_where_nothing_changes():
+def test_nothing_is_noticed_where_nothing_changes_and_neighbours_share_errors():
     """12 lives of 200 records, false with a probability of 1e-3 each at most."""
     assert not any(follow(blocks(seed)).changes for seed in range(12))
+    rng, some = np.random.default_rng(1), blocks()
+    for values in (block.values for block in some):
+        for i in range(1, N):
+            values[i] = 0.6 * values[i - 1] + 0.8 * rng.standard_normal(6)
+    assert not follow(some).changes
 
 
 @pytest.mark.parametrize(
@@ -153,11 +158,3 @@ def test_a_change_that_is_not_sought_or_denied_by_later_records_is_forgotten():
     path = follow(blocks(add=5.0 * ((TIME >= 200) & (TIME < 204))))
     assert all(change.kind == "step" for change in path.changes)
     assert abs(path.change[-1, 0]) < 1.0
-
-
-def test_errors_that_neighbours_share_are_no_change():
-    rng, some = np.random.default_rng(1), blocks()
-    for values in (block.values for block in some):
-        for i in range(1, N):
-            values[i] = 0.6 * values[i - 1] + 0.8 * rng.standard_normal(6)
-    assert not follow(some).changes
