@@ -112,7 +112,8 @@ class QuantityChange(Plain):
     def of(cls, quantity: Parameter, more: float, less: float, **values: object) -> Self:
         """Return the change of a quantity by its probabilities of being more and less."""
         worse = {1: more, -1: less}.get(quantity.worse)
-        about = {"p_unchanged": 1.0 - more - less, "changed": max(more, less) >= SURE}
+        p_unchanged = max(1.0 - more - less, 0.0)  # not below, by rounding
+        about = {"p_unchanged": p_unchanged, "changed": max(more, less) >= SURE}
         about |= {key: getattr(quantity, key) for key in ("name", "unit", "meaning")}
         return cls(**about, p_worse=worse, **values)
 
