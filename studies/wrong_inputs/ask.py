@@ -12,7 +12,10 @@ from studies.exports.__main__ import call
 
 Command = Sequence[object]
 # What every plain file gets, and what only says which setting holds, names no trouble.
-STANDING = r"- the sign is a guess(?:.*\n)(?: {4}.*\n)*|^note: .*$"
+STANDING = (
+    r"- the sign is a guess(?:.*\n)(?: {4}.*\n)*|^note: .*$"
+    r"|^the phase is not stated \(before: no phase; today: no phase\).*$"
+)
 WARNING_KEYS = ("warnings", "remarks", "doubts", "rejected", "differences")
 
 
