@@ -64,6 +64,7 @@ def test_a_measured_quantity_is_in_units_of_its_scatter(count, sd):
     curve, block = coordinates.blocks(series)
     times = series.motions["closing"].measured["travel_time"]
     np.testing.assert_allclose(reading.mean + reading.scatter * block.values[:, 0], times)
+    assert not block.sought  # as the curve shows it
     assert coordinates.places[key] == slice(curve.variance.size, coordinates.size)
     own, usual = times[:count], sd**2 + (0.005 * reading.mean) ** 2
     steps = np.diff(own[np.isfinite(own)]) / np.sqrt(2.0)
@@ -80,3 +81,15 @@ def test_the_noise_of_the_new_mean_and_coordinates_that_do_not_depend_on_later_r
     for count in (2, 7, 60, 333):
         some = curve.project(motion.way[:count], motion.present[:count])
         np.testing.assert_array_equal(some, every[:count])
+
+
+def test_records_of_an_inspection_share_an_error():
+    series = replace(a_series(sd=0.05), inspections=np.arange(N) // 4)
+    coordinates = Coordinates.of(series, BASES)
+    curve, block = coordinates.blocks(series)
+    (reading,) = coordinates.readings.values()
+    shared = np.square(0.0035 * reading.mean / reading.scatter)
+    assert block.noise == pytest.approx(1.0 / 4.0 + shared)
+    assert (curve.noise > 1.0 / 4.0).all()
+    monitored = coordinates.blocks(replace(series, inspections=None))
+    assert all((each.noise == 1.0).all() for each in monitored)

@@ -71,7 +71,7 @@ def test_what_wears_is_told_and_nothing_else(life):
     low, _, high = changed.sel(parameter="gamma_a").values
     true = 100.0 * (1.2 / (1.0 + 0.2 * (NEW / 2.0) / N) - 1.0)
     assert 5.0 < low < true < high
-    still = told(records(worn=0.0, seed=2), LIMITS[:1]).changed.isel(asked=-1)
+    still = told(records(0.0, 2), LIMITS[:1]).changed.isel(asked=-1)
     for found in (changed.sel(parameter=["f", "k_a", "L"]), still):
         low, _, high = found.values.T
         assert (low <= 0.0).all()
@@ -124,7 +124,9 @@ def test_a_drive_of_no_family_or_of_one_motion_is_followed():
     assert np.isnan(measured.changed).all()
     assert np.isfinite(measured.value.sel(part=0)).all()
     assert np.isnan(measured.p_exceeded.sel(limit=["stiff", "strong"])).all()
-    assert one.attrs["agreement"] == 1.0
+    both = told({"closing": records()["closing"], "opening": records(0.0, 2)["opening"]})
+    assert both.attrs["agreement"] < 0.01  # one motion is worn, the other is not
+    assert (both.attrs["family"], one.attrs["agreement"]) == ("", 1.0)
     assert one.changed.isel(asked=-1).sel(parameter="gamma_a").values[1] > 5.0
 
 

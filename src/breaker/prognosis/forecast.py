@@ -62,7 +62,7 @@ class Onward:
     def __init__(
         self, path: Path, readout: Readout, where: np.ndarray, past: np.ndarray, future: Future
     ) -> None:
-        self._horizon, self._seed = future.horizon, readout.seed
+        self._seed = readout.seed
         self._nodes = np.append(0.0, np.geomspace(_NEAREST, future.horizon, _NODES - 1))
         self.turns, self._faster = future.turns(past, readout.draws, readout.seed)
         change, variance = path.change[where], np.maximum(path.variance[where], 1e-12)
@@ -92,7 +92,6 @@ class Onward:
             lives[k] = _crossings(excess[:, k], self._nodes)
         faster = self.turns + (lives - self.turns) / self._faster
         lives = np.where(lives > self.turns, faster, lives)
-        lives = np.where(lives > self._horizon, np.inf, lives)
         nearer = (limit.excess(now) > limit.excess(new)).all(axis=-1).mean(axis=1)
         left = np.quantile(lives, QUANTILES, axis=1, method="inverted_cdf").T
         exceeded, each = limit.exceeded(now).mean(axis=1), ("limit", "asked")
