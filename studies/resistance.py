@@ -13,13 +13,15 @@ import numpy as np
 import pandas as pd
 from scipy.stats import chi2
 
-from breaker.records.contacts import ContactTimes, contact_separations
+from breaker.records.contacts import FEWEST, LEAST, ContactTimes, times_of
+from breaker.records.rejections import NotShownError
 
 _COLUMNS = ["remaining_length_mm", "time_ms", "resistance_mohm"]
 _HEAD = (
     "| Length, mm | Main contact, ms | Arcing contact, ms | Between both, ms | Residual, mm |",
     "|---|---|---|---|---|",
 )
+_CLOSED = 0.05  # share of a record in which the contact rests closed
 _INTERVAL = 0.05, 0.95  # of the residual sd: a 90 % interval
 
 
@@ -32,6 +34,28 @@ def read(file: Path) -> dict[float, tuple[np.ndarray, np.ndarray]]:
     rows = pd.read_csv(file, usecols=_COLUMNS, dtype=float)
     openings = rows.groupby(_COLUMNS[0])
     return {length: tuple(own[_COLUMNS[1:]].values.T) for length, own in openings}
+
+
+def separations(time: np.ndarray, resistance: np.ndarray) -> ContactTimes:
+    """Find the separations of the main and of the arcing contact in an opening without a current.
+
+    Args:
+        time: Times, ``(n,)``, ms, evenly spaced, from the closed contact on.
+        resistance: Of the contact, ``(n,)``, milliohm; nan where a sample is missing.
+
+    Returns:
+        Times whose ``main`` and ``arcing`` are nan, and ``why`` the reason, where not seen.
+    """
+    there = ~np.isnan(resistance)
+    first, last = np.quantile(time[there], _CLOSED), time[there][-FEWEST]
+    ends = resistance[there][-FEWEST:]
+    if ends.min() < (1.0 - 0.1 * LEAST) * resistance[there].max():  # a rise that is cut goes on
+        return ContactTimes(why="the arcing contact does not separate within the record")
+    try:
+        sides = time <= first, time >= last
+        return times_of(time, resistance, None, True, sides, False, -np.inf)
+    except NotShownError as error:
+        return ContactTimes(why=str(error))
 
 
 def fit(lengths: np.ndarray, between: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -76,7 +100,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog="python -m studies.resistance", description=__doc__)
     parser.add_argument("file", type=Path, help="CSV of openings of contacts of known length")
     openings = read(parser.parse_args(arguments).file)
-    found = {length: contact_separations(*each) for length, each in openings.items()}
+    found = {length: separations(*each) for length, each in openings.items()}
     print("\n".join(table(found)))
     return 0
 

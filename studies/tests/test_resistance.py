@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from studies import resistance
+from tests.records.contact_signals import Case
 
 
 def file_of(folder, lengths):
@@ -25,6 +26,19 @@ def test_the_length_follows_from_the_times(tmp_path, capsys):
     assert len(printed) == 2 + 5 + 2
     assert "0.75" in printed[-1]
     assert "n = 4" in printed[-1]  # the last is too long for the record
+
+
+@pytest.mark.parametrize("step", [0.05, 0.25, 0.5])
+@pytest.mark.parametrize("cut", [5.0, 10.0])
+def test_separations_of_a_resistance(step, cut):
+    case = Case(np.random.default_rng(5), step=step, cut=cut, main=55.2, arcing=72.6)
+    found = resistance.separations(case.time, case.resistance())
+    assert found.main == pytest.approx(case.main, abs=4.0 * found.main_sd)
+    assert found.arcing == pytest.approx(case.arcing, abs=4.0 * found.arcing_sd)
+    seen = case.time < case.arcing - 1.5  # the record ends before
+    short = resistance.separations(case.time[seen], case.resistance()[seen])
+    assert np.isnan(short.arcing)
+    assert short.why
 
 
 def test_the_residual_sd_has_its_interval():

@@ -17,6 +17,7 @@ from breaker.model.limits import from_list
 from breaker.model.parameters import MOTIONS, NAMES
 from breaker.model.quantities import speeds_of
 from breaker.records.contacts import ContactTimes
+from breaker.records.currents import Currents
 from tests.raws import raw_of, smooth
 
 SPEEDS = speeds_of({"closing_speed_mean": ["10 % of stroke", "90 % of stroke"]})
@@ -64,6 +65,26 @@ def document(*families, before=None, today=None, explanations=WEAKER, difference
     changes = compare(pair, families or [family()], np.random.default_rng(1))
     about = {"settings": {"seed": 1, "misfit_p_value": 0.001}, "rejected": ()}
     return inspection_change(pair, changes, explanations, SPEEDS, differences, limits, **about)
+
+
+def test_the_length_of_the_arcing_contact_is_compared():
+    """Planted: less travel between the main and the arcing contact, and 80 % more resistance."""
+    pairs = []
+    for arcing, ohms in ((30.0, 50.0), (29.0, 90.0)):
+        raws = records(["opening"], noise=1e-4)["opening"]
+        for k, raw in enumerate(raws):
+            contact = ContactTimes(arcing, 0.01, 26.0, 0.01, arcing, 0.01)
+            own = np.where(raw.time < arcing, ohms + raw.time % 2.0, 8000.0)
+            about = "opening", raw.inside, raw.moves, contact
+            currents = Currents(raw.time, {"contact": own}, {"contact": 1.0}, *about)
+            raws[k] = replace(raw, contact=contact, currents=currents)
+        pairs.append({"opening": raws})
+    found = {row.name: row for row in measured_changes(Pair.of(*pairs), SPEEDS)}
+    way = [np.interp(at, raws[0].time, -raws[0].sure) for at in (29.0, 30.0)]
+    assert found["arcing_wipe"].difference == pytest.approx(way[0] - way[1], abs=0.1)
+    assert found["arcing_wipe"].is_worse
+    assert found["static_resistance"].change[1] == pytest.approx(40.0 / 0.51, rel=0.02)
+    assert found["static_resistance"].is_worse
 
 
 def inferred(found):

@@ -7,7 +7,7 @@ import pytest
 
 from breaker.model.curves import travel
 from breaker.model.parameters import MOTIONS
-from breaker.records.contacts import contact_separations, events_of, trigger_of
+from breaker.records.contacts import events_of, trigger_of
 from breaker.records.curves import read_curves
 from breaker.records.grid import Grid
 from breaker.records.operations import Operation
@@ -147,20 +147,6 @@ def test_a_signal_that_does_not_switch_is_a_remark():
         assert np.isnan(found.time)
         assert len(said) == 1
         assert found.trigger == 0.0  # the record starts with it
-
-
-@pytest.mark.parametrize("step", [0.05, 0.25, 0.5])
-@pytest.mark.parametrize("cut", [5.0, 10.0])
-def test_separations_of_a_resistance(step, cut):
-    case = case_of(step=step, cut=cut, main=55.2, arcing=72.6)
-    found = contact_separations(case.time, case.resistance())
-    assert found.main == pytest.approx(case.main, abs=4.0 * found.main_sd)
-    for each in (found, contact_separations(case.time, case.resistance(), case.current())):
-        assert each.arcing == pytest.approx(case.arcing, abs=4.0 * each.arcing_sd)
-    seen = case.time < case.arcing - 1.5  # the record ends before
-    short = contact_separations(case.time[seen], case.resistance()[seen])
-    assert np.isnan(short.arcing)
-    assert short.why
 
 
 def coil(start, rise=4.0, length=30.0):

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from breaker.model.quantities import CURRENTS
+from breaker.records.contacts import ContactTimes
 from breaker.records.currents import Currents
 from breaker.records.curves import read_curves
 from breaker.records.grid import Grid
@@ -29,7 +30,8 @@ def coil(time=TIME, depth=0.25, peak=PEAK):
 
 
 def currents(values, **more):
-    about = {"moves": 30.0, "trigger": TRIGGER, "trigger_sd": 0.05} | more
+    contact = ContactTimes(trigger=TRIGGER, trigger_sd=0.05)
+    about = {"sizes": {"trigger": 1.0}, "moves": 30.0, "contact": contact} | more
     return Currents(TIME, {"trigger": values}, **about)
 
 
@@ -65,10 +67,10 @@ HELD = np.where(TIME > TRIGGER, coil(peak=2.0)[TIME.searchsorted(49.0)], 0.0)
         ("coil_dip_time", currents(coil(depth=0.0) + NOISE)),  # by noise, in one of 1e6 records
         ("coil_off_time", currents(HELD)),
         ("coil_current", currents(NOISE)),
-        ("coil_current", currents(coil() * np.nan)),  # its column states no unit
+        ("coil_current", currents(coil(), sizes={"trigger": np.nan})),  # it states no unit
         ("coil_current", currents(np.where(TIME < 100.0, np.nan, coil()), inside=slice(900))),
-        ("coil_current", currents(coil(), trigger=np.nan)),
-        *[(name, Currents(TIME, trigger=TRIGGER)) for name in CURRENTS],
+        ("coil_current", currents(coil(), contact=ContactTimes())),
+        *[(name, currents(np.nan * TIME)) for name in CURRENTS],
     ],
 )
 def test_what_a_current_does_not_show_is_not_told(name, read):
@@ -84,11 +86,11 @@ def test_a_motor_runs(alternates):
     level = np.where(runs, 8.0 + 32.0 * np.exp(-(time - 200.0) / 150.0), 0.0)
     wave = np.sqrt(2.0) * np.sin(0.1 * np.pi * time) if alternates else 1.0
     noise = 0.1 * np.random.default_rng(3).standard_normal(time.size)
-    read = Currents(time, {"motor": level * wave + noise}, moves=50.0)
+    read = Currents(time, {"motor": level * wave + noise}, {"motor": 1.0}, moves=50.0)
     assert read.charging_time()[0] == pytest.approx(6.0, abs=0.015)
     assert read.motor_current()[0] == pytest.approx(8.0, abs=0.05)
     assert read.motor_inrush()[0] == pytest.approx(40.0, rel=0.08)  # over 20 ms it decays
-    cut = Currents(time[:3000], {"motor": (level * wave)[:3000]}, moves=50.0)
+    cut = Currents(time[:3000], {"motor": (level * wave)[:3000]}, {"motor": 1.0}, moves=50.0)
     with pytest.raises(NotShownError):
         cut.charging_time()
 

@@ -27,7 +27,7 @@ from breaker.family.networks import (
     plausible_wear,
 )
 from breaker.model.parameters import NAMES, PARAMETERS, Parameter
-from breaker.model.quantities import CURRENTS, Speed, quantities_of
+from breaker.model.quantities import CURRENTS, RESISTANCES, Speed, in_words, quantities_of
 from breaker.records.measurements import Measured
 from breaker.records.record import Record
 
@@ -42,6 +42,7 @@ _UNCHANGED, _CHANGES = 0.9, 0.1
 # An over-travel may be 0, and its change is compared with no less than that share of the stroke.
 _SCATTER = {
     **dict.fromkeys(CURRENTS, (0.02, 0.0, 0.0)),
+    **dict.fromkeys(RESISTANCES, (0.1, 0.0, 0.0)),
     **dict.fromkeys(("over_travel", "opening_over_travel"), (0.05, 0.0, 0.002)),
     "bounce_time": (0.2, 0.3, 0.0),
     "start": (0.03, 0.0, 0.0),
@@ -130,8 +131,7 @@ class QuantityChange(Plain):
     @property
     def words(self) -> str:
         """Name of the quantity in a sentence, with its motion where the name lacks it."""
-        word = _INFERRED[self.name].word if self.name in _INFERRED else ""
-        name = word or self.name.replace("_", " ")
+        name = in_words(self.name)
         return name if self.motion in self.name else f"{name} ({self.motion})"
 
 

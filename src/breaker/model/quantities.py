@@ -266,6 +266,8 @@ _TABLE = (  # name, unit, whether more (1) or less (-1) is worse, motions, sourc
     ("main_closing_time", "ms", 1, _CLOSING, _RECORD, "trigger to touch of the main contact"),
     ("main_opening_time", "ms", 1, _OPENING, _RECORD, "trigger to separation of the main contact"),
     ("arcing_wipe", "mm", -1, MOTIONS, _RECORD, "travel between the main and the arcing contact"),
+    ("static_resistance", "µΩ", 1, MOTIONS, _RECORD, "closed contact at rest"),
+    ("arcing_resistance", "µΩ", 1, MOTIONS, _RECORD, "arcing contact while it alone is closed"),
     ("closing_wipe", "mm", -1, _CLOSING, _RECORD, "travel from contact touch to closed rest"),
     ("opening_wipe", "mm", -1, _OPENING, _RECORD, "travel from closed rest to separation"),
     ("bounce_time", "ms", 1, _CLOSING, _RECORD, "first to last contact touch"),
@@ -328,11 +330,28 @@ AFTER_RELEASE = {motion: f"{event}_after_release" for motion, event in EVENTS.it
 SHARES = {f"time_to_{percent}": percent for percent in (10, 50, 90)}
 """Percent of the stroke to which a time from the trigger goes, by its name."""
 
-CURRENTS = {
-    **dict.fromkeys(("coil_current", "coil_dip_time", "coil_off_time"), "trigger"),
-    **dict.fromkeys(("motor_inrush", "motor_current", "charging_time"), "motor"),
-}
-"""Quantities that a current shows, by name: that of the coil ("trigger") or of the motor."""
+RESISTANCES = ("static_resistance", "arcing_resistance")
+"""Names of the quantities that the resistance of the contact shows."""
+
+CURRENTS = ("coil_current", "coil_dip_time", "coil_off_time")
+CURRENTS += ("motor_inrush", "motor_current", "charging_time", *RESISTANCES)
+"""Names of the quantities that a current shows: of coil or motor, or the test current."""
+
+
+_SPOKEN = {each.name: each.word for each in PARAMETERS}
+
+
+def in_words(name: str) -> str:
+    """Return the name of a parameter or quantity in words.
+
+    >>> in_words("closing_speed_10_90"), in_words("time_to_50"), in_words("k_a")
+    ('closing speed 10 to 90 %', 'time to 50 %', 'opening spring')
+    """
+    words = _SPOKEN.get(name) or name.replace("_", " ")
+    if name in OF_STROKE:
+        words = " to ".join(words.rsplit(" ", 1))
+    return f"{words} %" if name in OF_STROKE or name in SHARES else words
+
 
 ANSWERED = frozenset(name for name, each in QUANTITIES.items() if each.of == _ANSWER)
 """Names of the quantities that only the inference of a single record has."""

@@ -26,6 +26,8 @@ _ARCING = 1e3  # ratio of 20 milliohm, the most of an arcing contact, to 20 micr
 RESOLVED = 1.0  # ms: error of a first motion, by its definition, and shortest level of a contact
 _RISE = 0.25  # of a step: up to there a test or coil current rises straight
 _AUXILIARY = 2.0  # ms: usual distance of an auxiliary switch from the main contact
+SETTLED = 0.75
+"""Share of the time from the first motion on, after which the contact of a closing is at rest."""
 SLOWEST = 100.0  # ms from trigger to first motion: any coil and latch are faster
 _UNSEEN = "the contact does not switch during the motion"
 
@@ -120,11 +122,11 @@ def events_of(
     if "contact" in own:
         places = places_of(names, column) if names else []
         name = names[places[0]] if len(places) == 1 else str(column)
-        sides = (time < moves, time > moves + 0.75 * (time[-1] - moves))[:: -1 if closing else 1]
+        sides = (time < moves, time > moves + SETTLED * (time[-1] - moves))[:: -1 if closing else 1]
         begin = moves - max(RESOLVED, 3.0 * located.moves_sd)
         try:
             signals = own["contact"], own.get("current"), holds(name, "resistance")
-            found = _as_travelled(_times(time, *signals, sides, closing, begin), located)
+            found = _as_travelled(times_of(time, *signals, sides, closing, begin), located)
         except NotShownError as error:
             found = ContactTimes(why=str(error))
         if found.why:
@@ -148,33 +150,7 @@ def events_of(
     return found, said
 
 
-def contact_separations(
-    time: np.ndarray, resistance: np.ndarray, current: np.ndarray | None = None
-) -> ContactTimes:
-    """Find the separations of the main and of the arcing contact in the resistance of an opening.
-
-    Args:
-        time: Times, ``(n,)``, ms, evenly spaced, from the closed contact on.
-        resistance: Of the contact, ``(n,)``, milliohm; nan where a sample is missing.
-        current: Test current, ``(n,)``, in any unit; None if it was not recorded.
-
-    Returns:
-        Times whose ``main`` and ``arcing`` are nan, and ``why`` the reason, where not seen.
-    """
-    there = ~np.isnan(resistance)
-    first, last = np.quantile(time[there], (0.05, 0.95))
-    if current is None:  # the reading stays at the end of its range; a rise that is cut goes on
-        last, ends = time[there][-FEWEST], resistance[there][-FEWEST:]
-        if ends.min() < (1.0 - 0.1 * LEAST) * resistance[there].max():
-            return ContactTimes(why="the arcing contact does not separate within the record")
-    try:
-        sides = time <= first, time >= last
-        return _times(time, resistance, current, True, sides, False, -np.inf)
-    except NotShownError as error:
-        return ContactTimes(why=str(error))
-
-
-def _times(
+def times_of(
     time: np.ndarray,
     contact: np.ndarray,
     current: np.ndarray | None,

@@ -1,8 +1,10 @@
-"""Currents of the coil and of the motor that a recorder shows of a motion.
+"""Currents of the coil and of the motor that a recorder shows of a motion, and the resistance of
+the contact.
 
 The current of a coil rises slowly, dips as the armature arrives, and is broken by the auxiliary
 contact. A motor that charges a spring draws an inrush, then its running current, until the limit
-switch. A channel without a unit of a current has no values.
+switch. A resistance counts while its test current flows. A channel without a unit of a current or
+of a resistance has no values.
 """
 
 from collections.abc import Mapping
@@ -12,11 +14,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from breaker.records.contacts import CLEAR, FEWEST, LEAST, RESOLVED, SLOWEST
+from breaker.records.axes import seen_quantum
+from breaker.records.contacts import CLEAR, FEWEST, LEAST, RESOLVED, SETTLED, SLOWEST, ContactTimes
 from breaker.records.fits import filled, running_mean
 from breaker.records.rejections import NotShownError
 
 _MOTOR = 20.0  # ms of means, a period of 50 Hz; those of a coil take a third of a dip
+_PARTS = 8  # of a resistance, whose medians show its error: ripple is slower than its samples
 _FLOWS = 0.2  # of the largest, from which on a current flows: an inrush is up to five times as much
 
 
@@ -32,18 +36,26 @@ class _Flow(NamedTuple):
 
 @dataclass(eq=False)
 class Currents:
-    """Currents of a record; each method returns a value and its sd, or raises NotShownError.
+    """Currents and resistance of a record; each method that has the name of a quantity returns its
+    value and sd, or raises NotShownError.
 
-    The channels, by kind, are in A, ``(n,)``, and NaN where a sample is missing or the unit is not
-    of a current; that of the coil is "trigger".
+    The channels, by kind, are as in the file, ``(n,)``, NaN where a sample is missing; that of the
+    coil is "trigger". ``sizes`` are A, of the contact µΩ, of their units; NaN if of neither.
     """
 
     time: np.ndarray  # of the whole record, (n,), ms
     channels: Mapping[str, np.ndarray] = field(default_factory=dict)
+    sizes: Mapping[str, float] = field(default_factory=dict)
+    motion: str = "closing"
     inside: slice = field(default_factory=lambda: slice(None))  # the samples of the motion
     moves: float = np.nan  # its first motion, ms
-    trigger: float = np.nan  # when the coil was energised, and the sd of that, ms
-    trigger_sd: float = 0.0
+    contact: ContactTimes = field(default_factory=ContactTimes)
+
+    def channel(self, kind: str) -> np.ndarray:
+        """Return a channel, ``(n,)``, A or of the contact µΩ; NaN where it has no values."""
+        if kind not in self.channels:
+            return np.full(self.time.shape, np.nan)
+        return self.sizes[kind] * self.channels[kind]
 
     def coil_current(self) -> tuple[float, float]:
         """Return the largest current of the coil, A."""
@@ -89,12 +101,49 @@ class Currents:
         sd = np.hypot(_MOTOR, self._motor.step) / np.sqrt(6.0)
         return 1e-3 * float(np.ptp(self._motor.time)), 1e-3 * float(sd)
 
+    def static_resistance(self) -> tuple[float, float]:
+        """Return the resistance of the contact at rest: before an opening, after a closing, µΩ."""
+        if np.isnan(self.contact.main) and self.contact.why:  # it is not seen to be closed
+            raise NotShownError(self.contact.why)
+        end = float(self.time[self.inside][-1:].sum())
+        if self.motion == "closing":
+            return self._resistance(self.moves + SETTLED * (end - self.moves), np.inf)
+        return self._resistance(-np.inf, self.moves - RESOLVED)
+
+    def arcing_resistance(self) -> tuple[float, float]:
+        """Return the resistance while the arcing contact alone is closed, µΩ."""
+        ends = self.contact.main, self.contact.arcing
+        if np.isnan(ends).any():
+            reason = "no resistance that shows the arcing contact apart from the main contact"
+            raise NotShownError(self.contact.why or reason)
+        return self._resistance(min(ends), max(ends))
+
+    def _resistance(self, begin: float, end: float) -> tuple[float, float]:
+        """The median resistance between two times, ms, while the test current flows; and its sd."""
+        values, time = self.channel("contact")[self.inside], self.time[self.inside]
+        if np.isnan(values).all():
+            reason = "no resistance of the contact, or its column states no unit, such as [µΩ]"
+            raise NotShownError(reason)
+        there = (time > begin) & (time < end) & ~np.isnan(values)
+        if "current" in self.channels:
+            flows = np.nan_to_num(np.abs(self.channels["current"][self.inside]))
+            there &= flows > 0.5 * flows.max()
+        own = values[there]
+        if own.size < _PARTS:
+            raise NotShownError(f"fewer than {_PARTS} samples of the resistance there")
+        middle = float(np.median(own))
+        if not 0.0 < middle < (1.0 - LEAST) * np.nanmax(values):
+            raise NotShownError("the resistance is beyond its range there")
+        off = [abs(np.median(each) - middle) for each in np.array_split(own, _PARTS)]
+        spread = float(np.median(off)) / (0.6745 * np.sqrt(_PARTS))  # not of a rise at its end
+        return middle, float(np.hypot(spread, seen_quantum(own) / np.sqrt(12.0)))
+
     @cached_property
     def _coil(self) -> _Flow:
         """The flow of the coil's current from the trigger on."""
-        if not np.isfinite(self.trigger):
+        if not np.isfinite(self.contact.trigger):
             raise NotShownError("no trigger: when the coil was energised is not known")
-        return self._flow("trigger", self.inside, self.trigger, RESOLVED)
+        return self._flow("trigger", self.inside, self.contact.trigger, RESOLVED)
 
     @cached_property
     def _motor(self) -> _Flow:
@@ -105,12 +154,12 @@ class Currents:
         return flow
 
     def _since_trigger(self, place: int, half: float) -> tuple[float, float]:
-        after = float(self._coil.time[place]) - self.trigger
-        return after, float(np.hypot(half / np.sqrt(3.0), self.trigger_sd))
+        after = float(self._coil.time[place]) - self.contact.trigger
+        return after, float(np.hypot(half / np.sqrt(3.0), self.contact.trigger_sd))
 
     def _flow(self, kind: str, part: slice, begin: float, width: float) -> _Flow:
         """The longest flow from a time on, of means over a width in ms; rms of a motor's."""
-        time, values = self.time[part], self.channels.get(kind, np.zeros(0))[part]
+        time, values = self.time[part], self.channel(kind)[part]
         there, may = ~np.isnan(values), time >= begin
         if there.sum() < FEWEST:
             raise NotShownError("no current, or its column states no unit, such as [A]")

@@ -122,7 +122,7 @@ class Reading:
         located: That motion.
         contact: When the contact touched or parted, and the trigger came.
         speeds: Definitions of the speeds.
-        currents: Currents of coil and motor.
+        currents: Currents of coil and motor, and the resistance of the contact.
     """
 
     located: LocatedMotion
@@ -179,10 +179,7 @@ class Reading:
             "arcing_wipe": self.arcing_wipe,
             "bounce_time": self.bounce_time,
             **{each.name: partial(self.speed, each) for each in self.speeds},
-            **{
-                name: lambda name=name: error_of(*getattr(self.currents, name)())
-                for name in CURRENTS
-            },
+            **{name: partial(self._current, name) for name in CURRENTS},
         }
         names = quantities_of(self.located.motion, self.speeds, ("record",))
         return {name: self._measured(ways[name]) for name in names}

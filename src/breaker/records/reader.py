@@ -95,7 +95,7 @@ class Reader:
         """
         full, doubts = self.with_stated(operation, motion), ""
         new = {"rate", "contact_column"} & (full.settings.keys() - operation.settings.keys())
-        stated = [f"endurance.format.{k} is {full.settings[k]}, by the file" for k in sorted(new)]
+        stated = [f"{k.replace('_', ' ')} {full.settings[k]}, by the file" for k in sorted(new)]
         try:
             samples = self._samples_of(full)
             doubts = doubts_in_words(samples.time, samples.doubts)
@@ -214,9 +214,7 @@ def _locate(
     for kind, values in columns.beside.items():
         others[kind][samples.place] = values
     contact, doubtful = events_of(settings, LocatedMotion(*located), others, columns.sheet.names)
-    channels = {kind: others[kind] * amperes for kind, amperes in columns.amperes.items()}
-    event = contact.trigger, contact.trigger_sd
-    currents = Currents(time, channels, inside, moves[0], *event)
+    currents = Currents(time, others, columns.sizes, motion, inside, moves[0], contact)
     remarks = *samples.remarks, *doubtful, *stated
     record = Record(*located, operation, settings, rest, contact, currents, remarks, warning)
     _ = record.reading  # raises where the motion does not go on to its rest

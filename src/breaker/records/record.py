@@ -10,6 +10,8 @@ from functools import cached_property
 from math import isfinite
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from breaker.common.numerals import in_digits
 from breaker.model.quantities import Speed
 from breaker.records.checks import (
@@ -41,7 +43,7 @@ class Record(LocatedMotion):
         settings: The section ``endurance.format``, complete, with those of the operation.
         rest: Reading of the open breaker, mm; it is subtracted on a grid.
         contact: Times of the contact and of the trigger.
-        currents: Currents of the coil and of the motor.
+        currents: Currents of the coil and of the motor, and the resistance of the contact.
         file_remarks: Remarks on the file.
         warning: Contradiction between the file's own statements and how it was read; "" is none.
     """
@@ -58,6 +60,11 @@ class Record(LocatedMotion):
     def masked(self) -> int:
         """Number of doubtful samples of the motion, which are left out."""
         return int((self.doubts[self.inside] != "").sum())
+
+    @property
+    def resistance(self) -> np.ndarray:
+        """Resistance of the contact, ``(n,)``, µΩ; nan where there is none, or no unit of it."""
+        return self.currents.channel("contact")
 
     def remarks_on(self, grid: "Grid | None" = None) -> list[str]:
         """Return remarks on the record, and on how it fits the errors that a model assumes."""

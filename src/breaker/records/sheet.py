@@ -108,7 +108,8 @@ class Columns:
         lines: Line of each in the file, ``(t,)``.
         remarks: Doubts about the file, in words.
         beside: Columns of ``words.BESIDE`` that are wanted, by kind, ``(t,)``, NaN where missing.
-        amperes: Amperes of the unit of each of these; nan where it is not a current.
+        sizes: Amperes, of a contact microohms, of the unit of each of these; nan where it is of
+            neither.
         sheet: Everything in the file.
     """
 
@@ -117,7 +118,7 @@ class Columns:
     lines: np.ndarray
     remarks: tuple[str, ...]
     beside: Mapping[str, np.ndarray]
-    amperes: Mapping[str, float]
+    sizes: Mapping[str, float]
     sheet: Sheet
 
     @property
@@ -174,14 +175,15 @@ def columns_of(sheet: Sheet, settings: Mapping) -> Columns:
         )
         raise RejectedCurveError(sheet.file, reason, line=int(sheet.lines[gaps[0]]))
     labels = {kind: (sheet.names[places[kind]], sheet.texts[places[kind]]) for kind in columns}
-    amperes = {kind: words.amperes_of(*label) for kind, label in labels.items()}
+    size_of = {kind: words.amperes_of for kind in columns} | {"contact": words.microohms_of}
+    sizes = {kind: size_of[kind](*label) for kind, label in labels.items()}
     return Columns(
         time=None if time is None else time[kept],
         travel=travel[kept],
         lines=sheet.lines[kept],
         remarks=(*sheet.remarks, *remarks),
         beside={kind: values[kept] for kind, values in columns.items()},
-        amperes=amperes,
+        sizes=sizes,
         sheet=sheet,
     )
 

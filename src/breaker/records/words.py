@@ -145,6 +145,16 @@ def amperes_of(name: str, unit: str = "") -> float:
     return WORDS["amperes"]["mA" if found[2] == "mA" else "A"]
 
 
+def microohms_of(name: str, unit: str = "") -> float:
+    """Return how many microohms one of the unit of a column is; nan where that is not a resistance.
+
+    ``unit`` is stated apart from the name, behind which it may stand instead.
+    """
+    stated = unit_of(unit) if unit.strip() else split_unit(name)[1]
+    stated = stated or unit_of(name.rpartition(" ")[2])
+    return WORDS["microohms"].get(stated, float("nan"))
+
+
 _ALONE = r"(?<![^\W\d_])(?:{})(?![^\W\d_])"  # Chinese has no blanks
 motions_in = by_words(
     {

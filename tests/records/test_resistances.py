@@ -1,0 +1,105 @@
+"""Resistance of the contact: planted levels, units, and what is withheld."""
+
+import numpy as np
+import pytest
+
+from breaker.model.parameters import MOTIONS
+from breaker.model.quantities import RESISTANCES
+from breaker.records.currents import Currents
+from breaker.records.curves import read_curves
+from breaker.records.grid import Grid
+from breaker.records.operations import Operation
+from breaker.records.rejections import NotShownError
+from breaker.records.words import microohms_of
+from tests.records.contact_signals import TIMING, Case, random_case
+
+NAME = "DCRM Res CH1"
+
+
+def planted(case, seed):
+    """Medians of the resistance without noise, µΩ: at rest, and between both contacts."""
+    case.rng, noise, case.noise = np.random.default_rng(seed), case.noise, 0.0
+    exact, case.rng, case.noise = 1e3 * case.resistance(), np.random.default_rng(seed), noise
+    alone = (case.own > case.main) & (case.own < case.arcing)
+    rest = case.own < (case.begins - 1.0 if case.motion == "opening" else 25.0)
+    return [float(np.median(exact[part])) for part in (rest, alone)]
+
+
+def currents(case, ohms, current=None, size=1e3):
+    channels = {"contact": ohms} | ({} if current is None else {"current": current})
+    located, sizes = case.located(), {"contact": size, "current": np.nan}
+    contact = case.read(ohms, current)
+    about = case.motion, slice(None), located.moves, contact
+    return Currents(case.time, channels, sizes, *about)
+
+
+@pytest.mark.parametrize("flows", [True, False])
+def test_planted_resistances_are_found(flows):
+    """Of 200 simulated records, the mean square of the errors of either quantity, in sds, is below
+    4: eight medians know their own spread to a quarter, and a time of the contact may be off.
+    """
+    rng, errors = np.random.default_rng(3), {name: [] for name in RESISTANCES}
+    for seed in range(200):
+        case = random_case(rng)
+        truth = dict(zip(RESISTANCES, planted(case, seed), strict=True))
+        read = currents(case, case.resistance(), case.current() if flows else None)
+        for name, value in truth.items():
+            try:
+                median, sd = getattr(read, name)()
+            except NotShownError:
+                continue
+            errors[name].append((median - value) / max(sd, 0.002 * value))
+            assert median == pytest.approx(value, rel=0.2)
+    assert min(map(len, errors.values())) > 140
+    for each in errors.values():
+        assert np.mean(np.square(each)) < 4.0
+
+
+@pytest.mark.parametrize("motion", MOTIONS)
+def test_what_a_resistance_does_not_show_is_not_told(motion):
+    """Planted faults: no unit, a lead that is off, no current, and an arcing contact beyond."""
+    case = Case(np.random.default_rng(5), motion)
+    ohms, flows = case.resistance(), case.current()
+    beyond = np.where(case.own < case.main, 0.05, 4.0)
+    for name, read in (
+        *((name, currents(case, ohms, flows, size=np.nan)) for name in RESISTANCES),
+        *((name, currents(case, 0.0 * ohms + 10.0, flows)) for name in RESISTANCES),
+        *((name, currents(case, ohms, 0.0 * flows)) for name in RESISTANCES),
+        ("arcing_resistance", currents(case, beyond, flows)),
+    ):
+        with pytest.raises(NotShownError):
+            getattr(read, name)()
+    assert currents(case, beyond, flows).static_resistance()[0] == pytest.approx(50.0)
+
+
+def test_units_of_resistances():
+    stated = {"Res [uOhm]": 1.0, "DCRM Res CH1 in uOhm": 1.0, "Res (mΩ)": 1e3, "R/Ohm": 1e6}
+    stated |= {"Res 1 µΩ": 1.0, "Res 1 μΩ": 1.0}
+    assert {name: microohms_of(name) for name in stated} == stated
+    assert microohms_of("Res", "mOhm") == 1e3
+    others = ["Res", "Res CH1", "Res [V]", "Contact 1", "Res [kOhm]", ""]
+    assert np.isnan([microohms_of(name) for name in others]).all()
+
+
+@pytest.mark.parametrize(("unit", "size"), [("uOhm", 1e3), ("mOhm", 1.0), ("Ohm", 1e-3), ("", 1.0)])
+def test_through_a_file(tmp_path, unit, size):
+    case, file = Case(np.random.default_rng(5)), tmp_path / "opening.csv"
+    truth, (name, current) = planted(case, 5), (f"{NAME} in {unit}" if unit else NAME, "DCRM I [A]")
+    located = case.located()
+    columns = case.time, located.whole, size * case.resistance(), case.current()
+    lines = [",".join(f"{value:.7g}" for value in row) for row in zip(*columns, strict=True)]
+    file.write_text("\n".join([f"time [ms],travel [mm],{name},{current}", *lines]))
+    settings = {"contact_column": NAME, "current_column": current, "time_unit": "ms"}
+    settings |= {"stroke": [100.0, 200.0], "timing_sd": TIMING}
+    grid = Grid(np.arange(-2.0, 80.0))
+    read = read_curves([Operation(1, str(file))], settings, grid, "opening")
+    told = dict(zip(read.quantity.values, read.measured.values[0], strict=True))
+    shown = [told[name] for name in RESISTANCES]
+    if unit:
+        assert shown == pytest.approx(truth, rel=0.02)
+    else:
+        assert np.isnan(shown).all()
+    length = np.ptp(np.interp([case.main, case.arcing], case.time, located.whole))
+    sd = dict(zip(read.quantity.values, read.measured_sd.values[0], strict=True))["arcing_wipe"]
+    assert told["arcing_wipe"] == pytest.approx(length, abs=4.0 * sd)
+    assert sd < 1.5
