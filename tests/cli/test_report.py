@@ -47,7 +47,8 @@ def test_a_report_has_every_channel_and_verdict(visit, capsys):
     for text in ("<th>B</th>", limit, "North 400 kV", "from 40 to 80 % of stroke"):
         assert text in page_of()
     assert "Travel 4" not in page_of()
-    assert page_of().count("data:image/png;base64,") == 2
+    assert page_of().count("data:image/png;base64,") == 5  # travel, signals, difference
+    assert "closing_speed" not in page_of()
 
 
 def test_the_same_call_writes_the_same_page_and_a_pdf_is_that_page(visit, weasyprint):

@@ -42,11 +42,14 @@ def test_an_answer_has_each_motion_next_to_the_nearest_shape(answers, change, pl
         assert np.abs(left.get_ydata()[there]).max() < 0.3
 
 
-def channel(estimate, phase, kinds=(), **change):
-    """The estimate of a channel with other columns beside it, in a file of a long name."""
+def channel(estimate, phase, kinds=(), size=np.nan, **change):
+    """The estimate of a channel with other columns beside it, of a unit of a size, in a file of a
+    long name.
+    """
     operation = replace(estimate.record.operation, phase=phase, file=NAME)
     raw = estimate.record.raw
-    raw = replace(raw, currents=Currents(raw.time, dict.fromkeys(kinds, raw.sure)), **change)
+    channels = dict.fromkeys(kinds, raw.sure), dict.fromkeys(kinds, size)
+    raw = replace(raw, currents=Currents(raw.time, *channels), **change)
     return replace(estimate, record=replace(estimate.record, operation=operation, raw=raw))
 
 
@@ -60,17 +63,18 @@ def keys(figure):
 
 
 @pytest.mark.parametrize("channels", [1, 3, 6])
-def test_a_picture_has_all_channels(answers, channels):
+def test_pictures_have_all_channels_in_panels_of_60_mm(answers, channels):
     phases = [f"travel of the interrupter unit $ {k}" for k in range(channels)]
-    some = [channel(answers[0], phase, ["trigger"]) for phase in phases]
-    (figure,) = curves([panel(some, good=some)])
-    assert len(figure.axes) == 3
-    assert_drawn(figure)
-    texts = [*figure.legends[0].get_texts()]
-    for axis in figure.axes:
-        texts += [axis.xaxis.label, axis.yaxis.label, *axis.get_yticklabels()]
-    assert min(each.get_fontsize() for each in texts) >= 9.0
-    assert figure.get_figwidth() <= 180.0 / 25.4  # between the margins of a page
+    some = [channel(answers[0], phase, ["trigger", "contact"], 1.0) for phase in phases]
+    pictures = [*curves([panel(some, good=some)])]
+    assert len(pictures) == 4  # travel, resistance, coil, difference
+    for figure in pictures:
+        assert_drawn(figure)
+        (axis,) = figure.axes
+        texts = [*figure.legends[0].get_texts(), axis.xaxis.label, axis.yaxis.label]
+        assert min(each.get_fontsize() for each in [*texts, *axis.get_yticklabels()]) >= 9.0
+        assert figure.get_figwidth() <= 180.0 / 25.4  # between the margins of a page
+        assert axis.get_position().height * figure.get_figheight() >= 60.0 / 25.4
 
 
 def test_a_channel_has_the_same_colour_in_every_picture(answers):
@@ -84,9 +88,10 @@ def test_a_channel_has_the_same_colour_in_every_picture(answers):
 def test_the_legend_names_what_is_drawn_and_no_more(answers, timed):
     own = replace(answers[0], record=timed(TOUCH))
     (bare,) = curves([panel([channel(answers[0], "")])])
-    (more,) = curves([panel([channel(own, "", ["contact", "trigger"])], good=[own])])
+    more, signals, _ = curves([panel([channel(own, "", ["contact", "trigger"])], good=[own])])
     assert len(keys(bare)) == 5  # channel, motion, touch, points, rests
-    assert len(keys(more) - keys(bare)) == 4  # touch as measured, contact, coil, reference
+    assert len(keys(more) - keys(bare)) == 2  # touch as measured, reference
+    assert len(keys(signals)) == 2
 
 
 def test_six_records_over_a_good_one_have_two_panels_each():

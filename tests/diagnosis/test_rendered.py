@@ -128,20 +128,20 @@ def test_a_moving_mass_gives_forces_and_springs(answers, defaults):
     known = {name: (each["unit"], each["median"]) for name, each in found.items() if each}
     assert (known["k_a"], known["k_b"]) == (("N/m", 160e3), ("N/m", 120e3))
     assert (known["gamma_a"], found["mu"], found["L"]) == (("N s/m", 1200.0), None, None)
-    state = document_of(result_of([drive], moving_mass=6.0)).parts[-1]
+    state = document_of(result_of([drive], moving_mass=6.0)).after[-1]
     assert sum("2000 N (" in row[-1] for row in state.rows) == 1
 
 
 def test_a_document_has_determined_parameters_alone_and_each_remark_once(result, answers):
     found = document_of(result)
     assert [each.title.split(":")[0] for each in found.parts][:2] == ["closing"] * 2
-    state = found.parts[-1]
+    state = found.after[-1]
     known = [each["parameters"] for each in result["records"][:2]]
     determined = [n for n in NAMES if any(each[n]["prior_share"] < 0.8 for each in known)]
     assert [row[0].split()[-1] for row in state.rows] == determined
     assert text_of(found).count("gone.csv") == 1
     outside = [replace(each, misfit=True, draws=None) for each in answers if each.draws]
-    notes = document_of(result_of(outside)).parts[-1].notes
+    notes = document_of(result_of(outside)).after[-1].notes
     assert len(notes) == 1
 
 

@@ -59,9 +59,23 @@ def test_a_printed_page_is_a4_with_letters_of_9_pt_and_rows_that_do_not_break():
     assert "@media" not in html_page(REPORT, inner="report")
 
 
+def test_a_page_has_words_for_names():
+    notes = ["no touch_time of my_file.csv"]
+    table = Table(rows=[("touch_time", "1")], notes=notes)
+    document = Document(parts=[table], names={"touch_time": "touch time"})
+    for page in (html_page(document), html_page(document, inner="report")):
+        assert "<td>touch time</td>" in page
+        assert "no touch time of my_file.csv" in page
+    assert text_of(document).count("touch_time") == 2
+
+
 def test_remarks_and_lines_to_sign_stay_together_on_a_page():
     around = Letterhead("A $ company", b"logo", "After <overhaul>", ["tested by: name, date"])
-    html = html_page(replace(REPORT, letterhead=around), [b"curves"])
+    later = Remark("the changes")
+    html = html_page(replace(REPORT, after=[later], letterhead=around), [b"curves"])
+    order = ['class="plate"', 'class="summary"', "a section", 'class="picture"', later.text]
+    places = [html.index(each, html.index("<body>")) for each in [*order, 'class="ending"']]
+    assert places == sorted(places)
     ending = re.search(r'<div class="ending">.*?</div>', html, re.S)[0]
     assert "After &lt;overhaul&gt;" in ending
     assert "<td>tested by: name, date</td>" in ending

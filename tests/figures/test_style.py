@@ -66,6 +66,18 @@ def test_colours_stay_apart(palette, sight):
     assert {pair: distance for pair, distance in distances.items() if distance < 15} == {}
 
 
+def test_phases_have_the_colours_of_their_names():
+    """Those of another system, or of none, have colours that differ."""
+    red, amber, blue = style.phase_colours("RYB").values()
+    assert style.phase_colours("bca") == {"b": amber, "c": blue, "a": red}
+    assert to_rgb(red)[0] > 0.7 > to_rgb(blue)[0]
+    lines = style.phase_colours(["L3", "L1", "L2"])
+    assert [*lines.values()] == [style.phase_colours("UVW")[each] for each in "WUV"]
+    assert lines["L2"] == "#000000"
+    for others in ("RST", ["Travel 1", "R"], [""]):
+        assert len({*style.phase_colours(others).values()} - {red}) == len(others)
+
+
 def test_states_have_their_numbers():
     assert tuple(panels.STATES) == STATES
 

@@ -1,8 +1,9 @@
 """A document: its parts, and its renderings as text for a terminal, as HTML and as PDF."""
 
+import re
 from base64 import b64encode
-from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
 from textwrap import wrap
@@ -15,6 +16,7 @@ from breaker.common.text import visible_text
 if TYPE_CHECKING:
     from jinja2 import Template
 
+_NAME = re.compile(r"\b[a-z]+(?:_[a-z0-9]+)+\b")  # as in code
 _WIDTH = 100  # characters of a line, as many as a terminal on half a screen shows
 
 
@@ -94,7 +96,9 @@ class Document:
         title: Title of the document.
         plate: Names and values of its subject.
         summary: Sentences that come first.
-        parts: All else, in order.
+        parts: All else, in order; on a page its pictures follow.
+        after: Parts behind those.
+        names: Words for names of code, by name; a page has them instead of the names.
         letterhead: None without one.
     """
 
@@ -102,6 +106,8 @@ class Document:
     plate: Sequence[tuple[str, str]] = ()
     summary: Sequence[str] = ()
     parts: Sequence[Section | Table | Remark] = ()
+    after: Sequence[Section | Table | Remark] = ()
+    names: Mapping[str, str] = field(default_factory=dict)
     letterhead: Letterhead | None = None
 
 
@@ -117,7 +123,7 @@ def text_of(document: Document) -> str:
     L  10.1
     """
     first = [line for each in document.summary for line in wrapped(each, "", "  ")]
-    blocks = [first, *map(lines_of, document.parts)]
+    blocks = [first, *map(lines_of, [*document.parts, *document.after])]
     return "\n\n".join("\n".join(lines) for lines in blocks if lines)
 
 
@@ -175,7 +181,7 @@ def html_page(
 
     Args:
         document: The document.
-        pictures: PNG, below its parts.
+        pictures: PNG, below its ``parts``.
         alt: What they show, for who does not see them.
         inner: Identifier of one element for another page, with a style of its own; else a page.
 
@@ -216,6 +222,7 @@ def _page() -> "Template":
     jinja = Environment(loader=folder, autoescape=True, trim_blocks=True, lstrip_blocks=True)
     jinja.filters["tone"] = tone_of
     jinja.filters["words"] = lambda part: part.text if isinstance(part, Remark) else part
+    jinja.filters["named"] = lambda text, names: _NAME.sub(lambda of: names.get(of[0], of[0]), text)
     jinja.filters["base64"] = lambda content: b64encode(content).decode("ascii")
     jinja.tests["remark"] = lambda part: isinstance(part, Remark)
     return jinja.get_template("document.html")

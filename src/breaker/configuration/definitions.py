@@ -6,6 +6,7 @@ from typing import Any
 
 from breaker.common.text import bare, usual_spelling
 from breaker.configuration.loading import ConfigurationError, merge, read
+from breaker.model.quantities import in_words
 from breaker.shipped import ADVICE, FAMILIES, SIMULATED_TEST, family_file
 
 
@@ -105,12 +106,12 @@ def advice_on(names: Iterable[str], advice: Mapping[str, str]) -> list[str]:
 
     Example:
         >>> advice_on(["f", "mu", "closing_speed_10_90"], {"f": "spring", "closing_speed": "latch"})
-        ['f: spring', 'closing_speed_10_90: latch']
+        ['closing force: spring', 'closing speed 10 to 90 %: latch']
     """
     by: dict[str, list[str]] = {}
     for name in dict.fromkeys(names):
         motion, is_speed, _ = name.partition("_speed_")
         key = f"{motion}_speed" if is_speed and name not in advice else name
         if words := advice.get(key):
-            by.setdefault(words, []).append(name)
+            by.setdefault(words, []).append(in_words(name))
     return [f"{', '.join(some)}: {words}" for words, some in by.items()]

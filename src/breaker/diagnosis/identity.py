@@ -122,7 +122,7 @@ def nameplate(
     files = dict.fromkeys(printable(e.operation.file) for e in records if not e.reason)
     known = {
         "Breaker": [e.breaker for e in rows if e.breaker] or [e.serial for e in stated],
-        "Test date": [e.date for e in rows],
+        "Test date": [e.date.replace("T", " ") for e in rows],
         "Earlier inspection": [days_of(before)],
         "Files": [first_of([file.rpartition("/")[2] for file in files], 1)],
         **{e.title(): [getattr(one, e) for one in stated] for e in ("station", "bay", "type")},

@@ -307,8 +307,10 @@ def change_tables(compared: Mapping[str, InspectionChange | str]) -> list[Table]
     for phase, document in compared.items():
         table, notes = Table(), [document]
         if isinstance(document, InspectionChange):
-            look = [f"{say('look-first')}: {words}" for words in document.advice]
-            table, notes = _table(document), [*document.summary, *look]
+            changed = [row for row in document.inferred if row.changed]
+            look = [f"{say('look-first')}: {'; '.join(document.advice)}"] * bool(document.advice)
+            table = _table(replace(document, inferred=changed))
+            notes = [*document.summary, *look]
         since = document.since if isinstance(document, InspectionChange) else say("earlier")
         title = say("changes-title", since=since) + f", {phase}" * bool(phase)
         tables.append(replace(table, title=title, notes=notes))

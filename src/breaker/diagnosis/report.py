@@ -13,6 +13,8 @@ from breaker.diagnosis.inspection_change import change_tables
 from breaker.diagnosis.session import Diagnosis
 from breaker.diagnosis.tables import document_of, shown_of, title_of
 from breaker.diagnosis.words import say
+from breaker.model.parameters import NAMES
+from breaker.model.quantities import in_words, quantities
 from breaker.records.files import read_bytes
 
 
@@ -44,8 +46,11 @@ def report_of(diagnosis: Diagnosis) -> Report:
         for group in shown_of(result)
     ]
     plate = [*nameplate(records, diagnosis.before), *diagnosis.given.words.items()]
-    letterhead = letterhead_of(diagnosis.config["report"])
-    return Report("Test report", plate, found.summary, found.parts, letterhead, panels)
+    known = quantities(diagnosis.speeds_of(records)).keys() - {*NAMES}  # which have symbols
+    names = {name: in_words(name) for name in known}
+    about = {"title": "Test report", "plate": plate, "names": names, "panels": panels}
+    about["letterhead"] = letterhead_of(diagnosis.config["report"])
+    return Report(**vars(found) | about)
 
 
 def letterhead_of(settings: Mapping) -> Letterhead:

@@ -199,7 +199,7 @@ def state_table(result: Result) -> Table:
     several = len({tuple(each["fit"]["motions"]) for each in resolved}) > 1
     states: dict[str, RecordResult] = {}  # the first of each pole and of the motions that it is of
     for each in resolved:
-        motions = "+".join(each["fit"]["motions"]) if several else ""
+        motions = " + ".join(each["fit"]["motions"]) if several else ""
         states.setdefault(f"{each.get('phase', '')} {motions}".strip(), each)
     rows = []
     for each in PARAMETERS:
@@ -264,7 +264,7 @@ def remarks_table(result: Result, more: Iterable[str] = ()) -> Table:
     pairs = zip(labels, records, strict=True)
     notes = [(label, note) for label, each in pairs for note in each["remarks"]]
     notes += [("", note) for note in [*result["remarks"], *map(note_of, more)]]
-    return Table(title="Remarks", notes=grouped(notes, {*labels}))
+    return Table(title="Remarks on the records", notes=grouped(notes, {*labels}))
 
 
 def rejected_table(result: Result) -> Table:
@@ -298,12 +298,13 @@ def document_of(
     if more := len(every) - len(shown):
         said = [*said, say("more-operations", count=more, shown=_SHOWN)]
     parts = [measured_table(title_of(group), group, printed or {}) for group in shown]
-    parts += [limits_table(limits), Table(title="Simultaneity of poles", notes=poles), *changes]
-    parts += [remarks_table(result, said), rejected_table(result), state_table(result)]
+    parts += [limits_table(limits), Table(title="Simultaneity of poles", notes=poles)]
+    after = [*changes, remarks_table(result, said), rejected_table(result), state_table(result)]
     warnings = [*grouped((("", note) for note in result["warnings"]), ()), *doubts]
     summary = [Cell(f"WARNING: {text}", "bad") for text in dict.fromkeys(warnings)]
-    parts = [each for each in parts if each.rows or each.notes]
-    return Document("Diagnosis", summary=[*summary, verdict_of(result)], parts=parts)
+    parts, after = ([e for e in some if e.rows or e.notes] for some in (parts, after))
+    summary.append(verdict_of(result))
+    return Document("Diagnosis", summary=summary, parts=parts, after=after)
 
 
 def shown_of(result: Result) -> list[list[RecordResult]]:

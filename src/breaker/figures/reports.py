@@ -1,7 +1,7 @@
 """Figures of reports: two inspections compared, curves of a test, a type's prior."""
 
-from collections.abc import Iterator, Mapping, Sequence
-from itertools import cycle
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -21,9 +21,9 @@ if TYPE_CHECKING:
     from breaker.diagnosis.estimate import Estimate
     from breaker.diagnosis.inspection_change import InspectionChange
     from breaker.diagnosis.type_prior import TypePrior
-    from breaker.records.record import Record
 
 
+_WIDTH, _PANEL = 7.0, 2.5  # inches: text of a page of A4; 63 mm, as 60 are read with ease
 _LEAST_EXTENT, _EXTENT = 20.0, 40.0  # percent of change that an axis shows, at least and at most
 
 
@@ -89,64 +89,93 @@ def _change(axis: Axes, y: int, row: "QuantityChange", extent: float) -> None:
 
 
 def curves(panels: Sequence["Panel"]) -> Iterator[Figure]:
-    """Draw a picture of each motion of a test; a channel has the same colour in all."""
-    colours = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
-    every = (each for panel in panels for each in panel.estimates)
-    phases = dict.fromkeys(each.record.operation.phase for each in every)
-    for each in panels:
-        yield _picture(each, dict(zip(phases, cycle(colours))))
+    """Draw pictures of each motion of a test, for a page of A4 whose text is 7 inches wide: travel
+    with its marks; resistances, coils with other contacts, and differences from a reference, where
+    there are any. No panel is less than 60 mm high, and no letter below 9 pt.
+    """
+    every = [each for panel in panels for each in panel.estimates]
+    colours = style.phase_colours(each.record.operation.phase for each in every)
+    for panel in panels:
+        records = [each.record for each in panel.estimates]
+        drawn = {each.record.operation.phase: each for each in panel.estimates}
+        keys = {(str(r.operation.file), r.operation.number, r.motion) for r in records}
+        overlays = [e for e in panel.overlays if (e.file, e.operation, e.motion) in keys]
+        for draw in (_travels, _resistances, _signals, _differences):
+            figure = _picture(partial(draw, drawn, colours, overlays), panel.title, drawn)
+            if figure.axes:
+                yield figure
 
 
 @style.styled
-def _picture(panel: "Panel", colours: Mapping[str, str]) -> Figure:
-    """Draw travel with its marks; below it contacts and coils, and differences from a reference,
-    where there are any. No letter is below 9 pt on a page of A4, whose text is 7 inches wide.
-    """
-    records = [each.record for each in panel.estimates]
-    drawn = {each.record.operation.phase: each for each in panel.estimates}
-    raws = {phase: each.record.raw for phase, each in drawn.items()}
-    curves = {phase: _curve(each) for phase, each in drawn.items()}
-    keys = {(str(r.operation.file), r.operation.number, r.motion) for r in records}
-    overlays = [e for e in panel.overlays if (e.file, e.operation, e.motion) in keys]
-    beside = [
-        (phase, kind, share)
-        for phase, (time, _) in curves.items()
-        for kind, share in _beside(raws[phase], time).items()
-    ]
-    heights = [2.1, *[0.6] * bool(beside), *[0.9] * bool(overlays)]  # inches
-    figure = style.new_figure(7.0, sum(heights) + 1.3)
-    size = {"sharex": True, "height_ratios": heights, "squeeze": False}
-    first, *others = figure.subplots(len(heights), 1, **size)[:, 0]
-    for phase, each in drawn.items():
-        _channel(first, each, curves[phase], colours[phase])
-    for each in overlays:  # where the channel's own record would be
-        sign = 1.0 if each.motion == "closing" else -1.0
-        at, travel = each.time + raws[each.phase].moves, sign * each.good
-        travel = raws[each.phase].segment.before + travel
-        first.plot(at, travel, color=style.PRIOR, lw=2.4, zorder=1, label="reference")
-    first.set_ylabel(style.TRAVEL)
-    p.read_title(first, panel.title, 7.0)
-    if beside:
-        axis = others.pop(0)
-        for phase, kind, share in beside:
-            words, ls = ("contact", "--") if kind == "contact" else ("coil", "-")
-            look = {"color": colours[phase], "lw": 0.9, "ls": ls}
-            axis.plot(curves[phase][0], share, label=f"{words} (share of range)", **look)
-        axis.set(ylim=(-0.08, 1.08), yticks=(0.0, 1.0), ylabel="share")
-    if overlays:
-        (axis,) = others
-        difference(axis, overlays, colours, {k: raw.moves for k, raw in raws.items()})
-        left = [each for each in overlays if each.leaves]
-        worst = min(left, key=lambda each: each.leaves[0]) if left else overlays[0]
-        words = f"{worst.phase}: " * bool(worst.phase and left) + worst.words
-        p.read_title(axis, words, 7.0, failed=bool(left))
-    for axis in figure.axes:
-        axis.margins(x=0)
-    figure.axes[-1].set_xlabel("time of the record (ms)")
-    labels = [label for axis in figure.axes for label in axis.get_legend_handles_labels()[1]]
-    longest = max(map(len, labels))
-    p.legend_below(figure, columns=max(1, 98 // (longest + 8)), fontsize=9)
+def _picture(draw: Callable, title: str, drawn: Mapping[str, "Estimate"]) -> Figure:
+    """Draw one panel of a motion; an empty figure where there is nothing to draw in it."""
+    figure = style.new_figure(_WIDTH, _PANEL)
+    axis = figure.subplots()
+    p.read_title(axis, title, _WIDTH)
+    draw(axis)
+    if not axis.has_data():
+        figure.clear()
+        return figure
+    times = np.concatenate([_curve(each)[0] for each in drawn.values()])
+    axis.set(xlim=(times.min(), times.max()), xlabel="time of the record (ms)")
+    labels = {*axis.get_legend_handles_labels()[1]}
+    columns = max(1, 98 // (max(map(len, labels)) + 8))
+    lines = axis.get_title("left").count("\n") - (-len(labels) // columns)
+    figure.set_figheight(_PANEL + 0.9 + 0.2 * lines)
+    p.legend_below(figure, columns=columns, fontsize=9)
     return figure
+
+
+def _travels(drawn: Mapping, colours: Mapping, overlays: Sequence, axis: Axes) -> None:
+    for phase, each in drawn.items():
+        _channel(axis, each, _curve(each), colours[phase])
+    for each in overlays:  # where the channel's own record would be
+        raw, sign = drawn[each.phase].record.raw, 1.0 if each.motion == "closing" else -1.0
+        travel = raw.segment.before + sign * each.good
+        look = {"color": colours[each.phase], "alpha": 0.3, "lw": 4.0, "zorder": 1}
+        axis.plot(each.time + raw.moves, travel, label="reference", **look)
+    axis.set_ylabel(style.TRAVEL)
+
+
+def _resistances(drawn: Mapping, colours: Mapping, _: Sequence, axis: Axes) -> None:
+    for phase, each in drawn.items():
+        raw, time = each.record.raw, _curve(each)[0]
+        values = np.interp(time, raw.time, raw.resistance)
+        if np.isfinite(values).any():
+            axis.semilogy(time, values, color=colours[phase], lw=1.0, label=_name(phase))
+    axis.set_ylabel("resistance of\nthe contact (µΩ)")
+
+
+def _signals(drawn: Mapping, colours: Mapping, _: Sequence, axis: Axes) -> None:
+    """Draw coils and contacts as shares of their ranges; none that is constant or a resistance."""
+    for phase, each in drawn.items():
+        raw, time = each.record.raw, _curve(each)[0]
+        looks = {"trigger": ("coil", "-")}
+        looks |= {"contact": ("contact", "--")} if np.isnan(raw.resistance).all() else {}
+        for kind in (each for each in looks if each in raw.currents.channels):
+            values = np.interp(time, raw.time, raw.currents.channels[kind])
+            seen = values[np.isfinite(values)]  # none of a column that is empty here
+            if seen.size and np.ptp(seen) > 0.0:
+                (word, ls), share = looks[kind], (values - seen.min()) / np.ptp(seen)
+                look = {"color": colours[phase], "lw": 1.0, "ls": ls}
+                axis.plot(time, share, label=f"{_name(phase)}: {word}", **look)
+    axis.set(ylim=(-0.08, 1.08), yticks=(0.0, 0.5, 1.0), ylabel="signal, share\nof its range")
+
+
+def _differences(drawn: Mapping, colours: Mapping, overlays: Sequence, axis: Axes) -> None:
+    if not overlays:
+        return
+    difference(axis, overlays, colours, {k: each.record.raw.moves for k, each in drawn.items()})
+    for phase in dict.fromkeys(each.phase for each in overlays):
+        axis.plot([], [], color=colours[phase], label=_name(phase))
+    left = [each for each in overlays if each.leaves]
+    worst = min(left, key=lambda each: each.leaves[0]) if left else overlays[0]
+    words = f"{worst.phase}: " * bool(worst.phase and left) + worst.words
+    p.read_title(axis, words, _WIDTH, failed=bool(left))
+
+
+def _name(phase: str) -> str:
+    return style.literal(style.shortened(phase or "record", 28))
 
 
 def _curve(estimate: "Estimate") -> tuple[np.ndarray, np.ndarray]:
@@ -158,17 +187,6 @@ def _curve(estimate: "Estimate") -> tuple[np.ndarray, np.ndarray]:
     return time + raw.moves, travel
 
 
-def _beside(raw: "Record", time: np.ndarray) -> dict[str, np.ndarray]:
-    """Return contact and coil at some times as shares of their ranges; none that is constant."""
-    found = {}
-    for kind in raw.currents.channels.keys() & {"trigger", "contact"}:
-        values = np.interp(time, raw.time, raw.currents.channels[kind])
-        seen = values[np.isfinite(values)]  # none of a column that is empty here
-        if seen.size and np.ptp(seen) > 0.0:
-            found[kind] = (values - seen.min()) / np.ptp(seen)
-    return found
-
-
 def _channel(
     axis: Axes, estimate: "Estimate", curve: tuple[np.ndarray, np.ndarray], colour: str
 ) -> None:
@@ -176,8 +194,7 @@ def _channel(
     record, raw, contact = estimate.record, estimate.record.raw, estimate.contact
     time, travel = curve
     known, closes = np.isfinite(travel), record.motion == "closing"
-    name = style.literal(style.shortened(record.operation.phase or "record", 28))
-    axis.plot(time, travel, color=colour, lw=1.1, label=name)
+    axis.plot(time, travel, color=colour, lw=1.1, label=_name(record.operation.phase))
     how, face = ("measured", colour) if record.timed else ("by the model", "white")
     event = f"{'touch' if closes else 'separation'}, {how}"
     moves = np.nan if raw.reading.start_hidden else raw.moves
