@@ -165,4 +165,4 @@ def test_a_speed_has_its_zone_in_table_and_report(config, capsys):
     assert (own["zone"], own["unit"]) == ("from 40 to 80 % of stroke", "m/s")  # as the file states
     assert rows["stroke", "closing"]["zone"] == ""
     assert main(["report", "one.csv", "--output", "a.html", "--config", "own.yaml"]) == 0
-    assert "closing_speed from 40 to 80 % of stroke" in Path("a.html").read_text(encoding="utf-8")
+    assert "closing speed from 40 to 80 % of stroke" in Path("a.html").read_text(encoding="utf-8")
