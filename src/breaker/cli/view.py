@@ -39,9 +39,9 @@ def run(options: argparse.Namespace) -> int:
     gc.enable()  # commands do without, as they end soon
     import asyncio
 
-    from breaker.app.local_server import PageServer
-    from breaker.app.view_session import Session
     from breaker.family.exports import write_inspections
+    from breaker.page.server import PageServer
+    from breaker.page.session import Session
 
     with tempfile.TemporaryDirectory(prefix="breaker-view-") as own:
         named = options.folder or "."
@@ -66,7 +66,7 @@ def run(options: argparse.Namespace) -> int:
 
 def commands():
     """Return what the page asks of the other commands."""
-    from breaker.app.view_session import Commands
+    from breaker.page.session import Commands
 
     return Commands(settings_of, read_of, content_of, _write)
 

@@ -82,6 +82,7 @@ Tolerance = _number(float, high=1e6, gt=0) | _text(
     20, pattern=r"^(±|\+/?-)? ?[0-9]{1,6}(\.[0-9]{1,6})? ?%?$"
 )
 Text = _text()
+Colour = Annotated[str, Field(pattern="^#[0-9a-fA-F]{6}$")]
 Words = Annotated[str, Field(max_length=400)]
 Unit = Literal["mm", "cm", "m", "um", "inch", "deg", "rad", "V", "counts", "%"]
 Stroke = _list(_number(float, high=1000, gt=0), 2, 2)
@@ -324,6 +325,7 @@ Settings = _section(
         logo=_f(Text | None, None, "PNG file at the top."),
         remarks=_f(_text(4000) | None, None, "Text below the tables."),
         signatures=_f(_list(_text(60), 0, 4), ["tested by", "approved by"], "Lines to sign."),
+        colours=_f(dict[Text, Colour], {}, "Colours of phases, such as L1: '#8a4b12'."),
         simultaneity=_section(
             "Largest difference between the poles; IEC 62271-100: 5 and 3.3 at 50 Hz; null: none.",
             closing=_f(float | None, None, "ms, in closing.", high=100, gt=0),

@@ -111,7 +111,7 @@ def _record(estimate: Estimate, verdicts: Sequence[Mapping], given: Given) -> Re
 
 def _fit(estimate: Estimate) -> dict[str, object]:
     raw, match, reason = estimate.record.raw, estimate.match, estimate.unresolved
-    family = estimate.levels.settings["family"]
+    family = estimate.levels.settings["family"] if estimate.levels else None
     if estimate.misfit:
         parts = [f"{name} {in_digits(of, 2)} times" for name, of in match.parts.items() if of > 1.0]
         code = "no-parameters-in-parts" if parts else "no-parameters"
@@ -125,9 +125,9 @@ def _fit(estimate: Estimate) -> dict[str, object]:
     }
     return {
         "family": family,
-        "p_value": match.p_value,
-        "inside_family": not estimate.misfit,
-        "parts": match.parts,
+        "p_value": match.p_value if match else None,
+        "inside_family": match is not None and not estimate.misfit,
+        "parts": match.parts if match else {},
         "motions": estimate.motions,
         "resolved": not reason,
         "reason": note_of(reason),

@@ -17,7 +17,7 @@ from breaker.records.printed import differs
 
 _PRIOR = 0.8  # share of the prior's variance: above it, 90 % of an interval's width are the prior's
 _PRESENT = 0.9  # probability from which on an effect is listed: one in ten may be absent
-_NO_STATE = ("outside-family", "few-draws")  # reasons that the table of the state gives
+_NO_STATE = ("outside-family", "few-draws", "no-model")  # reasons that the table of the state gives
 _MOST = 8  # labels of a sentence, names of a verdict; JSON has all of them
 _SHOWN = 3  # operations of a motion that have a table and curves; JSON and CSV have all of them
 

@@ -1,0 +1,400 @@
+"""The curves of an inspection as Bokeh figures: a tab for each motion, and the marks on it."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from bokeh.embed import json_item
+from bokeh.layouts import gridplot
+from bokeh.models import ColumnDataSource, DataRange1d, HoverTool, Legend, LegendItem, Range1d
+from bokeh.plotting import figure
+
+from breaker.common.colours import phase_colours
+from breaker.diagnosis.curves import overlaid
+from breaker.diagnosis.estimate import DriveRecord, Estimate
+from breaker.diagnosis.session import Diagnosis
+from breaker.model.quantities import SHARES
+from breaker.records.files import Files, printable
+from breaker.records.formats.registry import look_into
+from breaker.records.rejections import NotShownError
+from breaker.records.settings import TO_MS
+from breaker.records.sheet import Sheet
+
+_MOST = 4000  # points of a curve, twice as many as a screen has columns: ends of each part stay
+_AROUND = 0.25, 1.0  # durations of the motion that are shown before and after it
+_SMOOTH = 1.0  # ms on both sides of the straight lines whose slopes are the velocity
+_HEIGHTS = {"travel": 270, "velocity": 105, "contact": 75, "test current": 75, "coil": 85}
+_AXES = {"travel": "travel (mm)", "velocity": "velocity (m/s)"}
+_CHANNELS = {"contact": "contact", "current": "test current", "trigger": "coil", "motor": "coil"}
+_DARK = {"ink": "#e6e8eb", "paper": "#16191d", "line": "#3a4149"}
+_LIGHT = {"ink": "#1c2127", "paper": "#ffffff", "line": "#dfe3e8"}
+
+
+class Tab(NamedTuple):
+    """A motion of an operation: its title, motion, and the records of its poles, of which some may
+    not be ``read``.
+    """
+
+    title: str
+    motion: str
+    records: Sequence[DriveRecord]
+
+    @property
+    def read(self) -> list[DriveRecord]:
+        """The records that were read."""
+        return [record for record in self.records if record.raw is not None]
+
+    @property
+    def phases(self) -> list[str]:
+        """Phase of each record."""
+        return [record.operation.phase for record in self.records]
+
+
+class Channel(NamedTuple):
+    """A curve: its panel, phase, name, times after the tab's origin in ms, and values, ``(n,)``;
+    its look is "", "faint" for doubtful samples, or "earlier" or "reference" for other records.
+    """
+
+    panel: str
+    phase: str
+    name: str
+    time: np.ndarray
+    values: np.ndarray
+    look: str = ""
+    band: float = 0.0
+
+
+def tabs_of(records: Sequence[DriveRecord]) -> list[Tab]:
+    """Return the motions of which a record was read, closing first, in the order of operations."""
+    groups: dict[tuple[str, int], list[DriveRecord]] = {}
+    for record in records:
+        groups.setdefault((record.motion, record.operation.number), []).append(record)
+    motions = [motion for motion, _ in groups]
+    tabs = [
+        Tab(motion + f" {number}" * (motions.count(motion) > 1), motion, some)
+        for (motion, number), some in sorted(groups.items())
+    ]
+    return [tab for tab in tabs if tab.read]
+
+
+def origins_of(tab: Tab) -> tuple[dict[int, float], str]:
+    """Return the time of the file that is zero, ms, by record, and the name of the time axis.
+
+    Poles of one file keep its clock; those of several are shown from the trigger, if all have one,
+    or else from the first motion.
+    """
+    read = tab.read
+    if len({str(record.operation.file) for record in read}) <= 1:
+        return {id(record): 0.0 for record in read}, "time (ms)"
+    triggers = [record.raw.contact.trigger for record in read]
+    if np.isfinite(triggers).all():
+        return dict(zip(map(id, read), triggers, strict=True)), "time after the trigger (ms)"
+    return {id(record): record.raw.moves for record in read}, "time after the first motion (ms)"
+
+
+# ---- channels ------------------------------------------------------------------------------------
+
+
+def channels_of(tab: Tab, diagnosis: Diagnosis, files: Files) -> list[Channel]:
+    """Return the curves of a tab."""
+    origins, _ = origins_of(tab)
+    found = []
+    for record in tab.read:
+        raw, phase, zero = record.raw, record.operation.phase, origins[id(record)]
+        time = raw.time - zero
+        doubtful = np.where(raw.doubts == "", np.nan, raw.whole)
+        found += [Channel("travel", phase, "travel", time, raw.sure)]
+        if np.isfinite(doubtful).any():
+            found.append(Channel("travel", phase, "doubtful samples", time, doubtful, "faint"))
+        found.append(Channel("velocity", phase, "velocity", time, _velocity(raw.sure, raw.step)))
+        found += _beside(record, look_into(files[record.operation.file]), zero)
+    laid = [(each, "reference") for each in diagnosis.overlays]
+    laid += [(each, "earlier") for each in overlaid(diagnosis.records, diagnosis.before)]
+    of = {_key(record): record for record in tab.read}
+    for each, look in laid:
+        record = of.get((each.operation, each.motion, each.phase, each.file))
+        if record is not None:
+            found.append(_overlay(record, each, look, origins[id(record)]))
+    return found
+
+
+def _key(record: DriveRecord) -> tuple:
+    operation = record.operation
+    return operation.number, record.motion, operation.phase, str(operation.file)
+
+
+def _overlay(record: DriveRecord, other: Any, look: str, zero: float) -> Channel:
+    """Return another record, aligned at half of the travel."""
+    way, good = np.nan_to_num(other.way), np.nan_to_num(other.good)
+    half = 0.5 * record.shape.stroke
+    shift = other.time[int((way > half).argmax())] - other.time[int((good > half).argmax())]
+    sign = 1.0 if record.motion == "closing" else -1.0
+    travel = record.raw.segment.before + sign * other.good
+    name, band = f"{look}: {printable(other.good_file).rpartition('/')[2]}", 0.0
+    if look == "reference":
+        band = other.band
+    time = other.time + record.raw.moves + shift - zero
+    return Channel("travel", record.operation.phase, name, time, travel, look, band)
+
+
+def _velocity(travel: np.ndarray, step: float) -> np.ndarray:
+    """Return the slope of straight lines through the travel, ``(n,)``, m/s; nan near no sample."""
+    from scipy.signal import savgol_filter
+
+    known = np.isfinite(travel)
+    if known.sum() < 5:
+        return np.full(travel.size, np.nan)
+    places = np.arange(travel.size)
+    filled = np.interp(places, places[known], travel[known])
+    window = min(2 * max(2, round(_SMOOTH / step)) + 1, travel.size - 1 + travel.size % 2)
+    return np.where(known, savgol_filter(filled, window, 1, deriv=1, delta=step), np.nan)
+
+
+def _beside(record: DriveRecord, sheet: Sheet, zero: float) -> Iterator[Channel]:
+    """Yield contact, currents and resistance of a record, over time."""
+    settings, raw, phase = record.raw.settings, record.raw, record.operation.phase
+    if settings.get("time_column") is not None:
+        place = sheet.place_of(settings["time_column"])
+        time = sheet.columns[place] * TO_MS[settings["time_unit"]] - zero
+    else:
+        time = np.arange(sheet.columns[0].size) * raw.step - zero
+    for key, panel in _CHANNELS.items():
+        column = settings.get(f"{key}_column")
+        place = None if column in (None, 0) else sheet.place_of(column)
+        if place is not None:
+            unit = f" ({printable(sheet.units[place])})" if sheet.units[place] else ""
+            name = f"{panel}{unit}"
+            yield Channel(panel, phase, name, time, sheet.columns[place])
+
+
+# ---- figures -------------------------------------------------------------------------------------
+
+
+def drawn(tab: Tab, diagnosis: Diagnosis, files: Files, dark: bool, own: Mapping) -> dict:
+    """Return a tab as an item for ``Bokeh.embed.embed_item``; ``own`` are colours of phases."""
+    colours = phase_colours(tab.phases, own)
+    look, (_, axis) = _DARK if dark else _LIGHT, origins_of(tab)
+    channels = channels_of(tab, diagnosis, files)
+    return _item(channels, _window(tab), axis, colours, look)
+
+
+def drawn_file(sheet: Sheet, dark: bool) -> dict:
+    """Return all columns of a file of which nothing could be read, over the number of samples."""
+    names = [printable(str(sheet.column(i))) for i in range(len(sheet.columns))]
+    samples = np.arange(sheet.columns[0].size, dtype=float)
+    channels = [
+        Channel("travel", name, name, samples, values)
+        for name, values in zip(names, sheet.columns, strict=True)
+        if np.isfinite(values).any() and np.nanmin(values) < np.nanmax(values)
+    ]
+    colours, window = phase_colours(names, {}), (0.0, float(samples.size))
+    return _item(channels, window, "sample", colours, _DARK if dark else _LIGHT)
+
+
+def _window(tab: Tab) -> tuple[float, float]:
+    """Return the times that are shown, ms."""
+    origins, _ = origins_of(tab)
+    begins, ends = [], []
+    for record in tab.read:
+        zero, moves, arrival = origins[id(record)], record.raw.moves, record.raw.reading.arrival
+        start = min(moves, np.nan_to_num(record.raw.contact.trigger, nan=np.inf))
+        begins.append(start - zero - _AROUND[0] * (arrival - moves))
+        ends.append(arrival - zero + _AROUND[1] * (arrival - moves))
+    return min(begins), max(ends)
+
+
+def _item(
+    channels: Sequence[Channel],
+    window: tuple[float, float],
+    axis: str,
+    colours: Mapping[str, str],
+    look: Mapping[str, str],
+) -> dict:
+    x_range, figures = Range1d(*window), []
+    for panel in dict.fromkeys(panel for panel in _HEIGHTS):
+        some = [each for each in channels if each.panel == panel]
+        if some:
+            figures.append(_panel(panel, some, x_range, colours, look))
+    for above in figures[:-1]:
+        above.xaxis.major_label_text_font_size = "0px"
+    figures[-1].height += 40  # for the labels of the axis
+    figures[-1].xaxis.axis_label = axis
+    _add_marks(figures[0], look)
+    for each in figures:
+        each.vspan("x", source=_source("cursor1", x=[]), line_color=look["ink"])
+        each.vspan("x", source=_source("cursor2", x=[]), line_color=look["ink"], line_dash="dotted")
+        each.vstrip("x0", "x1", source=_source("spot", x0=[], x1=[]), fill_alpha=0.12)
+    grid = gridplot(
+        [[each] for each in figures], toolbar_location="right", sizing_mode="stretch_width"
+    )
+    grid.toolbar.logo = None
+    return json_item(grid)
+
+
+def _source(key: str, **columns: list) -> ColumnDataSource:
+    """Return an empty source that the page fills, by its name."""
+    return ColumnDataSource(columns, name=key)
+
+
+def _panel(
+    panel: str,
+    channels: Sequence[Channel],
+    x_range: Range1d,
+    colours: Mapping[str, str],
+    look: Mapping[str, str],
+) -> Any:
+    found = figure(
+        height=_HEIGHTS[panel],
+        x_range=x_range,
+        y_range=DataRange1d(only_visible=True),
+        sizing_mode="stretch_width",
+        y_axis_label=_AXES.get(panel, channels[0].name),
+        tools="xpan,xwheel_zoom,box_zoom,undo,reset,save",
+        active_drag="xpan",
+        active_scroll="xwheel_zoom",
+    )
+    items: dict[str, list] = {}
+    dashes = {"": "solid", "faint": "dotted", "earlier": "dotted", "reference": "dashed"}
+    for each in channels:
+        time, values = thinned(each, x_range.start, x_range.end)
+        source = ColumnDataSource({"x": time, "y": values}, name=f"{each.phase} {each.name}")
+        colour = look["ink"] if each.look == "reference" else colours[each.phase]
+        line = found.line(
+            "x", "y", source=source, line_color=colour, line_dash=dashes[each.look], line_width=1.5
+        )
+        if each.band:
+            ends = {"x": time, "low": values - each.band, "high": values + each.band}
+            found.varea("x", "low", "high", source=ColumnDataSource(ends), fill_alpha=0.1)
+        if panel == "travel":
+            items.setdefault(each.name if each.look else each.phase or each.name, []).append(line)
+    if items:
+        own = [LegendItem(label={"value": key}, renderers=some) for key, some in items.items()]
+        falls = channels[0].values[0] > channels[0].values[-1]
+        place = "bottom_left" if falls else "top_left"
+        legend = Legend(items=own, click_policy="hide", location=place, padding=2)
+        legend.update(label_text_color=look["ink"], background_fill_color=look["paper"])
+        legend.update(label_text_font_size="11px", background_fill_alpha=0.7, spacing=0)
+        found.add_layout(legend)
+    _dress(found, look)
+    return found
+
+
+def _dress(found: Any, look: Mapping[str, str]) -> None:
+    found.background_fill_color = found.border_fill_color = look["paper"]
+    found.outline_line_color = found.grid.grid_line_color = look["line"]
+    found.min_border_left = 56  # so that panels share their axes
+    for axis in (*found.xaxis, *found.yaxis):
+        axis.axis_label_text_color = axis.major_label_text_color = look["ink"]
+        axis.axis_line_color = axis.major_tick_line_color = look["line"]
+        axis.minor_tick_line_color = None
+        axis.axis_label_text_font_style = "normal"
+
+
+def _add_marks(found: Any, look: Mapping[str, str]) -> None:
+    """Add sources "marks" and "zones", which the page fills once values are measured."""
+    zones = _source("zones", x0=[], y0=[], x1=[], y1=[], colour=[])
+    found.segment(
+        "x0", "y0", "x1", "y1", source=zones, line_color="colour", line_width=5, alpha=0.3
+    )
+    marks = _source("marks", x=[], y=[], name=[], label=[], colour=[], shift=[])
+    glyph = found.scatter("x", "y", source=marks, marker="diamond", size=9, color="colour")
+    found.text(
+        *("x", "y", "label"),
+        source=marks,
+        x_offset=7,
+        y_offset="shift",
+        text_color=look["ink"],
+        text_font_size="11px",
+    )
+    tips = [("", "@name"), ("ms", "@x{0.00}"), ("mm", "@y{0.00}")]
+    found.add_tools(HoverTool(renderers=[glyph], tooltips=tips))
+
+
+def thinned(channel: Channel, begin: float, end: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return times and values ``(m,)`` of a curve about a window: all, or the ends of each part.
+
+    >>> some = Channel("travel", "", "", np.arange(20_000.0), np.arange(20_000.0))
+    >>> thinned(some, 0.0, 20_000.0)[0].size, thinned(some, 10.0, 19.0)[0].size
+    (4000, 28)
+    """
+    wide = end - begin
+    first, last = np.searchsorted(channel.time, (begin - wide, end + wide))
+    kept = np.arange(first, last)
+    if kept.size > _MOST:
+        parts = np.array_split(kept, _MOST // 2)
+        above, below = (np.nan_to_num(channel.values, nan=each) for each in (np.inf, -np.inf))
+        low = [part[np.argmin(above[part])] for part in parts]
+        high = [part[np.argmax(below[part])] for part in parts]
+        kept = np.sort(np.concatenate([low, high]))
+    return channel.time[kept], channel.values[kept]
+
+
+# ---- marks ---------------------------------------------------------------------------------------
+
+
+def spots_of(estimate: Estimate) -> dict[str, tuple[float, float]]:
+    """Return from when to when each quantity of a record is measured, ms of its file, by name."""
+    raw, contact, measured = estimate.record.raw, estimate.contact, estimate.measured
+    reading = raw.reading.with_contact(contact, estimate.speeds, raw.currents)
+    moves, at, trigger = raw.moves, contact.time, contact.trigger
+    begin, end = (float(raw.time[raw.inside][k]) for k in (0, -1))
+    share = lambda percent: reading.at_share(percent).value  # noqa: E731
+    found = {"stroke": (begin, end), "reaction_time": (trigger, moves), "bounce_time": (at, end)}
+    found |= dict.fromkeys(("touch_time", "separation_time"), (moves, at))
+    found |= dict.fromkeys(("closing_time", "opening_time"), (trigger, at))
+    found |= dict.fromkeys(("main_closing_time", "main_opening_time"), (trigger, contact.main))
+    found |= dict.fromkeys(("over_travel", "opening_over_travel"), (reading.arrival, end))
+    found |= {"closing_wipe": (at, end), "opening_wipe": (begin, at)}
+    found |= {"arcing_wipe": tuple(sorted((contact.main, contact.arcing)))}
+    for name in ("coil_dip_time", "coil_off_time"):
+        if name in measured:
+            found[name] = trigger, trigger + measured[name].value
+    try:
+        found["travel_time"] = share(10.0), share(90.0)
+        found |= {name: (trigger, share(percent)) for name, percent in SHARES.items()}
+        for speed in estimate.speeds:
+            if speed.motion == estimate.record.motion and not measured[speed.name].reason:
+                points = (speed.start, speed.end)
+                found[speed.name] = tuple(reading.place(point)[0].value for point in points)
+    except NotShownError:
+        pass
+    return {name: ends for name, ends in found.items() if np.isfinite(ends).all()}
+
+
+def marks_of(tab: Tab, estimates: Sequence[Estimate], own: Mapping) -> dict[str, dict]:
+    """Return the data of the sources "marks" and "zones" of a tab."""
+    colours = phase_colours(tab.phases, own)
+    origins, _ = origins_of(tab)
+    marks, zones = [], []
+    for each in (estimate for estimate in estimates if estimate.record.raw is not None):
+        raw, phase, spots = each.record.raw, each.record.operation.phase, spots_of(each)
+        zero, colour = origins[id(each.record)], colours[phase]
+        known = np.isfinite(raw.sure)
+        level = lambda t, raw=raw, known=known: float(  # noqa: E731
+            np.interp(t, raw.time[known], raw.sure[known])
+        )
+        event = "touch" if tab.motion == "closing" else "separation"
+        event += " (inferred)" * (not each.record.timed)
+        times = {"first motion": raw.moves, event: each.contact.time}
+        times["trigger"] = raw.contact.trigger
+        for name, time in times.items():
+            if np.isfinite(time):
+                marks.append((time - zero, level(time), name, phase, colour))
+        for speed in each.speeds:
+            if speed.name in spots and speed.name.count("_") == 1:  # not those of shares of stroke
+                ends = spots[speed.name]
+                zones.append((ends[0] - zero, level(ends[0]), ends[1] - zero, level(ends[1])))
+                zones[-1] += (colour,)
+    first = {name: phase for *_, name, phase, _ in reversed(marks)}  # a label once
+    rows = [
+        (x, y, f"{name} {phase}".strip(), name * (first[name] == phase), colour, 4)
+        for x, y, name, phase, colour in marks
+    ]
+    keys = ("x", "y", "name", "label", "colour", "shift"), ("x0", "y0", "x1", "y1", "colour")
+    columns = [
+        dict(zip(names, map(list, zip(*some, strict=True)), strict=True))
+        if some
+        else {name: [] for name in names}
+        for names, some in zip(keys, (rows, zones), strict=True)
+    ]
+    return {"marks": columns[0], "zones": columns[1]}

@@ -1,0 +1,185 @@
+"""The server of the page, for the browser and user of this machine alone.
+
+It listens at 127.0.0.1. An address with the token sets a cookie; without it nothing is answered,
+nor to a request that names another host or comes from another page. The content security policy
+lets no page load or send anything elsewhere. Styles may stand within a page, as Bokeh writes its
+own; scripts may not.
+"""
+
+import asyncio
+import hmac
+import logging
+import secrets
+import socket
+import sys
+import traceback
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any
+
+import tornado.httpserver
+import tornado.web
+
+from breaker.page import views
+from breaker.page.session import MissingError, Session
+
+HOST = "127.0.0.1"
+"""The only address at which it listens: nobody beyond this machine reaches it."""
+
+POLICY = (
+    "default-src 'none'; script-src 'self'; style-src 'self' 'unsafe-inline'; "
+    "img-src 'self' data:; connect-src 'self'; form-action 'self'; base-uri 'none'; "
+    "frame-ancestors 'none'"
+)
+"""What a page may load, and where it may send anything."""
+
+_HEADERS = {
+    "Content-Security-Policy": POLICY,
+    "X-Content-Type-Options": "nosniff",
+    "Referrer-Policy": "no-referrer",
+    "Cross-Origin-Opener-Policy": "same-origin",
+    "Cross-Origin-Resource-Policy": "same-origin",
+    "Cache-Control": "no-store",
+}
+_DOOR = (
+    '<!doctype html><meta http-equiv="refresh" content="0;url=/">'
+    '<link rel="icon" href="/static/icon.svg"><a href="/">Open the page</a>'
+)
+_BODY = 130 * 2**20  # bytes of a request: a drop of two of the largest records
+
+
+class PageServer:
+    """The server of a session.
+
+    Args:
+        session: What is shown.
+        port: Where it listens; 0 for a free one.
+
+    Raises:
+        OSError: If the port is in use.
+    """
+
+    def __init__(self, session: Session, port: int = 0) -> None:
+        self.session, self.token = session, secrets.token_urlsafe(24)
+        try:
+            self._socket = socket.create_server((HOST, port))
+        except (OSError, OverflowError) as error:
+            remedy = "leave --port out, and a free one is taken, or name another"
+            raise OSError(f"port {port} is in use or may not be taken; {remedy}") from error
+        self._socket.setblocking(False)
+        self.port = self._socket.getsockname()[1]
+        # Curves and measured values do not wait for the model: one thread for each of both.
+        self.workers = {slow: ThreadPoolExecutor(max_workers=1) for slow in (False, True)}
+
+    @property
+    def address(self) -> str:
+        """The address that opens the page, with the token."""
+        return f"http://{HOST}:{self.port}/?token={self.token}"
+
+    async def serve(self, ended: asyncio.Event, ready: Callable[[], None] = lambda: None) -> None:
+        """Answer until the event; what is being written by then is written to its end."""
+        logging.getLogger("tornado.access").setLevel(logging.CRITICAL)  # addresses hold the token
+        application = tornado.web.Application([(r"(/.*)", _Handler, {"page": self})])
+        server = tornado.httpserver.HTTPServer(application, max_buffer_size=_BODY)
+        server.add_socket(self._socket)
+        try:  # whatever ends it: a thread of a worker that is not told would wait for ever
+            ready()
+            await ended.wait()
+        finally:
+            server.stop()
+            await server.close_all_connections()
+            for worker in self.workers.values():
+                worker.shutdown(wait=True)
+
+
+class _Handler(tornado.web.RequestHandler):
+    """Every answer: who may ask, which view answers, and how errors are said."""
+
+    def initialize(self, page: PageServer) -> None:
+        self.page = page
+
+    def set_default_headers(self) -> None:
+        self.clear_header("Server")
+        for name, value in _HEADERS.items():
+            self.set_header(name, value)
+
+    def prepare(self) -> None:
+        hosts = {f"{HOST}:{self.page.port}", f"localhost:{self.page.port}"}
+        origin, site = (self.request.headers.get(n) for n in ("Origin", "Sec-Fetch-Site"))
+        if self.request.host not in hosts:
+            raise _refused("This page answers under its own address alone.")
+        foreign = origin is not None and origin not in {f"http://{host}" for host in hosts}
+        changes = self.request.method not in ("GET", "HEAD")
+        if foreign or (changes and origin is None) or (changes and site == "cross-site"):
+            raise _refused("Another page asked for this, and was refused.")
+        token = self.get_query_argument("token", None)
+        if token is not None and self.request.path == "/":
+            if not self._same(token):
+                raise _refused("The token of this address is wrong: take the one on the terminal.")
+        elif not self._same(self.get_cookie(self._cookie, "")):
+            raise _refused(
+                "This page opens with the whole address, token included, that `breaker view` has "
+                "printed on the terminal. After another start, take its address.",
+            )
+
+    @property
+    def _cookie(self) -> str:
+        return f"breaker-{self.page.port}"  # browsers keep one cookie for all ports of a host
+
+    def _same(self, token: str) -> bool:
+        return hmac.compare_digest(token.encode(), self.page.token.encode())
+
+    async def get(self, path: str) -> None:
+        if path == "/" and self.get_query_argument("token", None) is not None:
+            self.set_cookie(self._cookie, self.page.token, httponly=True, samesite="Strict")
+            self.finish(_DOOR)  # with a redirect a browser would not send a strict cookie
+            return
+        await self._answer("GET", path)
+
+    async def post(self, path: str) -> None:
+        await self._answer("POST", path)
+
+    async def _answer(self, method: str, path: str) -> None:
+        """Answer by a view on a worker, while other windows are answered."""
+        name, _, rest = path[1:].partition("/")
+        view = views.VIEWS.get((method, name))
+        if view is None:
+            raise tornado.web.HTTPError(404)
+        reads, connection = method == "GET", self.request.connection
+
+        def unless_gone() -> views.Answer:
+            if reads and connection.stream.closed():
+                raise MissingError("nobody waits for this any more")
+            asked = views.Asked(self.page.session, rest, self._query, self.request)
+            return view.find(asked)
+
+        worker = self.page.workers[view.is_slow]
+        answer = await asyncio.get_running_loop().run_in_executor(worker, unless_gone)
+        for header, value in answer.headers.items():
+            self.set_header(header, value)
+        self.finish(answer.content)
+
+    @property
+    def _query(self) -> dict[str, list[str]]:
+        pairs = self.request.query_arguments.items()
+        return {name: [v.decode("utf-8", "replace") for v in values] for name, values in pairs}
+
+    def write_error(self, status_code: int, **about: Any) -> None:
+        error = about.get("exc_info", (None, None, None))[1]
+        text = str(error)
+        if isinstance(error, tornado.web.HTTPError):
+            text = error.log_message or "There is no such page; go back to the list."
+        elif isinstance(error, ValueError | OSError):
+            self.set_status(getattr(error, "status", 422))
+        elif error is not None:
+            text = f"an error of breaker itself, {type(error).__name__}: {error}; please report it"
+        self.finish(views.error_page(text, allowed=self.get_status() != 403))
+
+    def log_exception(self, kind: Any, error: BaseException | None, trace: Any) -> None:
+        """Print what is an error of this program; all else is said on the page."""
+        if not isinstance(error, ValueError | OSError | tornado.web.HTTPError | MemoryError):
+            traceback.print_exception(kind, error, trace, file=sys.stderr)
+
+
+def _refused(text: str) -> tornado.web.HTTPError:
+    return tornado.web.HTTPError(403, text)

@@ -1,0 +1,75 @@
+"""Limits, speed zones and ratios that a user sets on the page: the file of types of breaker.
+
+Commands and fleets use the same file, by ``types`` of the configuration.
+"""
+
+import os
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from breaker.common.atomic_writes import whole
+from breaker.common.text import bare
+from breaker.configuration.definitions import types_of
+from breaker.records.files import read_bytes
+
+_KEYS = ("limits", "speeds", "ratio")  # of an entry, which the page sets
+
+
+def read_types(file: str, config: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
+    """Return the entries of a file of types; none where there is no file yet.
+
+    Raises:
+        ConfigurationError: If an entry is wrong.
+    """
+    return types_of({**config, "types": file}) if os.path.exists(file) else {}
+
+
+def set_of_type(
+    file: str, config: Mapping[str, Any], name: str, key: str, ends: Sequence[str]
+) -> None:
+    """Set a value of a type's entry, such as ``limits.stroke`` from "170" to "184", a zone of a
+    speed, or its ``ratio``; empty ends remove it.
+
+    Raises:
+        ConfigurationError, ValueError: If the value is wrong; nothing is written.
+        OSError: If the file cannot be written.
+    """
+    section, _, quantity = key.partition(".")
+    if not name.strip() or section not in _KEYS or (section == "ratio") == bool(quantity):
+        raise ValueError("name the type of the breaker first, then set its limits")
+    types = read_types(file, config)
+    name = next((known for known in types if bare(known) == bare(name)), name.strip())
+    entry = types.setdefault(name, {})
+    held, place = (entry.setdefault(section, {}), quantity) if quantity else (entry, section)
+    values = [yaml.safe_load(end.replace(",", ".")) for end in ends]
+    held[place] = values if quantity else values[0]
+    if values == [None] * len(values):
+        del held[place]
+    _write(file, config, types)
+
+
+def import_types(file: str, config: Mapping[str, Any], content: bytes) -> int:
+    """Add the entries of another file of types, in place of those of the same name; return how
+    many. Raises as ``set_of_type``.
+    """
+    try:
+        added = yaml.safe_load(content)
+    except (yaml.YAMLError, UnicodeDecodeError) as error:
+        raise ValueError(f"this is no file of types: {str(error).splitlines()[0]}") from error
+    if not isinstance(added, dict) or not added:
+        raise ValueError("this is no file of types: name types and their limits, as in the guide")
+    _write(file, config, {**read_types(file, config), **added})
+    return len(added)
+
+
+def _write(file: str, config: Mapping[str, Any], types: Mapping[str, Any]) -> None:
+    """Write types once they have been checked; the file before is kept beside it."""
+    with whole(file) as part:
+        text = yaml.safe_dump(types, sort_keys=False, allow_unicode=True)
+        part.write_text(text, encoding="utf-8")
+        types_of({**config, "types": str(part)})
+        if os.path.exists(file):  # its comments are not kept
+            Path(f"{file}.before").write_bytes(read_bytes(file))
