@@ -8,6 +8,7 @@ from bokeh.embed import json_item
 from bokeh.layouts import gridplot
 from bokeh.models import ColumnDataSource, DataRange1d, HoverTool, Legend, LegendItem, Range1d
 from bokeh.plotting import figure
+from bokeh.themes import DARK_MINIMAL, built_in_themes
 
 from breaker.common.colours import phase_colours
 from breaker.diagnosis.curves import overlaid
@@ -26,8 +27,7 @@ _SMOOTH = 1.0  # ms on both sides of the straight lines whose slopes are the vel
 _HEIGHTS = {"travel": 270, "velocity": 105, "contact": 75, "test current": 75, "coil": 85}
 _AXES = {"travel": "travel (mm)", "velocity": "velocity (m/s)"}
 _CHANNELS = {"contact": "contact", "current": "test current", "trigger": "coil", "motor": "coil"}
-_DARK = {"ink": "#e6e8eb", "paper": "#16191d", "line": "#3a4149"}
-_LIGHT = {"ink": "#1c2127", "paper": "#ffffff", "line": "#dfe3e8"}
+_INK = {False: "#1c2127", True: "#e6e8eb"}  # of marks and cursors, where the page is dark
 
 
 class Tab(NamedTuple):
@@ -173,9 +173,8 @@ def _beside(record: DriveRecord, sheet: Sheet, zero: float) -> Iterator[Channel]
 def drawn(tab: Tab, diagnosis: Diagnosis, files: Files, dark: bool, own: Mapping) -> dict:
     """Return a tab as an item for ``Bokeh.embed.embed_item``; ``own`` are colours of phases."""
     colours = phase_colours(tab.phases, own)
-    look, (_, axis) = _DARK if dark else _LIGHT, origins_of(tab)
-    channels = channels_of(tab, diagnosis, files)
-    return _item(channels, _window(tab), axis, colours, look)
+    channels, (_, axis) = channels_of(tab, diagnosis, files), origins_of(tab)
+    return _item(channels, _window(tab), axis, colours, dark)
 
 
 def drawn_file(sheet: Sheet, dark: bool) -> dict:
@@ -188,7 +187,7 @@ def drawn_file(sheet: Sheet, dark: bool) -> dict:
         if np.isfinite(values).any() and np.nanmin(values) < np.nanmax(values)
     ]
     colours, window = phase_colours(names, {}), (0.0, float(samples.size))
-    return _item(channels, window, "sample", colours, _DARK if dark else _LIGHT)
+    return _item(channels, window, "sample", colours, dark)
 
 
 def _window(tab: Tab) -> tuple[float, float]:
@@ -208,27 +207,27 @@ def _item(
     window: tuple[float, float],
     axis: str,
     colours: Mapping[str, str],
-    look: Mapping[str, str],
+    dark: bool,
 ) -> dict:
     x_range, figures = Range1d(*window), []
     for panel in dict.fromkeys(panel for panel in _HEIGHTS):
         some = [each for each in channels if each.panel == panel]
         if some:
-            figures.append(_panel(panel, some, x_range, colours, look))
+            figures.append(_panel(panel, some, x_range, colours, _INK[dark]))
     for above in figures[:-1]:
         above.xaxis.major_label_text_font_size = "0px"
     figures[-1].height += 40  # for the labels of the axis
     figures[-1].xaxis.axis_label = axis
-    _add_marks(figures[0], look)
+    _add_marks(figures[0], _INK[dark])
     for each in figures:
-        each.vspan("x", source=_source("cursor1", x=[]), line_color=look["ink"])
-        each.vspan("x", source=_source("cursor2", x=[]), line_color=look["ink"], line_dash="dotted")
+        each.vspan("x", source=_source("cursor1", x=[]), line_color=_INK[dark])
+        each.vspan("x", source=_source("cursor2", x=[]), line_color=_INK[dark], line_dash="dotted")
         each.vstrip("x0", "x1", source=_source("spot", x0=[], x1=[]), fill_alpha=0.12)
     grid = gridplot(
         [[each] for each in figures], toolbar_location="right", sizing_mode="stretch_width"
     )
     grid.toolbar.logo = None
-    return json_item(grid)
+    return json_item(grid, theme=built_in_themes[DARK_MINIMAL] if dark else None)
 
 
 def _source(key: str, **columns: list) -> ColumnDataSource:
@@ -241,7 +240,7 @@ def _panel(
     channels: Sequence[Channel],
     x_range: Range1d,
     colours: Mapping[str, str],
-    look: Mapping[str, str],
+    ink: str,
 ) -> Any:
     found = figure(
         height=_HEIGHTS[panel],
@@ -258,7 +257,7 @@ def _panel(
     for each in channels:
         time, values = thinned(each, x_range.start, x_range.end)
         source = ColumnDataSource({"x": time, "y": values}, name=f"{each.phase} {each.name}")
-        colour = look["ink"] if each.look == "reference" else colours[each.phase]
+        colour = ink if each.look == "reference" else colours[each.phase]
         line = found.line(
             "x", "y", source=source, line_color=colour, line_dash=dashes[each.look], line_width=1.5
         )
@@ -272,25 +271,13 @@ def _panel(
         falls = channels[0].values[0] > channels[0].values[-1]
         place = "bottom_left" if falls else "top_left"
         legend = Legend(items=own, click_policy="hide", location=place, padding=2)
-        legend.update(label_text_color=look["ink"], background_fill_color=look["paper"])
         legend.update(label_text_font_size="11px", background_fill_alpha=0.7, spacing=0)
         found.add_layout(legend)
-    _dress(found, look)
+    found.min_border_left = 56  # so that panels share their axes
     return found
 
 
-def _dress(found: Any, look: Mapping[str, str]) -> None:
-    found.background_fill_color = found.border_fill_color = look["paper"]
-    found.outline_line_color = found.grid.grid_line_color = look["line"]
-    found.min_border_left = 56  # so that panels share their axes
-    for axis in (*found.xaxis, *found.yaxis):
-        axis.axis_label_text_color = axis.major_label_text_color = look["ink"]
-        axis.axis_line_color = axis.major_tick_line_color = look["line"]
-        axis.minor_tick_line_color = None
-        axis.axis_label_text_font_style = "normal"
-
-
-def _add_marks(found: Any, look: Mapping[str, str]) -> None:
+def _add_marks(found: Any, ink: str) -> None:
     """Add sources "marks" and "zones", which the page fills once values are measured."""
     zones = _source("zones", x0=[], y0=[], x1=[], y1=[], colour=[])
     found.segment(
@@ -303,7 +290,7 @@ def _add_marks(found: Any, look: Mapping[str, str]) -> None:
         source=marks,
         x_offset=7,
         y_offset="shift",
-        text_color=look["ink"],
+        text_color=ink,
         text_font_size="11px",
     )
     tips = [("", "@name"), ("ms", "@x{0.00}"), ("mm", "@y{0.00}")]

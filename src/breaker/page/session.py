@@ -264,19 +264,17 @@ class Session:
     def _described(self, path: str) -> Description:
         return self._once(("described", _state(path)), partial(describe_file, path), MOST)
 
-    def measured(self, choices: Choices, state: str = "") -> Diagnosis:
-        """Return an inspection whose quantities are measured, without the model's answer.
-
-        Raises:
-            ChangedError: If its files have changed since a page was shown.
-            ValueError: If nothing of it can be used.
-        """
+    def diagnosis(self, choices: Choices, state: str = "") -> Diagnosis:
+        """Return an inspection; raise as ``shown``, and ValueError if nothing can be used."""
         shown = self.shown(choices, state)
         if shown.diagnosis is None:
             raise ValueError(shown.trouble)
-        return self._once(
-            ("measured", id(shown), shown), lambda: replace(shown.diagnosis, families=tuple), _KEPT
-        )
+        return shown.diagnosis
+
+    def measured(self, choices: Choices, state: str = "") -> Diagnosis:
+        """Return an inspection without the model's answer; raise as ``diagnosis``."""
+        found = self.diagnosis(choices, state)
+        return self._once(("measured", found), lambda: replace(found, families=tuple), _KEPT)
 
     def sheet(self, choices: Choices, state: str, ending: str) -> bytes:
         """Return the sheet of an inspection, as ``breaker report`` writes it.
@@ -284,11 +282,8 @@ class Session:
         Raises:
             ValueError: If there is none, or it is to be a PDF and WeasyPrint is not installed.
         """
-        shown = self.shown(choices, state)
-        if shown.diagnosis is None:
-            raise ValueError(shown.trouble)
         try:
-            return self.commands.content_of(report_of(shown.diagnosis), ending)[0]
+            return self.commands.content_of(report_of(self.diagnosis(choices, state)), ending)[0]
         finally:
             gc.collect()  # the figures of a sheet hold themselves, 20 MB of them
 

@@ -143,16 +143,6 @@ def _deviation(values: Iterable[float], bounds: Sequence[float | None]) -> str:
     return in_digits(100.0 * off / middle, 2, sign=True) + " %" if middle else ""
 
 
-def other_limits(diagnosis: Diagnosis) -> list[tuple[str, str, Cell]]:
-    """Return name, condition and verdict of limits on several quantities or on inferred ones."""
-    found: dict[tuple[str, str], list[str]] = {}
-    for record in accepted(diagnosis.result):
-        for each in record.get("limits", ()):
-            if len(each["parts"]) > 1 or each["parts"][0]["quantity"] not in record["quantities"]:
-                found.setdefault((each["name"], each["words"]), []).append(each["verdict"])
-    return [(*about, RESULTS[worst(verdicts)]) for about, verdicts in found.items()]
-
-
 def verdict_in_words(result: Result) -> tuple[str, str]:
     """Return the verdict on all limits, "" without one, and what decides it."""
     verdict = result["verdict"] or ""

@@ -60,9 +60,8 @@ class Asked(NamedTuple):
 
     def diagnosis(self) -> Diagnosis:
         """Return the inspection, measured, or with the model's answer."""
-        if self.text("model"):
-            return self.shown.diagnosis or self.session.measured(self.choices)
-        return self.session.measured(self.choices, self.text("state"))
+        find = self.session.diagnosis if self.text("model") else self.session.measured
+        return find(self.choices, self.text("state"))
 
 
 class Answer(NamedTuple):
@@ -213,7 +212,6 @@ def _values(asked: Asked) -> Answer:
         "values": _page(
             "values.html",
             tables=[values.table_of(*pair, diagnosis) for pair in pairs],
-            others=values.other_limits(diagnosis),
         ),
         "changes": _page("changes.html", changes=changes),
         "model": _document([state_table(diagnosis.result)] if with_model else []),
