@@ -84,6 +84,7 @@ class PageServer:
         server.add_socket(self._socket)
         try:  # whatever ends it: a thread of a worker that is not told would wait for ever
             ready()
+            self.workers[True].submit(views.warm, self.session)
             await ended.wait()
         finally:
             server.stop()

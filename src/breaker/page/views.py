@@ -8,6 +8,7 @@ import importlib.util
 import json
 import os
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import replace
 from functools import cache
 from importlib.resources import files as resources
@@ -241,6 +242,15 @@ def _save(asked: Asked) -> Answer:
     if not name or "\0" in name:
         raise ValueError("name the file that is to be written")
     return Answer({"text": asked.session.save(asked.choices, name)})
+
+
+def warm(session: Session) -> None:
+    """Import and compile what an inspection needs, while the user looks at the list."""
+    with suppress(ValueError, OSError, StopIteration):
+        name = next(name for name, path in session.files().items() if os.path.isfile(path))
+        asked = Asked(session, "", {"file": [name], "tab": ["0"], "model": ["1"]}, None)
+        for view in (_inspection, _curves, _values):
+            view(asked)
 
 
 # ---- types ---------------------------------------------------------------------------------------
