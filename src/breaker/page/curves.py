@@ -6,7 +6,16 @@ from typing import Any, NamedTuple
 import numpy as np
 from bokeh.embed import json_item
 from bokeh.layouts import gridplot
-from bokeh.models import ColumnDataSource, DataRange1d, HoverTool, Legend, LegendItem, Range1d
+from bokeh.models import (
+    BoxAnnotation,
+    ColumnDataSource,
+    DataRange1d,
+    HoverTool,
+    Legend,
+    LegendItem,
+    Range1d,
+    Span,
+)
 from bokeh.plotting import figure
 from bokeh.themes import DARK_MINIMAL, built_in_themes
 
@@ -220,9 +229,10 @@ def _item(
     figures[-1].xaxis.axis_label = axis
     _add_marks(figures[0], _INK[dark])
     for each in figures:
-        each.vspan("x", source=_source("cursor1", x=[]), line_color=_INK[dark])
-        each.vspan("x", source=_source("cursor2", x=[]), line_color=_INK[dark], line_dash="dotted")
-        each.vstrip("x0", "x1", source=_source("spot", x0=[], x1=[]), fill_alpha=0.12)
+        for name, dash in (("cursor1", "solid"), ("cursor2", "dotted")):
+            look = {"line_color": _INK[dark], "line_dash": dash, "visible": False}
+            each.add_layout(Span(dimension="height", name=name, **look))
+        each.add_layout(BoxAnnotation(name="spot", fill_alpha=0.15, visible=False))
     grid = gridplot(
         [[each] for each in figures], toolbar_location="right", sizing_mode="stretch_width"
     )
@@ -261,6 +271,7 @@ def _panel(
         line = found.line(
             "x", "y", source=source, line_color=colour, line_dash=dashes[each.look], line_width=1.5
         )
+        line.nonselection_glyph = line.muted_glyph = line.hover_glyph = None
         if each.band:
             ends = {"x": time, "low": values - each.band, "high": values + each.band}
             found.varea("x", "low", "high", source=ColumnDataSource(ends), fill_alpha=0.1)

@@ -52,7 +52,9 @@ class Row(NamedTuple):
 
 
 class TabValues(NamedTuple):
-    """A table: phases, rows, other limits, reasons of missing values, and simultaneity."""
+    """A table: phases, rows, reasons of missing values and rejected records, simultaneity, and the
+    zone of the speed.
+    """
 
     title: str
     motion: str
@@ -61,6 +63,7 @@ class TabValues(NamedTuple):
     missing: Mapping[str, str]
     simultaneity: Sequence[Cell]
     rejected: Sequence[str]
+    zone: Sequence[str]
 
 
 def table_of(tab: Tab, estimates: Sequence[Estimate], diagnosis: Diagnosis) -> TabValues:
@@ -92,7 +95,9 @@ def table_of(tab: Tab, estimates: Sequence[Estimate], diagnosis: Diagnosis) -> T
         if records and (each["motion"], each["operation"]) == (tab.motion, records[0]["operation"])
     ]
     rejected = [str(record["reason"]) for _, record in pairs if not record["accepted"]]
-    return TabValues(tab.title, tab.motion, phases, rows, missing, poles, rejected)
+    zone = diagnosis.config["speeds"].get(f"{tab.motion}_speed") or ("", "")
+    about = phases, rows, missing, poles, rejected, zone
+    return TabValues(tab.title, tab.motion, *about)
 
 
 def _row(

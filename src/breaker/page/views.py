@@ -19,7 +19,7 @@ import jinja2
 from markupsafe import Markup
 
 from breaker.common.document import Document, html_page, tone_of
-from breaker.common.text import visible_text
+from breaker.common.text import bare, visible_text
 from breaker.diagnosis.identity import nameplate
 from breaker.diagnosis.inspection_change import change_tables
 from breaker.diagnosis.session import Diagnosis
@@ -154,14 +154,15 @@ def _inspection(asked: Asked) -> Answer:
     own = next((one for one in every if set(chosen.files) <= set(one.files)), None)
     earlier = earlier_than(own, every) if own else []
     tabs = curves.tabs_of(diagnosis.records) if diagnosis else []
-    known = types.read_types(session.types, session.config)
+    known, name = types.read_types(session.types, session.config), session.type_of(chosen)
     page = _page(
         "inspection.html",
         names=[printable(name_of(each)) for each in chosen.files],
         plate=nameplate(diagnosis.records, diagnosis.before) if diagnosis else [],
         shown=shown,
-        type=session.type_of(chosen),
+        type=name,
         types=known,
+        ratio=next((e.get("ratio") or "" for n, e in known.items() if bare(n) == bare(name)), ""),
         types_file=printable(session.types),
         earlier=[(each, chosen._replace(before=each.files).query) for each in earlier],
         alone=chosen._replace(before=()).query,

@@ -93,10 +93,9 @@ const views = new Map(); // documents of Bokeh by tab
 let marks = [], tab = 0;
 
 const query = () => byId("screen").dataset.query;
-const source = (name) => views.get(tab)?.all_roots ? [...views.get(tab)._all_models.values()].filter((m) => m.name === name) : [];
 
-function fill(name, data) {
-  for (const each of source(name)) each.data = data;
+function change(name, values) { // all models of a name
+  for (const model of views.get(tab)?._all_models.values() ?? []) if (model.name === name) Object.assign(model, values);
 }
 
 async function showTab(number) {
@@ -117,14 +116,14 @@ async function showTab(number) {
       if (model.type === "Figure") model.on_event("tap", (event) => setCursor(event.x, event.modifiers?.shift));
     }
   }
-  if (marks[tab]) for (const [name, data] of Object.entries(marks[tab])) fill(name, data);
+  if (marks[tab]) for (const [name, data] of Object.entries(marks[tab])) change(name, { data });
 }
 
 const cursors = [null, null];
 
 function setCursor(x, second) {
   cursors[second ? 1 : 0] = x;
-  cursors.forEach((at, k) => fill(`cursor${k + 1}`, { x: at === null ? [] : [at] }));
+  cursors.forEach((at, k) => change(`cursor${k + 1}`, { location: at, visible: at !== null }));
   const [one, two] = cursors, words = [];
   for (const [k, at] of cursors.entries()) if (at !== null) words.push(`${k + 1}: ${at.toFixed(2)} ms ${read(at)}`);
   if (one !== null && two !== null) words.push(`apart: ${(two - one).toFixed(2)} ms`);
@@ -150,22 +149,21 @@ function put(answer) {
   }
   byId("remarkcount").textContent = answer.counts.remarks;
   marks = answer.marks;
-  for (const each of all(".limit, .zone")) each.addEventListener("change", saveLimit);
   for (const each of all(".spot")) each.addEventListener("click", () => showSpot(each));
 }
 
 function showSpot(button) {
   for (const each of all(".spot")) each.setAttribute("aria-pressed", String(each === button));
-  fill("spot", { x0: [Number(button.dataset.from)], x1: [Number(button.dataset.to)] });
+  change("spot", { left: Number(button.dataset.from), right: Number(button.dataset.to), visible: true });
 }
 
 async function saveLimit(event) {
-  const parts = all("input", event.target.closest("tr, p")), type = byId("type").value.trim();
+  const parts = all("input", event.target.closest("tr, p, span")), type = byId("type").value.trim();
   const key = parts[0].dataset.key, ends = parts.map((part) => part.value.trim());
   const zone = event.target.className === "zone";
   if (zone && ends.some((end) => !end) && ends.some(Boolean)) return; // the other end is to come
   try {
-    const body = JSON.stringify({ type, key: `${zone ? "speeds" : "limits"}.${key}`, ends });
+    const body = JSON.stringify({ type, key, ends });
     const said = (await post("/set", body)).text;
     const now = new URLSearchParams(query());
     now.delete("state");
@@ -181,6 +179,7 @@ async function saveLimit(event) {
 
 async function fillInspection() {
   await showTab(0);
+  document.body.dataset.drawn = Math.round(performance.now());
   if (byId("screen").hasAttribute("data-trouble")) return;
   put(await (await ask(`/values?${query()}`)).json());
   await showTab(tab);
@@ -191,6 +190,7 @@ async function fillInspection() {
 }
 
 function prepareInspection() {
+  document.addEventListener("change", (event) => { if (event.target.matches(".limit, .zone")) saveLimit(event); });
   for (const each of all("[role=tab]")) each.addEventListener("click", () => showTab(Number(each.dataset.tab)));
   byId("earlier")?.addEventListener("change", (event) => location.assign(`/inspection?${event.target.value}`));
   byId("settings").addEventListener("change", () => byId("settings").requestSubmit());
