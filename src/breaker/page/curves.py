@@ -23,10 +23,9 @@ from breaker.common.colours import phase_colours
 from breaker.diagnosis.curves import overlaid
 from breaker.diagnosis.estimate import DriveRecord, Estimate
 from breaker.diagnosis.session import Diagnosis
-from breaker.model.quantities import SHARES
+from breaker.model.quantities import OF_STROKE, SHARES
 from breaker.records.files import Files, printable
 from breaker.records.formats.registry import look_into
-from breaker.records.rejections import NotShownError
 from breaker.records.settings import TO_MS
 from breaker.records.sheet import Sheet
 
@@ -70,7 +69,6 @@ class Channel(NamedTuple):
     time: np.ndarray
     values: np.ndarray
     look: str = ""
-    band: float = 0.0
 
 
 def tabs_of(records: Sequence[DriveRecord]) -> list[Tab]:
@@ -119,17 +117,13 @@ def channels_of(tab: Tab, diagnosis: Diagnosis, files: Files) -> list[Channel]:
         found += _beside(record, look_into(files[record.operation.file]), zero)
     laid = [(each, "reference") for each in diagnosis.overlays]
     laid += [(each, "earlier") for each in overlaid(diagnosis.records, diagnosis.before)]
-    of = {_key(record): record for record in tab.read}
-    for each, look in laid:
-        record = of.get((each.operation, each.motion, each.phase, each.file))
-        if record is not None:
-            found.append(_overlay(record, each, look, origins[id(record)]))
+    for record in tab.read:
+        operation, zero = record.operation, origins[id(record)]
+        own = operation.number, record.motion, operation.phase, str(operation.file)
+        for each, look in laid:
+            if own == (each.operation, each.motion, each.phase, each.file):
+                found.append(_overlay(record, each, look, zero))
     return found
-
-
-def _key(record: DriveRecord) -> tuple:
-    operation = record.operation
-    return operation.number, record.motion, operation.phase, str(operation.file)
 
 
 def _overlay(record: DriveRecord, other: Any, look: str, zero: float) -> Channel:
@@ -139,11 +133,9 @@ def _overlay(record: DriveRecord, other: Any, look: str, zero: float) -> Channel
     shift = other.time[int((way > half).argmax())] - other.time[int((good > half).argmax())]
     sign = 1.0 if record.motion == "closing" else -1.0
     travel = record.raw.segment.before + sign * other.good
-    name, band = f"{look}: {printable(other.good_file).rpartition('/')[2]}", 0.0
-    if look == "reference":
-        band = other.band
+    name = f"{look}: {printable(other.good_file).rpartition('/')[2]}"
     time = other.time + record.raw.moves + shift - zero
-    return Channel("travel", record.operation.phase, name, time, travel, look, band)
+    return Channel("travel", record.operation.phase, name, time, travel, look)
 
 
 def _velocity(travel: np.ndarray, step: float) -> np.ndarray:
@@ -219,7 +211,7 @@ def _item(
     dark: bool,
 ) -> dict:
     x_range, figures = Range1d(*window), []
-    for panel in dict.fromkeys(panel for panel in _HEIGHTS):
+    for panel in _HEIGHTS:
         some = [each for each in channels if each.panel == panel]
         if some:
             figures.append(_panel(panel, some, x_range, colours, _INK[dark]))
@@ -238,11 +230,6 @@ def _item(
     )
     grid.toolbar.logo = None
     return json_item(grid, theme=built_in_themes[DARK_MINIMAL] if dark else None)
-
-
-def _source(key: str, **columns: list) -> ColumnDataSource:
-    """Return an empty source that the page fills, by its name."""
-    return ColumnDataSource(columns, name=key)
 
 
 def _panel(
@@ -272,9 +259,6 @@ def _panel(
             "x", "y", source=source, line_color=colour, line_dash=dashes[each.look], line_width=1.5
         )
         line.nonselection_glyph = line.muted_glyph = line.hover_glyph = None
-        if each.band:
-            ends = {"x": time, "low": values - each.band, "high": values + each.band}
-            found.varea("x", "low", "high", source=ColumnDataSource(ends), fill_alpha=0.1)
         if panel == "travel":
             items.setdefault(each.name if each.look else each.phase or each.name, []).append(line)
     if items:
@@ -290,20 +274,13 @@ def _panel(
 
 def _add_marks(found: Any, ink: str) -> None:
     """Add sources "marks" and "zones", which the page fills once values are measured."""
-    zones = _source("zones", x0=[], y0=[], x1=[], y1=[], colour=[])
-    found.segment(
-        "x0", "y0", "x1", "y1", source=zones, line_color="colour", line_width=5, alpha=0.3
-    )
-    marks = _source("marks", x=[], y=[], name=[], label=[], colour=[], shift=[])
+    zones = ColumnDataSource({name: [] for name in _ZONE}, name="zones")
+    look = {"line_color": "colour", "line_width": 5, "alpha": 0.3}
+    found.segment("x0", "y0", "x1", "y1", source=zones, **look)
+    marks = ColumnDataSource({name: [] for name in _MARK}, name="marks")
     glyph = found.scatter("x", "y", source=marks, marker="diamond", size=9, color="colour")
-    found.text(
-        *("x", "y", "label"),
-        source=marks,
-        x_offset=7,
-        y_offset="shift",
-        text_color=ink,
-        text_font_size="11px",
-    )
+    look = {"x_offset": 7, "y_offset": 4, "text_color": ink, "text_font_size": "11px"}
+    found.text("x", "y", "label", source=marks, **look)
     tips = [("", "@name"), ("ms", "@x{0.00}"), ("mm", "@y{0.00}")]
     found.add_tools(HoverTool(renderers=[glyph], tooltips=tips))
 
@@ -329,70 +306,70 @@ def thinned(channel: Channel, begin: float, end: float) -> tuple[np.ndarray, np.
 
 # ---- marks ---------------------------------------------------------------------------------------
 
+_MARK = "x", "y", "name", "label", "colour"
+_ZONE = "x0", "y0", "x1", "y1", "colour"
+_SPOTS = {  # events between which a quantity is measured
+    "stroke": ("begin", "end"),
+    "reaction_time": ("trigger", "first motion"),
+    **dict.fromkeys(("touch_time", "separation_time"), ("first motion", "contact")),
+    **dict.fromkeys(("closing_time", "opening_time"), ("trigger", "contact")),
+    **dict.fromkeys(("main_closing_time", "main_opening_time"), ("trigger", "main")),
+    **dict.fromkeys(("over_travel", "opening_over_travel"), ("arrival", "end")),
+    **{"closing_wipe": ("contact", "end"), "opening_wipe": ("begin", "contact")},
+    "arcing_wipe": ("arcing", "main"),
+}
+
 
 def spots_of(estimate: Estimate) -> dict[str, tuple[float, float]]:
     """Return from when to when each quantity of a record is measured, ms of its file, by name."""
     raw, contact, measured = estimate.record.raw, estimate.contact, estimate.measured
     reading = raw.reading.with_contact(contact, estimate.speeds, raw.currents)
-    moves, at, trigger = raw.moves, contact.time, contact.trigger
-    begin, end = (float(raw.time[raw.inside][k]) for k in (0, -1))
-    share = lambda percent: reading.at_share(percent).value  # noqa: E731
-    found = {"stroke": (begin, end), "reaction_time": (trigger, moves), "bounce_time": (at, end)}
-    found |= dict.fromkeys(("touch_time", "separation_time"), (moves, at))
-    found |= dict.fromkeys(("closing_time", "opening_time"), (trigger, at))
-    found |= dict.fromkeys(("main_closing_time", "main_opening_time"), (trigger, contact.main))
-    found |= dict.fromkeys(("over_travel", "opening_over_travel"), (reading.arrival, end))
-    found |= {"closing_wipe": (at, end), "opening_wipe": (begin, at)}
-    found |= {"arcing_wipe": tuple(sorted((contact.main, contact.arcing)))}
-    for name in ("coil_dip_time", "coil_off_time"):
-        if name in measured:
-            found[name] = trigger, trigger + measured[name].value
-    try:
-        found["travel_time"] = share(10.0), share(90.0)
-        found |= {name: (trigger, share(percent)) for name, percent in SHARES.items()}
-        for speed in estimate.speeds:
-            if speed.motion == estimate.record.motion and not measured[speed.name].reason:
-                points = (speed.start, speed.end)
-                found[speed.name] = tuple(reading.place(point)[0].value for point in points)
-    except NotShownError:
-        pass
-    return {name: ends for name, ends in found.items() if np.isfinite(ends).all()}
+    begin, end = raw.time[raw.inside][[0, -1]]
+    events = {"begin": begin, "end": end, "first motion": raw.moves, "arrival": reading.arrival}
+    events |= {"contact": contact.time, "trigger": contact.trigger}
+    events |= {"main": contact.main, "arcing": contact.arcing}
+    found = {name: (events[first], events[last]) for name, (first, last) in _SPOTS.items()}
+    since = {name: measured[name].value for name in ("coil_dip_time", "coil_off_time", *SHARES)}
+    found |= {name: (contact.trigger, contact.trigger + late) for name, late in since.items()}
+    for speed in estimate.speeds:
+        if speed.motion == estimate.record.motion and not measured[speed.name].reason:
+            points = (speed.start, speed.end)
+            found[speed.name] = tuple(reading.place(point)[0].value for point in points)
+            if speed.points == OF_STROKE[f"{speed.motion}_speed_10_90"]:
+                found["travel_time"] = found[speed.name]
+    return {
+        name: (float(min(ends)), float(max(ends)))
+        for name, ends in found.items()
+        if np.isfinite(ends).all()
+    }
 
 
 def marks_of(tab: Tab, estimates: Sequence[Estimate], own: Mapping) -> dict[str, dict]:
     """Return the data of the sources "marks" and "zones" of a tab."""
-    colours = phase_colours(tab.phases, own)
-    origins, _ = origins_of(tab)
-    marks, zones = [], []
+    colours, (origins, _) = phase_colours(tab.phases, own), origins_of(tab)
+    marks, zones, labels = [], [], set()
+    event = "touch" if tab.motion == "closing" else "separation"
     for each in (estimate for estimate in estimates if estimate.record.raw is not None):
         raw, phase, spots = each.record.raw, each.record.operation.phase, spots_of(each)
-        zero, colour = origins[id(each.record)], colours[phase]
-        known = np.isfinite(raw.sure)
-        level = lambda t, raw=raw, known=known: float(  # noqa: E731
-            np.interp(t, raw.time[known], raw.sure[known])
-        )
-        event = "touch" if tab.motion == "closing" else "separation"
-        event += " (inferred)" * (not each.record.timed)
-        times = {"first motion": raw.moves, event: each.contact.time}
-        times["trigger"] = raw.contact.trigger
+        zero, known = origins[id(each.record)], np.isfinite(raw.sure)
+
+        def place(time: float, raw=raw, zero=zero, known=known) -> tuple[float, float]:
+            return time - zero, float(np.interp(time, raw.time[known], raw.sure[known]))
+
+        inferred = "" if each.record.timed else " (inferred)"
+        times = {"trigger": raw.contact.trigger, "first motion": raw.moves}
+        times[event + inferred] = each.contact.time
         for name, time in times.items():
             if np.isfinite(time):
-                marks.append((time - zero, level(time), name, phase, colour))
-        for speed in each.speeds:
-            if speed.name in spots and speed.name.count("_") == 1:  # not those of shares of stroke
-                ends = spots[speed.name]
-                zones.append((ends[0] - zero, level(ends[0]), ends[1] - zero, level(ends[1])))
-                zones[-1] += (colour,)
-    first = {name: phase for *_, name, phase, _ in reversed(marks)}  # a label once
-    rows = [
-        (x, y, f"{name} {phase}".strip(), name * (first[name] == phase), colour, 4)
-        for x, y, name, phase, colour in marks
-    ]
-    keys = ("x", "y", "name", "label", "colour", "shift"), ("x0", "y0", "x1", "y1", "colour")
-    columns = [
-        dict(zip(names, map(list, zip(*some, strict=True)), strict=True))
-        if some
-        else {name: [] for name in names}
-        for names, some in zip(keys, (rows, zones), strict=True)
-    ]
-    return {"marks": columns[0], "zones": columns[1]}
+                label = "" if name in labels else name  # once for all poles
+                marks.append((*place(time), f"{name} {phase}".strip(), label, colours[phase]))
+                labels.add(name)
+        zone = spots.get(f"{tab.motion}_speed")
+        if zone:
+            zones.append((*place(zone[0]), *place(zone[1]), colours[phase]))
+    return {"marks": _columns(_MARK, marks), "zones": _columns(_ZONE, zones)}
+
+
+def _columns(names: Sequence[str], rows: Sequence[tuple]) -> dict[str, list]:
+    """Return rows as columns by name."""
+    return {name: [row[k] for row in rows] for k, name in enumerate(names)}
