@@ -17,7 +17,7 @@ from bokeh.models import (
     Span,
 )
 from bokeh.plotting import figure
-from bokeh.themes import DARK_MINIMAL, built_in_themes
+from bokeh.themes import DARK_MINIMAL, LIGHT_MINIMAL, built_in_themes
 
 from breaker.common.colours import phase_colours
 from breaker.diagnosis.curves import overlaid
@@ -32,7 +32,7 @@ from breaker.records.sheet import Sheet
 _MOST = 4000  # points of a curve, twice as many as a screen has columns: ends of each part stay
 _AROUND = 0.25, 1.0  # durations of the motion that are shown before and after it
 _SMOOTH = 1.0  # ms on both sides of the straight lines whose slopes are the velocity
-_HEIGHTS = {"travel": 270, "velocity": 105, "contact": 75, "test current": 75, "coil": 85}
+_HEIGHTS = {"travel": 280, "velocity": 105, "contact": 75, "test current": 75, "coil": 85}
 _AXES = {"travel": "travel (mm)", "velocity": "velocity (m/s)"}
 _CHANNELS = {"contact": "contact", "current": "test current", "trigger": "coil", "motor": "coil"}
 _INK = {False: "#1c2127", True: "#e6e8eb"}  # of marks and cursors, where the page is dark
@@ -229,7 +229,7 @@ def _item(
         [[each] for each in figures], toolbar_location="right", sizing_mode="stretch_width"
     )
     grid.toolbar.logo = None
-    return json_item(grid, theme=built_in_themes[DARK_MINIMAL] if dark else None)
+    return json_item(grid, theme=built_in_themes[DARK_MINIMAL if dark else LIGHT_MINIMAL])
 
 
 def _panel(
@@ -263,11 +263,9 @@ def _panel(
             items.setdefault(each.name if each.look else each.phase or each.name, []).append(line)
     if items:
         own = [LegendItem(label={"value": key}, renderers=some) for key, some in items.items()]
-        falls = channels[0].values[0] > channels[0].values[-1]
-        place = "bottom_left" if falls else "top_left"
-        legend = Legend(items=own, click_policy="hide", location=place, padding=2)
-        legend.update(label_text_font_size="11px", background_fill_alpha=0.7, spacing=0)
-        found.add_layout(legend)
+        legend = Legend(items=own, click_policy="hide", orientation="horizontal", padding=2)
+        legend.update(label_text_font_size="11px", border_line_color=None, margin=0)
+        found.add_layout(legend, "above")
     found.min_border_left = 56  # so that panels share their axes
     return found
 
