@@ -18,9 +18,6 @@ from breaker.records.settings import FORMAT, TO_MM, TO_MS
 from breaker.records.sheet import Sheet
 from breaker.records.words import WORDS
 
-WHOLE = "."
-"""Identifier of the folder itself."""
-
 _SET = "set."
 _LONGEST = 200  # characters of a value: a longer one is a mistake
 

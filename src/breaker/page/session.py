@@ -12,7 +12,6 @@ from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 from concurrent.futures import Future
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
-from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 from urllib.parse import urlencode
@@ -20,8 +19,8 @@ from urllib.parse import urlencode
 from breaker.common.text import bare
 from breaker.diagnosis.report import Report, report_of
 from breaker.diagnosis.session import Diagnosis
-from breaker.page.catalogue import MOST, Inspection, find_files, inspections_of
-from breaker.page.choices import WHOLE, Choices, SettingRow, id_of, overlay_text, rows_of
+from breaker.page.catalogue import Inspection, find_files, inspections_of
+from breaker.page.choices import Choices, SettingRow, id_of, overlay_text, rows_of
 from breaker.page.types import read_types
 from breaker.records.description import describe_file
 from breaker.records.files import Files, printable
@@ -33,7 +32,7 @@ from breaker.records.settings import FORMAT
 from breaker.records.sheet import Sheet
 from breaker.records.table_proposal import Description
 
-_KEPT = 6  # inspections that are kept, so that going back to one is quick
+_KEPT = 4  # inspections that are kept, so that going back to one is quick
 _OPEN = 2  # inspections whose files are kept open
 _LOOKS = 0.5  # s, for which files of a list are described before it is shown again
 _DROPPED = 256 * 2**20  # bytes of all dropped files: four of the largest records
@@ -126,17 +125,19 @@ class Session:
         self.named, self.overlays, self.commands = named, [*overlays], commands
         self.own, self.dropped = Path(own), Path(own, "dropped")
         if is_folder(named):
-            _check_readable(named)  # before a page is opened
+            os.listdir(named)  # one that may not be read is refused before a page is opened
         elif not os.path.exists(named):
             raise FileNotFoundError(f"there is no {printable(named)}; name a folder of exports")
-        self.types = self.config["types"] or os.path.abspath(types)
-        self._kept: OrderedDict[Hashable, Future] = OrderedDict()
+        self._kept: dict[str, OrderedDict[Hashable, Future]] = {}
         self._lock = threading.Lock()
+        self.types = self.config["types"] or os.path.abspath(types)
+        self._described: dict[tuple, Description] = {}
 
     @property
     def config(self) -> Mapping:
         """The configuration of the command line."""
-        return self.commands.settings_of(self.overlays)
+        states = tuple(map(_state, self.overlays))
+        return self._once("config", states, lambda: self.commands.settings_of(self.overlays), 1)
 
     # ---- the list ----
 
@@ -165,9 +166,8 @@ class Session:
         files, found = self.files(), {}
         end = time.monotonic() + (_LOOKS if look else 0.0)
         for name, path in files.items():
-            known = self._kept.get(("described", _state(path)))
-            if (known is not None and known.done()) or time.monotonic() < end:
-                found[name] = self._described(path)
+            if _state(path) in self._described or time.monotonic() < end:
+                found[name] = self._description_of(path)
         return inspections_of(files, found)
 
     def drop(self, parts: Sequence[tuple[str, bytes]]) -> None:
@@ -208,20 +208,20 @@ class Session:
         now = f"{hash(states) & 0xFFFFFFFFFFFF:x}"
         if state not in ("", now):
             raise ChangedError("a file has changed since this page was shown: load the page again")
-        opened = self._once(("files", *states), Files, _OPEN)
+        opened = self._once("files", states, Files, _OPEN)
         find = lambda: self._read(choices, files, before, opened, now)  # noqa: E731
-        found = self._once(("shown", choices.query, states), find, _KEPT)
-        return self._once(("shown", found.choices.query, states), lambda: found, _KEPT)
+        found = self._once("shown", (choices.query, states), find, _KEPT)
+        return self._once("shown", (found.choices.query, states), lambda: found, _KEPT)
 
     def _paths(self, identities: Sequence[str]) -> list[str]:
         """Return the paths of files."""
         files = self.files() if identities else {}
-        if lost := [name for name in identities if name not in files and name != WHOLE]:
+        if lost := [name for name in identities if name not in files]:
             raise MissingError(
                 f"{lost[0]} is not in {printable(self.named)} any more, or never was: was it moved "
                 "or renamed? Go back to the list"
             )
-        return [files.get(name, self.named) for name in identities]
+        return [files[name] for name in identities]
 
     def _read(
         self, choices: Choices, files: list[str], before: list[str], opened: Files, state: str
@@ -259,10 +259,13 @@ class Session:
         first = (files or self._paths(choices.files))[0]
         if choices.type or is_folder(first):
             return choices.type
-        return self._described(first).preamble.type
+        return self._description_of(first).preamble.type
 
-    def _described(self, path: str) -> Description:
-        return self._once(("described", _state(path)), partial(describe_file, path), MOST)
+    def _description_of(self, path: str) -> Description:
+        state = _state(path)
+        if state not in self._described:
+            self._described[state] = describe_file(path)
+        return self._described[state]
 
     def diagnosis(self, choices: Choices, state: str = "") -> Diagnosis:
         """Return an inspection; raise as ``shown``, and ValueError if nothing can be used."""
@@ -274,7 +277,7 @@ class Session:
     def measured(self, choices: Choices, state: str = "") -> Diagnosis:
         """Return an inspection without the model's answer; raise as ``diagnosis``."""
         found = self.diagnosis(choices, state)
-        return self._once(("measured", found), lambda: replace(found, families=tuple), _KEPT)
+        return self._once("measured", found, lambda: replace(found, families=tuple), _KEPT)
 
     def sheet(self, choices: Choices, state: str, ending: str) -> bytes:
         """Return the sheet of an inspection, as ``breaker report`` writes it.
@@ -304,23 +307,23 @@ class Session:
             file.write_text(text, encoding="utf-8")
             yield [*self.overlays, str(file)]
 
-    def _once(self, key: Hashable, find: Callable[[], Any], most: int) -> Any:
+    def _once(self, kind: str, key: Hashable, find: Callable[[], Any], most: int) -> Any:
         """Return what was found before, or is found now; ``most`` of a kind are kept. Whoever asks
         for what is being found waits for it, and nobody else does.
         """
         with self._lock:
-            new = key not in self._kept
-            found = self._kept.setdefault(key, Future())
-            self._kept.move_to_end(key)
-            same = [known for known in self._kept if known[0] == key[0]]
-            for known in same[: max(0, len(same) - most)]:
-                del self._kept[known]
+            kept = self._kept.setdefault(kind, OrderedDict())
+            new = key not in kept
+            found = kept.setdefault(key, Future())
+            kept.move_to_end(key)
+            if len(kept) > most:
+                kept.popitem(last=False)
         if new:
             try:
                 found.set_result(find())
             except BaseException as error:
                 with self._lock:
-                    self._kept.pop(key, None)
+                    kept.pop(key, None)
                 found.set_exception(error)
         return found.result()
 
@@ -336,18 +339,6 @@ def _propose(
         return sheet, first.once(("proposed", str(config["sensor"])), find), ""
     except (ValueError, OSError) as error:
         return sheet, None, str(error)
-
-
-def _check_readable(folder: str) -> None:
-    """Raise an OSError with a remedy if a folder may not be read."""
-    try:
-        os.listdir(folder)
-    except OSError as error:
-        why = error.strerror or str(error)
-        raise OSError(
-            f"{printable(folder)} cannot be read ({why}): ask for the right to read it, or copy "
-            "the exports into a folder of your own"
-        ) from error
 
 
 def _state(path: str) -> tuple:
