@@ -32,8 +32,8 @@ from breaker.records.sheet import Sheet
 _MOST = 4000  # points of a curve, twice as many as a screen has columns: ends of each part stay
 _AROUND = 0.25, 1.0  # durations of the motion that are shown before and after it
 _SMOOTH = 1.0  # ms on both sides of the straight lines whose slopes are the velocity
-_HEIGHTS = {"travel": 280, "velocity": 105, "contact": 75, "test current": 75, "coil": 85}
-_AXES = {"travel": "travel (mm)", "velocity": "velocity (m/s)"}
+_HEIGHTS = {"travel": 280, "velocity": 105, "contact": 75, "test current": 75, "coil": 85, "resistance": 190}
+_AXES = {"travel": "travel (mm)", "velocity": "velocity (m/s)", "resistance": "resistance (µΩ)"}
 _CHANNELS = {"contact": "contact", "current": "test current", "trigger": "coil", "motor": "coil"}
 _INK = {False: "#1c2127", True: "#e6e8eb"}  # of marks and cursors, where the page is dark
 
@@ -59,8 +59,8 @@ class Tab(NamedTuple):
 
 
 class Channel(NamedTuple):
-    """A curve: its panel, phase, name, times after the tab's origin in ms, and values, ``(n,)``;
-    its look is "", "faint" for doubtful samples, or "earlier" or "reference" for other records.
+    """A curve: its panel, phase, name, times after the tab's origin in ms, and values, ``(n,)``; a
+    resistance has travels in place of times. Its look is "", "faint" for doubtful samples, or "earlier" or "reference" for other records.
     """
 
     panel: str
@@ -114,6 +114,9 @@ def channels_of(tab: Tab, diagnosis: Diagnosis, files: Files) -> list[Channel]:
         if np.isfinite(doubtful).any():
             found.append(Channel("travel", phase, "doubtful samples", time, doubtful, "faint"))
         found.append(Channel("velocity", phase, "velocity", time, _velocity(raw.sure, raw.step)))
+        if np.isfinite(raw.resistance).any():  # over the travel, it shows the arcing contact
+            at = raw.sure[raw.inside], raw.resistance[raw.inside]
+            found.append(Channel("resistance", phase, "resistance", *at))
         found += _beside(record, look_into(files[record.operation.file]), zero)
     laid = [(each, "reference") for each in diagnosis.overlays]
     laid += [(each, "earlier") for each in overlaid(diagnosis.records, diagnosis.before)]
@@ -215,12 +218,13 @@ def _item(
         some = [each for each in channels if each.panel == panel]
         if some:
             figures.append(_panel(panel, some, x_range, colours, _INK[dark]))
-    for above in figures[:-1]:
+    timed = [each for each in figures if each.x_range is x_range]
+    for above in timed[:-1]:
         above.xaxis.major_label_text_font_size = "0px"
-    figures[-1].height += 40  # for the labels of the axis
-    figures[-1].xaxis.axis_label = axis
+    timed[-1].height += 40  # for the labels of the axis
+    timed[-1].xaxis.axis_label = axis
     _add_marks(figures[0], _INK[dark])
-    for each in figures:
+    for each in timed:
         for name, dash in (("cursor1", "solid"), ("cursor2", "dotted")):
             look = {"line_color": _INK[dark], "line_dash": dash, "visible": False}
             each.add_layout(Span(dimension="height", name=name, **look))
@@ -239,12 +243,16 @@ def _panel(
     colours: Mapping[str, str],
     ink: str,
 ) -> Any:
+    over_travel = panel == "resistance"
     found = figure(
+        name="" if over_travel else "over time",
         height=_HEIGHTS[panel],
-        x_range=x_range,
+        x_range=DataRange1d() if over_travel else x_range,
         y_range=DataRange1d(only_visible=True),
-        sizing_mode="stretch_width",
+        x_axis_label="travel (mm)" if over_travel else None,
         y_axis_label=_AXES.get(panel, channels[0].name),
+        y_axis_type="log" if over_travel else "linear",
+        sizing_mode="stretch_width",
         tools="xpan,xwheel_zoom,box_zoom,undo,reset,save",
         active_drag="xpan",
         active_scroll="xwheel_zoom",
@@ -252,7 +260,9 @@ def _panel(
     items: dict[str, list] = {}
     dashes = {"": "solid", "faint": "dotted", "earlier": "dotted", "reference": "dashed"}
     for each in channels:
-        time, values = thinned(each, x_range.start, x_range.end)
+        time, values = each.time, each.values
+        if not over_travel:
+            time, values = thinned(each, x_range.start, x_range.end)
         source = ColumnDataSource({"x": time, "y": values}, name=f"{each.phase} {each.name}")
         colour = ink if each.look == "reference" else colours[each.phase]
         line = found.line(
@@ -314,7 +324,7 @@ _SPOTS = {  # events between which a quantity is measured
     **dict.fromkeys(("main_closing_time", "main_opening_time"), ("trigger", "main")),
     **dict.fromkeys(("over_travel", "opening_over_travel"), ("arrival", "end")),
     **{"closing_wipe": ("contact", "end"), "opening_wipe": ("begin", "contact")},
-    "arcing_wipe": ("arcing", "main"),
+    **dict.fromkeys(("arcing_wipe", "arcing_resistance"), ("arcing", "main")),
 }
 
 

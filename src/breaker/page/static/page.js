@@ -113,7 +113,7 @@ async function showTab(number) {
     const root = manager.roots[0].model;
     views.set(number, root.document);
     for (const model of root.document._all_models.values()) {
-      if (model.type === "Figure") model.on_event("tap", (event) => setCursor(event.x, event.modifiers?.shift));
+      if (model.name === "over time") model.on_event("tap", (event) => setCursor(event.x, event.modifiers?.shift));
     }
   }
   if (marks[tab]) for (const [name, data] of Object.entries(marks[tab])) change(name, { data });
