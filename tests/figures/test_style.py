@@ -8,6 +8,7 @@ import pytest
 import xarray as xr
 from matplotlib.colors import to_rgb
 
+from breaker.common.colours import phase_colours
 from breaker.figures import panels, style
 from breaker.prognosis.states import STATES
 
@@ -68,14 +69,14 @@ def test_colours_stay_apart(palette, sight):
 
 def test_phases_have_the_colours_of_their_names():
     """Those of another system, or of none, have colours that differ."""
-    red, amber, blue = style.phase_colours("RYB").values()
-    assert style.phase_colours("bca") == {"b": amber, "c": blue, "a": red}
+    red, amber, blue = phase_colours("RYB").values()
+    assert phase_colours("bca") == {"b": amber, "c": blue, "a": red}
     assert to_rgb(red)[0] > 0.7 > to_rgb(blue)[0]
-    lines = style.phase_colours(["L3", "L1", "L2"])
-    assert [*lines.values()] == [style.phase_colours("UVW")[each] for each in "WUV"]
+    lines = phase_colours(["L3", "L1", "L2"])
+    assert [*lines.values()] == [phase_colours("UVW")[each] for each in "WUV"]
     assert lines["L2"] == "#000000"
     for others in ("RST", ["Travel 1", "R"], [""]):
-        assert len({*style.phase_colours(others).values()} - {red}) == len(others)
+        assert len({*phase_colours(others).values()} - {red}) == len(others)
 
 
 def test_states_have_their_numbers():

@@ -92,7 +92,7 @@ def content_of(report, ending: str) -> tuple[bytes, str]:
     from breaker.figures.reports import curves
     from breaker.figures.style import encoded, without_font
 
-    pictures = list(curves(report.panels))
+    pictures = list(curves(report.panels, report.colours))
     page = html_page(report, [encoded(each, "png") for each in pictures])
     content = pdf_of(page) if ending.lower() == ".pdf" else page.encode("utf-8")
     return content, without_font(pictures)

@@ -1,24 +1,31 @@
-"""Colours of phases: those that engineers know them by."""
+"""Colours of phases: those by which engineers know them."""
 
 from collections.abc import Iterable, Mapping
 from itertools import cycle
+from types import MappingProxyType
 
-_KNOWN = {
-    **{"R": "#d62728", "Y": "#c79a00", "B": "#1f5fbf"},
-    **{"S": "#c79a00", "T": "#1f5fbf", "A": "#d62728", "C": "#1f5fbf"},
-    **{"L1": "#8a4b12", "L2": "#30363d", "L3": "#8a929b"},
-    **{"U": "#8a4b12", "V": "#30363d", "W": "#8a929b"},
+_OF_PHASES = {
+    # red, amber, blue
+    **dict.fromkeys(("R Y B", "R S T", "A B C"), ("#C62828", "#E39A00", "#1F5FBF")),
+    **dict.fromkeys(("L1 L2 L3", "U V W"), ("#8B4A1C", "#000000", "#808080")),  # IEC 60445
 }
 _OTHERS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 
 
-def phase_colours(names: Iterable[str], own: Mapping[str, str]) -> dict[str, str]:
-    """Return the colour of each phase: the user's own, that of a known system, or another.
+def phase_colours(
+    names: Iterable[str], own: Mapping[str, str] = MappingProxyType({})
+) -> dict[str, str]:
+    """Return the colour of each phase: the user's ``own``, or that of its letter if all are of one
+    system, else any.
 
-    >>> phase_colours(["R", "pole 2"], {"R": "#ff0000"})
-    {'R': '#ff0000', 'pole 2': '#0072B2'}
+    >>> phase_colours(["L2", "L1"], {"L1": "#112233"})
+    {'L2': '#000000', 'L1': '#112233'}
     """
     names = [*dict.fromkeys(names)]
-    known = {**_KNOWN, **({"B": _KNOWN["Y"]} if "A" in names else {}), **own}
-    others = cycle(_OTHERS)
-    return {name: known.get(name) or next(others) for name in names}
+    found = dict(zip(names, cycle(_OTHERS)))
+    for system, colours in _OF_PHASES.items():
+        known = dict(zip(system.split(), colours, strict=True))
+        if {name.upper() for name in names} <= known.keys():
+            found = {name: known[name.upper()] for name in names}
+            break
+    return found | {name: colour for name, colour in own.items() if name in found}

@@ -4,7 +4,7 @@
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from breaker.common.document import Document, Letterhead
 from breaker.diagnosis.curves import Panel
@@ -24,9 +24,11 @@ class Report(Document):
 
     Attributes:
         panels: Curves of the operations that have a table.
+        colours: The user's own colours of phases.
     """
 
     panels: Sequence[Panel] = ()
+    colours: Mapping[str, str] = field(default_factory=dict)
 
 
 def report_of(diagnosis: Diagnosis) -> Report:
@@ -49,7 +51,8 @@ def report_of(diagnosis: Diagnosis) -> Report:
     known = quantities(diagnosis.speeds_of(records)).keys() - {*NAMES}  # which have symbols
     names = {name: in_words(name) for name in known}
     about = {"title": "Test report", "plate": plate, "names": names, "panels": panels}
-    about["letterhead"] = letterhead_of(diagnosis.config["report"])
+    settings = diagnosis.config["report"]
+    about |= {"letterhead": letterhead_of(settings), "colours": settings["colours"]}
     return Report(**vars(found) | about)
 
 

@@ -8,6 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from breaker.common.colours import phase_colours
 from breaker.common.numerals import in_digits
 from breaker.figures import panels as p
 from breaker.figures import style
@@ -88,13 +89,14 @@ def _change(axis: Axes, y: int, row: "QuantityChange", extent: float) -> None:
         axis.annotate(p.signed(f"{middle} % ({low} to {high})"), (at * extent, y), **place)
 
 
-def curves(panels: Sequence["Panel"]) -> Iterator[Figure]:
+def curves(panels: Sequence["Panel"], own: Mapping[str, str]) -> Iterator[Figure]:
     """Draw pictures of each motion of a test, for a page of A4 whose text is 7 inches wide: travel
     with its marks; resistances, coils with other contacts, and differences from a reference, where
-    there are any. No panel is less than 60 mm high, and no letter below 9 pt.
+    there are any. No panel is less than 60 mm high, and no letter below 9 pt. ``own`` are colours
+    of phases.
     """
     every = [each for panel in panels for each in panel.estimates]
-    colours = style.phase_colours(each.record.operation.phase for each in every)
+    colours = phase_colours((each.record.operation.phase for each in every), own)
     for panel in panels:
         records = [each.record for each in panel.estimates]
         drawn = {each.record.operation.phase: each for each in panel.estimates}

@@ -10,7 +10,6 @@ from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from functools import cache, wraps
 from io import BytesIO
-from itertools import cycle
 from pathlib import Path
 from textwrap import wrap
 from typing import ParamSpec
@@ -35,12 +34,6 @@ AMORTISED = "#D98C21"  # posterior by the network alone, and the opening
 CORRECTED = "#2166AC"  # posterior corrected to the exact one, and the closing
 SERVICE = "#8A4B00"
 CHANGED = "#7A35D0"
-
-_OF_PHASES = {
-    **dict.fromkeys(("R Y B", "A B C"), ("#C62828", "#E39A00", "#1F5FBF")),  # red, amber, blue
-    **dict.fromkeys(("L1 L2 L3", "U V W"), ("#8B4A1C", "#000000", "#808080")),  # IEC 60445
-}
-_OTHERS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 
 TIME = "time (ms)"
 TRAVEL = "travel (mm)"
@@ -141,20 +134,6 @@ def within(text: str, width: float, size: float = 11.0) -> str:
 def literal(text: object) -> str:
     """Return a text on one line, without mathematics and signs that are not seen."""
     return visible_text(" ".join(str(text).splitlines())).replace("$", r"\$")
-
-
-def phase_colours(names: Iterable[str]) -> dict[str, str]:
-    """Return the colour of each phase: that of its letter if all are of one system, else any.
-
-    >>> phase_colours(["L2", "L1"])
-    {'L2': '#000000', 'L1': '#8B4A1C'}
-    """
-    names = [*dict.fromkeys(names)]
-    for system, colours in _OF_PHASES.items():
-        known = dict(zip(system.split(), colours, strict=True))
-        if {each.upper() for each in names} <= known.keys():
-            return {each: known[each.upper()] for each in names}
-    return dict(zip(names, cycle(_OTHERS)))
 
 
 def file_name(path: object) -> str:

@@ -32,7 +32,14 @@ from breaker.records.sheet import Sheet
 _MOST = 4000  # points of a curve, twice as many as a screen has columns: ends of each part stay
 _AROUND = 0.25, 1.0  # durations of the motion that are shown before and after it
 _SMOOTH = 1.0  # ms on both sides of the straight lines whose slopes are the velocity
-_HEIGHTS = {"travel": 280, "velocity": 105, "contact": 75, "test current": 75, "coil": 85, "resistance": 190}
+_HEIGHTS = {
+    "travel": 280,
+    "velocity": 105,
+    "contact": 75,
+    "test current": 75,
+    "coil": 85,
+    "resistance": 190,
+}
 _AXES = {"travel": "travel (mm)", "velocity": "velocity (m/s)", "resistance": "resistance (µΩ)"}
 _CHANNELS = {"contact": "contact", "current": "test current", "trigger": "coil", "motor": "coil"}
 _INK = {False: "#1c2127", True: "#e6e8eb"}  # of marks and cursors, where the page is dark
@@ -177,6 +184,10 @@ def _beside(record: DriveRecord, sheet: Sheet, zero: float) -> Iterator[Channel]
 def drawn(tab: Tab, diagnosis: Diagnosis, files: Files, dark: bool, own: Mapping) -> dict:
     """Return a tab as an item for ``Bokeh.embed.embed_item``; ``own`` are colours of phases."""
     colours = phase_colours(tab.phases, own)
+    if dark:
+        colours = {
+            phase: colour.replace("#000000", _INK[True]) for phase, colour in colours.items()
+        }
     channels, (_, axis) = channels_of(tab, diagnosis, files), origins_of(tab)
     return _item(channels, _window(tab), axis, colours, dark)
 
@@ -190,7 +201,7 @@ def drawn_file(sheet: Sheet, dark: bool) -> dict:
         for name, values in zip(names, sheet.columns, strict=True)
         if np.isfinite(values).any() and np.nanmin(values) < np.nanmax(values)
     ]
-    colours, window = phase_colours(names, {}), (0.0, float(samples.size))
+    colours, window = phase_colours(names), (0.0, float(samples.size))
     return _item(channels, window, "sample", colours, dark)
 
 

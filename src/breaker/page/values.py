@@ -12,7 +12,7 @@ from breaker.diagnosis.limits import VERDICTS, worst
 from breaker.diagnosis.result import RecordResult, Result, accepted
 from breaker.diagnosis.session import Diagnosis
 from breaker.diagnosis.tables import RESULTS, simultaneity_in_words
-from breaker.model.quantities import INFERRED, OF_STROKE
+from breaker.model.quantities import INFERRED, OF_STROKE, in_words
 from breaker.page.curves import Tab, origins_of, spots_of
 
 _NAMED = 4  # values in the verdict; the table shows all of them
@@ -88,7 +88,7 @@ def table_of(tab: Tab, estimates: Sequence[Estimate], diagnosis: Diagnosis) -> T
         if any("interval_95" in value for value in values):
             rows.append(_row(name, values, records, spots))
         else:
-            missing[name] = str(next(v["reason"] for v in values if "reason" in v))
+            missing[in_words(name)] = str(next(v["reason"] for v in values if "reason" in v))
     poles = [
         simultaneity_in_words(each)
         for each in diagnosis.result["simultaneity"]
@@ -121,7 +121,7 @@ def _row(
     verdict = worst(limit["verdict"] for limit in limits if limit)
     known = [value["median"] for value in values if value.get("median") is not None]
     ends = ["" if bound is None else in_digits(bound, 6) for bound in bounds]
-    words = name.replace("_", " ")
+    words = in_words(name)
     zone = value_zone if name not in OF_STROKE and (value_zone := about.get("zone")) else ""
     deviation = _deviation(known, bounds)
     return Row(name, words, about["unit"], zone, cells, *ends, deviation, verdict)
@@ -158,7 +158,7 @@ def verdict_in_words(result: Result) -> tuple[str, str]:
         for limit in record.get("limits", ()):
             if limit["verdict"] == verdict:
                 part, phase = limit["parts"][0], record.get("phase", "")
-                name = part["quantity"].replace("_", " ")
+                name = in_words(part["quantity"])
                 name = name if record["motion"] in name else f"{record['motion']} {name}"
                 ends = [in_digits(b, 6) if b is not None else "" for b in part["bounds"]]
                 bounds = (
