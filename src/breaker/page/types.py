@@ -10,7 +10,7 @@ from typing import Any
 
 import yaml
 
-from breaker.common.atomic_writes import whole
+from breaker.cli.outputs import whole
 from breaker.common.text import bare
 from breaker.configuration.definitions import types_of
 from breaker.records.files import read_bytes
