@@ -3,19 +3,14 @@
 import asyncio
 import http.client
 import json
-import os
 import re
-import subprocess
-import sys
 import threading
-from contextlib import contextmanager
 from pathlib import Path
 from types import SimpleNamespace
 from urllib.parse import parse_qs
 
 import numpy as np
 import pytest
-import yaml
 
 from breaker.cli.view import commands
 from breaker.page.server import HOST, PageServer
@@ -24,15 +19,14 @@ from breaker.page.views import VIEWS, Asked
 from tests.exports import pole, write
 
 ODD = "Coil <b>&\"' (A)"
-HOSTILE = "<img src=x onerror=alert(1)>.csv"
+REFUSED = 422
 
 
 class Views:
-    """What views answer, without a server: text, bytes, or what JSON holds."""
+    """What views answer without a server: text, bytes, what JSON holds, or an error's status."""
 
     def __init__(self, folder, own, *overlays):
-        self.types = Path(own, "types.yaml")
-        config = [*map(str, overlays)]
+        self.types, config = Path(own, "types.yaml"), [*map(str, overlays)]
         self.session = Session(str(folder), config, commands(), own, types=str(self.types))
 
     def __call__(self, path, body=None, files=()):
@@ -40,9 +34,11 @@ class Views:
         name, _, rest = path[1:].partition("/")
         parts = [SimpleNamespace(filename=name, body=content) for name, content in files]
         request = SimpleNamespace(body=body, files={"file": parts})
-        view = VIEWS["GET" if body is None else "POST", name]
-        query = parse_qs(query, keep_blank_values=True)
-        answer = view.find(Asked(self.session, rest, query, request)).content
+        asked = Asked(self.session, rest, parse_qs(query, keep_blank_values=True), request)
+        try:
+            answer = VIEWS["GET" if body is None else "POST", name].find(asked).content
+        except (ValueError, OSError) as error:
+            return getattr(error, "status", REFUSED)
         return json.loads(json.dumps(answer)) if isinstance(answer, dict) else answer
 
     def set(self, of_type, key, *ends):
@@ -55,59 +51,55 @@ class Views:
         return text
 
 
-class Outside:
+class Page:
     """A page by the address that a command prints, asked as a browser asks: with the cookie,
     unless told otherwise.
     """
 
-    def __init__(self, line):
-        self.port, self.token = re.search(rf"http://{HOST}:(\d+)/\?token=(\S+)", line).groups()
+    def __init__(self, address):
+        self.port, self.token = re.search(rf"http://{HOST}:(\d+)/\?token=(\S+)", address).groups()
         self.origin, self.cookie = f"http://{HOST}:{self.port}", f"breaker-{self.port}={self.token}"
 
-    def get(self, path, *, method="GET", body=None, **headers):
+    def get(self, path, method="GET", body=None, **headers):
         headers = {name.replace("_", "-"): value for name, value in headers.items()}
         connection = http.client.HTTPConnection(HOST, int(self.port), timeout=60)
         connection.request(method, path, body=body, headers={"Cookie": self.cookie, **headers})
         got = connection.getresponse()
-        about = {"status": got.status, "headers": got.headers, "content": got.read()}
+        text = got.read().decode("utf-8", "replace")
         connection.close()
-        return SimpleNamespace(**about, text=about["content"].decode("utf-8", "replace"))
+        return SimpleNamespace(status=got.status, headers=got.headers, text=text)
 
     def post(self, path, body, **headers):
-        return self.get(path, method="POST", body=body, Origin=self.origin, **headers)
+        return self.get(path, "POST", body, Origin=self.origin, **headers)
 
 
-@contextmanager
-def served(views):
-    """A page in a thread."""
-    server, loop, ended = PageServer(views.session), asyncio.new_event_loop(), asyncio.Event()
-    thread = threading.Thread(target=loop.run_until_complete, args=(server.serve(ended),))
-    thread.start()
-    try:
-        yield Outside(server.address)
-    finally:
+@pytest.fixture
+def opened(folder, tmp_path_factory):
+    """Opens pages of a folder of one file, each in a thread, and ends them."""
+    pages = []
+
+    def open_page():
+        own = tmp_path_factory.mktemp("served")
+        curves = own / "curves"
+        curves.mkdir()
+        line(curves / "line.csv")
+        server = PageServer(Views(curves, own, folder / "few.yaml").session)
+        loop, ended = asyncio.new_event_loop(), asyncio.Event()
+        thread = threading.Thread(target=loop.run_until_complete, args=(server.serve(ended),))
+        thread.start()
+        pages.append((loop, ended, thread))
+        page = Page(server.address)
+        page.folder = curves
+        return page
+
+    yield open_page
+    for loop, ended, thread in pages:
         loop.call_soon_threadsafe(ended.set)
         thread.join()
         loop.close()
 
 
-@contextmanager
-def started(*words, errors=os.devnull):
-    """A command in a process of its own, with its first line; it is ended."""
-    buffered = os.environ | {"PYTHONUNBUFFERED": ""}  # as on most machines
-    about = {"stdout": subprocess.PIPE, "text": True, "env": buffered}
-    with open(errors, "w") as said:
-        process = subprocess.Popen([sys.executable, *map(str, words)], stderr=said, **about)
-        try:
-            process.line = process.stdout.readline()
-            yield process
-        finally:
-            process.terminate()
-            process.wait(20)
-            process.stdout.close()
-
-
-def line(path, *, header="time (ms),travel (mm)", spike=0.0):
+def line(path, header="time (ms),travel (mm)", spike=0.0):
     """Write a travel of 100 mm in 60 ms at one speed, from 50 ms on, at 10 kHz, without noise."""
     time = np.arange(3000) / 10.0
     travel = 100.0 * np.clip((time - 50.0) / 60.0, 0.0, 1.0)
@@ -123,8 +115,7 @@ def folder(tmp_path_factory):
     curves = place / "curves"
     curves.mkdir()
     write(curves / "today.csv", rate=5.0, motions=("closing", "opening"), noise=0.01)
-    text = (curves / "today.csv").read_text(encoding="latin-1")
-    odd = ODD.replace('"', '""')
+    text, odd = (curves / "today.csv").read_text(encoding="latin-1"), ODD.replace('"', '""')
     (curves / "today.csv").write_text(text.replace("Coil 6 (A)", f'"{odd}"'), encoding="latin-1")
     for seed, phase in enumerate("RYB"):
         pole(curves / f"trip_{phase}.csv", phase, seed, date="21/02/2020", noise=0.01)
@@ -132,9 +123,9 @@ def folder(tmp_path_factory):
         about = {"serial": "HV-7", "noise": 0.01, "channels": 1}
         write(curves / f"{name}.csv", rate=5.0, date=date, **about)
     line(curves / "line.csv")
-    line(curves / "bare.csv", header="reading")
-    (curves / HOSTILE).write_text("<script>alert(2)</script>")
-    (place / "few.yaml").write_text(yaml.safe_dump({"endurance": {"draws": 50}}))
+    line(curves / "bare.csv", "reading")
+    (curves / "<img src=x onerror=alert(1)>.csv").write_text("<script>alert(2)</script>")
+    (place / "few.yaml").write_text("endurance: {draws: 50}")
     return place
 
 
